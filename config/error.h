@@ -1,0 +1,21 @@
+#pragma once
+
+#include <expected>
+#include <string>
+
+namespace hapticd::config {
+
+/// What went wrong, for the person who can mend it.
+struct Error {
+  std::string where;   ///< file and line, parameter, socket or device; may be empty
+  std::string what;    ///< the fact, with the offending value and the allowed range
+  std::string remedy;  ///< what to do about it; may be empty
+
+  /// "where: what (remedy)", without the parts that are empty.
+  std::string text() const;
+};
+
+template <typename T>
+using Result = std::expected<T, Error>;
+
+}  // namespace hapticd::config

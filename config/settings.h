@@ -1,0 +1,82 @@
+#pragma once
+
+#include <string>
+
+#include "rt/parameters.h"
+
+namespace hapticd::config {
+
+enum class CameraDriver { freenect, recorded, synthetic };
+enum class DepthLaw { paper, factory, custom };
+enum class SyntheticScene { plane, sphere, moving_sphere, edge };
+enum class SyntheticNoise { off, quantised, sensor };
+enum class HandleDriver { simulated };
+
+struct CameraSettings {
+  CameraDriver driver = CameraDriver::freenect;
+  std::string serial;      ///< empty: the first camera found
+  std::string recording;   ///< folder with INDEX.txt, for the driver `recorded`
+  bool loop = true;        ///< the driver `recorded` starts again at the end
+  double speed = 1;        ///< the driver `recorded` plays that many times faster than the clock
+  DepthLaw depth_law = DepthLaw::paper;
+  rt::DepthModelParameters depth_model;  ///< a and b here are those of the law `custom`
+  rt::PoseParameters pose;               ///< T_world_camera
+
+  /// depth_model with the coefficients that depth_law stands for.
+  rt::DepthModelParameters effectiveDepthModel() const;
+};
+
+/// The analytic scene of the driver `synthetic`, in front of a camera that looks along -z.
+struct SyntheticSettings {
+  SyntheticScene scene = SyntheticScene::moving_sphere;
+  SyntheticNoise noise = SyntheticNoise::sensor;
+  double distance_m = 1.0;         ///< from the camera to the plane, or to the sphere's centre
+  double tilt_rad = 0;             ///< of the plane about the camera's x axis
+  double sphere_radius_m = 0.1;
+  double motion_amplitude_m = 0.1; ///< of the moving sphere, along x
+  double motion_period_s = 4;
+  double frame_rate_hz = 30;
+  int seed = 1;                    ///< of the noise
+};
+
+/// The simulated handle and the hand that holds it. The hand moves towards the surface until it feels
+/// press_force_n, strokes the surface, retreats, and begins again.
+struct SimulatedHandleSettings {
+  double mass_kg = 0.045;
+  double damping_n_s_per_m = 0.05;
+  double hand_stiffness_n_per_m = 400;
+  double hand_damping_n_s_per_m = 4;
+  rt::Vec3 start_m_in_world{0, 0, -0.8};
+  rt::Vec3 direction_in_world{0, 0, -1};  ///< of the approach; any length but zero
+  double travel_m = 0.4;                  ///< the hand turns back after that distance
+  double speed_m_per_s = 0.1;
+  double press_force_n = 2;
+  double press_s = 2;                     ///< how long it strokes before it retreats
+  double stroke_m = 0.05;                 ///< amplitude of the stroke across the direction of approach
+  double stroke_period_s = 2;
+};
+
+struct HandleSettings {
+  HandleDriver driver = HandleDriver::simulated;
+  SimulatedHandleSettings simulated;
+};
+
+struct ControlSettings {
+  std::string status_socket = "/run/hapticd/io.hapticd.Status";
+  std::string control_socket = "/run/hapticd/io.hapticd.Control";
+  bool engage_at_start = false;
+};
+
+/// Everything that can be configured. The parameter table (parameter_table.h) names each member, its unit,
+/// range and default.
+struct Settings {
+  rt::LiveParameters live;
+  CameraSettings camera;
+  SyntheticSettings synthetic;
+  rt::GridParameters grid;
+  rt::LoopParameters loop;
+  HandleSettings handle;
+  ControlSettings control;
+};
+
+}  // namespace hapticd::config

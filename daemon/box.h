@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/error.h"
+#include "config/parameter_table.h"
+#include "drivers/camera/camera.h"
+#include "drivers/handle/handle.h"
+#include "rt/loop_state.h"
+
+namespace hapticd::daemon {
+
+/// Counters of the scene thread.
+struct SceneStatus {
+  std::uint64_t frames = 0;           ///< taken over from the camera
+  std::uint64_t models = 0;           ///< scenes built, remodelled ones included
+  std::uint64_t remodels = 0;         ///< scenes built again because the HIP left the modelled ball
+  std::uint32_t points = 0;           ///< in the newest scene
+  std::uint64_t points_over_capacity = 0;
+  std::uint64_t skipped_frames = 0;   ///< frames that a newer one replaced before they were modelled
+  std::int64_t last_model_ns = 0;     ///< time it took to build the newest scene
+  double frame_rate_hz = 0;
+};
+
+/// Percentiles of one of the loop's histograms, nanoseconds.
+struct LatencySummary {
+  std::uint64_t p50_ns = 0;
+  std::uint64_t p99_ns = 0;
+  std::uint64_t p999_ns = 0;
+  std::uint64_t max_ns = 0;
+};
+
+/// Force and contact over the ticks since the last summary.
+struct WindowSummary {
+  std::uint64_t ticks = 0;
+  std::uint64_t contact_ticks = 0;
+  double min_force_n = 0;
+  double max_force_n = 0;  ///< largest magnitude commanded
+  std::int64_t max_wakeup_latency_ns = 0;
+};
+
+/// Everything that the outside may know of the box at one moment.
+struct BoxStatus {
+  rt::LoopState loop;
+  rt::LoopPrivileges privileges;
+  std::vector<std::string> warnings;  ///< what is not as it should be, each with its remedy
+  double rate_hz = 0;                 ///< ticks per second over the last second
+  LatencySummary wakeup_latency;
+  LatencySummary compute_time;
+  std::uint64_t trace_ticks_dropped = 0;  ///< ticks that did not fit into the ring
+  drivers::CameraStatus camera;
+  SceneStatus scene;
+  drivers::HandleStatus handle;
+  double uptime_s = 0;
+};
+
+/// The running box as the control API sees it.
+/// Thread: control thread only.
+class Box {
+ public:
+  virtual ~Box() = default;
+  virtual BoxStatus status() = 0;
+  /// The parameters as they are set now; restart-only ones as they were at start.
+  virtual const config::Settings& settings() const = 0;
+  /// Hands the changed live parameters to the force loop. Returns the generation to wait for.
+  virtual std::uint64_t apply(const config::Settings& settings) = 0;
+  /// Requests `engaged` or `idle`. Returns the generation to wait for.
+  virtual std::uint64_t engage(bool engaged) = 0;
+  /// The newest generation that the force loop has taken over.
+  virtual std::uint64_t acknowledgedGeneration() = 0;
+};
+
+}  // namespace hapticd::daemon

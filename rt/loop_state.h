@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "rt/latency_histogram.h"
+#include "rt/parameters.h"
+#include "rt/spsc_ring.h"
+#include "rt/triple_buffer.h"
+#include "rt/vec3.h"
+
+namespace hapticd::rt {
+
+enum class Mode : std::uint8_t {
+  starting,  ///< no tick yet
+  idle,      ///< running, no force commanded
+  engaged,   ///< the only mode that commands a force other than zero
+  holding,   ///< engaged, but an input is stale: the force is ramped to zero until it is fresh again
+  faulted,   ///< something that a person must look at; Disengage clears it
+};
+
+/// Why the mode is what it is.
+enum class Cause : std::uint8_t {
+  none,
+  requested,         ///< a client (or the configuration) engaged or disengaged
+  no_scene,          ///< no depth frame has been modelled yet
+  depth_stale,       ///< the newest scene is older than safety.depth_timeout_s
+  handle_stale,      ///< the newest measurement of the handle is older than safety.handle_timeout_s
+  handle_invalid,    ///< the handle's position is not finite or outside +-10 m
+  force_not_finite,  ///< a force law computed a number that is not finite
+};
+
+/// What one tick saw and did; every tick reaches the control thread through a ring.
+struct Tick {
+  std::uint64_t number = 0;  ///< 1 for the first
+  std::int64_t planned_ns = 0;  ///< CLOCK_MONOTONIC, on the loop's grid
+  std::int64_t wakeup_latency_ns = 0;
+  std::int64_t compute_ns = 0;
+  Mode mode = Mode::starting;
+  Cause cause = Cause::none;
+  bool slew_limited = false;
+  bool magnitude_clamped = false;
+  bool outside_model = false;     ///< the HIP's neighbourhood was not modelled completely
+  std::uint32_t points_used = 0;  ///< N of eq. (11)
+  std::uint64_t scene_frame = 0;  ///< sequence number of the frame felt, 0: none
+  std::int64_t scene_age_ns = 0;
+  Vec3 hip_m_in_world;
+  Vec3 law_force_n_in_world;
+  Vec3 command_force_n_in_world;
+};
+
+/// What has been counted since the start of the loop.
+struct LoopCounters {
+  std::uint64_t ticks = 0;
+  std::uint64_t overruns = 0;         ///< ticks that ended after the next one was due
+  std::uint64_t skipped_periods = 0;  ///< whole periods left out because of overruns
+  std::uint64_t contact_ticks = 0;    ///< ticks with points_used > 0
+  std::uint64_t outside_model_ticks = 0;
+  std::uint64_t slew_limited_ticks = 0;
+  std::uint64_t magnitude_clamped_ticks = 0;
+  std::uint64_t not_finite_ticks = 0;
+  std::uint64_t depth_stale_ticks = 0;
+  std::uint64_t handle_stale_ticks = 0;
+  std::uint64_t handle_invalid_ticks = 0;
+};
+
+/// The newest state of the force loop.
+struct LoopState {
+  Tick tick;
+  LoopCounters counters;
+  std::uint64_t directive_generation = 0;  ///< of the newest Directive that the loop has taken over
+};
+
+/// What the control thread wants of the force loop, as one consistent set.
+struct Directive {
+  std::uint64_t generation = 0;  ///< +1 with each change; comes back as LoopState::directive_generation
+  bool engage = false;
+  LiveParameters parameters;
+};
+
+inline constexpr std::size_t kTickRingCapacity = 4096;
+
+/// What joins the force thread and the control thread.
+struct ControlChannels {
+  TripleBuffer<Directive> directive;           ///< control thread writes
+  TripleBuffer<LoopState> state;               ///< force thread writes
+  SpscRing<Tick, kTickRingCapacity> ticks;     ///< force thread pushes
+  LatencyHistogram wakeup_latency;             ///< force thread adds
+  LatencyHistogram compute_time;               ///< force thread adds
+};
+
+/// What the loop could set up of what it was asked for. Written once, before the first tick.
+struct LoopPrivileges {
+  bool realtime_scheduling = false;  ///< SCHED_FIFO at LoopParameters::priority
+  bool memory_locked = false;
+  int cpu = -1;  ///< the CPU the thread is pinned to, -1: not pinned
+};
+
+static_assert(std::is_trivially_copyable_v<Tick> && std::is_trivially_copyable_v<LoopState> &&
+              std::is_trivially_copyable_v<Directive>);
+
+}  // namespace hapticd::rt

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "rt/vec3.h"
+
+/// Plain data that the core is set up with. Values are checked where they enter (`config/`); ranges and
+/// defaults stand in the parameter table there. "live" sets may change while the loop runs, the others are
+/// fixed at start.
+namespace hapticd::rt {
+
+enum class ForceLaw : std::uint8_t { nearest_springs };
+
+/// Live. The paper's four parameters, eq. (6)-(11).
+struct SpringParameters {
+  double stiffness_n_per_m = 500;  ///< k_s
+  double radius_m = 0.04;          ///< D_thresh
+  int min_points = 10;             ///< N_min
+  int max_points = 100;            ///< N_max
+};
+
+/// Live. What the law's force passes before a device gets it.
+struct SafetyParameters {
+  double max_force_n = 4.0;
+  double max_slew_n_per_s = 500;
+  double engage_ramp_s = 0.5;
+  double depth_timeout_s = 0.5;   ///< older depth is stale: the force goes to zero
+  double handle_timeout_s = 0.01; ///< older handle measurements are stale: the force goes to zero
+};
+
+/// Live: all that may change while the force loop runs, as one consistent set.
+struct LiveParameters {
+  ForceLaw law = ForceLaw::nearest_springs;
+  SpringParameters springs;
+  SafetyParameters safety;
+};
+
+/// How raw disparity becomes depth: Z = 1 / (a d + b), and the pinhole of eq. (1).
+struct DepthModelParameters {
+  double a_per_m = -0.003071102;  ///< Table I
+  double b_per_m = 3.330949516;   ///< Table I
+  double fx_px = 594.214342;
+  double fy_px = 591.040537;
+  double cx_px = 339.307810;
+  double cy_px = 242.739138;
+  double near_m = 0.4;  ///< nearer measurements are rejected
+  double far_m = 4.0;   ///< farther measurements are rejected
+};
+
+/// T_world_camera as a translation and rotations about the fixed world axes: first roll about x, then pitch
+/// about y, then yaw about z.
+struct PoseParameters {
+  Vec3 position_m;
+  double roll_rad = 0;
+  double pitch_rad = 0;
+  double yaw_rad = 0;
+};
+
+enum class ModelExtent : std::uint8_t {
+  reach,  ///< only what the HIP can reach before the next frame
+  frame,  ///< every valid pixel
+};
+
+struct GridParameters {
+  ModelExtent extent = ModelExtent::reach;
+  double voxel_edge_m = 0.01;  ///< of the window that follows the HIP
+  int cells_per_axis = 32;     ///< of the window that follows the HIP
+  int point_capacity = 65536;  ///< points that a scene holds while `extent` is reach
+  double frame_voxel_edge_m = 0.02;  ///< of the grid over all that the camera sees, while `extent` is frame
+  double max_hip_speed_m_per_s = 0.6;
+  double frame_period_s = 1.0 / 30;
+  double frame_margin_s = 0.02;  ///< a frame may come that much late
+};
+
+struct LoopParameters {
+  double rate_hz = 1000;
+  int cpu = -1;       ///< the CPU that the force thread is pinned to; -1: the last one that the process may use
+  int priority = 80;  ///< SCHED_FIFO
+  bool lock_memory = true;
+};
+
+static_assert(std::is_trivially_copyable_v<LiveParameters>);
+
+}  // namespace hapticd::rt
