@@ -22,7 +22,7 @@ struct DepthFrame {
   alignas(kCacheLine) std::uint16_t raw[kFramePixels];  ///< row by row; values above 2047 are damaged data
   std::uint64_t sequence;                               ///< 1 for the first frame since the camera's start
   std::int64_t arrival_ns;                              ///< CLOCK_MONOTONIC when the last byte was there
-  std::uint32_t device_ticks;                           ///< the camera's own counter (60 MHz), 0 if it has none
+  std::uint32_t device_ticks;  ///< the camera's own counter (60 MHz), 0 if it has none
 };
 
 /// From the camera's thread (writer) to the scene thread (reader).

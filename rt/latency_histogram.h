@@ -49,7 +49,7 @@ class LatencyHistogram {
   static std::size_t bucketOf(std::uint64_t ns) noexcept {
     if (ns >> 32 != 0) return kBuckets - 1;
     if (ns < (1U << kSubBits)) return ns;
-    const int shift = std::bit_width(ns) - 1 - kSubBits;
+    const int shift = static_cast<int>(std::bit_width(ns)) - 1 - kSubBits;
     return (static_cast<std::size_t>(shift) << kSubBits) + (ns >> shift);
   }
   static std::uint64_t upperEndNs(std::size_t bucket) noexcept {

@@ -32,7 +32,7 @@ enum class Cause : std::uint8_t {
 
 /// What one tick saw and did; every tick reaches the control thread through a ring.
 struct Tick {
-  std::uint64_t number = 0;  ///< 1 for the first
+  std::uint64_t number = 0;     ///< 1 for the first
   std::int64_t planned_ns = 0;  ///< CLOCK_MONOTONIC, on the loop's grid
   std::int64_t wakeup_latency_ns = 0;
   std::int64_t compute_ns = 0;
@@ -40,6 +40,7 @@ struct Tick {
   Cause cause = Cause::none;
   bool slew_limited = false;
   bool magnitude_clamped = false;
+  bool not_finite = false;        ///< the law computed a number that is not finite
   bool outside_model = false;     ///< the HIP's neighbourhood was not modelled completely
   std::uint32_t points_used = 0;  ///< N of eq. (11)
   std::uint64_t scene_frame = 0;  ///< sequence number of the frame felt, 0: none
@@ -82,11 +83,11 @@ inline constexpr std::size_t kTickRingCapacity = 4096;
 
 /// What joins the force thread and the control thread.
 struct ControlChannels {
-  TripleBuffer<Directive> directive;           ///< control thread writes
-  TripleBuffer<LoopState> state;               ///< force thread writes
-  SpscRing<Tick, kTickRingCapacity> ticks;     ///< force thread pushes
-  LatencyHistogram wakeup_latency;             ///< force thread adds
-  LatencyHistogram compute_time;               ///< force thread adds
+  TripleBuffer<Directive> directive;        ///< control thread writes
+  TripleBuffer<LoopState> state;            ///< force thread writes
+  SpscRing<Tick, kTickRingCapacity> ticks;  ///< force thread pushes
+  LatencyHistogram wakeup_latency;          ///< force thread adds
+  LatencyHistogram compute_time;            ///< force thread adds
 };
 
 /// What the loop could set up of what it was asked for. Written once, before the first tick.

@@ -25,8 +25,8 @@ struct SafetyParameters {
   double max_force_n = 4.0;
   double max_slew_n_per_s = 500;
   double engage_ramp_s = 0.5;
-  double depth_timeout_s = 0.5;   ///< older depth is stale: the force goes to zero
-  double handle_timeout_s = 0.01; ///< older handle measurements are stale: the force goes to zero
+  double depth_timeout_s = 0.5;    ///< older depth is stale: the force goes to zero
+  double handle_timeout_s = 0.01;  ///< older handle measurements are stale: the force goes to zero
 };
 
 /// Live: all that may change while the force loop runs, as one consistent set.
@@ -64,9 +64,9 @@ enum class ModelExtent : std::uint8_t {
 
 struct GridParameters {
   ModelExtent extent = ModelExtent::reach;
-  double voxel_edge_m = 0.01;  ///< of the window that follows the HIP
-  int cells_per_axis = 32;     ///< of the window that follows the HIP
-  int point_capacity = 65536;  ///< points that a scene holds while `extent` is reach
+  double voxel_edge_m = 0.01;        ///< of the window that follows the HIP
+  int cells_per_axis = 32;           ///< of the window that follows the HIP
+  int point_capacity = 65536;        ///< points that a scene holds while `extent` is reach
   double frame_voxel_edge_m = 0.02;  ///< of the grid over all that the camera sees, while `extent` is frame
   double max_hip_speed_m_per_s = 0.6;
   double frame_period_s = 1.0 / 30;
@@ -75,7 +75,7 @@ struct GridParameters {
 
 struct LoopParameters {
   double rate_hz = 1000;
-  int cpu = -1;       ///< the CPU that the force thread is pinned to; -1: the last one that the process may use
+  int cpu = -1;  ///< the CPU that the force thread is pinned to; -1: the last one that the process may use
   int priority = 80;  ///< SCHED_FIFO
   bool lock_memory = true;
 };

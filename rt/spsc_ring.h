@@ -18,9 +18,8 @@ struct SpscRingOrders {
   static constexpr std::memory_order kLoad = std::memory_order_acquire;
 };
 
-/// Every item from one producer to one consumer, in order; when the ring is full the newest item is dropped and
-/// counted.
-/// Thread: one producer thread (push), one consumer thread (pop), for the life of the object.
+/// Every item from one producer to one consumer, in order; when the ring is full the newest item is dropped
+/// and counted. Thread: one producer thread (push), one consumer thread (pop), for the life of the object.
 /// Progress: wait-free.  RT: safe.
 template <typename T, std::size_t kCapacity, typename Orders = SpscRingOrders>
 class SpscRing {

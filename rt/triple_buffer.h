@@ -19,10 +19,9 @@ struct TripleBufferOrders {
   static constexpr std::memory_order kRefresh = std::memory_order_acq_rel;
 };
 
-/// Latest value from one writer to one reader; a slow reader skips values, a slow writer leaves the last value
-/// standing.
-/// Thread: one writer thread (back, publish), one reader thread (refresh, front), for the life of the object.
-/// Progress: wait-free.  RT: safe.
+/// Latest value from one writer to one reader; a slow reader skips values, a slow writer leaves the last
+/// value standing. Thread: one writer thread (back, publish), one reader thread (refresh, front), for the
+/// life of the object. Progress: wait-free.  RT: safe.
 template <TriviallyCopyable T, typename Orders = TripleBufferOrders>
 class TripleBuffer {
  public:

@@ -4,9 +4,9 @@
 
 namespace hapticd::rt {
 
-/// A position in metres, a velocity in metres per second or a force in newtons; the name of each variable says
-/// which, and in which frame (`world`, `camera`). An aggregate of its own because the channels carry it and
-/// Eigen's vectors are not trivially copyable.
+/// A position in metres, a velocity in metres per second or a force in newtons; the name of each variable
+/// says which, and in which frame (`world`, `camera`). An aggregate of its own because the channels carry it
+/// and Eigen's vectors are not trivially copyable.
 struct Vec3 {
   double x = 0;
   double y = 0;
@@ -29,8 +29,12 @@ struct Vec3 {
   friend constexpr bool operator==(const Vec3&, const Vec3&) noexcept = default;
 };
 
-constexpr double dot(const Vec3& a, const Vec3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline double norm(const Vec3& a) noexcept { return std::sqrt(dot(a, a)); }
+constexpr double dot(const Vec3& a, const Vec3& b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline double norm(const Vec3& a) noexcept {
+  return std::sqrt(dot(a, a));
+}
 inline bool isFinite(const Vec3& a) noexcept {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }

@@ -1,0 +1,152 @@
+#include "rt/depth_model.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hapticd::rt {
+namespace {
+
+Eigen::Matrix3d rotationOf(const PoseParameters& pose) {
+  return (Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(pose.pitch_rad, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(pose.roll_rad, Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+struct Interval {
+  double first;
+  double last;
+};
+
+/// The slopes x/Z of the two lines from the origin that touch a circle around (x, depth), which must not hold
+/// the origin's plane Z = 0.
+Interval tangentSlopes(double x, double depth, double radius) {
+  const double denominator = depth * depth - radius * radius;
+  const double root = radius * std::sqrt(x * x + denominator);
+  return {(x * depth - root) / denominator, (x * depth + root) / denominator};
+}
+
+/// Whole pixels in [first, last], widened by one for rounding and cut to 0..count-1.
+void clipToImage(double first, double last, int count, int& pixel_first, int& pixel_last) {
+  pixel_first = static_cast<int>(std::clamp(std::floor(first) - 1, 0.0, static_cast<double>(count)));
+  pixel_last = static_cast<int>(std::clamp(std::ceil(last) + 1, -1.0, static_cast<double>(count - 1)));
+}
+
+}  // namespace
+
+DepthModel::DepthModel(const DepthModelParameters& parameters, const PoseParameters& T_world_camera)
+    : parameters_(parameters), camera_position_(T_world_camera.position_m) {
+  const Eigen::Matrix3d rotation = rotationOf(T_world_camera);
+  for (int i = 0; i < 9; ++i) rotation_world_camera_[static_cast<std::size_t>(i)] = rotation(i / 3, i % 3);
+  tabulateDepth();
+  tabulateRays();
+  computeBounds();
+}
+
+void DepthModel::tabulateDepth() {
+  for (int raw = 0; raw < kRawValues; ++raw) {
+    const double inverse_depth = parameters_.a_per_m * raw + parameters_.b_per_m;
+    const double depth = inverse_depth > 0 ? 1 / inverse_depth : 0;
+    const bool valid = raw != kRawNoMeasurement && depth >= parameters_.near_m && depth <= parameters_.far_m;
+    const auto index = static_cast<std::size_t>(raw);
+    depth_m_[index] = valid ? depth : 0;
+    single_.depth_m[index] = static_cast<float>(depth_m_[index]);
+  }
+}
+
+void DepthModel::tabulateRays() {
+  const auto& r = rotation_world_camera_;
+  for (std::size_t u = 0; u < kFrameWidth; ++u) {
+    const double slope = (static_cast<double>(u) - parameters_.cx_px) / parameters_.fx_px;
+    column_rays_[u] = {slope * r[0], slope * r[3], slope * r[6]};
+    single_.column_x[u] = static_cast<float>(column_rays_[u].x);
+    single_.column_y[u] = static_cast<float>(column_rays_[u].y);
+    single_.column_z[u] = static_cast<float>(column_rays_[u].z);
+  }
+  for (std::size_t v = 0; v < kFrameHeight; ++v) {
+    const double slope = -(static_cast<double>(v) - parameters_.cy_px) / parameters_.fy_px;
+    row_rays_[v] = {slope * r[1] - r[2], slope * r[4] - r[5], slope * r[7] - r[8]};
+    single_.row_x[v] = static_cast<float>(row_rays_[v].x);
+    single_.row_y[v] = static_cast<float>(row_rays_[v].y);
+    single_.row_z[v] = static_cast<float>(row_rays_[v].z);
+  }
+}
+
+void DepthModel::computeBounds() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity};
+  Vec3 high{-kInfinity, -kInfinity, -kInfinity};
+  double longest_ray = 0;
+  for (const std::size_t u : {std::size_t{0}, std::size_t{kFrameWidth - 1}}) {
+    for (const std::size_t v : {std::size_t{0}, std::size_t{kFrameHeight - 1}}) {
+      const Vec3 ray{column_rays_[u].x + row_rays_[v].x, column_rays_[u].y + row_rays_[v].y,
+                     column_rays_[u].z + row_rays_[v].z};
+      longest_ray = std::max(longest_ray, norm(ray));
+      for (const double depth : {parameters_.near_m, parameters_.far_m}) {
+        const Vec3 p = camera_position_ + depth * ray;
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+      }
+    }
+  }
+  bounds_ = {low, high};
+  // Rounding of the ray's sum, of the depth, of the product and of the sum with the origin, each at most half
+  // a unit in the last place (2^-24) of a number below the farthest point's distance from the camera plus the
+  // grid's extent, on three axes; the voxel index adds the rounding of one more product.
+  const double farthest = parameters_.far_m * longest_ray + norm(high - low);
+  single_precision_error_m_ = 8 * std::ldexp(farthest, -24);
+}
+
+PixelWindow DepthModel::wholeFrame() const noexcept {
+  PixelWindow window = rawsBetween(parameters_.near_m, parameters_.far_m);
+  window.column_last = kFrameWidth - 1;
+  window.row_last = kFrameHeight - 1;
+  return window;
+}
+
+PixelWindow DepthModel::rawsBetween(double nearest_m, double farthest_m) const noexcept {
+  PixelWindow window;
+  window.raw_first = kRawNoMeasurement;
+  nearest_m = std::max(nearest_m, parameters_.near_m);
+  farthest_m = std::min(farthest_m, parameters_.far_m);
+  if (nearest_m > farthest_m) return window;
+  // raw is a monotonic function of depth, rising or falling with the sign of a
+  const double raw_of_nearest = (1 / nearest_m - parameters_.b_per_m) / parameters_.a_per_m;
+  const double raw_of_farthest = (1 / farthest_m - parameters_.b_per_m) / parameters_.a_per_m;
+  const auto [low, high] = std::minmax(raw_of_nearest, raw_of_farthest);
+  window.raw_first = static_cast<std::uint16_t>(std::clamp(std::floor(low), 0.0, kRawNoMeasurement - 0.0));
+  window.raw_last = static_cast<std::uint16_t>(std::clamp(std::ceil(high), 0.0, kRawNoMeasurement - 1.0));
+  return window;
+}
+
+PixelWindow DepthModel::windowOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+  const Vec3 offset = centre_m_in_world - camera_position_;
+  const auto& r = rotation_world_camera_;
+  const double x = r[0] * offset.x + r[3] * offset.y + r[6] * offset.z;
+  const double y = r[1] * offset.x + r[4] * offset.y + r[7] * offset.z;
+  const double depth = -(r[2] * offset.x + r[5] * offset.y + r[8] * offset.z);
+
+  PixelWindow window = rawsBetween(depth - radius_m, depth + radius_m);
+  if (window.raw_first > window.raw_last) return {};
+
+  constexpr double kTangentMargin = 1.001;  // nearer to the camera's plane the tangents run off to infinity
+  if (depth <= kTangentMargin * radius_m) {
+    window.column_last = kFrameWidth - 1;
+    window.row_last = kFrameHeight - 1;
+    return window;
+  }
+  const Interval columns = tangentSlopes(x, depth, radius_m);
+  const Interval rows = tangentSlopes(y, depth, radius_m);
+  clipToImage(parameters_.cx_px + parameters_.fx_px * columns.first,
+              parameters_.cx_px + parameters_.fx_px * columns.last, kFrameWidth, window.column_first,
+              window.column_last);
+  clipToImage(parameters_.cy_px - parameters_.fy_px * rows.last,
+              parameters_.cy_px - parameters_.fy_px * rows.first, kFrameHeight, window.row_first,
+              window.row_last);
+  return window;
+}
+
+}  // namespace hapticd::rt

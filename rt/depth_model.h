@@ -1,0 +1,112 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/depth_frame.h"
+#include "rt/parameters.h"
+#include "rt/vec3.h"
+
+namespace hapticd::rt {
+
+/// A pixel and its raw disparity in one word: from it the exact position of a point can be computed again.
+/// Ordered like the pixels of the image, row by row.
+struct PackedPixel {
+  static constexpr int kRawBits = 11;
+  static constexpr int kColumnBits = 10;
+  static constexpr std::uint32_t pack(std::uint32_t column, std::uint32_t row, std::uint32_t raw) noexcept {
+    return (row << (kColumnBits + kRawBits)) | (column << kRawBits) | raw;
+  }
+  static constexpr std::uint32_t column(std::uint32_t packed) noexcept {
+    return (packed >> kRawBits) & ((1U << kColumnBits) - 1);
+  }
+  static constexpr std::uint32_t row(std::uint32_t packed) noexcept {
+    return packed >> (kColumnBits + kRawBits);
+  }
+  static constexpr std::uint32_t raw(std::uint32_t packed) noexcept {
+    return packed & ((1U << kRawBits) - 1);
+  }
+};
+
+/// Pixels to search, both ends inclusive; empty when a first is above its last.
+struct PixelWindow {
+  int column_first = 0;
+  int column_last = -1;
+  int row_first = 0;
+  int row_last = -1;
+  std::uint16_t raw_first = 0;
+  std::uint16_t raw_last = 0;
+
+  bool empty() const noexcept { return column_first > column_last || row_first > row_last; }
+};
+
+/// Raw disparity to metric points, eq. (1)-(2) of the paper by look-up tables:
+/// `P = Z(d) * (ray_of_column(u) + ray_of_row(v)) + camera position`, all in the world frame, where the rays
+/// already hold the camera's rotation and Z = 1 / (a d + b).
+/// Immutable after construction; any thread may read it.
+class DepthModel {
+ public:
+  /// RT: not safe (constructed at start).
+  DepthModel(const DepthModelParameters& parameters, const PoseParameters& T_world_camera);
+
+  /// Depth along the optical axis in metres, near..far; 0 for every raw value that is no measurement or lies
+  /// outside the limits (so also where a d + b <= 0, behind the camera). `raw` 0..2047.  RT: safe.
+  double depth_m(std::uint16_t raw) const noexcept { return depth_m_[raw]; }
+
+  /// The point that a pixel sees; `raw` must have a depth other than 0.  RT: safe.
+  Vec3 pointInWorld(std::uint32_t packed_pixel) const noexcept {
+    const double depth = depth_m_[PackedPixel::raw(packed_pixel)];
+    const Ray& column = column_rays_[PackedPixel::column(packed_pixel)];
+    const Ray& row = row_rays_[PackedPixel::row(packed_pixel)];
+    return {depth * (column.x + row.x) + camera_position_.x, depth * (column.y + row.y) + camera_position_.y,
+            depth * (column.z + row.z) + camera_position_.z};
+  }
+
+  /// All pixels and raw values that can show a point within `radius_m` of `centre_m_in_world`.  RT: safe.
+  PixelWindow windowOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept;
+  /// All pixels, all raw values that have a depth.  RT: safe.
+  PixelWindow wholeFrame() const noexcept;
+
+  /// The box around everything that the camera can see between near and far.
+  struct Bounds {
+    Vec3 lowest_m_in_world;
+    Vec3 highest_m_in_world;
+  };
+  Bounds bounds() const noexcept { return bounds_; }
+
+  /// Largest distance between the single-precision position that the voxel grid searches with and the
+  /// position that pointInWorld() computes, metres.
+  double singlePrecisionError_m() const noexcept { return single_precision_error_m_; }
+
+  /// Single-precision tables for vectorised deprojection; row and column rays as separate coordinates.
+  struct SinglePrecisionTables {
+    alignas(kCacheLine) std::array<float, kRawValues> depth_m;
+    alignas(kCacheLine) std::array<float, kFrameWidth> column_x, column_y, column_z;
+    std::array<float, kFrameHeight> row_x, row_y, row_z;
+  };
+  const SinglePrecisionTables& singlePrecision() const noexcept { return single_; }
+  const Vec3& cameraPosition_m_in_world() const noexcept { return camera_position_; }
+
+ private:
+  struct alignas(32) Ray {
+    double x, y, z;
+  };
+
+  /// A window of no pixels with the raw values that can have a depth between the two limits.
+  PixelWindow rawsBetween(double nearest_m, double farthest_m) const noexcept;
+  void tabulateDepth();
+  void tabulateRays();
+  void computeBounds();
+
+  DepthModelParameters parameters_;
+  std::array<double, 9> rotation_world_camera_;  // row by row
+  Vec3 camera_position_;                         // in world
+  std::array<double, kRawValues> depth_m_;
+  std::array<Ray, kFrameWidth> column_rays_;
+  std::array<Ray, kFrameHeight> row_rays_;
+  SinglePrecisionTables single_;
+  Bounds bounds_;
+  double single_precision_error_m_ = 0;
+};
+
+}  // namespace hapticd::rt

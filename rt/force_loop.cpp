@@ -1,0 +1,90 @@
+#include "rt/force_loop.h"
+
+#include <cmath>
+
+namespace hapticd::rt {
+
+ForceLoop::ForceLoop(const LoopParameters& parameters, std::size_t point_capacity,
+                     const ForceLoopChannels& channels)
+    : parameters_(parameters),
+      channels_(channels),
+      core_(point_capacity),
+      clock_(std::llround(1e9 / parameters.rate_hz)),
+      period_s_(1 / parameters.rate_hz) {}
+
+LoopPrivileges ForceLoop::prepare() {
+  LoopPrivileges privileges;
+  privileges.cpu = pinToCpu(parameters_.cpu);
+  privileges.realtime_scheduling = useRealtimeScheduling(parameters_.priority);
+  prefaultStack();
+  constexpr int kWarmUpTicks = 10;
+  for (int i = 0; i < kWarmUpTicks; ++i) {
+    const std::int64_t now_ns = monotonicNow_ns();
+    core_.step({now_ns, period_s_, channels_.scenes.front(), channels_.handle_state.front(),
+                channels_.control.directive.front()});
+  }
+  return privileges;
+}
+
+void ForceLoop::run() HAPTICD_RT {
+  clock_.start(monotonicNow_ns());
+  do {
+    sleepUntil(clock_.planned_ns());
+    const std::int64_t woke_ns = monotonicNow_ns();
+    stopping_ = stop_.load(std::memory_order_relaxed);
+    tick(clock_.planned_ns(), woke_ns);
+  } while (!(stopping_ && isQuiet()));
+}
+
+void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
+  channels_.scenes.refresh();
+  channels_.handle_state.refresh();
+  channels_.control.directive.refresh();
+  const HandleState& handle = channels_.handle_state.front();
+  Directive directive = channels_.control.directive.front();
+  if (stopping_) directive.engage = false;
+
+  Tick tick = core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive});
+  tick.number = state_.counters.ticks + 1;
+  tick.planned_ns = planned_ns;
+  tick.wakeup_latency_ns = woke_ns - planned_ns;
+  channels_.handle_command.write({tick.command_force_n_in_world, tick.number});
+  channels_.hip.write(handle.position_m_in_world);
+
+  const std::int64_t done_ns = monotonicNow_ns();
+  tick.compute_ns = done_ns - woke_ns;
+  const std::uint64_t skipped = clock_.advance(done_ns);
+  state_.counters.overruns += skipped != 0 ? 1 : 0;
+  state_.counters.skipped_periods += skipped;
+  state_.directive_generation = directive.generation;
+  count(tick);
+  publish(tick);
+}
+
+void ForceLoop::count(const Tick& tick) HAPTICD_RT {
+  LoopCounters& counters = state_.counters;
+  const auto add = [](std::uint64_t& counter, bool acted) { counter += acted ? 1 : 0; };
+  ++counters.ticks;
+  add(counters.contact_ticks, tick.points_used > 0);
+  add(counters.outside_model_ticks, tick.outside_model);
+  add(counters.slew_limited_ticks, tick.slew_limited);
+  add(counters.magnitude_clamped_ticks, tick.magnitude_clamped);
+  add(counters.not_finite_ticks, tick.not_finite);
+  add(counters.depth_stale_ticks, tick.mode == Mode::holding && tick.cause == Cause::depth_stale);
+  add(counters.handle_stale_ticks, tick.mode == Mode::holding && tick.cause == Cause::handle_stale);
+  add(counters.handle_invalid_ticks, tick.mode == Mode::holding && tick.cause == Cause::handle_invalid);
+}
+
+void ForceLoop::publish(const Tick& tick) HAPTICD_RT {
+  state_.tick = tick;
+  channels_.control.state.write(state_);
+  channels_.control.ticks.push(tick);
+  channels_.control.wakeup_latency.add(tick.wakeup_latency_ns);
+  channels_.control.compute_time.add(tick.compute_ns);
+}
+
+bool ForceLoop::isQuiet() const HAPTICD_RT {
+  return state_.tick.command_force_n_in_world == Vec3{};
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "rt/haptic_core.h"
+#include "rt/loop_state.h"
+#include "rt/periodic_clock.h"
+#include "rt/realtime_thread.h"
+
+namespace hapticd::rt {
+
+/// The channels that the force loop reads and writes; all outlive it.
+struct ForceLoopChannels {
+  SceneChannel& scenes;                  ///< reads
+  HandleStateChannel& handle_state;      ///< reads
+  HandleCommandChannel& handle_command;  ///< writes
+  TripleBuffer<Vec3>& hip;               ///< writes: where the scene thread is to model
+  ControlChannels& control;              ///< reads directives, writes the rest
+};
+
+/// The 1 kHz loop: one HapticCore step per period of a fixed grid of CLOCK_MONOTONIC times.
+/// While it runs it allocates nothing, takes no lock, makes no system call but reading and sleeping on the
+/// clock, and waits for nobody.
+class ForceLoop {
+ public:
+  /// `point_capacity`: of the scenes in the channel.
+  ForceLoop(const LoopParameters& parameters, std::size_t point_capacity, const ForceLoopChannels& channels);
+
+  /// Sets the calling thread up for real time, as far as it is permitted: pinned CPU, SCHED_FIFO, prefaulted
+  /// stack; and runs the cycle on no input, so that every page and every code path has been touched.
+  /// Thread: the force thread, once, before run().  RT: not safe.
+  LoopPrivileges prepare();
+
+  /// Ticks until requestStop(), then for as long as it takes the commanded force to reach zero.
+  /// Thread: the force thread.
+  void run() HAPTICD_RT;
+
+  /// Thread: any.  RT: safe.
+  void requestStop() HAPTICD_RT { stop_.store(true, std::memory_order_relaxed); }
+
+ private:
+  void tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT;
+  void publish(const Tick& tick) HAPTICD_RT;
+  void count(const Tick& tick) HAPTICD_RT;
+  bool isQuiet() const HAPTICD_RT;
+
+  LoopParameters parameters_;
+  ForceLoopChannels channels_;
+  HapticCore core_;
+  PeriodicClock clock_;
+  double period_s_;
+  std::atomic<bool> stop_{false};  // relaxed: a flag, it orders nothing
+  bool stopping_ = false;
+  LoopState state_;
+};
+
+}  // namespace hapticd::rt

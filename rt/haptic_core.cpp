@@ -1,0 +1,114 @@
+#include "rt/haptic_core.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd::rt {
+namespace {
+
+/// While the HIP's neighbourhood is not modelled the last force is held that long; a new model of the same
+/// frame takes the scene thread far less.
+constexpr double kMaxHold_s = 0.01;
+
+bool inWorkspace(const Vec3& p_m) noexcept {
+  // written so that a coordinate that is not a number is outside
+  return std::abs(p_m.x) <= kWorkspaceHalfEdge_m && std::abs(p_m.y) <= kWorkspaceHalfEdge_m &&
+         std::abs(p_m.z) <= kWorkspaceHalfEdge_m;
+}
+
+bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept {
+  return static_cast<double>(now_ns - time_ns) > limit_s * 1e9;
+}
+
+}  // namespace
+
+ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
+                                 const LiveParameters& parameters) HAPTICD_RT {
+  switch (parameters.law) {
+    case ForceLaw::nearest_springs:
+      return nearestSprings(scene, hip_m_in_world, parameters.springs, search_);
+  }
+  return {};
+}
+
+/// What keeps the loop from commanding a force, or `none`.
+Cause HapticCore::obstacle(const Input& input) const HAPTICD_RT {
+  const SafetyParameters& limits = input.directive.parameters.safety;
+  if (input.handle.sequence == 0 || isOlder(input.handle.time_ns, input.now_ns, limits.handle_timeout_s)) {
+    return Cause::handle_stale;
+  }
+  if (!inWorkspace(input.handle.position_m_in_world)) return Cause::handle_invalid;
+  if (input.scene.frame == 0) return Cause::no_scene;
+  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return Cause::depth_stale;
+  return Cause::none;
+}
+
+void HapticCore::decideMode(const Input& input) HAPTICD_RT {
+  if (!input.directive.engage) {  // also what clears a fault
+    mode_ = Mode::idle;
+    cause_ = Cause::requested;
+    return;
+  }
+  if (mode_ == Mode::faulted) return;
+  cause_ = obstacle(input);
+  if (cause_ != Cause::none) {
+    mode_ = Mode::holding;
+    return;
+  }
+  if (mode_ != Mode::engaged) engaged_s_ = 0;
+  mode_ = Mode::engaged;
+  cause_ = Cause::requested;
+}
+
+double HapticCore::rampGain(const Input& input) HAPTICD_RT {
+  engaged_s_ += input.period_s;
+  const double ramp_s = input.directive.parameters.safety.engage_ramp_s;
+  return engaged_s_ >= ramp_s ? 1.0 : engaged_s_ / ramp_s;
+}
+
+/// The law's force at the handle, or the held one for a moment where the scene is not modelled.
+Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
+  const Vec3& hip = input.handle.position_m_in_world;
+  const LiveParameters& parameters = input.directive.parameters;
+  tick.outside_model = !input.scene.covers(hip, parameters.springs.radius_m);
+  if (tick.outside_model) {
+    outside_model_s_ += input.period_s;
+    return outside_model_s_ <= kMaxHold_s ? held_force_n_in_world_ : Vec3{};
+  }
+  outside_model_s_ = 0;
+  const ForceSample sample = lawForce(input.scene, hip, parameters);
+  tick.points_used = sample.points_used;
+  tick.law_force_n_in_world = sample.force_n_in_world;
+  held_force_n_in_world_ = sample.force_n_in_world;
+  return sample.force_n_in_world;
+}
+
+Tick HapticCore::step(const Input& input) HAPTICD_RT {
+  Tick tick;
+  decideMode(input);
+  tick.hip_m_in_world = input.handle.position_m_in_world;
+  tick.scene_frame = input.scene.frame;
+  tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
+
+  // The law is felt in every mode whose inputs are good, so that status shows contact before engaging.
+  Vec3 aim;
+  if (obstacle(input) == Cause::none) {
+    const Vec3 felt = feel(input, tick);
+    if (mode_ == Mode::engaged) aim = rampGain(input) * felt;
+  }
+  const SafetyChain::Output out = safety_.apply(aim, input.directive.parameters.safety, input.period_s);
+  if (out.not_finite) {
+    mode_ = Mode::faulted;
+    cause_ = Cause::force_not_finite;
+    held_force_n_in_world_ = {};
+  }
+  tick.mode = mode_;
+  tick.cause = cause_;
+  tick.slew_limited = out.slew_limited;
+  tick.magnitude_clamped = out.magnitude_clamped;
+  tick.not_finite = out.not_finite;
+  tick.command_force_n_in_world = out.force_n_in_world;
+  return tick;
+}
+
+}  // namespace hapticd::rt

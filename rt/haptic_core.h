@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "rt/handle_channel.h"
+#include "rt/loop_state.h"
+#include "rt/nearest_springs.h"
+#include "rt/parameters.h"
+#include "rt/realtime_safe.h"
+#include "rt/safety_chain.h"
+#include "rt/scene.h"
+
+namespace hapticd::rt {
+
+/// Positions outside this cube around the world's origin are taken for a fault of the handle.
+inline constexpr double kWorkspaceHalfEdge_m = 10;
+
+/// One force tick without clock and channels: inputs in, force out. The mode machine, the law and the safety
+/// chain live here; the force loop and the offline tools call it.
+/// Thread: one.  RT: step() is safe.
+class HapticCore {
+ public:
+  /// `point_capacity`: of the scenes to be felt.  RT: not safe (allocates).
+  explicit HapticCore(std::size_t point_capacity) : search_(point_capacity) {}
+
+  struct Input {
+    std::int64_t now_ns;  ///< CLOCK_MONOTONIC, or any clock that the scene and the handle share
+    double period_s;      ///< since the step before
+    const Scene& scene;
+    const HandleState& handle;
+    const Directive& directive;
+  };
+
+  /// Fills everything of a Tick but its number and its timing.
+  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the slew limit's pace.
+  Tick step(const Input& input) HAPTICD_RT;
+
+  /// The law's force at a HIP, whatever the mode, before any safety stage.
+  ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world,
+                       const LiveParameters& parameters) HAPTICD_RT;
+
+ private:
+  Cause obstacle(const Input& input) const HAPTICD_RT;
+  void decideMode(const Input& input) HAPTICD_RT;
+  Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
+  double rampGain(const Input& input) HAPTICD_RT;
+
+  SearchMemory search_;
+  SafetyChain safety_;
+  Mode mode_ = Mode::starting;
+  Cause cause_ = Cause::none;
+  double engaged_s_ = 0;        ///< since the mode became `engaged`
+  Vec3 held_force_n_in_world_;  ///< of the last tick whose neighbourhood was modelled
+  double outside_model_s_ = 0;  ///< since then
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,228 @@
+#include "rt/nearest_springs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd::rt {
+namespace {
+
+/// Below this distance a point counts as coinciding with the HIP.
+constexpr double kCoincident_m = 1e-9;
+
+/// Free space is searched that much farther than D_thresh, and then not again until the HIP has moved as far.
+constexpr double kFreeSpaceLookAhead_m = 0.01;
+
+/// Mean of the springs of eq. (10) over points given by their pixels, eq. (11).
+class SpringSum {
+ public:
+  SpringSum(const DepthModel& model, const Vec3& hip_m_in_world, const SpringParameters& parameters) noexcept
+      : model_(model), hip_(hip_m_in_world), parameters_(parameters) {}
+
+  void add(std::uint32_t pixel) noexcept { addVector(hip_ - model_.pointInWorld(pixel)); }
+
+  ForceSample mean() const noexcept {
+    if (count_ == 0) return {};
+    return {(parameters_.stiffness_n_per_m / count_) * sum_, count_};
+  }
+
+ private:
+  void addVector(const Vec3& v) noexcept {
+    const double s = norm(v);
+    ++count_;
+    if (s < kCoincident_m) return;
+    sum_ += (parameters_.radius_m / s - 1) * v;
+  }
+
+  const DepthModel& model_;
+  const Vec3 hip_;
+  const SpringParameters parameters_;
+  Vec3 sum_;
+  std::uint32_t count_ = 0;
+};
+
+float squared(double length_m) noexcept {
+  return static_cast<float>(length_m * length_m);
+}
+
+}  // namespace
+
+SearchMemory::SearchMemory(std::size_t point_capacity)
+    : distance_squared_m2_(std::make_unique<float[]>(point_capacity + kVectorPadding)),
+      pixel_(std::make_unique<std::uint32_t[]>(point_capacity + kVectorPadding)),
+      boundary_pixel_(std::make_unique<std::uint32_t[]>(point_capacity + kVectorPadding)),
+      ranked_(std::make_unique<Ranked[]>(point_capacity + kVectorPadding)) {}
+
+/// One search for the points of eq. (6)-(8).
+///
+/// The grid is searched in single precision. Every such distance is within `error_m_` of the exact one, so
+/// all points that are surely chosen and the few that may be are told apart by distances that are `error_m_`
+/// apart from the limits; the exact positions of the few decide.
+class NearestSearch {
+ public:
+  NearestSearch(const Scene& scene, const Vec3& hip_m_in_world, const SpringParameters& parameters,
+                SearchMemory& memory) noexcept
+      : scene_(scene),
+        hip_(hip_m_in_world),
+        parameters_(parameters),
+        memory_(memory),
+        candidates_{memory.distance_squared_m2_.get(), memory.pixel_.get(), 0},
+        boundary_(memory.boundary_pixel_.get()),
+        error_m_(scene.depth_model->singlePrecisionError_m()),
+        wanted_(static_cast<std::uint32_t>(parameters.max_points)) {}
+
+  ForceSample force() noexcept {
+    if (scene_.points < static_cast<std::uint32_t>(parameters_.min_points) || isKnownToBeFree()) return {};
+    const bool wanted_found = findCandidates();
+    if (candidates_.count < static_cast<std::uint32_t>(parameters_.min_points)) return {};
+    if (wanted_found) return forceOfNearest();
+    return forceOfAll();
+  }
+
+ private:
+  bool isKnownToBeFree() const noexcept {
+    return memory_.free_model_ == scene_.model &&
+           norm(hip_ - memory_.free_centre_m_in_world_) + parameters_.radius_m <= memory_.free_radius_m_;
+  }
+
+  /// Finds all points whose exact distance is at most `radius_m`, and perhaps some a little farther.
+  void find(double radius_m) noexcept {
+    found_radius_m_ = radius_m + error_m_;
+    const Vec3 local = hip_ - scene_.origin_m_in_world;
+    findInBall(scene_,
+               {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z),
+                static_cast<float>(found_radius_m_)},
+               candidates_);
+  }
+
+  /// Finds at least the points to choose from; true if more than enough of them lie within D_thresh.
+  bool findCandidates() noexcept {
+    const double limit = parameters_.radius_m;
+    // A ball that held N_max points holds them still when it grows by the way that the HIP went, if the scene
+    // is the same. Whether it does is counted, so a wrong guess costs time only.
+    constexpr double kSlack_m = 0.0005;
+    double guess = memory_.last_radius_m_ + norm(hip_ - memory_.last_hip_m_in_world_) + kSlack_m;
+    memory_.last_hip_m_in_world_ = hip_;
+    for (; guess < limit; guess *= kGrowth) {
+      find(guess);
+      if (countWithin(candidates_, squared(guess - error_m_)) >= wanted_) return true;
+    }
+    find(limit);
+    if (countWithin(candidates_, squared(limit - error_m_)) >= wanted_) return true;
+    memory_.last_radius_m_ = std::numeric_limits<double>::infinity();
+    if (candidates_.count == 0) rememberFreeSpace();
+    return false;
+  }
+
+  void rememberFreeSpace() noexcept {
+    const double radius = parameters_.radius_m + kFreeSpaceLookAhead_m;
+    if (!scene_.covers(hip_, radius)) return;
+    find(radius);
+    if (candidates_.count != 0) {
+      candidates_.count = 0;
+      return;
+    }
+    memory_.free_model_ = scene_.model;
+    memory_.free_centre_m_in_world_ = hip_;
+    memory_.free_radius_m_ = radius;
+  }
+
+  /// All candidates within D_thresh, eq. (7), or none, eq. (8); there are hardly more than N_max.
+  ForceSample forceOfAll() noexcept {
+    std::uint32_t within = 0;
+    for (std::uint32_t i = 0; i < candidates_.count; ++i) {
+      const Vec3 v = hip_ - scene_.depth_model->pointInWorld(candidates_.pixel[i]);
+      if (norm(v) > parameters_.radius_m) continue;
+      memory_.ranked_[within++] = {dot(v, v), candidates_.pixel[i]};
+    }
+    if (within < static_cast<std::uint32_t>(parameters_.min_points)) return {};
+    SpringSum springs(*scene_.depth_model, hip_, parameters_);
+    addNearestRanked(within, std::min(within, wanted_), springs);
+    return springs.mean();
+  }
+
+  /// The N_max nearest of more candidates than that, eq. (6).
+  ForceSample forceOfNearest() noexcept {
+    const Bracket bracket = bracketOfRank();
+    memory_.last_radius_m_ = std::sqrt(static_cast<double>(bracket.above_m2)) + error_m_;
+    const double surely_near = std::sqrt(static_cast<double>(bracket.below_m2)) - 2 * error_m_;
+    const double maybe_near = std::sqrt(static_cast<double>(bracket.above_m2)) + 2 * error_m_;
+    const std::uint32_t between = takeBetween(candidates_, surely_near > 0 ? squared(surely_near) : -1.0F,
+                                              squared(maybe_near), boundary_);
+    SpringSum springs(*scene_.depth_model, hip_, parameters_);
+    for (std::uint32_t i = 0; i < candidates_.count; ++i) springs.add(candidates_.pixel[i]);
+    for (std::uint32_t i = 0; i < between; ++i) {
+      const Vec3 v = hip_ - scene_.depth_model->pointInWorld(boundary_[i]);
+      memory_.ranked_[i] = {dot(v, v), boundary_[i]};
+    }
+    addNearestRanked(between, wanted_ - candidates_.count, springs);
+    return springs.mean();
+  }
+
+  /// Adds the `chosen` nearest of the first `count` ranked points.
+  void addNearestRanked(std::uint32_t count, std::uint32_t chosen, SpringSum& springs) noexcept {
+    SearchMemory::Ranked* const ranked = memory_.ranked_.get();
+    if (chosen < count) {
+      std::nth_element(ranked, ranked + chosen, ranked + count,
+                       [](const SearchMemory::Ranked& a, const SearchMemory::Ranked& b) {
+                         if (a.distance_squared_m2 != b.distance_squared_m2) {
+                           return a.distance_squared_m2 < b.distance_squared_m2;
+                         }
+                         return a.pixel < b.pixel;
+                       });
+    }
+    for (std::uint32_t i = 0; i < chosen; ++i) springs.add(ranked[i].pixel);
+  }
+
+  /// Squared distances: fewer than N_max candidates lie within `below_m2`, at least N_max within `above_m2`.
+  struct Bracket {
+    float below_m2;
+    float above_m2;
+  };
+
+  /// Closes in on the distance of the N_max-th nearest candidate. On a surface the number of points grows
+  /// about linearly with the squared distance, so a few steps of linear interpolation do; every third step
+  /// halves the bracket, so that no distribution of distances takes more than a fixed number of steps.
+  Bracket bracketOfRank() const noexcept {
+    constexpr std::uint32_t kCloseEnough = 6;  // candidates whose exact positions must be looked at
+    constexpr int kMaxSteps = 24;
+    Bracket bracket{0, squared(found_radius_m_)};
+    std::uint32_t count_below = countWithin(candidates_, bracket.below_m2);
+    std::uint32_t count_above = candidates_.count;
+    if (count_below >= wanted_) return {-1.0F, bracket.below_m2};
+    for (int step = 1; step <= kMaxSteps && count_above - count_below > kCloseEnough; ++step) {
+      const float fraction = step % 3 == 0 ? 0.5F
+                                           : (static_cast<float>(wanted_ - count_below) + 0.5F) /
+                                                 static_cast<float>(count_above - count_below + 1);
+      const float middle = bracket.below_m2 + fraction * (bracket.above_m2 - bracket.below_m2);
+      const std::uint32_t count = countWithin(candidates_, middle);
+      if (count >= wanted_) {
+        bracket.above_m2 = middle;
+        count_above = count;
+      } else {
+        bracket.below_m2 = middle;
+        count_below = count;
+      }
+    }
+    return bracket;
+  }
+
+  static constexpr double kGrowth = 1.6;
+
+  const Scene& scene_;
+  const Vec3 hip_;
+  const SpringParameters& parameters_;
+  SearchMemory& memory_;
+  Candidates candidates_;
+  std::uint32_t* boundary_;
+  const double error_m_;
+  const std::uint32_t wanted_;
+  double found_radius_m_ = 0;
+};
+
+ForceSample nearestSprings(const Scene& scene, const Vec3& hip_m_in_world, const SpringParameters& parameters,
+                           SearchMemory& memory) HAPTICD_RT {
+  if (scene.frame == 0) return {};
+  return NearestSearch(scene, hip_m_in_world, parameters, memory).force();
+}
+
+}  // namespace hapticd::rt

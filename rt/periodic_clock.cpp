@@ -1,0 +1,38 @@
+#include "rt/periodic_clock.h"
+
+#include <cerrno>
+#include <ctime>
+
+namespace hapticd::rt {
+namespace {
+
+constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
+}  // namespace
+
+// The two system calls of the force thread. clang's effect analysis knows nothing of the C library; that
+// these neither lock nor allocate is documented: clock_gettime is answered in user space, clock_nanosleep is
+// what a periodic thread waits by.
+#if defined(__clang__)
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wunknown-warning-option"
+#pragma clang diagnostic ignored "-Wfunction-effects"
+#endif
+
+std::int64_t monotonicNow_ns() HAPTICD_RT {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kNanosecondsPerSecond + now.tv_nsec;
+}
+
+void sleepUntil(std::int64_t time_ns) HAPTICD_RT {
+  const timespec until{time_ns / kNanosecondsPerSecond, time_ns % kNanosecondsPerSecond};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+}
+
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#endif
+
+}  // namespace hapticd::rt

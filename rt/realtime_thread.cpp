@@ -1,0 +1,54 @@
+#include "rt/realtime_thread.h"
+
+#include <malloc.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+#include <cstddef>
+
+namespace hapticd::rt {
+
+bool lockMemory() noexcept {
+  // With a limit in force, locking all memory to come would make an allocation beyond it fail. A privileged
+  // process passes this by raising the limit first; for others raising it is refused.
+  rlimit limit{};
+  if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;
+  if (limit.rlim_cur != RLIM_INFINITY) {
+    const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
+    if (setrlimit(RLIMIT_MEMLOCK, &unlimited) != 0) return false;
+  }
+  mallopt(M_TRIM_THRESHOLD, -1);  // freed memory stays, so that it need not be faulted in again
+  return mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+}
+
+bool useRealtimeScheduling(int priority) noexcept {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+}
+
+int pinToCpu(int cpu) noexcept {
+  cpu_set_t set;
+  if (cpu < 0) {
+    if (sched_getaffinity(0, sizeof set, &set) != 0) return -1;
+    for (std::size_t candidate = 0; candidate < CPU_SETSIZE; ++candidate) {
+      if (CPU_ISSET(candidate, &set)) cpu = static_cast<int>(candidate);
+    }
+  }
+  if (cpu < 0 || cpu >= CPU_SETSIZE) return -1;
+  CPU_ZERO(&set);
+  CPU_SET(static_cast<std::size_t>(cpu), &set);
+  return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0 ? cpu : -1;
+}
+
+void prefaultStack() noexcept {
+  constexpr std::size_t kBytes = 128 * 1024;
+  constexpr std::size_t kPage = 4096;
+  char stack[kBytes];
+  volatile char* const pages = stack;
+  for (std::size_t i = 0; i < kBytes; i += kPage) pages[i] = 0;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,38 @@
+#include "rt/scene.h"
+
+namespace hapticd::rt {
+
+GridShape GridShape::of(const GridParameters& parameters, const DepthModel& model) noexcept {
+  if (parameters.extent == ModelExtent::reach) {
+    return {parameters.cells_per_axis, parameters.cells_per_axis, parameters.cells_per_axis,
+            parameters.voxel_edge_m};
+  }
+  const Vec3 size = model.bounds().highest_m_in_world - model.bounds().lowest_m_in_world;
+  const double edge = parameters.frame_voxel_edge_m;
+  const auto cells = [edge](double length) { return static_cast<int>(std::ceil(length / edge)) + 2; };
+  return {cells(size.x), cells(size.y), cells(size.z), edge};
+}
+
+SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity)
+    : shape_(shape),
+      occupancy_(std::make_unique<std::uint64_t[]>(shape.words())),
+      touched_words_(std::make_unique<std::uint64_t[]>(shape.summaryWords())),
+      word_rank_(std::make_unique<std::uint32_t[]>(shape.words())),
+      voxel_begin_(std::make_unique<std::uint32_t[]>(point_capacity + 2)),
+      coordinates_(std::make_unique<float[]>(3 * (point_capacity + kVectorPadding))),
+      pixel_(std::make_unique<std::uint32_t[]>(point_capacity + kVectorPadding)),
+      point_stride_(point_capacity + kVectorPadding) {}
+
+void SceneStorage::attachTo(Scene& scene) const noexcept {
+  scene.shape = shape_;
+  scene.occupancy = occupancy_.get();
+  scene.touched_words = touched_words_.get();
+  scene.word_rank = word_rank_.get();
+  scene.voxel_begin = voxel_begin_.get();
+  scene.x_m = coordinates_.get();
+  scene.y_m = coordinates_.get() + point_stride_;
+  scene.z_m = coordinates_.get() + 2 * point_stride_;
+  scene.pixel = pixel_.get();
+}
+
+}  // namespace hapticd::rt

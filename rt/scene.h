@@ -1,0 +1,95 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <type_traits>
+
+#include "rt/depth_model.h"
+#include "rt/parameters.h"
+#include "rt/triple_buffer.h"
+#include "rt/vec3.h"
+
+namespace hapticd::rt {
+
+/// The most lanes of 32 bits that a vector register of any supported machine holds. Arrays that kernels read
+/// or write in whole vectors end with that many spare elements.
+inline constexpr std::size_t kVectorPadding = 64;
+
+/// A grid of cubic voxels, axis-aligned in the world. Rows of voxels run along x; each row is a sequence of
+/// 64-bit words, one bit per voxel.
+struct GridShape {
+  int cells_x = 0;
+  int cells_y = 0;
+  int cells_z = 0;
+  double voxel_edge_m = 0;
+
+  static constexpr int kCellsPerWord = 64;
+  int wordsPerRow() const noexcept { return (cells_x + kCellsPerWord - 1) / kCellsPerWord; }
+  std::size_t words() const noexcept {
+    return static_cast<std::size_t>(wordsPerRow()) * static_cast<std::size_t>(cells_y) *
+           static_cast<std::size_t>(cells_z);
+  }
+  /// Words of the summary that has one bit per word of the occupancy.
+  std::size_t summaryWords() const noexcept { return words() / kCellsPerWord + 1; }
+
+  /// The window that follows the HIP, or the grid over all that the camera sees, as `parameters.extent` says.
+  static GridShape of(const GridParameters& parameters, const DepthModel& model) noexcept;
+};
+
+/// Points of one depth frame, sorted by voxel: those of a row of voxels lie one after the other. Only
+/// occupied voxels take memory: a voxel's rank among the occupied ones is `word_rank` plus the set bits below
+/// its own. A view; a SceneStorage owns the memory. Immutable once published.
+struct Scene {
+  std::uint64_t frame = 0;         ///< sequence number of the depth frame, 0: nothing modelled yet
+  std::uint64_t model = 0;         ///< number of this scene, different for each one built
+  std::int64_t frame_time_ns = 0;  ///< CLOCK_MONOTONIC of the frame's arrival
+  const DepthModel* depth_model = nullptr;
+
+  Vec3 origin_m_in_world;  ///< lowest corner of the grid
+  GridShape shape;
+  Vec3 ball_centre_m_in_world;  ///< the part of the frame that is modelled: all points in this ball
+  double ball_radius_m = 0;     ///< infinite: the whole frame
+  std::uint32_t points = 0;
+  std::uint32_t points_over_capacity = 0;
+
+  std::uint64_t* occupancy = nullptr;      ///< [words] one bit per voxel
+  std::uint64_t* touched_words = nullptr;  ///< one bit per word of the occupancy: it is not 0
+  std::uint32_t* word_rank = nullptr;      ///< [words] valid where occupancy is not 0
+  std::uint32_t* voxel_begin = nullptr;    ///< [occupied voxels + 1] first point of each, and the end
+  float* x_m = nullptr;                    ///< [points] from origin_m_in_world, single precision
+  float* y_m = nullptr;
+  float* z_m = nullptr;
+  std::uint32_t* pixel = nullptr;  ///< [points] PackedPixel, for the exact position
+
+  /// True if all points of the frame within `radius_m` of `centre_m_in_world` are in the scene.  RT: safe.
+  bool covers(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+    return frame != 0 && norm(centre_m_in_world - ball_centre_m_in_world) + radius_m <= ball_radius_m;
+  }
+};
+static_assert(std::is_trivially_copyable_v<Scene>);
+
+/// From the scene thread (writer) to the force thread (reader).
+using SceneChannel = TripleBuffer<Scene>;
+
+/// The memory of one Scene.  RT: not safe (allocated at start).
+class SceneStorage {
+ public:
+  SceneStorage(const GridShape& shape, std::size_t point_capacity);
+  /// Points `scene` at this memory, which holds an empty grid.
+  void attachTo(Scene& scene) const noexcept;
+
+ private:
+  GridShape shape_;
+  std::unique_ptr<std::uint64_t[]> occupancy_;
+  std::unique_ptr<std::uint64_t[]> touched_words_;
+  std::unique_ptr<std::uint32_t[]> word_rank_;
+  std::unique_ptr<std::uint32_t[]> voxel_begin_;
+  std::unique_ptr<float[]> coordinates_;
+  std::unique_ptr<std::uint32_t[]> pixel_;
+  std::size_t point_stride_;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "rt/deproject_kernel.h"
+#include "rt/depth_frame.h"
+#include "rt/depth_model.h"
+#include "rt/scene.h"
+
+namespace hapticd::rt {
+
+/// Turns a raw depth frame into a Scene by a counting sort over voxels, in a fixed amount of memory.
+/// Neighbouring pixels mostly fall into the same voxel, so the sort moves runs of pixels, not single ones.
+/// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
+class SceneBuilder {
+ public:
+  /// `model` outlives the builder and every scene that it built.
+  SceneBuilder(const DepthModel& model, const GridParameters& parameters);
+
+  const GridShape& shape() const noexcept { return shape_; }
+  /// Points that a scene of this builder can hold.
+  std::size_t pointCapacity() const noexcept { return point_capacity_; }
+  /// Largest radius whose ball fits into the window wherever its centre lies between voxel corners; infinite
+  /// when the whole frame is modelled.
+  double largestBall_m() const noexcept;
+
+  /// Models what lies within `radius_m` (cut to largestBall_m()) of `centre_m_in_world`, or all of the frame
+  /// when that is the configured extent; then the ball is not used. `scene` is attached to memory of this
+  /// shape and capacity.
+  /// Points over capacity are left out, last rows of the image first, and counted in the scene.
+  void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene) noexcept;
+
+ private:
+  void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
+  PixelWindow windowOf(const Scene& scene) const noexcept;
+  void rankOccupiedVoxels(Scene& scene) noexcept;
+  void scatter(Scene& scene) noexcept;
+
+  const DepthModel& model_;
+  ModelExtent extent_;
+  GridShape shape_;
+  std::size_t point_capacity_;
+  std::size_t run_count_ = 0;
+  // points of the frame in the order of the image, one allocation each
+  std::unique_ptr<float[]> x_m_;
+  std::unique_ptr<float[]> y_m_;
+  std::unique_ptr<float[]> z_m_;
+  std::unique_ptr<std::uint32_t[]> pixel_;
+  std::unique_ptr<std::uint32_t[]> voxel_;
+  std::unique_ptr<VoxelRun[]> runs_;
+};
+
+}  // namespace hapticd::rt

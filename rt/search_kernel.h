@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rt/scene.h"
+
+namespace hapticd::rt {
+
+/// Points found by a search, as two arrays with room for all points of a scene and one vector more.
+struct Candidates {
+  float* distance_squared_m2;  ///< single precision
+  std::uint32_t* pixel;        ///< PackedPixel
+  std::uint32_t count;
+};
+
+/// A ball in the grid's own coordinates: metres from Scene::origin_m_in_world.
+struct LocalBall {
+  float x_m, y_m, z_m;
+  float radius_m;
+};
+
+/// Finds the points whose single-precision distance from the ball's centre is at most its radius. Touches
+/// only voxels that meet the ball. `candidates.count` is set. RT: safe after the first call. Cost: bounded by
+/// the rows of voxels and the points in the ball's voxels.
+void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) noexcept;
+
+/// How many candidates have a squared distance of at most `limit_m2`.  RT: safe after the first call.
+std::uint32_t countWithin(const Candidates& candidates, float limit_m2) noexcept;
+
+/// Keeps the pixels of the candidates with a squared distance of at most `near_m2` in `candidates`, whose
+/// distances are lost, and writes the pixels of those above it but at most `far_m2` to `between`, which has
+/// the same room. Returns how many those are.  RT: safe after the first call.
+std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
+                          std::uint32_t* between) noexcept;
+
+}  // namespace hapticd::rt
