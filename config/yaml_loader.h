@@ -2,7 +2,8 @@
 
 #include <expected>
 #include <filesystem>
-#include <string_view>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "config/error.h"
@@ -10,8 +11,11 @@
 
 namespace hapticd::config {
 
-/// Settings from a YAML file of the form `group: {name: value}`; what the file does not name keeps its default.
-/// Errors: every problem of the file, each with file, line, value and allowed range; nothing is half applied.
+/// Settings from a YAML 1.2 file of the form `group: {name: value}`, at most 1 MiB, and from `overrides` of
+/// the form "group.name=value", which are applied after it; what neither names keeps its default. An empty
+/// file is valid. Numbers and truth values stand without quotes; no anchors, aliases, tags or second
+/// documents. Errors: every problem of the file, each with file, line, value and allowed range; nothing is
+/// half applied.
 std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
                                                          std::span<const std::string> overrides = {});
 

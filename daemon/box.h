@@ -17,13 +17,13 @@ namespace hapticd::daemon {
 
 /// Counters of the scene thread.
 struct SceneStatus {
-  std::uint64_t frames = 0;           ///< taken over from the camera
-  std::uint64_t models = 0;           ///< scenes built, remodelled ones included
-  std::uint64_t remodels = 0;         ///< scenes built again because the HIP left the modelled ball
-  std::uint32_t points = 0;           ///< in the newest scene
+  std::uint64_t frames = 0;    ///< taken over from the camera
+  std::uint64_t models = 0;    ///< scenes built, remodelled ones included
+  std::uint64_t remodels = 0;  ///< scenes built again because the HIP left the modelled ball
+  std::uint32_t points = 0;    ///< in the newest scene
   std::uint64_t points_over_capacity = 0;
-  std::uint64_t skipped_frames = 0;   ///< frames that a newer one replaced before they were modelled
-  std::int64_t last_model_ns = 0;     ///< time it took to build the newest scene
+  std::uint64_t skipped_frames = 0;  ///< frames that a newer one replaced before they were modelled
+  std::int64_t last_model_ns = 0;    ///< time it took to build the newest scene
   double frame_rate_hz = 0;
 };
 

@@ -48,6 +48,7 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
   const auto voxels_per_m = hn::Set(df, job.voxels_per_m);
   const auto below_first = hn::Set(di, job.window.raw_first - 1);
   const auto above_last = hn::Set(di, job.window.raw_last + 1);
+  const auto first_columns = hn::Iota(du, 0);
   const std::uint16_t* raw_row = job.raw + v * kFrameWidth;
 
   // Whole vectors from a multiple of the lanes on: 640 is one too, so they end with the row at the latest.
@@ -78,15 +79,14 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
     const auto cell_z = cellOf(z, voxels_per_m, job.last_cell_z);
     const auto grid_row = hn::Add(hn::Mul(cell_z, hn::Set(di, job.cells_y)), cell_y);
     const auto voxel = hn::BitCast(du, hn::Add(hn::Mul(grid_row, hn::Set(di, job.bits_per_row)), cell_x));
-    const auto columns = hn::Iota(du, static_cast<std::uint32_t>(column));
+    const auto columns = hn::Add(first_columns, hn::Set(du, static_cast<std::uint32_t>(column)));
     const auto pixel = hn::Or(hn::Set(du, PackedPixel::pack(0, static_cast<std::uint32_t>(row), 0)),
                               hn::Or(hn::ShiftLeft<PackedPixel::kRawBits>(columns), hn::BitCast(du, raw)));
     // Compressed in the register and stored whole: compressing into memory is slow on some machines.
     const auto keep_words = hn::RebindMask(du, keep);
-    hn::StoreU(hn::Compress(x, keep), df, job.x_m + begin);
-    hn::StoreU(hn::Compress(y, keep), df, job.y_m + begin);
-    hn::StoreU(hn::Compress(z, keep), df, job.z_m + begin);
-    hn::StoreU(hn::Compress(pixel, keep_words), du, job.pixel + begin);
+    hn::StoreInterleaved4(hn::Compress(x, keep), hn::Compress(y, keep), hn::Compress(z, keep),
+                          hn::BitCast(df, hn::Compress(pixel, keep_words)), df,
+                          &job.points_in_image_order[begin].x_m);
     hn::StoreU(hn::Compress(voxel, keep_words), du, job.voxel + begin);
     const std::uint32_t taken = std::min(kept, job.point_capacity - begin);
     job.points = begin + taken;
@@ -98,6 +98,7 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
 HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
   const UintTag du;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(du));
+  std::size_t run_count = job.run_count;
   for (std::uint32_t begin = first; begin < job.points; begin += lanes) {
     const auto voxel = hn::LoadU(du, job.voxel + begin);
     const auto before = hn::LoadU(du, job.voxel + begin - 1);
@@ -109,12 +110,13 @@ HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
     for (; starts != 0; starts &= starts - 1) {
       const std::uint32_t point = begin + static_cast<std::uint32_t>(std::countr_zero(starts));
       const std::uint32_t bit = job.voxel[point];
-      job.runs[job.run_count++] = {bit, point};
+      job.runs[run_count++] = {bit, point};
       std::uint64_t& word = job.occupancy[bit / 64];
       if (word == 0) job.touched_words[bit / 64 / 64] |= 1ULL << (bit / 64 % 64);
       word |= 1ULL << (bit % 64);
     }
   }
+  job.run_count = run_count;
 }
 
 void deprojectFrame(DeprojectJob& job) {
@@ -130,6 +132,21 @@ void deprojectFrame(DeprojectJob& job) {
   job.runs[job.run_count] = {~0U, job.points};
 }
 
+void splitPointCoordinates(const BuilderPoint* points, std::uint32_t count, float* x_m, float* y_m,
+                           float* z_m, std::uint32_t* pixel) {
+  const FloatTag df;
+  const UintTag du;
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(df));
+  for (std::uint32_t i = 0; i < count; i += lanes) {
+    hn::Vec<FloatTag> x, y, z, w;
+    hn::LoadInterleaved4(df, &points[i].x_m, x, y, z, w);
+    hn::StoreU(x, df, x_m + i);
+    hn::StoreU(y, df, y_m + i);
+    hn::StoreU(z, df, z_m + i);
+    hn::StoreU(hn::BitCast(du, w), du, pixel + i);
+  }
+}
+
 }  // namespace hapticd::rt::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -137,6 +154,13 @@ HWY_AFTER_NAMESPACE();
 namespace hapticd::rt {
 
 HWY_EXPORT(deprojectFrame);
+
+HWY_EXPORT(splitPointCoordinates);
+
+void splitCoordinates(const BuilderPoint* points, std::uint32_t count, float* x_m, float* y_m, float* z_m,
+                      std::uint32_t* pixel) noexcept {
+  HWY_DYNAMIC_DISPATCH(splitPointCoordinates)(points, count, x_m, y_m, z_m, pixel);
+}
 
 void deproject(DeprojectJob& job) noexcept {
   HWY_DYNAMIC_DISPATCH(deprojectFrame)(job);

@@ -13,6 +13,12 @@ struct VoxelRun {
   std::uint32_t begin;  ///< first point of the run; the next run's begin is its end
 };
 
+/// A point as the builder moves it: one store, one cache line.
+struct alignas(16) BuilderPoint {
+  float x_m, y_m, z_m;  ///< from the grid's origin
+  std::uint32_t pixel;  ///< PackedPixel
+};
+
 /// What deproject() reads and where it writes. Positions are single precision, metres, in world axes from the
 /// grid's origin.
 struct DeprojectJob {
@@ -28,14 +34,11 @@ struct DeprojectJob {
   std::int32_t bits_per_row;  ///< of the occupancy
 
   std::uint32_t point_capacity;
-  float* x_m;  ///< each array has room for point_capacity and one vector more
-  float* y_m;
-  float* z_m;
-  std::uint32_t* pixel;
-  std::uint32_t* voxel;          ///< voxel[-1] may be written
-  VoxelRun* runs;                ///< room for point_capacity + 1
-  std::uint64_t* occupancy;      ///< all 0 on entry
-  std::uint64_t* touched_words;  ///< all 0 on entry
+  BuilderPoint* points_in_image_order;  ///< room for point_capacity and one vector more
+  std::uint32_t* voxel;                 ///< voxel[-1] may be written
+  VoxelRun* runs;                       ///< room for point_capacity + 1
+  std::uint64_t* occupancy;             ///< all 0 on entry
+  std::uint64_t* touched_words;         ///< all 0 on entry
 
   std::uint32_t points;                ///< out
   std::uint32_t points_over_capacity;  ///< out
@@ -46,5 +49,10 @@ struct DeprojectJob {
 /// splits them into runs by voxel. One source for all vector widths, chosen at run time.
 /// RT: safe after the first call. Cost: bounded by the pixels of the window.
 void deproject(DeprojectJob& job) noexcept;
+
+/// Splits `count` points into arrays of their coordinates; all have room for one vector more.
+/// RT: safe after the first call.
+void splitCoordinates(const BuilderPoint* points, std::uint32_t count, float* x_m, float* y_m, float* z_m,
+                      std::uint32_t* pixel) noexcept;
 
 }  // namespace hapticd::rt

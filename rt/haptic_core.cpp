@@ -10,12 +10,6 @@ namespace {
 /// frame takes the scene thread far less.
 constexpr double kMaxHold_s = 0.01;
 
-bool inWorkspace(const Vec3& p_m) noexcept {
-  // written so that a coordinate that is not a number is outside
-  return std::abs(p_m.x) <= kWorkspaceHalfEdge_m && std::abs(p_m.y) <= kWorkspaceHalfEdge_m &&
-         std::abs(p_m.z) <= kWorkspaceHalfEdge_m;
-}
-
 bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept {
   return static_cast<double>(now_ns - time_ns) > limit_s * 1e9;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -15,6 +16,12 @@ namespace hapticd::rt {
 
 /// Positions outside this cube around the world's origin are taken for a fault of the handle.
 inline constexpr double kWorkspaceHalfEdge_m = 10;
+
+/// False also where a coordinate is not a number.  RT: safe.
+inline bool inWorkspace(const Vec3& p_m) noexcept {
+  return std::abs(p_m.x) <= kWorkspaceHalfEdge_m && std::abs(p_m.y) <= kWorkspaceHalfEdge_m &&
+         std::abs(p_m.z) <= kWorkspaceHalfEdge_m;
+}
 
 /// One force tick without clock and channels: inputs in, force out. The mode machine, the law and the safety
 /// chain live here; the force loop and the offline tools call it.

@@ -27,20 +27,6 @@ void clearOccupancy(Scene& scene) noexcept {
   std::fill_n(scene.touched_words, scene.shape.summaryWords(), 0);
 }
 
-/// Copies a short run without writing past its end: what lies there may be in place already.
-template <typename T>
-void copyRun(const T* from, T* to, std::uint32_t count) noexcept {
-  static_assert(sizeof(T) == 4);
-  constexpr std::uint32_t kLanes = 4;  // 16 bytes, one move on every 64-bit machine
-  if (count < kLanes) {
-    for (std::uint32_t i = 0; i < count; ++i) to[i] = from[i];
-    return;
-  }
-  for (std::uint32_t i = 0; i + kLanes < count; i += kLanes)
-    std::memcpy(to + i, from + i, kLanes * sizeof(T));
-  std::memcpy(to + count - kLanes, from + count - kLanes, kLanes * sizeof(T));
-}
-
 }  // namespace
 
 SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parameters)
@@ -49,10 +35,8 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       shape_(GridShape::of(parameters, model)),
       point_capacity_(extent_ == ModelExtent::frame ? kFramePixels
                                                     : static_cast<std::size_t>(parameters.point_capacity)),
-      x_m_(std::make_unique<float[]>(point_capacity_ + kVectorPadding)),
-      y_m_(std::make_unique<float[]>(point_capacity_ + kVectorPadding)),
-      z_m_(std::make_unique<float[]>(point_capacity_ + kVectorPadding)),
-      pixel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
+      in_image_order_(std::make_unique<BuilderPoint[]>(point_capacity_ + kVectorPadding)),
+      in_voxel_order_(std::make_unique<BuilderPoint[]>(point_capacity_ + kVectorPadding)),
       voxel_(std::make_unique<std::uint32_t[]>(1 + point_capacity_ + kVectorPadding)),
       runs_(std::make_unique<VoxelRun[]>(point_capacity_ + 1)) {}
 
@@ -119,10 +103,7 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   job.cells_y = shape_.cells_y;
   job.bits_per_row = shape_.wordsPerRow() * GridShape::kCellsPerWord;
   job.point_capacity = static_cast<std::uint32_t>(point_capacity_);
-  job.x_m = x_m_.get();
-  job.y_m = y_m_.get();
-  job.z_m = z_m_.get();
-  job.pixel = pixel_.get();
+  job.points_in_image_order = in_image_order_.get();
   job.voxel = voxel_.get() + 1;
   job.runs = runs_.get();
   job.occupancy = scene.occupancy;
@@ -166,12 +147,13 @@ void SceneBuilder::scatter(Scene& scene) noexcept {
     const VoxelRun& run = runs_[i];
     const std::uint32_t count = runs_[i + 1].begin - run.begin;
     std::uint32_t& to = scene.voxel_begin[run.voxel + 1];
-    copyRun(x_m_.get() + run.begin, scene.x_m + to, count);
-    copyRun(y_m_.get() + run.begin, scene.y_m + to, count);
-    copyRun(z_m_.get() + run.begin, scene.z_m + to, count);
-    copyRun(pixel_.get() + run.begin, scene.pixel + to, count);
+    // a loop of whole points, not a call: most runs are a few points long
+    const BuilderPoint* from = in_image_order_.get() + run.begin;
+    BuilderPoint* const end = in_voxel_order_.get() + to + count;
+    for (BuilderPoint* point = in_voxel_order_.get() + to; point != end; ++point) *point = *from++;
     to += count;
   }
+  splitCoordinates(in_voxel_order_.get(), scene.points, scene.x_m, scene.y_m, scene.z_m, scene.pixel);
 }
 
 }  // namespace hapticd::rt

@@ -43,12 +43,9 @@ class SceneBuilder {
   GridShape shape_;
   std::size_t point_capacity_;
   std::size_t run_count_ = 0;
-  // points of the frame in the order of the image, one allocation each
-  std::unique_ptr<float[]> x_m_;
-  std::unique_ptr<float[]> y_m_;
-  std::unique_ptr<float[]> z_m_;
-  std::unique_ptr<std::uint32_t[]> pixel_;
-  std::unique_ptr<std::uint32_t[]> voxel_;
+  std::unique_ptr<BuilderPoint[]> in_image_order_;
+  std::unique_ptr<BuilderPoint[]> in_voxel_order_;
+  std::unique_ptr<std::uint32_t[]> voxel_;  // of each point in the order of the image, from element 1 on
   std::unique_ptr<VoxelRun[]> runs_;
 };
 

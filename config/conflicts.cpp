@@ -1,0 +1,128 @@
+#include "config/conflicts.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "config/parameter_table.h"
+#include "config/value_text.h"
+#include "rt/depth_frame.h"
+
+namespace hapticd::config {
+namespace {
+
+// sizeof(sockaddr_un::sun_path) without the closing NUL.
+constexpr std::size_t kLongestSocketPath = 107;
+
+// Shorter directions lose digits when they are normalised.
+constexpr double kShortestDirection = 1e-3;
+
+void add(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters, std::string what,
+         std::string remedy) {
+  Error error{std::string(parameters.front()), std::move(what), std::move(remedy)};
+  conflicts.push_back({std::move(parameters), std::move(error)});
+}
+
+void checkPointCounts(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const rt::SpringParameters& springs = settings.live.springs;
+  if (springs.min_points <= springs.max_points) return;
+  add(conflicts, {"force.min_points", "force.max_points"},
+      fmt::format("{} is above force.max_points, {}", springs.min_points, springs.max_points),
+      fmt::format("set force.min_points to at most {} or force.max_points to at least {}", springs.max_points,
+                  springs.min_points));
+}
+
+bool hasValidRawValue(const rt::DepthModelParameters& model) {
+  for (int raw = 0; raw < rt::kRawNoMeasurement; ++raw) {
+    const double inverse_depth = model.a_per_m * raw + model.b_per_m;
+    const double depth = inverse_depth > 0 ? 1 / inverse_depth : 0;
+    if (depth >= model.near_m && depth <= model.far_m) return true;
+  }
+  return false;
+}
+
+void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const rt::DepthModelParameters model = settings.camera.effectiveDepthModel();
+  if (!(model.near_m < model.far_m)) {
+    add(conflicts, {"camera.near_m", "camera.far_m"},
+        fmt::format("{} m is not below camera.far_m, {} m", numberText(model.near_m),
+                    numberText(model.far_m)),
+        "set camera.near_m below camera.far_m");
+    return;
+  }
+  if (hasValidRawValue(model)) return;
+  add(conflicts,
+      {"camera.depth_law", "camera.depth_a_per_m", "camera.depth_b_per_m", "camera.near_m", "camera.far_m"},
+      fmt::format("Z = 1 / ({} d + {}) lies between camera.near_m, {} m, and camera.far_m, {} m, for no raw "
+                  "value d of 0..2046",
+                  numberText(model.a_per_m), numberText(model.b_per_m), numberText(model.near_m),
+                  numberText(model.far_m)),
+      settings.camera.depth_law == DepthLaw::custom
+          ? "correct camera.depth_a_per_m and camera.depth_b_per_m: about -0.003 and 3.3 for a Kinect v1"
+          : "move camera.near_m and camera.far_m further apart");
+}
+
+void checkRecording(const Settings& settings, std::vector<Conflict>& conflicts) {
+  if (settings.camera.driver != CameraDriver::recorded || !settings.camera.recording.empty()) return;
+  add(conflicts, {"camera.recording", "camera.driver"}, "is empty, and the camera.driver recorded needs it",
+      "set camera.recording to the folder that holds INDEX.txt");
+}
+
+void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const rt::Vec3& direction = settings.handle.simulated.direction_in_world;
+  if (rt::norm(direction) >= kShortestDirection) return;
+  add(conflicts,
+      {"simulated_handle.direction_x", "simulated_handle.direction_y", "simulated_handle.direction_z"},
+      fmt::format("({}, {}, {}) is no direction: it is shorter than {}", numberText(direction.x),
+                  numberText(direction.y), numberText(direction.z), numberText(kShortestDirection)),
+      "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
+}
+
+void checkSocketPath(std::string_view name, const std::string& path, std::vector<Conflict>& conflicts) {
+  if (path.empty()) {
+    add(conflicts, {name}, "is empty", "give the path of the socket");
+  } else if (path.ends_with('/')) {
+    add(conflicts, {name}, fmt::format("{} names a folder", inQuotes(path)), "give the path of the socket");
+  } else if (path.size() > kLongestSocketPath) {
+    add(conflicts, {name},
+        fmt::format("{} has {} bytes, a socket's path at most {}", inQuotes(path), path.size(),
+                    kLongestSocketPath),
+        "choose a shorter path, or one relative to the working directory");
+  }
+}
+
+void checkSockets(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const ControlSettings& control = settings.control;
+  checkSocketPath("control.status_socket", control.status_socket, conflicts);
+  checkSocketPath("control.control_socket", control.control_socket, conflicts);
+  const std::filesystem::path status(control.status_socket);
+  if (control.status_socket.empty() ||
+      status.lexically_normal() != std::filesystem::path(control.control_socket).lexically_normal()) {
+    return;
+  }
+  add(conflicts, {"control.control_socket", "control.status_socket"},
+      fmt::format("{} is also control.status_socket", inQuotes(control.control_socket)),
+      "give the two sockets different paths");
+}
+
+}  // namespace
+
+std::vector<Conflict> conflictsIn(const Settings& settings) {
+  std::vector<Conflict> conflicts;
+  checkPointCounts(settings, conflicts);
+  checkDepth(settings, conflicts);
+  checkRecording(settings, conflicts);
+  findWindowConflict(settings, conflicts);
+  findFrameGridConflict(settings, conflicts);
+  checkDirection(settings, conflicts);
+  checkSockets(settings, conflicts);
+  return conflicts;
+}
+
+std::vector<Error> checkTogether(const Settings& settings) {
+  std::vector<Error> errors;
+  for (Conflict& conflict : conflictsIn(settings)) errors.push_back(std::move(conflict.error));
+  return errors;
+}
+
+}  // namespace hapticd::config

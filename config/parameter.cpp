@@ -1,0 +1,173 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "config/parameter_table.h"
+#include "config/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+// PATH_MAX of Linux without the closing NUL: the longest text that any parameter can use.
+constexpr std::size_t kLongestText = 4095;
+
+Error refusal(const Parameter& parameter, std::string_view shown, std::string_view why) {
+  return {.where = std::string(parameter.name),
+          .what = fmt::format("{} {} (allowed: {})", shown, why, parameter.range()),
+          .remedy = {}};
+}
+
+// In place: g++ 12 warns of uninitialised memory when a temporary Value is moved under the address sanitizer.
+template <typename Stored>
+Result<Value> accepted(const Stored& stored) {
+  return Result<Value>(std::in_place, stored);
+}
+
+std::string withUnit(std::string_view shown, const Parameter& parameter) {
+  return parameter.unit.empty() ? std::string(shown) : fmt::format("{} {}", shown, parameter.unit);
+}
+
+// `shown` is the number as the person wrote it.
+Result<Value> checkNumber(const Parameter& parameter, double number, std::string_view shown) {
+  if (!std::isfinite(number)) return std::unexpected(refusal(parameter, shown, "is not a finite number"));
+  if (parameter.kind == Kind::integer && number != std::trunc(number)) {
+    return std::unexpected(refusal(parameter, shown, "is not a whole number"));
+  }
+  if (!(number >= parameter.minimum && number <= parameter.maximum)) {
+    return std::unexpected(refusal(parameter, withUnit(shown, parameter), "is out of range"));
+  }
+  if (parameter.kind == Kind::integer) return accepted(static_cast<std::int64_t>(number));
+  return accepted(number + 0.0);  // makes a negative zero positive
+}
+
+Result<Value> checkChoice(const Parameter& parameter, const std::string& word) {
+  if (std::ranges::find(parameter.choices, word) != parameter.choices.end()) return accepted(word);
+  return std::unexpected(refusal(parameter, inQuotes(word), "is not a choice"));
+}
+
+Result<Value> checkText(const Parameter& parameter, const std::string& text) {
+  if (text.size() > kLongestText) {
+    return std::unexpected(
+        refusal(parameter, inQuotes(text), fmt::format("is longer than {} bytes", kLongestText)));
+  }
+  if (firstInvalidUtf8(text))
+    return std::unexpected(refusal(parameter, inQuotes(text), "is not valid UTF-8"));
+  if (std::ranges::any_of(text, isControlCharacter)) {
+    return std::unexpected(refusal(parameter, inQuotes(text), "contains a control character"));
+  }
+  return accepted(text);
+}
+
+// The forms of YAML 1.2: decimal numbers, and .inf and .nan, which are understood to be refused by name.
+std::optional<double> numberFrom(std::string_view text) {
+  if (text == ".nan" || text == ".NaN" || text == ".NAN") return std::nan("");
+  std::string_view rest = text;
+  if (rest.starts_with('+')) rest.remove_prefix(1);
+  const bool signed_twice = rest.size() != text.size() && rest.starts_with('-');
+  const std::string_view magnitude = rest.starts_with('-') ? rest.substr(1) : rest;
+  if (magnitude == ".inf" || magnitude == ".Inf" || magnitude == ".INF") return HUGE_VAL;
+  double number = 0;
+  const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
+  if (signed_twice || failure == std::errc::invalid_argument || end != rest.data() + rest.size()) {
+    return std::nullopt;
+  }
+  // Too large for a double, or too small, which no parameter's range tells from zero; both are refused.
+  if (failure == std::errc::result_out_of_range) return std::numeric_limits<double>::max();
+  return number;
+}
+
+Result<Value> parseBoolean(const Parameter& parameter, std::string_view text) {
+  if (text == "true" || text == "false") return accepted(text == "true");
+  return std::unexpected(refusal(parameter, inQuotes(text), "is not a truth value"));
+}
+
+Result<Value> parseNumber(const Parameter& parameter, std::string_view text) {
+  const std::optional<double> number = numberFrom(text);
+  if (!number) return std::unexpected(refusal(parameter, inQuotes(text), "is not a number"));
+  const bool short_enough = text.size() <= 40;
+  return checkNumber(parameter, *number, short_enough ? std::string(text) : inQuotes(text));
+}
+
+std::string_view nameOfType(const Value& value) {
+  if (std::holds_alternative<bool>(value)) return "a truth value";
+  if (std::holds_alternative<std::string>(value)) return "text";
+  return "a number";
+}
+
+Error wrongType(const Parameter& parameter, const Value& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  return refusal(parameter, text != nullptr ? inQuotes(*text) : toText(value),
+                 fmt::format("is {}", nameOfType(value)));
+}
+
+}  // namespace
+
+Value Parameter::defaultValue() const {
+  return get(Settings{});
+}
+
+std::string Parameter::range() const {
+  switch (kind) {
+    case Kind::boolean:
+      return "true or false";
+    case Kind::integer:
+    case Kind::number:
+      return withUnit(fmt::format("{}..{}", numberText(minimum), numberText(maximum)), *this);
+    case Kind::choice:
+      return fmt::format("one of: {}", fmt::join(choices, ", "));
+    case Kind::text:
+      break;
+  }
+  return "text";
+}
+
+Result<Value> Parameter::check(const Value& value) const {
+  const auto* text = std::get_if<std::string>(&value);
+  switch (kind) {
+    case Kind::boolean:
+      if (std::holds_alternative<bool>(value)) return value;
+      break;
+    case Kind::integer:
+    case Kind::number:
+      if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+        return checkNumber(*this, static_cast<double>(*integer), toText(value));
+      }
+      if (const auto* number = std::get_if<double>(&value)) return checkNumber(*this, *number, toText(value));
+      break;
+    case Kind::choice:
+      if (text != nullptr) return checkChoice(*this, *text);
+      break;
+    case Kind::text:
+      if (text != nullptr) return checkText(*this, *text);
+      break;
+  }
+  return std::unexpected(wrongType(*this, value));
+}
+
+Result<Value> Parameter::parse(std::string_view text) const {
+  switch (kind) {
+    case Kind::boolean:
+      return parseBoolean(*this, text);
+    case Kind::integer:
+    case Kind::number:
+      return parseNumber(*this, text);
+    case Kind::choice:
+    case Kind::text:
+      break;
+  }
+  return check(Value(std::string(text)));
+}
+
+std::string toText(const Value& value) {
+  if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *integer);
+  if (const auto* number = std::get_if<double>(&value)) return numberText(*number);
+  return std::get<std::string>(value);
+}
+
+}  // namespace hapticd::config

@@ -1,0 +1,273 @@
+#include "config/parameter_table.h"
+
+#include <algorithm>
+#include <array>
+
+#include "config/nearest_names.h"
+#include "config/parameter_rows.h"
+#include "config/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+constexpr Effect kLive = Effect::live;
+constexpr Effect kRestart = Effect::restart;
+
+// A little more than pi, so that pi itself is accepted however it was rounded.
+constexpr double kHalfTurn = 3.1416;
+
+// name, effect, unit, {minimum, maximum}, the paper's symbol,
+// help; one shape for every row
+// clang-format off
+constexpr auto kTable = std::to_array<Parameter>({
+    row<HAPTICD_MEMBER(live.law)>(
+        "force.law", kLive, "", {}, "",
+        "force law that turns the points near the HIP into a force"),
+    row<HAPTICD_MEMBER(live.springs.stiffness_n_per_m)>(
+        "force.stiffness_n_per_m", kLive, "N/m", {0, 5000}, "k_s",
+        "stiffness of the spring of each point"),
+    row<HAPTICD_MEMBER(live.springs.radius_m)>(
+        "force.radius_m", kLive, "m", {0.005, 0.1}, "D_thresh",
+        "points within this distance of the HIP act on it"),
+    row<HAPTICD_MEMBER(live.springs.min_points)>(
+        "force.min_points", kLive, "", {1, 1000}, "N_min",
+        "with fewer points within the radius there is no force"),
+    row<HAPTICD_MEMBER(live.springs.max_points)>(
+        "force.max_points", kLive, "", {1, 1000}, "N_max",
+        "of more points within the radius only the nearest count"),
+    row<HAPTICD_MEMBER(live.safety.max_force_n)>(
+        "safety.max_force_n", kLive, "N", {0, 40}, "",
+        "largest force that is commanded"),
+    row<HAPTICD_MEMBER(live.safety.max_slew_n_per_s)>(
+        "safety.max_slew_n_per_s", kLive, "N/s", {1, 20000}, "",
+        "fastest change of the commanded force"),
+    row<HAPTICD_MEMBER(live.safety.engage_ramp_s)>(
+        "safety.engage_ramp_s", kLive, "s", {0.01, 10}, "",
+        "time over which the force comes in after engaging"),
+    row<HAPTICD_MEMBER(live.safety.depth_timeout_s)>(
+        "safety.depth_timeout_s", kLive, "s", {0.05, 5}, "",
+        "depth older than this is stale: the force goes to zero"),
+    row<HAPTICD_MEMBER(live.safety.handle_timeout_s)>(
+        "safety.handle_timeout_s", kLive, "s", {0.002, 1}, "",
+        "handle measurements older than this are stale: the force goes to zero"),
+    row<HAPTICD_MEMBER(camera.driver)>(
+        "camera.driver", kRestart, "", {}, "",
+        "where the depth frames come from"),
+    row<HAPTICD_MEMBER(camera.serial)>(
+        "camera.serial", kRestart, "", {}, "",
+        "serial number of the camera to use; empty: the first one found"),
+    row<HAPTICD_MEMBER(camera.recording)>(
+        "camera.recording", kRestart, "", {}, "",
+        "folder of the recording that the driver recorded plays"),
+    row<HAPTICD_MEMBER(camera.loop)>(
+        "camera.loop", kRestart, "", {}, "",
+        "the driver recorded starts again at the end"),
+    row<HAPTICD_MEMBER(camera.speed)>(
+        "camera.speed", kRestart, "", {0.1, 100}, "",
+        "the driver recorded plays that many times faster than the clock"),
+    row<HAPTICD_MEMBER(camera.depth_law)>(
+        "camera.depth_law", kRestart, "", {}, "",
+        "coefficients of raw value to depth: Table I, the driver's, or depth_a_per_m and depth_b_per_m"),
+    row<HAPTICD_MEMBER(camera.depth_model.a_per_m)>(
+        "camera.depth_a_per_m", kRestart, "1/m", {-1, 1}, "a",
+        "change of 1/Z per raw unit, for the depth law custom"),
+    row<HAPTICD_MEMBER(camera.depth_model.b_per_m)>(
+        "camera.depth_b_per_m", kRestart, "1/m", {-10, 10}, "b",
+        "1/Z at the raw value 0, for the depth law custom"),
+    row<HAPTICD_MEMBER(camera.depth_model.near_m)>(
+        "camera.near_m", kRestart, "m", {0.1, 10}, "",
+        "nearer measurements are rejected"),
+    row<HAPTICD_MEMBER(camera.depth_model.far_m)>(
+        "camera.far_m", kRestart, "m", {0.1, 10}, "",
+        "farther measurements are rejected"),
+    row<HAPTICD_MEMBER(camera.depth_model.fx_px)>(
+        "camera.fx_px", kRestart, "px", {100, 2000}, "f_x",
+        "focal length, horizontal"),
+    row<HAPTICD_MEMBER(camera.depth_model.fy_px)>(
+        "camera.fy_px", kRestart, "px", {100, 2000}, "f_y",
+        "focal length, vertical"),
+    row<HAPTICD_MEMBER(camera.depth_model.cx_px)>(
+        "camera.cx_px", kRestart, "px", {0, 640}, "c_x",
+        "optical centre, from the left"),
+    row<HAPTICD_MEMBER(camera.depth_model.cy_px)>(
+        "camera.cy_px", kRestart, "px", {0, 480}, "c_y",
+        "optical centre, from the top"),
+    row<HAPTICD_MEMBER(camera.pose.position_m.x)>(
+        "camera.position_x_m", kRestart, "m", {-10, 10}, "",
+        "camera's position in the world, x"),
+    row<HAPTICD_MEMBER(camera.pose.position_m.y)>(
+        "camera.position_y_m", kRestart, "m", {-10, 10}, "",
+        "camera's position in the world, y"),
+    row<HAPTICD_MEMBER(camera.pose.position_m.z)>(
+        "camera.position_z_m", kRestart, "m", {-10, 10}, "",
+        "camera's position in the world, z"),
+    row<HAPTICD_MEMBER(camera.pose.roll_rad)>(
+        "camera.roll_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's x axis, applied first"),
+    row<HAPTICD_MEMBER(camera.pose.pitch_rad)>(
+        "camera.pitch_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's y axis, applied second"),
+    row<HAPTICD_MEMBER(camera.pose.yaw_rad)>(
+        "camera.yaw_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's z axis, applied last"),
+    row<HAPTICD_MEMBER(synthetic.scene)>(
+        "synthetic.scene", kRestart, "", {}, "",
+        "what the driver synthetic shows"),
+    row<HAPTICD_MEMBER(synthetic.noise)>(
+        "synthetic.noise", kRestart, "", {}, "",
+        "noise of its depth: none, random rounding to whole raw units, or like the real sensor"),
+    row<HAPTICD_MEMBER(synthetic.distance_m)>(
+        "synthetic.distance_m", kRestart, "m", {0.1, 10}, "",
+        "from the camera to the plane, or to the sphere's centre"),
+    row<HAPTICD_MEMBER(synthetic.tilt_rad)>(
+        "synthetic.tilt_rad", kRestart, "rad", {-1.4, 1.4}, "",
+        "tilt of the plane about the camera's x axis"),
+    row<HAPTICD_MEMBER(synthetic.sphere_radius_m)>(
+        "synthetic.sphere_radius_m", kRestart, "m", {0.005, 2}, "",
+        "radius of the sphere"),
+    row<HAPTICD_MEMBER(synthetic.motion_amplitude_m)>(
+        "synthetic.motion_amplitude_m", kRestart, "m", {0, 2}, "",
+        "the moving sphere swings that far to each side along x"),
+    row<HAPTICD_MEMBER(synthetic.motion_period_s)>(
+        "synthetic.motion_period_s", kRestart, "s", {0.1, 600}, "",
+        "time of one swing of the moving sphere, to and fro"),
+    row<HAPTICD_MEMBER(synthetic.frame_rate_hz)>(
+        "synthetic.frame_rate_hz", kRestart, "Hz", {1, 120}, "",
+        "frames per second"),
+    row<HAPTICD_MEMBER(synthetic.seed)>(
+        "synthetic.seed", kRestart, "", {0, 2147483647}, "",
+        "seed of the noise; the same seed gives the same noise"),
+    row<HAPTICD_MEMBER(grid.extent)>(
+        "grid.extent", kRestart, "", {}, "",
+        "model what the HIP can reach before the next frame, or the whole frame"),
+    row<HAPTICD_MEMBER(grid.voxel_edge_m)>(
+        "grid.voxel_edge_m", kRestart, "m", {0.002, 0.1}, "",
+        "voxel edge of the window that follows the HIP"),
+    row<HAPTICD_MEMBER(grid.cells_per_axis)>(
+        "grid.cells_per_axis", kRestart, "", {8, 64}, "",
+        "voxels along each edge of the window that follows the HIP"),
+    row<HAPTICD_MEMBER(grid.point_capacity)>(
+        "grid.point_capacity", kRestart, "", {1024, 307200}, "",
+        "points that a scene holds while the extent is reach"),
+    row<HAPTICD_MEMBER(grid.frame_voxel_edge_m)>(
+        "grid.frame_voxel_edge_m", kRestart, "m", {0.01, 0.2}, "",
+        "voxel edge of the grid over all that the camera sees, while the extent is frame"),
+    row<HAPTICD_MEMBER(grid.max_hip_speed_m_per_s)>(
+        "grid.max_hip_speed_m_per_s", kRestart, "m/s", {0, 5}, "",
+        "fastest HIP that the modelled ball allows for"),
+    row<HAPTICD_MEMBER(grid.frame_period_s)>(
+        "grid.frame_period_s", kRestart, "s", {0.005, 1}, "",
+        "time between two frames"),
+    row<HAPTICD_MEMBER(grid.frame_margin_s)>(
+        "grid.frame_margin_s", kRestart, "s", {0, 1}, "",
+        "a frame may come that much late"),
+    row<HAPTICD_MEMBER(loop.rate_hz)>(
+        "loop.rate_hz", kRestart, "Hz", {100, 4000}, "",
+        "ticks per second"),
+    row<HAPTICD_MEMBER(loop.cpu)>(
+        "loop.cpu", kRestart, "", {-1, 1023}, "",
+        "CPU that the force thread is pinned to; -1: the last one that the process may use"),
+    row<HAPTICD_MEMBER(loop.priority)>(
+        "loop.priority", kRestart, "", {1, 98}, "",
+        "SCHED_FIFO priority of the force thread; 99 stays with the kernel"),
+    row<HAPTICD_MEMBER(loop.lock_memory)>(
+        "loop.lock_memory", kRestart, "", {}, "",
+        "lock all memory so that the force thread never waits for a page"),
+    row<HAPTICD_MEMBER(handle.driver)>(
+        "handle.driver", kRestart, "", {}, "",
+        "the haptic handle"),
+    row<HAPTICD_MEMBER(handle.simulated.mass_kg)>(
+        "simulated_handle.mass_kg", kRestart, "kg", {0.005, 10}, "",
+        "mass of the handle"),
+    row<HAPTICD_MEMBER(handle.simulated.damping_n_s_per_m)>(
+        "simulated_handle.damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
+        "viscous friction of the handle"),
+    row<HAPTICD_MEMBER(handle.simulated.hand_stiffness_n_per_m)>(
+        "simulated_handle.hand_stiffness_n_per_m", kRestart, "N/m", {1, 5000}, "",
+        "stiffness of the hand's grip"),
+    row<HAPTICD_MEMBER(handle.simulated.hand_damping_n_s_per_m)>(
+        "simulated_handle.hand_damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
+        "damping of the hand's grip"),
+    row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.x)>(
+        "simulated_handle.start_x_m", kRestart, "m", {-10, 10}, "",
+        "where the hand begins, in the world, x"),
+    row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.y)>(
+        "simulated_handle.start_y_m", kRestart, "m", {-10, 10}, "",
+        "where the hand begins, in the world, y"),
+    row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.z)>(
+        "simulated_handle.start_z_m", kRestart, "m", {-10, 10}, "",
+        "where the hand begins, in the world, z"),
+    row<HAPTICD_MEMBER(handle.simulated.direction_in_world.x)>(
+        "simulated_handle.direction_x", kRestart, "", {-1, 1}, "",
+        "direction of the approach, in the world, x; any length but zero"),
+    row<HAPTICD_MEMBER(handle.simulated.direction_in_world.y)>(
+        "simulated_handle.direction_y", kRestart, "", {-1, 1}, "",
+        "direction of the approach, in the world, y; any length but zero"),
+    row<HAPTICD_MEMBER(handle.simulated.direction_in_world.z)>(
+        "simulated_handle.direction_z", kRestart, "", {-1, 1}, "",
+        "direction of the approach, in the world, z; any length but zero"),
+    row<HAPTICD_MEMBER(handle.simulated.travel_m)>(
+        "simulated_handle.travel_m", kRestart, "m", {0.001, 5}, "",
+        "the hand turns back after that distance"),
+    row<HAPTICD_MEMBER(handle.simulated.speed_m_per_s)>(
+        "simulated_handle.speed_m_per_s", kRestart, "m/s", {0.001, 2}, "",
+        "speed of approach and retreat"),
+    row<HAPTICD_MEMBER(handle.simulated.press_force_n)>(
+        "simulated_handle.press_force_n", kRestart, "N", {0, 40}, "",
+        "force at which the hand stops its approach"),
+    row<HAPTICD_MEMBER(handle.simulated.press_s)>(
+        "simulated_handle.press_s", kRestart, "s", {0, 600}, "",
+        "how long it strokes the surface before it retreats"),
+    row<HAPTICD_MEMBER(handle.simulated.stroke_m)>(
+        "simulated_handle.stroke_m", kRestart, "m", {0, 1}, "",
+        "amplitude of the stroke across the direction of approach"),
+    row<HAPTICD_MEMBER(handle.simulated.stroke_period_s)>(
+        "simulated_handle.stroke_period_s", kRestart, "s", {0.05, 600}, "",
+        "time of one stroke, to and fro"),
+    row<HAPTICD_MEMBER(control.status_socket)>(
+        "control.status_socket", kRestart, "", {}, "",
+        "path of the socket that shows the state and changes nothing"),
+    row<HAPTICD_MEMBER(control.control_socket)>(
+        "control.control_socket", kRestart, "", {}, "",
+        "path of the socket that steers the box"),
+    row<HAPTICD_MEMBER(control.engage_at_start)>(
+        "control.engage_at_start", kRestart, "", {}, "",
+        "engage as soon as the loop runs, without waiting for a command"),
+});
+// clang-format on
+
+}  // namespace
+
+std::span<const Parameter> parameterTable() {
+  return kTable;
+}
+
+const Parameter* findParameter(std::string_view name) {
+  const auto found = std::ranges::find(kTable, name, &Parameter::name);
+  return found == kTable.end() ? nullptr : &*found;
+}
+
+Error unknownParameter(std::string_view name) {
+  std::array<std::string_view, kTable.size()> names;
+  std::ranges::transform(kTable, names.begin(), &Parameter::name);
+  const std::string guess = didYouMean(name, names);
+  return {.where = inQuotes(name),
+          .what = "there is no parameter of this name",
+          .remedy = guess.empty() ? "hapticd.yaml lists all parameters" : guess};
+}
+
+Result<void> setFromText(Settings& settings, std::string_view name_and_value) {
+  const std::size_t equals = name_and_value.find('=');
+  if (equals == std::string_view::npos) {
+    return std::unexpected(Error{inQuotes(name_and_value), "has no value", "write it as group.name=value"});
+  }
+  const std::string_view name = name_and_value.substr(0, equals);
+  const Parameter* parameter = findParameter(name);
+  if (parameter == nullptr) return std::unexpected(unknownParameter(name));
+  const Result<Value> value = parameter->parse(name_and_value.substr(equals + 1));
+  if (!value) return std::unexpected(value.error());
+  parameter->set(settings, *value);
+  return {};
+}
+
+}  // namespace hapticd::config

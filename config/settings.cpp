@@ -1,0 +1,30 @@
+#include "config/settings.h"
+
+namespace hapticd::config {
+namespace {
+
+// What libfreenect's freenect_raw_to_mm() computes from the constants that the cameras report:
+// Z = 9 / (28.379075 - 0.02605 d).
+constexpr double kFactoryAPerM = -0.02605 / 9;
+constexpr double kFactoryBPerM = 28.379075 / 9;
+
+}  // namespace
+
+rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
+  rt::DepthModelParameters model = depth_model;
+  switch (depth_law) {
+    case DepthLaw::paper:  // Table I, which are the defaults
+      model.a_per_m = rt::DepthModelParameters{}.a_per_m;
+      model.b_per_m = rt::DepthModelParameters{}.b_per_m;
+      break;
+    case DepthLaw::factory:
+      model.a_per_m = kFactoryAPerM;
+      model.b_per_m = kFactoryBPerM;
+      break;
+    case DepthLaw::custom:
+      break;
+  }
+  return model;
+}
+
+}  // namespace hapticd::config

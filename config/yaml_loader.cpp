@@ -1,0 +1,240 @@
+#include "config/yaml_loader.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+#include <map>
+#include <set>
+#include <system_error>
+
+#include "config/conflicts.h"
+#include "config/nearest_names.h"
+#include "config/parameter_table.h"
+#include "config/value_text.h"
+#include "config/yaml_reader.h"
+
+namespace hapticd::config {
+namespace {
+
+constexpr std::size_t kLongestFile = std::size_t{1} << 20;
+constexpr std::size_t kMostErrors = 100;
+
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(const std::filesystem::path& file)
+      : number_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  ~FileDescriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+Error unreadable(const std::filesystem::path& file, int error_number) {
+  return {file.string(), fmt::format("cannot be read: {}", std::generic_category().message(error_number)),
+          error_number == EISDIR ? "name the YAML file in the folder" : "check the path and its permissions"};
+}
+
+// Pipes and devices are read too, as far as the longest file.
+Result<std::string> contentOf(const std::filesystem::path& file) {
+  const FileDescriptor descriptor(file);
+  if (descriptor.number() < 0) return std::unexpected(unreadable(file, errno));
+  std::string content(kLongestFile + 1, '\0');
+  std::size_t length = 0;
+  while (length < content.size()) {
+    const ssize_t count = ::read(descriptor.number(), content.data() + length, content.size() - length);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return std::unexpected(unreadable(file, errno));
+    if (count == 0) break;
+    length += static_cast<std::size_t>(count);
+  }
+  if (length > kLongestFile) {
+    return std::unexpected(Error{file.string(), fmt::format("is longer than {} bytes", kLongestFile),
+                                 "check that this is the configuration file"});
+  }
+  content.resize(length);
+  return content;
+}
+
+std::string groupOf(const Parameter& parameter) {
+  return std::string(parameter.name.substr(0, parameter.name.find('.')));
+}
+
+std::vector<std::string> groupNames() {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : parameterTable()) {
+    if (names.empty() || names.back() != groupOf(parameter)) names.push_back(groupOf(parameter));
+  }
+  return names;
+}
+
+Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names) {
+  if (const Parameter* parameter = findParameter(group.name); parameter != nullptr) {
+    const std::size_t dot = group.name.find('.');
+    return {group.name, "stands outside its group",
+            fmt::format("write it as `{}: {{{}: {}}}`", group.name.substr(0, dot), group.name.substr(dot + 1),
+                        group.scalar && group.scalar->size() < 40 ? *group.scalar : "value")};
+  }
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  const std::string guess = didYouMean(group.name, views);
+  return {inQuotes(group.name), "there is no group of this name",
+          guess.empty() ? fmt::format("groups: {}", fmt::join(names, ", ")) : guess};
+}
+
+// Fills Settings from a file and from overrides, and keeps what was wrong and which parameter was set where.
+class Loading {
+ public:
+  explicit Loading(std::string file_name) : file_name_(std::move(file_name)) {}
+
+  void take(const YamlFile& file) {
+    complete_ = file.complete;
+    for (const YamlProblem& problem : file.problems) {
+      report(problem.line, Error{problem.where, problem.what, problem.remedy});
+      refused_.insert(problem.where);
+    }
+    for (const YamlGroup& group : file.groups) checkGroup(group);
+    for (const YamlEntry& entry : file.entries) takeEntry(entry);
+  }
+
+  void takeOverride(const std::string& name_and_value) {
+    const std::string where = "--set " + shortened(name_and_value);
+    const std::string name = name_and_value.substr(0, name_and_value.find('='));
+    if (const Result<void> result = setFromText(settings_, name_and_value); !result) {
+      errors_.emplace_back(kAfterTheFile, Error{where, result.error().what, result.error().remedy});
+      refused_.insert(name);
+      return;
+    }
+    set_at_[name] = {kAfterTheFile, where};
+  }
+
+  // A rule that joins a parameter that was refused or not read is not judged: the meant value is not known.
+  void checkRules() {
+    if (!complete_) return;
+    for (const Conflict& conflict : conflictsIn(settings_)) {
+      const auto was_refused = [this](std::string_view name) { return refused_.contains(std::string(name)); };
+      if (std::ranges::any_of(conflict.parameters, was_refused)) continue;
+      errors_.push_back(placed(conflict));
+    }
+  }
+
+  std::expected<Settings, std::vector<Error>> finish() && {
+    if (errors_.empty()) return std::move(settings_);
+    std::ranges::stable_sort(errors_, {}, &std::pair<int, Error>::first);
+    std::vector<Error> errors;
+    for (auto& [line, error] : errors_) {
+      if (errors.size() == kMostErrors) {
+        errors.push_back({file_name_, fmt::format("{} more problems", errors_.size() - kMostErrors), ""});
+        break;
+      }
+      errors.push_back(std::move(error));
+    }
+    return std::unexpected(std::move(errors));
+  }
+
+ private:
+  static constexpr int kAfterTheFile = std::numeric_limits<int>::max();
+
+  struct Place {
+    int line;
+    std::string text;
+  };
+
+  static std::string shortened(const std::string& text) {
+    const std::string quotation = inQuotes(text);
+    return quotation.substr(1, quotation.size() - 2);
+  }
+
+  std::string placeOf(int line) const {
+    return line == 0 ? file_name_ : fmt::format("{}:{}", file_name_, line);
+  }
+
+  void report(int line, Error error) {
+    error.where = error.where.empty() ? placeOf(line) : fmt::format("{}: {}", placeOf(line), error.where);
+    errors_.emplace_back(line, std::move(error));
+  }
+
+  void checkGroup(const YamlGroup& group) {
+    const std::vector<std::string> names = groupNames();
+    if (std::ranges::find(names, group.name) == names.end()) {
+      unknown_groups_.insert(group.name);
+      report(group.line, unknownGroup(group, names));
+    } else if (group.scalar) {
+      report(group.line,
+             {group.name, fmt::format("{} stands where `name: value` is expected", inQuotes(*group.scalar)),
+              fmt::format("write it as `{}: {{name: value}}`", group.name)});
+    }
+  }
+
+  void takeEntry(const YamlEntry& entry) {
+    if (unknown_groups_.contains(entry.group)) return;
+    const std::string name = entry.group + "." + entry.name;
+    const Parameter* parameter = findParameter(name);
+    if (parameter == nullptr) {
+      report(entry.line, unknownParameter(name));
+      return;
+    }
+    const Result<Value> value = valueOf(entry, *parameter);
+    if (!value) {
+      report(entry.line, value.error());
+      refused_.insert(name);
+      return;
+    }
+    parameter->set(settings_, *value);
+    set_at_[name] = {entry.line, placeOf(entry.line)};
+  }
+
+  static Result<Value> valueOf(const YamlEntry& entry, const Parameter& parameter) {
+    const bool is_text = parameter.kind == Kind::text || parameter.kind == Kind::choice;
+    Result<Value> value = parameter.parse(entry.value);
+    if (!value || is_text || !entry.quoted) return value;
+    return std::unexpected(
+        Error{std::string(parameter.name),
+              fmt::format("{} is text because of its quotes, write {} without (allowed: {})",
+                          inQuotes(entry.value), entry.value, parameter.range()),
+              ""});
+  }
+
+  // A conflict is reported where its first parameter that was set at all was set.
+  std::pair<int, Error> placed(const Conflict& conflict) const {
+    for (const std::string_view name : conflict.parameters) {
+      const auto place = set_at_.find(std::string(name));
+      if (place == set_at_.end()) continue;
+      Error error = conflict.error;
+      error.where = fmt::format("{}: {}", place->second.text, error.where);
+      return {place->second.line, std::move(error)};
+    }
+    return {0, conflict.error};
+  }
+
+  std::string file_name_;
+  Settings settings_;
+  bool complete_ = false;                      // the file was read to its end
+  std::vector<std::pair<int, Error>> errors_;  // with the line, for the order
+  std::map<std::string, Place> set_at_;
+  std::set<std::string> refused_;
+  std::set<std::string> unknown_groups_;
+};
+
+}  // namespace
+
+std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
+                                                         std::span<const std::string> overrides) {
+  Loading loading(file.string());
+  const Result<std::string> content = contentOf(file);
+  if (!content) return std::unexpected(std::vector{content.error()});
+  loading.take(readYaml(*content));
+  for (const std::string& name_and_value : overrides) loading.takeOverride(name_and_value);
+  loading.checkRules();
+  return std::move(loading).finish();
+}
+
+}  // namespace hapticd::config

@@ -1,0 +1,271 @@
+#include "config/yaml_reader.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
+#include <algorithm>
+#include <optional>
+#include <sstream>
+
+#include "config/forbidden_bytes.h"
+#include "config/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+// Names and values of a file; bounds the work that a damaged or foreign file makes. There are far fewer
+// parameters.
+constexpr int kMostEvents = 5000;
+
+// Leaves the parser early; never leaves this file.
+struct TooManyEvents {
+  int line;
+};
+
+constexpr std::string_view kForm = "write it as `group: {name: value}`, or the same on indented lines";
+
+// Sorts the parser's events into groups and entries. The parser's own tree is not used: it drops a first
+// value when a name is given twice, and it follows aliases.
+class EntryCollector final : public YAML::EventHandler {
+ public:
+  explicit EntryCollector(YamlFile& file) : file_(file) {}
+
+  void OnDocumentStart(const YAML::Mark& mark) override { document_line_ = lineOf(mark); }
+  void OnDocumentEnd() override {}
+  void OnAnchor(const YAML::Mark& mark, const std::string& name) override {
+    problem(lineOf(mark), fmt::format("anchor {} is not supported", inQuotes("&" + name)),
+            "write the value where it is needed");
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    count(mark);
+    problem(lineOf(mark), "aliases (*name) are not supported", "write the value where it is needed");
+    takeScalar(std::nullopt);
+  }
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
+    count(mark);
+    takeNull(lineOf(mark));
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
+                const std::string& value) override {
+    count(mark);
+    if (isTagRefused(mark, tag)) {
+      takeScalar(std::nullopt);
+    } else {
+      takeScalar(Scalar{value, tag == kQuotedTag, lineOf(mark)});
+    }
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    count(mark);
+    isTagRefused(mark, tag);
+    enter(lineOf(mark), false);
+  }
+  void OnSequenceEnd() override { leave(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    count(mark);
+    isTagRefused(mark, tag);
+    enter(lineOf(mark), true);
+  }
+  void OnMapEnd() override { leave(); }
+
+  int documentLine() const { return document_line_; }
+
+ private:
+  struct Scalar {
+    std::string text;
+    bool quoted;
+    int line;
+  };
+  // What the next event at the current level is.
+  enum class Expected { root, group_key, group_value, name_key, name_value };
+
+  static constexpr std::string_view kQuotedTag = "!";  // as the parser calls the lack of a tag
+  static constexpr std::string_view kPlainTag = "?";
+
+  static int lineOf(const YAML::Mark& mark) { return mark.line + 1; }
+
+  void count(const YAML::Mark& mark) {
+    if (++events_ > kMostEvents) throw TooManyEvents{lineOf(mark)};
+  }
+
+  bool isTagRefused(const YAML::Mark& mark, const std::string& tag) {
+    if (tag.empty() || tag == kPlainTag || tag == kQuotedTag) return false;
+    problem(lineOf(mark), fmt::format("tag {} is not supported", inQuotes(tag)), "leave the tag out");
+    return true;
+  }
+
+  void problem(int line, std::string what, std::string_view remedy) {
+    problemAt(where(), line, std::move(what), remedy);
+  }
+  void problemAt(std::string where, int line, std::string what, std::string_view remedy) {
+    file_.problems.push_back({line, std::move(where), std::move(what), std::string(remedy)});
+  }
+
+  std::string where() const {
+    const bool has_name = expected_ == Expected::name_value && name_;
+    if (has_name) return group_.value_or("") + "." + name_->text;
+    return expected_ == Expected::group_key ? "" : group_.value_or("");
+  }
+
+  void takeNull(int line) {
+    if (skipped_levels_ > 0) return;
+    if (expected_ == Expected::group_key || expected_ == Expected::name_key) {
+      problem(line, "a name is missing", kForm);
+    } else if (expected_ == Expected::name_value && name_) {
+      problem(name_->line, "has no value", "give a value, \"\" for an empty text, or delete the line");
+    }
+    advance(std::nullopt);
+  }
+
+  // Nothing: a scalar that has been reported already.
+  void takeScalar(std::optional<Scalar> scalar) {
+    if (skipped_levels_ > 0) return;
+    if (scalar && expected_ == Expected::root) {
+      problem(scalar->line,
+              fmt::format("{} stands where groups of parameters are expected", inQuotes(scalar->text)),
+              kForm);
+    } else if (scalar && expected_ == Expected::group_value && group_) {
+      file_.groups.back().scalar = scalar->text;
+    } else if (scalar && expected_ == Expected::name_value && name_ && group_) {
+      file_.entries.push_back({*group_, name_->text, scalar->text, scalar->quoted, name_->line});
+    }
+    advance(std::move(scalar));
+  }
+
+  // Goes on to what follows a scalar, which is the key if a key was expected.
+  void advance(std::optional<Scalar> scalar) {
+    switch (expected_) {
+      case Expected::root:
+        break;
+      case Expected::group_key:
+        takeGroupKey(std::move(scalar));
+        expected_ = Expected::group_value;
+        break;
+      case Expected::group_value:
+        expected_ = Expected::group_key;
+        break;
+      case Expected::name_key:
+        takeNameKey(std::move(scalar));
+        expected_ = Expected::name_value;
+        break;
+      case Expected::name_value:
+        expected_ = Expected::name_key;
+        break;
+    }
+  }
+
+  void takeGroupKey(std::optional<Scalar> key) {
+    group_.reset();
+    if (!key) return;
+    const auto first = std::ranges::find(file_.groups, key->text, &YamlGroup::name);
+    if (first != file_.groups.end()) {
+      problemAt(key->text, key->line, fmt::format("is given twice, first in line {}", first->line),
+                "join the two");
+    }
+    file_.groups.push_back({key->text, key->line, std::nullopt});
+    group_ = std::move(key->text);
+    names_.clear();
+  }
+
+  void takeNameKey(std::optional<Scalar> key) {
+    name_.reset();
+    if (!key) return;
+    const auto first = std::ranges::find(names_, key->text, &Scalar::text);
+    if (first != names_.end()) {
+      problemAt(group_.value_or("") + "." + key->text, key->line,
+                fmt::format("is given twice, first in line {}", first->line), "delete one of the two");
+      return;
+    }
+    names_.push_back(*key);
+    name_ = std::move(key);
+  }
+
+  // A map or a sequence begins.
+  void enter(int line, bool map) {
+    if (skipped_levels_ > 0) {
+      ++skipped_levels_;
+    } else if (map && expected_ == Expected::root) {
+      expected_ = Expected::group_key;
+    } else if (map && expected_ == Expected::group_value && group_) {
+      expected_ = Expected::name_key;
+    } else {
+      reportNesting(line, map);
+      skipped_levels_ = 1;
+    }
+  }
+
+  void reportNesting(int line, bool map) {
+    const std::string_view found = map ? "a map" : "a list";
+    if (expected_ == Expected::name_value && name_) {
+      problem(line, fmt::format("is {}, but a parameter has a single value", found), "write `name: value`");
+    } else if (expected_ == Expected::group_key || expected_ == Expected::name_key) {
+      problem(line, fmt::format("{} stands where a name is expected", found), kForm);
+    } else if (expected_ == Expected::group_value && group_) {
+      problem(line, fmt::format("{} stands where `name: value` is expected", found), kForm);
+    } else if (expected_ == Expected::root) {
+      problem(line, fmt::format("{} stands where groups of parameters are expected", found), kForm);
+    }
+  }
+
+  // A map or a sequence ends.
+  void leave() {
+    if (skipped_levels_ > 0) {
+      if (--skipped_levels_ == 0) advance(std::nullopt);
+    } else if (expected_ == Expected::name_key) {
+      expected_ = Expected::group_key;
+    } else {
+      expected_ = Expected::root;
+    }
+  }
+
+  YamlFile& file_;
+  Expected expected_ = Expected::root;
+  int document_line_ = 0;
+  int events_ = 0;
+  int skipped_levels_ = 0;            // inside something that has been reported already
+  std::optional<std::string> group_;  // nothing: its name was unusable
+  std::optional<Scalar> name_;        // nothing: the name was unusable
+  std::vector<Scalar> names_;         // of the current group
+};
+
+void parse(std::string_view text, YamlFile& file) {
+  std::istringstream stream{std::string(text)};
+  try {
+    YAML::Parser parser(stream);
+    EntryCollector collector(file);
+    parser.HandleNextDocument(collector);
+    YamlFile second;
+    EntryCollector ignored(second);
+    // Not a loop over all documents: the parser may report damaged ones for ever.
+    if (parser.HandleNextDocument(ignored)) {
+      file.problems.push_back({ignored.documentLine(), "", "a second YAML document begins",
+                               "keep one, without a line `---` after it"});
+    }
+    file.complete = true;
+  } catch (const TooManyEvents& stop) {
+    file.problems.push_back({stop.line, "",
+                             fmt::format("more than {} names and values, not read any further", kMostEvents),
+                             "check that this is the configuration file"});
+  } catch (const YAML::Exception& exception) {
+    const int line = exception.mark.is_null() ? 0 : exception.mark.line + 1;
+    file.problems.push_back({line, "", fmt::format("is not YAML: {}", exception.msg),
+                             "check the quotes, brackets and indentation of this line and the one above"});
+  }
+}
+
+}  // namespace
+
+YamlFile readYaml(std::string_view text) {
+  YamlFile file;
+  for (ForbiddenBytes& find : forbiddenBytesIn(text)) {
+    file.problems.push_back({find.line, "", std::move(find.what), std::move(find.remedy)});
+  }
+  if (file.problems.empty()) parse(text, file);
+  return file;
+}
+
+}  // namespace hapticd::config

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "config/parameter_table.h"
+#include "daemon/control/varlink_message.h"
+
+namespace hapticd::daemon {
+
+/// The type `Parameter` of io.hapticd.Status with its value in `settings`.
+OrderedJson parameterJson(const config::Parameter& parameter, const config::Settings& settings);
+
+/// `changes` (names and values, an object) applied to `settings`, which take effect at once.
+/// Errors: a reply io.hapticd.Control.InvalidValue with all problems, or RestartRequired when it is only
+/// that.
+std::expected<config::Settings, Reply> changedSettings(const config::Settings& settings, const Json& changes);
+
+}  // namespace hapticd::daemon

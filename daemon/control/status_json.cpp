@@ -1,0 +1,169 @@
+#include "daemon/control/status_json.h"
+
+#include <cmath>
+
+// Structures are taken apart with structured bindings: a counter added to one of them does not compile here
+// until it is shown.
+namespace hapticd::daemon {
+namespace {
+
+const char* nameOf(drivers::CameraState state) {
+  switch (state) {
+    case drivers::CameraState::absent:
+      return "absent";
+    case drivers::CameraState::streaming:
+      return "streaming";
+    case drivers::CameraState::lost:
+      return "lost";
+  }
+  return "absent";
+}
+
+OrderedJson vectorJson(const rt::Vec3& vector) {
+  return {{"x", finiteOrNull(vector.x)}, {"y", finiteOrNull(vector.y)}, {"z", finiteOrNull(vector.z)}};
+}
+
+OrderedJson latencyJson(const LatencySummary& latency) {
+  const auto& [p50_ns, p99_ns, p999_ns, max_ns] = latency;
+  return {{"p50Ns", p50_ns}, {"p99Ns", p99_ns}, {"p999Ns", p999_ns}, {"maxNs", max_ns}};
+}
+
+OrderedJson countersJson(const rt::LoopCounters& counters) {
+  const auto& [ticks, overruns, skipped_periods, contact, outside_model, slew_limited, magnitude_clamped,
+               not_finite, depth_stale, handle_stale, handle_invalid] = counters;
+  return {{"ticks", ticks},
+          {"overruns", overruns},
+          {"skippedPeriods", skipped_periods},
+          {"contactTicks", contact},
+          {"outsideModelTicks", outside_model},
+          {"slewLimitedTicks", slew_limited},
+          {"magnitudeClampedTicks", magnitude_clamped},
+          {"notFiniteTicks", not_finite},
+          {"depthStaleTicks", depth_stale},
+          {"handleStaleTicks", handle_stale},
+          {"handleInvalidTicks", handle_invalid}};
+}
+
+/// Mode and cause are shown at the top.
+OrderedJson tickJson(const rt::Tick& tick) {
+  return {{"number", tick.number},
+          {"plannedNs", tick.planned_ns},
+          {"wakeupLatencyNs", tick.wakeup_latency_ns},
+          {"computeNs", tick.compute_ns},
+          {"slewLimited", tick.slew_limited},
+          {"magnitudeClamped", tick.magnitude_clamped},
+          {"notFinite", tick.not_finite},
+          {"outsideModel", tick.outside_model},
+          {"pointsUsed", tick.points_used},
+          {"sceneFrame", tick.scene_frame},
+          {"sceneAgeNs", tick.scene_age_ns},
+          {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
+          {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
+          {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
+}
+
+OrderedJson cameraJson(const drivers::CameraStatus& camera) {
+  const auto& [state, detail, identity, frames, damaged_frames] = camera;
+  return {{"state", nameOf(state)},
+          {"detail", detail},
+          {"identity", identity},
+          {"frames", frames},
+          {"damagedFrames", damaged_frames}};
+}
+
+OrderedJson sceneJson(const SceneStatus& scene) {
+  const auto& [frames, models, remodels, points, points_over_capacity, skipped_frames, last_model_ns,
+               frame_rate_hz] = scene;
+  return {{"frames", frames},
+          {"models", models},
+          {"remodels", remodels},
+          {"points", points},
+          {"pointsOverCapacity", points_over_capacity},
+          {"skippedFrames", skipped_frames},
+          {"lastModelNs", last_model_ns},
+          {"frameRateHz", finiteOrNull(frame_rate_hz)}};
+}
+
+OrderedJson handleJson(const drivers::HandleStatus& handle) {
+  const auto& [present, detail, identity] = handle;
+  return {{"present", present}, {"detail", detail}, {"identity", identity}};
+}
+
+OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
+  const auto& [realtime_scheduling, memory_locked, cpu] = privileges;
+  return {{"realtimeScheduling", realtime_scheduling},
+          {"memoryLocked", memory_locked},
+          {"cpu", cpu >= 0 ? OrderedJson(cpu) : OrderedJson()}};
+}
+
+}  // namespace
+
+const char* nameOf(rt::Mode mode) {
+  switch (mode) {
+    case rt::Mode::starting:
+      return "starting";
+    case rt::Mode::idle:
+      return "idle";
+    case rt::Mode::engaged:
+      return "engaged";
+    case rt::Mode::holding:
+      return "holding";
+    case rt::Mode::faulted:
+      return "faulted";
+  }
+  return "faulted";
+}
+
+const char* nameOf(rt::Cause cause) {
+  switch (cause) {
+    case rt::Cause::none:
+      return "none";
+    case rt::Cause::requested:
+      return "requested";
+    case rt::Cause::no_scene:
+      return "no_scene";
+    case rt::Cause::depth_stale:
+      return "depth_stale";
+    case rt::Cause::handle_stale:
+      return "handle_stale";
+    case rt::Cause::handle_invalid:
+      return "handle_invalid";
+    case rt::Cause::force_not_finite:
+      return "force_not_finite";
+  }
+  return "none";
+}
+
+OrderedJson finiteOrNull(double value) {
+  return std::isfinite(value) ? OrderedJson(value) : OrderedJson();
+}
+
+OrderedJson statusJson(const BoxStatus& status) {
+  const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
+               camera, scene, handle, uptime_s] = status;
+  const auto& [tick, counters, directive_generation] = loop_state;
+
+  OrderedJson loop = {{"rateHz", finiteOrNull(rate_hz)}};
+  loop.update(privilegesJson(privileges));
+  loop.update({{"directiveGeneration", directive_generation},
+               {"wakeupLatency", latencyJson(wakeup_latency)},
+               {"computeTime", latencyJson(compute_time)},
+               {"counters", countersJson(counters)},
+               {"traceTicksDropped", trace_ticks_dropped}});
+  return {
+      {"mode", nameOf(tick.mode)},         {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
+      {"uptimeS", finiteOrNull(uptime_s)}, {"loop", std::move(loop)},     {"tick", tickJson(tick)},
+      {"camera", cameraJson(camera)},      {"scene", sceneJson(scene)},   {"handle", handleJson(handle)}};
+}
+
+OrderedJson windowJson(const WindowSummary& window) {
+  const auto& [ticks, contact_ticks, min_force_n, max_force_n, max_wakeup_latency_ns] = window;
+  const bool any = ticks != 0;
+  return {{"ticks", ticks},
+          {"contactTicks", contact_ticks},
+          {"minForceN", any ? finiteOrNull(min_force_n) : OrderedJson()},
+          {"maxForceN", any ? finiteOrNull(max_force_n) : OrderedJson()},
+          {"maxWakeupLatencyNs", any ? OrderedJson(max_wakeup_latency_ns) : OrderedJson()}};
+}
+
+}  // namespace hapticd::daemon

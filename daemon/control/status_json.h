@@ -1,0 +1,20 @@
+#pragma once
+
+#include "daemon/box.h"
+#include "daemon/control/varlink_message.h"
+
+namespace hapticd::daemon {
+
+/// The types `Status` and `Window` of io.hapticd.Status. Field names are those of the C++ structures in
+/// camelCase.
+OrderedJson statusJson(const BoxStatus& status);
+OrderedJson windowJson(const WindowSummary& window);
+
+/// "engaged", "depth_stale": the enumerators' own names, in both interfaces.
+const char* nameOf(rt::Mode mode);
+const char* nameOf(rt::Cause cause);
+
+/// null when `value` is not finite.
+OrderedJson finiteOrNull(double value);
+
+}  // namespace hapticd::daemon

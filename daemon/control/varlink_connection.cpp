@@ -1,0 +1,71 @@
+#include "daemon/control/varlink_connection.h"
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "daemon/control/varlink_message.h"
+
+namespace hapticd::daemon {
+
+VarlinkConnection::VarlinkConnection(Descriptor socket, const Caller& caller)
+    : socket_(std::move(socket)), caller_(caller) {}
+
+bool VarlinkConnection::receive() {
+  input_.erase(0, taken_);
+  scanned_ -= std::min(scanned_, taken_);
+  taken_ = 0;
+
+  const std::size_t held = input_.size();
+  const std::size_t room = kMaxCallBytes + 1 - held;
+  if (room == 0) return false;
+  input_.resize(held + room);
+  ssize_t received = -1;
+  do {
+    received = ::recv(socket_.get(), input_.data() + held, room, MSG_DONTWAIT);
+  } while (received < 0 && errno == EINTR);
+  input_.resize(held + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
+  if (received > 0) return true;
+  if (received == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) input_ended_ = true;
+  return false;
+}
+
+std::optional<std::string_view> VarlinkConnection::takeMessage() {
+  const std::size_t end = input_.find('\0', std::max(scanned_, taken_));
+  if (end == std::string::npos) {
+    scanned_ = input_.size();
+    return std::nullopt;
+  }
+  const std::string_view message(input_.data() + taken_, end - taken_);
+  taken_ = end + 1;
+  return message;
+}
+
+bool VarlinkConnection::overfull() const noexcept {
+  return input_.size() - taken_ > kMaxCallBytes && scanned_ == input_.size();
+}
+
+void VarlinkConnection::send(std::string_view message) {
+  output_.erase(0, sent_);
+  sent_ = 0;
+  output_ += message;
+  flush();
+}
+
+void VarlinkConnection::flush() {
+  while (!dead && !outputEmpty()) {
+    const ssize_t count =
+        ::send(socket_.get(), output_.data() + sent_, output_.size() - sent_, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (count >= 0) {
+      sent_ += static_cast<std::size_t>(count);
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+      return;
+    } else if (errno != EINTR) {
+      dead = true;
+    }
+  }
+}
+
+}  // namespace hapticd::daemon

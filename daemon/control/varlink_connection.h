@@ -1,0 +1,70 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/control/descriptor.h"
+#include "daemon/control/listening_socket.h"
+
+namespace hapticd::daemon {
+
+/// Never used twice in the life of a server.
+using ConnectionId = std::uint64_t;
+
+/// Who is at the other end, as the kernel knows it from the moment of connecting.
+struct Caller {
+  ConnectionId connection = 0;
+  Access access = Access::read;
+  uid_t uid = 0;
+  pid_t pid = 0;
+};
+
+/// The bytes of one client: cuts what comes in into messages and keeps what could not be sent yet. Both
+/// buffers are bounded: input by kMaxCallBytes, output by one reply and the end of a stream, because the next
+/// call is looked at only when the previous reply is with the kernel. Thread: control thread only. Nothing
+/// here blocks or raises SIGPIPE.
+class VarlinkConnection {
+ public:
+  VarlinkConnection(Descriptor socket, const Caller& caller);
+
+  const Caller& caller() const noexcept { return caller_; }
+  int descriptor() const noexcept { return socket_.get(); }
+
+  /// A call is being answered; the next one waits.
+  bool call_open = false;
+  /// To be removed; nothing more is read or sent.
+  bool dead = false;
+
+  /// Whether the next call may be taken: none is open and its predecessor's reply is gone.
+  bool readyForCall() const noexcept { return !dead && !call_open && outputEmpty(); }
+  bool outputEmpty() const noexcept { return sent_ == output_.size(); }
+  /// The client sends no more (it may still read).
+  bool inputEnded() const noexcept { return input_ended_; }
+
+  /// Takes in what there is, up to the bound. False when there was nothing.
+  bool receive();
+  /// The next whole message without its NUL; valid until the next receive().
+  std::optional<std::string_view> takeMessage();
+  /// No whole message fits into the bound: the client does not speak the protocol.
+  bool overfull() const noexcept;
+  /// Sends what the kernel takes and keeps the rest. Marks itself dead when the client is gone.
+  void send(std::string_view message);
+  /// Tries again with the rest.
+  void flush();
+
+ private:
+  Descriptor socket_;
+  Caller caller_;
+  std::string input_;
+  std::size_t taken_ = 0;    // bytes of input_ that takeMessage() gave out
+  std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL, counted from the start
+  std::string output_;
+  std::size_t sent_ = 0;
+  bool input_ended_ = false;
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,197 @@
+#include "daemon/running_box.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <system_error>
+
+#include "drivers/camera/make_camera.h"
+#include "drivers/handle/make_handle.h"
+#include "rt/periodic_clock.h"
+#include "rt/realtime_thread.h"
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr std::chrono::seconds kFirstTickTimeout{5};
+constexpr std::int64_t kSamplePeriod_ns = 1'000'000'000 / 15;
+
+LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
+  return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
+          histogram.maxNs()};
+}
+
+}  // namespace
+
+RunningBox::RunningBox(const config::Settings& settings)
+    : settings_(settings),
+      depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
+      control_(std::make_unique<rt::ControlChannels>()),
+      scene_thread_(depth_model_, settings.grid, settings.live.springs.radius_m, scenes_, hip_),
+      camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
+      handle_(drivers::makeHandle(settings.handle)) {
+  directive_.engage = settings.control.engage_at_start;
+}
+
+RunningBox::~RunningBox() {
+  stop();
+}
+
+config::Result<void> RunningBox::start() {
+  start_ns_ = rt::monotonicNow_ns();
+  sendDirective();
+  scene_thread_.start();
+  if (auto started = handle_->start(handle_channels_); !started) return started;
+  if (auto started = startForceThread(); !started) return started;
+  if (auto started = camera_->start(scene_thread_); !started) return started;
+  return waitForFirstTick();
+}
+
+config::Result<void> RunningBox::startForceThread() {
+  loop_ = std::make_unique<rt::ForceLoop>(
+      settings_.loop, scene_thread_.pointCapacity(),
+      rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, hip_, *control_});
+  // Memory is locked before the thread exists, so that its stack is locked too.
+  const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
+  std::promise<rt::LoopPrivileges> prepared;
+  try {
+    force_thread_ = std::thread([this, &prepared] {
+      rt::ForceLoop& loop = *loop_;
+      prepared.set_value(loop.prepare());
+      loop.run();
+    });
+  } catch (const std::system_error& error) {
+    return std::unexpected(config::Error{"force thread", fmt::format("cannot be started: {}", error.what()),
+                                         "raise the limit of tasks or of locked memory"});
+  }
+  pthread_setname_np(force_thread_.native_handle(), "hapticd-force");
+  privileges_ = prepared.get_future().get();
+  privileges_.memory_locked = memory_locked;
+  return {};
+}
+
+config::Result<void> RunningBox::waitForFirstTick() {
+  const auto deadline = std::chrono::steady_clock::now() + kFirstTickTimeout;
+  while (loopState().counters.ticks == 0) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      return std::unexpected(config::Error{"force loop", "no tick within 5 s of the start",
+                                           "is the CPU of loop.cpu taken by a task of higher priority?"});
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return {};
+}
+
+void RunningBox::stop() {
+  if (force_thread_.joinable()) {
+    loop_->requestStop();
+    force_thread_.join();
+  }
+  handle_->stop();
+  camera_->stop();
+  scene_thread_.stop();
+}
+
+std::uint64_t RunningBox::sendDirective() {
+  directive_.parameters = settings_.live;
+  ++directive_.generation;
+  control_->directive.write(directive_);
+  return directive_.generation;
+}
+
+std::uint64_t RunningBox::apply(const config::Settings& settings) {
+  settings_.live = settings.live;
+  scene_thread_.setForceRadius(settings_.live.springs.radius_m);
+  return sendDirective();
+}
+
+std::uint64_t RunningBox::engage(bool engaged) {
+  directive_.engage = engaged;
+  return sendDirective();
+}
+
+std::uint64_t RunningBox::acknowledgedGeneration() {
+  return loopState().directive_generation;
+}
+
+const rt::LoopState& RunningBox::loopState() {
+  control_->state.refresh();
+  return control_->state.front();
+}
+
+void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick) {
+  rt::Tick tick;
+  // bounded: the loop may push while this pops
+  for (std::size_t i = 0; i < rt::kTickRingCapacity && control_->ticks.pop(tick); ++i) {
+    if (on_tick) on_tick(tick);
+  }
+  sampleRate();
+}
+
+void RunningBox::sampleRate() {
+  const std::int64_t now_ns = rt::monotonicNow_ns();
+  const Sample& newest = samples_[(next_sample_ + samples_.size() - 1) % samples_.size()];
+  if (now_ns - newest.time_ns < kSamplePeriod_ns) return;
+  samples_[next_sample_] = {now_ns, loopState().counters.ticks};
+  next_sample_ = (next_sample_ + 1) % samples_.size();
+}
+
+double RunningBox::rate_hz() const {
+  const auto [oldest, newest] =
+      std::minmax_element(samples_.begin(), samples_.end(),
+                          [](const Sample& a, const Sample& b) { return a.time_ns < b.time_ns; });
+  const Sample begin = oldest->time_ns == 0 ? Sample{start_ns_, 0} : *oldest;
+  if (newest->time_ns <= begin.time_ns) return 0;
+  return static_cast<double>(newest->ticks - begin.ticks) * 1e9 /
+         static_cast<double>(newest->time_ns - begin.time_ns);
+}
+
+BoxStatus RunningBox::status() {
+  BoxStatus status;
+  status.loop = loopState();
+  status.privileges = privileges_;
+  status.rate_hz = rate_hz();
+  status.wakeup_latency = summaryOf(control_->wakeup_latency);
+  status.compute_time = summaryOf(control_->compute_time);
+  status.trace_ticks_dropped = control_->ticks.dropped();
+  status.camera = camera_->status();
+  status.scene = scene_thread_.status();
+  status.handle = handle_->status();
+  status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
+  status.warnings = warnings(status);
+  return status;
+}
+
+std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
+  std::vector<std::string> list;
+  if (status.camera.state != drivers::CameraState::streaming) {
+    list.push_back(fmt::format("camera {}: {}",
+                               status.camera.state == drivers::CameraState::lost ? "lost" : "absent",
+                               status.camera.detail));
+  }
+  if (!status.handle.present) list.push_back(fmt::format("handle absent: {}", status.handle.detail));
+  if (!privileges_.realtime_scheduling) {
+    list.push_back(
+        "force thread without real-time scheduling: wake-ups may be late "
+        "(LimitRTPRIO= in the unit, or an rtprio line in limits.conf)");
+  }
+  if (settings_.loop.lock_memory && !privileges_.memory_locked) {
+    list.push_back(
+        "memory not locked: page faults may delay the force thread "
+        "(LimitMEMLOCK=infinity in the unit, or a memlock line in limits.conf)");
+  }
+  if (privileges_.cpu < 0) {
+    list.push_back(
+        fmt::format("force thread not pinned: CPU {} is not available (loop.cpu)", settings_.loop.cpu));
+  }
+  if (status.scene.points_over_capacity != 0) {
+    list.push_back(fmt::format("{} points did not fit into the model (raise grid.point_capacity)",
+                               status.scene.points_over_capacity));
+  }
+  return list;
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "config/settings.h"
+#include "daemon/box.h"
+#include "daemon/scene_thread.h"
+#include "drivers/camera/camera.h"
+#include "drivers/handle/handle.h"
+#include "rt/depth_model.h"
+#include "rt/force_loop.h"
+
+namespace hapticd::daemon {
+
+/// Camera, scene thread, force loop and handle, wired together.
+/// Thread: all public functions from the control thread.
+class RunningBox final : public Box {
+ public:
+  explicit RunningBox(const config::Settings& settings);
+  /// Like stop().
+  ~RunningBox() override;
+
+  /// Starts everything and waits for the first tick.
+  /// Errors: a driver that cannot work with its settings, a thread that cannot be started.
+  config::Result<void> start();
+  /// Brings the force to zero, then ends the threads. Harmless when not started.
+  void stop();
+
+  /// Takes the ticks that have happened since the last call; `on_tick` may be empty.
+  void drainTicks(const std::function<void(const rt::Tick&)>& on_tick);
+
+  BoxStatus status() override;
+  const config::Settings& settings() const override { return settings_; }
+  std::uint64_t apply(const config::Settings& settings) override;
+  std::uint64_t engage(bool engaged) override;
+  std::uint64_t acknowledgedGeneration() override;
+
+ private:
+  /// Ticks counted at a time, for the rate.
+  struct Sample {
+    std::int64_t time_ns = 0;
+    std::uint64_t ticks = 0;
+  };
+
+  config::Result<void> startForceThread();
+  config::Result<void> waitForFirstTick();
+  std::uint64_t sendDirective();
+  const rt::LoopState& loopState();
+  void sampleRate();
+  double rate_hz() const;
+  std::vector<std::string> warnings(const BoxStatus& status) const;
+
+  config::Settings settings_;
+  rt::DepthModel depth_model_;
+  rt::SceneChannel scenes_;
+  rt::TripleBuffer<rt::Vec3> hip_;
+  drivers::HandleChannels handle_channels_;
+  std::unique_ptr<rt::ControlChannels> control_;
+  SceneThread scene_thread_;
+  std::unique_ptr<drivers::Camera> camera_;
+  std::unique_ptr<drivers::Handle> handle_;
+  std::unique_ptr<rt::ForceLoop> loop_;
+  std::thread force_thread_;
+  rt::LoopPrivileges privileges_;
+  rt::Directive directive_;
+  std::int64_t start_ns_ = 0;
+  std::array<Sample, 16> samples_{};  // a ring over about a second
+  std::size_t next_sample_ = 0;
+};
+
+}  // namespace hapticd::daemon

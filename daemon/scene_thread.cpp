@@ -1,0 +1,130 @@
+#include "daemon/scene_thread.h"
+
+#include <pthread.h>
+
+#include <chrono>
+
+#include "rt/haptic_core.h"
+#include "rt/periodic_clock.h"
+
+namespace hapticd::daemon {
+namespace {
+
+/// How often the HIP is looked at between two frames.
+constexpr std::chrono::milliseconds kLookAtHip{2};
+
+/// The frame rate shown is a mean over about that many frames.
+constexpr double kFramesOfMean = 10;
+
+}  // namespace
+
+SceneThread::SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters,
+                         double force_radius_m, rt::SceneChannel& scenes,
+                         rt::TripleBuffer<rt::Vec3>& hip_m_in_world)
+    : parameters_(parameters),
+      force_radius_m_(force_radius_m),
+      scenes_(scenes),
+      hip_(hip_m_in_world),
+      builder_(model, parameters),
+      frames_(std::make_unique<rt::FrameChannel>()) {
+  storage_.reserve(3);
+  scenes_.prepareSlots([this](rt::Scene& slot) {
+    storage_.emplace_back(builder_.shape(), builder_.pointCapacity()).attachTo(slot);
+  });
+}
+
+void SceneThread::start() {
+  stop_ = false;
+  thread_ = std::thread([this] { run(); });
+  pthread_setname_np(thread_.native_handle(), "hapticd-scene");
+}
+
+void SceneThread::stop() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(wake_mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void SceneThread::publish() {
+  frames_->publish();
+  {
+    const std::lock_guard lock(wake_mutex_);
+    frame_published_ = true;
+  }
+  wake_.notify_one();
+}
+
+/// False when the thread is to end.
+bool SceneThread::waitForFrame() {
+  std::unique_lock lock(wake_mutex_);
+  wake_.wait_for(lock, kLookAtHip, [this] { return frame_published_ || stop_; });
+  frame_published_ = false;
+  return !stop_;
+}
+
+void SceneThread::run() {
+  while (waitForFrame()) {
+    const bool new_frame = frames_->refresh();
+    if (new_frame) countFrame(frames_->front());
+    modelIfNeeded(new_frame);
+  }
+}
+
+void SceneThread::modelIfNeeded(bool new_frame) {
+  const rt::DepthFrame& frame = frames_->front();
+  if (frame.sequence == 0) return;
+  hip_.refresh();
+  const rt::Vec3 hip = hip_.front();
+  if (!rt::inWorkspace(hip)) return;
+  const double force_radius = force_radius_m_.load(std::memory_order_relaxed);
+  const double margin = parameters_.max_hip_speed_m_per_s * parameters_.frame_margin_s;
+  const double reach = force_radius + parameters_.max_hip_speed_m_per_s *
+                                          (parameters_.frame_period_s + parameters_.frame_margin_s);
+  // modelled again in time: before the last stretch of the way out of the ball
+  if (!new_frame && newest_.covers(hip, force_radius + margin / 2)) return;
+
+  const std::int64_t begin_ns = rt::monotonicNow_ns();
+  rt::Scene& scene = scenes_.back();
+  builder_.build(frame, hip, reach, scene);
+  scene.model = ++models_;
+  newest_ = scene;
+  scenes_.publish();
+  countModel(newest_, new_frame, rt::monotonicNow_ns() - begin_ns);
+}
+
+void SceneThread::countFrame(const rt::DepthFrame& frame) {
+  const std::lock_guard lock(status_mutex_);
+  ++status_.frames;
+  if (last_sequence_ != 0 && frame.sequence > last_sequence_) {
+    status_.skipped_frames += frame.sequence - last_sequence_ - 1;
+    const double period_s = static_cast<double>(frame.arrival_ns - last_arrival_ns_) * 1e-9 /
+                            static_cast<double>(frame.sequence - last_sequence_);
+    if (period_s > 0) {
+      const double rate_hz = 1 / period_s;
+      const double weight = status_.frame_rate_hz == 0 ? 1 : 1 / kFramesOfMean;
+      status_.frame_rate_hz += weight * (rate_hz - status_.frame_rate_hz);
+    }
+  }
+  last_sequence_ = frame.sequence;
+  last_arrival_ns_ = frame.arrival_ns;
+}
+
+void SceneThread::countModel(const rt::Scene& scene, bool new_frame, std::int64_t model_ns) {
+  const std::lock_guard lock(status_mutex_);
+  ++status_.models;
+  status_.remodels += new_frame ? 0 : 1;
+  status_.points = scene.points;
+  status_.points_over_capacity += scene.points_over_capacity;
+  status_.last_model_ns = model_ns;
+}
+
+SceneStatus SceneThread::status() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+}  // namespace hapticd::daemon

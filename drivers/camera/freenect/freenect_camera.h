@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "drivers/camera/camera.h"
+#include "drivers/camera/freenect/freenect_worker.h"
+
+namespace hapticd::drivers {
+
+/// A Kinect v1 through libfreenect, depth only: 11-bit raw disparities written by libfreenect straight into
+/// the sink's frame. A camera that is absent or lost is looked for once a second.
+///
+/// stop() waits for the thread at most `stop_limit` while it may hang in libfreenect (see FreenectSession);
+/// then the thread is left behind with what it still needs, touches the sink no more, and ends when
+/// libfreenect returns, if ever. With the player fakenect, stop() waits for the next recorded frame.
+class FreenectCamera final : public Camera {
+ public:
+  static constexpr std::chrono::milliseconds kStopLimit{3000};
+
+  explicit FreenectCamera(std::string serial, std::chrono::milliseconds stop_limit = kStopLimit)
+      : serial_(std::move(serial)), stop_limit_(stop_limit) {}
+  ~FreenectCamera() override { stop(); }
+
+  config::Result<void> start(FrameSink& sink) override;
+  void stop() override;
+  CameraStatus status() const override;
+
+ private:
+  std::string serial_;
+  std::chrono::milliseconds stop_limit_;
+  mutable std::mutex worker_mutex_;
+  std::shared_ptr<FreenectWorker> worker_;  // kept after stop(), for status()
+  std::thread thread_;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,151 @@
+#include "drivers/camera/freenect/freenect_session.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <libfreenect.h>
+#include <sys/time.h>
+
+#include <string_view>
+
+#include "rt/depth_frame.h"
+
+namespace hapticd::drivers {
+namespace {
+
+// libfreenect's log callback gets no user pointer, but it is called in the thread of the call that logs.
+thread_local FreenectSession* logging_session = nullptr;
+
+/// The serial number of the first camera. The player fakenect lacks these functions, so they are looked up.
+std::string serialOfFirstCamera(freenect_context* context) {
+  using List = int (*)(freenect_context*, freenect_device_attributes**);
+  using Free = void (*)(freenect_device_attributes*);
+  const auto list = reinterpret_cast<List>(::dlsym(RTLD_DEFAULT, "freenect_list_device_attributes"));
+  const auto free = reinterpret_cast<Free>(::dlsym(RTLD_DEFAULT, "freenect_free_device_attributes"));
+  if (list == nullptr || free == nullptr) return {};
+  freenect_device_attributes* first = nullptr;
+  std::string serial;
+  if (list(context, &first) > 0 && first != nullptr) serial = first->camera_serial;
+  free(first);
+  return serial;
+}
+
+constexpr const char* kNotFoundRemedy =
+    "connect the Kinect v1 and its own power supply; it must be listed by lsusb as 045e:02ae";
+constexpr const char* kCannotOpenRemedy =
+    "allow the daemon's user to open the device (udev rule for 045e:02ae) and end other programs that use it";
+
+}  // namespace
+
+config::Result<std::unique_ptr<FreenectSession>> FreenectSession::open(const std::string& serial) {
+  std::unique_ptr<FreenectSession> session(new FreenectSession);
+  logging_session = session.get();
+  if (auto ready = session->initialise(); !ready) return std::unexpected(ready.error());
+  if (auto opened = session->openDevice(serial); !opened) return std::unexpected(opened.error());
+  return session;
+}
+
+FreenectSession::~FreenectSession() {
+  if (device_ != nullptr) {
+    deliverNowhere();
+    if (depth_started_) freenect_stop_depth(device_);
+    freenect_close_device(device_);
+  }
+  if (context_ != nullptr) freenect_shutdown(context_);
+  logging_session = nullptr;
+}
+
+config::Error FreenectSession::failure(std::string what, std::string remedy) const {
+  if (!complaint_.empty()) what += fmt::format(" (libfreenect: {})", complaint_);
+  return {"libfreenect", std::move(what), std::move(remedy)};
+}
+
+config::Result<void> FreenectSession::initialise() {
+  spare_buffer_ = std::make_unique<std::uint16_t[]>(rt::kFramePixels);
+  if (const int status = freenect_init(&context_, nullptr); status < 0) {
+    context_ = nullptr;
+    return std::unexpected(failure(fmt::format("USB cannot be used (status {})", status),
+                                   "check that /dev/bus/usb exists and that the daemon may read it"));
+  }
+  freenect_set_log_callback(context_, [](freenect_context* context, freenect_loglevel level,
+                                         const char* message) { onLog(context, level, message); });
+  freenect_set_log_level(context_, FREENECT_LOG_SPEW);  // the level of the packet count of each frame
+  freenect_select_subdevices(context_, FREENECT_DEVICE_CAMERA);
+  return {};
+}
+
+config::Result<void> FreenectSession::openDevice(const std::string& serial) {
+  const int cameras = freenect_num_devices(context_);
+  if (cameras < 0) {
+    return std::unexpected(failure(fmt::format("the USB devices cannot be listed (status {})", cameras),
+                                   "check that the daemon may read /dev/bus/usb"));
+  }
+  if (cameras == 0) return std::unexpected(failure("no Kinect found", kNotFoundRemedy));
+
+  const int status = serial.empty()
+                         ? freenect_open_device(context_, &device_, 0)
+                         : freenect_open_device_by_camera_serial(context_, &device_, serial.c_str());
+  if (status < 0) {
+    device_ = nullptr;
+    if (serial.empty()) {
+      return std::unexpected(failure("the camera cannot be opened", kCannotOpenRemedy));
+    }
+    return std::unexpected(
+        failure(fmt::format("none of the {} cameras found has the serial number {} and can be opened",
+                            cameras, serial),
+                "check camera.serial and the permissions of the device"));
+  }
+  serial_ = serial.empty() ? serialOfFirstCamera(context_) : serial;
+  freenect_set_user(device_, this);
+  return {};
+}
+
+config::Result<void> FreenectSession::startDepth() {
+  freenect_set_depth_callback(device_, [](freenect_device* device, void* depth, std::uint32_t ticks) {
+    onDepth(device, depth, ticks);
+  });
+  const freenect_frame_mode mode = freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_DEPTH_11BIT);
+  deliverNowhere();
+  if (mode.is_valid == 0 || freenect_set_depth_mode(device_, mode) < 0 || freenect_start_depth(device_) < 0) {
+    return std::unexpected(failure("the depth stream cannot be started",
+                                   "unplug the camera, wait a moment and plug it in again"));
+  }
+  depth_started_ = true;
+  return {};
+}
+
+void FreenectSession::deliverTo(std::uint16_t* buffer, FrameHandler handler) {
+  handler_ = std::move(handler);
+  freenect_set_depth_buffer(device_, buffer);
+}
+
+void FreenectSession::deliverNowhere() {
+  handler_ = nullptr;
+  freenect_set_depth_buffer(device_, spare_buffer_.get());
+}
+
+config::Result<void> FreenectSession::processEvents(std::chrono::microseconds limit) {
+  timeval timeout{};
+  timeout.tv_usec = limit.count();
+  if (const int status = freenect_process_events_timeout(context_, &timeout); status < 0) {
+    return std::unexpected(failure(fmt::format("the camera is gone (status {})", status),
+                                   "check its USB cable and its power supply"));
+  }
+  return {};
+}
+
+void FreenectSession::onDepth(freenect_device* device, void* /*depth*/, std::uint32_t ticks) {
+  auto& session = *static_cast<FreenectSession*>(freenect_get_user(device));
+  const std::optional<std::string> damage = session.integrity_.takeDamage();
+  if (session.handler_) freenect_set_depth_buffer(device, session.handler_(damage, ticks));
+}
+
+void FreenectSession::onLog(freenect_context* /*context*/, int level, const char* message) {
+  if (logging_session == nullptr) return;
+  logging_session->integrity_.noteLogLine(message);
+  if (level > FREENECT_LOG_WARNING) return;
+  std::string_view line(message);
+  while (line.ends_with('\n')) line.remove_suffix(1);
+  logging_session->complaint_ = line;
+}
+
+}  // namespace hapticd::drivers

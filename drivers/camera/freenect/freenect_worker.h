@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "drivers/camera/camera.h"
+#include "drivers/camera/freenect/freenect_session.h"
+#include "drivers/camera/status_board.h"
+#include "drivers/stop_signal.h"
+
+namespace hapticd::drivers {
+
+/// What the driver's thread does: look for the camera, deliver its frames, and begin again when it is lost.
+/// The thread owns it together with the driver, because a thread that hangs in libfreenect lives on after the
+/// driver has gone. Such a thread holds no memory of the sink: the sink is lent to libfreenect only while
+/// frames are processed, where libfreenect does not hang, and never again once a stop has been asked for.
+class FreenectWorker {
+ public:
+  FreenectWorker(std::string serial, FrameSink& sink) : serial_(std::move(serial)), sink_(sink) {}
+
+  /// Thread: the driver's own, which ends with it.
+  void run();
+
+  /// Asks run() to end. True when it has ended; false when it hangs in libfreenect for longer than `limit`
+  /// and must be left behind. Either way the sink is not touched any more.
+  /// Thread: any but the driver's own.
+  bool stop(std::chrono::milliseconds limit);
+
+  /// Thread: any.
+  CameraStatus status() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void useCameraOnce();
+  void deliver(FreenectSession& session);
+  std::uint16_t* takeFrame(const std::optional<std::string>& damage, std::uint32_t device_ticks);
+  void reportMissing(const config::Error& error);
+  void enterLibfreenect();
+  bool lendSink();
+  void returnSink();
+
+  const std::string serial_;
+  FrameSink& sink_;
+  StatusBoard board_;
+  StopSignal stop_signal_;
+  std::atomic<std::int64_t> in_libfreenect_since_ns_{0};  // 0: in no call that may hang
+  bool seen_ = false;                                     // run() only: the camera was there once
+  std::uint64_t published_ = 0;                           // run() only
+  Clock::time_point last_frame_;                          // run() only
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stop_requested_ = false;
+  bool sink_lent_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,22 @@
+#include "drivers/camera/make_camera.h"
+
+#include "drivers/camera/freenect/freenect_camera.h"
+#include "drivers/camera/recorded/recorded_camera.h"
+#include "drivers/camera/synthetic/synthetic_camera.h"
+
+namespace hapticd::drivers {
+
+std::unique_ptr<Camera> makeCamera(const config::CameraSettings& settings,
+                                   const config::SyntheticSettings& synthetic) {
+  switch (settings.driver) {
+    case config::CameraDriver::freenect:
+      return std::make_unique<FreenectCamera>(settings.serial);
+    case config::CameraDriver::recorded:
+      return std::make_unique<RecordedCamera>(settings.recording, settings.loop, settings.speed);
+    case config::CameraDriver::synthetic:
+      return std::make_unique<SyntheticCamera>(synthetic, settings.effectiveDepthModel());
+  }
+  return nullptr;  // no other value passes the configuration
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+
+#include "config/error.h"
+#include "rt/depth_frame.h"
+
+namespace hapticd::drivers {
+
+/// Reads one depth image as libfreenect's recorder writes it into `frame.raw`: exactly the header line
+/// "P5 640 480 65535" and 614400 bytes of little-endian 16-bit raw disparities. The other members of `frame`
+/// stay as they are.
+/// Errors: no such file, another size or header, a value above 2047; frame.raw then holds no valid image.
+/// Thread: any, one at a time per frame.  RT: not safe.
+config::Result<void> readDepthPgm(const std::filesystem::path& file, rt::DepthFrame& frame);
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,89 @@
+#include "drivers/camera/recorded/recorded_camera.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "drivers/monotonic_clock.h"
+#include "drivers/start_thread.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int64_t kUsualFramePeriodNs = 33'369'000;  // of a Kinect v1, for a recording of one frame
+
+}  // namespace
+
+config::Result<void> RecordedCamera::start(FrameSink& sink) {
+  if (thread_.joinable()) return std::unexpected(config::Error{folder_.string(), "is playing already", ""});
+  if (!(speed_ > 0) || !std::isfinite(speed_)) {
+    return std::unexpected(config::Error{"camera.speed", fmt::format("{} is not above 0", speed_), ""});
+  }
+  auto reader = RecordingReader::open(folder_);
+  if (!reader) return std::unexpected(reader.error());
+  const auto probe = std::make_unique<rt::DepthFrame>();
+  if (auto readable = reader->read(0, *probe); !readable) return readable;
+  reader_.emplace(std::move(*reader));
+
+  board_.reset("recorded " + folder_.string());
+  published_ = 0;
+  stop_signal_.reset();
+  auto thread = startThread("camera", [this, &sink] { play(sink); });
+  if (!thread) return std::unexpected(thread.error());
+  thread_ = std::move(*thread);
+  return {};
+}
+
+void RecordedCamera::stop() {
+  stop_signal_.raise();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::chrono::nanoseconds RecordedCamera::scaled(std::int64_t recorded_ns) const {
+  return std::chrono::nanoseconds(std::llround(static_cast<double>(recorded_ns) / speed_));
+}
+
+std::chrono::nanoseconds RecordedCamera::lengthOfOnePass() const {
+  const auto& frames = reader_->frames();
+  const std::int64_t length_ns = frames.back().host_ns;
+  const auto intervals = static_cast<std::int64_t>(frames.size()) - 1;
+  const std::int64_t period_ns = length_ns > 0 ? length_ns / intervals : kUsualFramePeriodNs;
+  return scaled(length_ns + period_ns);
+}
+
+void RecordedCamera::play(FrameSink& sink) {
+  Clock::time_point begin = Clock::now();
+  while (playOnce(sink, begin)) {
+    if (!loop_) {
+      board_.set(CameraState::lost, "the recording has ended");
+      return;
+    }
+    // Behind schedule (a slow disk, a suspended machine): go on from now, without a burst to catch up.
+    begin = std::max(begin + lengthOfOnePass(), Clock::now());
+  }
+}
+
+/// False when it was stopped.
+bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
+  const auto& frames = reader_->frames();
+  for (std::size_t index = 0; index < frames.size(); ++index) {
+    rt::DepthFrame& frame = sink.back();
+    const auto readable =
+        reader_->read(index, frame);  // ahead of its time, so that the disk's delay is hidden
+    if (stop_signal_.waitUntil(begin + scaled(frames[index].host_ns))) return false;
+    if (!readable) {
+      board_.countDamagedFrame(readable.error().text());
+      continue;
+    }
+    frame.sequence = ++published_;
+    frame.arrival_ns = monotonicNs();
+    sink.publish();
+    board_.countFrame();
+  }
+  return true;
+}
+
+}  // namespace hapticd::drivers

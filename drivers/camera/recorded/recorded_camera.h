@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <thread>
+
+#include "drivers/camera/camera.h"
+#include "drivers/camera/recorded/recording_reader.h"
+#include "drivers/camera/status_board.h"
+#include "drivers/stop_signal.h"
+
+namespace hapticd::drivers {
+
+/// Plays a recording by the host times of its frames, `speed` times faster than the clock. Every readable
+/// frame is delivered; a damaged one is counted and playback goes on. At the end it starts again one frame
+/// period later (`loop`), or the camera is lost.
+class RecordedCamera final : public Camera {
+ public:
+  RecordedCamera(std::filesystem::path folder, bool loop, double speed)
+      : folder_(std::move(folder)), loop_(loop), speed_(speed) {}
+  ~RecordedCamera() override { stop(); }
+
+  /// Errors: the folder is no recording, its first frame is damaged, a speed that is not above zero.
+  config::Result<void> start(FrameSink& sink) override;
+  void stop() override;
+  CameraStatus status() const override { return board_.snapshot(); }
+
+ private:
+  void play(FrameSink& sink);
+  bool playOnce(FrameSink& sink, std::chrono::steady_clock::time_point begin);
+  std::chrono::nanoseconds scaled(std::int64_t recorded_ns) const;
+  std::chrono::nanoseconds lengthOfOnePass() const;
+
+  std::filesystem::path folder_;
+  bool loop_;
+  double speed_;
+  std::optional<RecordingReader> reader_;
+  StatusBoard board_;
+  StopSignal stop_signal_;
+  std::uint64_t published_ = 0;  // the playing thread only
+  std::thread thread_;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,149 @@
+#include "drivers/camera/recorded/recording_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+#include "drivers/camera/recorded/depth_pgm.h"
+#include "drivers/monotonic_clock.h"
+
+namespace hapticd::drivers {
+namespace {
+
+constexpr const char* kIndexName = "INDEX.txt";
+constexpr std::size_t kMostIndexBytes = 64 << 20;  // a day of recording has 5 million frames of 40 bytes
+
+std::unexpected<config::Error> refuse(std::string where, std::string what, std::string remedy) {
+  return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
+}
+
+/// All of `text` as a number, or nothing.
+template <typename Number>
+std::optional<Number> wholeNumber(std::string_view text) {
+  Number number{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (text.empty() || failure != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// "1513096835.219278" in nanoseconds, without the rounding of a floating-point number.
+std::optional<std::int64_t> decimalSecondsInNs(std::string_view text) {
+  constexpr std::size_t kMostDigits = 9;
+  const std::size_t point = text.find('.');
+  const auto seconds = wholeNumber<std::uint32_t>(text.substr(0, point));
+  if (!seconds) return std::nullopt;
+  std::int64_t fraction_ns = 0;
+  if (point != std::string_view::npos) {
+    const std::string_view digits = text.substr(point + 1);
+    const auto fraction = wholeNumber<std::uint32_t>(digits.substr(0, kMostDigits));
+    if (!fraction || !std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) {
+      return std::nullopt;
+    }
+    fraction_ns = *fraction;
+    for (std::size_t digit = digits.size(); digit < kMostDigits; ++digit) fraction_ns *= 10;
+  }
+  return std::int64_t{*seconds} * kNsPerSecond + fraction_ns;
+}
+
+/// "d-<host seconds>-<device ticks>.pgm" taken apart; host_ns is absolute here.
+std::optional<RecordedFrame> parseDepthName(std::string_view name) {
+  constexpr std::string_view kEnd = ".pgm";
+  if (!name.starts_with("d-") || !name.ends_with(kEnd) || name.size() <= 2 + kEnd.size()) return std::nullopt;
+  const std::string_view numbers = name.substr(2, name.size() - 2 - kEnd.size());
+  const std::size_t dash = numbers.find('-');
+  if (dash == std::string_view::npos) return std::nullopt;
+  const auto host_ns = decimalSecondsInNs(numbers.substr(0, dash));
+  const auto ticks = wholeNumber<std::uint32_t>(numbers.substr(dash + 1));
+  if (!host_ns || !ticks) return std::nullopt;
+  return RecordedFrame{std::string(name), *host_ns, *ticks};
+}
+
+config::Result<std::string> readIndex(const std::filesystem::path& folder) {
+  std::error_code failure;
+  if (!std::filesystem::is_directory(folder, failure)) {
+    return refuse(folder.string(), failure ? failure.message() : "this is not a folder",
+                  "give the folder of a recording that holds INDEX.txt; unpack archives first");
+  }
+  const std::filesystem::path file = folder / kIndexName;
+  const auto bytes = std::filesystem::file_size(file, failure);
+  std::ifstream stream(file, std::ios::binary);
+  if (failure || !stream) {
+    return refuse(file.string(), failure ? failure.message() : "cannot be read",
+                  "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it");
+  }
+  if (bytes > kMostIndexBytes) {
+    return refuse(file.string(), fmt::format("has {} bytes, more than {}", bytes, kMostIndexBytes),
+                  "split the recording");
+  }
+  std::string text(bytes, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(bytes));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+/// The frame that a line names, or nothing for a line that names no depth.
+config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::path& folder,
+                                                       std::string_view line, std::size_t number) {
+  const std::string where = fmt::format("{}:{}", (folder / kIndexName).string(), number);
+  if (line.ends_with('\r')) {
+    return refuse(where, "the line ends in CRLF, not LF",
+                  fmt::format("convert the file: sed -i 's/\\r$//' {}", (folder / kIndexName).string()));
+  }
+  if (line.empty() || line.starts_with("r-") || line.starts_with("a-")) return std::nullopt;
+  auto frame = parseDepthName(line);
+  if (!frame) {
+    return refuse(where, fmt::format("\"{}\" is no name of a recorded file", line.substr(0, 80)),
+                  "expected d-<host seconds>-<device ticks>.pgm, or the same with r- or a-");
+  }
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(folder / frame->file, failure)) {
+    return refuse(where, fmt::format("there is no file {}", frame->file),
+                  "copy the recording again, or take the line out of INDEX.txt");
+  }
+  return frame;
+}
+
+void makeRelative(std::vector<RecordedFrame>& frames) {
+  const std::int64_t first_ns = frames.front().host_ns;
+  std::int64_t latest_ns = 0;
+  for (RecordedFrame& frame : frames) {
+    latest_ns = std::max(latest_ns, frame.host_ns - first_ns);
+    frame.host_ns = latest_ns;
+  }
+}
+
+}  // namespace
+
+config::Result<RecordingReader> RecordingReader::open(const std::filesystem::path& folder) {
+  const auto text = readIndex(folder);
+  if (!text) return std::unexpected(text.error());
+  std::vector<RecordedFrame> frames;
+  std::size_t number = 0;
+  for (std::string_view rest = *text; !rest.empty();) {
+    const std::size_t end = rest.find('\n');
+    auto frame = parseLine(folder, rest.substr(0, end), ++number);
+    if (!frame) return std::unexpected(std::move(frame.error()));
+    if (*frame) frames.push_back(std::move(**frame));
+    rest = end == std::string_view::npos ? std::string_view{} : rest.substr(end + 1);
+  }
+  if (frames.empty()) {
+    return refuse((folder / kIndexName).string(), "names no depth frame",
+                  "give a recording that was made with depth");
+  }
+  makeRelative(frames);
+  return RecordingReader(folder, std::move(frames));
+}
+
+config::Result<void> RecordingReader::read(std::size_t index, rt::DepthFrame& frame) const {
+  const RecordedFrame& recorded = frames_.at(index);
+  frame.sequence = index + 1;
+  frame.arrival_ns = recorded.host_ns;
+  frame.device_ticks = recorded.device_ticks;
+  return readDepthPgm(folder_ / recorded.file, frame);
+}
+
+}  // namespace hapticd::drivers

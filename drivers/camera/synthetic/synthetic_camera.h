@@ -1,0 +1,36 @@
+#pragma once
+
+#include <thread>
+
+#include "config/settings.h"
+#include "drivers/camera/camera.h"
+#include "drivers/camera/status_board.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
+#include "drivers/stop_signal.h"
+
+namespace hapticd::drivers {
+
+/// Films an AnalyticScene at its frame rate; the scene's time 0 is the start. A frame that cannot be rendered
+/// in time is left out, so that the scene keeps moving with the clock.
+class SyntheticCamera final : public Camera {
+ public:
+  SyntheticCamera(const config::SyntheticSettings& settings, const rt::DepthModelParameters& depth_model)
+      : frame_rate_hz_(settings.frame_rate_hz), scene_(settings, depth_model) {}
+  ~SyntheticCamera() override { stop(); }
+
+  /// Errors: a frame rate that is not above zero.
+  config::Result<void> start(FrameSink& sink) override;
+  void stop() override;
+  CameraStatus status() const override { return board_.snapshot(); }
+
+ private:
+  void film(FrameSink& sink);
+
+  double frame_rate_hz_;
+  AnalyticScene scene_;
+  StatusBoard board_;
+  StopSignal stop_signal_;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,15 @@
+#include "drivers/handle/make_handle.h"
+
+#include "drivers/handle/simulated/simulated_handle.h"
+
+namespace hapticd::drivers {
+
+std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings) {
+  switch (settings.driver) {
+    case config::HandleDriver::simulated:
+      return std::make_unique<SimulatedHandle>(settings.simulated);
+  }
+  return nullptr;  // no other value passes the configuration
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,78 @@
+#include "drivers/handle/simulated/simulated_handle.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "drivers/monotonic_clock.h"
+#include "drivers/start_thread.h"
+
+namespace hapticd::drivers {
+namespace {
+
+void sleepUntil(std::int64_t when_ns) {
+  const timespec when{when_ns / kNsPerSecond, when_ns % kNsPerSecond};
+  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
+  }
+}
+
+config::Result<void> requireAboveZero(const char* name, double value) {
+  if (value > 0 && std::isfinite(value)) return {};
+  return std::unexpected(config::Error{name, fmt::format("{} is not above 0", value), ""});
+}
+
+config::Result<void> check(const config::SimulatedHandleSettings& settings) {
+  if (auto ok = requireAboveZero("handle mass", settings.mass_kg); !ok) return ok;
+  if (auto ok = requireAboveZero("hand stiffness", settings.hand_stiffness_n_per_m); !ok) return ok;
+  if (auto ok = requireAboveZero("stroke period", settings.stroke_period_s); !ok) return ok;
+  return requireAboveZero("length of the direction of approach", norm(settings.direction_in_world));
+}
+
+}  // namespace
+
+config::Result<void> SimulatedHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(config::Error{"simulated handle", "is running already", ""});
+  if (auto ok = check(settings_); !ok) return ok;
+  stop_requested_ = false;
+  auto thread = startThread("handle", [this, &channels] { simulate(channels); });
+  if (!thread) return std::unexpected(thread.error());
+  thread_ = std::move(*thread);
+  running_ = true;
+  return {};
+}
+
+void SimulatedHandle::stop() {
+  stop_requested_ = true;
+  if (thread_.joinable()) thread_.join();
+  running_ = false;
+}
+
+HandleStatus SimulatedHandle::status() const {
+  const bool running = running_;
+  return {running, running ? "" : "not started", "simulated"};
+}
+
+void SimulatedHandle::simulate(HandleChannels& channels) {
+  constexpr double kStepS = static_cast<double>(kStepNs) / static_cast<double>(kNsPerSecond);
+  SimulatedHand hand(settings_);
+  std::uint64_t sequence = 0;
+  std::int64_t due_ns = monotonicNs();
+  while (!stop_requested_.load(std::memory_order_relaxed)) {
+    sleepUntil(due_ns);
+    const std::int64_t steps = std::max<std::int64_t>(1, (monotonicNs() - due_ns) / kStepNs + 1);
+    due_ns += steps * kStepNs;
+
+    channels.command.refresh();
+    const rt::Vec3 force = channels.command.front().force_n_in_world;
+    exerted_force_n_.store(norm(force), std::memory_order_relaxed);
+    for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(kStepS, force);
+
+    channels.state.write(
+        {hand.position_m_in_world(), hand.velocity_m_per_s_in_world(), ++sequence, monotonicNs()});
+  }
+  exerted_force_n_.store(0, std::memory_order_relaxed);
+}
+
+}  // namespace hapticd::drivers

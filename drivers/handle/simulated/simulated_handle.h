@@ -1,0 +1,42 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+
+#include "config/settings.h"
+#include "drivers/handle/handle.h"
+#include "drivers/handle/simulated/simulated_hand.h"
+
+namespace hapticd::drivers {
+
+/// A SimulatedHand in real time: one step and one measurement per millisecond. A thread that wakes late makes
+/// up for the missed steps, at most kMostStepsAtOnce of them, with the newest command; beyond that the
+/// simulated time falls behind the clock.
+class SimulatedHandle final : public Handle {
+ public:
+  static constexpr std::int64_t kStepNs = 1'000'000;
+  static constexpr std::int64_t kMostStepsAtOnce = 50;
+
+  explicit SimulatedHandle(const config::SimulatedHandleSettings& settings) : settings_(settings) {}
+  ~SimulatedHandle() override { stop(); }
+
+  /// Errors: settings that describe no hand (a mass or stiffness that is not above zero, no direction).
+  config::Result<void> start(HandleChannels& channels) override;
+  void stop() override;
+  HandleStatus status() const override;
+
+  /// Magnitude of the force that the handle exerts now, N; 0 when it is not running.  Thread: any.
+  double exertedForceN() const { return exerted_force_n_.load(std::memory_order_relaxed); }
+
+ private:
+  void simulate(HandleChannels& channels);
+
+  config::SimulatedHandleSettings settings_;
+  std::atomic<bool> stop_requested_{false};
+  std::atomic<bool> running_{false};
+  std::atomic<double> exerted_force_n_{0};
+  std::thread thread_;
+};
+
+}  // namespace hapticd::drivers

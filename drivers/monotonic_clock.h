@@ -1,0 +1,18 @@
+#pragma once
+
+#include <ctime>
+
+#include <cstdint>
+
+namespace hapticd::drivers {
+
+inline constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
+/// CLOCK_MONOTONIC in nanoseconds.  Thread: any.  RT: safe.
+inline std::int64_t monotonicNs() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * kNsPerSecond + now.tv_nsec;
+}
+
+}  // namespace hapticd::drivers

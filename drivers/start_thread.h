@@ -1,0 +1,29 @@
+#pragma once
+
+#include <pthread.h>
+
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "config/error.h"
+
+namespace hapticd::drivers {
+
+/// A thread that runs `body` under a name that tools show (at most 15 characters).
+/// Errors: the system gives no more threads.
+template <typename Body>
+config::Result<std::thread> startThread(const char* name, Body body) {
+  try {
+    std::thread thread(std::move(body));
+    ::pthread_setname_np(thread.native_handle(), name);
+    return thread;
+  } catch (const std::system_error& error) {
+    return std::unexpected(config::Error{std::string("thread ") + name,
+                                         std::string("cannot be started: ") + error.what(),
+                                         "raise the limit of tasks (TasksMax= of the unit, ulimit -u)"});
+  }
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+namespace hapticd::drivers {
+
+/// Tells a driver's thread to end, and wakes it if it sleeps in here.
+/// Thread: any.  Progress: blocking.  RT: not safe.
+class StopSignal {
+ public:
+  void raise() {
+    const std::lock_guard lock(mutex_);
+    raised_ = true;
+    changed_.notify_all();
+  }
+
+  /// For the next start; nobody waits meanwhile.
+  void reset() {
+    const std::lock_guard lock(mutex_);
+    raised_ = false;
+  }
+
+  bool raised() const {
+    const std::lock_guard lock(mutex_);
+    return raised_;
+  }
+
+  /// Sleeps until `when`, or until the signal is raised; true if it is.
+  bool waitUntil(std::chrono::steady_clock::time_point when) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_until(lock, when, [this] { return raised_; });
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool raised_ = false;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,190 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "config/parameter_table.h"
+
+namespace hapticd::config {
+namespace {
+
+Settings with(const std::vector<std::string>& changes) {
+  Settings settings;
+  for (const std::string& change : changes) {
+    const Result<void> result = setFromText(settings, change);
+    EXPECT_TRUE(result) << result.error().text();
+  }
+  return settings;
+}
+
+std::vector<std::string> textsFor(const std::vector<std::string>& changes) {
+  std::vector<std::string> texts;
+  for (const Error& error : checkTogether(with(changes))) texts.push_back(error.text());
+  return texts;
+}
+
+using Texts = std::vector<std::string>;
+
+TEST(Conflicts, NearMustLieBelowFar) {
+  EXPECT_EQ(textsFor({"camera.near_m=2", "camera.far_m=2.5"}), Texts{});
+  EXPECT_EQ(
+      textsFor({"camera.near_m=2", "camera.far_m=2"}),
+      Texts{"camera.near_m: 2 m is not below camera.far_m, 2 m (set camera.near_m below camera.far_m)"});
+  EXPECT_EQ(textsFor({"camera.near_m=5"}).size(), 1U);
+}
+
+TEST(Conflicts, TheFewestPointsMayNotExceedTheMost) {
+  EXPECT_EQ(textsFor({"force.min_points=100"}), Texts{});
+  EXPECT_EQ(
+      textsFor({"force.min_points=101"}),
+      Texts{"force.min_points: 101 is above force.max_points, 100 (set force.min_points to at most 100 or "
+            "force.max_points to at least 101)"});
+}
+
+TEST(Conflicts, ADepthLawNeedsAValidRawValue) {
+  EXPECT_EQ(
+      textsFor({"camera.depth_law=custom", "camera.depth_a_per_m=-0.0029", "camera.depth_b_per_m=3.15"}),
+      Texts{});
+  // 1/Z stays below 0: everything lies behind the camera.
+  EXPECT_EQ(
+      textsFor({"camera.depth_law=custom", "camera.depth_a_per_m=-0.003", "camera.depth_b_per_m=-1"}),
+      Texts{"camera.depth_law: Z = 1 / (-0.003 d + -1) lies between camera.near_m, 0.4 m, and camera.far_m, "
+            "4 m, for no raw value d of 0..2046 (correct camera.depth_a_per_m and camera.depth_b_per_m: "
+            "about -0.003 and 3.3 for a Kinect v1)"});
+  // Only the law in force counts.
+  EXPECT_EQ(textsFor({"camera.depth_a_per_m=-0.003", "camera.depth_b_per_m=-1"}), Texts{});
+}
+
+TEST(Conflicts, LimitsBetweenTwoRawValuesHoldNoDepth) {
+  // Table I: raw 1052 is 9.991 m, raw 1053 is 10.308 m.
+  const Texts texts = textsFor({"camera.near_m=9.995", "camera.far_m=10"});
+  ASSERT_EQ(texts.size(), 1U);
+  EXPECT_TRUE(texts[0].ends_with("(move camera.near_m and camera.far_m further apart)")) << texts[0];
+}
+
+TEST(Conflicts, TheRecordedDriverNeedsARecording) {
+  EXPECT_EQ(textsFor({"camera.driver=recorded", "camera.recording=somewhere"}), Texts{});
+  EXPECT_EQ(
+      textsFor({"camera.driver=recorded"}),
+      Texts{"camera.recording: is empty, and the camera.driver recorded needs it (set camera.recording to "
+            "the folder that holds INDEX.txt)"});
+}
+
+TEST(Conflicts, TheDirectionOfApproachIsNotZero) {
+  EXPECT_EQ(textsFor({"simulated_handle.direction_z=0", "simulated_handle.direction_x=0.001"}), Texts{});
+  const Texts texts = textsFor({"simulated_handle.direction_z=0", "simulated_handle.direction_x=1e-200"});
+  ASSERT_EQ(texts.size(), 1U);
+  EXPECT_EQ(
+      texts[0],
+      "simulated_handle.direction_x: (1e-200, 0, 0) is no direction: it is shorter than 0.001 (set at least "
+      "one of direction_x, direction_y and direction_z, as in 0, 0, -1)");
+}
+
+TEST(Conflicts, ASocketPathHasAtMost107Bytes) {
+  EXPECT_EQ(textsFor({"control.status_socket=" + std::string(107, 's')}), Texts{});
+  EXPECT_EQ(
+      textsFor({"control.status_socket=" + std::string(108, 's')}),
+      Texts{"control.status_socket: \"" + std::string(60, 's') +
+            "...\" has 108 bytes, a socket's path at most 107 (choose a shorter path, or one relative to "
+            "the working directory)"});
+  EXPECT_EQ(textsFor({"control.control_socket="}),
+            Texts{"control.control_socket: is empty (give the path of the socket)"});
+  EXPECT_EQ(textsFor({"control.control_socket=run/"}),
+            Texts{"control.control_socket: \"run/\" names a folder (give the path of the socket)"});
+}
+
+TEST(Conflicts, TheTwoSocketsHaveDifferentPaths) {
+  const Texts expected{
+      "control.control_socket: \"run/./a\" is also control.status_socket (give the two sockets "
+      "different paths)"};
+  EXPECT_EQ(textsFor({"control.status_socket=run/a", "control.control_socket=run/./a"}), expected);
+  EXPECT_EQ(textsFor({"control.status_socket=run/a", "control.control_socket=run/b"}), Texts{});
+}
+
+// 2 * (0.04 + 0.6 * (1/30 + 0.02)) + 2 * 0.01 = 0.164 m are needed: 17 voxels of 0.01 m.
+TEST(Conflicts, TheWindowHoldsTheReachFromTheComputedNumberOfVoxelsOn) {
+  EXPECT_EQ(textsFor({"grid.cells_per_axis=17"}), Texts{});
+  EXPECT_EQ(
+      textsFor({"grid.cells_per_axis=16"}),
+      Texts{"grid.cells_per_axis: 16 voxels of 0.01 m make a window of 0.16 m, but the HIP's reach needs "
+            "0.164 m: on each side 0.072 m (force.radius_m 0.04 m + grid.max_hip_speed_m_per_s 0.6 m/s * "
+            "0.05333 s of frame period and margin) and one voxel (set grid.cells_per_axis to at least 17, "
+            "or grid.voxel_edge_m to at least 0.0103, or grid.max_hip_speed_m_per_s to at most 0.562, or "
+            "force.radius_m to at most 0.0379)"});
+}
+
+TEST(Conflicts, TheWindowDoesNotMatterWhileTheWholeFrameIsModelled) {
+  EXPECT_EQ(textsFor({"grid.cells_per_axis=8", "grid.extent=frame"}), Texts{});
+}
+
+// Every number that a remedy names mends the conflict by itself.
+TEST(Conflicts, EveryRemedyForTheWindowMendsIt) {
+  const std::regex remedy(R"(([a-z_.]+) to at (?:least|most) ([0-9.e+-]+[0-9]))");
+  int remedies = 0;
+  for (const char* cells : {"8", "11", "19", "32", "64"}) {
+    for (const char* edge : {"0.002", "0.0033", "0.007"}) {
+      for (const char* speed : {"0", "0.37", "1.9"}) {
+        for (const char* radius : {"0.005", "0.031", "0.1"}) {
+          const Settings settings = with(
+              {std::string("grid.cells_per_axis=") + cells, std::string("grid.voxel_edge_m=") + edge,
+               std::string("grid.max_hip_speed_m_per_s=") + speed, std::string("force.radius_m=") + radius});
+          for (const Error& error : checkTogether(settings)) {
+            for (std::sregex_iterator match(error.remedy.begin(), error.remedy.end(), remedy), end;
+                 match != end; ++match) {
+              Settings mended = settings;
+              const std::string change = (*match)[1].str() + "=" + (*match)[2].str();
+              ASSERT_TRUE(setFromText(mended, change)) << change;
+              EXPECT_TRUE(checkTogether(mended).empty()) << change << " does not mend: " << error.text();
+              ++remedies;
+            }
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(remedies, 100);
+}
+
+TEST(Conflicts, AWindowThatNoSingleChangeMendsIsRefusedToo) {
+  const Texts texts = textsFor({"grid.cells_per_axis=8", "grid.voxel_edge_m=0.002", "force.radius_m=0.1",
+                                "grid.max_hip_speed_m_per_s=5", "grid.frame_period_s=1"});
+  ASSERT_EQ(texts.size(), 1U);
+  EXPECT_TRUE(texts[0].ends_with("one alone is not enough)")) << texts[0];
+}
+
+TEST(Conflicts, AFrameGridThatTakesTooMuchMemoryIsRefusedWithACoarserEdge) {
+  const std::vector<std::string> changes{"grid.extent=frame", "grid.frame_voxel_edge_m=0.01",
+                                         "camera.far_m=10"};
+  const std::vector<Error> errors = checkTogether(with(changes));
+  ASSERT_EQ(errors.size(), 1U);
+  EXPECT_EQ(errors[0].where, "grid.frame_voxel_edge_m");
+  const std::regex remedy(
+      R"(set (grid.frame_voxel_edge_m) to at least ([0-9.]+), or camera.far_m below 10 m)");
+  std::smatch match;
+  ASSERT_TRUE(std::regex_match(errors[0].remedy, match, remedy)) << errors[0].remedy;
+  Settings mended = with(changes);
+  ASSERT_TRUE(setFromText(mended, match[1].str() + "=" + match[2].str()));
+  EXPECT_TRUE(checkTogether(mended).empty());
+}
+
+TEST(Conflicts, TheFrameGridOfTheDefaultsFits) {
+  EXPECT_EQ(textsFor({"grid.extent=frame"}), Texts{});
+}
+
+TEST(Conflicts, SeveralViolatedRulesAreAllReported) {
+  EXPECT_EQ(textsFor({"camera.near_m=5", "force.min_points=200", "control.status_socket="}).size(), 3U);
+}
+
+// Settings that did not pass the table, as a program could make them.
+TEST(Conflicts, NumbersThatAreNotFiniteViolateTheRules) {
+  Settings settings;
+  settings.camera.depth_model.near_m = std::nan("");
+  settings.live.springs.radius_m = std::nan("");
+  settings.handle.simulated.direction_in_world.x = std::nan("");
+  EXPECT_EQ(checkTogether(settings).size(), 3U);
+}
+
+}  // namespace
+}  // namespace hapticd::config

@@ -1,0 +1,132 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+#include "config/parameter_table.h"
+#include "config/yaml_loader.h"
+#include "temporary_folder.h"
+
+namespace hapticd::config {
+namespace {
+
+std::string repeated(std::string_view piece, std::size_t length) {
+  std::string text;
+  while (text.size() < length) text += piece;
+  return text;
+}
+
+std::string contentOf(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// What a loader may return at all: settings that the table and the rules accept, or errors that say
+// something.
+void expectSettingsOrErrors(const std::expected<Settings, std::vector<Error>>& settings) {
+  if (!settings) {
+    EXPECT_FALSE(settings.error().empty());
+    EXPECT_LE(settings.error().size(), 101U);
+    for (const Error& error : settings.error()) {
+      EXPECT_FALSE(error.where.empty());
+      EXPECT_FALSE(error.what.empty());
+    }
+    return;
+  }
+  for (const Parameter& parameter : parameterTable()) {
+    EXPECT_TRUE(parameter.check(parameter.get(*settings))) << parameter.name;
+  }
+  EXPECT_TRUE(checkTogether(*settings).empty());
+}
+
+// Nested, endless and repetitive inputs as long as a file may be: refused in bounded work and stack. The
+// test's time limit is the bound on time.
+TEST(DamagedYaml, LongPathologicalFilesAreRefused) {
+  const TemporaryFolder folder;
+  for (const char* piece :
+       {"[", "{", "[a,",   "{a: ", "{? ", "? ",         "- ",   "a: ", "k: [", "&a ", "*", "!", ":", "\"",
+        "'", "a", "---\n", "|\n",  ">",   "%TAG ! x\n", "a:\n", "\\",  "@",    "`",   "}", "]", ","}) {
+    SCOPED_TRACE(piece);
+    const auto settings = loadSettings(folder.write("long.yaml", repeated(piece, 1000000)));
+    EXPECT_FALSE(settings);
+    expectSettingsOrErrors(settings);
+  }
+}
+
+TEST(DamagedYaml, AnAliasBombIsRefusedWithoutUnfoldingIt) {
+  const TemporaryFolder folder;
+  std::string yaml = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
+  for (int level = 1; level < 30; ++level) {
+    const std::string alias = "*a" + std::to_string(level - 1);
+    yaml += "a" + std::to_string(level) + ": &a" + std::to_string(level) + " [" + alias +
+            repeated(", " + alias, 40) + "]\n";
+  }
+  const auto settings = loadSettings(folder.write("bomb.yaml", yaml));
+  ASSERT_FALSE(settings);
+  expectSettingsOrErrors(settings);
+}
+
+TEST(DamagedYaml, ManyProblemsAreCutToAHundredAndTheRestCounted) {
+  const TemporaryFolder folder;
+  std::string yaml = "force:\n";
+  for (int i = 0; i < 150; ++i) yaml += "  x" + std::to_string(i) + ": 1\n";
+  const auto settings = loadSettings(folder.write("many.yaml", yaml));
+  ASSERT_FALSE(settings);
+  ASSERT_EQ(settings.error().size(), 101U);
+  EXPECT_EQ(settings.error()[100].what, "50 more problems");
+}
+
+// The list is the first name or value, and line n holds the one after the n-th.
+TEST(DamagedYaml, AFileWithThousandsOfValuesIsReadNoFurtherThanFiveThousand) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("foreign.yaml", repeated("- 1\n", 50000));
+  const auto settings = loadSettings(file);
+  ASSERT_FALSE(settings);
+  ASSERT_EQ(settings.error().size(), 2U);
+  EXPECT_EQ(settings.error()[1].text(),
+            file.string() +
+                ":5000: more than 5000 names and values, not read any further (check "
+                "that this is the configuration file)");
+}
+
+// Bytes of the shipped demo changed, deleted, doubled and cut at random, with a fixed seed: no crash, no
+// hang, and nothing but sound settings or errors.
+TEST(DamagedYaml, RandomDamageGivesSoundSettingsOrErrors) {
+  const TemporaryFolder folder;
+  const std::string whole = contentOf(std::filesystem::path(HAPTICD_SHIPPED_CONFIG) / "demo.yaml");
+  ASSERT_FALSE(whole.empty());
+  const std::string_view alphabet = "{}[]:,&*!|>'\"%@`#-?~\n\t 0.eE+x";
+  std::mt19937 random(20110901);  // NOLINT(cert-msc51-cpp): the same damage in every run
+  const auto below = [&random](std::size_t bound) { return random() % bound; };
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string damaged = whole;
+    for (std::size_t count = 1 + below(8); count > 0; --count) {
+      const std::size_t at = below(damaged.size());
+      switch (below(5)) {
+        case 0:
+          damaged[at] = alphabet[below(alphabet.size())];
+          break;
+        case 1:
+          damaged[at] = static_cast<char>(below(256));
+          break;
+        case 2:
+          damaged.erase(at, 1 + below(5));
+          break;
+        case 3:
+          damaged.insert(at, damaged.substr(below(damaged.size()), below(40)));
+          break;
+        default:
+          damaged.insert(at, 1, alphabet[below(alphabet.size())]);
+      }
+      if (damaged.empty()) damaged = whole;
+    }
+    SCOPED_TRACE(damaged);
+    expectSettingsOrErrors(loadSettings(folder.write("damaged.yaml", damaged)));
+    if (HasFailure()) return;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::config

@@ -1,0 +1,16 @@
+#include "config/error.h"
+
+#include <gtest/gtest.h>
+
+namespace hapticd::config {
+namespace {
+
+TEST(Error, TextJoinsThePartsThatAreThere) {
+  EXPECT_EQ((Error{"demo.yaml:7", "is wrong", "mend it"}.text()), "demo.yaml:7: is wrong (mend it)");
+  EXPECT_EQ((Error{"demo.yaml:7", "is wrong", ""}.text()), "demo.yaml:7: is wrong");
+  EXPECT_EQ((Error{"", "is wrong", "mend it"}.text()), "is wrong (mend it)");
+  EXPECT_EQ((Error{"", "is wrong", ""}.text()), "is wrong");
+}
+
+}  // namespace
+}  // namespace hapticd::config

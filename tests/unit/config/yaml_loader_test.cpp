@@ -1,0 +1,122 @@
+#include "config/yaml_loader.h"
+
+#include <gtest/gtest.h>
+
+#include "config/parameter_table.h"
+#include "temporary_folder.h"
+
+namespace hapticd::config {
+namespace {
+
+// The settings of a file that is expected to be good.
+Settings load(std::string_view yaml, const std::vector<std::string>& overrides = {}) {
+  const TemporaryFolder folder;
+  const auto settings = loadSettings(folder.write("good.yaml", yaml), overrides);
+  if (settings) return *settings;
+  for (const Error& error : settings.error()) ADD_FAILURE() << error.text();
+  return Settings{};
+}
+
+void expectDefaults(const Settings& settings) {
+  for (const Parameter& parameter : parameterTable()) {
+    EXPECT_EQ(parameter.get(settings), parameter.defaultValue()) << parameter.name;
+  }
+}
+
+TEST(YamlLoader, AFileWithoutParametersGivesAllDefaults) {
+  for (const char* yaml : {"", "{}", "\n\n", "# nothing\n", "---\n", "--- {}\n...\n", "force:\n",
+                           "force: {}\ngrid: ~\n", "\xef\xbb\xbf", "%YAML 1.2\n---\n{}\n"}) {
+    SCOPED_TRACE(yaml);
+    expectDefaults(load(yaml));
+  }
+}
+
+TEST(YamlLoader, ReadsEveryKindOfParameter) {
+  const Settings settings = load(R"(
+force:
+  stiffness_n_per_m: 750     # a number without fraction
+  radius_m: 3.5e-2
+  min_points: 12
+camera: {driver: recorded, recording: 'some: folder', loop: false, serial: 0123}
+synthetic:
+    scene: "sphere"
+)");
+  EXPECT_EQ(settings.live.springs.stiffness_n_per_m, 750);
+  EXPECT_EQ(settings.live.springs.radius_m, 0.035);
+  EXPECT_EQ(settings.live.springs.min_points, 12);
+  EXPECT_EQ(settings.camera.driver, CameraDriver::recorded);
+  EXPECT_EQ(settings.camera.recording, "some: folder");
+  EXPECT_FALSE(settings.camera.loop);
+  EXPECT_EQ(settings.camera.serial, "0123");
+  EXPECT_EQ(settings.synthetic.scene, SyntheticScene::sphere);
+  EXPECT_EQ(settings.live.springs.max_points, 100);  // not named
+}
+
+TEST(YamlLoader, ReadsEveryParameterOfTheTable) {
+  std::string yaml;
+  std::string group;
+  for (const Parameter& parameter : parameterTable()) {
+    const std::string name(parameter.name);
+    const std::size_t dot = name.find('.');
+    if (name.substr(0, dot) != group) yaml += (group = name.substr(0, dot)) + ":\n";
+    const std::string value = toText(parameter.defaultValue());
+    yaml += "  " + name.substr(dot + 1) + ": " + (value.empty() ? "\"\"" : value) + "\n";
+  }
+  expectDefaults(load(yaml));
+}
+
+TEST(YamlLoader, ReadsWindowsLineEnds) {
+  const Settings settings = load("force:\r\n  radius_m: 0.05\r\n  law: nearest_springs\r\n");
+  EXPECT_EQ(settings.live.springs.radius_m, 0.05);
+}
+
+TEST(YamlLoader, ReadsJson) {
+  EXPECT_EQ(load("{\"force\": {\"radius_m\": 0.05},\n \"grid\": {}}").live.springs.radius_m, 0.05);
+}
+
+TEST(YamlLoader, OverridesComeAfterTheFileAndTheLastOneCounts) {
+  const Settings settings = load("force: {radius_m: 0.05, min_points: 5}",
+                                 {"force.radius_m=0.03", "camera.recording=a=b", "force.radius_m=0.02"});
+  EXPECT_EQ(settings.live.springs.radius_m, 0.02);
+  EXPECT_EQ(settings.live.springs.min_points, 5);
+  EXPECT_EQ(settings.camera.recording, "a=b");
+}
+
+TEST(YamlLoader, RulesAreJudgedAfterTheOverrides) {
+  EXPECT_EQ(load("camera: {near_m: 5}", {"camera.far_m=6"}).camera.depth_model.near_m, 5);
+}
+
+TEST(YamlLoader, AnUnreadableFileIsTheOnlyError) {
+  const TemporaryFolder folder;
+  const auto textFor = [&](const std::filesystem::path& file) {
+    const auto settings = loadSettings(file, std::vector<std::string>{"force.radius_m=7"});
+    return settings || settings.error().size() != 1 ? "?" : settings.error()[0].text();
+  };
+  const std::filesystem::path missing = folder.path() / "missing.yaml";
+  EXPECT_EQ(textFor(missing), missing.string() +
+                                  ": cannot be read: No such file or directory (check the path and "
+                                  "its permissions)");
+  EXPECT_EQ(textFor(folder.path()),
+            folder.path().string() + ": cannot be read: Is a directory (name the YAML file in the folder)");
+  const std::filesystem::path loop = folder.path() / "loop.yaml";
+  std::filesystem::create_symlink(loop, loop);
+  EXPECT_EQ(textFor(loop), loop.string() +
+                               ": cannot be read: Too many levels of symbolic links (check the path and "
+                               "its permissions)");
+}
+
+TEST(YamlLoader, AFileOfOneMebibyteIsReadAndALongerOneRefused) {
+  const TemporaryFolder folder;
+  const std::size_t longest = 1048576;
+  const auto longest_file = folder.write("longest.yaml", std::string(longest, '\n'));
+  EXPECT_TRUE(loadSettings(longest_file));
+  const auto longer = folder.write("longer.yaml", std::string(longest + 1, '\n'));
+  const auto settings = loadSettings(longer);
+  ASSERT_FALSE(settings);
+  EXPECT_EQ(settings.error().at(0).text(), longer.string() +
+                                               ": is longer than 1048576 bytes (check that this is "
+                                               "the configuration file)");
+}
+
+}  // namespace
+}  // namespace hapticd::config

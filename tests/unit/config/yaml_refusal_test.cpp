@@ -1,0 +1,219 @@
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "config/yaml_loader.h"
+#include "temporary_folder.h"
+
+namespace hapticd::config {
+namespace {
+
+struct Refusal {
+  std::string name;  ///< of the test
+  std::string yaml;
+  std::vector<std::string> texts;  ///< all errors, without the folder of the file
+  std::vector<std::string> overrides = {};
+};
+
+void PrintTo(const Refusal& refusal, std::ostream* stream) {
+  *stream << refusal.yaml;
+}
+
+std::vector<std::string> textsOf(const Refusal& refusal) {
+  const TemporaryFolder folder;
+  const auto settings = loadSettings(folder.write("bad.yaml", refusal.yaml), refusal.overrides);
+  if (settings) return {};
+  std::vector<std::string> texts;
+  const std::string prefix = folder.path().string() + "/";
+  for (const Error& error : settings.error()) {
+    const std::string text = error.text();
+    texts.push_back(text.starts_with(prefix) ? text.substr(prefix.size()) : text);
+  }
+  return texts;
+}
+
+std::string nameOf(const testing::TestParamInfo<Refusal>& test) {
+  return test.param.name;
+}
+
+class YamlRefusal : public testing::TestWithParam<Refusal> {};
+
+TEST_P(YamlRefusal, ListsExactlyTheseErrors) {
+  EXPECT_EQ(textsOf(GetParam()), GetParam().texts);
+}
+
+const std::string kForm = "(write it as `group: {name: value}`, or the same on indented lines)";
+const std::string kSyntax = "(check the quotes, brackets and indentation of this line and the one above)";
+
+const std::vector<Refusal> kValues{
+    {"OutOfRange",
+     "\nforce:\n  radius_m: 0.5\n",
+     {"bad.yaml:3: force.radius_m: 0.5 m is out of range (allowed: 0.005..0.1 m)"}},
+    {"OutOfRangeInFlowForm",
+     "force: {min_points: 4,\n  radius_m: 0.5}",
+     {"bad.yaml:2: force.radius_m: 0.5 m is out of range (allowed: 0.005..0.1 m)"}},
+    {"NotANumber",
+     "force: {radius_m: .nan, stiffness_n_per_m: .inf}",
+     {"bad.yaml:1: force.radius_m: .nan is not a finite number (allowed: 0.005..0.1 m)",
+      "bad.yaml:1: force.stiffness_n_per_m: .inf is not a finite number (allowed: 0..5000 N/m)"}},
+    {"WrongType",
+     "force: {radius_m: true}\nloop: {lock_memory: 1}",
+     {"bad.yaml:1: force.radius_m: \"true\" is not a number (allowed: 0.005..0.1 m)",
+      "bad.yaml:2: loop.lock_memory: \"1\" is not a truth value (allowed: true or false)"}},
+    {"FractionForAnInteger",
+     "force:\n  min_points: 3.5",
+     {"bad.yaml:2: force.min_points: 3.5 is not a whole number (allowed: 1..1000)"}},
+    {"DecimalComma",
+     "force:\n  radius_m: 0,04",
+     {"bad.yaml:2: force.radius_m: \"0,04\" is not a number (allowed: 0.005..0.1 m)"}},
+    {"QuotedNumber",
+     "force:\n  radius_m: \"0.04\"",
+     {"bad.yaml:2: force.radius_m: \"0.04\" is text because of its quotes, write 0.04 without (allowed: "
+      "0.005..0.1 m)"}},
+    {"QuotedTruthValue",
+     "loop: {lock_memory: 'true'}",
+     {"bad.yaml:1: loop.lock_memory: \"true\" is text because of its quotes, write true without (allowed: "
+      "true "
+      "or false)"}},
+    {"TruthValueOfOldYaml",
+     "camera:\n  loop: yes",
+     {"bad.yaml:2: camera.loop: \"yes\" is not a truth value (allowed: true or false)"}},
+    {"NoSuchChoice",
+     "camera:\n  driver: kinect",
+     {"bad.yaml:2: camera.driver: \"kinect\" is not a choice (allowed: one of: freenect, recorded, "
+      "synthetic)"}},
+    {"NoValue",
+     "camera:\n  serial:\n  fx_px: ~\n",
+     {"bad.yaml:2: camera.serial: has no value (give a value, \"\" for an empty text, or delete the line)",
+      "bad.yaml:3: camera.fx_px: has no value (give a value, \"\" for an empty text, or delete the line)"}},
+    {"ListAsValue",
+     "camera:\n  serial: [a, b]\n  loop: {a: [1, {b: c}]}\n  far_m: 11",
+     {"bad.yaml:2: camera.serial: is a list, but a parameter has a single value (write `name: value`)",
+      "bad.yaml:3: camera.loop: is a map, but a parameter has a single value (write `name: value`)",
+      "bad.yaml:4: camera.far_m: 11 m is out of range (allowed: 0.1..10 m)"}},
+    {"EscapedControlCharacter",
+     "camera: {serial: \"a\\0b\"}",
+     {"bad.yaml:1: camera.serial: \"a\\x00b\" contains a control character (allowed: text)"}},
+};
+INSTANTIATE_TEST_SUITE_P(Values, YamlRefusal, testing::ValuesIn(kValues), nameOf);
+
+const std::vector<Refusal> kNames{
+    {"UnknownName",
+     "force:\n  radius: 0.04",
+     {"bad.yaml:2: \"force.radius\": there is no parameter of this name (did you mean force.radius_m or "
+      "synthetic.sphere_radius_m?)"}},
+    {"UnknownGroupOnce",
+     "\nforces:\n  a: 1\n  b: 2\n",
+     {"bad.yaml:2: \"forces\": there is no group of this name (did you mean force?)"}},
+    {"UnknownGroupFarFromAll",
+     "zzz: {}",
+     {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, safety, camera, synthetic, grid, "
+      "loop, "
+      "handle, simulated_handle, control)"}},
+    {"DottedName",
+     "force.radius_m: 0.05",
+     {"bad.yaml:1: force.radius_m: stands outside its group (write it as `force: {radius_m: 0.05}`)"}},
+    {"NameTwice",
+     "force:\n  radius_m: 0.04\n  min_points: 5\n  radius_m: 0.05",
+     {"bad.yaml:4: force.radius_m: is given twice, first in line 2 (delete one of the two)"}},
+    {"GroupTwice",
+     "force: {radius_m: 0.04}\nloop: {}\nforce: {min_points: 5}",
+     {"bad.yaml:3: force: is given twice, first in line 1 (join the two)"}},
+    {"ScalarAsGroup",
+     "grid: 7",
+     {"bad.yaml:1: grid: \"7\" stands where `name: value` is expected (write it as `grid: "
+      "{name: value}`)"}},
+    {"ListAsGroup",
+     "loop:\n  - cpu: 1",
+     {"bad.yaml:2: loop: a list stands where `name: value` is expected " + kForm}},
+    {"ListAsName",
+     "? [force]\n: {radius_m: 7}",
+     {"bad.yaml:1: a list stands where a name is expected " + kForm}},
+    {"MissingName", "force:\n  ~: 3", {"bad.yaml:2: force: a name is missing " + kForm}},
+};
+INSTANTIATE_TEST_SUITE_P(Names, YamlRefusal, testing::ValuesIn(kNames), nameOf);
+
+const std::vector<Refusal> kForms{
+    {"ScalarAsRoot",
+     "hello",
+     {"bad.yaml:1: \"hello\" stands where groups of parameters are expected " + kForm}},
+    {"ListAsRoot",
+     "\n- force",
+     {"bad.yaml:2: a list stands where groups of parameters are expected " + kForm}},
+    {"OpenBracket",
+     "force: {radius_m: 0.05",
+     {"bad.yaml:1: is not YAML: end of map flow not found " + kSyntax}},
+    {"OpenQuote", "camera:\n  serial: \"abc", {"bad.yaml:2: is not YAML: illegal EOF in scalar " + kSyntax}},
+    {"TwoColons",
+     "\nforce: radius_m: 3",
+     {"bad.yaml:2: is not YAML: illegal map value " + kSyntax,
+      "bad.yaml:2: force: \"radius_m\" stands where `name: value` is expected (write it as `force: {name: "
+      "value}`)"}},
+    {"SyntaxAfterOtherErrors",
+     "force: {radius_m: 7}\ncamera: {near_m: 5}\ngrid: [",
+     {"bad.yaml:1: force.radius_m: 7 m is out of range (allowed: 0.005..0.1 m)",
+      "bad.yaml:3: grid: a list stands where `name: value` is expected " + kForm,
+      "bad.yaml:3: is not YAML: end of sequence flow not found " + kSyntax}},
+    {"SecondDocument",
+     "{}\n---\n{}\n",
+     {"bad.yaml:2: a second YAML document begins (keep one, without a line `---` after it)"}},
+    {"Anchor",
+     "loop:\n  cpu: &one 1\n  priority: *one",
+     {"bad.yaml:2: loop.cpu: anchor \"&one\" is not supported (write the value where it is needed)",
+      "bad.yaml:3: loop.priority: aliases (*name) are not supported (write the value where it is needed)"}},
+    {"UnknownAlias",
+     "loop: *one",
+     {"bad.yaml:1: is not YAML: the referenced anchor is not defined " + kSyntax}},
+    {"Tag",
+     "loop:\n  rate_hz: !!float 1000\ngrid: !x {}",
+     {"bad.yaml:2: loop.rate_hz: tag \"tag:yaml.org,2002:float\" is not supported (leave the tag out)",
+      "bad.yaml:3: grid: tag \"!x\" is not supported (leave the tag out)"}},
+    {"TabIndentation",
+     "force:\n\tradius_m: 0.05\n\t# a comment may have one\n \tmin_points: 3\n",
+     {"bad.yaml:2: a tab stands in the indentation (indent with spaces)",
+      "bad.yaml:4: a tab stands in the indentation (indent with spaces)"}},
+    {"NulByte",
+     std::string("force:\n  radius_m: 0.0\0005", 24),
+     {"bad.yaml:2: control character 0x00 is not allowed (delete it)"}},
+    {"NotUtf8",
+     "# gr\xfc\xdf\nforce: {}\n# \xc0\x80\n",
+     {"bad.yaml:1: byte 0xfc is not UTF-8 (save the file as UTF-8 text)",
+      "bad.yaml:3: byte 0xc0 is not UTF-8 (save the file as UTF-8 text)"}},
+    {"Utf16",
+     std::string("\xff\xfe{\0}\0", 6),
+     {"bad.yaml:1: byte 0xff is not UTF-8 (save the file as UTF-8 text)"}},
+};
+INSTANTIATE_TEST_SUITE_P(Forms, YamlRefusal, testing::ValuesIn(kForms), nameOf);
+
+const std::string kNearAboveFar =
+    "camera.near_m: 5 m is not below camera.far_m, 4 m (set camera.near_m below "
+    "camera.far_m)";
+const std::vector<Refusal> kTogether{
+    {"RuleAtTheLineOfItsParameter", "camera:\n  loop: true\n  near_m: 5", {"bad.yaml:3: " + kNearAboveFar}},
+    {"RuleAtTheOverride", "{}", {"--set camera.near_m=5: " + kNearAboveFar}, {"camera.near_m=5"}},
+    {"NoRuleAboutARefusedValue",
+     "camera:\n  near_m: 5\n  far_m: 60",
+     {"bad.yaml:3: camera.far_m: 60 m is out of range (allowed: 0.1..10 m)"}},
+    {"NoRuleAboutAValueThatIsMissing",
+     "camera:\n  near_m: 5\n  far_m:\n",
+     {"bad.yaml:3: camera.far_m: has no value (give a value, \"\" for an empty text, or delete the line)"}},
+    {"OverridesAfterTheFile",
+     "force: {radius_m: 7}",
+     {"bad.yaml:1: force.radius_m: 7 m is out of range (allowed: 0.005..0.1 m)",
+      "--set force.law=x: \"x\" is not a choice (allowed: one of: nearest_springs)",
+      "--set cpu: has no value (write it as group.name=value)",
+      "--set loop.cpus=1: there is no parameter of this name (did you mean loop.cpu?)"},
+     {"force.law=x", "cpu", "loop.cpus=1"}},
+    {"ErrorsInTheOrderOfLines",
+     "safety: {max_force_n: 41}\nforce:\n  min_points: 0\nsafety: {}\nloop: {cpu: -2}",
+     {"bad.yaml:1: safety.max_force_n: 41 N is out of range (allowed: 0..40 N)",
+      "bad.yaml:3: force.min_points: 0 is out of range (allowed: 1..1000)",
+      "bad.yaml:4: safety: is given twice, first in line 1 (join the two)",
+      "bad.yaml:5: loop.cpu: -2 is out of range (allowed: -1..1023)"}},
+};
+INSTANTIATE_TEST_SUITE_P(Together, YamlRefusal, testing::ValuesIn(kTogether), nameOf);
+
+}  // namespace
+}  // namespace hapticd::config

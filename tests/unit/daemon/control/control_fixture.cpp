@@ -1,0 +1,64 @@
+#include "control_fixture.h"
+
+#include <stdlib.h>
+
+#include <filesystem>
+#include <utility>
+
+namespace hapticd::daemon::test {
+
+TemporaryFolder::TemporaryFolder() {
+  std::string pattern = (std::filesystem::temp_directory_path() / "hapticd-test-XXXXXX").string();
+  EXPECT_NE(nullptr, ::mkdtemp(pattern.data()));
+  path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+void ControlFixture::start() {
+  server_options.listeners = {
+      {.access = Access::read, .path = statusPath(), .mode = 0666, .group = "", .descriptor = -1},
+      {.access = Access::control, .path = controlPath(), .mode = 0660, .group = "", .descriptor = -1}};
+  service_options.log = [this](const std::string& line) {
+    const std::lock_guard lock(mutex_);
+    log_.push_back(line);
+  };
+  service_ = std::make_unique<ControlService>(box, service_options);
+  auto server = VarlinkServer::create(server_options, *service_);
+  ASSERT_TRUE(server) << server.error().text();
+  server_ = std::move(*server);
+  thread_ = std::thread([this] { server_->run(std::chrono::milliseconds(2), [this] { periodic(); }); });
+}
+
+void ControlFixture::stop() {
+  if (thread_.joinable()) {
+    server_->requestStop();
+    thread_.join();
+  }
+  server_.reset();
+}
+
+void ControlFixture::periodic() {
+  std::vector<rt::Tick> ticks;
+  {
+    const std::lock_guard lock(mutex_);
+    ticks.swap(ticks_);
+  }
+  for (const rt::Tick& tick : ticks) service_->onTick(tick);
+  service_->periodic(*server_);
+}
+
+void ControlFixture::addTicks(const std::vector<rt::Tick>& ticks) {
+  const std::lock_guard lock(mutex_);
+  ticks_.insert(ticks_.end(), ticks.begin(), ticks.end());
+}
+
+std::vector<std::string> ControlFixture::log() const {
+  const std::lock_guard lock(mutex_);
+  return log_;
+}
+
+}  // namespace hapticd::daemon::test

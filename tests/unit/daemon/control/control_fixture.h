@@ -1,0 +1,65 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/control/control_service.h"
+#include "daemon/control/varlink_server.h"
+#include "fake_box.h"
+#include "raw_client.h"
+
+namespace hapticd::daemon::test {
+
+/// A folder of its own that vanishes with everything in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder();
+  std::string path(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+/// The control API on two real sockets, served by a thread of the test, in front of a fake box.
+class ControlFixture : public testing::Test {
+ protected:
+  ~ControlFixture() override { stop(); }
+
+  /// Listeners are added by start().
+  ServerOptions server_options;
+  ControlServiceOptions service_options{.apply_timeout = std::chrono::minutes(10), .log = {}};
+
+  void start();
+  void stop();
+  RawClient statusClient() const { return RawClient(statusPath()); }
+  RawClient controlClient() const { return RawClient(controlPath()); }
+  std::string statusPath() const { return folder.path("Status"); }
+  std::string controlPath() const { return folder.path("Control"); }
+
+  /// Hands the service ticks as the daemon does.
+  void addTicks(const std::vector<rt::Tick>& ticks);
+  std::vector<std::string> log() const;
+
+  TemporaryFolder folder;
+  FakeBox box;
+
+ private:
+  void periodic();
+
+  mutable std::mutex mutex_;
+  std::vector<rt::Tick> ticks_;
+  std::vector<std::string> log_;
+  std::unique_ptr<ControlService> service_;
+  std::unique_ptr<VarlinkServer> server_;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::daemon::test

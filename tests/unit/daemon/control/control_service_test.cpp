@@ -1,0 +1,417 @@
+// What the methods do, over the real sockets.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <limits>
+#include <numbers>
+
+#include "control_fixture.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+class ControlServiceTest : public ControlFixture {
+ protected:
+  json ask(RawClient& client, const std::string& method, const std::string& parameters = "{}") {
+    client.call(R"({"method":")" + method + R"(","parameters":)" + parameters + "}");
+    return client.json();
+  }
+  json askStatus(const std::string& method, const std::string& parameters = "{}") {
+    RawClient client = statusClient();
+    return ask(client, method, parameters);
+  }
+  json askControl(const std::string& method, const std::string& parameters = "{}") {
+    RawClient client = controlClient();
+    return ask(client, method, parameters);
+  }
+  json set(const std::string& values) {
+    return askControl("io.hapticd.Control.SetParameters", R"({"parameters":)" + values + "}");
+  }
+  void expectNothingChanged() {
+    EXPECT_EQ(0U, box.generation());
+    EXPECT_TRUE(log().empty());
+  }
+};
+
+json error(const std::string& name, const json& parameters = json::object()) {
+  return {{"error", name}, {"parameters", parameters}};
+}
+
+json invalidParameter(const std::string& field) {
+  return error("org.varlink.service.InvalidParameter", {{"parameter", field}});
+}
+
+TEST_F(ControlServiceTest, IntroducesItself) {
+  start();
+  const json info = askStatus("org.varlink.service.GetInfo")["parameters"];
+  EXPECT_EQ("hapticd", info["vendor"]);
+  EXPECT_EQ("hapticd", info["product"]);
+  EXPECT_TRUE(info["version"].is_string());
+  EXPECT_TRUE(info["url"].is_string());
+  EXPECT_EQ(json({"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"}), info["interfaces"]);
+}
+
+TEST_F(ControlServiceTest, DescribesEachOfItsInterfacesOnBothSockets) {
+  start();
+  for (const std::string name : {"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"}) {
+    const std::string parameters = R"({"interface":")" + name + "\"}";
+    for (const json& reply : {askStatus("org.varlink.service.GetInterfaceDescription", parameters),
+                              askControl("org.varlink.service.GetInterfaceDescription", parameters)}) {
+      const auto text = reply["parameters"]["description"].get<std::string>();
+      EXPECT_NE(std::string::npos, text.find("\ninterface " + name + "\n"));
+    }
+  }
+}
+
+TEST_F(ControlServiceTest, NamesTheInterfaceThatItDoesNotKnow) {
+  start();
+  const json expected = error("org.varlink.service.InterfaceNotFound", {{"interface", "io.nobody"}});
+  EXPECT_EQ(expected,
+            askStatus("org.varlink.service.GetInterfaceDescription", R"({"interface":"io.nobody"})"));
+  EXPECT_EQ(expected, askStatus("io.nobody.Method"));
+}
+
+TEST_F(ControlServiceTest, NamesTheMethodThatItDoesNotKnowInFull) {
+  start();
+  for (const std::string name :
+       {"org.varlink.service.Nope", "io.hapticd.Status.getStatus", "io.hapticd.Control.", "GetStatus", ""}) {
+    EXPECT_EQ(error("org.varlink.service.MethodNotFound", {{"method", name}}), askStatus(name));
+  }
+}
+
+TEST_F(ControlServiceTest, NamesTheFieldThatIsMissingUnknownOrWrong) {
+  start();
+  const std::string describe = "org.varlink.service.GetInterfaceDescription";
+  EXPECT_EQ(invalidParameter("interface"), askStatus(describe));
+  EXPECT_EQ(invalidParameter("interface"), askStatus(describe, R"({"interface":null})"));
+  EXPECT_EQ(invalidParameter("interface"), askStatus(describe, R"({"interface":7})"));
+  EXPECT_EQ(invalidParameter("extra"), askStatus("io.hapticd.Status.GetStatus", R"({"extra":1})"));
+  EXPECT_EQ(invalidParameter("names"), askStatus("io.hapticd.Status.GetParameters", R"({"names":"x"})"));
+  EXPECT_EQ(invalidParameter("names"), askStatus("io.hapticd.Status.GetParameters", R"({"names":[1]})"));
+  EXPECT_EQ(invalidParameter("parameters"), askControl("io.hapticd.Control.SetParameters"));
+  EXPECT_EQ(invalidParameter("parameters"), set("[]"));
+}
+
+TEST_F(ControlServiceTest, RefusesToUpgradeTheConnection) {
+  start();
+  RawClient client = statusClient();
+  client.call(R"({"method":"org.varlink.service.GetInfo","upgrade":true})");
+  EXPECT_EQ(error("org.varlink.service.MethodNotImplemented", {{"method", "org.varlink.service.GetInfo"}}),
+            client.json());
+}
+
+TEST_F(ControlServiceTest, PermitsNoChangeOnTheStatusSocket) {
+  start();
+  const json denied = error("org.varlink.service.PermissionDenied");
+  EXPECT_EQ(denied, askStatus("io.hapticd.Control.Engage"));
+  EXPECT_EQ(denied, askStatus("io.hapticd.Control.Disengage"));
+  EXPECT_EQ(denied,
+            askStatus("io.hapticd.Control.SetParameters", R"({"parameters":{"force.radius_m":0.03}})"));
+  RawClient client = statusClient();
+  client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
+  client.call(R"({"method":"io.hapticd.Control.Engage"})");
+  EXPECT_EQ(denied, client.json());
+  expectNothingChanged();
+}
+
+TEST_F(ControlServiceTest, ReadsOnTheControlSocketToo) {
+  start();
+  EXPECT_TRUE(askControl("io.hapticd.Status.GetStatus")["parameters"]["status"].is_object());
+  EXPECT_TRUE(askControl("io.hapticd.Status.GetParameters")["parameters"]["parameters"].is_array());
+}
+
+TEST_F(ControlServiceTest, SetsParametersAndTellsTheGeneration) {
+  start();
+  EXPECT_EQ(json({{"parameters", {{"generation", 1}}}}),
+            set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"nearest_springs"})"));
+  EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
+  EXPECT_EQ(7, box.appliedSettings().live.springs.min_points);
+  EXPECT_EQ(0.04, box.appliedSettings().live.springs.radius_m);
+  const json rows = askStatus("io.hapticd.Status.GetParameters", R"({"names":["force.stiffness_n_per_m"]})");
+  EXPECT_EQ(800, rows["parameters"]["parameters"][0]["value"]);
+}
+
+TEST_F(ControlServiceTest, LogsWhoChangedWhat) {
+  start();
+  set(R"({"force.stiffness_n_per_m":800})");
+  askControl("io.hapticd.Control.Engage");
+  askControl("io.hapticd.Control.Disengage");
+  const std::string who = "uid " + std::to_string(::getuid()) + " (pid " + std::to_string(::getpid()) + ") ";
+  EXPECT_EQ((std::vector<std::string>{who + "sets force.stiffness_n_per_m from 500 to 800", who + "engages",
+                                      who + "disengages"}),
+            log());
+}
+
+TEST_F(ControlServiceTest, SetsNothingWhenOneOfTheValuesIsWrongAndListsAllThatAre) {
+  start();
+  const json reply = set(
+      R"({"force.stiffness_n_per_m":800,"force.radius_m":7,"force.min_points":"many","force.max_points":null,
+          "force.stifness_n_per_m":1,"force.law":{"a":1},"camera.near_m":0.5})");
+  EXPECT_EQ("io.hapticd.Control.InvalidValue", reply["error"]);
+  std::map<std::string, json> problems;
+  for (const json& problem : reply["parameters"]["problems"]) problems[problem["parameter"]] = problem;
+  ASSERT_EQ(6U, problems.size()) << reply;
+  EXPECT_EQ(7, problems["force.radius_m"]["value"]);
+  EXPECT_EQ(config::findParameter("force.radius_m")->range(), problems["force.radius_m"]["allowed"]);
+  EXPECT_EQ("many", problems["force.min_points"]["value"]);
+  EXPECT_TRUE(problems["force.max_points"]["value"].is_null());
+  EXPECT_TRUE(problems["force.law"]["value"].is_object());
+  const auto reason = problems["force.stifness_n_per_m"]["reason"].get<std::string>();
+  EXPECT_NE(std::string::npos, reason.find("force.stiffness_n_per_m")) << reason;
+  EXPECT_NE("", problems["camera.near_m"]["reason"]);
+  expectNothingChanged();
+  EXPECT_EQ(500, box.appliedSettings().live.springs.stiffness_n_per_m);
+}
+
+TEST_F(ControlServiceTest, RefusesNumbersOutsideOfEveryRange) {
+  start();
+  for (const std::string value : {"-1", "1e300", "18446744073709551615", "-9223372036854775808", "2.5"}) {
+    EXPECT_EQ("io.hapticd.Control.InvalidValue", set(R"({"force.min_points":)" + value + "}")["error"])
+        << value;
+  }
+  expectNothingChanged();
+}
+
+TEST_F(ControlServiceTest, RefusesValuesThatDoNotFitTogether) {
+  start();
+  const json reply = set(R"({"force.min_points":90,"force.max_points":80})");
+  EXPECT_EQ("io.hapticd.Control.InvalidValue", reply["error"]);
+  EXPECT_EQ(1U, reply["parameters"]["problems"].size()) << reply;
+  expectNothingChanged();
+}
+
+TEST_F(ControlServiceTest, NamesTheParametersThatNeedARestart) {
+  start();
+  EXPECT_EQ(error("io.hapticd.Control.RestartRequired", {{"parameters", {"camera.far_m", "camera.near_m"}}}),
+            set(R"({"camera.near_m":0.5,"force.radius_m":0.03,"camera.far_m":3})"));
+  expectNothingChanged();
+}
+
+TEST_F(ControlServiceTest, AnswersThousandsOfWrongNamesWithinItsBounds) {
+  start();
+  std::string values = "{\"x\":1";
+  for (int i = 0; i < 6000; ++i) values += ",\"" + std::to_string(i) + "\":1";
+  const json reply = set(values + "}");
+  EXPECT_EQ("io.hapticd.Control.InvalidValue", reply["error"]);
+  EXPECT_EQ(100U, reply["parameters"]["problems"].size());
+}
+
+TEST_F(ControlServiceTest, AnswersAChangeOnlyAfterTheLoopHasTakenIt) {
+  start();
+  box.holdAcknowledgements();
+  RawClient changer = controlClient();
+  changer.call(
+      R"({"method":"io.hapticd.Control.SetParameters","parameters":{"parameters":{"force.radius_m":0.03}}})");
+  changer.call(R"({"method":"io.hapticd.Status.Nope"})");
+  box.waitForGeneration(1);
+  // Others are served meanwhile.
+  EXPECT_EQ("idle", askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
+  EXPECT_EQ("idle", askControl("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
+  box.acknowledge();
+  EXPECT_EQ(json({{"parameters", {{"generation", 1}}}}), changer.json());
+  EXPECT_EQ("org.varlink.service.MethodNotFound", changer.json()["error"]);
+}
+
+TEST_F(ControlServiceTest, SaysSoWhenTheLoopDoesNotTakeAChangeInTime) {
+  service_options.apply_timeout = std::chrono::milliseconds(20);
+  start();
+  box.holdAcknowledgements();
+  EXPECT_EQ(error("io.hapticd.Control.NotApplied", {{"generation", 1}}), set(R"({"force.radius_m":0.03})"));
+  EXPECT_EQ(error("io.hapticd.Control.NotApplied", {{"generation", 2}}),
+            askControl("io.hapticd.Control.Engage"));
+}
+
+TEST_F(ControlServiceTest, EngagesAndDisengages) {
+  start();
+  const json engaged = {{"parameters", {{"mode", "engaged"}, {"cause", "requested"}}}};
+  const json idle = {{"parameters", {{"mode", "idle"}, {"cause", "requested"}}}};
+  EXPECT_EQ(engaged, askControl("io.hapticd.Control.Engage"));
+  EXPECT_EQ(idle, askControl("io.hapticd.Control.Disengage"));
+}
+
+TEST_F(ControlServiceTest, ShowsEveryParameterAsTheTableHasIt) {
+  start();
+  const json rows = askStatus("io.hapticd.Status.GetParameters")["parameters"]["parameters"];
+  ASSERT_EQ(config::parameterTable().size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(config::parameterTable()[i].name, rows[i]["name"]);
+
+  const json names = R"({"names":["force.max_points","force.radius_m"]})"_json;
+  const json two = askStatus("io.hapticd.Status.GetParameters", names.dump())["parameters"]["parameters"];
+  ASSERT_EQ(2U, two.size());
+  EXPECT_EQ("force.max_points", two[0]["name"]);
+  EXPECT_EQ(100, two[0]["value"]);
+  EXPECT_EQ("integer", two[0]["kind"]);
+  EXPECT_EQ(0.04, two[1]["value"]);
+  EXPECT_EQ(0.04, two[1]["default"]);
+  EXPECT_EQ("m", two[1]["unit"]);
+  EXPECT_EQ("live", two[1]["effect"]);
+  EXPECT_EQ(config::findParameter("force.radius_m")->minimum, two[1]["minimum"]);
+  EXPECT_EQ(config::findParameter("force.radius_m")->maximum, two[1]["maximum"]);
+  EXPECT_TRUE(two[1]["choices"].is_null());
+}
+
+TEST_F(ControlServiceTest, NamesTheNearestParametersForAnUnknownOne) {
+  start();
+  const json reply =
+      askStatus("io.hapticd.Status.GetParameters", R"({"names":["force.radius_m","force.radios_m"]})");
+  EXPECT_EQ("io.hapticd.Status.UnknownParameter", reply["error"]);
+  ASSERT_EQ(1U, reply["parameters"]["problems"].size());
+  const json& problem = reply["parameters"]["problems"][0];
+  EXPECT_EQ("force.radios_m", problem["parameter"]);
+  EXPECT_NE(std::string::npos, problem["reason"].get<std::string>().find("force.radius_m"));
+}
+
+TEST_F(ControlServiceTest, ShowsEveryCounter) {
+  BoxStatus status;
+  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111};
+  status.loop.directive_generation = 112;
+  status.trace_ticks_dropped = 113;
+  status.camera = {drivers::CameraState::lost, "unplugged", "freenect A00", 114, 115};
+  status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5};
+  status.wakeup_latency = {123, 124, 125, 126};
+  status.compute_time = {127, 128, 129, 130};
+  box.setStatus(status);
+  start();
+  const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
+  EXPECT_EQ(R"({"ticks":101,"overruns":102,"skippedPeriods":103,"contactTicks":104,"outsideModelTicks":105,
+                "slewLimitedTicks":106,"magnitudeClampedTicks":107,"notFiniteTicks":108,"depthStaleTicks":109,
+                "handleStaleTicks":110,"handleInvalidTicks":111})"_json,
+            shown["loop"]["counters"]);
+  EXPECT_EQ(112, shown["loop"]["directiveGeneration"]);
+  EXPECT_EQ(113, shown["loop"]["traceTicksDropped"]);
+  EXPECT_EQ(
+      R"({"state":"lost","detail":"unplugged","identity":"freenect A00","frames":114,"damagedFrames":115})"_json,
+      shown["camera"]);
+  EXPECT_EQ(R"({"frames":116,"models":117,"remodels":118,"points":119,"pointsOverCapacity":120,
+                "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5})"_json,
+            shown["scene"]);
+  EXPECT_EQ(R"({"p50Ns":123,"p99Ns":124,"p999Ns":125,"maxNs":126})"_json, shown["loop"]["wakeupLatency"]);
+  EXPECT_EQ(R"({"p50Ns":127,"p99Ns":128,"p999Ns":129,"maxNs":130})"_json, shown["loop"]["computeTime"]);
+  EXPECT_TRUE(shown["loop"]["cpu"].is_null());
+}
+
+TEST_F(ControlServiceTest, NamesEveryModeAndCause) {
+  start();
+  BoxStatus status;
+  const char* modes[] = {"starting", "idle", "engaged", "holding", "faulted"};
+  const char* causes[] = {"none",         "requested",      "no_scene",        "depth_stale",
+                          "handle_stale", "handle_invalid", "force_not_finite"};
+  for (std::uint8_t i = 0; i < 7; ++i) {
+    status.loop.tick.mode = rt::Mode(i % 5);
+    status.loop.tick.cause = rt::Cause(i);
+    box.setStatus(status);
+    const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
+    EXPECT_EQ(modes[i % 5], shown["mode"]);
+    EXPECT_EQ(causes[i], shown["cause"]);
+  }
+}
+
+TEST_F(ControlServiceTest, ShowsNumbersThatAreNotFiniteAsNull) {
+  BoxStatus status;
+  status.rate_hz = std::numeric_limits<double>::infinity();
+  status.scene.frame_rate_hz = std::numeric_limits<double>::quiet_NaN();
+  status.loop.tick.hip_m_in_world = {std::numeric_limits<double>::quiet_NaN(), 1, 2};
+  box.setStatus(status);
+  start();
+  const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
+  EXPECT_TRUE(shown["loop"]["rateHz"].is_null());
+  EXPECT_TRUE(shown["scene"]["frameRateHz"].is_null());
+  EXPECT_EQ(R"({"x":null,"y":1.0,"z":2.0})"_json, shown["tick"]["hipMInWorld"]);
+}
+
+TEST_F(ControlServiceTest, ShowsTextThatIsNotUtf8WithReplacements) {
+  BoxStatus status;
+  status.camera.identity = "recording \xff";
+  box.setStatus(status);
+  start();
+  EXPECT_EQ("recording \xEF\xBF\xBD",
+            askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["camera"]["identity"]);
+}
+
+TEST_F(ControlServiceTest, ExpectsMoreForAStream) {
+  start();
+  EXPECT_EQ(error("org.varlink.service.ExpectedMore"), askStatus("io.hapticd.Status.Monitor"));
+}
+
+TEST_F(ControlServiceTest, AcceptsIntervalsOf20To60000Milliseconds) {
+  start();
+  for (const std::string interval :
+       {"19", "60001", "-5", "20.5", "\"200\"", "1e30", "18446744073709551615"}) {
+    RawClient client = statusClient();
+    client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":)" + interval +
+                R"(},"more":true})");
+    EXPECT_EQ(invalidParameter("intervalMs"), client.json()) << interval;
+  }
+  for (const std::string interval : {"20", "60000", "null"}) {
+    RawClient client = statusClient();
+    client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":)" + interval +
+                R"(},"more":true})");
+    const json first = client.json();
+    EXPECT_EQ(true, first["continues"]);
+    EXPECT_EQ("idle", first["parameters"]["status"]["mode"]);
+    EXPECT_EQ(0, first["parameters"]["droppedCount"]);
+    EXPECT_EQ(
+        R"({"ticks":0,"contactTicks":0,"minForceN":null,"maxForceN":null,"maxWakeupLatencyNs":null})"_json,
+        first["parameters"]["window"]);
+  }
+}
+
+rt::Tick tickWith(double fx_n, double fy_n, std::uint32_t points, std::int64_t latency_ns) {
+  rt::Tick tick;
+  tick.command_force_n_in_world = {fx_n, fy_n, 0};
+  tick.points_used = points;
+  tick.wakeup_latency_ns = latency_ns;
+  return tick;
+}
+
+/// The next window of the stream with ticks in it.
+json nextWindow(RawClient& client) {
+  json window = {{"ticks", 0}};
+  while (window["ticks"] == 0) window = client.json()["parameters"]["window"];
+  return window;
+}
+
+TEST_F(ControlServiceTest, SumsUpTheTicksBetweenTwoRepliesOfEachStream) {
+  start();
+  RawClient fast = statusClient();
+  RawClient slow = statusClient();
+  fast.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
+  slow.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":60},"more":true})");
+  fast.reply();
+  slow.reply();
+  addTicks({tickWith(3, 4, 12, 7000), tickWith(0.5, 0, 0, 9000), tickWith(0, 1, 1, -20)});
+  const json expected =
+      R"({"ticks":3,"contactTicks":2,"minForceN":0.5,"maxForceN":5.0,"maxWakeupLatencyNs":9000})"_json;
+  EXPECT_EQ(expected, nextWindow(fast));
+  EXPECT_EQ(expected, nextWindow(slow));
+  addTicks({tickWith(0, 2, 0, 1)});
+  EXPECT_EQ(R"({"ticks":1,"contactTicks":0,"minForceN":2.0,"maxForceN":2.0,"maxWakeupLatencyNs":1})"_json,
+            nextWindow(fast));
+}
+
+TEST_F(ControlServiceTest, LeavesOutRepliesForASlowReaderCountsThemAndLosesNoTick) {
+  BoxStatus status;
+  status.warnings = {std::string(200'000, 'w')};  // more than the kernel keeps for a socket of the server
+  box.setStatus(status);
+  start();
+  RawClient client = statusClient();
+  client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
+  box.waitForStatusCalls(2);
+  addTicks({tickWith(0, 2, 0, 1), tickWith(0, 1, 0, 1)});
+  box.waitForStatusCalls(6);
+
+  const json first = client.json()["parameters"];
+  EXPECT_EQ(0, first["droppedCount"]);
+  EXPECT_EQ(1, first["status"]["uptimeS"]);  // the fake box counts its calls there
+  const json second = client.json()["parameters"];
+  const auto dropped = second["droppedCount"].get<int>();
+  EXPECT_GE(dropped, 4);
+  EXPECT_EQ(2 + dropped, second["status"]["uptimeS"]);  // the newest state, not one that waited
+  EXPECT_EQ(2, second["window"]["ticks"]);
+  EXPECT_EQ(1, second["window"]["minForceN"]);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,80 @@
+#include "fake_box.h"
+
+namespace hapticd::daemon::test {
+
+FakeBox::FakeBox() {
+  status_.camera = {drivers::CameraState::streaming, "", "synthetic sphere", 300, 1};
+  status_.handle = {true, "", "simulated"};
+  status_.loop.tick.mode = rt::Mode::idle;
+  status_.loop.tick.cause = rt::Cause::requested;
+}
+
+BoxStatus FakeBox::status() {
+  const std::lock_guard lock(mutex_);
+  ++status_calls_;
+  changed_.notify_all();
+  BoxStatus status = status_;
+  status.uptime_s += status_calls_;
+  return status;
+}
+
+std::uint64_t FakeBox::apply(const config::Settings& settings) {
+  const std::lock_guard lock(mutex_);
+  settings_ = settings;
+  return newGeneration();
+}
+
+std::uint64_t FakeBox::engage(bool engaged) {
+  const std::lock_guard lock(mutex_);
+  status_.loop.tick.mode = engaged ? rt::Mode::engaged : rt::Mode::idle;
+  return newGeneration();
+}
+
+std::uint64_t FakeBox::newGeneration() {
+  ++generation_;
+  if (!held_) acknowledged_ = generation_;
+  changed_.notify_all();
+  return generation_;
+}
+
+std::uint64_t FakeBox::acknowledgedGeneration() {
+  const std::lock_guard lock(mutex_);
+  return acknowledged_;
+}
+
+void FakeBox::holdAcknowledgements() {
+  const std::lock_guard lock(mutex_);
+  held_ = true;
+}
+
+void FakeBox::acknowledge() {
+  const std::lock_guard lock(mutex_);
+  acknowledged_ = generation_;
+}
+
+void FakeBox::waitForGeneration(std::uint64_t generation) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return generation_ >= generation; });
+}
+
+void FakeBox::waitForStatusCalls(int calls) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return status_calls_ >= calls; });
+}
+
+void FakeBox::setStatus(const BoxStatus& status) {
+  const std::lock_guard lock(mutex_);
+  status_ = status;
+}
+
+config::Settings FakeBox::appliedSettings() const {
+  const std::lock_guard lock(mutex_);
+  return settings_;
+}
+
+std::uint64_t FakeBox::generation() const {
+  const std::lock_guard lock(mutex_);
+  return generation_;
+}
+
+}  // namespace hapticd::daemon::test

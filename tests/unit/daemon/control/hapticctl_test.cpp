@@ -1,0 +1,364 @@
+// The built hapticctl as a process, against the real server in front of a fake box.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "control_fixture.h"
+#include "process.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+using testing::AssertionFailure;
+using testing::AssertionResult;
+using testing::AssertionSuccess;
+
+AssertionResult contains(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return AssertionSuccess();
+  return AssertionFailure() << "no '" << part << "' in:\n" << text;
+}
+
+class HapticctlTest : public ControlFixture {
+ protected:
+  /// With the control socket, unless the arguments name another.
+  ProcessResult run(std::vector<std::string> arguments, ProcessOptions options = {}) {
+    options.environment.push_back("HAPTICD_SOCKET=" + controlPath());
+    return runWithout(std::move(arguments), std::move(options));
+  }
+  ProcessResult runWithout(std::vector<std::string> arguments, ProcessOptions options = {}) {
+    arguments.insert(arguments.begin(), HAPTICCTL);
+    return runProcess(arguments, options);
+  }
+
+  void expectSuccess(const ProcessResult& result) {
+    EXPECT_EQ(0, result.exit_code) << result.errors;
+    EXPECT_EQ("", result.errors);
+  }
+  void expectFailure(const ProcessResult& result, int exit_code) {
+    EXPECT_EQ(exit_code, result.exit_code) << result.errors;
+    EXPECT_EQ("", result.output);
+  }
+};
+
+BoxStatus troubledStatus() {
+  BoxStatus status;
+  status.loop.tick.mode = rt::Mode::holding;
+  status.loop.tick.cause = rt::Cause::depth_stale;
+  status.loop.tick.command_force_n_in_world = {3, 0, 4};
+  status.loop.tick.hip_m_in_world = {0.1, -0.02, -0.8};
+  status.loop.tick.points_used = 57;
+  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111};
+  status.trace_ticks_dropped = 113;
+  status.rate_hz = 999.95;
+  status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
+  status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115};
+  status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5};
+  status.handle = {true, "", "simulated"};
+  status.warnings = {"the memory is not locked (raise LimitMEMLOCK)"};
+  status.uptime_s = 59;  // the fake box adds one
+  return status;
+}
+
+TEST_F(HapticctlTest, StatusShowsWhatIsWrongFirst) {
+  box.setStatus(troubledStatus());
+  start();
+  const ProcessResult result = run({"status"});
+  expectSuccess(result);
+  EXPECT_EQ(0U, result.output.find("! camera lost: the recording has ended\n"
+                                   "! the memory is not locked (raise LimitMEMLOCK)\n"
+                                   "mode          holding: the newest depth frame is too old, up 60 s\n"))
+      << result.output;
+}
+
+TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
+  box.setStatus(troubledStatus());
+  start();
+  const std::string output = run({"status"}).output;
+  for (const char* part :
+       {"101 ticks, 102 overruns, 103 skipped periods\n",
+        "104 ticks in contact, 106 slew limited, 107 clamped, 108 not finite\n",
+        "105 ticks outside the model, 109 with stale depth\n", "110 ticks stale, 111 ticks invalid\n",
+        "113 ticks dropped\n", "114 frames, 115 damaged\n",
+        "116 frames, 121 skipped, 117 models, 118 of them remodelled, 120 points over capacity\n",
+        "29.5 frames per second, 119 points, modelled in 122.0 us",
+        "p50 3.1 us, p99 8.0 us, p99.9 12.0 us, max 4.56 ms", "5.000 N (3.000, 0.000, 4.000)",
+        "from 57 points", "at (0.1000, -0.0200, -0.8000) m in the world",
+        "no real-time scheduling, memory not locked"}) {
+    EXPECT_TRUE(contains(output, part));
+  }
+}
+
+TEST_F(HapticctlTest, StatusHasNothingToComplainAboutWhenAllIsWell) {
+  start();
+  EXPECT_EQ(std::string::npos, run({"status"}).output.find('!'));
+}
+
+TEST_F(HapticctlTest, StatusAsJsonIsWhatTheDaemonAnswered) {
+  box.setStatus(troubledStatus());
+  start();
+  const ProcessResult result = run({"status", "--json"});
+  expectSuccess(result);
+  EXPECT_EQ(102, json::parse(result.output)["status"]["loop"]["counters"]["overruns"]);
+}
+
+TEST_F(HapticctlTest, ShowsNoControlCharactersOfTheOtherSide) {
+  BoxStatus status = troubledStatus();
+  status.camera.identity = "evil\033[2J\x07name";
+  box.setStatus(status);
+  start();
+  const std::string output = run({"status"}).output;
+  EXPECT_TRUE(contains(output, "evil?[2J?name"));
+}
+
+TEST_F(HapticctlTest, GetShowsValuesWithUnits) {
+  start();
+  const ProcessResult some = run({"get", "force.radius_m", "force.max_points"});
+  expectSuccess(some);
+  EXPECT_EQ("force.radius_m = 0.04 m\nforce.max_points = 100\n", some.output);
+  const ProcessResult all = run({"get"});
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(config::parameterTable().size()),
+            std::count(all.output.begin(), all.output.end(), '\n'));
+  const ProcessResult as_json = run({"--json", "get", "force.radius_m"});
+  EXPECT_EQ(0.04, json::parse(as_json.output)["parameters"][0]["value"]);
+}
+
+TEST_F(HapticctlTest, GetOfAnUnknownNameShowsTheNearest) {
+  start();
+  const ProcessResult result = run({"get", "force.radios_m"});
+  expectFailure(result, 1);
+  EXPECT_TRUE(contains(result.errors, "force.radios_m"));
+  EXPECT_TRUE(contains(result.errors, "force.radius_m"));
+}
+
+TEST_F(HapticctlTest, ParamsShowsTheTable) {
+  start();
+  const ProcessResult result = run({"params"});
+  expectSuccess(result);
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    EXPECT_TRUE(contains(result.output, std::string(parameter.name)));
+    EXPECT_TRUE(contains(result.output, std::string(parameter.help)));
+  }
+  const json rows = json::parse(run({"params", "--json"}).output)["parameters"];
+  EXPECT_EQ(config::parameterTable().size(), rows.size());
+}
+
+TEST_F(HapticctlTest, SetChangesAndShowsBeforeAndAfter) {
+  start();
+  const ProcessResult result = run({"set", "force.stiffness_n_per_m=800", "force.min_points=7"});
+  expectSuccess(result);
+  EXPECT_EQ("force.stiffness_n_per_m: 500 -> 800 N/m\nforce.min_points: 10 -> 7\n", result.output);
+  EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
+  EXPECT_EQ(7, box.appliedSettings().live.springs.min_points);
+
+  const json document = json::parse(run({"--json", "set", "force.radius_m=3e-2"}).output);
+  EXPECT_EQ(
+      R"({"generation":2,"changes":[{"name":"force.radius_m","before":0.04,"after":0.03,"unit":"m"}]})"_json,
+      document);
+}
+
+TEST_F(HapticctlTest, SetOfAWrongValueChangesNothingAndNamesTheRange) {
+  start();
+  const ProcessResult result =
+      run({"set", "force.stiffness_n_per_m=800", "force.radius_m=7", "force.min_points=many"});
+  expectFailure(result, 1);
+  EXPECT_TRUE(contains(result.errors, "nothing was changed"));
+  for (const char* name : {"force.radius_m", "force.min_points"}) {
+    EXPECT_TRUE(contains(result.errors, name));
+    EXPECT_TRUE(contains(result.errors, config::findParameter(name)->range()));
+  }
+  EXPECT_EQ(0U, box.generation());
+}
+
+TEST_F(HapticctlTest, SetOfARestartParameterSaysWhereItBelongs) {
+  start();
+  const ProcessResult result = run({"set", "camera.near_m=0.5"});
+  expectFailure(result, 1);
+  EXPECT_TRUE(contains(result.errors, "camera.near_m"));
+  EXPECT_TRUE(contains(result.errors, "configuration file"));
+}
+
+TEST_F(HapticctlTest, SetSaysSoWhenTheLoopDoesNotTakeTheChange) {
+  service_options.apply_timeout = std::chrono::milliseconds(20);
+  start();
+  box.holdAcknowledgements();
+  const ProcessResult result = run({"set", "force.radius_m=0.03"});
+  expectFailure(result, 1);
+  EXPECT_TRUE(contains(result.errors, "the force loop has not taken over the change in time"));
+}
+
+TEST_F(HapticctlTest, AsJsonAnErrorReplyIsJsonOnStderr) {
+  start();
+  const ProcessResult result = run({"--json", "set", "force.radius_m=7"});
+  expectFailure(result, 1);
+  const json document = json::parse(result.errors);
+  EXPECT_EQ("io.hapticd.Control.InvalidValue", document["error"]);
+  EXPECT_EQ("force.radius_m", document["parameters"]["problems"][0]["parameter"]);
+}
+
+TEST_F(HapticctlTest, EngageAndDisengageShowTheMode) {
+  start();
+  const ProcessResult engaged = run({"engage"});
+  expectSuccess(engaged);
+  EXPECT_EQ("engaged\n", engaged.output);
+  EXPECT_EQ(R"({"mode":"idle","cause":"requested"})"_json, json::parse(run({"disengage", "--json"}).output));
+}
+
+TEST_F(HapticctlTest, WatchPrintsALineForEachStateWhenItsOutputIsNoTerminal) {
+  start();
+  const ProcessResult result = run({"watch", "--interval", "20", "--count", "3"});
+  expectSuccess(result);
+  EXPECT_EQ(3, std::count(result.output.begin(), result.output.end(), '\n')) << result.output;
+  EXPECT_TRUE(contains(result.output, "camera streaming"));
+  EXPECT_EQ(std::string::npos, result.output.find('\033'));
+}
+
+TEST_F(HapticctlTest, WatchAsJsonPrintsOneObjectPerLine) {
+  start();
+  const ProcessResult result = run({"--json", "watch", "--interval", "20", "--count", "2"});
+  std::istringstream lines(result.output);
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) EXPECT_EQ(0, json::parse(line)["droppedCount"]);
+  EXPECT_EQ(2, count);
+}
+
+TEST_F(HapticctlTest, WatchRedrawsATableOnATerminal) {
+  start();
+  const ProcessResult result = run({"watch", "--interval", "20", "--count", "2"}, {.terminal = true});
+  EXPECT_EQ(0, result.exit_code) << result.errors;
+  EXPECT_TRUE(contains(result.output, "\033[H"));
+  EXPECT_TRUE(contains(result.output, "force loop"));
+  EXPECT_TRUE(contains(result.output, "Ctrl-C ends"));
+}
+
+TEST_F(HapticctlTest, WatchEndsWellWithCtrlC) {
+  start();
+  expectSuccess(run({"watch"}, {.interrupt_after = "\n"}));
+}
+
+TEST_F(HapticctlTest, WatchSaysSoWhenTheDaemonEnds) {
+  start();
+  // Ends the server once the program has got its first state.
+  std::thread stopper([&] {
+    box.waitForStatusCalls(1);
+    stop();
+  });
+  const ProcessResult result = run({"watch"});
+  stopper.join();
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_TRUE(contains(result.errors, "the connection was closed"));
+}
+
+TEST_F(HapticctlTest, ReadsThroughTheStatusSocketButChangesNothingThere) {
+  start();
+  expectSuccess(runWithout({"status", "--socket", statusPath()}));
+  expectSuccess(runWithout({"--socket", statusPath(), "params"}));
+  const ProcessResult engage = runWithout({"--socket", statusPath(), "engage"});
+  expectFailure(engage, 1);
+  EXPECT_TRUE(contains(engage.errors, "this socket is read only"));
+  EXPECT_TRUE(contains(engage.errors, "group haptic"));
+}
+
+TEST_F(HapticctlTest, PrefersTheSocketOfTheCommandLineToTheEnvironments) {
+  start();
+  expectSuccess(
+      runWithout({"status", "--socket", statusPath()}, {.environment = {"HAPTICD_SOCKET=/nowhere"}}));
+}
+
+TEST_F(HapticctlTest, AsksWhetherTheDaemonRunsWhenThereIsNoSocket) {
+  const ProcessResult result = run({"status"});
+  expectFailure(result, 3);
+  EXPECT_TRUE(contains(result.errors, "there is no socket " + controlPath()));
+  EXPECT_TRUE(contains(result.errors, "is hapticd running?"));
+}
+
+TEST_F(HapticctlTest, AsksWhetherTheDaemonRunsWhenNobodyListens) {
+  start();
+  std::filesystem::create_hard_link(controlPath(), folder.path("stale"));
+  stop();
+  const ProcessResult result = runWithout({"set", "a=1", "--socket", folder.path("stale")});
+  expectFailure(result, 3);
+  EXPECT_TRUE(contains(result.errors, "nobody listens on " + folder.path("stale")));
+  EXPECT_TRUE(contains(result.errors, "is hapticd running?"));
+}
+
+TEST_F(HapticctlTest, NamesTheGroupToJoinWhenPermissionIsMissing) {
+  start();
+  const bool root = ::geteuid() == 0;
+  // A file's owner loses a right by its mode, root only by being somebody else.
+  std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
+  ::chmod(controlPath().c_str(), root ? 0660 : 0000);
+  const ProcessResult result = run({"status"}, {.uid = root ? 65534U : 0U});
+  expectFailure(result, 3);
+  EXPECT_TRUE(contains(result.errors, "no permission to use " + controlPath()));
+  EXPECT_TRUE(contains(result.errors, "members of the group "));
+}
+
+TEST_F(HapticctlTest, SaysSoWhenTheSocketIsAnotherPrograms) {
+  for (const std::string& answer : {std::string(), std::string("SSH-2.0\r\n"), std::string("[1,2]\0", 6)}) {
+    const TemporaryFolder place;
+    const std::string path = place.path("s");
+    const auto listener = ListeningSocket::open(
+        {.access = Access::read, .path = path, .mode = 0600, .group = "", .descriptor = -1});
+    ASSERT_TRUE(listener);
+    std::thread other([&] {
+      pollfd waiting{listener->descriptor(), POLLIN, 0};
+      ::poll(&waiting, 1, -1);
+      const Descriptor client(::accept(listener->descriptor(), nullptr, nullptr));
+      char call[256];
+      ::recv(client.get(), call, sizeof call, 0);
+      ::send(client.get(), answer.data(), answer.size(), MSG_NOSIGNAL);
+    });
+    const ProcessResult result = runWithout({"status", "--socket", path});
+    other.join();
+    expectFailure(result, 3);
+    EXPECT_TRUE(contains(result.errors, "the socket may be another program's"));
+  }
+}
+
+TEST_F(HapticctlTest, ExplainsWrongUsageWithExitStatus2) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
+                                                    {"frobnicate"},
+                                                    {"set"},
+                                                    {"set", "force.radius_m"},
+                                                    {"set", "=1"},
+                                                    {"set", "a=1", "a=2"},
+                                                    {"status", "--nope"},
+                                                    {"watch", "--interval", "5"},
+                                                    {"watch", "--count", "x"},
+                                                    {"completion", "tcsh"}}) {
+    const ProcessResult result = run(arguments);
+    expectFailure(result, 2);
+    EXPECT_TRUE(contains(result.errors, "--help"));
+  }
+}
+
+TEST_F(HapticctlTest, HelpsOnEveryLevelAndDocumentsTheExitStatus) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"},
+                                                    {"status", "--help"},
+                                                    {"watch", "--help"},
+                                                    {"get", "--help"},
+                                                    {"set", "--help"},
+                                                    {"engage", "--help"},
+                                                    {"disengage", "--help"},
+                                                    {"params", "--help"},
+                                                    {"completion", "--help"}}) {
+    const ProcessResult result = run(arguments);
+    expectSuccess(result);
+    EXPECT_TRUE(contains(result.output, "Exit status: 0 done"));
+  }
+}
+
+TEST_F(HapticctlTest, TellsItsVersion) {
+  const ProcessResult result = run({"--version"});
+  expectSuccess(result);
+  EXPECT_EQ(0U, result.output.find("hapticctl ")) << result.output;
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,107 @@
+// The interface texts against the grammar of the language and against what the daemon really answers.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "control_fixture.h"
+#include "interface_definition.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+class InterfaceTextTest : public ControlFixture {
+ protected:
+  std::string textOf(const std::string& interface) {
+    RawClient client = statusClient();
+    client.call(R"({"method":"org.varlink.service.GetInterfaceDescription","parameters":{"interface":")" +
+                interface + "\"}}");
+    return client.json()["parameters"]["description"];
+  }
+
+  /// The parameters of the reply to a call of `interface`, checked against the interface's own text.
+  json checkedReply(const std::string& interface, const std::string& method,
+                    const json& parameters = json::object()) {
+    const InterfaceDefinition definition(textOf(interface));
+    EXPECT_TRUE(definition.outputs.contains(method)) << method;
+    RawClient client = controlClient();
+    client.call(
+        json{{"method", interface + "." + method}, {"parameters", parameters}, {"more", true}}.dump());
+    const json reply = client.json();
+    if (!reply.contains("error")) {
+      EXPECT_EQ("", definition.mismatch(reply["parameters"], definition.outputs.at(method)));
+      return reply["parameters"];
+    }
+    const std::string error = reply["error"];
+    EXPECT_EQ(0U, error.find(interface + ".")) << error;
+    const std::string name = error.substr(interface.size() + 1);
+    EXPECT_TRUE(definition.errors.contains(name)) << name;
+    EXPECT_EQ("", definition.mismatch(reply["parameters"], definition.errors.at(name)));
+    return reply;
+  }
+};
+
+TEST_F(InterfaceTextTest, FollowsTheGrammarAndCarriesItsOwnName) {
+  start();
+  for (const std::string name : {"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"}) {
+    EXPECT_EQ(name, InterfaceDefinition(textOf(name)).name);
+  }
+}
+
+TEST_F(InterfaceTextTest, HasTheWholeStandardInterface) {
+  start();
+  const InterfaceDefinition service(textOf("org.varlink.service"));
+  EXPECT_EQ(2U, service.outputs.size());
+  for (const char* error : {"InterfaceNotFound", "MethodNotFound", "MethodNotImplemented", "InvalidParameter",
+                            "PermissionDenied", "ExpectedMore"}) {
+    EXPECT_TRUE(service.errors.contains(error)) << error;
+  }
+}
+
+TEST_F(InterfaceTextTest, ExplainsEveryFieldThatStandsOnALineOfItsOwn) {
+  start();
+  for (const std::string name : {"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"}) {
+    std::istringstream lines(textOf(name));
+    std::string previous;
+    for (std::string line; std::getline(lines, line); previous = line) {
+      const bool field = line.starts_with("  ") && line.find('#') == std::string::npos;
+      const bool member = line.starts_with("method") || line.starts_with("type") || line.starts_with("error");
+      if (field || member) EXPECT_NE(std::string::npos, previous.find('#')) << name << ": " << line;
+    }
+  }
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatTheStandardMethodsAnswer) {
+  start();
+  checkedReply("org.varlink.service", "GetInfo");
+  checkedReply("org.varlink.service", "GetInterfaceDescription", {{"interface", "io.hapticd.Status"}});
+  EXPECT_TRUE(checkedReply("org.varlink.service", "GetInterfaceDescription", {{"interface", "io.nobody"}})
+                  .contains("error"));
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatTheStatusMethodsAnswer) {
+  start();
+  checkedReply("io.hapticd.Status", "GetStatus");
+  EXPECT_LT(10U, checkedReply("io.hapticd.Status", "GetParameters")["parameters"].size());
+  checkedReply("io.hapticd.Status", "Monitor");
+  const json unknown = checkedReply("io.hapticd.Status", "GetParameters", {{"names", {"a.b"}}});
+  EXPECT_EQ("io.hapticd.Status.UnknownParameter", unknown["error"]);
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatTheControlMethodsAnswer) {
+  start();
+  const auto set = [&](const json& values) {
+    return checkedReply("io.hapticd.Control", "SetParameters", {{"parameters", values}});
+  };
+  checkedReply("io.hapticd.Control", "Engage");
+  checkedReply("io.hapticd.Control", "Disengage");
+  EXPECT_EQ(3, set({{"force.radius_m", 0.03}})["generation"]);
+  EXPECT_EQ("io.hapticd.Control.InvalidValue", set({{"force.radius_m", 3}, {"a.b", nullptr}})["error"]);
+  EXPECT_EQ("io.hapticd.Control.InvalidValue",
+            set({{"force.min_points", 90}, {"force.max_points", 80}})["error"]);
+  EXPECT_EQ("io.hapticd.Control.RestartRequired", set({{"camera.near_m", 0.5}})["error"]);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,343 @@
+// The rules of the wire, with bytes written by hand.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "control_fixture.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+constexpr const char* kGetInfo = R"({"method":"org.varlink.service.GetInfo"})";
+constexpr const char* kUnknown = R"({"method":"io.hapticd.Status.Nope"})";
+constexpr const char* kUnknownReply =
+    R"({"error":"org.varlink.service.MethodNotFound","parameters":{"method":"io.hapticd.Status.Nope"}})";
+constexpr const char* kMonitor =
+    R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})";
+
+class VarlinkServerTest : public ControlFixture {
+ protected:
+  void expectServing() { EXPECT_EQ(kUnknownReply, answerTo(kUnknown)); }
+
+  std::string answerTo(const std::string& text) {
+    RawClient client = statusClient();
+    client.call(text);
+    return client.reply();
+  }
+
+  void expectClosedWithoutReply(const std::string& bytes) {
+    RawClient client = statusClient();
+    client.send(bytes);
+    EXPECT_EQ(RawClient::kClosed, client.reply()) << bytes.substr(0, 100);
+    expectServing();
+  }
+
+  /// Connects again and again until the server has noticed that somebody left.
+  void expectAdmittedSoon(const std::string& path) {
+    std::string answer;
+    for (int attempt = 0; attempt < 10'000 && answer != kUnknownReply; ++attempt) {
+      RawClient client(path);
+      client.call(kUnknown);
+      answer = client.reply();
+    }
+    EXPECT_EQ(kUnknownReply, answer);
+  }
+};
+
+TEST_F(VarlinkServerTest, AnswersOneMessageWithOneMessage) {
+  start();
+  expectServing();
+}
+
+TEST_F(VarlinkServerTest, PutsAMessageTogetherThatComesByteByByte) {
+  start();
+  RawClient client = statusClient();
+  for (const char byte : message(kUnknown)) client.send(std::string_view(&byte, 1));
+  EXPECT_EQ(kUnknownReply, client.reply());
+}
+
+TEST_F(VarlinkServerTest, AnswersPipelinedCallsInTheirOrder) {
+  start();
+  RawClient client = statusClient();
+  std::string calls;
+  for (int i = 0; i < 500; ++i)
+    calls += message(R"({"method":"io.hapticd.Status.M)" + std::to_string(i) + "\"}");
+  client.send(calls);
+  for (int i = 0; i < 500; ++i) {
+    EXPECT_EQ("io.hapticd.Status.M" + std::to_string(i), client.json()["parameters"]["method"]);
+  }
+}
+
+TEST_F(VarlinkServerTest, AnswersNothingToOnewayCallsNotEvenErrors) {
+  start();
+  RawClient client = statusClient();
+  client.call(R"({"method":"org.varlink.service.GetInfo","oneway":true})");
+  client.call(R"({"method":"io.hapticd.Status.Nope","oneway":true})");
+  client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
+  client.call(R"({"method":"io.hapticd.Status.Monitor","oneway":true})");
+  client.call(kUnknown);
+  EXPECT_EQ(kUnknownReply, client.reply());
+}
+
+TEST_F(VarlinkServerTest, AnswersAClientThatHasEndedItsInput) {
+  start();
+  RawClient client = statusClient();
+  client.call(kUnknown);
+  client.call(kUnknown);
+  client.endInput();
+  EXPECT_EQ(kUnknownReply, client.reply());
+  EXPECT_EQ(kUnknownReply, client.reply());
+  EXPECT_EQ(RawClient::kClosed, client.reply());
+}
+
+TEST_F(VarlinkServerTest, GoesOnStreamingToAClientThatHasEndedItsInput) {
+  start();
+  RawClient client = statusClient();
+  client.call(kMonitor);
+  client.endInput();
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(true, client.json()["continues"]);
+}
+
+TEST_F(VarlinkServerTest, ObeysAOnewayCallOfAClientThatLeftAtOnce) {
+  start();
+  RawClient client = controlClient();
+  client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
+  client.close();
+  box.waitForGeneration(1);
+}
+
+TEST_F(VarlinkServerTest, ClosesWithoutAReplyOnWhatIsNoCall) {
+  start();
+  const std::string deep =
+      R"({"method":"a.B","parameters":{"x":)" + std::string(40, '[') + std::string(40, ']') + "}}";
+  const std::string violations[] = {
+      "",
+      "hello",
+      "{",
+      "[]",
+      "1",
+      "null",
+      "\"text\"",
+      "{}",
+      R"({"parameters":{}})",
+      R"({"method":1})",
+      R"({"method":null})",
+      R"({"method":"a.B","parameters":[]})",
+      R"({"method":"a.B","parameters":"x"})",
+      R"({"method":"a.B","oneway":1})",
+      R"({"method":"a.B","more":"true"})",
+      R"({"method":"a.B","upgrade":null})",
+      R"({"method":"a.B","more":true,"oneway":true})",
+      R"({"method":"a.B","id":7})",
+      R"({"method":"a.B","method":"a.B"})",
+      R"({"method":"a.B","parameters":{"x":1,"x":2}})",
+      R"({"method":"a.B"} {"method":"a.B"})",
+      R"({"method":"a.B","parameters":{"x":1e999}})",
+      "{\"method\":\"a.\xff\"}",
+      "{\"method\":\"a.\xc0\x80\"}",
+      R"({"method":"a.\ud800"})",
+      deep,
+      std::string(30'000, '['),
+      "\x16\x03\x01\x02",
+      "GET / HTTP/1.1\r\n\r\n",
+  };
+  for (const std::string& violation : violations) expectClosedWithoutReply(message(violation));
+}
+
+TEST_F(VarlinkServerTest, AnswersWhatCameBeforeAViolation) {
+  start();
+  RawClient client = statusClient();
+  client.send(message(kUnknown) + message("garbage") + message(kUnknown));
+  EXPECT_EQ(kUnknownReply, client.reply());
+  EXPECT_EQ(RawClient::kClosed, client.reply());
+}
+
+TEST_F(VarlinkServerTest, ForgetsAMessageThatNeverEnds) {
+  start();
+  {
+    RawClient client = statusClient();
+    client.send(R"({"method":"io.hapticd.)");
+    client.endInput();
+    EXPECT_EQ(RawClient::kClosed, client.reply());
+  }
+  expectServing();
+}
+
+TEST_F(VarlinkServerTest, TakesMessagesOf64KiBAndNotOneByteMore) {
+  start();
+  const std::string head = R"({"method":"io.hapticd.Status.Nope")";
+  const auto padded = [&](std::size_t size) { return head + std::string(size - head.size() - 1, ' ') + "}"; };
+  EXPECT_EQ(kUnknownReply, answerTo(padded(65536)));
+  expectClosedWithoutReply(message(padded(65537)));
+  expectClosedWithoutReply(std::string(70'000, 'x'));
+}
+
+TEST_F(VarlinkServerTest, TreatsNoParametersNullAndAnEmptyObjectAlike) {
+  start();
+  const std::string expected = answerTo(kGetInfo);
+  EXPECT_EQ(0U, expected.find(R"({"parameters":{"vendor":"hapticd")")) << expected;
+  EXPECT_EQ(expected, answerTo(R"({"method":"org.varlink.service.GetInfo","parameters":null})"));
+  EXPECT_EQ(expected, answerTo(R"({"method":"org.varlink.service.GetInfo","parameters":{}})"));
+  EXPECT_EQ(expected, answerTo(R"({"method":"org.varlink.service.GetInfo","more":true})"));
+}
+
+TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUser) {
+  start();
+  std::vector<RawClient> clients;
+  for (int i = 0; i < 8; ++i) clients.push_back(i % 2 == 0 ? statusClient() : controlClient());
+  for (RawClient& client : clients) {
+    client.call(kUnknown);
+    EXPECT_EQ(kUnknownReply, client.reply());
+  }
+  EXPECT_EQ(RawClient::kClosed, controlClient().reply());
+  clients.front().close();
+  expectAdmittedSoon(controlPath());
+}
+
+TEST_F(VarlinkServerTest, RefusesThe33rdConnection) {
+  server_options.max_connections_per_uid = 100;
+  start();
+  std::vector<RawClient> clients;
+  for (int i = 0; i < 32; ++i) clients.push_back(controlClient());
+  for (RawClient& client : clients) {
+    client.call(kUnknown);
+    EXPECT_EQ(kUnknownReply, client.reply());
+  }
+  EXPECT_EQ(RawClient::kClosed, controlClient().reply());
+  clients.front().close();
+  expectAdmittedSoon(controlPath());
+}
+
+TEST_F(VarlinkServerTest, KeepsPlacesForThoseWhoMayControl) {
+  server_options.max_connections_per_uid = 100;
+  start();
+  std::vector<RawClient> watchers;
+  for (int i = 0; i < 24; ++i) watchers.push_back(statusClient());
+  for (RawClient& watcher : watchers) {
+    watcher.call(kUnknown);
+    EXPECT_EQ(kUnknownReply, watcher.reply());
+  }
+  EXPECT_EQ(RawClient::kClosed, statusClient().reply());
+  RawClient control = controlClient();
+  control.call(kUnknown);
+  EXPECT_EQ(kUnknownReply, control.reply());
+}
+
+TEST_F(VarlinkServerTest, CountsConnectionsForEachUserByItself) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to connect as another user";
+  start();
+  std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
+  std::vector<RawClient> clients;
+  for (int i = 0; i < 8; ++i) clients.push_back(statusClient());
+  for (RawClient& client : clients) {
+    client.call(kUnknown);
+    EXPECT_EQ(kUnknownReply, client.reply());
+  }
+  const pid_t other = ::fork();
+  if (other == 0) {
+    if (::setuid(65534) != 0) ::_exit(2);
+    RawClient client = statusClient();
+    client.call(kUnknown);
+    ::_exit(client.reply() == kUnknownReply ? 0 : 1);
+  }
+  int result = -1;
+  ASSERT_EQ(other, ::waitpid(other, &result, 0));
+  EXPECT_EQ(0, result);
+}
+
+TEST_F(VarlinkServerTest, GivesThePlaceOfAStreamThatItsClientLeftToTheNext) {
+  server_options.max_connections_per_uid = 1;
+  start();
+  {
+    RawClient client = statusClient();
+    client.call(kMonitor);
+    EXPECT_EQ(true, client.json()["continues"]);
+  }
+  expectAdmittedSoon(statusPath());
+}
+
+TEST_F(VarlinkServerTest, GivesThePlaceOfAWaitingCallThatItsClientLeftToTheNext) {
+  server_options.max_connections_per_uid = 1;
+  start();
+  box.holdAcknowledgements();
+  {
+    RawClient client = controlClient();
+    client.call(R"({"method":"io.hapticd.Control.Engage"})");
+    box.waitForGeneration(1);
+  }
+  expectAdmittedSoon(controlPath());
+}
+
+TEST_F(VarlinkServerTest, StopsReadingFromAClientThatDoesNotRead) {
+  start();
+  RawClient greedy = statusClient();
+  const std::string call = message(R"({"method":"io.hapticd.Status.GetParameters"})");
+  // What fits in between: the buffers of the kernel (their limit is below 1 MiB by default) and of the
+  // server.
+  std::size_t sent = 0;
+  std::size_t accepted = 1;
+  while (accepted > 0 && sent < (64U << 20)) {
+    accepted = greedy.sendWithoutWaiting(call);
+    sent += accepted;
+    if (accepted == 0) {  // the server may just not have come to it
+      expectServing();
+      accepted = greedy.sendWithoutWaiting(call);
+      sent += accepted;
+    }
+  }
+  EXPECT_LT(sent, 8U << 20);
+  const std::size_t calls = sent / call.size();
+  for (std::size_t i = 0; i < calls; ++i)
+    ASSERT_TRUE(greedy.json()["parameters"]["parameters"].is_array()) << i;
+}
+
+/// Lets the process open no further descriptor while it lives.
+class NoMoreDescriptors {
+ public:
+  NoMoreDescriptors() {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    const Descriptor lowest(::dup(0));  // all below are in use
+    rlimit limit = before_;
+    limit.rlim_cur = static_cast<rlim_t>(lowest.get());
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+  }
+  ~NoMoreDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(VarlinkServerTest, RefusesClientsWhileDescriptorsHaveRunOutAndServesTheOthers) {
+  start();
+  RawClient early = statusClient();
+  early.call(kUnknown);
+  EXPECT_EQ(kUnknownReply, early.reply());
+  const int late_socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  {
+    const NoMoreDescriptors limited;
+    RawClient late = RawClient::adopt(late_socket, statusPath());
+    EXPECT_EQ(RawClient::kClosed, late.reply());
+    early.call(kUnknown);
+    EXPECT_EQ(kUnknownReply, early.reply());
+  }
+  expectServing();
+}
+
+TEST_F(VarlinkServerTest, RemovesItsSocketsAndClosesItsConnectionsWhenItStops) {
+  start();
+  RawClient client = statusClient();
+  client.call(kMonitor);
+  EXPECT_EQ(true, client.json()["continues"]);
+  stop();
+  EXPECT_FALSE(std::filesystem::exists(statusPath()));
+  EXPECT_FALSE(std::filesystem::exists(controlPath()));
+  std::string last;
+  while ((last = client.reply()) != RawClient::kClosed) ASSERT_NE(RawClient::kNoAnswer, last);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,212 @@
+#include "drivers/camera/synthetic/analytic_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+namespace hapticd::drivers {
+namespace {
+
+using config::SyntheticNoise;
+using config::SyntheticScene;
+using config::SyntheticSettings;
+using rt::Vec3;
+
+// Disparities are computed in double and kept in single precision: 2^-14 of 1024..2047.
+constexpr double kDisparityRounding = 0x1p-13;
+
+struct View {
+  SyntheticSettings settings;
+  rt::DepthModelParameters model;  // Table I of the paper, 0.4..4 m
+};
+
+SyntheticSettings settingsOf(SyntheticScene scene, double distance_m = 1, double tilt_rad = 0) {
+  SyntheticSettings settings;
+  settings.scene = scene;
+  settings.noise = SyntheticNoise::off;
+  settings.distance_m = distance_m;
+  settings.tilt_rad = tilt_rad;
+  return settings;
+}
+
+Vec3 ray(const rt::DepthModelParameters& model, int column, int row) {
+  return {(column - model.cx_px) / model.fx_px, -(row - model.cy_px) / model.fy_px, -1};
+}
+
+/// Every valid pixel, back-projected by eq. (1)-(2), lies on the true surface to within what half a raw unit
+/// is worth there. With e = 0.5 units, 1/Z' = 1/Z + |a| e for the true depth Z', so |Z - Z'| <= Z^2 |a| e /
+/// (1 - Z |a| e); the point moves along its ray by that times the ray's length, and the distance changes by
+/// no more.
+void expectPointsOnSurface(const View& view, double t_s, std::size_t least_points) {
+  AnalyticScene scene(view.settings, view.model);
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  scene.render(t_s, *frame);
+  std::size_t points = 0;
+  double worst = 0;  // share of the bound
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 0; column < rt::kFrameWidth; ++column) {
+      const std::uint16_t raw = frame->raw[row * rt::kFrameWidth + column];
+      if (raw == rt::kRawNoMeasurement) continue;
+      const double depth = 1 / (view.model.a_per_m * raw + view.model.b_per_m);
+      const Vec3 along = ray(view.model, column, row);
+      const double shift = std::abs(view.model.a_per_m) * (0.5 + kDisparityRounding);
+      const double bound = depth * depth * shift / (1 - depth * shift) * norm(along);
+      worst = std::max(worst, std::abs(scene.signedDistance(depth * along, t_s)) / bound);
+      ++points;
+    }
+  }
+  EXPECT_LE(worst, 1.0);
+  EXPECT_GE(points, least_points);
+}
+
+TEST(AnalyticScene, PlanePointsLieOnThePlaneToHalfARawUnit) {
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane), {}}, 0, rt::kFramePixels);
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 2.5), {}}, 0, rt::kFramePixels);
+}
+
+TEST(AnalyticScene, TiltedPlanePointsLieOnThePlaneToHalfARawUnit) {
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 1.2, 0.7), {}}, 0, rt::kFramePixels);
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 0.8, -1), {}}, 0, rt::kFramePixels / 2);
+}
+
+TEST(AnalyticScene, SpherePointsLieOnTheSphereToHalfARawUnit) {
+  expectPointsOnSurface({settingsOf(SyntheticScene::sphere), {}}, 0, 5000);
+}
+
+TEST(AnalyticScene, MovingSphereAndWallPointsLieOnThemToHalfARawUnit) {
+  for (const double t_s : {0.0, 0.7, 3.0}) {
+    expectPointsOnSurface({settingsOf(SyntheticScene::moving_sphere), {}}, t_s, rt::kFramePixels);
+  }
+}
+
+TEST(AnalyticScene, EdgePointsLieOnTheHalfPlaneToHalfARawUnit) {
+  expectPointsOnSurface({settingsOf(SyntheticScene::edge, 1, 0.3), {}}, 0, 300 * rt::kFrameHeight);
+}
+
+TEST(AnalyticScene, PointsLieOnTheSurfaceUnderTheFactoryLawToo) {
+  View view{settingsOf(SyntheticScene::moving_sphere, 0.9), {}};
+  view.model.a_per_m = -0.02605 / 9;
+  view.model.b_per_m = 28.379075 / 9;
+  view.model.fx_px = view.model.fy_px = 575.8;
+  expectPointsOnSurface(view, 0.4, rt::kFramePixels);
+}
+
+TEST(AnalyticScene, EveryRayThatMeetsTheSphereSeesItAndNoOther) {
+  const View view{settingsOf(SyntheticScene::sphere, 0.9), {}};
+  AnalyticScene scene(view.settings, view.model);
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  scene.render(0, *frame);
+  int different = 0;
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 0; column < rt::kFrameWidth; ++column) {
+      // The angle between the ray and the centre (straight ahead) against the sphere's apparent radius.
+      const double angle = std::acos(1 / norm(ray(view.model, column, row)));
+      const double limb = std::asin(view.settings.sphere_radius_m / view.settings.distance_m);
+      if (std::abs(angle - limb) < 1e-9) continue;
+      const bool seen = frame->raw[row * rt::kFrameWidth + column] != rt::kRawNoMeasurement;
+      different += seen != (angle < limb);
+    }
+  }
+  EXPECT_EQ(different, 0);
+}
+
+TEST(AnalyticScene, TheMiddleOfAPlaneHasItsDistanceAsDepth) {
+  const View view{settingsOf(SyntheticScene::plane, 1.5, 0.4), {}};
+  AnalyticScene scene(view.settings, view.model);
+  // The pixel nearest to the optical axis is up to half a pixel off it: dZ = Z tan(tilt) * 0.5 / fy.
+  EXPECT_NEAR(scene.trueDepth(339, 243, 0), 1.5, 1.5 * std::tan(0.4) * 0.5 / 591 * 1.01);
+}
+
+TEST(AnalyticScene, TheUpperPartOfAPlaneWithPositiveTiltIsNearer) {
+  const AnalyticScene scene(settingsOf(SyntheticScene::plane, 1, 0.3), {});
+  EXPECT_LT(scene.trueDepth(320, 0, 0), scene.trueDepth(320, 479, 0));
+}
+
+TEST(AnalyticScene, SignedDistancesAreThoseOfTheDrawing) {
+  const double tolerance = 1e-12;  // a few roundings of numbers near 1
+  const AnalyticScene plane(settingsOf(SyntheticScene::plane, 1, std::numbers::pi / 6), {});
+  EXPECT_NEAR(plane.signedDistance({0, 0, 0}, 0), std::sqrt(3) / 2, tolerance);
+  EXPECT_NEAR(plane.signedDistance({0.3, 0, -1}, 0), 0, tolerance);
+  EXPECT_NEAR(plane.signedDistance({0, 0.1, -1}, 0), -0.05, tolerance);  // the upper part is nearer
+
+  const AnalyticScene sphere(settingsOf(SyntheticScene::sphere), {});
+  EXPECT_NEAR(sphere.signedDistance({0, 0, -0.8}, 0), 0.1, tolerance);
+  EXPECT_NEAR(sphere.signedDistance({0.03, 0.04, -1}, 0), -0.05, tolerance);
+
+  const AnalyticScene moving(settingsOf(SyntheticScene::moving_sphere), {});
+  EXPECT_NEAR(moving.signedDistance({0.1, 0, -0.8}, 1), 0.1, tolerance);  // a quarter of the period: x = 0.1
+  EXPECT_NEAR(moving.signedDistance({-0.5, 0.3, -1.05}, 1), 0.05, tolerance);
+  EXPECT_NEAR(moving.signedDistance({0.5, 0.3, -1.12}, 1), -0.02, tolerance);
+
+  const AnalyticScene edge(settingsOf(SyntheticScene::edge), {});
+  EXPECT_NEAR(edge.signedDistance({-0.2, 0, -0.9}, 0), 0.1, tolerance);
+  EXPECT_NEAR(edge.signedDistance({0.03, 0, -0.96}, 0), 0.05, tolerance);
+  EXPECT_NEAR(edge.signedDistance({0.03, 0, -1.5}, 0), 0.03, tolerance);
+  EXPECT_NEAR(edge.signedDistance({-0.02, 0, -1.5}, 0), -0.02, tolerance);
+}
+
+TEST(AnalyticScene, TheEdgeHasNothingBesideIt) {
+  AnalyticScene scene(settingsOf(SyntheticScene::edge), {});
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  scene.render(0, *frame);
+  const rt::DepthModelParameters model;
+  int different = 0;
+  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+    const bool left = static_cast<int>(pixel % rt::kFrameWidth) <= model.cx_px;
+    different += left != (frame->raw[pixel] != rt::kRawNoMeasurement);
+  }
+  EXPECT_EQ(different, 0);
+}
+
+TEST(AnalyticScene, NoNoiseMakesARawValueOutsideNearAndFar) {
+  for (const SyntheticNoise noise :
+       {SyntheticNoise::off, SyntheticNoise::quantised, SyntheticNoise::sensor}) {
+    // From far above near_m to far below far_m within one image.
+    SyntheticSettings settings = settingsOf(SyntheticScene::plane, 0.6, 1.3);
+    settings.noise = noise;
+    const rt::DepthModelParameters model;
+    AnalyticScene scene(settings, model);
+    const auto frame = std::make_unique<rt::DepthFrame>();
+    scene.render(0.5, *frame);
+    int valid = 0;
+    int outside = 0;
+    int invented = 0;
+    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+      const std::uint16_t raw = frame->raw[pixel];
+      if (raw == rt::kRawNoMeasurement) continue;
+      ++valid;
+      const double depth = 1 / (model.a_per_m * raw + model.b_per_m);
+      outside += !(depth >= model.near_m && depth <= model.far_m);
+      const double truth = scene.trueDepth(static_cast<int>(pixel % rt::kFrameWidth),
+                                           static_cast<int>(pixel / rt::kFrameWidth), 0.5);
+      invented += !(truth >= model.near_m && truth <= model.far_m);
+    }
+    EXPECT_EQ(outside, 0);
+    EXPECT_EQ(invented, 0);
+    EXPECT_GT(valid, 50'000);
+    EXPECT_LT(valid, 300'000);
+  }
+}
+
+TEST(AnalyticScene, RendersTheSameImageForTheSameSeedAndTime) {
+  SyntheticSettings settings = settingsOf(SyntheticScene::moving_sphere);
+  settings.noise = SyntheticNoise::sensor;
+  AnalyticScene first(settings, {});
+  AnalyticScene second(settings, {});
+  settings.seed = 2;
+  AnalyticScene other(settings, {});
+  const auto a = std::make_unique<rt::DepthFrame>();
+  const auto b = std::make_unique<rt::DepthFrame>();
+  first.render(0.1, *b);
+  first.render(1.7, *a);
+  second.render(1.7, *b);
+  EXPECT_TRUE(std::ranges::equal(a->raw, b->raw));
+  other.render(1.7, *b);
+  EXPECT_FALSE(std::ranges::equal(a->raw, b->raw));
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

@@ -1,0 +1,159 @@
+// The driver `freenect` on the real libfreenect, with a camera on an emulated USB bus (fake_libusb.cpp). Each
+// test runs in a process of its own, since the bus is chosen at its start.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "child_process.h"
+#include "drivers/camera/freenect/freenect_camera.h"
+#include "fake_kinect_camera.h"
+#include "frame_collector.h"
+#include "made_up_pixel.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using test::FakeKinectCamera;
+using test::FrameCollector;
+
+int runWithCamera(const std::string& script) {
+  return test::runInChild({"LD_LIBRARY_PATH=" HAPTICD_FAKE_LIBUSB_FOLDER, "FAKE_KINECT=" + script});
+}
+
+/// The fake camera's ticks are the frame's number, which names its pixels.
+void expectPixelsOfTheirFrame(FrameCollector& frames) {
+  for (std::size_t index = 0; index < frames.count(); ++index) {
+    const rt::DepthFrame& frame = frames.frame(index);
+    std::size_t different = 0;
+    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+      different += frame.raw[pixel] != test::madeUpPixel(frame.device_ticks, pixel);
+    }
+    EXPECT_EQ(different, 0U) << "frame " << frame.device_ticks;
+    EXPECT_EQ(frame.sequence, index + 1);
+  }
+}
+
+TEST(FakeKinect, DeliversExactFramesAndNamesTheCameraBySerialNumber) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("steady"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(5));
+  EXPECT_EQ(camera.status().state, CameraState::streaming);
+  EXPECT_EQ(camera.status().identity, std::string("freenect ") + FakeKinectCamera::kSerial);
+  camera.stop();
+  expectPixelsOfTheirFrame(frames);
+  EXPECT_EQ(camera.status().damaged_frames, 0U);
+}
+
+TEST(FakeKinect, OpensTheCameraWithTheGivenSerialNumberAndNoOther) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("steady"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera(FakeKinectCamera::kSerial);
+  ASSERT_TRUE(camera.start(frames));
+  EXPECT_TRUE(frames.waitForFrames(1));
+  camera.stop();
+
+  FrameCollector none;
+  FreenectCamera other("B");
+  ASSERT_TRUE(other.start(none));
+  EXPECT_TRUE(
+      test::eventually([&] { return other.status().detail.find("serial number B") != std::string::npos; }));
+  EXPECT_EQ(other.status().state, CameraState::absent);
+  other.stop();
+  EXPECT_EQ(none.count(), 0U);
+}
+
+TEST(FakeKinect, FindsACameraThatIsConnectedAfterTheStart) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("late"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  EXPECT_TRUE(
+      test::eventually([&] { return camera.status().detail.find("no Kinect found") != std::string::npos; }));
+  EXPECT_EQ(camera.status().state, CameraState::absent);
+  ASSERT_TRUE(frames.waitForFrames(2));
+  EXPECT_EQ(camera.status().state, CameraState::streaming);
+  camera.stop();
+  expectPixelsOfTheirFrame(frames);
+}
+
+TEST(FakeKinect, DeliversNoFrameThatLostPackets) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("lossy"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(10));
+  camera.stop();
+  expectPixelsOfTheirFrame(frames);
+  std::uint32_t expected = 1;
+  for (std::size_t index = 0; index < 10; ++index) {
+    while (!FakeKinectCamera::isFrameWhole(expected)) ++expected;
+    EXPECT_EQ(frames.frame(index).device_ticks, expected++) << "every whole frame is delivered";
+  }
+  EXPECT_EQ(camera.status().damaged_frames, 4U);
+}
+
+TEST(FakeKinect, IsLostWhenUnpluggedAndComesBackByItself) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("unplugged"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
+  EXPECT_FALSE(camera.status().detail.empty());
+  const std::size_t before = frames.count();
+  ASSERT_TRUE(frames.waitForFrames(before + 3));
+  EXPECT_EQ(camera.status().state, CameraState::streaming);
+  camera.stop();
+  expectPixelsOfTheirFrame(frames);
+}
+
+TEST(FakeKinect, IsLostWhenNoMoreFramesComeAndComesBackByItself) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("mute"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
+  EXPECT_NE(camera.status().detail.find("no frames"), std::string::npos);
+  const std::size_t before = frames.count();
+  ASSERT_TRUE(frames.waitForFrames(before + 3));
+  camera.stop();
+  expectPixelsOfTheirFrame(frames);
+}
+
+TEST(FakeKinect, StopReturnsAlthoughTheCameraNeverAnswers) {
+  if (!test::isChild()) {
+    EXPECT_EQ(runWithCamera("dead"), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("", std::chrono::milliseconds(50));
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(
+      test::eventually([&] { return camera.status().detail.find("does not answer") != std::string::npos; }));
+  EXPECT_EQ(camera.status().state, CameraState::absent);
+  camera.stop();
+  EXPECT_EQ(frames.count(), 0U);
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

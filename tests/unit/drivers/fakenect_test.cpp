@@ -1,0 +1,111 @@
+// The driver `freenect` on libfreenect's own player, which replaces the library at the start of a process,
+// plays one recording per process and may end it: hence a process for each test.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+
+#include "child_process.h"
+#include "drivers/camera/freenect/freenect_camera.h"
+#include "drivers/camera/recorded/recording_reader.h"
+#include "frame_collector.h"
+#include "scratch_recording.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using test::FrameCollector;
+
+/// Runs the current test in a child that plays `recording`.
+int playInChild(const std::filesystem::path& recording) {
+  const std::string player = test::fakenectFolder();
+  EXPECT_FALSE(player.empty()) << "fakenect is part of the Debian package libfreenect0.5";
+  return test::runInChild({"LD_LIBRARY_PATH=" + player, "FAKENECT_PATH=" + recording.string()});
+}
+
+/// In the child: plays the recording to its end and compares every frame with the files.
+void expectEveryFrameOfTheRecording() {
+  const auto reader = RecordingReader::open(std::getenv("FAKENECT_PATH"));
+  ASSERT_TRUE(reader) << reader.error().text();
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(reader->frames().size()));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
+  camera.stop();
+
+  ASSERT_EQ(frames.count(), reader->frames().size());
+  const auto expected = std::make_unique<rt::DepthFrame>();
+  for (std::size_t index = 0; index < frames.count(); ++index) {
+    ASSERT_TRUE(reader->read(index, *expected));
+    const rt::DepthFrame& frame = frames.frame(index);
+    EXPECT_TRUE(std::ranges::equal(frame.raw, expected->raw)) << "frame " << index;
+    EXPECT_EQ(frame.device_ticks, expected->device_ticks);
+    EXPECT_EQ(frame.sequence, index + 1);
+    EXPECT_GT(frame.arrival_ns, index == 0 ? 0 : frames.frame(index - 1).arrival_ns);
+  }
+  EXPECT_EQ(camera.status().frames, frames.count());
+  EXPECT_EQ(camera.status().damaged_frames, 0U);
+}
+
+TEST(Fakenect, DeliversTheBytesOfAMadeUpRecordingAndIsLostAtItsEnd) {
+  if (test::isChild()) return expectEveryFrameOfTheRecording();
+  test::ScratchRecording recording;
+  test::fillRecording(recording, 12);
+  EXPECT_EQ(playInChild(recording.path()), 0);
+}
+
+TEST(Fakenect, DeliversTheBytesOfARealRecordingAndIsLostAtItsEnd) {
+  if (test::isChild()) return expectEveryFrameOfTheRecording();
+  const test::UnpackedRecording recording("01_raw11_room_gesture/room_gesture.tar.xz");
+  if (!recording.found()) GTEST_SKIP() << "no recordings here; name their folder in HAPTICD_RECORDINGS";
+  EXPECT_EQ(playInChild(recording.path()), 0);
+}
+
+TEST(Fakenect, CountsFramesWithImpossibleValuesAndDoesNotDeliverThem) {
+  if (!test::isChild()) {
+    test::ScratchRecording recording;
+    recording.add(0, "1.00", 1);
+    const auto damaged = recording.add(1, "1.01", 2);
+    recording.add(2, "1.02", 3);
+    recording.writeIndex();
+    std::string bytes = test::pgmBytes(1);
+    bytes.back() = '\x08';  // the last pixel is 2048 or more
+    test::writeFile(damaged, bytes);
+    EXPECT_EQ(playInChild(recording.path()), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
+  camera.stop();
+  ASSERT_EQ(frames.count(), 2U);
+  EXPECT_EQ(frames.frame(0).device_ticks, 1U);
+  EXPECT_EQ(frames.frame(1).device_ticks, 3U);
+  EXPECT_EQ(frames.frame(1).sequence, 2U);
+  EXPECT_EQ(camera.status().damaged_frames, 1U);
+}
+
+TEST(Fakenect, PublishesNothingAfterStopInTheMiddleOfARecording) {
+  if (!test::isChild()) {
+    test::ScratchRecording recording;
+    test::fillRecording(recording, 40);
+    EXPECT_EQ(playInChild(recording.path()), 0);
+    return;
+  }
+  FrameCollector frames;
+  FreenectCamera camera("");
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(3));
+  camera.stop();
+  const std::size_t at_stop = frames.count();
+  EXPECT_LT(at_stop, 40U);
+  camera.stop();
+  EXPECT_EQ(frames.count(), at_stop);
+  EXPECT_EQ(camera.status().frames, at_stop);
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

@@ -1,0 +1,212 @@
+#include "drivers/camera/recorded/recording_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "drivers/camera/recorded/depth_pgm.h"
+#include "scratch_recording.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using test::ScratchRecording;
+using testing::Test;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// The error of opening the folder, or "" when it opens.
+std::string openError(const std::filesystem::path& folder) {
+  const auto reader = RecordingReader::open(folder);
+  return reader ? "" : reader.error().text();
+}
+
+/// The error of reading one image, or "" when it is read.
+std::string imageError(const std::filesystem::path& file) {
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  const auto read = readDepthPgm(file, *frame);
+  return read ? "" : read.error().text();
+}
+
+TEST(RecordingReader, DeliversEveryPixelTimeAndTickOfTheFiles) {
+  ScratchRecording recording;
+  recording.add(0, "1513096835.219278", 4294967290U);
+  recording.addIndexLine("a-1513096835.22-1.dump");
+  recording.addIndexLine("r-1513096835.23-1.ppm");
+  recording.add(1, "1513096835.246917", 3);
+  recording.writeIndex();
+
+  const auto reader = RecordingReader::open(recording.path());
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_EQ(reader->frames().size(), 2U);
+  EXPECT_EQ(reader->frames()[0].host_ns, 0);
+  EXPECT_EQ(reader->frames()[1].host_ns, 27'639'000);  // .246917 - .219278 s
+
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::uint32_t index = 0; index < 2; ++index) {
+    ASSERT_TRUE(reader->read(index, *frame));
+    EXPECT_EQ(frame->sequence, index + 1);
+    EXPECT_EQ(frame->device_ticks, index == 0 ? 4294967290U : 3U);
+    std::size_t different = 0;
+    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+      different += frame->raw[pixel] != test::madeUpPixel(index, pixel);
+    }
+    EXPECT_EQ(different, 0U) << "frame " << index;
+  }
+}
+
+TEST(RecordingReader, LetsTimeStandStillWhereTheHostClockWasSetBack) {
+  ScratchRecording recording;
+  recording.add(0, "100.5", 1);
+  recording.add(1, "90", 2);
+  recording.add(2, "100.75", 3);
+  recording.writeIndex();
+  const auto reader = RecordingReader::open(recording.path());
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(reader->frames()[1].host_ns, 0);
+  EXPECT_EQ(reader->frames()[2].host_ns, 250'000'000);
+}
+
+TEST(RecordingReader, RefusesAMissingFolderByName) {
+  const test::TemporaryFolder folder;
+  EXPECT_TRUE(contains(openError(folder.path() / "nowhere"), "nowhere"));
+}
+
+TEST(RecordingReader, RefusesAFileInPlaceOfAFolder) {
+  const test::TemporaryFolder folder;
+  test::writeFile(folder.path() / "archive.tar", "x");
+  EXPECT_TRUE(contains(openError(folder.path() / "archive.tar"), "not a folder"));
+}
+
+TEST(RecordingReader, RefusesAFolderWithoutIndex) {
+  const test::TemporaryFolder folder;
+  EXPECT_TRUE(contains(openError(folder.path()), "INDEX.txt"));
+}
+
+TEST(RecordingReader, RefusesAnIndexWithoutDepthFrames) {
+  for (const char* index : {"", "\n", "a-1.5-7.dump\n"}) {
+    const test::TemporaryFolder folder;
+    test::writeFile(folder.path() / "INDEX.txt", index);
+    EXPECT_TRUE(contains(openError(folder.path()), "no depth frame")) << index;
+  }
+}
+
+TEST(RecordingReader, NamesTheLineOfAMissingFile) {
+  ScratchRecording recording;
+  recording.add(0, "1.0", 1);
+  recording.addIndexLine("d-1.033000-2.pgm");
+  recording.writeIndex();
+  const std::string error = openError(recording.path());
+  EXPECT_TRUE(contains(error, "INDEX.txt:2")) << error;
+  EXPECT_TRUE(contains(error, "d-1.033000-2.pgm")) << error;
+}
+
+TEST(RecordingReader, ExplainsHowToConvertCrlfLineEnds) {
+  ScratchRecording recording;
+  recording.add(0, "1.0", 1);
+  recording.writeIndex("\r\n");
+  const std::string error = openError(recording.path());
+  EXPECT_TRUE(contains(error, "INDEX.txt:1")) << error;
+  EXPECT_TRUE(contains(error, "CRLF")) << error;
+  EXPECT_TRUE(contains(error, "sed -i")) << error;
+}
+
+TEST(RecordingReader, RefusesNamesThatAreNotThoseOfARecording) {
+  for (const char* line :
+       {"frame.pgm", "d-1.0.pgm", "d--1.pgm", "d-1.0-x.pgm", "d-1.0-4294967296.pgm", "d-1.0-1.png",
+        "d-1e3-1.pgm", "d-1.-1.pgm", "d-1.0-1.pgm ", "d-../../etc/passwd-1.pgm", "d-.pgm", "\xff\x01"}) {
+    ScratchRecording recording;
+    recording.addIndexLine(line);
+    recording.writeIndex();
+    const std::string error = openError(recording.path());
+    EXPECT_TRUE(contains(error, "no name of a recorded file")) << line << ": " << error;
+  }
+}
+
+TEST(DepthPgm, NamesTheSizeOfATruncatedFileAndTheExpectedOne) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "d-1.0-1.pgm";
+  test::writeFile(file, test::pgmBytes(0).substr(0, 1000));
+  const std::string error = imageError(file);
+  EXPECT_TRUE(contains(error, "d-1.0-1.pgm")) << error;
+  EXPECT_TRUE(contains(error, "1000 bytes")) << error;
+  EXPECT_TRUE(contains(error, "614417")) << error;
+}
+
+TEST(DepthPgm, RefusesAFileShorterThanItsHeader) {
+  const test::TemporaryFolder folder;
+  for (const char* content : {"", "P5 640"}) {
+    test::writeFile(folder.path() / "short.pgm", content);
+    EXPECT_TRUE(contains(imageError(folder.path() / "short.pgm"), "614417")) << content;
+  }
+}
+
+TEST(DepthPgm, RefusesAFileThatIsTooLong) {
+  const test::TemporaryFolder folder;
+  test::writeFile(folder.path() / "long.pgm", test::pgmBytes(0) + "x");
+  EXPECT_TRUE(contains(imageError(folder.path() / "long.pgm"), "more than"));
+}
+
+TEST(DepthPgm, RefusesEveryOtherHeaderAndSaysWhichOneItExpects) {
+  const test::TemporaryFolder folder;
+  for (const char* header : {"P5\n640 480\n65535\n", "P5\n640 480\n2047\n", "P5 640 480 2047\n",
+                             "P5 320 240 65535\n", "P2 640 480 65535\n", "P5 640 480 65535\r\n", "\x89PNG"}) {
+    test::writeFile(folder.path() / "header.pgm", test::pgmBytes(0, header));
+    const std::string error = imageError(folder.path() / "header.pgm");
+    EXPECT_TRUE(contains(error, "header") || contains(error, "P5")) << header << ": " << error;
+    EXPECT_TRUE(contains(error, "P5 640 480 65535") || contains(error, "binary")) << header << ": " << error;
+  }
+}
+
+TEST(DepthPgm, CountsPixelsWiderThan11Bits) {
+  const test::TemporaryFolder folder;
+  std::string bytes = test::pgmBytes(0);
+  for (std::size_t pixel = 0; pixel < 3; ++pixel)
+    bytes[test::kPgmHeader.size() + 2 * pixel + 1] = '\x08';  // 2048
+  test::writeFile(folder.path() / "wide.pgm", bytes);
+  const std::string error = imageError(folder.path() / "wide.pgm");
+  EXPECT_TRUE(contains(error, "3 of 307200")) << error;
+}
+
+TEST(DepthPgm, RecognisesBigEndianPixels) {
+  const test::TemporaryFolder folder;
+  std::string bytes = test::pgmBytes(0);
+  for (std::size_t at = test::kPgmHeader.size(); at < bytes.size(); at += 2)
+    std::swap(bytes[at], bytes[at + 1]);
+  test::writeFile(folder.path() / "standard.pgm", bytes);
+  EXPECT_TRUE(contains(imageError(folder.path() / "standard.pgm"), "big-endian"));
+}
+
+TEST(DepthPgm, RefusesAMissingFileAndAFolder) {
+  const test::TemporaryFolder folder;
+  EXPECT_FALSE(imageError(folder.path() / "missing.pgm").empty());
+  EXPECT_FALSE(imageError(folder.path()).empty());
+}
+
+TEST(RecordingReader, AgreesWithThePublishedStatisticsOfARealRecording) {
+  const test::UnpackedRecording recording("02_raw11_desk_near/desk_near.tar.xz");
+  if (!recording.found()) GTEST_SKIP() << "no recordings here; name their folder in HAPTICD_RECORDINGS";
+  const auto reader = RecordingReader::open(recording.path());
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_EQ(reader->frames().size(), 60U);
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::size_t index = 0; index < 60; ++index) ASSERT_TRUE(reader->read(index, *frame)) << index;
+
+  // frames.tsv of the recording, frame 0: lowest raw value 405, median of the valid ones 702, 35.2 % invalid.
+  ASSERT_TRUE(reader->read(0, *frame));
+  std::vector<std::uint16_t> valid;
+  std::ranges::copy_if(frame->raw, std::back_inserter(valid), [](auto value) { return value < 2047; });
+  std::ranges::sort(valid);
+  EXPECT_EQ(valid.front(), 405);
+  EXPECT_EQ(valid[valid.size() / 2], 702);
+  EXPECT_NEAR(1 - static_cast<double>(valid.size()) / 307200, 0.352, 0.0005);  // half of its last digit
+  EXPECT_EQ(reader->frames()[1].host_ns, 27'639'000);
+  EXPECT_EQ(reader->frames()[1].device_ticks - reader->frames()[0].device_ticks, 2002155U);
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

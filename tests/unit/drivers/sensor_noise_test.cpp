@@ -1,0 +1,201 @@
+#include "drivers/camera/synthetic/sensor_noise.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace hapticd::drivers {
+namespace {
+
+using Image = std::vector<std::uint16_t>;
+
+constexpr float kFlat = 700.3F;
+constexpr int kFrames = 100;
+
+// All noise comes from one field of 1024 x 512 values that holds this many independent patches; statistics
+// over many frames cannot be better known than from those.
+constexpr double kIndependentPatches =
+    1024.0 * 512 / (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
+// Five standard errors: one false alarm in a million, and the seed is fixed.
+constexpr double kSigmas = 5;
+
+Image sensorImage(const SensorNoise& noise, std::uint64_t frame, const std::vector<float>& exact) {
+  Image raw(rt::kFramePixels);
+  noise.applySensor(frame, exact, raw.data());
+  return raw;
+}
+
+std::size_t at(int column, int row) {
+  return static_cast<std::size_t>(row * rt::kFrameWidth + column);
+}
+
+/// Sums over pairs of pixels of one image, `lag` columns apart, both measured.
+struct Moments {
+  double count = 0, sum = 0, squares = 0, products = 0;
+  void add(const Image& raw, int lag) {
+    for (int row = 0; row < rt::kFrameHeight; row += 8) {
+      for (int column = 0; column + lag < SensorNoise::kFirstDeadColumn; column += 8) {
+        const auto a = raw[at(column, row)];
+        const auto b = raw[at(column + lag, row)];
+        if (a == rt::kRawNoMeasurement || b == rt::kRawNoMeasurement) continue;
+        const double da = a - double{kFlat};
+        const double db = b - double{kFlat};
+        count += 1;
+        sum += da;
+        squares += da * da;
+        products += da * db;
+      }
+    }
+  }
+  double mean() const { return sum / count; }
+  double variance() const { return squares / count - mean() * mean(); }
+  double correlation() const { return (products / count - mean() * mean()) / variance(); }
+};
+
+Moments momentsAtLag(int lag) {
+  const SensorNoise noise(7);
+  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  Moments moments;
+  for (int frame = 0; frame < kFrames; ++frame)
+    moments.add(sensorImage(noise, static_cast<std::uint64_t>(frame), exact), lag);
+  return moments;
+}
+
+TEST(SensorNoise, HasTheMeanOfTheSurfaceAndTheVarianceOfNoiseAndRounding) {
+  const Moments moments = momentsAtLag(0);
+  const double sigma = SensorNoise::kSigmaRaw;
+  // Rounding adds 1/12; what depends on the phase within a unit is damped by exp(-2 pi^2 sigma^2) = 0.0072.
+  const double phase = 0.0072;
+  const double expected = sigma * sigma + 1.0 / 12;
+  EXPECT_NEAR(moments.mean(), 0, kSigmas * sigma / std::sqrt(kIndependentPatches) + phase);
+  EXPECT_NEAR(moments.variance(), expected,
+              kSigmas * expected * std::sqrt(2 / kIndependentPatches) + (4 * sigma * sigma + 0.1) * phase);
+}
+
+TEST(SensorNoise, IsCorrelatedOverTheWindowAndNotBeyond) {
+  const double sigma = SensorNoise::kSigmaRaw;
+  const double share = sigma * sigma / (sigma * sigma + 1.0 / 12);  // rounding errors are not correlated
+  const double tolerance = kSigmas / std::sqrt(kIndependentPatches);
+  EXPECT_NEAR(momentsAtLag(3).correlation(), share * (1 - 3.0 / SensorNoise::kCorrelationPixels), tolerance);
+  EXPECT_NEAR(momentsAtLag(6).correlation(), share * (1 - 6.0 / SensorNoise::kCorrelationPixels), tolerance);
+  EXPECT_NEAR(momentsAtLag(12).correlation(), 0, tolerance);
+}
+
+TEST(SensorNoise, IsIndependentFromFrameToFrame) {
+  const SensorNoise noise(7);
+  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  Image before = sensorImage(noise, 0, exact);
+  double products = 0, squares = 0;
+  for (std::uint64_t frame = 1; frame < kFrames; ++frame) {
+    Image raw = sensorImage(noise, frame, exact);
+    for (std::size_t pixel = 0; pixel < raw.size(); pixel += 17) {
+      if (raw[pixel] == rt::kRawNoMeasurement || before[pixel] == rt::kRawNoMeasurement) continue;
+      const double now = raw[pixel] - double{kFlat};
+      products += now * (before[pixel] - double{kFlat});
+      squares += now * now;
+    }
+    before.swap(raw);
+  }
+  EXPECT_NEAR(products / squares, 0, kSigmas / std::sqrt(kIndependentPatches));
+}
+
+TEST(SensorNoise, MakesTheStatedShareOfPixelsFlicker) {
+  const SensorNoise noise(7);
+  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  constexpr int kFlickerFrames = 60;
+  std::vector<int> missing(rt::kFramePixels);
+  for (std::uint64_t frame = 0; frame < kFlickerFrames; ++frame) {
+    const Image raw = sensorImage(noise, frame, exact);
+    for (std::size_t pixel = 0; pixel < raw.size(); ++pixel)
+      missing[pixel] += raw[pixel] == rt::kRawNoMeasurement;
+  }
+  double flickering = 0;
+  double always_missing = 0;
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 0; column < SensorNoise::kFirstDeadColumn; ++column) {
+      flickering += missing[at(column, row)] > 0 && missing[at(column, row)] < kFlickerFrames;
+      always_missing += missing[at(column, row)] == kFlickerFrames;
+    }
+  }
+  const double pixels = double{SensorNoise::kFirstDeadColumn} * rt::kFrameHeight;
+  const double patches = pixels / (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
+  const double share = SensorNoise::kFlickerShare;
+  EXPECT_NEAR(flickering / pixels, share, kSigmas * std::sqrt(share * (1 - share) / patches));
+  EXPECT_EQ(always_missing, 0);
+}
+
+TEST(SensorNoise, MakesTheRimOfAStepFlickerAndNotItsSurroundings) {
+  const SensorNoise noise(7);
+  std::vector<float> exact(rt::kFramePixels, kFlat);
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 300; column < rt::kFrameWidth; ++column) exact[at(column, row)] = kFlat + 50;
+  }
+  int rim = 0;
+  int beside = 0;
+  for (std::uint64_t frame = 0; frame < 40; ++frame) {
+    const Image raw = sensorImage(noise, frame, exact);
+    for (int row = 0; row < rt::kFrameHeight; ++row) {
+      rim += raw[at(299, row)] == rt::kRawNoMeasurement;
+      rim += raw[at(300, row)] == rt::kRawNoMeasurement;
+      beside += raw[at(290, row)] == rt::kRawNoMeasurement;
+      beside += raw[at(310, row)] == rt::kRawNoMeasurement;
+    }
+  }
+  // Half of the time against half of a tenth; 40 frames x 480 / 9 independent patches.
+  const double observations = 40.0 * 2 * rt::kFrameHeight;
+  const double tolerance =
+      kSigmas * std::sqrt(0.25 / (40.0 * rt::kFrameHeight / SensorNoise::kCorrelationPixels));
+  EXPECT_NEAR(rim / observations, 0.5, tolerance);
+  EXPECT_LT(beside / observations, 0.5 * SensorNoise::kFlickerShare + 4 * tolerance);
+}
+
+TEST(SensorNoise, LeavesTheLastColumnsWithoutMeasurement) {
+  const SensorNoise noise(7);
+  const Image raw = sensorImage(noise, 3, std::vector<float>(rt::kFramePixels, kFlat));
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 632; column < 640; ++column) ASSERT_EQ(raw[at(column, row)], 2047);
+  }
+}
+
+TEST(SensorNoise, InventsNothingWhereNothingIsSeen) {
+  const SensorNoise noise(7);
+  const std::vector<float> nothing(rt::kFramePixels, kNothingSeen);
+  Image raw = sensorImage(noise, 3, nothing);
+  EXPECT_TRUE(std::ranges::all_of(raw, [](auto value) { return value == 2047; }));
+  noise.dither(3, nothing, raw.data());
+  EXPECT_TRUE(std::ranges::all_of(raw, [](auto value) { return value == 2047; }));
+}
+
+TEST(SensorNoise, StaysWithin11BitsAtBothEndsOfTheRange) {
+  const SensorNoise noise(7);
+  for (const float end : {0.0F, 2046.0F}) {
+    Image raw = sensorImage(noise, 3, std::vector<float>(rt::kFramePixels, end));
+    EXPECT_LE(*std::ranges::max_element(raw), 2047);
+    const auto measured =
+        std::ranges::count_if(raw, [end](auto value) { return std::abs(value - end) < 5 && value < 2047; });
+    EXPECT_GT(measured, 100'000);
+  }
+}
+
+TEST(SensorNoise, DitherTakesOneOfTheTwoNeighboursAndIsRightInTheMean) {
+  const SensorNoise noise(7);
+  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  Image raw(rt::kFramePixels);
+  double upper = 0;
+  constexpr int kDitherFrames = 20;
+  for (std::uint64_t frame = 0; frame < kDitherFrames; ++frame) {
+    noise.dither(frame, exact, raw.data());
+    for (const auto value : raw) {
+      ASSERT_TRUE(value == 700 || value == 701);
+      upper += value == 701;
+    }
+  }
+  const double observations = double{kDitherFrames} * rt::kFramePixels;
+  const double share = double{kFlat} - 700;
+  EXPECT_NEAR(upper / observations, share, kSigmas * std::sqrt(share * (1 - share) / observations));
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "config/error.h"
+#include "drivers/camera/recorded/recording_reader.h"
+#include "rt/depth_frame.h"
+
+namespace hapticd::tools {
+
+/// The depth frames of a recording, or a single image that holds for all times.
+class DepthSource {
+ public:
+  /// `path`: the folder of a recording, or a .pgm file as libfreenect's recorder writes it.
+  static config::Result<DepthSource> open(const std::filesystem::path& path);
+
+  /// Index (from 0) of the newest frame that had arrived at `time_ns` >= 0, since the first frame; 0 for a
+  /// single image.
+  std::size_t frameAt(std::int64_t time_ns) const;
+  /// When frame `index` arrived, since the first one. A single image is always as new as `time_ns`.
+  std::int64_t arrival_ns(std::size_t index, std::int64_t time_ns) const;
+  config::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
+
+ private:
+  DepthSource() = default;
+
+  std::optional<drivers::RecordingReader> recording_;
+  std::filesystem::path image_;
+};
+
+}  // namespace hapticd::tools

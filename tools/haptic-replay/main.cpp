@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+#include <sysexits.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/parameter_table.h"
+#include "config/yaml_loader.h"
+#include "tools/haptic-replay/replay.h"
+
+namespace hapticd::tools {
+namespace {
+
+struct Options {
+  std::string config;
+  std::vector<std::string> overrides;
+  std::string depth;
+  std::string hip;
+  std::string out;
+  Stage stage = Stage::law;
+  bool full_model = false;
+};
+
+int fail(const std::vector<config::Error>& errors, int status) {
+  for (const config::Error& error : errors) fmt::print(stderr, "haptic-replay: {}\n", error.text());
+  return status;
+}
+
+std::optional<config::Error> timeGoesBack(const std::vector<HipSample>& samples) {
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (samples[i].time_s >= samples[i - 1].time_s) continue;
+    return config::Error{fmt::format("sample {}", i + 1),
+                         fmt::format("t_s {} is before that of the sample before, {}", samples[i].time_s,
+                                     samples[i - 1].time_s),
+                         "sort the file by time, or use --stage law"};
+  }
+  return std::nullopt;
+}
+
+config::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample>& samples) {
+  fmt::memory_buffer text;
+  fmt::format_to(std::back_inserter(text), "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,points,frame\n");
+  for (const HipSample& sample : samples) {
+    const auto felt = replay.feel(sample);
+    if (!felt) return std::unexpected(felt.error());
+    const rt::Vec3& p = sample.hip_m_in_world;
+    const rt::Vec3& f = felt->force_n_in_world;
+    fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{},{}\n",
+                   sample.time_s, p.x, p.y, p.z, f.x, f.y, f.z, felt->points_used, felt->frame);
+  }
+  return fmt::to_string(text);
+}
+
+int replayFile(const Options& options) {
+  auto settings = config::loadSettings(options.config, options.overrides);
+  if (!settings) return fail(settings.error(), EX_CONFIG);
+  if (options.full_model) settings->grid.extent = rt::ModelExtent::frame;
+  const auto samples = readHipCsv(options.hip);
+  if (!samples) return fail(samples.error(), EX_DATAERR);
+  if (options.stage == Stage::command) {
+    if (const auto error = timeGoesBack(*samples)) return fail({*error}, EX_DATAERR);
+  }
+  const auto source = DepthSource::open(options.depth);
+  if (!source) return fail({source.error()}, EX_NOINPUT);
+
+  Replay replay(*settings, *source, options.stage);
+  const auto text = forcesOf(replay, *samples);
+  if (!text) return fail({text.error()}, EX_DATAERR);
+  std::ofstream out(options.out, std::ios::binary);
+  out << *text << std::flush;
+  if (!out) return fail({{options.out, "cannot be written", "check --out and the free space"}}, EX_CANTCREAT);
+  fmt::print("{} forces, {} scenes modelled\n", samples->size(), replay.models());
+  return EX_OK;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "haptic-replay: the forces that hapticd's core computes for a recorded scene and given HIP positions.\n"
+      "Times count from the first depth frame. A single image holds for all times. At the stage `command`\n"
+      "the replay begins engaged, and each sample is one step of the safety chain."};
+  app.footer(
+      "Exit status: 0 done, 64 usage, 65 bad HIP file or depth frame, 66 no depth, 73 no output, 78 "
+      "configuration.");
+  Options options;
+  const std::map<std::string, Stage> stages{{"law", Stage::law}, {"command", Stage::command}};
+  app.add_option("-c,--config", options.config, "configuration file (YAML)")->required()->type_name("FILE");
+  app.add_option("-s,--set", options.overrides, "set a parameter; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->take_all()
+      ->allow_extra_args(false);
+  app.add_option("--depth", options.depth, "folder of a recording, or one .pgm file")
+      ->required()
+      ->type_name("DIR_OR_PGM");
+  app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")
+      ->required()
+      ->type_name("CSV");
+  app.add_option("--out", options.out, "where the forces go")->required()->type_name("CSV");
+  app.add_option("--stage", options.stage, "law (default) or command")
+      ->type_name("STAGE")
+      ->transform(CLI::CheckedTransformer(stages));
+  app.add_flag("--full-model", options.full_model, "model whole frames, not only the HIP's reach");
+  app.set_version_flag("--version", std::string("haptic-replay ") + HAPTICD_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+  }
+  return replayFile(options);
+}
+
+}  // namespace
+}  // namespace hapticd::tools
+
+int main(int argc, char** argv) {
+  return hapticd::tools::run(argc, argv);
+}

@@ -1,0 +1,66 @@
+#include "tools/haptic-replay/replay.h"
+
+#include <cmath>
+
+namespace hapticd::tools {
+
+Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage)
+    : settings_(settings),
+      source_(source),
+      stage_(stage),
+      depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
+      builder_(depth_model_, settings.grid),
+      storage_(builder_.shape(), builder_.pointCapacity()),
+      core_(builder_.pointCapacity()),
+      frame_(std::make_unique<rt::DepthFrame>()) {
+  storage_.attachTo(scene_);
+  // The ramp is for a person's comfort; a replay begins engaged.
+  settings_.live.safety.engage_ramp_s = 0;
+}
+
+config::Result<void> Replay::takeFrame(std::size_t index) {
+  if (frame_taken_ && index == frame_index_) return {};
+  if (auto read = source_.read(index, *frame_); !read) return read;
+  frame_index_ = index;
+  frame_taken_ = true;
+  scene_.frame = 0;  // of another frame: to be modelled again
+  return {};
+}
+
+void Replay::model(const rt::Vec3& hip_m_in_world) {
+  const double force_radius = settings_.live.springs.radius_m;
+  if (scene_.covers(hip_m_in_world, force_radius)) return;
+  const rt::GridParameters& grid = settings_.grid;
+  const double reach =
+      force_radius + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
+  builder_.build(*frame_, hip_m_in_world, reach, scene_);
+  scene_.model = ++models_;
+}
+
+config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
+  const std::int64_t time_ns = std::llround(sample.time_s * 1e9);
+  if (auto taken = takeFrame(source_.frameAt(time_ns)); !taken) return std::unexpected(taken.error());
+  model(sample.hip_m_in_world);
+  ReplayedForce result{.force_n_in_world = {}, .points_used = 0, .frame = frame_index_};
+  if (stage_ == Stage::command) {
+    result.force_n_in_world = command(sample, time_ns, result.points_used);
+    return result;
+  }
+  const rt::ForceSample force = core_.lawForce(scene_, sample.hip_m_in_world, settings_.live);
+  result.force_n_in_world = force.force_n_in_world;
+  result.points_used = force.points_used;
+  return result;
+}
+
+rt::Vec3 Replay::command(const HipSample& sample, std::int64_t time_ns, std::uint32_t& points_used) {
+  const double period_s = samples_ == 0 ? 1 / settings_.loop.rate_hz : sample.time_s - last_time_s_;
+  last_time_s_ = sample.time_s;
+  scene_.frame_time_ns = source_.arrival_ns(frame_index_, time_ns);
+  const rt::HandleState handle{sample.hip_m_in_world, {}, ++samples_, time_ns};
+  const rt::Directive directive{.generation = 1, .engage = true, .parameters = settings_.live};
+  const rt::Tick tick = core_.step({time_ns, period_s, scene_, handle, directive});
+  points_used = tick.points_used;
+  return tick.command_force_n_in_world;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "config/settings.h"
+#include "rt/depth_model.h"
+#include "rt/haptic_core.h"
+#include "rt/scene_builder.h"
+#include "tools/haptic-replay/depth_source.h"
+#include "tools/haptic-replay/hip_csv.h"
+
+namespace hapticd::tools {
+
+/// Which force is written out.
+enum class Stage {
+  law,      ///< the bare law
+  command,  ///< what a device would get: engaged, after the safety chain
+};
+
+/// The force at one sample.
+struct ReplayedForce {
+  rt::Vec3 force_n_in_world;
+  std::uint32_t points_used = 0;
+  std::size_t frame = 0;  ///< index of the frame felt, from 0
+};
+
+/// The daemon's core without its clock: the same model, law and safety chain, at given times.
+class Replay {
+ public:
+  Replay(const config::Settings& settings, const DepthSource& source, Stage stage);
+
+  /// `sample.time_s` must not decrease from call to call at the stage `command`.
+  /// Errors: a frame that cannot be read.
+  config::Result<ReplayedForce> feel(const HipSample& sample);
+
+  std::uint64_t models() const noexcept { return models_; }
+
+ private:
+  config::Result<void> takeFrame(std::size_t index);
+  void model(const rt::Vec3& hip_m_in_world);
+  rt::Vec3 command(const HipSample& sample, std::int64_t time_ns, std::uint32_t& points_used);
+
+  config::Settings settings_;
+  const DepthSource& source_;
+  Stage stage_;
+  rt::DepthModel depth_model_;
+  rt::SceneBuilder builder_;
+  rt::SceneStorage storage_;
+  rt::Scene scene_;
+  rt::HapticCore core_;
+  std::unique_ptr<rt::DepthFrame> frame_;
+  std::size_t frame_index_ = 0;
+  bool frame_taken_ = false;
+  std::uint64_t models_ = 0;
+  double last_time_s_ = 0;
+  std::uint64_t samples_ = 0;
+};
+
+}  // namespace hapticd::tools

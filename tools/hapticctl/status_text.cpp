@@ -1,0 +1,222 @@
+#include "tools/hapticctl/status_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "tools/hapticctl/reply_reader.h"
+
+namespace hapticd::tools {
+namespace {
+
+std::string causeText(const std::string& cause) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> texts{{
+      {"no_scene", "no depth frame has been modelled yet"},
+      {"depth_stale", "the newest depth frame is too old"},
+      {"handle_stale", "the handle has stopped measuring"},
+      {"handle_invalid", "the handle's position is impossible"},
+      {"force_not_finite", "the force law computed a number that is not finite"},
+  }};
+  const auto found = std::ranges::find(texts, cause, &std::pair<std::string_view, std::string_view>::first);
+  if (found != texts.end()) return std::string(found->second);
+  return cause == "none" || cause == "requested" || cause == "-" ? "" : cause;
+}
+
+std::string uptimeText(double seconds) {
+  if (std::isnan(seconds) || seconds < 120) return fixed(seconds, 0) + " s";
+  if (seconds < 7200) return fmt::format("{:.0f} min", std::floor(seconds / 60));
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+std::string latencyText(const Json& status, const std::string& path) {
+  const auto at = [&](const char* name) { return duration(numberAt(status, path + name)); };
+  return fmt::format("p50 {}, p99 {}, p99.9 {}, max {}", at(".p50Ns"), at(".p99Ns"), at(".p999Ns"),
+                     at(".maxNs"));
+}
+
+std::string privilegesText(const Json& status) {
+  const Json* cpu = fieldAt(status, "loop.cpu");
+  return fmt::format("{}, {}, memory {}", cpu && cpu->is_number() ? "CPU " + valueText(*cpu) : "not pinned",
+                     flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real-time scheduling",
+                     flagAt(status, "loop.memoryLocked") ? "locked" : "not locked");
+}
+
+std::string vectorText(const Json& status, const std::string& path, int digits) {
+  return fmt::format("({}, {}, {})", fixed(numberAt(status, path + ".x"), digits),
+                     fixed(numberAt(status, path + ".y"), digits),
+                     fixed(numberAt(status, path + ".z"), digits));
+}
+
+/// "12 overruns, 3 skipped periods" from {path, words} pairs.
+using Counter = std::pair<const char*, const char*>;
+std::string countersText(const Json& status, const std::string& group,
+                         std::initializer_list<Counter> counters) {
+  std::string text;
+  for (const auto& [name, words] : counters) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", countAt(status, group + name), words);
+  }
+  return text;
+}
+
+std::string row(std::string_view title, const std::string& text) {
+  return fmt::format("{:<14}{}\n", title, text);
+}
+
+std::string loopText(const Json& status) {
+  return row("force loop", fixed(numberAt(status, "loop.rateHz"), 1) + " Hz, " + privilegesText(status)) +
+         row("", countersText(
+                     status, "loop.counters.",
+                     {{"ticks", "ticks"}, {"overruns", "overruns"}, {"skippedPeriods", "skipped periods"}})) +
+         row("wake-up", latencyText(status, "loop.wakeupLatency")) +
+         row("compute", latencyText(status, "loop.computeTime"));
+}
+
+std::string forceText(const Json& status) {
+  const std::string force = "tick.commandForceNInWorld";
+  return row("force",
+             fmt::format("{} N {}, by the law {} N, from {} points", fixed(lengthAt(status, force), 3),
+                         vectorText(status, force, 3), fixed(lengthAt(status, "tick.lawForceNInWorld"), 3),
+                         countAt(status, "tick.pointsUsed"))) +
+         row("", "at " + vectorText(status, "tick.hipMInWorld", 4) + " m in the world") +
+         row("", countersText(status, "loop.counters.",
+                              {{"contactTicks", "ticks in contact"},
+                               {"slewLimitedTicks", "slew limited"},
+                               {"magnitudeClampedTicks", "clamped"},
+                               {"notFiniteTicks", "not finite"}}));
+}
+
+std::string cameraText(const Json& status) {
+  return row("camera",
+             fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
+         row("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}}));
+}
+
+std::string sceneText(const Json& status) {
+  return row("scene",
+             fmt::format("{} frames per second, {} points, modelled in {}, felt at an age of {}",
+                         fixed(numberAt(status, "scene.frameRateHz"), 1), countAt(status, "scene.points"),
+                         duration(numberAt(status, "scene.lastModelNs")),
+                         duration(numberAt(status, "tick.sceneAgeNs")))) +
+         row("", countersText(status, "scene.",
+                              {{"frames", "frames"},
+                               {"skippedFrames", "skipped"},
+                               {"models", "models"},
+                               {"remodels", "of them remodelled"},
+                               {"pointsOverCapacity", "points over capacity"}})) +
+         row("", countersText(status, "loop.counters.",
+                              {{"outsideModelTicks", "ticks outside the model"},
+                               {"depthStaleTicks", "with stale depth"}}));
+}
+
+std::string handleText(const Json& status) {
+  return row("handle", fmt::format("{}, {}", flagAt(status, "handle.present") ? "present" : "absent",
+                                   textAt(status, "handle.identity"))) +
+         row("",
+             countersText(status, "loop.counters.",
+                          {{"handleStaleTicks", "ticks stale"}, {"handleInvalidTicks", "ticks invalid"}}));
+}
+
+std::string rangeText(const Json& parameter) {
+  const Json* minimum = fieldAt(parameter, "minimum");
+  const Json* maximum = fieldAt(parameter, "maximum");
+  if (minimum && maximum && minimum->is_number() && maximum->is_number()) {
+    return fmt::format("{}..{}", valueText(*minimum), valueText(*maximum));
+  }
+  std::string words;
+  for (const Json& choice : listAt(parameter, "choices"))
+    words += (words.empty() ? "" : "|") + valueText(choice);
+  if (!words.empty()) return words;
+  return textAt(parameter, "kind") == "boolean" ? "true|false" : "text";
+}
+
+std::string fieldText(const Json& parameter, const char* name) {
+  const Json* field = fieldAt(parameter, name);
+  if (!field || field->is_null()) return "-";
+  const std::string text = valueText(*field);
+  return text.empty() ? "-" : text;
+}
+
+}  // namespace
+
+std::string modeText(const Json& status) {
+  const std::string cause = causeText(textAt(status, "cause"));
+  return textAt(status, "mode") + (cause.empty() ? "" : ": " + cause);
+}
+
+std::vector<std::string> complaints(const Json& status) {
+  std::vector<std::string> lines;
+  const auto add = [&](std::string line) {
+    if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
+  };
+  const auto withDetail = [&](std::string text, const char* path) {
+    const std::string detail = textAt(status, path);
+    return detail.empty() || detail == "-" ? text : text + ": " + detail;
+  };
+  if (const std::string state = textAt(status, "camera.state"); state != "streaming") {
+    add(withDetail("camera " + state, "camera.detail"));
+  }
+  if (!flagAt(status, "handle.present")) add(withDetail("handle absent", "handle.detail"));
+  for (const Json& warning : listAt(status, "warnings")) add(valueText(warning));
+  return lines;
+}
+
+std::string statusText(const Json& status) {
+  std::string text;
+  for (const std::string& line : complaints(status)) text += "! " + line + "\n";
+  text += row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
+  text += loopText(status) + forceText(status) + cameraText(status) + sceneText(status) + handleText(status);
+  text += row("trace", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+  return text;
+}
+
+std::string monitorLine(const Json& reply) {
+  const double ticks = numberAt(reply, "window.ticks");
+  const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
+  return fmt::format(
+      "{:>8} s  {:<9} {:>7} Hz  camera {:<9} {:>5} fps  contact {:>3} %  force {}..{} N  wake-up max {}  "
+      "overruns {}  dropped {}",
+      fixed(numberAt(reply, "status.uptimeS"), 1), textAt(reply, "status.mode"),
+      fixed(numberAt(reply, "status.loop.rateHz"), 1), textAt(reply, "status.camera.state"),
+      fixed(numberAt(reply, "status.scene.frameRateHz"), 1), fixed(contact, 0),
+      fixed(numberAt(reply, "window.minForceN"), 2), fixed(numberAt(reply, "window.maxForceN"), 2),
+      duration(numberAt(reply, "window.maxWakeupLatencyNs")), countAt(reply, "status.loop.counters.overruns"),
+      countAt(reply, "droppedCount"));
+}
+
+std::string withUnit(const std::string& value, const Json& parameter) {
+  const std::string unit = textAt(parameter, "unit");
+  return unit.empty() || unit == "-" ? value : value + " " + unit;
+}
+
+std::string parameterLine(const Json& parameter) {
+  return fmt::format("{} = {}", textAt(parameter, "name"),
+                     withUnit(fieldText(parameter, "value"), parameter));
+}
+
+std::string parameterTableText(const Json& parameters) {
+  std::vector<std::array<std::string, 7>> rows{
+      {"NAME", "VALUE", "UNIT", "ALLOWED", "DEFAULT", "EFFECT", "MEANING"}};
+  for (const Json& parameter : parameters) {
+    const std::string symbol = textAt(parameter, "symbol");
+    const std::string paper = symbol.empty() || symbol == "-" ? "" : " [" + symbol + " of the paper]";
+    rows.push_back({textAt(parameter, "name"), fieldText(parameter, "value"), fieldText(parameter, "unit"),
+                    rangeText(parameter), fieldText(parameter, "default"), textAt(parameter, "effect"),
+                    textAt(parameter, "help") + paper});
+  }
+  std::array<std::size_t, 6> widths{};
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < widths.size(); ++i) text += fmt::format("{:<{}}  ", row[i], widths[i]);
+    text += row.back() + "\n";
+  }
+  return text;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/hapticctl/varlink_client.h"
+
+namespace hapticd::tools {
+
+/// "engaged", "holding: the depth is stale": the mode and, where it says more, its cause.
+std::string modeText(const Json& status);
+
+/// What is wrong first: the camera if it does not stream, the handle if it is absent, then the daemon's
+/// warnings.
+std::vector<std::string> complaints(const Json& status);
+
+/// The whole status for people: what is wrong, what is going on, every counter.
+std::string statusText(const Json& status);
+
+/// One reply of Monitor in one line.
+std::string monitorLine(const Json& reply);
+
+/// The parameter table for people.
+std::string parameterTableText(const Json& parameters);
+
+/// "force.stiffness_n_per_m = 500 N/m".
+std::string parameterLine(const Json& parameter);
+
+/// "500 N/m".
+std::string withUnit(const std::string& value, const Json& parameter);
+
+}  // namespace hapticd::tools
