@@ -113,8 +113,11 @@ ClientResult<VarlinkClient> connectTo(const CommandOptions& options, bool may_ch
   auto client = VarlinkClient::connect(defaults.control_socket);
   if (client || may_change) return client;
   auto status_client = VarlinkClient::connect(defaults.status_socket);
-  return status_client || client.error().system_error == ENOENT ? std::move(status_client)
-                                                                : std::move(client);
+  const bool control_is_missing = client.error().system_error == ENOENT;
+  const bool both_are_missing =
+      control_is_missing && !status_client && status_client.error().system_error == ENOENT;
+  return status_client || (control_is_missing && !both_are_missing) ? std::move(status_client)
+                                                                    : std::move(client);
 }
 
 int runStatus(const CommandOptions& options) {

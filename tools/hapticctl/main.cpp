@@ -17,7 +17,7 @@ constexpr const char* kFooter =
     "Exit status: 0 done, 1 the daemon refused, 2 wrong usage, 3 no connection to the daemon.\n"
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control, for commands that only "
     "read\n"
-    "also /run/hapticd/io.hapticd.Status.";
+    "also /run/hapticd/io.hapticd.Status.\n";
 
 struct Arguments {
   CommandOptions options;

@@ -1,8 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <map>
-#include <regex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,24 +29,41 @@ struct DocumentedFile {
   std::string uncommented;  ///< the file with every value in force
 };
 
+bool isWord(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string_view::npos;
+}
+
+struct ValueLine {
+  std::string name;
+  std::string value;
+  std::string range;
+};
+
+// The parts of "  # name: value  # range"; nothing for any other line.
+std::optional<ValueLine> valueLineFrom(const std::string& line) {
+  const std::size_t colon = line.find(": ");
+  const std::size_t mark = line.rfind("  # ");
+  if (!line.starts_with("  # ") || colon == std::string::npos || mark == 0 || mark < colon)
+    return std::nullopt;
+  ValueLine parts{line.substr(4, colon - 4), line.substr(colon + 2, mark - colon - 2), line.substr(mark + 4)};
+  if (!isWord(parts.name)) return std::nullopt;
+  return parts;
+}
+
 DocumentedFile readDocumentation(const std::filesystem::path& file) {
-  static const std::regex kGroup(R"(([a-z_]+):)");
-  static const std::regex kValue(R"(  # ([a-z_]+): (\S+)  # (.*))");
   DocumentedFile documentation;
   std::ifstream stream(file);
   std::string group;
   std::string above;
   for (std::string line; std::getline(stream, line); above = line) {
-    std::smatch match;
-    if (std::regex_match(line, match, kGroup)) group = match[1];
-    if (!std::regex_match(line, match, kValue)) {
-      documentation.uncommented += line + "\n";
-      continue;
-    }
-    const std::string name = group + "." + match[1].str();
-    documentation.parameters[name] = {match[2], match[3], above};
+    if (line.ends_with(':') && isWord(line.substr(0, line.size() - 1)))
+      group = line.substr(0, line.size() - 1);
+    const std::optional<ValueLine> parts = valueLineFrom(line);
+    documentation.uncommented += (parts ? "  " + line.substr(4) : line) + "\n";
+    if (!parts) continue;
+    const std::string name = group + "." + parts->name;
+    documentation.parameters[name] = {parts->value, parts->range, above};
     documentation.order.push_back(name);
-    documentation.uncommented += "  " + line.substr(4) + "\n";
   }
   return documentation;
 }

@@ -1,11 +1,14 @@
 // The built hapticctl as a process, against the real server in front of a fake box.
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <thread>
 
 #include "control_fixture.h"

@@ -67,7 +67,9 @@ TEST_F(InterfaceTextTest, ExplainsEveryFieldThatStandsOnALineOfItsOwn) {
     for (std::string line; std::getline(lines, line); previous = line) {
       const bool field = line.starts_with("  ") && line.find('#') == std::string::npos;
       const bool member = line.starts_with("method") || line.starts_with("type") || line.starts_with("error");
-      if (field || member) EXPECT_NE(std::string::npos, previous.find('#')) << name << ": " << line;
+      if (field || member) {
+        EXPECT_NE(std::string::npos, previous.find('#')) << name << ": " << line;
+      }
     }
   }
 }

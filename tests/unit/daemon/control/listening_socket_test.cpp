@@ -23,7 +23,9 @@ Descriptor boundSocket(const std::string& path, bool listening) {
   address.sun_family = AF_UNIX;
   path.copy(address.sun_path, sizeof address.sun_path - 1);
   EXPECT_EQ(0, ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
-  if (listening) EXPECT_EQ(0, ::listen(socket.get(), 4));
+  if (listening) {
+    EXPECT_EQ(0, ::listen(socket.get(), 4));
+  }
   return socket;
 }
 
@@ -39,7 +41,7 @@ bool exists(const std::string& path) {
 
 TEST(ListeningSocket, HasItsModeWhateverTheUmask) {
   const TemporaryFolder folder;
-  for (const mode_t umask : {0000, 0022, 0777}) {
+  for (const mode_t umask : {0000U, 0022U, 0777U}) {
     const mode_t before = ::umask(umask);
     const auto status = ListeningSocket::open(at(folder.path("Status"), 0666));
     const auto control = ListeningSocket::open(at(folder.path("Control"), 0660));

@@ -12,10 +12,10 @@ struct ProcessResult {
 };
 
 struct ProcessOptions {
-  std::vector<std::string> environment;  ///< "NAME=value"; nothing else but PATH is in it
-  unsigned uid = 0;                      ///< not 0: the user to run it as, which takes root
-  bool terminal = false;                 ///< stdout is a terminal
-  std::string interrupt_after;           ///< not empty: SIGINT once that text has been printed
+  std::vector<std::string> environment = {};  ///< "NAME=value"; nothing else but PATH is in it
+  unsigned uid = 0;                           ///< not 0: the user to run it as, which takes root
+  bool terminal = false;                      ///< stdout is a terminal
+  std::string interrupt_after = {};           ///< not empty: SIGINT once that text has been printed
 };
 
 /// Runs a program to its end; `command` is its path and arguments.

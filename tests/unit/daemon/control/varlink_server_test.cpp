@@ -1,6 +1,7 @@
 // The rules of the wire, with bytes written by hand.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 

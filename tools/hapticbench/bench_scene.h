@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "rt/depth_frame.h"
+
+namespace hapticd::tools {
+
+/// A named depth image to measure on.
+struct BenchScene {
+  std::string name;
+  std::unique_ptr<rt::DepthFrame> frame;
+};
+
+/// A tilted table and a sphere, 0.8-1.5 m away, with sensor noise.
+BenchScene syntheticScene();
+
+/// The middle frame of each recording in `folder`: subfolders with INDEX.txt, or with one .tar.xz that holds
+/// such a folder (unpacked to a temporary folder and removed again). None when the folder is not there.
+/// Errors: a recording that cannot be read.
+config::Result<std::vector<BenchScene>> recordedScenes(const std::filesystem::path& folder);
+
+}  // namespace hapticd::tools
