@@ -14,10 +14,10 @@ enum class HandleDriver { simulated };
 
 struct CameraSettings {
   CameraDriver driver = CameraDriver::freenect;
-  std::string serial;      ///< empty: the first camera found
-  std::string recording;   ///< folder with INDEX.txt, for the driver `recorded`
-  bool loop = true;        ///< the driver `recorded` starts again at the end
-  double speed = 1;        ///< the driver `recorded` plays that many times faster than the clock
+  std::string serial;     ///< empty: the first camera found
+  std::string recording;  ///< folder with INDEX.txt, for the driver `recorded`
+  bool loop = true;       ///< the driver `recorded` starts again at the end
+  double speed = 1;       ///< the driver `recorded` plays that many times faster than the clock
   DepthLaw depth_law = DepthLaw::paper;
   rt::DepthModelParameters depth_model;  ///< a and b here are those of the law `custom`
   rt::PoseParameters pose;               ///< T_world_camera
@@ -30,13 +30,13 @@ struct CameraSettings {
 struct SyntheticSettings {
   SyntheticScene scene = SyntheticScene::moving_sphere;
   SyntheticNoise noise = SyntheticNoise::sensor;
-  double distance_m = 1.0;         ///< from the camera to the plane, or to the sphere's centre
-  double tilt_rad = 0;             ///< of the plane about the camera's x axis
+  double distance_m = 1.0;  ///< from the camera to the plane, or to the sphere's centre
+  double tilt_rad = 0;      ///< of the plane about the camera's x axis
   double sphere_radius_m = 0.1;
-  double motion_amplitude_m = 0.1; ///< of the moving sphere, along x
+  double motion_amplitude_m = 0.1;  ///< of the moving sphere, along x
   double motion_period_s = 4;
   double frame_rate_hz = 30;
-  int seed = 1;                    ///< of the noise
+  int seed = 1;  ///< of the noise
 };
 
 /// The simulated handle and the hand that holds it. The hand moves towards the surface until it feels
@@ -51,8 +51,8 @@ struct SimulatedHandleSettings {
   double travel_m = 0.4;                  ///< the hand turns back after that distance
   double speed_m_per_s = 0.1;
   double press_force_n = 2;
-  double press_s = 2;                     ///< how long it strokes before it retreats
-  double stroke_m = 0.05;                 ///< amplitude of the stroke across the direction of approach
+  double press_s = 2;      ///< how long it strokes before it retreats
+  double stroke_m = 0.05;  ///< amplitude of the stroke across the direction of approach
   double stroke_period_s = 2;
 };
 

@@ -98,7 +98,7 @@ class Loading {
   void take(const YamlFile& file) {
     complete_ = file.complete;
     for (const YamlProblem& problem : file.problems) {
-      report(problem.line, Error{problem.where, problem.what, problem.remedy});
+      report(problem.line, Error{shortened(problem.where), problem.what, problem.remedy});
       refused_.insert(problem.where);
     }
     for (const YamlGroup& group : file.groups) checkGroup(group);
@@ -148,6 +148,7 @@ class Loading {
     std::string text;
   };
 
+  // As a message may show it, without the quotes.
   static std::string shortened(const std::string& text) {
     const std::string quotation = inQuotes(text);
     return quotation.substr(1, quotation.size() - 2);
@@ -199,7 +200,7 @@ class Loading {
     return std::unexpected(
         Error{std::string(parameter.name),
               fmt::format("{} is text because of its quotes, write {} without (allowed: {})",
-                          inQuotes(entry.value), entry.value, parameter.range()),
+                          inQuotes(entry.value), shortened(entry.value), parameter.range()),
               ""});
   }
 

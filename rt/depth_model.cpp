@@ -61,14 +61,14 @@ void DepthModel::tabulateRays() {
   const auto& r = rotation_world_camera_;
   for (std::size_t u = 0; u < kFrameWidth; ++u) {
     const double slope = (static_cast<double>(u) - parameters_.cx_px) / parameters_.fx_px;
-    column_rays_[u] = {slope * r[0], slope * r[3], slope * r[6]};
+    column_rays_[u] = {slope * r[0], slope * r[3], slope * r[6], 0};
     single_.column_x[u] = static_cast<float>(column_rays_[u].x);
     single_.column_y[u] = static_cast<float>(column_rays_[u].y);
     single_.column_z[u] = static_cast<float>(column_rays_[u].z);
   }
   for (std::size_t v = 0; v < kFrameHeight; ++v) {
     const double slope = -(static_cast<double>(v) - parameters_.cy_px) / parameters_.fy_px;
-    row_rays_[v] = {slope * r[1] - r[2], slope * r[4] - r[5], slope * r[7] - r[8]};
+    row_rays_[v] = {slope * r[1] - r[2], slope * r[4] - r[5], slope * r[7] - r[8], 0};
     single_.row_x[v] = static_cast<float>(row_rays_[v].x);
     single_.row_y[v] = static_cast<float>(row_rays_[v].y);
     single_.row_z[v] = static_cast<float>(row_rays_[v].z);

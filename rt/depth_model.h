@@ -78,6 +78,14 @@ class DepthModel {
   /// position that pointInWorld() computes, metres.
   double singlePrecisionError_m() const noexcept { return single_precision_error_m_; }
 
+  /// Double-precision tables for vectorised evaluation; a ray's fourth number is 0.
+  struct alignas(32) Ray {
+    double x, y, z, unused;
+  };
+  const double* depthTable_m() const noexcept { return depth_m_.data(); }
+  const Ray* columnRays() const noexcept { return column_rays_.data(); }
+  const Ray* rowRays() const noexcept { return row_rays_.data(); }
+
   /// Single-precision tables for vectorised deprojection; row and column rays as separate coordinates.
   struct SinglePrecisionTables {
     alignas(kCacheLine) std::array<float, kRawValues> depth_m;
@@ -88,10 +96,6 @@ class DepthModel {
   const Vec3& cameraPosition_m_in_world() const noexcept { return camera_position_; }
 
  private:
-  struct alignas(32) Ray {
-    double x, y, z;
-  };
-
   /// A window of no pixels with the raw values that can have a depth between the two limits.
   PixelWindow rawsBetween(double nearest_m, double farthest_m) const noexcept;
   void tabulateDepth();

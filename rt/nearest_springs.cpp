@@ -6,39 +6,8 @@
 namespace hapticd::rt {
 namespace {
 
-/// Below this distance a point counts as coinciding with the HIP.
-constexpr double kCoincident_m = 1e-9;
-
 /// Free space is searched that much farther than D_thresh, and then not again until the HIP has moved as far.
 constexpr double kFreeSpaceLookAhead_m = 0.01;
-
-/// Mean of the springs of eq. (10) over points given by their pixels, eq. (11).
-class SpringSum {
- public:
-  SpringSum(const DepthModel& model, const Vec3& hip_m_in_world, const SpringParameters& parameters) noexcept
-      : model_(model), hip_(hip_m_in_world), parameters_(parameters) {}
-
-  void add(std::uint32_t pixel) noexcept { addVector(hip_ - model_.pointInWorld(pixel)); }
-
-  ForceSample mean() const noexcept {
-    if (count_ == 0) return {};
-    return {(parameters_.stiffness_n_per_m / count_) * sum_, count_};
-  }
-
- private:
-  void addVector(const Vec3& v) noexcept {
-    const double s = norm(v);
-    ++count_;
-    if (s < kCoincident_m) return;
-    sum_ += (parameters_.radius_m / s - 1) * v;
-  }
-
-  const DepthModel& model_;
-  const Vec3 hip_;
-  const SpringParameters parameters_;
-  Vec3 sum_;
-  std::uint32_t count_ = 0;
-};
 
 float squared(double length_m) noexcept {
   return static_cast<float>(length_m * length_m);
@@ -50,7 +19,8 @@ SearchMemory::SearchMemory(std::size_t point_capacity)
     : distance_squared_m2_(std::make_unique<float[]>(point_capacity + kVectorPadding)),
       pixel_(std::make_unique<std::uint32_t[]>(point_capacity + kVectorPadding)),
       boundary_pixel_(std::make_unique<std::uint32_t[]>(point_capacity + kVectorPadding)),
-      ranked_(std::make_unique<Ranked[]>(point_capacity + kVectorPadding)) {}
+      ranked_(std::make_unique<Ranked[]>(point_capacity + kVectorPadding)),
+      work_(std::make_unique<WorkVector[]>(point_capacity + kVectorPadding)) {}
 
 /// One search for the points of eq. (6)-(8).
 ///
@@ -99,8 +69,10 @@ class NearestSearch {
     const double limit = parameters_.radius_m;
     // A ball that held N_max points holds them still when it grows by the way that the HIP went, if the scene
     // is the same. Whether it does is counted, so a wrong guess costs time only.
-    constexpr double kSlack_m = 0.0005;
-    double guess = memory_.last_radius_m_ + norm(hip_ - memory_.last_hip_m_in_world_) + kSlack_m;
+    double guess = memory_.last_radius_m_ == 0
+                       ? limit / 3
+                       : memory_.last_radius_m_ + kSlack_m +
+                             std::min(norm(hip_ - memory_.last_hip_m_in_world_), kMaxMovement_m);
     memory_.last_hip_m_in_world_ = hip_;
     for (; guess < limit; guess *= kGrowth) {
       find(guess);
@@ -108,7 +80,7 @@ class NearestSearch {
     }
     find(limit);
     if (countWithin(candidates_, squared(limit - error_m_)) >= wanted_) return true;
-    memory_.last_radius_m_ = std::numeric_limits<double>::infinity();
+    memory_.last_radius_m_ = limit;
     if (candidates_.count == 0) rememberFreeSpace();
     return false;
   }
@@ -135,9 +107,9 @@ class NearestSearch {
       memory_.ranked_[within++] = {dot(v, v), candidates_.pixel[i]};
     }
     if (within < static_cast<std::uint32_t>(parameters_.min_points)) return {};
-    SpringSum springs(*scene_.depth_model, hip_, parameters_);
-    addNearestRanked(within, std::min(within, wanted_), springs);
-    return springs.mean();
+    candidates_.count = 0;
+    chooseNearestRanked(within, std::min(within, wanted_));
+    return meanOfChosen();
   }
 
   /// The N_max nearest of more candidates than that, eq. (6).
@@ -148,18 +120,23 @@ class NearestSearch {
     const double maybe_near = std::sqrt(static_cast<double>(bracket.above_m2)) + 2 * error_m_;
     const std::uint32_t between = takeBetween(candidates_, surely_near > 0 ? squared(surely_near) : -1.0F,
                                               squared(maybe_near), boundary_);
-    SpringSum springs(*scene_.depth_model, hip_, parameters_);
-    for (std::uint32_t i = 0; i < candidates_.count; ++i) springs.add(candidates_.pixel[i]);
     for (std::uint32_t i = 0; i < between; ++i) {
       const Vec3 v = hip_ - scene_.depth_model->pointInWorld(boundary_[i]);
       memory_.ranked_[i] = {dot(v, v), boundary_[i]};
     }
-    addNearestRanked(between, wanted_ - candidates_.count, springs);
-    return springs.mean();
+    chooseNearestRanked(between, wanted_ - candidates_.count);
+    return meanOfChosen();
   }
 
-  /// Adds the `chosen` nearest of the first `count` ranked points.
-  void addNearestRanked(std::uint32_t count, std::uint32_t chosen, SpringSum& springs) noexcept {
+  /// Eq. (11) over the candidates that are left.
+  ForceSample meanOfChosen() noexcept {
+    const Vec3 sum = sumOfUnitSprings(*scene_.depth_model, candidates_.pixel, candidates_.count, hip_,
+                                      parameters_.radius_m, memory_.work_.get());
+    return {(parameters_.stiffness_n_per_m / candidates_.count) * sum, candidates_.count};
+  }
+
+  /// Adds the `chosen` nearest of the first `count` ranked points to the candidates.
+  void chooseNearestRanked(std::uint32_t count, std::uint32_t chosen) noexcept {
     SearchMemory::Ranked* const ranked = memory_.ranked_.get();
     if (chosen < count) {
       std::nth_element(ranked, ranked + chosen, ranked + count,
@@ -170,7 +147,7 @@ class NearestSearch {
                          return a.pixel < b.pixel;
                        });
     }
-    for (std::uint32_t i = 0; i < chosen; ++i) springs.add(ranked[i].pixel);
+    for (std::uint32_t i = 0; i < chosen; ++i) candidates_.pixel[candidates_.count++] = ranked[i].pixel;
   }
 
   /// Squared distances: fewer than N_max candidates lie within `below_m2`, at least N_max within `above_m2`.
@@ -206,7 +183,9 @@ class NearestSearch {
     return bracket;
   }
 
-  static constexpr double kGrowth = 1.6;
+  static constexpr double kSlack_m = 0.0003;
+  static constexpr double kMaxMovement_m = 0.002;  // of one tick; after a leap the old radius is as good a guess
+  static constexpr double kGrowth = 1.5;
 
   const Scene& scene_;
   const Vec3 hip_;

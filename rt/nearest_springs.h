@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 
 #include "rt/parameters.h"
@@ -40,9 +39,10 @@ class SearchMemory {
     std::uint32_t pixel;
   };
   std::unique_ptr<Ranked[]> ranked_;
+  std::unique_ptr<WorkVector[]> work_;
 
   Vec3 last_hip_m_in_world_;
-  double last_radius_m_ = std::numeric_limits<double>::infinity();  ///< that held N_max points at last_hip
+  double last_radius_m_ = 0;  ///< that held N_max points, or was not enough; 0: no search yet
   std::uint64_t free_model_ = 0;                                    ///< the scene that free_radius_m_ is of
   Vec3 free_centre_m_in_world_;
   double free_radius_m_ = 0;  ///< no point is nearer to free_centre

@@ -3,7 +3,6 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "hwy/highway.h"
@@ -73,8 +72,8 @@ HWY_INLINE void appendRow(const Scene& scene, const LocalBall& ball, std::size_t
     if (met == 0) continue;
     const std::uint32_t rank =
         scene.word_rank[index] +
-        static_cast<std::uint32_t>(std::popcount(occupied & ((1ULL << first_bit) - 1)));
-    const std::uint32_t end_rank = rank + static_cast<std::uint32_t>(std::popcount(met));
+        static_cast<std::uint32_t>(hwy::PopCount(occupied & ((1ULL << first_bit) - 1)));
+    const std::uint32_t end_rank = rank + static_cast<std::uint32_t>(hwy::PopCount(met));
     appendPoints(scene, ball, scene.voxel_begin[rank], scene.voxel_begin[end_rank], candidates);
   }
 }
@@ -146,6 +145,53 @@ std::uint32_t takeCandidatesBetween(Candidates& candidates, float near_m2, float
   return taken;
 }
 
+/// V of eq. (9) for each pixel.
+HWY_INLINE void vectorsToHip(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                             const Vec3& hip_m_in_world, WorkVector* work) {
+  const hn::CappedTag<double, 4> d4;  // one point; two vectors where registers are short
+  constexpr std::size_t kCoordinates = 4;
+  const std::size_t lanes = hn::Lanes(d4);
+  const Vec3 from_camera = hip_m_in_world - model.cameraPosition_m_in_world();
+  const double offset[kCoordinates] = {from_camera.x, from_camera.y, from_camera.z, 0};
+  const double* const depths = model.depthTable_m();
+  const DepthModel::Ray* const columns = model.columnRays();
+  const DepthModel::Ray* const rows = model.rowRays();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t pixel = pixels[i];
+    const auto depth = hn::Set(d4, depths[PackedPixel::raw(pixel)]);
+    const double* const column = &columns[PackedPixel::column(pixel)].x;
+    const double* const row = &rows[PackedPixel::row(pixel)].x;
+    for (std::size_t part = 0; part < kCoordinates; part += lanes) {
+      const auto ray = hn::Add(hn::LoadU(d4, column + part), hn::LoadU(d4, row + part));
+      hn::StoreU(hn::NegMulAdd(depth, ray, hn::LoadU(d4, offset + part)), d4, &work[i].x + part);
+    }
+  }
+}
+
+Vec3 sumOfSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                  const Vec3& hip_m_in_world, double radius_m, WorkVector* work) {
+  const hn::ScalableTag<double> dd;
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(dd));
+  vectorsToHip(model, pixels, count, hip_m_in_world, work);
+  for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {};  // coincident: adds nothing
+  const auto radius = hn::Set(dd, radius_m);
+  const auto coincident = hn::Set(dd, kCoincident_m);
+  auto sum_x = hn::Zero(dd);
+  auto sum_y = hn::Zero(dd);
+  auto sum_z = hn::Zero(dd);
+  for (std::uint32_t i = 0; i < count; i += lanes) {
+    hn::Vec<hn::ScalableTag<double>> x, y, z, unused;
+    hn::LoadInterleaved4(dd, &work[i].x, x, y, z, unused);
+    const auto s = hn::Sqrt(hn::MulAdd(z, z, hn::MulAdd(y, y, hn::Mul(x, x))));
+    const auto factor = hn::IfThenElseZero(hn::Ge(s, coincident), hn::Sub(hn::Div(radius, s), hn::Set(dd, 1.0)));
+    sum_x = hn::MulAdd(factor, x, sum_x);
+    sum_y = hn::MulAdd(factor, y, sum_y);
+    sum_z = hn::MulAdd(factor, z, sum_z);
+  }
+  return {hn::GetLane(hn::SumOfLanes(dd, sum_x)), hn::GetLane(hn::SumOfLanes(dd, sum_y)),
+          hn::GetLane(hn::SumOfLanes(dd, sum_z))};
+}
+
 }  // namespace hapticd::rt::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -155,6 +201,7 @@ namespace hapticd::rt {
 HWY_EXPORT(findInBallOfGrid);
 HWY_EXPORT(countCandidatesWithin);
 HWY_EXPORT(takeCandidatesBetween);
+HWY_EXPORT(sumOfSprings);
 
 void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) noexcept {
   HWY_DYNAMIC_DISPATCH(findInBallOfGrid)(scene, ball, candidates);
@@ -167,6 +214,11 @@ std::uint32_t countWithin(const Candidates& candidates, float limit_m2) noexcept
 std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
                           std::uint32_t* between) noexcept {
   return HWY_DYNAMIC_DISPATCH(takeCandidatesBetween)(candidates, near_m2, far_m2, between);
+}
+
+Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                      const Vec3& hip_m_in_world, double radius_m, WorkVector* work) noexcept {
+  return HWY_DYNAMIC_DISPATCH(sumOfSprings)(model, pixels, count, hip_m_in_world, radius_m, work);
 }
 
 }  // namespace hapticd::rt

@@ -6,6 +6,9 @@
 
 namespace hapticd::rt {
 
+/// Below this distance a point counts as coinciding with the HIP.
+inline constexpr double kCoincident_m = 1e-9;
+
 /// Points found by a search, as two arrays with room for all points of a scene and one vector more.
 struct Candidates {
   float* distance_squared_m2;  ///< single precision
@@ -32,5 +35,17 @@ std::uint32_t countWithin(const Candidates& candidates, float limit_m2) noexcept
 /// the same room. Returns how many those are.  RT: safe after the first call.
 std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
                           std::uint32_t* between) noexcept;
+
+/// Working memory of sumOfUnitSprings().
+struct WorkVector {
+  double x, y, z, unused;
+};
+
+/// Sum of (D_thresh / s - 1) * V of eq. (9)-(10) over the points of `count` pixels, without k_s; s = |V|.
+/// A point with s below 1e-9 m adds nothing. Double precision throughout. `work` has room for
+/// `count` + kVectorPadding vectors.
+/// RT: safe after the first call.
+Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                      const Vec3& hip_m_in_world, double radius_m, WorkVector* work) noexcept;
 
 }  // namespace hapticd::rt

@@ -188,7 +188,7 @@ void ControlService::getParameters(const Call& call, const Caller& caller, Repli
     if (const config::Parameter* row = config::findParameter(name)) {
       rows.push_back(parameterJson(*row, box_.settings()));
     } else {
-      problems.push_back({{"parameter", name}, {"reason", config::unknownParameter(name).text()}});
+      problems.push_back({{"parameter", name}, {"reason", reasonOf(config::unknownParameter(name))}});
     }
   }
   if (problems.empty()) return replies.finish(caller.connection, {"", {{"parameters", std::move(rows)}}});

@@ -50,10 +50,9 @@ std::optional<config::Value> fromJson(const Json& json) {
 
 OrderedJson problem(const std::string& name, const Json& value, const config::Error& error,
                     const config::Parameter* parameter) {
-  const std::string reason = error.remedy.empty() ? error.what : error.what + " (" + error.remedy + ")";
   return {{"parameter", name},
           {"value", OrderedJson(value)},
-          {"reason", reason},
+          {"reason", reasonOf(error)},
           {"allowed", parameter ? OrderedJson(parameter->range()) : OrderedJson()}};
 }
 
@@ -121,6 +120,10 @@ class Change {
 };
 
 }  // namespace
+
+std::string reasonOf(const config::Error& error) {
+  return error.remedy.empty() ? error.what : error.what + " (" + error.remedy + ")";
+}
 
 OrderedJson parameterJson(const config::Parameter& parameter, const config::Settings& settings) {
   const bool numeric = parameter.kind == config::Kind::integer || parameter.kind == config::Kind::number;

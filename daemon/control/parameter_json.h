@@ -9,6 +9,9 @@
 
 namespace hapticd::daemon {
 
+/// What an error says of the parameter that is named beside it.
+std::string reasonOf(const config::Error& error);
+
 /// The type `Parameter` of io.hapticd.Status with its value in `settings`.
 OrderedJson parameterJson(const config::Parameter& parameter, const config::Settings& settings);
 

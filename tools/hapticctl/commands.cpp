@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "config/settings.h"
+#include "config/parameter_table.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
@@ -55,13 +55,16 @@ bool reads(const std::string& text, T& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// `text` as the JSON type that a parameter of this kind takes. What does not read as that goes as text: the
-/// daemon refuses it and says what is allowed.
-Json typedValue(const std::string& text, const std::string& kind) {
+/// `text` as the JSON type that the parameter takes. What does not read as that goes as text: the daemon
+/// refuses it and says what is allowed.
+Json typedValue(const std::string& name, const std::string& text) {
+  const config::Parameter* parameter = config::findParameter(name);
+  // The daemon may know parameters that this program does not; for those the form of the text decides.
+  const auto mayBe = [&](config::Kind kind) { return !parameter || parameter->kind == kind; };
   std::int64_t integer = 0;
   double number = 0;
-  if (kind == "boolean" && (text == "true" || text == "false")) return text == "true";
-  if (kind == "integer" || kind == "number") {
+  if (mayBe(config::Kind::boolean) && (text == "true" || text == "false")) return text == "true";
+  if (mayBe(config::Kind::integer) || mayBe(config::Kind::number)) {
     if (reads(text, integer)) return integer;
     if (reads(text, number)) return number;
   }
@@ -80,6 +83,10 @@ ClientResult<Json> getRows(VarlinkClient& client, const Assignments& assignments
                                      "is hapticd of another version than hapticctl? See --version",
                                      {},
                                      0});
+}
+
+bool isUnknownParameter(const ClientError& error) {
+  return error.kind == ClientError::Kind::error_reply && error.what == "io.hapticd.Status.UnknownParameter";
 }
 
 void printChanges(const Json& before, const Json& after, const Json& generation, bool json) {
@@ -161,15 +168,14 @@ int runSet(const CommandOptions& options, const std::vector<std::string>& texts)
   auto client = connectTo(options, true);
   if (!client) return report(client.error(), options.json);
   const auto before = getRows(*client, *assignments);
-  if (!before) return report(before.error(), options.json);
+  if (!before && !isUnknownParameter(before.error())) return report(before.error(), options.json);
 
+  // Unknown names are sent too: the refusal then lists all that is wrong, not the names alone.
   Json values = Json::object();
-  for (std::size_t i = 0; i < assignments->size(); ++i) {
-    const auto& [name, text] = (*assignments)[i];
-    values[name] = typedValue(text, textAt((*before)[i], "kind"));
-  }
+  for (const auto& [name, text] : *assignments) values[name] = typedValue(name, text);
   const auto reply = client->call("io.hapticd.Control.SetParameters", {{"parameters", values}});
   if (!reply) return report(reply.error(), options.json);
+  if (!before) return report(before.error(), options.json);
   const auto after = getRows(*client, *assignments);
   if (!after) return report(after.error(), options.json);
   const Json* generation = fieldAt(*reply, "generation");

@@ -13,10 +13,7 @@ namespace {
 std::string problemLines(const Json& problems) {
   std::string lines;
   for (const Json& problem : problems) {
-    const std::string name = textAt(problem, "parameter");
-    const std::string reason = textAt(problem, "reason");
-    // The reason may name the parameter itself.
-    lines += reason.starts_with(name) ? "\n  " + reason : fmt::format("\n  {}: {}", name, reason);
+    lines += fmt::format("\n  {}: {}", textAt(problem, "parameter"), textAt(problem, "reason"));
   }
   return lines;
 }

@@ -121,6 +121,9 @@ const std::vector<Refusal> kNames{
     {"GroupTwice",
      "force: {radius_m: 0.04}\nloop: {}\nforce: {min_points: 5}",
      {"bad.yaml:3: force: is given twice, first in line 1 (join the two)"}},
+    {"EscapeSequenceInAName",
+     "force:\n  \"\\e[2J\": ~\n",
+     {"bad.yaml:2: force.\\x1b[2J: has no value (give a value, \"\" for an empty text, or delete the line)"}},
     {"ScalarAsGroup",
      "grid: 7",
      {"bad.yaml:1: grid: \"7\" stands where `name: value` is expected (write it as `grid: "

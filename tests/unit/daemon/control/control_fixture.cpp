@@ -18,6 +18,26 @@ TemporaryFolder::~TemporaryFolder() {
   std::filesystem::remove_all(path_, ignored);
 }
 
+nlohmann::json errorReply(const std::string& name, const nlohmann::json& parameters) {
+  return {{"error", name}, {"parameters", parameters}};
+}
+
+nlohmann::json invalidParameter(const std::string& field) {
+  return errorReply("org.varlink.service.InvalidParameter", {{"parameter", field}});
+}
+
+nlohmann::json ControlFixture::askStatus(const std::string& method, const std::string& parameters) const {
+  RawClient client = statusClient();
+  client.call(R"({"method":")" + method + R"(","parameters":)" + parameters + "}");
+  return client.json();
+}
+
+nlohmann::json ControlFixture::askControl(const std::string& method, const std::string& parameters) const {
+  RawClient client = controlClient();
+  client.call(R"({"method":")" + method + R"(","parameters":)" + parameters + "}");
+  return client.json();
+}
+
 void ControlFixture::start() {
   server_options.listeners = {
       {.access = Access::read, .path = statusPath(), .mode = 0666, .group = "", .descriptor = -1},

@@ -28,6 +28,11 @@ class TemporaryFolder {
   std::string path_;
 };
 
+/// The error replies that are to be expected.
+nlohmann::json errorReply(const std::string& name,
+                          const nlohmann::json& parameters = nlohmann::json::object());
+nlohmann::json invalidParameter(const std::string& field);
+
 /// The control API on two real sockets, served by a thread of the test, in front of a fake box.
 class ControlFixture : public testing::Test {
  protected:
@@ -43,6 +48,10 @@ class ControlFixture : public testing::Test {
   RawClient controlClient() const { return RawClient(controlPath()); }
   std::string statusPath() const { return folder.path("Status"); }
   std::string controlPath() const { return folder.path("Control"); }
+
+  /// The reply to one call on a new connection.
+  nlohmann::json askStatus(const std::string& method, const std::string& parameters = "{}") const;
+  nlohmann::json askControl(const std::string& method, const std::string& parameters = "{}") const;
 
   /// Hands the service ticks as the daemon does.
   void addTicks(const std::vector<rt::Tick>& ticks);

@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include <limits>
-#include <numbers>
+#include <map>
 
 #include "control_fixture.h"
 
@@ -14,18 +14,6 @@ using nlohmann::json;
 
 class ControlServiceTest : public ControlFixture {
  protected:
-  json ask(RawClient& client, const std::string& method, const std::string& parameters = "{}") {
-    client.call(R"({"method":")" + method + R"(","parameters":)" + parameters + "}");
-    return client.json();
-  }
-  json askStatus(const std::string& method, const std::string& parameters = "{}") {
-    RawClient client = statusClient();
-    return ask(client, method, parameters);
-  }
-  json askControl(const std::string& method, const std::string& parameters = "{}") {
-    RawClient client = controlClient();
-    return ask(client, method, parameters);
-  }
   json set(const std::string& values) {
     return askControl("io.hapticd.Control.SetParameters", R"({"parameters":)" + values + "}");
   }
@@ -34,14 +22,6 @@ class ControlServiceTest : public ControlFixture {
     EXPECT_TRUE(log().empty());
   }
 };
-
-json error(const std::string& name, const json& parameters = json::object()) {
-  return {{"error", name}, {"parameters", parameters}};
-}
-
-json invalidParameter(const std::string& field) {
-  return error("org.varlink.service.InvalidParameter", {{"parameter", field}});
-}
 
 TEST_F(ControlServiceTest, IntroducesItself) {
   start();
@@ -67,7 +47,7 @@ TEST_F(ControlServiceTest, DescribesEachOfItsInterfacesOnBothSockets) {
 
 TEST_F(ControlServiceTest, NamesTheInterfaceThatItDoesNotKnow) {
   start();
-  const json expected = error("org.varlink.service.InterfaceNotFound", {{"interface", "io.nobody"}});
+  const json expected = errorReply("org.varlink.service.InterfaceNotFound", {{"interface", "io.nobody"}});
   EXPECT_EQ(expected,
             askStatus("org.varlink.service.GetInterfaceDescription", R"({"interface":"io.nobody"})"));
   EXPECT_EQ(expected, askStatus("io.nobody.Method"));
@@ -77,7 +57,7 @@ TEST_F(ControlServiceTest, NamesTheMethodThatItDoesNotKnowInFull) {
   start();
   for (const std::string name :
        {"org.varlink.service.Nope", "io.hapticd.Status.getStatus", "io.hapticd.Control.", "GetStatus", ""}) {
-    EXPECT_EQ(error("org.varlink.service.MethodNotFound", {{"method", name}}), askStatus(name));
+    EXPECT_EQ(errorReply("org.varlink.service.MethodNotFound", {{"method", name}}), askStatus(name));
   }
 }
 
@@ -98,13 +78,14 @@ TEST_F(ControlServiceTest, RefusesToUpgradeTheConnection) {
   start();
   RawClient client = statusClient();
   client.call(R"({"method":"org.varlink.service.GetInfo","upgrade":true})");
-  EXPECT_EQ(error("org.varlink.service.MethodNotImplemented", {{"method", "org.varlink.service.GetInfo"}}),
-            client.json());
+  EXPECT_EQ(
+      errorReply("org.varlink.service.MethodNotImplemented", {{"method", "org.varlink.service.GetInfo"}}),
+      client.json());
 }
 
 TEST_F(ControlServiceTest, PermitsNoChangeOnTheStatusSocket) {
   start();
-  const json denied = error("org.varlink.service.PermissionDenied");
+  const json denied = errorReply("org.varlink.service.PermissionDenied");
   EXPECT_EQ(denied, askStatus("io.hapticd.Control.Engage"));
   EXPECT_EQ(denied, askStatus("io.hapticd.Control.Disengage"));
   EXPECT_EQ(denied,
@@ -184,8 +165,9 @@ TEST_F(ControlServiceTest, RefusesValuesThatDoNotFitTogether) {
 
 TEST_F(ControlServiceTest, NamesTheParametersThatNeedARestart) {
   start();
-  EXPECT_EQ(error("io.hapticd.Control.RestartRequired", {{"parameters", {"camera.far_m", "camera.near_m"}}}),
-            set(R"({"camera.near_m":0.5,"force.radius_m":0.03,"camera.far_m":3})"));
+  EXPECT_EQ(
+      errorReply("io.hapticd.Control.RestartRequired", {{"parameters", {"camera.far_m", "camera.near_m"}}}),
+      set(R"({"camera.near_m":0.5,"force.radius_m":0.03,"camera.far_m":3})"));
   expectNothingChanged();
 }
 
@@ -218,8 +200,9 @@ TEST_F(ControlServiceTest, SaysSoWhenTheLoopDoesNotTakeAChangeInTime) {
   service_options.apply_timeout = std::chrono::milliseconds(20);
   start();
   box.holdAcknowledgements();
-  EXPECT_EQ(error("io.hapticd.Control.NotApplied", {{"generation", 1}}), set(R"({"force.radius_m":0.03})"));
-  EXPECT_EQ(error("io.hapticd.Control.NotApplied", {{"generation", 2}}),
+  EXPECT_EQ(errorReply("io.hapticd.Control.NotApplied", {{"generation", 1}}),
+            set(R"({"force.radius_m":0.03})"));
+  EXPECT_EQ(errorReply("io.hapticd.Control.NotApplied", {{"generation", 2}}),
             askControl("io.hapticd.Control.Engage"));
 }
 
@@ -282,7 +265,8 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   EXPECT_EQ(112, shown["loop"]["directiveGeneration"]);
   EXPECT_EQ(113, shown["loop"]["traceTicksDropped"]);
   EXPECT_EQ(
-      R"({"state":"lost","detail":"unplugged","identity":"freenect A00","frames":114,"damagedFrames":115})"_json,
+      R"({"state":"lost","detail":"unplugged","identity":"freenect A00","frames":114,
+          "damagedFrames":115})"_json,
       shown["camera"]);
   EXPECT_EQ(R"({"frames":116,"models":117,"remodels":118,"points":119,"pointsOverCapacity":120,
                 "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5})"_json,
@@ -328,89 +312,6 @@ TEST_F(ControlServiceTest, ShowsTextThatIsNotUtf8WithReplacements) {
   start();
   EXPECT_EQ("recording \xEF\xBF\xBD",
             askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["camera"]["identity"]);
-}
-
-TEST_F(ControlServiceTest, ExpectsMoreForAStream) {
-  start();
-  EXPECT_EQ(error("org.varlink.service.ExpectedMore"), askStatus("io.hapticd.Status.Monitor"));
-}
-
-TEST_F(ControlServiceTest, AcceptsIntervalsOf20To60000Milliseconds) {
-  start();
-  for (const std::string interval :
-       {"19", "60001", "-5", "20.5", "\"200\"", "1e30", "18446744073709551615"}) {
-    RawClient client = statusClient();
-    client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":)" + interval +
-                R"(},"more":true})");
-    EXPECT_EQ(invalidParameter("intervalMs"), client.json()) << interval;
-  }
-  for (const std::string interval : {"20", "60000", "null"}) {
-    RawClient client = statusClient();
-    client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":)" + interval +
-                R"(},"more":true})");
-    const json first = client.json();
-    EXPECT_EQ(true, first["continues"]);
-    EXPECT_EQ("idle", first["parameters"]["status"]["mode"]);
-    EXPECT_EQ(0, first["parameters"]["droppedCount"]);
-    EXPECT_EQ(
-        R"({"ticks":0,"contactTicks":0,"minForceN":null,"maxForceN":null,"maxWakeupLatencyNs":null})"_json,
-        first["parameters"]["window"]);
-  }
-}
-
-rt::Tick tickWith(double fx_n, double fy_n, std::uint32_t points, std::int64_t latency_ns) {
-  rt::Tick tick;
-  tick.command_force_n_in_world = {fx_n, fy_n, 0};
-  tick.points_used = points;
-  tick.wakeup_latency_ns = latency_ns;
-  return tick;
-}
-
-/// The next window of the stream with ticks in it.
-json nextWindow(RawClient& client) {
-  json window = {{"ticks", 0}};
-  while (window["ticks"] == 0) window = client.json()["parameters"]["window"];
-  return window;
-}
-
-TEST_F(ControlServiceTest, SumsUpTheTicksBetweenTwoRepliesOfEachStream) {
-  start();
-  RawClient fast = statusClient();
-  RawClient slow = statusClient();
-  fast.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
-  slow.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":60},"more":true})");
-  fast.reply();
-  slow.reply();
-  addTicks({tickWith(3, 4, 12, 7000), tickWith(0.5, 0, 0, 9000), tickWith(0, 1, 1, -20)});
-  const json expected =
-      R"({"ticks":3,"contactTicks":2,"minForceN":0.5,"maxForceN":5.0,"maxWakeupLatencyNs":9000})"_json;
-  EXPECT_EQ(expected, nextWindow(fast));
-  EXPECT_EQ(expected, nextWindow(slow));
-  addTicks({tickWith(0, 2, 0, 1)});
-  EXPECT_EQ(R"({"ticks":1,"contactTicks":0,"minForceN":2.0,"maxForceN":2.0,"maxWakeupLatencyNs":1})"_json,
-            nextWindow(fast));
-}
-
-TEST_F(ControlServiceTest, LeavesOutRepliesForASlowReaderCountsThemAndLosesNoTick) {
-  BoxStatus status;
-  status.warnings = {std::string(200'000, 'w')};  // more than the kernel keeps for a socket of the server
-  box.setStatus(status);
-  start();
-  RawClient client = statusClient();
-  client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
-  box.waitForStatusCalls(2);
-  addTicks({tickWith(0, 2, 0, 1), tickWith(0, 1, 0, 1)});
-  box.waitForStatusCalls(6);
-
-  const json first = client.json()["parameters"];
-  EXPECT_EQ(0, first["droppedCount"]);
-  EXPECT_EQ(1, first["status"]["uptimeS"]);  // the fake box counts its calls there
-  const json second = client.json()["parameters"];
-  const auto dropped = second["droppedCount"].get<int>();
-  EXPECT_GE(dropped, 4);
-  EXPECT_EQ(2 + dropped, second["status"]["uptimeS"]);  // the newest state, not one that waited
-  EXPECT_EQ(2, second["window"]["ticks"]);
-  EXPECT_EQ(1, second["window"]["minForceN"]);
 }
 
 }  // namespace

@@ -178,6 +178,15 @@ TEST_F(HapticctlTest, SetOfAWrongValueChangesNothingAndNamesTheRange) {
   EXPECT_EQ(0U, box.generation());
 }
 
+TEST_F(HapticctlTest, SetListsUnknownNamesAndWrongValuesTogether) {
+  start();
+  const ProcessResult result = run({"set", "force.radios_m=0.03", "force.min_points=many"});
+  expectFailure(result, 1);
+  EXPECT_TRUE(contains(result.errors,
+                       "force.radios_m: there is no parameter of this name (did you mean force.radius_m"));
+  EXPECT_TRUE(contains(result.errors, "force.min_points: "));
+}
+
 TEST_F(HapticctlTest, SetOfARestartParameterSaysWhereItBelongs) {
   start();
   const ProcessResult result = run({"set", "camera.near_m=0.5"});
