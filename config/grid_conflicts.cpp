@@ -37,7 +37,7 @@ double reachOf(const Settings& settings) {
 bool windowHoldsReach(const Settings& settings) {
   const rt::GridParameters& grid = settings.grid;
   // One voxel on each side: the window follows the HIP in whole voxels.
-  return 2 * reachOf(settings) + 1 * grid.voxel_edge_m <= grid.cells_per_axis * grid.voxel_edge_m;
+  return 2 * reachOf(settings) + 2 * grid.voxel_edge_m <= grid.cells_per_axis * grid.voxel_edge_m;
 }
 
 // Adds "grid.voxel_edge_m to at least 0.02" if that value is allowed and mends the conflict.

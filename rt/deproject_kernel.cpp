@@ -3,8 +3,6 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
-#include <bit>
-#include <cstring>
 
 #include "hwy/highway.h"
 #include "rt/deproject_kernel.h"
@@ -98,23 +96,18 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
 HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
   const UintTag du;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(du));
+  const auto first_points = hn::Iota(du, 0);
   std::size_t run_count = job.run_count;
   for (std::uint32_t begin = first; begin < job.points; begin += lanes) {
     const auto voxel = hn::LoadU(du, job.voxel + begin);
-    const auto before = hn::LoadU(du, job.voxel + begin - 1);
-    std::uint64_t starts = 0;
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(du, hn::Ne(voxel, before), bits);
-    std::memcpy(&starts, bits, sizeof starts);
-    if (const std::uint32_t left = job.points - begin; left < lanes) starts &= (1ULL << left) - 1;
-    for (; starts != 0; starts &= starts - 1) {
-      const std::uint32_t point = begin + static_cast<std::uint32_t>(std::countr_zero(starts));
-      const std::uint32_t bit = job.voxel[point];
-      job.runs[run_count++] = {bit, point};
-      std::uint64_t& word = job.occupancy[bit / 64];
-      if (word == 0) job.touched_words[bit / 64 / 64] |= 1ULL << (bit / 64 % 64);
-      word |= 1ULL << (bit % 64);
+    auto starts = hn::Ne(voxel, hn::LoadU(du, job.voxel + begin - 1));
+    if (const std::uint32_t left = job.points - begin; left < lanes) {
+      starts = hn::And(starts, hn::FirstN(du, left));
     }
+    const auto point = hn::Add(first_points, hn::Set(du, begin));
+    hn::StoreU(hn::Compress(voxel, starts), du, job.run_voxel + run_count);
+    hn::StoreU(hn::Compress(point, starts), du, job.run_begin + run_count);
+    run_count += hn::CountTrue(du, starts);
   }
   job.run_count = run_count;
 }
@@ -129,22 +122,7 @@ void deprojectFrame(DeprojectJob& job) {
     deprojectRow(job, row);
     appendRuns(job, first);
   }
-  job.runs[job.run_count] = {~0U, job.points};
-}
-
-void splitPointCoordinates(const BuilderPoint* points, std::uint32_t count, float* x_m, float* y_m,
-                           float* z_m, std::uint32_t* pixel) {
-  const FloatTag df;
-  const UintTag du;
-  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(df));
-  for (std::uint32_t i = 0; i < count; i += lanes) {
-    hn::Vec<FloatTag> x, y, z, w;
-    hn::LoadInterleaved4(df, &points[i].x_m, x, y, z, w);
-    hn::StoreU(x, df, x_m + i);
-    hn::StoreU(y, df, y_m + i);
-    hn::StoreU(z, df, z_m + i);
-    hn::StoreU(hn::BitCast(du, w), du, pixel + i);
-  }
+  job.run_begin[job.run_count] = job.points;
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -154,13 +132,6 @@ HWY_AFTER_NAMESPACE();
 namespace hapticd::rt {
 
 HWY_EXPORT(deprojectFrame);
-
-HWY_EXPORT(splitPointCoordinates);
-
-void splitCoordinates(const BuilderPoint* points, std::uint32_t count, float* x_m, float* y_m, float* z_m,
-                      std::uint32_t* pixel) noexcept {
-  HWY_DYNAMIC_DISPATCH(splitPointCoordinates)(points, count, x_m, y_m, z_m, pixel);
-}
 
 void deproject(DeprojectJob& job) noexcept {
   HWY_DYNAMIC_DISPATCH(deprojectFrame)(job);

@@ -7,12 +7,6 @@
 
 namespace hapticd::rt {
 
-/// Pixels side by side in the image whose points lie in the same voxel.
-struct VoxelRun {
-  std::uint32_t voxel;  ///< bit number in the grid's occupancy; later the voxel's rank among the occupied
-  std::uint32_t begin;  ///< first point of the run; the next run's begin is its end
-};
-
 /// A point as the builder moves it: one store, one cache line.
 struct alignas(16) BuilderPoint {
   float x_m, y_m, z_m;  ///< from the grid's origin
@@ -36,23 +30,18 @@ struct DeprojectJob {
   std::uint32_t point_capacity;
   BuilderPoint* points_in_image_order;  ///< room for point_capacity and one vector more
   std::uint32_t* voxel;                 ///< voxel[-1] may be written
-  VoxelRun* runs;                       ///< room for point_capacity + 1
-  std::uint64_t* occupancy;             ///< all 0 on entry
-  std::uint64_t* touched_words;         ///< all 0 on entry
+  // Runs: points side by side in the image that lie in the same voxel. Room as for the points.
+  std::uint32_t* run_voxel;  ///< bit number in the grid's occupancy
+  std::uint32_t* run_begin;  ///< first point; the next run's begin is the end
 
   std::uint32_t points;                ///< out
   std::uint32_t points_over_capacity;  ///< out
-  std::size_t run_count;               ///< out; runs[run_count].begin is `points`
+  std::size_t run_count;               ///< out; run_begin[run_count] is `points`
 };
 
 /// Deprojects the pixels of the window that have a depth and lie in the ball, in the order of the image, and
 /// splits them into runs by voxel. One source for all vector widths, chosen at run time.
 /// RT: safe after the first call. Cost: bounded by the pixels of the window.
 void deproject(DeprojectJob& job) noexcept;
-
-/// Splits `count` points into arrays of their coordinates; all have room for one vector more.
-/// RT: safe after the first call.
-void splitCoordinates(const BuilderPoint* points, std::uint32_t count, float* x_m, float* y_m, float* z_m,
-                      std::uint32_t* pixel) noexcept;
 
 }  // namespace hapticd::rt

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -70,6 +71,17 @@ struct Scene {
   }
 };
 static_assert(std::is_trivially_copyable_v<Scene>);
+
+/// Calls `visit(word)` for each word of the scene's occupancy that is not 0, in ascending order.  RT: safe.
+template <typename Visit>
+void forEachTouchedWord(const Scene& scene, Visit visit) {
+  const std::size_t summary_words = scene.shape.summaryWords();
+  for (std::size_t summary = 0; summary < summary_words; ++summary) {
+    for (std::uint64_t bits = scene.touched_words[summary]; bits != 0; bits &= bits - 1) {
+      visit(summary * GridShape::kCellsPerWord + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
+}
 
 /// From the scene thread (writer) to the force thread (reader).
 using SceneChannel = TripleBuffer<Scene>;

@@ -1,26 +1,16 @@
 #include "rt/scene_builder.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
+
+#include "rt/deproject_kernel.h"
+#include "rt/sort_kernel.h"
 
 namespace hapticd::rt {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// Calls `visit(word)` for each word of the occupancy that is not 0, in ascending order.
-template <typename Visit>
-void forEachTouchedWord(const Scene& scene, Visit visit) {
-  const std::size_t summary_words = scene.shape.summaryWords();
-  for (std::size_t summary = 0; summary < summary_words; ++summary) {
-    for (std::uint64_t bits = scene.touched_words[summary]; bits != 0; bits &= bits - 1) {
-      visit(summary * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
-    }
-  }
-}
 
 void clearOccupancy(Scene& scene) noexcept {
   forEachTouchedWord(scene, [&scene](std::size_t word) { scene.occupancy[word] = 0; });
@@ -38,7 +28,9 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       in_image_order_(std::make_unique<BuilderPoint[]>(point_capacity_ + kVectorPadding)),
       in_voxel_order_(std::make_unique<BuilderPoint[]>(point_capacity_ + kVectorPadding)),
       voxel_(std::make_unique<std::uint32_t[]>(1 + point_capacity_ + kVectorPadding)),
-      runs_(std::make_unique<VoxelRun[]>(point_capacity_ + 1)) {}
+      run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
+      run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
+      voxel_end_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)) {}
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
@@ -105,55 +97,13 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   job.point_capacity = static_cast<std::uint32_t>(point_capacity_);
   job.points_in_image_order = in_image_order_.get();
   job.voxel = voxel_.get() + 1;
-  job.runs = runs_.get();
-  job.occupancy = scene.occupancy;
-  job.touched_words = scene.touched_words;
+  job.run_voxel = run_voxel_.get();
+  job.run_begin = run_begin_.get();
   deproject(job);
 
-  run_count_ = job.run_count;
   scene.points = job.points;
   scene.points_over_capacity = job.points_over_capacity;
-  rankOccupiedVoxels(scene);
-  scatter(scene);
-}
-
-/// Numbers the occupied voxels in the order of their bits and counts the points of each, so that
-/// voxel_begin[rank + 1] is where its first point goes.
-void SceneBuilder::rankOccupiedVoxels(Scene& scene) noexcept {
-  std::uint32_t occupied = 0;
-  forEachTouchedWord(scene, [&scene, &occupied](std::size_t word) {
-    scene.word_rank[word] = occupied;
-    occupied += static_cast<std::uint32_t>(std::popcount(scene.occupancy[word]));
-  });
-  std::fill_n(scene.voxel_begin, occupied + 2, 0U);
-  for (std::size_t i = 0; i < run_count_; ++i) {
-    VoxelRun& run = runs_[i];
-    const std::uint64_t below = (1ULL << (run.voxel % 64)) - 1;
-    const std::uint64_t word = scene.occupancy[run.voxel / 64];
-    run.voxel = scene.word_rank[run.voxel / 64] + static_cast<std::uint32_t>(std::popcount(word & below));
-    scene.voxel_begin[run.voxel + 2] += runs_[i + 1].begin - run.begin;
-  }
-  std::uint32_t sum = 0;
-  for (std::uint32_t rank = 0; rank < occupied; ++rank) {
-    sum += scene.voxel_begin[rank + 2];
-    scene.voxel_begin[rank + 2] = sum;
-  }
-}
-
-/// Moves the runs to their voxels; afterwards voxel_begin[rank] is a voxel's first point and
-/// voxel_begin[rank + 1] its end.
-void SceneBuilder::scatter(Scene& scene) noexcept {
-  for (std::size_t i = 0; i < run_count_; ++i) {
-    const VoxelRun& run = runs_[i];
-    const std::uint32_t count = runs_[i + 1].begin - run.begin;
-    std::uint32_t& to = scene.voxel_begin[run.voxel + 1];
-    // a loop of whole points, not a call: most runs are a few points long
-    const BuilderPoint* from = in_image_order_.get() + run.begin;
-    BuilderPoint* const end = in_voxel_order_.get() + to + count;
-    for (BuilderPoint* point = in_voxel_order_.get() + to; point != end; ++point) *point = *from++;
-    to += count;
-  }
-  splitCoordinates(in_voxel_order_.get(), scene.points, scene.x_m, scene.y_m, scene.z_m, scene.pixel);
+  sortIntoVoxels(job, {voxel_end_.get(), in_voxel_order_.get()}, scene);
 }
 
 }  // namespace hapticd::rt

@@ -12,7 +12,6 @@
 namespace hapticd::rt {
 
 /// Turns a raw depth frame into a Scene by a counting sort over voxels, in a fixed amount of memory.
-/// Neighbouring pixels mostly fall into the same voxel, so the sort moves runs of pixels, not single ones.
 /// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
 class SceneBuilder {
  public:
@@ -35,18 +34,17 @@ class SceneBuilder {
  private:
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
   PixelWindow windowOf(const Scene& scene) const noexcept;
-  void rankOccupiedVoxels(Scene& scene) noexcept;
-  void scatter(Scene& scene) noexcept;
 
   const DepthModel& model_;
   ModelExtent extent_;
   GridShape shape_;
   std::size_t point_capacity_;
-  std::size_t run_count_ = 0;
   std::unique_ptr<BuilderPoint[]> in_image_order_;
   std::unique_ptr<BuilderPoint[]> in_voxel_order_;
   std::unique_ptr<std::uint32_t[]> voxel_;  // of each point in the order of the image, from element 1 on
-  std::unique_ptr<VoxelRun[]> runs_;
+  std::unique_ptr<std::uint32_t[]> run_voxel_;
+  std::unique_ptr<std::uint32_t[]> run_begin_;
+  std::unique_ptr<std::uint32_t[]> voxel_end_;
 };
 
 }  // namespace hapticd::rt

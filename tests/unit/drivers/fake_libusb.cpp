@@ -31,8 +31,9 @@ struct Bus {
   std::deque<libusb_transfer*> transfers;
 };
 
+/// Never destroyed: a thread that waits for a dead camera outlives the end of main().
 Bus& bus() {
-  static Bus only;
+  static Bus& only = *new Bus;
   return only;
 }
 
