@@ -47,6 +47,7 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
   const auto below_first = hn::Set(di, job.window.raw_first - 1);
   const auto above_last = hn::Set(di, job.window.raw_last + 1);
   const auto first_columns = hn::Iota(du, 0);
+  const std::uint32_t row_begin = job.points;
   const std::uint16_t* raw_row = job.raw + v * kFrameWidth;
 
   // Whole vectors from a multiple of the lanes on: 640 is one too, so they end with the row at the latest.
@@ -85,38 +86,39 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
     hn::StoreInterleaved4(hn::Compress(x, keep), hn::Compress(y, keep), hn::Compress(z, keep),
                           hn::BitCast(df, hn::Compress(pixel, keep_words)), df,
                           &job.points_in_image_order[begin].x_m);
-    hn::StoreU(hn::Compress(voxel, keep_words), du, job.voxel + begin);
+    hn::StoreU(hn::Compress(voxel, keep_words), du, job.voxel_of_row + 1 + begin - row_begin);
     const std::uint32_t taken = std::min(kept, job.point_capacity - begin);
     job.points = begin + taken;
     job.points_over_capacity += kept - taken;
   }
 }
 
-/// Starts a run at every point from `first` on whose voxel differs from that of the point before.
+/// Starts a run at every point from `first`, the first of its row, on whose voxel differs from that of the
+/// point before. Element 0 of voxel_of_row holds the voxel of the last point of the row before.
 HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
   const UintTag du;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(du));
-  const auto first_points = hn::Iota(du, 0);
+  const auto first_points = hn::Iota(du, first);
+  const std::uint32_t count = job.points - first;
   std::size_t run_count = job.run_count;
-  for (std::uint32_t begin = first; begin < job.points; begin += lanes) {
-    const auto voxel = hn::LoadU(du, job.voxel + begin);
-    auto starts = hn::Ne(voxel, hn::LoadU(du, job.voxel + begin - 1));
-    if (const std::uint32_t left = job.points - begin; left < lanes) {
-      starts = hn::And(starts, hn::FirstN(du, left));
-    }
-    const auto point = hn::Add(first_points, hn::Set(du, begin));
+  for (std::uint32_t i = 0; i < count; i += lanes) {
+    const auto voxel = hn::LoadU(du, job.voxel_of_row + 1 + i);
+    auto starts = hn::Ne(voxel, hn::LoadU(du, job.voxel_of_row + i));
+    if (count - i < lanes) starts = hn::And(starts, hn::FirstN(du, count - i));
+    const auto point = hn::Add(first_points, hn::Set(du, i));
     hn::StoreU(hn::Compress(voxel, starts), du, job.run_voxel + run_count);
     hn::StoreU(hn::Compress(point, starts), du, job.run_begin + run_count);
     run_count += hn::CountTrue(du, starts);
   }
   job.run_count = run_count;
+  job.voxel_of_row[0] = job.voxel_of_row[count];
 }
 
 void deprojectFrame(DeprojectJob& job) {
   job.points = 0;
   job.points_over_capacity = 0;
   job.run_count = 0;
-  job.voxel[-1] = ~0U;  // no voxel: the first point starts a run
+  job.voxel_of_row[0] = ~0U;  // no voxel: the first point starts a run
   for (int row = job.window.row_first; row <= job.window.row_last; ++row) {
     const std::uint32_t first = job.points;
     deprojectRow(job, row);

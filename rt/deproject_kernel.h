@@ -4,14 +4,9 @@
 #include <cstdint>
 
 #include "rt/depth_model.h"
+#include "rt/scene.h"
 
 namespace hapticd::rt {
-
-/// A point as the builder moves it: one store, one cache line.
-struct alignas(16) BuilderPoint {
-  float x_m, y_m, z_m;  ///< from the grid's origin
-  std::uint32_t pixel;  ///< PackedPixel
-};
 
 /// What deproject() reads and where it writes. Positions are single precision, metres, in world axes from the
 /// grid's origin.
@@ -28,8 +23,8 @@ struct DeprojectJob {
   std::int32_t bits_per_row;  ///< of the occupancy
 
   std::uint32_t point_capacity;
-  BuilderPoint* points_in_image_order;  ///< room for point_capacity and one vector more
-  std::uint32_t* voxel;                 ///< voxel[-1] may be written
+  GridPoint* points_in_image_order;  ///< room for point_capacity and one vector more
+  std::uint32_t* voxel_of_row;   ///< of each point of one row: kFrameWidth + kVectorPadding, from element 1 on
   // Runs: points side by side in the image that lie in the same voxel. Room as for the points.
   std::uint32_t* run_voxel;  ///< bit number in the grid's occupancy
   std::uint32_t* run_begin;  ///< first point; the next run's begin is the end

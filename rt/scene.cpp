@@ -19,9 +19,7 @@ SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity)
       touched_words_(std::make_unique<std::uint64_t[]>(shape.summaryWords())),
       word_rank_(std::make_unique<std::uint32_t[]>(shape.words())),
       voxel_begin_(std::make_unique<std::uint32_t[]>(point_capacity + 2)),
-      coordinates_(std::make_unique<float[]>(3 * (point_capacity + kVectorPadding))),
-      pixel_(std::make_unique<std::uint32_t[]>(point_capacity + kVectorPadding)),
-      point_stride_(point_capacity + kVectorPadding) {}
+      point_(std::make_unique<GridPoint[]>(point_capacity + kVectorPadding)) {}
 
 void SceneStorage::attachTo(Scene& scene) const noexcept {
   scene.shape = shape_;
@@ -29,10 +27,7 @@ void SceneStorage::attachTo(Scene& scene) const noexcept {
   scene.touched_words = touched_words_.get();
   scene.word_rank = word_rank_.get();
   scene.voxel_begin = voxel_begin_.get();
-  scene.x_m = coordinates_.get();
-  scene.y_m = coordinates_.get() + point_stride_;
-  scene.z_m = coordinates_.get() + 2 * point_stride_;
-  scene.pixel = pixel_.get();
+  scene.point = point_.get();
 }
 
 }  // namespace hapticd::rt

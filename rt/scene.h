@@ -40,6 +40,12 @@ struct GridShape {
   static GridShape of(const GridParameters& parameters, const DepthModel& model) noexcept;
 };
 
+/// A point as the grid keeps it: one store to move it, and a vector of them is one stretch of memory.
+struct alignas(16) GridPoint {
+  float x_m, y_m, z_m;  ///< from the grid's origin, single precision
+  std::uint32_t pixel;  ///< PackedPixel, for the exact position
+};
+
 /// Points of one depth frame, sorted by voxel: those of a row of voxels lie one after the other. Only
 /// occupied voxels take memory: a voxel's rank among the occupied ones is `word_rank` plus the set bits below
 /// its own. A view; a SceneStorage owns the memory. Immutable once published.
@@ -60,10 +66,7 @@ struct Scene {
   std::uint64_t* touched_words = nullptr;  ///< one bit per word of the occupancy: it is not 0
   std::uint32_t* word_rank = nullptr;      ///< [words] valid where occupancy is not 0
   std::uint32_t* voxel_begin = nullptr;    ///< [occupied voxels + 1] first point of each, and the end
-  float* x_m = nullptr;                    ///< [points] from origin_m_in_world, single precision
-  float* y_m = nullptr;
-  float* z_m = nullptr;
-  std::uint32_t* pixel = nullptr;  ///< [points] PackedPixel, for the exact position
+  GridPoint* point = nullptr;              ///< [points]
 
   /// True if all points of the frame within `radius_m` of `centre_m_in_world` are in the scene.  RT: safe.
   bool covers(const Vec3& centre_m_in_world, double radius_m) const noexcept {
@@ -99,9 +102,7 @@ class SceneStorage {
   std::unique_ptr<std::uint64_t[]> touched_words_;
   std::unique_ptr<std::uint32_t[]> word_rank_;
   std::unique_ptr<std::uint32_t[]> voxel_begin_;
-  std::unique_ptr<float[]> coordinates_;
-  std::unique_ptr<std::uint32_t[]> pixel_;
-  std::size_t point_stride_;
+  std::unique_ptr<GridPoint[]> point_;
 };
 
 }  // namespace hapticd::rt

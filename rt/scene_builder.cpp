@@ -25,9 +25,8 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       shape_(GridShape::of(parameters, model)),
       point_capacity_(extent_ == ModelExtent::frame ? kFramePixels
                                                     : static_cast<std::size_t>(parameters.point_capacity)),
-      in_image_order_(std::make_unique<BuilderPoint[]>(point_capacity_ + kVectorPadding)),
-      in_voxel_order_(std::make_unique<BuilderPoint[]>(point_capacity_ + kVectorPadding)),
-      voxel_(std::make_unique<std::uint32_t[]>(1 + point_capacity_ + kVectorPadding)),
+      in_image_order_(std::make_unique<GridPoint[]>(point_capacity_ + kVectorPadding)),
+      voxel_of_row_(std::make_unique<std::uint32_t[]>(1 + kFrameWidth + kVectorPadding)),
       run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       voxel_end_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)) {}
@@ -96,14 +95,14 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   job.bits_per_row = shape_.wordsPerRow() * GridShape::kCellsPerWord;
   job.point_capacity = static_cast<std::uint32_t>(point_capacity_);
   job.points_in_image_order = in_image_order_.get();
-  job.voxel = voxel_.get() + 1;
+  job.voxel_of_row = voxel_of_row_.get();
   job.run_voxel = run_voxel_.get();
   job.run_begin = run_begin_.get();
   deproject(job);
 
   scene.points = job.points;
   scene.points_over_capacity = job.points_over_capacity;
-  sortIntoVoxels(job, {voxel_end_.get(), in_voxel_order_.get()}, scene);
+  sortIntoVoxels(job, voxel_end_.get(), scene);
 }
 
 }  // namespace hapticd::rt

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 
-#include "rt/deproject_kernel.h"
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
 #include "rt/scene.h"
@@ -39,9 +38,8 @@ class SceneBuilder {
   ModelExtent extent_;
   GridShape shape_;
   std::size_t point_capacity_;
-  std::unique_ptr<BuilderPoint[]> in_image_order_;
-  std::unique_ptr<BuilderPoint[]> in_voxel_order_;
-  std::unique_ptr<std::uint32_t[]> voxel_;  // of each point in the order of the image, from element 1 on
+  std::unique_ptr<GridPoint[]> in_image_order_;
+  std::unique_ptr<std::uint32_t[]> voxel_of_row_;
   std::unique_ptr<std::uint32_t[]> run_voxel_;
   std::unique_ptr<std::uint32_t[]> run_begin_;
   std::unique_ptr<std::uint32_t[]> voxel_end_;

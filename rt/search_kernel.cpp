@@ -44,16 +44,18 @@ HWY_INLINE void appendPoints(const Scene& scene, const LocalBall& ball, std::uin
   const auto centre_z = hn::Set(df, ball.z_m);
   const auto limit = hn::Set(df, ball.radius_m * ball.radius_m);
   for (std::uint32_t i = begin; i < end; i += lanes) {
-    const auto x = hn::Sub(hn::LoadU(df, scene.x_m + i), centre_x);
-    const auto y = hn::Sub(hn::LoadU(df, scene.y_m + i), centre_y);
-    const auto z = hn::Sub(hn::LoadU(df, scene.z_m + i), centre_z);
+    hn::Vec<FloatTag> x, y, z, pixel;
+    hn::LoadInterleaved4(df, &scene.point[i].x_m, x, y, z, pixel);
+    x = hn::Sub(x, centre_x);
+    y = hn::Sub(y, centre_y);
+    z = hn::Sub(z, centre_z);
     const auto distance_squared = hn::MulAdd(z, z, hn::MulAdd(y, y, hn::Mul(x, x)));
     auto inside = hn::Le(distance_squared, limit);
     if (end - i < lanes) inside = hn::And(inside, hn::FirstN(df, end - i));
     const auto found = static_cast<std::uint32_t>(hn::CountTrue(df, inside));
     if (found == 0) continue;
     hn::StoreU(hn::Compress(distance_squared, inside), df, candidates.distance_squared_m2 + candidates.count);
-    hn::StoreU(hn::Compress(hn::LoadU(du, scene.pixel + i), hn::RebindMask(du, inside)), du,
+    hn::StoreU(hn::Compress(hn::BitCast(du, pixel), hn::RebindMask(du, inside)), du,
                candidates.pixel + candidates.count);
     candidates.count += found;
   }

@@ -64,7 +64,7 @@ HWY_INLINE void countPoints(const DeprojectJob& job, std::uint32_t occupied, std
 }
 
 /// Copies four points.
-HWY_INLINE void copyFour(const BuilderPoint* from, BuilderPoint* to) {
+HWY_INLINE void copyFour(const GridPoint* from, GridPoint* to) {
   const hn::CappedTag<float, 16> df;
   for (std::size_t part = 0; part < 16; part += hn::Lanes(df)) {
     hn::StoreU(hn::LoadU(df, &from->x_m + part), df, &to->x_m + part);
@@ -72,10 +72,10 @@ HWY_INLINE void copyFour(const BuilderPoint* from, BuilderPoint* to) {
 }
 
 /// Moves the runs; voxel_begin[rank + 1] runs on to the voxel's end, which is where the next one begins.
-HWY_INLINE void scatter(const DeprojectJob& job, const SortMemory& memory, Scene& scene) {
+HWY_INLINE void scatter(const DeprojectJob& job, const std::uint32_t* voxel_end, Scene& scene) {
   constexpr std::uint32_t kAtOnce = 4;
-  const BuilderPoint* const from_points = job.points_in_image_order;
-  BuilderPoint* const to_points = memory.in_voxel_order;
+  const GridPoint* const from_points = job.points_in_image_order;
+  GridPoint* const to_points = scene.point;
   const std::uint32_t* const run_begin = job.run_begin;
   const std::uint32_t* const run_voxel = job.run_voxel;
   std::uint32_t* const cursors = scene.voxel_begin + 1;
@@ -88,7 +88,7 @@ HWY_INLINE void scatter(const DeprojectJob& job, const SortMemory& memory, Scene
     cursors[rank] = to + end - from;
     // Most runs are short and of no predictable length. Four points are moved without asking as long as what
     // is written too much stays in the voxel, where later runs overwrite it.
-    if (to + (end - from) + kAtOnce - 1 <= memory.voxel_end[rank]) {
+    if (to + (end - from) + kAtOnce - 1 <= voxel_end[rank]) {
       copyFour(from_points + from, to_points + to);
       for (from += kAtOnce, to += kAtOnce; from < end; from += kAtOnce, to += kAtOnce) {
         copyFour(from_points + from, to_points + to);
@@ -99,30 +99,10 @@ HWY_INLINE void scatter(const DeprojectJob& job, const SortMemory& memory, Scene
   }
 }
 
-HWY_INLINE void splitCoordinates(const BuilderPoint* points, Scene& scene) {
-  const hn::ScalableTag<float> df;
-  const hn::RebindToUnsigned<decltype(df)> du;
-  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(df));
-  float* const x_m = scene.x_m;
-  float* const y_m = scene.y_m;
-  float* const z_m = scene.z_m;
-  std::uint32_t* const pixels = scene.pixel;
-  const std::uint32_t count = scene.points;
-  for (std::uint32_t i = 0; i < count; i += lanes) {
-    hn::Vec<decltype(df)> x, y, z, pixel;
-    hn::LoadInterleaved4(df, &points[i].x_m, x, y, z, pixel);
-    hn::StoreU(x, df, x_m + i);
-    hn::StoreU(y, df, y_m + i);
-    hn::StoreU(z, df, z_m + i);
-    hn::StoreU(hn::BitCast(du, pixel), du, pixels + i);
-  }
-}
-
-void sortPoints(const DeprojectJob& job, const SortMemory& memory, Scene& scene) {
+void sortPoints(const DeprojectJob& job, std::uint32_t* voxel_end, Scene& scene) {
   markVoxels(job, scene);
-  countPoints(job, rankWords(scene), memory.voxel_end, scene);
-  scatter(job, memory, scene);
-  splitCoordinates(memory.in_voxel_order, scene);
+  countPoints(job, rankWords(scene), voxel_end, scene);
+  scatter(job, voxel_end, scene);
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -133,8 +113,8 @@ namespace hapticd::rt {
 
 HWY_EXPORT(sortPoints);
 
-void sortIntoVoxels(const DeprojectJob& job, const SortMemory& memory, Scene& scene) noexcept {
-  HWY_DYNAMIC_DISPATCH(sortPoints)(job, memory, scene);
+void sortIntoVoxels(const DeprojectJob& job, std::uint32_t* voxel_end, Scene& scene) noexcept {
+  HWY_DYNAMIC_DISPATCH(sortPoints)(job, voxel_end, scene);
 }
 
 }  // namespace hapticd::rt
