@@ -24,7 +24,7 @@ struct DeprojectJob {
 
   std::uint32_t point_capacity;
   GridPoint* points_in_image_order;  ///< room for point_capacity and one vector more
-  std::uint32_t* voxel_of_row;   ///< of each point of one row: kFrameWidth + kVectorPadding, from element 1 on
+  std::uint32_t* voxel_of_row;  ///< of each point of one row: kFrameWidth + kVectorPadding, from element 1 on
   // Runs: points side by side in the image that lie in the same voxel. Room as for the points.
   std::uint32_t* run_voxel;  ///< bit number in the grid's occupancy
   std::uint32_t* run_begin;  ///< first point; the next run's begin is the end

@@ -184,7 +184,8 @@ class NearestSearch {
   }
 
   static constexpr double kSlack_m = 0.0003;
-  static constexpr double kMaxMovement_m = 0.002;  // of one tick; after a leap the old radius is as good a guess
+  static constexpr double kMaxMovement_m =
+      0.002;  // of one tick; after a leap the old radius is as good a guess
   static constexpr double kGrowth = 1.5;
 
   const Scene& scene_;

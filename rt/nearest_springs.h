@@ -42,8 +42,8 @@ class SearchMemory {
   std::unique_ptr<WorkVector[]> work_;
 
   Vec3 last_hip_m_in_world_;
-  double last_radius_m_ = 0;  ///< that held N_max points, or was not enough; 0: no search yet
-  std::uint64_t free_model_ = 0;                                    ///< the scene that free_radius_m_ is of
+  double last_radius_m_ = 0;      ///< that held N_max points, or was not enough; 0: no search yet
+  std::uint64_t free_model_ = 0;  ///< the scene that free_radius_m_ is of
   Vec3 free_centre_m_in_world_;
   double free_radius_m_ = 0;  ///< no point is nearer to free_centre
 };

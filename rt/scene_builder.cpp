@@ -28,8 +28,7 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       in_image_order_(std::make_unique<GridPoint[]>(point_capacity_ + kVectorPadding)),
       voxel_of_row_(std::make_unique<std::uint32_t[]>(1 + kFrameWidth + kVectorPadding)),
       run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
-      run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
-      voxel_end_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)) {}
+      run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)) {}
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
@@ -102,7 +101,7 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
 
   scene.points = job.points;
   scene.points_over_capacity = job.points_over_capacity;
-  sortIntoVoxels(job, voxel_end_.get(), scene);
+  sortIntoVoxels(job, scene);
 }
 
 }  // namespace hapticd::rt

@@ -42,7 +42,6 @@ class SceneBuilder {
   std::unique_ptr<std::uint32_t[]> voxel_of_row_;
   std::unique_ptr<std::uint32_t[]> run_voxel_;
   std::unique_ptr<std::uint32_t[]> run_begin_;
-  std::unique_ptr<std::uint32_t[]> voxel_end_;
 };
 
 }  // namespace hapticd::rt

@@ -185,7 +185,8 @@ Vec3 sumOfSprings(const DepthModel& model, const std::uint32_t* pixels, std::uin
     hn::Vec<hn::ScalableTag<double>> x, y, z, unused;
     hn::LoadInterleaved4(dd, &work[i].x, x, y, z, unused);
     const auto s = hn::Sqrt(hn::MulAdd(z, z, hn::MulAdd(y, y, hn::Mul(x, x))));
-    const auto factor = hn::IfThenElseZero(hn::Ge(s, coincident), hn::Sub(hn::Div(radius, s), hn::Set(dd, 1.0)));
+    const auto factor =
+        hn::IfThenElseZero(hn::Ge(s, coincident), hn::Sub(hn::Div(radius, s), hn::Set(dd, 1.0)));
     sum_x = hn::MulAdd(factor, x, sum_x);
     sum_y = hn::MulAdd(factor, y, sum_y);
     sum_z = hn::MulAdd(factor, z, sum_z);

@@ -3,6 +3,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
+#include <numeric>
 
 #include "hwy/highway.h"
 #include "rt/sort_kernel.h"
@@ -36,44 +37,42 @@ HWY_INLINE std::uint32_t rankWords(Scene& scene) {
   return occupied;
 }
 
-/// Counts the points of each voxel; afterwards voxel_begin[rank + 1] is where its first point goes and
-/// voxel_end[rank] where its last one ends.
-HWY_INLINE void countPoints(const DeprojectJob& job, std::uint32_t occupied, std::uint32_t* voxel_end,
-                            Scene& scene) {
+/// Counts the points of each voxel; afterwards voxel_begin[rank + 1] is where its first point goes.
+HWY_INLINE void countPoints(const DeprojectJob& job, std::uint32_t occupied, Scene& scene) {
   const std::uint64_t* const occupancy = scene.occupancy;
   const std::uint32_t* const word_rank = scene.word_rank;
   std::uint32_t* const run_voxel = job.run_voxel;
   const std::uint32_t* const run_begin = job.run_begin;
   const std::size_t runs = job.run_count;
-  std::fill_n(voxel_end, occupied, 0U);
+  std::uint32_t* const counts = scene.voxel_begin + 2;
+  std::fill_n(scene.voxel_begin, occupied + 2, 0U);
   for (std::size_t run = 0; run < runs; ++run) {
     const std::uint32_t bit = run_voxel[run];
     const std::uint64_t below = occupancy[bit / kWordBits] & ((1ULL << (bit % kWordBits)) - 1);
-    const std::uint32_t rank =
-        word_rank[bit / kWordBits] + static_cast<std::uint32_t>(hwy::PopCount(below));
+    const std::uint32_t rank = word_rank[bit / kWordBits] + static_cast<std::uint32_t>(hwy::PopCount(below));
     run_voxel[run] = rank;
-    voxel_end[rank] += run_begin[run + 1] - run_begin[run];
+    counts[rank] += run_begin[run + 1] - run_begin[run];
   }
-  std::uint32_t sum = 0;
-  scene.voxel_begin[0] = 0;
-  for (std::uint32_t rank = 0; rank < occupied; ++rank) {
-    scene.voxel_begin[rank + 1] = sum;
-    sum += voxel_end[rank];
-    voxel_end[rank] = sum;
-  }
+  std::partial_sum(counts, counts + occupied, counts);
 }
 
-/// Copies four points.
-HWY_INLINE void copyFour(const GridPoint* from, GridPoint* to) {
+/// Copies the first `count` of at most kAtOnce points, without a branch that depends on it: most runs are
+/// short and of no predictable length.
+constexpr std::uint32_t kAtOnce = 4;
+HWY_INLINE void copyAtOnce(const GridPoint* from, GridPoint* to, std::uint32_t count) {
   const hn::CappedTag<float, 16> df;
-  for (std::size_t part = 0; part < 16; part += hn::Lanes(df)) {
-    hn::StoreU(hn::LoadU(df, &from->x_m + part), df, &to->x_m + part);
+  constexpr std::size_t kNumbers = sizeof(GridPoint) / sizeof(float);
+  const std::size_t numbers = count * kNumbers;
+  const float* const from_numbers = reinterpret_cast<const float*>(from);
+  float* const to_numbers = reinterpret_cast<float*>(to);
+  for (std::size_t part = 0; part < kAtOnce * kNumbers; part += hn::Lanes(df)) {
+    const auto mask = hn::FirstN(df, numbers - std::min(numbers, part));
+    hn::BlendedStore(hn::LoadU(df, from_numbers + part), mask, df, to_numbers + part);
   }
 }
 
 /// Moves the runs; voxel_begin[rank + 1] runs on to the voxel's end, which is where the next one begins.
-HWY_INLINE void scatter(const DeprojectJob& job, const std::uint32_t* voxel_end, Scene& scene) {
-  constexpr std::uint32_t kAtOnce = 4;
+HWY_INLINE void scatter(const DeprojectJob& job, Scene& scene) {
   const GridPoint* const from_points = job.points_in_image_order;
   GridPoint* const to_points = scene.point;
   const std::uint32_t* const run_begin = job.run_begin;
@@ -86,23 +85,17 @@ HWY_INLINE void scatter(const DeprojectJob& job, const std::uint32_t* voxel_end,
     const std::uint32_t rank = run_voxel[run];
     std::uint32_t to = cursors[rank];
     cursors[rank] = to + end - from;
-    // Most runs are short and of no predictable length. Four points are moved without asking as long as what
-    // is written too much stays in the voxel, where later runs overwrite it.
-    if (to + (end - from) + kAtOnce - 1 <= voxel_end[rank]) {
-      copyFour(from_points + from, to_points + to);
-      for (from += kAtOnce, to += kAtOnce; from < end; from += kAtOnce, to += kAtOnce) {
-        copyFour(from_points + from, to_points + to);
-      }
-    } else {
-      while (from < end) to_points[to++] = from_points[from++];
+    copyAtOnce(from_points + from, to_points + to, std::min(end - from, kAtOnce));
+    for (from += kAtOnce, to += kAtOnce; from < end; from += kAtOnce, to += kAtOnce) {
+      copyAtOnce(from_points + from, to_points + to, std::min(end - from, kAtOnce));
     }
   }
 }
 
-void sortPoints(const DeprojectJob& job, std::uint32_t* voxel_end, Scene& scene) {
+void sortPoints(const DeprojectJob& job, Scene& scene) {
   markVoxels(job, scene);
-  countPoints(job, rankWords(scene), voxel_end, scene);
-  scatter(job, voxel_end, scene);
+  countPoints(job, rankWords(scene), scene);
+  scatter(job, scene);
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -113,8 +106,8 @@ namespace hapticd::rt {
 
 HWY_EXPORT(sortPoints);
 
-void sortIntoVoxels(const DeprojectJob& job, std::uint32_t* voxel_end, Scene& scene) noexcept {
-  HWY_DYNAMIC_DISPATCH(sortPoints)(job, voxel_end, scene);
+void sortIntoVoxels(const DeprojectJob& job, Scene& scene) noexcept {
+  HWY_DYNAMIC_DISPATCH(sortPoints)(job, scene);
 }
 
 }  // namespace hapticd::rt

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <regex>
 #include <stdexcept>
 
 namespace hapticd::daemon::test {
@@ -10,9 +9,33 @@ namespace {
 
 using Kind = IdlType::Kind;
 
-const std::regex kFieldName("[A-Za-z](_?[A-Za-z0-9])*");
-const std::regex kMemberName("[A-Z][A-Za-z0-9]*");
-const std::regex kInterfaceName("[A-Za-z](-*[A-Za-z0-9])*(\\.[A-Za-z0-9](-*[A-Za-z0-9])*)+");
+bool isLetter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+bool isLetterOrDigit(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0;
+}
+
+/// A letter, then letters and digits, with single separators between them.
+bool isWord(std::string_view name, char separator) {
+  if (name.empty() || !isLetter(name.front()) || name.back() == separator) return false;
+  for (std::size_t i = 1; i < name.size(); ++i) {
+    const bool separates = name[i] == separator && name[i - 1] != separator;
+    if (!isLetterOrDigit(name[i]) && !separates) return false;
+  }
+  return true;
+}
+
+bool isFieldName(std::string_view name) {
+  return isWord(name, '_');
+}
+bool isMemberName(std::string_view name) {
+  return !name.empty() && std::isupper(static_cast<unsigned char>(name.front())) != 0 &&
+         std::ranges::all_of(name, isLetterOrDigit);
+}
+bool isInterfaceName(std::string_view name) {
+  return isWord(name, '.') && name.contains('.');
+}
 
 class Parser {
  public:
@@ -31,17 +54,17 @@ class Parser {
   void expect(std::string_view symbol) {
     if (!take(symbol)) fail("expected " + std::string(symbol));
   }
-  std::string word(const std::regex& form) {
+  std::string word(bool (*has_form)(std::string_view)) {
     skip();
     std::size_t length = 0;
-    while (length < rest_.size() && (std::isalnum(static_cast<unsigned char>(rest_[length])) ||
-                                     std::string_view("._-").contains(rest_[length]))) {
+    while (length < rest_.size() &&
+           (isLetterOrDigit(rest_[length]) || std::string_view("._-").contains(rest_[length]))) {
       // "->" is not part of a name
       if (rest_.substr(length).starts_with("->")) break;
       ++length;
     }
     const std::string name(rest_.substr(0, length));
-    if (!std::regex_match(name, form)) fail("not a name: '" + name + "'");
+    if (!has_form(name)) fail("not a name: '" + name + "'");
     rest_.remove_prefix(length);
     return name;
   }
@@ -52,7 +75,7 @@ class Parser {
     if (take("[string]")) return wrap(Kind::map);
     skip();
     if (rest_.starts_with("(")) return structure();
-    const std::string name = word(kFieldName);
+    const std::string name = word(isFieldName);
     const bool basic =
         name == "bool" || name == "int" || name == "float" || name == "string" || name == "object";
     return {basic ? Kind::basic : Kind::named, name, nullptr, {}, {}};
@@ -64,7 +87,7 @@ class Parser {
     expect("(");
     if (take(")")) return result;
     do {
-      const std::string name = word(kFieldName);
+      const std::string name = word(isFieldName);
       if (take(":")) {
         result.fields.emplace_back(name, type());
       } else {
@@ -110,17 +133,17 @@ bool isBasic(const nlohmann::json& value, const std::string& name) {
 InterfaceDefinition::InterfaceDefinition(std::string_view text) {
   Parser parser(text);
   parser.expect("interface");
-  name = parser.word(kInterfaceName);
+  name = parser.word(isInterfaceName);
   while (!parser.atEnd()) {
     if (parser.take("type")) {
-      const std::string member = parser.word(kMemberName);
+      const std::string member = parser.word(isMemberName);
       types[member] = parser.structure();
     } else if (parser.take("error")) {
-      const std::string member = parser.word(kMemberName);
+      const std::string member = parser.word(isMemberName);
       errors[member] = parser.structure();
     } else {
       parser.expect("method");
-      const std::string member = parser.word(kMemberName);
+      const std::string member = parser.word(isMemberName);
       inputs[member] = parser.structure();
       parser.expect("->");
       outputs[member] = parser.structure();
