@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "hwy/highway.h"
+#include "rt/compress-inl.h"
 #include "rt/deproject_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -83,10 +84,10 @@ HWY_INLINE void deprojectRow(DeprojectJob& job, int row) {
                               hn::Or(hn::ShiftLeft<PackedPixel::kRawBits>(columns), hn::BitCast(du, raw)));
     // Compressed in the register and stored whole: compressing into memory is slow on some machines.
     const auto keep_words = hn::RebindMask(du, keep);
-    hn::StoreInterleaved4(hn::Compress(x, keep), hn::Compress(y, keep), hn::Compress(z, keep),
-                          hn::BitCast(df, hn::Compress(pixel, keep_words)), df,
+    hn::StoreInterleaved4(compress(df, x, keep), compress(df, y, keep), compress(df, z, keep),
+                          hn::BitCast(df, compress(du, pixel, keep_words)), df,
                           &job.points_in_image_order[begin].x_m);
-    hn::StoreU(hn::Compress(voxel, keep_words), du, job.voxel_of_row + 1 + begin - row_begin);
+    hn::StoreU(compress(du, voxel, keep_words), du, job.voxel_of_row + 1 + begin - row_begin);
     const std::uint32_t taken = std::min(kept, job.point_capacity - begin);
     job.points = begin + taken;
     job.points_over_capacity += kept - taken;
@@ -106,8 +107,8 @@ HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
     auto starts = hn::Ne(voxel, hn::LoadU(du, job.voxel_of_row + i));
     if (count - i < lanes) starts = hn::And(starts, hn::FirstN(du, count - i));
     const auto point = hn::Add(first_points, hn::Set(du, i));
-    hn::StoreU(hn::Compress(voxel, starts), du, job.run_voxel + run_count);
-    hn::StoreU(hn::Compress(point, starts), du, job.run_begin + run_count);
+    hn::StoreU(compress(du, voxel, starts), du, job.run_voxel + run_count);
+    hn::StoreU(compress(du, point, starts), du, job.run_begin + run_count);
     run_count += hn::CountTrue(du, starts);
   }
   job.run_count = run_count;

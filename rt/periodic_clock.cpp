@@ -13,11 +13,7 @@ constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 // The two system calls of the force thread. clang's effect analysis knows nothing of the C library; that
 // these neither lock nor allocate is documented: clock_gettime is answered in user space, clock_nanosleep is
 // what a periodic thread waits by.
-#if defined(__clang__)
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wunknown-warning-option"
-#pragma clang diagnostic ignored "-Wfunction-effects"
-#endif
+HAPTICD_RT_TRUSTED_BEGIN
 
 std::int64_t monotonicNow_ns() HAPTICD_RT {
   timespec now{};
@@ -31,8 +27,6 @@ void sleepUntil(std::int64_t time_ns) HAPTICD_RT {
   }
 }
 
-#if defined(__clang__)
-#pragma clang diagnostic pop
-#endif
+HAPTICD_RT_TRUSTED_END
 
 }  // namespace hapticd::rt

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "hwy/highway.h"
+#include "rt/compress-inl.h"
 #include "rt/search_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -54,8 +55,8 @@ HWY_INLINE void appendPoints(const Scene& scene, const LocalBall& ball, std::uin
     if (end - i < lanes) inside = hn::And(inside, hn::FirstN(df, end - i));
     const auto found = static_cast<std::uint32_t>(hn::CountTrue(df, inside));
     if (found == 0) continue;
-    hn::StoreU(hn::Compress(distance_squared, inside), df, candidates.distance_squared_m2 + candidates.count);
-    hn::StoreU(hn::Compress(hn::BitCast(du, pixel), hn::RebindMask(du, inside)), du,
+    hn::StoreU(compress(df, distance_squared, inside), df, candidates.distance_squared_m2 + candidates.count);
+    hn::StoreU(compress(du, hn::BitCast(du, pixel), hn::RebindMask(du, inside)), du,
                candidates.pixel + candidates.count);
     candidates.count += found;
   }
@@ -137,10 +138,10 @@ std::uint32_t takeCandidatesBetween(Candidates& candidates, float near_m2, float
     const auto is_near = hn::And(within, hn::Le(distance, near_limit));
     const auto is_between = hn::AndNot(is_near, within);
     // In place: what is overwritten behind `near` has been loaded already.
-    hn::StoreU(hn::Compress(pixel, hn::RebindMask(du, is_near)), du, candidates.pixel + near);
+    hn::StoreU(compress(du, pixel, hn::RebindMask(du, is_near)), du, candidates.pixel + near);
     near += static_cast<std::uint32_t>(hn::CountTrue(df, is_near));
     if (hn::AllFalse(df, is_between)) continue;
-    hn::StoreU(hn::Compress(pixel, hn::RebindMask(du, is_between)), du, between + taken);
+    hn::StoreU(compress(du, pixel, hn::RebindMask(du, is_between)), du, between + taken);
     taken += static_cast<std::uint32_t>(hn::CountTrue(df, is_between));
   }
   candidates.count = near;
@@ -206,23 +207,29 @@ HWY_EXPORT(countCandidatesWithin);
 HWY_EXPORT(takeCandidatesBetween);
 HWY_EXPORT(sumOfSprings);
 
-void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) noexcept {
+// clang cannot look through the table that Highway calls the kernels by, and the table does not take pointers
+// to functions that are marked. The kernels themselves are arithmetic on memory that their caller owns.
+HAPTICD_RT_TRUSTED_BEGIN
+
+void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) HAPTICD_RT {
   HWY_DYNAMIC_DISPATCH(findInBallOfGrid)(scene, ball, candidates);
 }
 
-std::uint32_t countWithin(const Candidates& candidates, float limit_m2) noexcept {
+std::uint32_t countWithin(const Candidates& candidates, float limit_m2) HAPTICD_RT {
   return HWY_DYNAMIC_DISPATCH(countCandidatesWithin)(candidates, limit_m2);
 }
 
 std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
-                          std::uint32_t* between) noexcept {
+                          std::uint32_t* between) HAPTICD_RT {
   return HWY_DYNAMIC_DISPATCH(takeCandidatesBetween)(candidates, near_m2, far_m2, between);
 }
 
 Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                      const Vec3& hip_m_in_world, double radius_m, WorkVector* work) noexcept {
+                      const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
   return HWY_DYNAMIC_DISPATCH(sumOfSprings)(model, pixels, count, hip_m_in_world, radius_m, work);
 }
+
+HAPTICD_RT_TRUSTED_END
 
 }  // namespace hapticd::rt
 #endif

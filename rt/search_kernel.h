@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "rt/realtime_safe.h"
 #include "rt/scene.h"
 
 namespace hapticd::rt {
@@ -25,16 +26,16 @@ struct LocalBall {
 /// Finds the points whose single-precision distance from the ball's centre is at most its radius. Touches
 /// only voxels that meet the ball. `candidates.count` is set. RT: safe after the first call. Cost: bounded by
 /// the rows of voxels and the points in the ball's voxels.
-void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) noexcept;
+void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) HAPTICD_RT;
 
 /// How many candidates have a squared distance of at most `limit_m2`.  RT: safe after the first call.
-std::uint32_t countWithin(const Candidates& candidates, float limit_m2) noexcept;
+std::uint32_t countWithin(const Candidates& candidates, float limit_m2) HAPTICD_RT;
 
 /// Keeps the pixels of the candidates with a squared distance of at most `near_m2` in `candidates`, whose
 /// distances are lost, and writes the pixels of those above it but at most `far_m2` to `between`, which has
 /// the same room. Returns how many those are.  RT: safe after the first call.
 std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
-                          std::uint32_t* between) noexcept;
+                          std::uint32_t* between) HAPTICD_RT;
 
 /// Working memory of sumOfUnitSprings().
 struct WorkVector {
@@ -46,6 +47,6 @@ struct WorkVector {
 /// `count` + kVectorPadding vectors.
 /// RT: safe after the first call.
 Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                      const Vec3& hip_m_in_world, double radius_m, WorkVector* work) noexcept;
+                      const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT;
 
 }  // namespace hapticd::rt

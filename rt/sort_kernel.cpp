@@ -56,19 +56,23 @@ HWY_INLINE void countPoints(const DeprojectJob& job, std::uint32_t occupied, Sce
   std::partial_sum(counts, counts + occupied, counts);
 }
 
-/// Copies the first `count` of at most kAtOnce points, without a branch that depends on it: most runs are
-/// short and of no predictable length.
-constexpr std::uint32_t kAtOnce = 4;
-HWY_INLINE void copyAtOnce(const GridPoint* from, GridPoint* to, std::uint32_t count) {
-  const hn::CappedTag<float, 16> df;
-  constexpr std::size_t kNumbers = sizeof(GridPoint) / sizeof(float);
-  const std::size_t numbers = count * kNumbers;
+/// Copies a run of points. Most runs are short and of no predictable length, so where stores can be masked
+/// cheaply four points go without a branch.
+HWY_INLINE void copyRun(const GridPoint* from, GridPoint* to, std::uint32_t count) {
+#if HWY_TARGET <= HWY_AVX3
+  const hn::FixedTag<float, 16> df;
+  constexpr std::uint32_t kNumbers = sizeof(GridPoint) / sizeof(float);
   const float* const from_numbers = reinterpret_cast<const float*>(from);
   float* const to_numbers = reinterpret_cast<float*>(to);
-  for (std::size_t part = 0; part < kAtOnce * kNumbers; part += hn::Lanes(df)) {
-    const auto mask = hn::FirstN(df, numbers - std::min(numbers, part));
-    hn::BlendedStore(hn::LoadU(df, from_numbers + part), mask, df, to_numbers + part);
-  }
+  std::uint32_t number = 0;
+  do {
+    const auto mask = hn::FirstN(df, std::min(count * kNumbers - number, 16U));
+    hn::BlendedStore(hn::LoadU(df, from_numbers + number), mask, df, to_numbers + number);
+    number += 16;
+  } while (number < count * kNumbers);
+#else
+  for (std::uint32_t i = 0; i < count; ++i) to[i] = from[i];
+#endif
 }
 
 /// Moves the runs; voxel_begin[rank + 1] runs on to the voxel's end, which is where the next one begins.
@@ -80,15 +84,11 @@ HWY_INLINE void scatter(const DeprojectJob& job, Scene& scene) {
   std::uint32_t* const cursors = scene.voxel_begin + 1;
   const std::size_t runs = job.run_count;
   for (std::size_t run = 0; run < runs; ++run) {
-    std::uint32_t from = run_begin[run];
-    const std::uint32_t end = run_begin[run + 1];
-    const std::uint32_t rank = run_voxel[run];
-    std::uint32_t to = cursors[rank];
-    cursors[rank] = to + end - from;
-    copyAtOnce(from_points + from, to_points + to, std::min(end - from, kAtOnce));
-    for (from += kAtOnce, to += kAtOnce; from < end; from += kAtOnce, to += kAtOnce) {
-      copyAtOnce(from_points + from, to_points + to, std::min(end - from, kAtOnce));
-    }
+    const std::uint32_t begin = run_begin[run];
+    const std::uint32_t count = run_begin[run + 1] - begin;
+    std::uint32_t& cursor = cursors[run_voxel[run]];
+    copyRun(from_points + begin, to_points + cursor, count);
+    cursor += count;
   }
 }
 

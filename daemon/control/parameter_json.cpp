@@ -1,6 +1,5 @@
 #include "daemon/control/parameter_json.h"
 
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -31,7 +30,6 @@ const char* nameOf(config::Kind kind) {
 }
 
 OrderedJson toJson(const config::Value& value) {
-  if (const double* number = std::get_if<double>(&value)) return finiteOrNull(*number);
   return std::visit([](const auto& held) { return OrderedJson(held); }, value);
 }
 
@@ -136,8 +134,8 @@ OrderedJson parameterJson(const config::Parameter& parameter, const config::Sett
           {"value", toJson(parameter.get(settings))},
           {"kind", nameOf(parameter.kind)},
           {"unit", parameter.unit},
-          {"minimum", numeric ? finiteOrNull(parameter.minimum) : OrderedJson()},
-          {"maximum", numeric ? finiteOrNull(parameter.maximum) : OrderedJson()},
+          {"minimum", numeric ? OrderedJson(parameter.minimum) : OrderedJson()},
+          {"maximum", numeric ? OrderedJson(parameter.maximum) : OrderedJson()},
           {"choices", std::move(choices)},
           {"default", toJson(parameter.defaultValue())},
           {"effect", parameter.effect == config::Effect::live ? "live" : "restart"},

@@ -1,7 +1,5 @@
 #include "daemon/control/status_json.h"
 
-#include <cmath>
-
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
 // until it is shown.
 namespace hapticd::daemon {
@@ -20,7 +18,7 @@ const char* nameOf(drivers::CameraState state) {
 }
 
 OrderedJson vectorJson(const rt::Vec3& vector) {
-  return {{"x", finiteOrNull(vector.x)}, {"y", finiteOrNull(vector.y)}, {"z", finiteOrNull(vector.z)}};
+  return {{"x", vector.x}, {"y", vector.y}, {"z", vector.z}};
 }
 
 OrderedJson latencyJson(const LatencySummary& latency) {
@@ -81,7 +79,7 @@ OrderedJson sceneJson(const SceneStatus& scene) {
           {"pointsOverCapacity", points_over_capacity},
           {"skippedFrames", skipped_frames},
           {"lastModelNs", last_model_ns},
-          {"frameRateHz", finiteOrNull(frame_rate_hz)}};
+          {"frameRateHz", frame_rate_hz}};
 }
 
 OrderedJson handleJson(const drivers::HandleStatus& handle) {
@@ -134,26 +132,21 @@ const char* nameOf(rt::Cause cause) {
   return "none";
 }
 
-OrderedJson finiteOrNull(double value) {
-  return std::isfinite(value) ? OrderedJson(value) : OrderedJson();
-}
-
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
                camera, scene, handle, uptime_s] = status;
   const auto& [tick, counters, directive_generation] = loop_state;
 
-  OrderedJson loop = {{"rateHz", finiteOrNull(rate_hz)}};
+  OrderedJson loop = {{"rateHz", rate_hz}};
   loop.update(privilegesJson(privileges));
   loop.update({{"directiveGeneration", directive_generation},
                {"wakeupLatency", latencyJson(wakeup_latency)},
                {"computeTime", latencyJson(compute_time)},
                {"counters", countersJson(counters)},
                {"traceTicksDropped", trace_ticks_dropped}});
-  return {
-      {"mode", nameOf(tick.mode)},         {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
-      {"uptimeS", finiteOrNull(uptime_s)}, {"loop", std::move(loop)},     {"tick", tickJson(tick)},
-      {"camera", cameraJson(camera)},      {"scene", sceneJson(scene)},   {"handle", handleJson(handle)}};
+  return {{"mode", nameOf(tick.mode)},    {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
+          {"uptimeS", uptime_s},          {"loop", std::move(loop)},     {"tick", tickJson(tick)},
+          {"camera", cameraJson(camera)}, {"scene", sceneJson(scene)},   {"handle", handleJson(handle)}};
 }
 
 OrderedJson windowJson(const WindowSummary& window) {
@@ -161,8 +154,8 @@ OrderedJson windowJson(const WindowSummary& window) {
   const bool any = ticks != 0;
   return {{"ticks", ticks},
           {"contactTicks", contact_ticks},
-          {"minForceN", any ? finiteOrNull(min_force_n) : OrderedJson()},
-          {"maxForceN", any ? finiteOrNull(max_force_n) : OrderedJson()},
+          {"minForceN", any ? OrderedJson(min_force_n) : OrderedJson()},
+          {"maxForceN", any ? OrderedJson(max_force_n) : OrderedJson()},
           {"maxWakeupLatencyNs", any ? OrderedJson(max_wakeup_latency_ns) : OrderedJson()}};
 }
 

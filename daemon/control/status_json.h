@@ -14,7 +14,4 @@ OrderedJson windowJson(const WindowSummary& window);
 const char* nameOf(rt::Mode mode);
 const char* nameOf(rt::Cause cause);
 
-/// null when `value` is not finite.
-OrderedJson finiteOrNull(double value);
-
 }  // namespace hapticd::daemon

@@ -7,7 +7,7 @@
 
 #include "config/parameter_table.h"
 #include "config/yaml_loader.h"
-#include "temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
 namespace {
@@ -44,7 +44,7 @@ void expectSettingsOrErrors(const std::expected<Settings, std::vector<Error>>& s
 // Nested, endless and repetitive inputs as long as a file may be: refused in bounded work and stack. The
 // test's time limit is the bound on time.
 TEST(DamagedYaml, LongPathologicalFilesAreRefused) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   for (const char* piece :
        {"[", "{", "[a,",   "{a: ", "{? ", "? ",         "- ",   "a: ", "k: [", "&a ", "*", "!", ":", "\"",
         "'", "a", "---\n", "|\n",  ">",   "%TAG ! x\n", "a:\n", "\\",  "@",    "`",   "}", "]", ","}) {
@@ -56,7 +56,7 @@ TEST(DamagedYaml, LongPathologicalFilesAreRefused) {
 }
 
 TEST(DamagedYaml, AnAliasBombIsRefusedWithoutUnfoldingIt) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::string yaml = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
   for (int level = 1; level < 30; ++level) {
     const std::string alias = "*a" + std::to_string(level - 1);
@@ -69,7 +69,7 @@ TEST(DamagedYaml, AnAliasBombIsRefusedWithoutUnfoldingIt) {
 }
 
 TEST(DamagedYaml, ManyProblemsAreCutToAHundredAndTheRestCounted) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::string yaml = "force:\n";
   for (int i = 0; i < 150; ++i) yaml += "  x" + std::to_string(i) + ": 1\n";
   const auto settings = loadSettings(folder.write("many.yaml", yaml));
@@ -80,7 +80,7 @@ TEST(DamagedYaml, ManyProblemsAreCutToAHundredAndTheRestCounted) {
 
 // The list is the first name or value, and line n holds the one after the n-th.
 TEST(DamagedYaml, AFileWithThousandsOfValuesIsReadNoFurtherThanFiveThousand) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto file = folder.write("foreign.yaml", repeated("- 1\n", 50000));
   const auto settings = loadSettings(file);
   ASSERT_FALSE(settings);
@@ -94,7 +94,7 @@ TEST(DamagedYaml, AFileWithThousandsOfValuesIsReadNoFurtherThanFiveThousand) {
 // Bytes of the shipped demo changed, deleted, doubled and cut at random, with a fixed seed: no crash, no
 // hang, and nothing but sound settings or errors.
 TEST(DamagedYaml, RandomDamageGivesSoundSettingsOrErrors) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string whole = contentOf(std::filesystem::path(HAPTICD_SHIPPED_CONFIG) / "demo.yaml");
   ASSERT_FALSE(whole.empty());
   const std::string_view alphabet = "{}[]:,&*!|>'\"%@`#-?~\n\t 0.eE+x";

@@ -9,7 +9,7 @@
 
 #include "config/parameter_table.h"
 #include "config/yaml_loader.h"
-#include "temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
 namespace {
@@ -107,7 +107,7 @@ TEST(ShippedFiles, HapticdYamlChangesNothingAsItIsShipped) {
 }
 
 TEST(ShippedFiles, HapticdYamlLoadsWithEveryCommentMarkDeleted) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string uncommented = readDocumentation(kShipped / "hapticd.yaml").uncommented;
   Settings settings;
   expectLoads(folder.write("all.yaml", uncommented), settings);

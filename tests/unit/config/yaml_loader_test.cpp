@@ -3,14 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "config/parameter_table.h"
-#include "temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
 namespace {
 
 // The settings of a file that is expected to be good.
 Settings load(std::string_view yaml, const std::vector<std::string>& overrides = {}) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto settings = loadSettings(folder.write("good.yaml", yaml), overrides);
   if (settings) return *settings;
   for (const Error& error : settings.error()) ADD_FAILURE() << error.text();
@@ -87,7 +87,7 @@ TEST(YamlLoader, RulesAreJudgedAfterTheOverrides) {
 }
 
 TEST(YamlLoader, AnUnreadableFileIsTheOnlyError) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto textFor = [&](const std::filesystem::path& file) {
     const auto settings = loadSettings(file, std::vector<std::string>{"force.radius_m=7"});
     return settings || settings.error().size() != 1 ? "?" : settings.error()[0].text();
@@ -106,7 +106,7 @@ TEST(YamlLoader, AnUnreadableFileIsTheOnlyError) {
 }
 
 TEST(YamlLoader, AFileOfOneMebibyteIsReadAndALongerOneRefused) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::size_t longest = 1048576;
   const auto longest_file = folder.write("longest.yaml", std::string(longest, '\n'));
   EXPECT_TRUE(loadSettings(longest_file));

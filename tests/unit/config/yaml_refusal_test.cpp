@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/yaml_loader.h"
-#include "temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
 namespace {
@@ -22,7 +22,7 @@ void PrintTo(const Refusal& refusal, std::ostream* stream) {
 }
 
 std::vector<std::string> textsOf(const Refusal& refusal) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto settings = loadSettings(folder.write("bad.yaml", refusal.yaml), refusal.overrides);
   if (settings) return {};
   std::vector<std::string> texts;

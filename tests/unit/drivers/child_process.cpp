@@ -12,7 +12,7 @@
 
 extern char** environ;
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 namespace {
 
 constexpr const char* kChildMark = "HAPTICD_TEST_CHILD";
@@ -71,4 +71,4 @@ std::string fakenectFolder() {
   return std::filesystem::exists(folder / "libfreenect.so.0.5") ? folder.string() : std::string{};
 }
 
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 
 /// True in the process that runInChild() has started.
 bool isChild();
@@ -16,4 +16,4 @@ int runInChild(const std::vector<std::string>& environment);
 /// The folder of libfreenect's player `fakenect`, next to libfreenect itself.
 std::string fakenectFolder();
 
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <utility>
 
-#include "made_up_pixel.h"
+#include "tests/support/made_up_pixel.h"
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 namespace {
 
 constexpr std::size_t kPixels = 640 * 480;
@@ -157,4 +157,4 @@ std::vector<std::uint8_t> FakeKinectCamera::nextPacket() {
   return lost ? std::vector<std::uint8_t>{} : packet;
 }
 
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 
 /// What a Kinect v1's depth camera does at its USB connection: it answers the commands with which libfreenect
 /// opens it and sends depth packets. The environment variable FAKE_KINECT chooses what goes wrong:
@@ -57,4 +57,4 @@ class FakeKinectCamera {
   std::uint8_t packet_sequence_ = 0;
 };
 
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test

@@ -9,7 +9,7 @@
 #include "drivers/camera/freenect/freenect_camera.h"
 #include "fake_kinect_camera.h"
 #include "frame_collector.h"
-#include "made_up_pixel.h"
+#include "tests/support/made_up_pixel.h"
 
 namespace hapticd::drivers {
 namespace {

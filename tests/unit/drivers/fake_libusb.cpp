@@ -21,7 +21,7 @@ struct libusb_device_handle {};
 
 namespace {
 
-using hapticd::drivers::test::FakeKinectCamera;
+using hapticd::test::FakeKinectCamera;
 
 struct Bus {
   FakeKinectCamera camera;

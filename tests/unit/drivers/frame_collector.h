@@ -9,13 +9,13 @@
 
 #include "drivers/camera/camera.h"
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 
 /// Long enough for the slowest machine under a sanitizer; only a failing test waits that long.
 inline constexpr std::chrono::seconds kPatience{60};
 
 /// Keeps every published frame where the driver wrote it; each frame has an address of its own.
-class FrameCollector final : public FrameSink {
+class FrameCollector final : public drivers::FrameSink {
  public:
   rt::DepthFrame& back() override {
     const std::lock_guard lock(mutex_);
@@ -63,4 +63,4 @@ bool eventually(Condition condition) {
   return true;
 }
 
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test

@@ -6,7 +6,7 @@
 
 #include "drivers/monotonic_clock.h"
 #include "frame_collector.h"
-#include "scratch_recording.h"
+#include "tests/support/scratch_recording.h"
 
 namespace hapticd::drivers {
 namespace {

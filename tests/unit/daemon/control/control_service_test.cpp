@@ -187,13 +187,27 @@ TEST_F(ControlServiceTest, AnswersAChangeOnlyAfterTheLoopHasTakenIt) {
   changer.call(
       R"({"method":"io.hapticd.Control.SetParameters","parameters":{"parameters":{"force.radius_m":0.03}}})");
   changer.call(R"({"method":"io.hapticd.Status.Nope"})");
-  box.waitForGeneration(1);
+  EXPECT_TRUE(box.waitForGeneration(1));
   // Others are served meanwhile.
   EXPECT_EQ("idle", askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
   EXPECT_EQ("idle", askControl("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
+  EXPECT_TRUE(changer.silent());
   box.acknowledge();
   EXPECT_EQ(json({{"parameters", {{"generation", 1}}}}), changer.json());
   EXPECT_EQ("org.varlink.service.MethodNotFound", changer.json()["error"]);
+}
+
+TEST_F(ControlServiceTest, AnswersNoOnewayChangeInThePlaceOfALaterCall) {
+  start();
+  box.holdAcknowledgements();
+  RawClient client = controlClient();
+  client.call(
+      R"({"method":"io.hapticd.Control.SetParameters","oneway":true,
+          "parameters":{"parameters":{"force.radius_m":0.03}}})");
+  client.call(R"({"method":"io.hapticd.Control.Engage"})");
+  EXPECT_TRUE(box.waitForGeneration(2));
+  box.acknowledge();
+  EXPECT_EQ(json({{"parameters", {{"mode", "engaged"}, {"cause", "requested"}}}}), client.json());
 }
 
 TEST_F(ControlServiceTest, SaysSoWhenTheLoopDoesNotTakeAChangeInTime) {

@@ -1,6 +1,13 @@
 #include "fake_box.h"
 
+#include <chrono>
+
 namespace hapticd::daemon::test {
+namespace {
+
+constexpr std::chrono::seconds kPatience{20};
+
+}  // namespace
 
 FakeBox::FakeBox() {
   status_.camera = {drivers::CameraState::streaming, "", "synthetic sphere", 300, 1};
@@ -52,14 +59,14 @@ void FakeBox::acknowledge() {
   acknowledged_ = generation_;
 }
 
-void FakeBox::waitForGeneration(std::uint64_t generation) {
+bool FakeBox::waitForGeneration(std::uint64_t generation) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return generation_ >= generation; });
+  return changed_.wait_for(lock, kPatience, [&] { return generation_ >= generation; });
 }
 
-void FakeBox::waitForStatusCalls(int calls) {
+bool FakeBox::waitForStatusCalls(int calls) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return status_calls_ >= calls; });
+  return changed_.wait_for(lock, kPatience, [&] { return status_calls_ >= calls; });
 }
 
 void FakeBox::setStatus(const BoxStatus& status) {

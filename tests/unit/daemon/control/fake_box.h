@@ -23,10 +23,11 @@ class FakeBox final : public Box {
   /// From now on changes wait for acknowledge().
   void holdAcknowledgements();
   void acknowledge();
-  /// Waits until so many changes were asked for since the start.
-  void waitForGeneration(std::uint64_t generation);
-  /// Waits until status() was called so many times since the start.
-  void waitForStatusCalls(int calls);
+  /// Waits until so many changes were asked for since the start. False after 20 s (so long that a loaded
+  /// machine does not fail).
+  bool waitForGeneration(std::uint64_t generation);
+  /// Waits in the same way until status() was called so many times since the start.
+  bool waitForStatusCalls(int calls);
 
   void setStatus(const BoxStatus& status);
   config::Settings appliedSettings() const;

@@ -257,7 +257,7 @@ TEST_F(HapticctlTest, WatchSaysSoWhenTheDaemonEnds) {
   start();
   // Ends the server once the program has got its first state.
   std::thread stopper([&] {
-    box.waitForStatusCalls(1);
+    EXPECT_TRUE(box.waitForStatusCalls(1));
     stop();
   });
   const ProcessResult result = run({"watch"});

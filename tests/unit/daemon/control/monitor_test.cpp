@@ -77,9 +77,9 @@ TEST_F(MonitorTest, LeavesOutRepliesForASlowReaderCountsThemAndLosesNoTick) {
   start();
   RawClient client = statusClient();
   client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
-  box.waitForStatusCalls(2);
+  EXPECT_TRUE(box.waitForStatusCalls(2));
   addTicks({tickWith(0, 2, 0, 1), tickWith(0, 1, 0, 1)});
-  box.waitForStatusCalls(6);
+  EXPECT_TRUE(box.waitForStatusCalls(6));
 
   const json first = client.json()["parameters"];
   EXPECT_EQ(0, first["droppedCount"]);

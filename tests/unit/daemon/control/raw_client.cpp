@@ -61,6 +61,11 @@ nlohmann::json RawClient::json() {
   return nlohmann::json::parse(reply(), nullptr, false);
 }
 
+bool RawClient::silent() const {
+  pollfd descriptor{socket_, POLLIN, 0};
+  return input_.empty() && ::poll(&descriptor, 1, 0) == 0;
+}
+
 void RawClient::endInput() {
   ::shutdown(socket_, SHUT_WR);
 }

@@ -31,6 +31,9 @@ class RawClient {
   /// The same as JSON; discarded if it is none.
   nlohmann::json json();
 
+  /// Whether nothing has come that reply() has not given.
+  bool silent() const;
+
   /// Says that nothing more will be sent, as `printf ... | socat` does.
   void endInput();
   void close();

@@ -108,7 +108,17 @@ TEST_F(VarlinkServerTest, ObeysAOnewayCallOfAClientThatLeftAtOnce) {
   RawClient client = controlClient();
   client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
   client.close();
-  box.waitForGeneration(1);
+  EXPECT_TRUE(box.waitForGeneration(1));
+}
+
+TEST_F(VarlinkServerTest, ObeysAllOnewayCallsOfAClientThatLeftEvenIfTheyAreMoreThanOneBuffer) {
+  start();
+  std::string calls;
+  for (int i = 0; i < 2000; ++i) calls += message(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
+  RawClient client = controlClient();
+  client.send(calls);
+  client.close();
+  EXPECT_TRUE(box.waitForGeneration(2000));
 }
 
 TEST_F(VarlinkServerTest, ClosesWithoutAReplyOnWhatIsNoCall) {
@@ -173,6 +183,11 @@ TEST_F(VarlinkServerTest, TakesMessagesOf64KiBAndNotOneByteMore) {
   const std::string head = R"({"method":"io.hapticd.Status.Nope")";
   const auto padded = [&](std::size_t size) { return head + std::string(size - head.size() - 1, ' ') + "}"; };
   EXPECT_EQ(kUnknownReply, answerTo(padded(65536)));
+  RawClient hesitant = statusClient();
+  hesitant.send(padded(65536));
+  expectServing();  // by now all but the NUL has been read
+  hesitant.send(std::string(1, '\0'));
+  EXPECT_EQ(kUnknownReply, hesitant.reply());
   expectClosedWithoutReply(message(padded(65537)));
   expectClosedWithoutReply(std::string(70'000, 'x'));
 }
@@ -268,7 +283,7 @@ TEST_F(VarlinkServerTest, GivesThePlaceOfAWaitingCallThatItsClientLeftToTheNext)
   {
     RawClient client = controlClient();
     client.call(R"({"method":"io.hapticd.Control.Engage"})");
-    box.waitForGeneration(1);
+    EXPECT_TRUE(box.waitForGeneration(1));
   }
   expectAdmittedSoon(controlPath());
 }

@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 
 /// The pixel (index) of a made-up frame: all values 0..2047 occur, and no two frames below 100 are alike.
 constexpr std::uint16_t madeUpPixel(std::uint32_t frame, std::size_t pixel) {
   return static_cast<std::uint16_t>((pixel * 7 + std::size_t{frame} * 131) % 2048);
 }
 
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test

@@ -2,18 +2,22 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "made_up_pixel.h"
-#include "temporary_folder.h"
+#include "tests/support/made_up_pixel.h"
+#include "tests/support/temporary_folder.h"
 
-namespace hapticd::drivers::test {
+namespace hapticd::test {
 
 inline constexpr std::string_view kPgmHeader = "P5 640 480 65535\n";
+inline constexpr std::size_t kImagePixels = 640 * 480;
 
-/// Header and pixels of a made-up frame in libfreenect's format.
+/// Header and pixels in libfreenect's format.
+std::string pgmBytes(std::span<const std::uint16_t> pixels, std::string_view header = kPgmHeader);
+/// The same of a made-up frame.
 std::string pgmBytes(std::uint32_t frame, std::string_view header = kPgmHeader);
 
 void writeFile(const std::filesystem::path& file, std::string_view content);
@@ -22,8 +26,14 @@ void writeFile(const std::filesystem::path& file, std::string_view content);
 class ScratchRecording {
  public:
   const std::filesystem::path& path() const { return folder_.path(); }
-  /// Adds a frame to the files and to the index (in memory until writeIndex()). Returns its file.
+  /// Adds a made-up frame to the files and to the index (in memory until writeIndex()). Returns its file.
   std::filesystem::path add(std::uint32_t frame, const std::string& host_seconds, std::uint32_t ticks);
+  /// The same with the bytes of the file.
+  std::filesystem::path addBytes(std::string_view bytes, const std::string& host_seconds,
+                                 std::uint32_t ticks);
+  /// The same with a file that is there already, without copying it where the file system can link.
+  std::filesystem::path addLink(const std::filesystem::path& image, const std::string& host_seconds,
+                                std::uint32_t ticks);
   void addIndexLine(std::string_view line);
   void writeIndex(std::string_view line_end = "\n") const;
 
@@ -35,17 +45,4 @@ class ScratchRecording {
 /// `frames` (at most 900) made-up frames, 1 ms apart, with ticks 1000, 1001, ...
 void fillRecording(ScratchRecording& recording, std::uint32_t frames);
 
-/// A real recording unpacked into a fresh folder: `archive` below $HAPTICD_RECORDINGS or its default. Nothing
-/// when it is not there.
-class UnpackedRecording {
- public:
-  explicit UnpackedRecording(const std::string& archive);
-  bool found() const { return !path_.empty(); }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  TemporaryFolder folder_;
-  std::filesystem::path path_;
-};
-
-}  // namespace hapticd::drivers::test
+}  // namespace hapticd::test
