@@ -167,7 +167,8 @@ BoxStatus RunningBox::status() {
 
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   std::vector<std::string> list;
-  if (status.camera.state != drivers::CameraState::streaming) {
+  const bool looking = status.camera.state == drivers::CameraState::absent && status.camera.detail.empty();
+  if (status.camera.state != drivers::CameraState::streaming && !looking) {
     list.push_back(fmt::format("camera {}: {}",
                                status.camera.state == drivers::CameraState::lost ? "lost" : "absent",
                                status.camera.detail));

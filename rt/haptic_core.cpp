@@ -14,6 +14,18 @@ bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept
   return static_cast<double>(now_ns - time_ns) > limit_s * 1e9;
 }
 
+/// What keeps the loop from commanding a force, or `none`.
+Cause obstacleOf(const HapticCore::Input& input) HAPTICD_RT {
+  const SafetyParameters& limits = input.directive.parameters.safety;
+  if (input.handle.sequence == 0 || isOlder(input.handle.time_ns, input.now_ns, limits.handle_timeout_s)) {
+    return Cause::handle_stale;
+  }
+  if (!inWorkspace(input.handle.position_m_in_world)) return Cause::handle_invalid;
+  if (input.scene.frame == 0) return Cause::no_scene;
+  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return Cause::depth_stale;
+  return Cause::none;
+}
+
 }  // namespace
 
 ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
@@ -25,28 +37,16 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
   return {};
 }
 
-/// What keeps the loop from commanding a force, or `none`.
-Cause HapticCore::obstacle(const Input& input) const HAPTICD_RT {
-  const SafetyParameters& limits = input.directive.parameters.safety;
-  if (input.handle.sequence == 0 || isOlder(input.handle.time_ns, input.now_ns, limits.handle_timeout_s)) {
-    return Cause::handle_stale;
-  }
-  if (!inWorkspace(input.handle.position_m_in_world)) return Cause::handle_invalid;
-  if (input.scene.frame == 0) return Cause::no_scene;
-  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return Cause::depth_stale;
-  return Cause::none;
-}
-
-void HapticCore::decideMode(const Input& input) HAPTICD_RT {
+void HapticCore::decideMode(const Input& input, Cause obstacle) HAPTICD_RT {
   if (!input.directive.engage) {  // also what clears a fault
+    if (mode_ != Mode::idle) cause_ = mode_ == Mode::starting ? Cause::none : Cause::requested;
     mode_ = Mode::idle;
-    cause_ = Cause::requested;
     return;
   }
   if (mode_ == Mode::faulted) return;
-  cause_ = obstacle(input);
-  if (cause_ != Cause::none) {
+  if (obstacle != Cause::none) {
     mode_ = Mode::holding;
+    cause_ = obstacle;
     return;
   }
   if (mode_ != Mode::engaged) engaged_s_ = 0;
@@ -79,14 +79,15 @@ Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
 
 Tick HapticCore::step(const Input& input) HAPTICD_RT {
   Tick tick;
-  decideMode(input);
+  const Cause obstacle = obstacleOf(input);
+  decideMode(input, obstacle);
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.scene_frame = input.scene.frame;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
   // The law is felt in every mode whose inputs are good, so that status shows contact before engaging.
   Vec3 aim;
-  if (obstacle(input) == Cause::none) {
+  if (obstacle == Cause::none) {
     const Vec3 felt = feel(input, tick);
     if (mode_ == Mode::engaged) aim = rampGain(input) * felt;
   }

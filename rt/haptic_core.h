@@ -48,8 +48,7 @@ class HapticCore {
                        const LiveParameters& parameters) HAPTICD_RT;
 
  private:
-  Cause obstacle(const Input& input) const HAPTICD_RT;
-  void decideMode(const Input& input) HAPTICD_RT;
+  void decideMode(const Input& input, Cause obstacle) HAPTICD_RT;
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
   double rampGain(const Input& input) HAPTICD_RT;
 

@@ -10,6 +10,7 @@
 #include "drivers/camera/freenect/freenect_camera.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "frame_collector.h"
+#include "tests/support/real_recording.h"
 #include "tests/support/scratch_recording.h"
 
 namespace hapticd::drivers {

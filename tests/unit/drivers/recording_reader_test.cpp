@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/camera/recorded/depth_pgm.h"
+#include "tests/support/real_recording.h"
 #include "tests/support/scratch_recording.h"
 
 namespace hapticd::drivers {

@@ -1,0 +1,266 @@
+#include "rt/depth_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+
+#include "tests/unit/rt/reference_camera.h"
+
+namespace hapticd::rt {
+namespace {
+
+using test::pointByPrintedMatrix;
+using test::ReferenceCamera;
+
+constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
+
+/// Positions are a few metres; rt/ rounds some ten times in double precision (2^-53 each) on the way.
+constexpr double kRounding_m = 1e-14;
+
+DepthModelParameters withoutLimits(double a_per_m, double b_per_m) {
+  DepthModelParameters parameters;
+  parameters.a_per_m = a_per_m;
+  parameters.b_per_m = b_per_m;
+  parameters.near_m = 0.001;
+  parameters.far_m = 1000;
+  return parameters;
+}
+
+void expectNear(const Vec3& actual, const Vec3& expected, double tolerance) {
+  EXPECT_NEAR(actual.x, expected.x, tolerance);
+  EXPECT_NEAR(actual.y, expected.y, tolerance);
+  EXPECT_NEAR(actual.z, expected.z, tolerance);
+}
+
+TEST(DepthModel, PutsEveryPixelWhereThePrintedMatrixDoes) {
+  const DepthModelParameters parameters;
+  const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
+  for (std::uint32_t raw = 271; raw <= 1003; raw += 4) {
+    for (std::uint32_t row = 0; row < kFrameHeight; row += 7) {
+      for (std::uint32_t column = 0; column < kFrameWidth; column += 9) {
+        const Vec3 expected = pointByPrintedMatrix(parameters, column, row, raw);
+        const Vec3 actual = model->pointInWorld(PackedPixel::pack(column, row, raw));
+        ASSERT_LT(norm(actual - expected), kRounding_m) << column << ' ' << row << ' ' << raw;
+      }
+    }
+  }
+}
+
+TEST(DepthModel, LooksAlongMinusZWithXToTheRightAndYUp) {
+  const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
+  const Vec3 top_left = model->pointInWorld(PackedPixel::pack(0, 0, 800));
+  const Vec3 bottom_right = model->pointInWorld(PackedPixel::pack(639, 479, 800));
+  EXPECT_LT(top_left.x, 0);
+  EXPECT_GT(top_left.y, 0);
+  EXPECT_LT(top_left.z, 0);
+  EXPECT_GT(bottom_right.x, 0);
+  EXPECT_LT(bottom_right.y, 0);
+  EXPECT_EQ(top_left.z, bottom_right.z);
+}
+
+struct TabulatedDepth {
+  std::uint16_t raw;
+  double paper_m;
+  double factory_m;
+};
+
+class TabulatedDepthLaw : public testing::TestWithParam<TabulatedDepth> {};
+
+// 0.5e-4 m: the table has four decimals.
+TEST_P(TabulatedDepthLaw, PaperGivesTheTabulatedDepth) {
+  const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
+  EXPECT_NEAR(model->depth_m(GetParam().raw), GetParam().paper_m, 0.5e-4);
+}
+
+TEST_P(TabulatedDepthLaw, FactoryConstantsGiveTheTabulatedDepth) {
+  // Z = 9 / (7.5 + 21.0794 - 0.0263 d), libfreenect's nominal constants
+  const auto model = std::make_unique<DepthModel>(withoutLimits(-0.0263 / 9, 28.5794 / 9), PoseParameters{});
+  EXPECT_NEAR(model->depth_m(GetParam().raw), GetParam().factory_m, 0.5e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Raw, TabulatedDepthLaw,
+    testing::Values(TabulatedDepth{400, 0.4756, 0.4984}, TabulatedDepth{500, 0.5570, 0.5833},
+                    TabulatedDepth{600, 0.6719, 0.7032}, TabulatedDepth{700, 0.8466, 0.8850},
+                    TabulatedDepth{750, 0.9731, 1.0164}, TabulatedDepth{800, 1.1441, 1.1937},
+                    TabulatedDepth{850, 1.3879, 1.4459}, TabulatedDepth{900, 1.7638, 1.8332},
+                    TabulatedDepth{950, 2.4189, 2.5039}, TabulatedDepth{1000, 3.8484, 3.9483}),
+    [](const auto& info) { return std::to_string(info.param.raw); });
+
+TEST(DepthModel, KeepsExactlyTheRawValuesBetweenTheLimits) {
+  struct Case {
+    double near_m, far_m;
+    int first, last;
+  };
+  // last: haptics.md 1.3; first: (1 / near - b) / a = 270.57 and 678.54
+  for (const Case& c : {Case{0.4, 4.0, 271, 1003}, Case{0.8, 3.5, 678, 991}}) {
+    DepthModelParameters parameters;
+    parameters.near_m = c.near_m;
+    parameters.far_m = c.far_m;
+    const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
+    for (int raw = 0; raw < kRawValues; ++raw) {
+      const bool kept = model->depth_m(static_cast<std::uint16_t>(raw)) != 0;
+      EXPECT_EQ(kept, raw >= c.first && raw <= c.last) << raw;
+    }
+  }
+}
+
+TEST(DepthModel, CountsTheLimitsThemselvesAsInside) {
+  DepthModelParameters parameters = withoutLimits(-0x1p-10, 2);  // Z = 1 m exactly at raw 1024
+  parameters.near_m = 1;
+  parameters.far_m = 1.5;
+  EXPECT_EQ(std::make_unique<DepthModel>(parameters, PoseParameters{})->depth_m(1024), 1);
+  parameters.near_m = 0.5;
+  parameters.far_m = 1;
+  const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
+  EXPECT_EQ(model->depth_m(1024), 1);
+  EXPECT_EQ(model->depth_m(0), 0.5);
+  EXPECT_EQ(model->depth_m(1025), 0);
+}
+
+TEST(DepthModel, NeverPutsAPointBehindTheCamera) {
+  DepthModelParameters parameters;  // the pole of the paper's law is at raw 1084.61
+  parameters.near_m = 0.001;
+  parameters.far_m = 1e9;
+  const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
+  EXPECT_NEAR(model->depth_m(1084), 533.22, 0.005);  // haptics.md 1.4
+  for (int raw = 1085; raw < kRawValues; ++raw) {
+    ASSERT_EQ(model->depth_m(static_cast<std::uint16_t>(raw)), 0) << raw;
+  }
+}
+
+TEST(DepthModel, TakesNoMeasurementForNoDepthEvenWhereTheLawGivesOne) {
+  const auto rising = std::make_unique<DepthModel>(withoutLimits(-0.001, 3), PoseParameters{});
+  EXPECT_GT(rising->depth_m(2046), 0);
+  EXPECT_EQ(rising->depth_m(2047), 0);
+}
+
+TEST(DepthModel, TakesALawWhoseDepthFallsWithTheRawValue) {
+  const DepthModelParameters parameters = [] {
+    DepthModelParameters p = withoutLimits(0.002, -1);
+    p.near_m = 0.5;
+    p.far_m = 4;
+    return p;
+  }();
+  const ReferenceCamera camera(parameters);
+  const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
+  int kept = 0;
+  for (std::uint32_t raw = 0; raw < kRawValues; ++raw) {
+    const double depth = model->depth_m(static_cast<std::uint16_t>(raw));
+    ASSERT_EQ(depth != 0, camera.accepts(raw)) << raw;
+    if (depth == 0) continue;
+    ++kept;
+    ASSERT_NEAR(depth, 1 / (0.002 * raw - 1), kRounding_m);
+  }
+  EXPECT_EQ(kept, 1500 - 625 + 1);  // 1/Z = 0.25 at raw 625, 2 at raw 1500
+  EXPECT_EQ(model->wholeFrame().raw_first, 625);
+  EXPECT_EQ(model->wholeFrame().raw_last, 1500);
+}
+
+/// A camera with its optical axis in pixel (320, 240) and square pixels: the pixel (320 + 60, 240) at 1 m
+/// looks 0.1 m to the right, (320, 240 - 60) 0.1 m up.
+DepthModelParameters roundCamera() {
+  DepthModelParameters parameters = withoutLimits(-0x1p-10, 2);
+  parameters.fx_px = parameters.fy_px = 600;
+  parameters.cx_px = 320;
+  parameters.cy_px = 240;
+  return parameters;
+}
+
+struct PoseCase {
+  const char* name;
+  double roll_rad, pitch_rad, yaw_rad;
+  Vec3 ahead, right, up;  // where these directions of the camera point to in the world
+};
+
+class CameraPose : public testing::TestWithParam<PoseCase> {};
+
+TEST_P(CameraPose, TurnsTheCameraAsComputedByHand) {
+  const PoseCase& c = GetParam();
+  const Vec3 position{0.5, -2, 3};
+  const auto model = std::make_unique<DepthModel>(
+      roundCamera(), PoseParameters{position, c.roll_rad, c.pitch_rad, c.yaw_rad});
+  expectNear(model->pointInWorld(PackedPixel::pack(320, 240, 1024)), position + c.ahead, kRounding_m);
+  expectNear(model->pointInWorld(PackedPixel::pack(380, 240, 1024)), position + c.ahead + 0.1 * c.right,
+             kRounding_m);
+  expectNear(model->pointInWorld(PackedPixel::pack(320, 180, 1024)), position + c.ahead + 0.1 * c.up,
+             kRounding_m);
+}
+
+// Fixed axes: first roll about x, then pitch about y, then yaw about z. With any other order of two quarter
+// turns each of the last three would come out differently.
+INSTANTIATE_TEST_SUITE_P(
+    QuarterTurns, CameraPose,
+    testing::Values(
+        PoseCase{"None", 0, 0, 0, {0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
+        PoseCase{"Roll", kQuarterTurn_rad, 0, 0, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}},
+        PoseCase{"Pitch", 0, kQuarterTurn_rad, 0, {-1, 0, 0}, {0, 0, -1}, {0, 1, 0}},
+        PoseCase{"Yaw", 0, 0, kQuarterTurn_rad, {0, 0, -1}, {0, 1, 0}, {-1, 0, 0}},
+        PoseCase{"RollPitch", kQuarterTurn_rad, kQuarterTurn_rad, 0, {0, 1, 0}, {0, 0, -1}, {1, 0, 0}},
+        PoseCase{"RollYaw", kQuarterTurn_rad, 0, kQuarterTurn_rad, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+        PoseCase{"PitchYaw", 0, kQuarterTurn_rad, kQuarterTurn_rad, {0, -1, 0}, {0, 0, -1}, {-1, 0, 0}}),
+    [](const auto& info) { return info.param.name; });
+
+TEST(DepthModel, AgreesWithAnIndependentPoseAtOddAngles) {
+  const DepthModelParameters parameters;
+  const PoseParameters pose{{0.3, -1.2, 2.5}, 0.3, -1.1, 2.4};
+  const ReferenceCamera camera(parameters, pose);
+  const auto model = std::make_unique<DepthModel>(parameters, pose);
+  for (std::uint32_t raw = 271; raw <= 1003; raw += 61) {
+    for (std::uint32_t row = 0; row < kFrameHeight; row += 53) {
+      for (std::uint32_t column = 0; column < kFrameWidth; column += 71) {
+        expectNear(model->pointInWorld(PackedPixel::pack(column, row, raw)),
+                   camera.pointInWorld(column, row, raw), kRounding_m);
+      }
+    }
+  }
+}
+
+TEST(DepthModel, BoundsHoldEveryPointAndAreTouched) {
+  const PoseParameters pose{{0.3, -1.2, 2.5}, 0.3, -1.1, 2.4};
+  const DepthModelParameters parameters;
+  const ReferenceCamera camera(parameters, pose);
+  const DepthModel::Bounds bounds = std::make_unique<DepthModel>(parameters, pose)->bounds();
+  Vec3 low{1e9, 1e9, 1e9};
+  Vec3 high{-1e9, -1e9, -1e9};
+  for (const std::uint32_t raw : {271U, 1003U}) {
+    for (std::uint32_t row = 0; row < kFrameHeight; ++row) {
+      for (std::uint32_t column = 0; column < kFrameWidth; column += row % 479 == 0 ? 1 : 639) {
+        const Vec3 p = camera.pointInWorld(column, row, raw);
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+      }
+    }
+  }
+  // Raw 271 and 1003 lie up to one raw step (48 mm at 4 m, times the ray's slope) inside the limits.
+  constexpr double kStep_m = 0.048 * 1.3;
+  EXPECT_LE(bounds.lowest_m_in_world.x, low.x);
+  EXPECT_LE(bounds.lowest_m_in_world.y, low.y);
+  EXPECT_LE(bounds.lowest_m_in_world.z, low.z);
+  EXPECT_GE(bounds.highest_m_in_world.x, high.x);
+  EXPECT_GE(bounds.highest_m_in_world.y, high.y);
+  EXPECT_GE(bounds.highest_m_in_world.z, high.z);
+  expectNear(bounds.lowest_m_in_world, low, kStep_m);
+  expectNear(bounds.highest_m_in_world, high, kStep_m);
+}
+
+TEST(PackedPixel, GivesBackWhatWasPackedAndSortsLikeTheImage) {
+  std::uint32_t last = 0;
+  for (std::uint32_t row = 0; row < kFrameHeight; ++row) {
+    for (std::uint32_t column = 0; column < kFrameWidth; ++column) {
+      const std::uint32_t raw = (row * 977 + column * 131) % kRawValues;
+      const std::uint32_t packed = PackedPixel::pack(column, row, raw);
+      ASSERT_EQ(PackedPixel::column(packed), column);
+      ASSERT_EQ(PackedPixel::row(packed), row);
+      ASSERT_EQ(PackedPixel::raw(packed), raw);
+      ASSERT_TRUE(packed > last || (row == 0 && column == 0));
+      last = packed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::rt

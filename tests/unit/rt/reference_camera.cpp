@@ -1,0 +1,103 @@
+#include "tests/unit/rt/reference_camera.h"
+
+#include <array>
+#include <cmath>
+
+namespace hapticd::test {
+namespace {
+
+using Long = long double;
+using LongVector = std::array<Long, 3>;
+
+LongVector aboutX(const LongVector& p, Long angle) {
+  const Long c = std::cos(angle);
+  const Long s = std::sin(angle);
+  return {p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]};
+}
+
+LongVector aboutY(const LongVector& p, Long angle) {
+  const Long c = std::cos(angle);
+  const Long s = std::sin(angle);
+  return {c * p[0] + s * p[2], p[1], c * p[2] - s * p[0]};
+}
+
+LongVector aboutZ(const LongVector& p, Long angle) {
+  const Long c = std::cos(angle);
+  const Long s = std::sin(angle);
+  return {c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]};
+}
+
+LongVector byPrintedMatrix(const rt::DepthModelParameters& m, Long u, Long v, Long d) {
+  const Long row_vector[4] = {u, v, d, 1};
+  const Long matrix[4][4] = {
+      {1 / Long(m.fx_px), 0, 0, 0},
+      {0, -1 / Long(m.fy_px), 0, 0},
+      {0, 0, 0, m.a_per_m},
+      {-Long(m.cx_px) / m.fx_px, Long(m.cy_px) / m.fy_px, -1, m.b_per_m},
+  };
+  Long product[4] = {};
+  for (int column = 0; column < 4; ++column) {
+    for (int i = 0; i < 4; ++i) product[column] += row_vector[i] * matrix[i][column];
+  }
+  return {product[0] / product[3], product[1] / product[3], product[2] / product[3]};
+}
+
+rt::Vec3 rounded(const LongVector& p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+}  // namespace
+
+rt::Vec3 pointByPrintedMatrix(const rt::DepthModelParameters& parameters, double u, double v, double d) {
+  return rounded(byPrintedMatrix(parameters, u, v, d));
+}
+
+ReferenceCamera::ReferenceCamera(const rt::DepthModelParameters& parameters, const rt::PoseParameters& pose)
+    : parameters_(parameters), pose_(pose) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    LongVector p{};
+    p[axis] = 1;
+    p = aboutZ(aboutY(aboutX(p, pose.roll_rad), pose.pitch_rad), pose.yaw_rad);
+    for (std::size_t i = 0; i < 3; ++i) rotation_[i][axis] = p[i];
+  }
+}
+
+bool ReferenceCamera::accepts(std::uint32_t raw) const {
+  if (raw >= 2047) return false;
+  const Long w = Long(parameters_.a_per_m) * raw + parameters_.b_per_m;
+  return w > 0 && 1 / w >= parameters_.near_m && 1 / w <= parameters_.far_m;
+}
+
+rt::Vec3 ReferenceCamera::toWorld(const rt::Vec3& p_m_in_camera) const {
+  const LongVector p{p_m_in_camera.x, p_m_in_camera.y, p_m_in_camera.z};
+  const LongVector origin{pose_.position_m.x, pose_.position_m.y, pose_.position_m.z};
+  LongVector world{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    world[i] = rotation_[i][0] * p[0] + rotation_[i][1] * p[1] + rotation_[i][2] * p[2] + origin[i];
+  }
+  return rounded(world);
+}
+
+rt::Vec3 ReferenceCamera::pointInWorld(std::uint32_t column, std::uint32_t row, std::uint32_t raw) const {
+  return toWorld(rounded(byPrintedMatrix(parameters_, column, row, raw)));
+}
+
+PointCloud ReferenceCamera::pointsOf(const rt::DepthFrame& frame) const {
+  PointCloud cloud;
+  for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
+    for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
+      const std::uint32_t raw = frame.raw[row * rt::kFrameWidth + column];
+      if (!accepts(raw)) continue;
+      const rt::Vec3 p = pointInWorld(column, row, raw);
+      cloud.x_m.push_back(p.x);
+      cloud.y_m.push_back(p.y);
+      cloud.z_m.push_back(p.z);
+      cloud.column.push_back(column);
+      cloud.row.push_back(row);
+      cloud.raw.push_back(raw);
+    }
+  }
+  return cloud;
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rt/parameters.h"
+#include "rt/vec3.h"
+#include "tests/unit/rt/reference_camera.h"
+
+namespace hapticd::test {
+
+struct ReferenceForce {
+  rt::Vec3 force_n_in_world;
+  std::uint32_t points_used = 0;
+  /// Distances that decide about a point differ by less than rounding can tell (1e-12 m): another choice of
+  /// points is as right.
+  bool undecided = false;
+};
+
+/// Eq. (6)-(11) by looking at every point of the cloud, in double precision.
+ReferenceForce bruteForce(const PointCloud& cloud, const rt::Vec3& hip_m_in_world,
+                          const rt::SpringParameters& parameters);
+
+/// How far the law's force may be from bruteForce() by rounding alone, newtons. Positions of a few metres
+/// are rounded to about 1e-15 m, which turns the direction of a spring of length s by 1e-15 / s; s is at
+/// least 1e-6 m here (1e-8 N for k D = 20 N; no other rounding comes near).
+inline double roundingTolerance_n(const rt::SpringParameters& parameters) {
+  return 1e-9 * parameters.stiffness_n_per_m * parameters.radius_m;
+}
+
+}  // namespace hapticd::test

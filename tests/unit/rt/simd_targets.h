@@ -1,0 +1,32 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <cstdint>
+#include <string>
+
+namespace hapticd::test {
+
+/// Runs each test once with every SIMD target that is built in and that this machine has.
+class EachSimdTarget : public ::testing::TestWithParam<std::int64_t> {
+ protected:
+  EachSimdTarget() {
+    hwy::SetSupportedTargetsForTest(GetParam());
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+  ~EachSimdTarget() override {
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().DeInit();
+  }
+};
+
+inline std::string simdTargetName(const ::testing::TestParamInfo<std::int64_t>& info) {
+  return hwy::TargetName(info.param);
+}
+
+}  // namespace hapticd::test
+
+#define HAPTICD_FOR_EACH_SIMD_TARGET(suite)                                                             \
+  INSTANTIATE_TEST_SUITE_P(Simd, suite, ::testing::ValuesIn(hwy::SupportedAndGeneratedTargets()), \
+                           hapticd::test::simdTargetName)

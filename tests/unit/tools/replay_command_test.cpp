@@ -1,0 +1,145 @@
+// The stage `command`: the law's force after the safety chain, at the times of the samples.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "tests/support/brute_force.h"
+#include "tests/support/made_up_scene.h"
+#include "tests/support/scratch_recording.h"
+#include "tools/haptic-replay/replay.h"
+
+namespace hapticd::tools {
+namespace {
+
+using test::Vector;
+
+// Sums of a few hundred numbers below 10 N in double precision; times of some seconds in whole nanoseconds
+// make the slew limit's step uncertain by 1e-9 s * 500 N/s.
+constexpr double kTolerance_n = 1e-6;
+
+constexpr std::uint16_t kWallRaw = 760;  // 1.003 m
+const Vector kHip{0.01, 0.02, -0.98};    // 23 mm in front of it
+
+double lengthOf(const rt::Vec3& v) {
+  return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+/// The force that the law has at kHip, longer than the limits of the tests.
+Vector lawForce() {
+  return test::BruteForce(test::pointsOf(test::wallImage(kWallRaw)), kHip).force_n();
+}
+
+class ReplayCommand : public testing::Test {
+ protected:
+  /// A replay of the wall, with the image for all times.
+  void openImage(const config::Settings& settings) {
+    open(settings, folder_.write("wall.pgm", test::pgmBytes(test::wallImage(kWallRaw))));
+  }
+
+  void open(const config::Settings& settings, const std::filesystem::path& depth) {
+    source_ = std::make_unique<DepthSource>(*DepthSource::open(depth));
+    replay_ = std::make_unique<Replay>(settings, *source_, Stage::command);
+  }
+
+  rt::Vec3 commandAt(double time_s, const Vector& hip = kHip) {
+    return replay_->feel({time_s, {hip[0], hip[1], hip[2]}}).value().force_n_in_world;
+  }
+
+  /// Along the law's force, that long.
+  static void expectAlongTheLaw(const rt::Vec3& command, double length_n, double time_s) {
+    const Vector law = lawForce();
+    const double factor = length_n / test::distanceBetween(law, {});
+    EXPECT_NEAR(command.x, factor * law[0], kTolerance_n) << time_s;
+    EXPECT_NEAR(command.y, factor * law[1], kTolerance_n) << time_s;
+    EXPECT_NEAR(command.z, factor * law[2], kTolerance_n) << time_s;
+  }
+
+  test::TemporaryFolder folder_;
+  std::unique_ptr<DepthSource> source_;
+  std::unique_ptr<Replay> replay_;
+};
+
+TEST_F(ReplayCommand, RisesAtTheSlewLimitToTheLargestForceAndStaysThere) {
+  ASSERT_GT(test::distanceBetween(lawForce(), {}), 4.5);  // beyond the limit of 4 N
+  openImage({});
+  for (int sample = 0; sample < 20; ++sample) {
+    const double time_s = 0.001 * sample;
+    // 500 N/s for one millisecond are 0.5 N
+    expectAlongTheLaw(commandAt(time_s), std::min(0.5 * (sample + 1), 4.0), time_s);
+  }
+}
+
+TEST_F(ReplayCommand, MeasuresTheSlewLimitByTheTimeBetweenTheSamples) {
+  openImage({});
+  // The first sample counts as one period of the loop, 1 ms.
+  expectAlongTheLaw(commandAt(5), 0.5, 5);
+  expectAlongTheLaw(commandAt(5.002), 1.5, 5.002);
+  expectAlongTheLaw(commandAt(5.0025), 1.75, 5.0025);
+  expectAlongTheLaw(commandAt(5.0025), 1.75, 5.0025);
+  expectAlongTheLaw(commandAt(5.0055), 3.25, 5.0055);
+}
+
+TEST_F(ReplayCommand, IsTheBareLawWhereNoLimitActs) {
+  config::Settings settings;
+  settings.live.safety.max_force_n = 40;
+  settings.live.safety.max_slew_n_per_s = 20000;
+  openImage(settings);
+  expectAlongTheLaw(commandAt(0), test::distanceBetween(lawForce(), {}), 0);
+}
+
+TEST_F(ReplayCommand, IsZeroWhereNoForceIsPermitted) {
+  config::Settings settings;
+  settings.live.safety.max_force_n = 0;
+  openImage(settings);
+  for (int sample = 0; sample < 10; ++sample) EXPECT_EQ(commandAt(0.001 * sample), (rt::Vec3{}));
+}
+
+TEST_F(ReplayCommand, NeverStepsBeyondTheSlewLimitNorTheLargestForceWhereverTheHipJumps) {
+  openImage({});
+  const auto points = test::pointsOf(test::wallImage(kWallRaw));
+  rt::Vec3 last;
+  double time_s = 0;
+  for (const Vector& hip : test::positionsNear(points, 300, 5)) {
+    const rt::Vec3 command = commandAt(time_s, hip);
+    EXPECT_LE(lengthOf(command - last), 0.5 + kTolerance_n);  // 500 N/s for 1 ms
+    EXPECT_LE(lengthOf(command), 4 + kTolerance_n);
+    last = command;
+    time_s += 0.001;
+  }
+}
+
+TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTimeout) {
+  test::ScratchRecording recording;
+  const auto image = recording.addBytes(test::pgmBytes(test::wallImage(kWallRaw)), "1500000000.000000", 1000);
+  recording.addLink(image, "1500000000.100000", 2000);
+  recording.writeIndex();
+  config::Settings settings;
+  settings.live.safety.depth_timeout_s = 0.3;
+  settings.live.safety.max_slew_n_per_s = 50;
+  open(settings, recording.path());
+
+  for (int sample = 0; sample <= 60; ++sample) {
+    const double time_s = 0.01 * sample;
+    const rt::Vec3 command = commandAt(time_s);
+    // 50 N/s for 10 ms are 0.5 N; the first sample counts as 1 ms. The newest frame is from 0.1 s: up to
+    // 0.4 s it is fresh.
+    if (sample <= 40) {
+      expectAlongTheLaw(command, std::min(0.05 + 0.5 * sample, 4.0), time_s);
+    } else if (sample < 48) {
+      expectAlongTheLaw(command, 4.0 - 0.5 * (sample - 40), time_s);
+    } else {
+      EXPECT_NEAR(lengthOf(command), 0, sample == 48 ? kTolerance_n : 0) << time_s;
+    }
+  }
+}
+
+TEST_F(ReplayCommand, ReportsThePointsOfTheLaw) {
+  openImage({});
+  EXPECT_EQ(replay_->feel({0, {kHip[0], kHip[1], kHip[2]}}).value().points_used, 100U);
+}
+
+}  // namespace
+}  // namespace hapticd::tools

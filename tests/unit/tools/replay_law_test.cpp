@@ -1,0 +1,165 @@
+// The stage `law` against a second implementation of the paper over all pixels (tests/support/brute_force.h).
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "tests/support/brute_force.h"
+#include "tests/support/made_up_scene.h"
+#include "tests/support/scratch_recording.h"
+#include "tools/haptic-replay/replay.h"
+
+namespace hapticd::tools {
+namespace {
+
+using test::BruteForce;
+using test::Vector;
+
+// Both sides compute in double precision: some 100 terms below 20 N leave 1e-12 N, and the direction to a
+// point 1e-9 m away, where eq. (10) still counts, is uncertain by 1e-7 of a term of 0.2 N.
+constexpr double kTolerance_n = 1e-6;
+
+constexpr std::size_t kPositions = 400;
+
+Vector toVector(const rt::Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+rt::Vec3 toVec3(const Vector& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// A replay of one image.
+class ImageReplay {
+ public:
+  ImageReplay(const config::Settings& settings, const std::vector<std::uint16_t>& raw)
+      : source_(*DepthSource::open(folder_.write("image.pgm", test::pgmBytes(raw)))),
+        replay_(settings, source_, Stage::law) {}
+
+  ReplayedForce feel(const Vector& hip) { return replay_.feel({0, toVec3(hip)}).value(); }
+
+ private:
+  test::TemporaryFolder folder_;
+  DepthSource source_;
+  Replay replay_;
+};
+
+/// Compares at kPositions positions; returns how many of them had a force.
+std::size_t expectBruteForce(const config::Settings& settings, const test::SpringLaw& law) {
+  const std::vector<std::uint16_t> raw = test::sceneImage(0);
+  const std::vector<Vector> points = test::pointsOf(raw);
+  ImageReplay replay(settings, raw);
+  std::size_t with_force = 0;
+  for (const Vector& hip : test::positionsNear(points, kPositions, 1)) {
+    const BruteForce expected(points, hip, law);
+    const ReplayedForce felt = replay.feel(hip);
+    EXPECT_LT(expected.error_n(toVector(felt.force_n_in_world)), kTolerance_n)
+        << hip[0] << ' ' << hip[1] << ' ' << hip[2];
+    EXPECT_EQ(felt.points_used, expected.points());
+    with_force += expected.points() > 0 ? 1 : 0;
+  }
+  return with_force;
+}
+
+TEST(ReplayLaw, IsTheBruteForceOverAllPixelsWhenOnlyTheReachIsModelled) {
+  EXPECT_GT(expectBruteForce(config::Settings{}, {}), kPositions / 2);
+}
+
+TEST(ReplayLaw, IsTheBruteForceOverAllPixelsWhenTheWholeFrameIsModelled) {
+  config::Settings settings;
+  settings.grid.extent = rt::ModelExtent::frame;
+  EXPECT_GT(expectBruteForce(settings, {}), kPositions / 2);
+}
+
+TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
+  config::Settings settings;
+  settings.live.springs = {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70};
+  const std::size_t with_force = expectBruteForce(
+      settings, {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70});
+  EXPECT_GT(with_force, 50U);               // so that N_max is tested
+  EXPECT_LT(with_force, kPositions - 50U);  // and N_min
+}
+
+TEST(ReplayLaw, TurnsAndMovesWithTheCamera) {
+  config::Settings settings;
+  settings.camera.pose = {{0.3, -1.2, 0.7}, 0.2, -0.5, 1.1};
+  const double cr = std::cos(0.2), sr = std::sin(0.2), cp = std::cos(-0.5), sp = std::sin(-0.5),
+               cy = std::cos(1.1), sy = std::sin(1.1);
+  // Rz(yaw) Ry(pitch) Rx(roll), multiplied out by hand.
+  const double rotation[3][3] = {{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
+                                 {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
+                                 {-sp, cp * sr, cp * cr}};
+  const auto turned = [&rotation](const Vector& v) {
+    Vector result{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) result[i] += rotation[i][j] * v[j];
+    }
+    return result;
+  };
+
+  const std::vector<std::uint16_t> raw = test::sceneImage(0);
+  const std::vector<Vector> points_in_camera = test::pointsOf(raw);
+  std::vector<Vector> points;
+  for (const Vector& point : points_in_camera) {
+    const Vector p = turned(point);
+    points.push_back({p[0] + 0.3, p[1] - 1.2, p[2] + 0.7});
+  }
+  ImageReplay replay(settings, raw);
+  const std::vector<Vector> hips = test::positionsNear(points, kPositions, 3);
+  for (std::size_t i = 0; i < kPositions; ++i) {
+    if (i % 4 == 0) continue;  // on a point, where the rotation's rounding would decide the direction
+    const Vector& hip = hips[i];
+    const BruteForce expected(points, hip);
+    const ReplayedForce felt = replay.feel(hip);
+    EXPECT_LT(expected.error_n(toVector(felt.force_n_in_world)), kTolerance_n);
+    EXPECT_EQ(felt.points_used, expected.points());
+  }
+}
+
+TEST(ReplayLaw, HasNoForceWhereNothingIsNear) {
+  ImageReplay replay(config::Settings{}, test::sceneImage(0));
+  for (const Vector& hip : {Vector{0, 0, 0}, Vector{0, 0, 1}, Vector{9, 9, -9}}) {
+    const ReplayedForce felt = replay.feel(hip);
+    EXPECT_EQ(felt.force_n_in_world, (rt::Vec3{}));
+    EXPECT_EQ(felt.points_used, 0U);
+  }
+}
+
+TEST(ReplayLaw, FeelsTheFrameOfEachTimeInWhateverOrderTheTimesCome) {
+  test::ScratchRecording recording;
+  std::vector<std::vector<Vector>> points;
+  for (std::uint32_t frame = 0; frame < 4; ++frame) {
+    const auto raw = test::sceneImage(3 * frame);
+    points.push_back(test::pointsOf(raw));
+    recording.addBytes(test::pgmBytes(raw), "1500000000." + std::to_string(100 + 33 * frame), frame);
+  }
+  recording.writeIndex();
+  const DepthSource source = *DepthSource::open(recording.path());
+  Replay replay(config::Settings{}, source, Stage::law);
+  for (const std::size_t frame : {0U, 2U, 1U, 3U, 0U, 3U, 3U, 2U}) {
+    const Vector hip = test::positionsNear(points[2], 2, frame).back();
+    const auto felt = replay.feel({0.033 * static_cast<double>(frame) + 0.001, toVec3(hip)});
+    ASSERT_TRUE(felt) << felt.error().text();
+    EXPECT_EQ(felt->frame, frame);
+    EXPECT_LT(BruteForce(points[frame], hip).error_n(toVector(felt->force_n_in_world)), kTolerance_n);
+  }
+}
+
+TEST(ReplayLaw, SaysWhichFrameCannotBeRead) {
+  test::ScratchRecording recording;
+  recording.add(1, "1500000000.100", 1);
+  recording.addBytes("P5 640 480 65535\nshort", "1500000000.200", 2);
+  recording.writeIndex();
+  const DepthSource source = *DepthSource::open(recording.path());
+  Replay replay(config::Settings{}, source, Stage::law);
+  EXPECT_TRUE(replay.feel({0, {}}));
+  const auto felt = replay.feel({0.2, {}});
+  ASSERT_FALSE(felt);
+  EXPECT_NE(felt.error().text().find("d-1500000000.200-2.pgm: has 22 bytes, expected 614417"),
+            std::string::npos)
+      << felt.error().text();
+}
+
+}  // namespace
+}  // namespace hapticd::tools
