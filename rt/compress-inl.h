@@ -13,7 +13,8 @@ HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
 /// The lanes of `v` for which `mask` is set, moved to the front; the rest is unspecified. 32-bit lanes.
-/// The library's own does the same, but g++ 12 has it copy its table, 8 KiB on AVX2, to the stack at each call.
+/// The library's own does the same, but g++ 12 has it copy its table, 8 KiB on AVX2, to the stack at each
+/// call.
 template <typename D>
 HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> compress(D d, hwy::HWY_NAMESPACE::Vec<D> v,
                                                hwy::HWY_NAMESPACE::Mask<D> mask) {

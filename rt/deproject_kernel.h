@@ -24,7 +24,8 @@ struct DeprojectJob {
 
   std::uint32_t point_capacity;
   GridPoint* points_in_image_order;  ///< room for point_capacity and one vector more
-  std::uint32_t* voxel_of_row;  ///< of each point of one row: kFrameWidth + kVectorPadding, from element 1 on
+  std::uint32_t* pixel_of_row;       ///< of those of a row to look at: kFrameWidth + kVectorPadding
+  std::uint32_t* voxel_of_row;  ///< of the points of a row: kFrameWidth + kVectorPadding, from element 1 on
   // Runs: points side by side in the image that lie in the same voxel. Room as for the points.
   std::uint32_t* run_voxel;  ///< bit number in the grid's occupancy
   std::uint32_t* run_begin;  ///< first point; the next run's begin is the end
@@ -34,9 +35,9 @@ struct DeprojectJob {
   std::size_t run_count;               ///< out; run_begin[run_count] is `points`
 };
 
-/// Deprojects the pixels of the window that have a depth and lie in the ball, in the order of the image, and
-/// splits them into runs by voxel. One source for all vector widths, chosen at run time.
-/// RT: safe after the first call. Cost: bounded by the pixels of the window.
+/// Finds the pixels of the window that have a depth and lie in the ball, in the order of the image, and
+/// splits them into runs by voxel. A run does not go on from one row to the next. One source for all vector
+/// widths, chosen at run time. RT: safe after the first call. Cost: bounded by the pixels of the window.
 void deproject(DeprojectJob& job) noexcept;
 
 }  // namespace hapticd::rt

@@ -16,6 +16,13 @@ Eigen::Matrix3d rotationOf(const PoseParameters& pose) {
       .toRotationMatrix();
 }
 
+DepthModel::SingleRay single(double x, double y, double z) {
+  return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+}
+
+/// No camera sees that far; nor does it see a place that is not a number.
+constexpr double kOutOfSight_m = 1e6;
+
 struct Interval {
   double first;
   double last;
@@ -59,20 +66,23 @@ void DepthModel::tabulateDepth() {
 
 void DepthModel::tabulateRays() {
   const auto& r = rotation_world_camera_;
-  for (std::size_t u = 0; u < kFrameWidth; ++u) {
-    const double slope = (static_cast<double>(u) - parameters_.cx_px) / parameters_.fx_px;
-    column_rays_[u] = {slope * r[0], slope * r[3], slope * r[6], 0};
-    single_.column_x[u] = static_cast<float>(column_rays_[u].x);
-    single_.column_y[u] = static_cast<float>(column_rays_[u].y);
-    single_.column_z[u] = static_cast<float>(column_rays_[u].z);
-  }
-  for (std::size_t v = 0; v < kFrameHeight; ++v) {
-    const double slope = -(static_cast<double>(v) - parameters_.cy_px) / parameters_.fy_px;
-    row_rays_[v] = {slope * r[1] - r[2], slope * r[4] - r[5], slope * r[7] - r[8], 0};
-    single_.row_x[v] = static_cast<float>(row_rays_[v].x);
-    single_.row_y[v] = static_cast<float>(row_rays_[v].y);
-    single_.row_z[v] = static_cast<float>(row_rays_[v].z);
-  }
+  const auto columnRay = [this, &r](double column) {
+    const double slope = (column - parameters_.cx_px) / parameters_.fx_px;
+    return Ray{slope * r[0], slope * r[3], slope * r[6], 0};
+  };
+  const auto rowRay = [this, &r](double row) {
+    const double slope = -(row - parameters_.cy_px) / parameters_.fy_px;
+    return Ray{slope * r[1] - r[2], slope * r[4] - r[5], slope * r[7] - r[8], 0};
+  };
+  for (std::size_t u = 0; u < kFrameWidth; ++u) column_rays_[u] = columnRay(static_cast<double>(u));
+  for (std::size_t v = 0; v < kFrameHeight; ++v) row_rays_[v] = rowRay(static_cast<double>(v));
+  const Ray column = columnRay(static_cast<double>(kMiddleColumn));
+  const Ray row = rowRay(static_cast<double>(kMiddleRow));
+  const double column_step = 1 / parameters_.fx_px;
+  const double row_step = -1 / parameters_.fy_px;
+  single_.middle = single(column.x + row.x, column.y + row.y, column.z + row.z);
+  single_.column_step = single(column_step * r[0], column_step * r[3], column_step * r[6]);
+  single_.row_step = single(row_step * r[1], row_step * r[4], row_step * r[7]);
 }
 
 void DepthModel::computeBounds() {
@@ -93,11 +103,12 @@ void DepthModel::computeBounds() {
     }
   }
   bounds_ = {low, high};
-  // Rounding of the ray's sum, of the depth, of the product and of the sum with the origin, each at most half
-  // a unit in the last place (2^-24) of a number below the farthest point's distance from the camera plus the
-  // grid's extent, on three axes; the voxel index adds the rounding of one more product.
+  // Rounding of the column's step and ray, of the ray's sum, of the depth and of the product's sum with the
+  // origin, each at most half a unit in the last place (2^-24 relative) of a number below the farthest
+  // point's distance from the camera plus the grid's extent, on three axes: at most 5 * sqrt(3) * 2^-25 of
+  // it. The voxel index adds the rounding of one more product. 8 * 2^-24 leaves a little.
   const double farthest = parameters_.far_m * longest_ray + norm(high - low);
-  single_precision_error_m_ = 8 * std::ldexp(farthest, -24);
+  single_precision_error_m_ = 14 * std::ldexp(farthest, -24);
 }
 
 PixelWindow DepthModel::wholeFrame() const noexcept {
@@ -124,6 +135,7 @@ PixelWindow DepthModel::rawsBetween(double nearest_m, double farthest_m) const n
 
 PixelWindow DepthModel::windowOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept {
   const Vec3 offset = centre_m_in_world - camera_position_;
+  if (!(norm(offset) < kOutOfSight_m)) return {};
   const auto& r = rotation_world_camera_;
   const double x = r[0] * offset.x + r[3] * offset.y + r[6] * offset.z;
   const double y = r[1] * offset.x + r[4] * offset.y + r[7] * offset.z;

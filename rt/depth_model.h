@@ -86,11 +86,18 @@ class DepthModel {
   const Ray* columnRays() const noexcept { return column_rays_.data(); }
   const Ray* rowRays() const noexcept { return row_rays_.data(); }
 
-  /// Single-precision tables for vectorised deprojection; row and column rays as separate coordinates.
+  /// Single-precision numbers for vectorised deprojection. A pixel's ray is linear in column and row:
+  /// `middle + (u - kMiddleColumn) * column_step + (v - kMiddleRow) * row_step`.
+  static constexpr float kMiddleColumn = kFrameWidth / 2;
+  static constexpr float kMiddleRow = kFrameHeight / 2;
+  struct SingleRay {
+    float x, y, z;
+  };
   struct SinglePrecisionTables {
     alignas(kCacheLine) std::array<float, kRawValues> depth_m;
-    alignas(kCacheLine) std::array<float, kFrameWidth> column_x, column_y, column_z;
-    std::array<float, kFrameHeight> row_x, row_y, row_z;
+    SingleRay middle;
+    SingleRay column_step;
+    SingleRay row_step;
   };
   const SinglePrecisionTables& singlePrecision() const noexcept { return single_; }
   const Vec3& cameraPosition_m_in_world() const noexcept { return camera_position_; }

@@ -201,7 +201,7 @@ class NearestSearch {
 
 ForceSample nearestSprings(const Scene& scene, const Vec3& hip_m_in_world, const SpringParameters& parameters,
                            SearchMemory& memory) HAPTICD_RT {
-  if (scene.frame == 0) return {};
+  if (scene.frame == 0 || !isFinite(hip_m_in_world)) return {};
   return NearestSearch(scene, hip_m_in_world, parameters, memory).force();
 }
 

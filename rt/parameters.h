@@ -67,7 +67,7 @@ struct GridParameters {
   double voxel_edge_m = 0.01;        ///< of the window that follows the HIP
   int cells_per_axis = 32;           ///< of the window that follows the HIP
   int point_capacity = 65536;        ///< points that a scene holds while `extent` is reach
-  double frame_voxel_edge_m = 0.04;  ///< of the grid over all that the camera sees, while `extent` is frame
+  double frame_voxel_edge_m = 0.05;  ///< of the grid over all that the camera sees, while `extent` is frame
   double max_hip_speed_m_per_s = 0.6;
   double frame_period_s = 1.0 / 30;
   double frame_margin_s = 0.02;  ///< a frame may come that much late

@@ -27,6 +27,7 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
                                                     : static_cast<std::size_t>(parameters.point_capacity)),
       in_image_order_(std::make_unique<GridPoint[]>(point_capacity_ + kVectorPadding)),
       voxel_of_row_(std::make_unique<std::uint32_t[]>(1 + kFrameWidth + kVectorPadding)),
+      pixel_of_row_(std::make_unique<std::uint32_t[]>(kFrameWidth + kVectorPadding)),
       run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)) {}
 
@@ -41,7 +42,7 @@ void SceneBuilder::place(const Vec3& centre_m_in_world, double radius_m, Scene& 
   const double edge = shape_.voxel_edge_m;
   if (extent_ == ModelExtent::frame) {
     scene.origin_m_in_world = model_.bounds().lowest_m_in_world - Vec3{edge, edge, edge};
-    scene.ball_centre_m_in_world = centre_m_in_world;
+    scene.ball_centre_m_in_world = scene.origin_m_in_world;  // any finite place is the centre of everything
     scene.ball_radius_m = kInfinity;
     return;
   }
@@ -95,6 +96,7 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   job.point_capacity = static_cast<std::uint32_t>(point_capacity_);
   job.points_in_image_order = in_image_order_.get();
   job.voxel_of_row = voxel_of_row_.get();
+  job.pixel_of_row = pixel_of_row_.get();
   job.run_voxel = run_voxel_.get();
   job.run_begin = run_begin_.get();
   deproject(job);

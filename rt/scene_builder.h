@@ -40,6 +40,7 @@ class SceneBuilder {
   std::size_t point_capacity_;
   std::unique_ptr<GridPoint[]> in_image_order_;
   std::unique_ptr<std::uint32_t[]> voxel_of_row_;
+  std::unique_ptr<std::uint32_t[]> pixel_of_row_;
   std::unique_ptr<std::uint32_t[]> run_voxel_;
   std::unique_ptr<std::uint32_t[]> run_begin_;
 };

@@ -23,14 +23,14 @@ namespace {
 constexpr int kCouldNotStart = 127;
 
 std::vector<std::string> environmentOf(const ProgramOptions& options) {
-  std::vector<std::string> all{"PATH=/usr/bin:/bin"};
+  std::vector<std::string> all = options.environment;  // first: of two with the same name the first is taken
+  all.emplace_back("PATH=/usr/bin:/bin");
   for (char** variable = environ; *variable != nullptr; ++variable) {
     for (const std::string_view kept :
          {"ASAN_OPTIONS=", "LSAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS="}) {
       if (std::string_view(*variable).starts_with(kept)) all.emplace_back(*variable);
     }
   }
-  all.insert(all.end(), options.environment.begin(), options.environment.end());
   return all;
 }
 

@@ -76,8 +76,14 @@ TEST_P(TabulatedDepthLaw, PaperGivesTheTabulatedDepth) {
 }
 
 TEST_P(TabulatedDepthLaw, FactoryConstantsGiveTheTabulatedDepth) {
-  // Z = 9 / (7.5 + 21.0794 - 0.0263 d), libfreenect's nominal constants
-  const auto model = std::make_unique<DepthModel>(withoutLimits(-0.0263 / 9, 28.5794 / 9), PoseParameters{});
+  // libfreenect's nominal constants: Z = 0.01 R E / (E + p (C + 0.375) - (p / 4) d)
+  constexpr double C = 200;     // const_shift
+  constexpr double p = 0.1052;  // ref_pix_size
+  constexpr double R = 120;     // ref_dist
+  constexpr double E = 7.5;     // emitter_dist
+  const DepthModelParameters factory =
+      withoutLimits(-p / 4 / (0.01 * R * E), (E + p * (C + 0.375)) / (0.01 * R * E));
+  const auto model = std::make_unique<DepthModel>(factory, PoseParameters{});
   EXPECT_NEAR(model->depth_m(GetParam().raw), GetParam().factory_m, 0.5e-4);
 }
 
@@ -88,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(
                     TabulatedDepth{750, 0.9731, 1.0164}, TabulatedDepth{800, 1.1441, 1.1937},
                     TabulatedDepth{850, 1.3879, 1.4459}, TabulatedDepth{900, 1.7638, 1.8332},
                     TabulatedDepth{950, 2.4189, 2.5039}, TabulatedDepth{1000, 3.8484, 3.9483}),
-    [](const auto& info) { return std::to_string(info.param.raw); });
+    [](const auto& instance) { return std::to_string(instance.param.raw); });
 
 TEST(DepthModel, KeepsExactlyTheRawValuesBetweenTheLimits) {
   struct Case {
@@ -122,9 +128,8 @@ TEST(DepthModel, CountsTheLimitsThemselvesAsInside) {
 }
 
 TEST(DepthModel, NeverPutsAPointBehindTheCamera) {
-  DepthModelParameters parameters;  // the pole of the paper's law is at raw 1084.61
-  parameters.near_m = 0.001;
-  parameters.far_m = 1e9;
+  // Burrus' law before rounding to Table I: its pole is at raw 1084.61
+  const DepthModelParameters parameters = withoutLimits(-0.0030711016, 3.3309495161);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   EXPECT_NEAR(model->depth_m(1084), 533.22, 0.005);  // haptics.md 1.4
   for (int raw = 1085; raw < kRawValues; ++raw) {
@@ -139,12 +144,9 @@ TEST(DepthModel, TakesNoMeasurementForNoDepthEvenWhereTheLawGivesOne) {
 }
 
 TEST(DepthModel, TakesALawWhoseDepthFallsWithTheRawValue) {
-  const DepthModelParameters parameters = [] {
-    DepthModelParameters p = withoutLimits(0.002, -1);
-    p.near_m = 0.5;
-    p.far_m = 4;
-    return p;
-  }();
+  DepthModelParameters parameters = withoutLimits(0x1p-9, -1);
+  parameters.near_m = 0.5;
+  parameters.far_m = 4;
   const ReferenceCamera camera(parameters);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   int kept = 0;
@@ -153,11 +155,11 @@ TEST(DepthModel, TakesALawWhoseDepthFallsWithTheRawValue) {
     ASSERT_EQ(depth != 0, camera.accepts(raw)) << raw;
     if (depth == 0) continue;
     ++kept;
-    ASSERT_NEAR(depth, 1 / (0.002 * raw - 1), kRounding_m);
+    ASSERT_NEAR(depth, 1 / (raw / 512.0 - 1), kRounding_m);
   }
-  EXPECT_EQ(kept, 1500 - 625 + 1);  // 1/Z = 0.25 at raw 625, 2 at raw 1500
-  EXPECT_EQ(model->wholeFrame().raw_first, 625);
-  EXPECT_EQ(model->wholeFrame().raw_last, 1500);
+  EXPECT_EQ(kept, 1536 - 640 + 1);  // 1/Z = 0.25 at raw 640, 2 at raw 1536
+  EXPECT_EQ(model->wholeFrame().raw_first, 640);
+  EXPECT_EQ(model->wholeFrame().raw_last, 1536);
 }
 
 /// A camera with its optical axis in pixel (320, 240) and square pixels: the pixel (320 + 60, 240) at 1 m
@@ -202,7 +204,7 @@ INSTANTIATE_TEST_SUITE_P(
         PoseCase{"RollPitch", kQuarterTurn_rad, kQuarterTurn_rad, 0, {0, 1, 0}, {0, 0, -1}, {1, 0, 0}},
         PoseCase{"RollYaw", kQuarterTurn_rad, 0, kQuarterTurn_rad, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
         PoseCase{"PitchYaw", 0, kQuarterTurn_rad, kQuarterTurn_rad, {0, -1, 0}, {0, 0, -1}, {-1, 0, 0}}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& instance) { return instance.param.name; });
 
 TEST(DepthModel, AgreesWithAnIndependentPoseAtOddAngles) {
   const DepthModelParameters parameters;

@@ -41,13 +41,14 @@ Ball randomBall(Randomness& random, const DepthModelParameters& parameters, cons
   const double radius = random.between(0.005, 0.4);
   switch (random.below(3)) {
     case 0:  // around the camera's own place
-      return {camera.toWorld({random.between(-0.5, 0.5), random.between(-0.5, 0.5), random.between(-0.8, 0.8)}),
-              radius};
+      return {
+          camera.toWorld({random.between(-0.5, 0.5), random.between(-0.5, 0.5), random.between(-0.8, 0.8)}),
+          radius};
     case 1:  // about a ray that meets the image or passes near it
-      return {camera.toWorld(random.between(0.3, 4.3) *
-                             Vec3{random.between(-400, 400) / parameters.fx_px,
-                                  random.between(-300, 300) / parameters.fy_px, -1}),
-              radius};
+      return {
+          camera.toWorld(random.between(0.3, 4.3) * Vec3{random.between(-400, 400) / parameters.fx_px,
+                                                         random.between(-300, 300) / parameters.fy_px, -1}),
+          radius};
     default:
       return {camera.toWorld({random.between(-2, 2), random.between(-2, 2), random.between(-4.5, 0.5)}),
               radius};
@@ -96,8 +97,8 @@ class WindowCheck {
     if (u < 0 || u >= kFrameWidth || v < 0 || v >= kFrameHeight) return;
     const Vec3 ray = first_ray_ + u * across_ - v * up_;
     const Vec3 to_camera = origin_ - ball.centre;
-    const bool pixel_inside = u >= window.column_first && u <= window.column_last &&
-                              v >= window.row_first && v <= window.row_last;
+    const bool pixel_inside =
+        u >= window.column_first && u <= window.column_last && v >= window.row_first && v <= window.row_last;
     for (std::size_t i = 0; i < depths_.size(); ++i) {
       const Vec3 d = to_camera + depths_[i] * ray;
       if (dot(d, d) > ball.radius * ball.radius) continue;
@@ -177,8 +178,9 @@ TEST(DepthWindow, IsAtMostThreePixelsAndTwoRawValuesTooWideOnEachSide) {
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   Randomness random(2);
   for (int i = 0; i < 40; ++i) {
-    const Ball ball{random.between(0.6, 3.5) * Vec3{random.between(-0.35, 0.35), random.between(-0.25, 0.25), -1},
-                    random.between(0.03, 0.15)};
+    const Ball ball{
+        random.between(0.6, 3.5) * Vec3{random.between(-0.35, 0.35), random.between(-0.25, 0.25), -1},
+        random.between(0.03, 0.15)};
     const PixelWindow window = model->windowOfBall(ball.centre, ball.radius);
     const PixelWindow met = pixelsThatMeet(ball, parameters);
     // A ball's outline touches its extreme columns and rows in one point, which falls between pixels: at most

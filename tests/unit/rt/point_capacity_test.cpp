@@ -52,8 +52,8 @@ struct GuardedScene {
     scene.point = point.data();
   }
   bool isIntact() const {
-    return occupancy.isIntact() && touched_words.isIntact() && word_rank.isIntact() && voxel_begin.isIntact() &&
-           point.isIntact();
+    return occupancy.isIntact() && touched_words.isIntact() && word_rank.isIntact() &&
+           voxel_begin.isIntact() && point.isIntact();
   }
 
   GuardedArray<std::uint64_t> occupancy, touched_words;
@@ -112,7 +112,8 @@ TEST_P(PointCapacity, IsEnoughForEveryPixelInAVoxelOfItsOwn) {
   grid.frame_voxel_edge_m = 0.01;
   SceneBuilder builder(*model, grid);
   GuardedScene guarded(builder.shape(), builder.pointCapacity());
-  for (const FramePointer& frame : {test::randomFrame(2, 271, 1003), test::frameOf(1003), test::frameOf(271)}) {
+  for (const FramePointer& frame :
+       {test::randomFrame(2, 271, 1003), test::frameOf(1003), test::frameOf(271)}) {
     builder.build(*frame, {}, 0, guarded.scene);
     EXPECT_EQ(guarded.scene.points, kFramePixels);
     EXPECT_TRUE(guarded.isIntact());

@@ -88,7 +88,8 @@ TEST_P(SceneOfFrame, HoldsEveryPointOfTheBallWhereOnlyTheReachIsModelled) {
         SCOPED_TRACE(f.name);
         Vec3 centre = camera.toWorld({0.2, 0.1, -1});
         if (cloud.size() != 0 && i != 0) {
-          centre = cloud.position(random() % cloud.size()) + Vec3{shift(random), shift(random), shift(random)};
+          centre =
+              cloud.position(random() % cloud.size()) + Vec3{shift(random), shift(random), shift(random)};
         }
         test::expectAllPointsOfTheBall(built.build(*f.frame, centre, i == 3 ? 0.05 : 1), cloud);
         test::expectVoxelsToHoldTheirPoints(built.scene);

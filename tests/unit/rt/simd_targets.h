@@ -27,6 +27,6 @@ inline std::string simdTargetName(const ::testing::TestParamInfo<std::int64_t>& 
 
 }  // namespace hapticd::test
 
-#define HAPTICD_FOR_EACH_SIMD_TARGET(suite)                                                             \
+#define HAPTICD_FOR_EACH_SIMD_TARGET(suite)                                                       \
   INSTANTIATE_TEST_SUITE_P(Simd, suite, ::testing::ValuesIn(hwy::SupportedAndGeneratedTargets()), \
                            hapticd::test::simdTargetName)

@@ -57,7 +57,7 @@ std::size_t expectBruteForce(const config::Settings& settings, const test::Sprin
     EXPECT_LT(expected.error_n(toVector(felt.force_n_in_world)), kTolerance_n)
         << hip[0] << ' ' << hip[1] << ' ' << hip[2];
     EXPECT_EQ(felt.points_used, expected.points());
-    with_force += expected.points() > 0 ? 1 : 0;
+    if (expected.points() > 0) ++with_force;
   }
   return with_force;
 }

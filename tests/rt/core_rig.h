@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rt/haptic_core.h"
+#include "rt/loop_state.h"
+#include "tests/rt/small_scene.h"
+
+namespace hapticd::test {
+
+inline constexpr double kPeriod_s = 0.001;
+inline constexpr std::int64_t kPeriod_ns = 1'000'000;
+
+/// A HapticCore with inputs that are good until a test spoils them, and a time that a test makes up.
+/// The HIP starts 2 cm in front of a wall, where half of D_thresh is pressed in.
+class CoreRig {
+ public:
+  CoreRig() {
+    handle.sequence = 1;
+    handle.position_m_in_world = wall.inFrontOfWall(0.02);
+  }
+
+  /// One period later. Measurements that are `fresh` are as old as that.
+  rt::Tick step() {
+    now_ns += kPeriod_ns;
+    if (handle_fresh) handle.time_ns = now_ns;
+    if (scene_fresh) wall.scene.frame_time_ns = now_ns;
+    return core.step({now_ns, kPeriod_s, wall.scene, handle, directive});
+  }
+  rt::Tick steps(int count) {
+    rt::Tick tick;
+    for (int i = 0; i < count; ++i) tick = step();
+    return tick;
+  }
+  /// Engages and waits until the ramp has ended and the force stands still.
+  rt::Tick engageFully() {
+    directive.engage = true;
+    return steps(600);
+  }
+
+  SmallScene wall;
+  rt::HapticCore core{wall.pointCapacity()};
+  rt::HandleState handle;
+  rt::Directive directive;
+  bool handle_fresh = true;
+  bool scene_fresh = true;
+  std::int64_t now_ns = 5'000'000'000;
+};
+
+}  // namespace hapticd::test

@@ -1,0 +1,183 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+#include "rt/haptic_core.h"
+#include "tests/rt/core_rig.h"
+
+namespace hapticd::test {
+namespace {
+
+using rt::Mode;
+using rt::Vec3;
+
+/// A handful of roundings of numbers of the size of the forces, and of a sum of some hundred periods.
+constexpr double kRounding = 1e-12;
+
+/// So high that the stage does not act.
+constexpr double kNoLimit = 1e9;
+
+TEST(HapticCoreForce, PushesAwayFromTheWallAndNotBeyondD_thresh) {
+  CoreRig rig;
+  const rt::Tick near = rig.step();
+  EXPECT_GT(near.law_force_n_in_world.z, 0);
+  EXPECT_GE(near.points_used, 10U);
+  rig.handle.position_m_in_world = rig.wall.inFrontOfWall(0.041);
+  const rt::Tick far = rig.step();
+  EXPECT_EQ(far.law_force_n_in_world, Vec3{});
+  EXPECT_EQ(far.points_used, 0U);
+  EXPECT_FALSE(far.outside_model);
+}
+
+TEST(HapticCoreForce, RampsLinearlyAfterEngaging) {
+  CoreRig rig;
+  rig.directive.parameters.safety.max_slew_n_per_s = kNoLimit;
+  rig.directive.parameters.safety.max_force_n = kNoLimit;
+  rig.directive.engage = true;
+  for (int tick = 1; tick <= 700; ++tick) {
+    const rt::Tick out = rig.step();
+    const double gain = std::min(1.0, tick * kPeriod_s / rig.directive.parameters.safety.engage_ramp_s);
+    const Vec3 expected = gain * out.law_force_n_in_world;
+    ASSERT_LE(norm(out.command_force_n_in_world - expected), kRounding * norm(out.law_force_n_in_world));
+  }
+}
+
+TEST(HapticCoreForce, IsFullAtOnceWithoutARamp) {
+  CoreRig rig;
+  rig.directive.parameters.safety.max_slew_n_per_s = kNoLimit;
+  rig.directive.parameters.safety.max_force_n = kNoLimit;
+  rig.directive.parameters.safety.engage_ramp_s = 0;
+  rig.directive.engage = true;
+  const rt::Tick out = rig.step();
+  EXPECT_EQ(out.command_force_n_in_world, out.law_force_n_in_world);
+}
+
+TEST(HapticCoreForce, RampsAnewAfterEachInterruption) {
+  CoreRig rig;
+  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  rig.directive.engage = false;
+  rig.steps(100);
+  rig.directive.engage = true;
+  EXPECT_LE(norm(rig.step().command_force_n_in_world), norm(full) * kPeriod_s / 0.5 * (1 + kRounding));
+}
+
+TEST(HapticCoreForce, GoesToZeroAtTheSlewLimitWhenAnInputIsSpoiled) {
+  CoreRig rig;
+  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  rig.handle.sequence = 0;
+  const double step_n = rig.directive.parameters.safety.max_slew_n_per_s * kPeriod_s;
+  const int ticks_to_zero = static_cast<int>(std::ceil(norm(full) / step_n));
+  ASSERT_GE(ticks_to_zero, 3);
+  for (int tick = 1; tick < ticks_to_zero; ++tick) {
+    EXPECT_NEAR(norm(rig.step().command_force_n_in_world), norm(full) - tick * step_n, kRounding);
+  }
+  EXPECT_EQ(rig.step().command_force_n_in_world, Vec3{});
+}
+
+TEST(HapticCoreForce, IsHeldOutsideTheModelFor10MillisecondsAtMost) {
+  CoreRig rig;
+  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  rig.handle.position_m_in_world = rig.wall.besideModel();
+  int held = 0;
+  rt::Tick tick = rig.step();
+  for (; tick.command_force_n_in_world == full && held < 1'000; ++held) tick = rig.step();
+  EXPECT_LE(held, 10);
+  EXPECT_GE(held, 9) << "of 10 periods one may be lost to rounding";
+  tick = rig.steps(100);
+  EXPECT_TRUE(tick.outside_model);
+  EXPECT_EQ(tick.mode, Mode::engaged);
+  EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
+}
+
+TEST(HapticCoreForce, IsTheLawsAgainOnceTheModelHasCaughtUp) {
+  CoreRig rig;
+  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  for (int round = 0; round < 3; ++round) {
+    rig.handle.position_m_in_world = rig.wall.besideModel();
+    EXPECT_EQ(rig.steps(5).command_force_n_in_world, full) << "a new hold of 10 ms each time";
+    rig.handle.position_m_in_world = rig.wall.inFrontOfWall(0.02);
+    const rt::Tick back = rig.step();
+    EXPECT_FALSE(back.outside_model);
+    EXPECT_EQ(back.command_force_n_in_world, full);
+  }
+}
+
+TEST(HapticCoreForce, HoldsNothingAfterAFault) {
+  CoreRig rig;
+  rig.engageFully();
+  rig.directive.parameters.springs.stiffness_n_per_m = std::numeric_limits<double>::infinity();
+  rig.step();
+  rig.directive.parameters.springs.stiffness_n_per_m = 500;
+  rig.directive.engage = false;
+  rig.handle.position_m_in_world = rig.wall.besideModel();
+  rig.steps(100);
+  rig.directive.engage = true;
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(rig.step().command_force_n_in_world, Vec3{});
+}
+
+/// Spoils, heals and moves inputs and turns every parameter, at random.
+class Chaos {
+ public:
+  explicit Chaos(std::uint32_t seed) : random_(seed) {}
+
+  void stir(CoreRig& rig) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    rt::LiveParameters& live = rig.directive.parameters;
+    if (chance(0.1)) rig.handle.position_m_in_world = rig.wall.inFrontOfWall(between(-0.1, 0.1));
+    if (chance(0.1)) rig.handle.position_m_in_world.x = between(-0.3, 0.3);
+    if (chance(0.02)) rig.handle.position_m_in_world.y = kNaN;
+    if (chance(0.02)) rig.handle.position_m_in_world = {between(-20, 20), 0, between(-20, 20)};
+    if (chance(0.05)) rig.directive.engage = !rig.directive.engage;
+    if (chance(0.5)) rig.directive.engage = true;
+    if (chance(0.02)) rig.handle_fresh = !rig.handle_fresh;
+    if (chance(0.02)) rig.scene_fresh = !rig.scene_fresh;
+    if (chance(0.02)) rig.wall.scene.frame = 1 - rig.wall.scene.frame;
+    if (chance(0.02)) live.springs.radius_m = between(0.005, 0.1);
+    if (chance(0.02)) live.springs.max_points = static_cast<int>(between(10, 1'000));
+    if (chance(0.02)) live.springs.stiffness_n_per_m = std::exp(between(0, 12));
+    if (chance(0.005)) live.springs.stiffness_n_per_m = chance(0.5) ? kNaN : 1e308;
+    if (chance(0.02)) live.safety.max_force_n = between(0.1, 40);
+    if (chance(0.02)) live.safety.max_slew_n_per_s = between(1, 5'000);
+    if (chance(0.02)) live.safety.engage_ramp_s = between(0, 0.1);
+  }
+
+ private:
+  bool chance(double probability) { return std::bernoulli_distribution(probability)(random_); }
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  std::mt19937_64 random_;
+};
+
+TEST(HapticCoreForce, IsFiniteLimitedAndSlewedWhateverHappens) {
+  int engaged = 0;
+  int faulted = 0;
+  for (std::uint32_t seed = 0; seed < 10 && !testing::Test::HasFailure(); ++seed) {
+    CoreRig rig;
+    Chaos chaos(seed);
+    Vec3 before;
+    for (int i = 0; i < 5'000; ++i) {
+      chaos.stir(rig);
+      const rt::Tick tick = rig.step();
+      const rt::SafetyParameters& safety = rig.directive.parameters.safety;
+      const Vec3& after = tick.command_force_n_in_world;
+      const double largest_n = std::max(safety.max_force_n, norm(before));
+      ASSERT_TRUE(isFinite(after));
+      ASSERT_LE(norm(after), largest_n * (1 + kRounding));
+      ASSERT_LE(norm(after - before),
+                safety.max_slew_n_per_s * kPeriod_s * (1 + kRounding) + kRounding * largest_n);
+      before = after;
+      engaged += tick.mode == Mode::engaged ? 1 : 0;
+      faulted += tick.mode == Mode::faulted ? 1 : 0;
+    }
+  }
+  EXPECT_GT(engaged, 1'000) << "otherwise nothing was tried";
+  EXPECT_GT(faulted, 100) << "otherwise nothing was tried";
+}
+
+}  // namespace
+}  // namespace hapticd::test

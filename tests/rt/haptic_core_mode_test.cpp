@@ -1,0 +1,247 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "rt/haptic_core.h"
+#include "tests/rt/core_rig.h"
+
+namespace hapticd::test {
+namespace {
+
+using rt::Cause;
+using rt::Mode;
+using rt::Vec3;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// An input that must not be felt, and the mode and cause that say so while it lasts.
+struct Spoiled {
+  std::string name;
+  std::function<void(CoreRig&)> spoil;
+  Cause cause;
+};
+
+void moveHandleTo(CoreRig& rig, const Vec3& position) {
+  rig.handle.position_m_in_world = position;
+}
+
+const std::vector<Spoiled>& spoiledInputs() {
+  static const std::vector<Spoiled> all{
+      {"no measurement of the handle yet", [](CoreRig& rig) { rig.handle.sequence = 0; },
+       Cause::handle_stale},
+      {"a handle that fell silent",
+       [](CoreRig& rig) {
+         rig.handle_fresh = false;
+         rig.handle.time_ns = rig.now_ns - 11 * kPeriod_ns;
+       },
+       Cause::handle_stale},
+      {"x not a number",
+       [](CoreRig& rig) {
+         moveHandleTo(rig, {kNaN, 0, 0});
+       },
+       Cause::handle_invalid},
+      {"y infinite",
+       [](CoreRig& rig) {
+         moveHandleTo(rig, {0, -kInfinity, 0});
+       },
+       Cause::handle_invalid},
+      {"z beyond 10 m",
+       [](CoreRig& rig) {
+         moveHandleTo(rig, {0, 0, 10.0001});
+       },
+       Cause::handle_invalid},
+      {"z beyond -10 m",
+       [](CoreRig& rig) {
+         moveHandleTo(rig, {0, 0, -10.0001});
+       },
+       Cause::handle_invalid},
+      {"all huge",
+       [](CoreRig& rig) {
+         moveHandleTo(rig, {1e308, -1e308, 1e308});
+       },
+       Cause::handle_invalid},
+      {"no depth frame yet", [](CoreRig& rig) { rig.wall.scene.frame = 0; }, Cause::no_scene},
+      {"a camera that fell silent",
+       [](CoreRig& rig) {
+         rig.scene_fresh = false;
+         rig.wall.scene.frame_time_ns = rig.now_ns - 501 * kPeriod_ns;
+       },
+       Cause::depth_stale},
+  };
+  return all;
+}
+
+/// Back to good inputs, also to those that `spoil` did not touch.
+void makeGood(CoreRig& rig) {
+  rig.handle.sequence = 1;
+  rig.handle_fresh = true;
+  rig.handle.position_m_in_world = rig.wall.inFrontOfWall(0.02);
+  rig.wall.scene.frame = 1;
+  rig.scene_fresh = true;
+}
+
+void expectMode(const rt::Tick& tick, Mode mode, Cause cause) {
+  EXPECT_EQ(tick.mode, mode);
+  EXPECT_EQ(tick.cause, cause);
+}
+
+TEST(HapticCoreMode, IsIdleFromTheFirstTickOnUntilSomebodyEngages) {
+  CoreRig rig;
+  for (int i = 0; i < 100; ++i) {
+    const rt::Tick tick = rig.step();
+    expectMode(tick, Mode::idle, Cause::none);
+    EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
+    EXPECT_GT(norm(tick.law_force_n_in_world), 0) << "what would be felt is shown";
+    EXPECT_GT(tick.points_used, 0U);
+  }
+}
+
+TEST(HapticCoreMode, EngagesWithGoodInputsOnRequest) {
+  CoreRig rig;
+  rig.step();
+  rig.directive.engage = true;
+  expectMode(rig.step(), Mode::engaged, Cause::requested);
+  EXPECT_GT(norm(rig.engageFully().command_force_n_in_world), 0);
+}
+
+TEST(HapticCoreMode, DisengagesOnRequestAndGoesToZero) {
+  CoreRig rig;
+  rig.engageFully();
+  rig.directive.engage = false;
+  expectMode(rig.step(), Mode::idle, Cause::requested);
+  const rt::Tick later = rig.steps(100);
+  expectMode(later, Mode::idle, Cause::requested);
+  EXPECT_EQ(later.command_force_n_in_world, Vec3{});
+}
+
+TEST(HapticCoreMode, HoldsWithEachCauseAndRecoversByItself) {
+  for (const Spoiled& input : spoiledInputs()) {
+    SCOPED_TRACE(input.name);
+    CoreRig rig;
+    const Vec3 before = rig.engageFully().command_force_n_in_world;
+    ASSERT_GT(norm(before), 1);
+
+    input.spoil(rig);
+    expectMode(rig.step(), Mode::holding, input.cause);
+    EXPECT_EQ(rig.steps(100).command_force_n_in_world, Vec3{});
+    expectMode(rig.step(), Mode::holding, input.cause);
+
+    makeGood(rig);
+    const rt::Tick first = rig.step();
+    expectMode(first, Mode::engaged, Cause::requested);
+    EXPECT_LT(norm(first.command_force_n_in_world), 0.01 * norm(before)) << "the ramp begins anew";
+    EXPECT_EQ(rig.steps(600).command_force_n_in_world, before);
+  }
+}
+
+TEST(HapticCoreMode, HoldsWhenItIsEngagedOnSpoiledInputs) {
+  for (const Spoiled& input : spoiledInputs()) {
+    SCOPED_TRACE(input.name);
+    CoreRig rig;
+    input.spoil(rig);
+    rig.step();
+    rig.directive.engage = true;
+    const rt::Tick tick = rig.step();
+    expectMode(tick, Mode::holding, input.cause);
+    EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
+  }
+}
+
+TEST(HapticCoreMode, StaysIdleOnSpoiledInputs) {
+  for (const Spoiled& input : spoiledInputs()) {
+    SCOPED_TRACE(input.name);
+    CoreRig rig;
+    input.spoil(rig);
+    const rt::Tick tick = rig.steps(20);
+    EXPECT_EQ(tick.mode, Mode::idle);
+    EXPECT_EQ(tick.points_used, 0U);
+    EXPECT_EQ(tick.law_force_n_in_world, Vec3{});
+    EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
+  }
+}
+
+TEST(HapticCoreMode, HoldsWhateverIsSpoiledTogether) {
+  for (const Spoiled& one : spoiledInputs()) {
+    for (const Spoiled& other : spoiledInputs()) {
+      CoreRig rig;
+      rig.engageFully();
+      one.spoil(rig);
+      other.spoil(rig);
+      const rt::Tick tick = rig.step();
+      EXPECT_EQ(tick.mode, Mode::holding) << one.name << " and " << other.name;
+      EXPECT_TRUE(tick.cause == one.cause || tick.cause == other.cause) << one.name << " and " << other.name;
+    }
+  }
+}
+
+TEST(HapticCoreMode, TakesAMeasurementForStaleOnceItIsOlderThanItsTimeout) {
+  CoreRig rig;
+  rig.engageFully();
+  rig.handle_fresh = false;  // 0 ms old now, the timeout is 10 ms
+  expectMode(rig.steps(10), Mode::engaged, Cause::requested);
+  expectMode(rig.step(), Mode::holding, Cause::handle_stale);
+  rig.handle_fresh = true;
+  expectMode(rig.step(), Mode::engaged, Cause::requested);
+  rig.scene_fresh = false;  // the timeout is 500 ms
+  expectMode(rig.steps(500), Mode::engaged, Cause::requested);
+  expectMode(rig.step(), Mode::holding, Cause::depth_stale);
+}
+
+TEST(HapticCoreMode, TakesTheWholeWorkspaceForValid) {
+  CoreRig rig;
+  rig.directive.engage = true;
+  for (const double edge : {-10.0, 10.0}) {
+    moveHandleTo(rig, {edge, edge, edge});
+    expectMode(rig.step(), Mode::engaged, Cause::requested);
+  }
+}
+
+class FaultedCore : public testing::Test {
+ protected:
+  FaultedCore() {
+    rig.engageFully();
+    rig.directive.parameters.springs.stiffness_n_per_m = kInfinity;
+    fault = rig.step();
+    rig.directive.parameters.springs.stiffness_n_per_m = 500;
+  }
+  CoreRig rig;
+  rt::Tick fault;
+};
+
+TEST_F(FaultedCore, NamesTheForceThatIsNotFinite) {
+  expectMode(fault, Mode::faulted, Cause::force_not_finite);
+  EXPECT_TRUE(fault.not_finite);
+  EXPECT_TRUE(isFinite(fault.command_force_n_in_world));
+}
+
+TEST_F(FaultedCore, GoesToZeroAndStaysThereThoughInputsAreGoodAgain) {
+  const rt::Tick tick = rig.steps(1'000);
+  expectMode(tick, Mode::faulted, Cause::force_not_finite);
+  EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
+}
+
+TEST_F(FaultedCore, StaysFaultedThroughEverySpoiledInput) {
+  for (const Spoiled& input : spoiledInputs()) {
+    input.spoil(rig);
+    expectMode(rig.step(), Mode::faulted, Cause::force_not_finite);
+    makeGood(rig);
+    expectMode(rig.step(), Mode::faulted, Cause::force_not_finite);
+  }
+}
+
+TEST_F(FaultedCore, IsClearedByDisengagingAndEngagesAgain) {
+  rig.steps(100);
+  rig.directive.engage = false;
+  expectMode(rig.step(), Mode::idle, Cause::requested);
+  rig.directive.engage = true;
+  expectMode(rig.step(), Mode::engaged, Cause::requested);
+  EXPECT_GT(norm(rig.steps(600).command_force_n_in_world), 1);
+}
+
+}  // namespace
+}  // namespace hapticd::test

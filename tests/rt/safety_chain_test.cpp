@@ -1,0 +1,229 @@
+#include "rt/safety_chain.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+namespace hapticd::test {
+namespace {
+
+using rt::SafetyChain;
+using rt::SafetyParameters;
+using rt::Vec3;
+
+constexpr double kPeriod_s = 0.001;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+/// A handful of roundings of numbers of the size of the forces.
+constexpr double kRounding = 1e-12;
+
+SafetyParameters limits(double max_force_n, double max_slew_n_per_s) {
+  SafetyParameters parameters;
+  parameters.max_force_n = max_force_n;
+  parameters.max_slew_n_per_s = max_slew_n_per_s;
+  return parameters;
+}
+
+/// Passes forces on to a chain and holds every output against what is promised.
+class CheckedChain {
+ public:
+  SafetyChain::Output apply(const Vec3& force_n, const SafetyParameters& parameters) {
+    const Vec3 before = chain_.lastForce_n_in_world();
+    const SafetyChain::Output out = chain_.apply(force_n, parameters, kPeriod_s);
+    const Vec3& after = out.force_n_in_world;
+    const double largest_n = std::max(parameters.max_force_n, norm(before));
+    const double largest_step_n = parameters.max_slew_n_per_s * kPeriod_s;
+    EXPECT_TRUE(isFinite(after));
+    EXPECT_LE(norm(after), largest_n * (1 + kRounding)) << "no longer than the limit, or approaching it";
+    EXPECT_LE(norm(after - before), largest_step_n * (1 + kRounding) + kRounding * largest_n);
+    EXPECT_EQ(after, chain_.lastForce_n_in_world());
+    return out;
+  }
+
+  /// Applies the same force until the output stands still.
+  Vec3 settle(const Vec3& force_n, const SafetyParameters& parameters) {
+    Vec3 last = apply(force_n, parameters).force_n_in_world;
+    for (int tick = 0; tick < 100'000; ++tick) {
+      const Vec3 next = apply(force_n, parameters).force_n_in_world;
+      if (next == last) return next;
+      last = next;
+    }
+    ADD_FAILURE() << "the force does not settle";
+    return last;
+  }
+
+ private:
+  SafetyChain chain_;
+};
+
+void expectNear(const Vec3& actual, const Vec3& expected) {
+  EXPECT_LE(norm(actual - expected), kRounding * (1 + norm(expected)))
+      << actual.x << ' ' << actual.y << ' ' << actual.z;
+}
+
+TEST(SafetyChain, StartsAtZero) {
+  const SafetyChain chain;
+  EXPECT_EQ(chain.lastForce_n_in_world(), Vec3{});
+}
+
+TEST(SafetyChain, PassesSmallSlowForcesUnchangedAndCountsNothing) {
+  CheckedChain chain;
+  for (int tick = 0; tick <= 1'000; ++tick) {
+    const Vec3 force{0.001 * tick, -0.0005 * tick, 0.0001 * tick};
+    const SafetyChain::Output out = chain.apply(force, limits(4, 500));
+    expectNear(out.force_n_in_world, force);
+    EXPECT_FALSE(out.slew_limited || out.magnitude_clamped || out.not_finite);
+  }
+}
+
+TEST(SafetyChain, ApproachesAJumpAtTheSlewLimitAndSaysSo) {
+  CheckedChain chain;
+  for (int tick = 1; tick <= 6; ++tick) {
+    const SafetyChain::Output out = chain.apply({0, 3, 0}, limits(4, 500));
+    const bool arrived = tick == 6;
+    expectNear(out.force_n_in_world, {0, 0.5 * tick, 0});
+    if (!arrived) EXPECT_TRUE(out.slew_limited) << tick;
+    EXPECT_FALSE(out.magnitude_clamped);
+  }
+  EXPECT_FALSE(chain.apply({0, 3, 0}, limits(4, 500)).slew_limited);
+}
+
+TEST(SafetyChain, KeepsTheDirectionOfAForceThatItShortens) {
+  CheckedChain chain;
+  expectNear(chain.settle({30, 0, 40}, limits(4, 500)), {2.4, 0, 3.2});
+  EXPECT_TRUE(chain.apply({30, 0, 40}, limits(4, 500)).magnitude_clamped);
+}
+
+TEST(SafetyChain, ApproachesALoweredLimitAtTheSlewLimit) {
+  CheckedChain chain;
+  chain.settle({10, 0, 0}, limits(8, 500));
+  for (int tick = 1; tick <= 12; ++tick) {
+    const SafetyChain::Output out = chain.apply({10, 0, 0}, limits(2, 500));
+    expectNear(out.force_n_in_world, {8 - 0.5 * tick, 0, 0});
+  }
+  expectNear(chain.apply({10, 0, 0}, limits(2, 500)).force_n_in_world, {2, 0, 0});
+}
+
+TEST(SafetyChain, DoesNotStepFurtherWhenALoweredLimitAndANewAimComeTogether) {
+  // Inwards to the limit and sideways to the aim: each alone is a whole step. The checked chain is the test.
+  CheckedChain chain;
+  chain.settle({10, 0, 0}, limits(8, 500));
+  for (int tick = 0; tick < 100; ++tick) chain.apply({0, 10, 0}, limits(1, 500));
+  expectNear(chain.settle({0, 10, 0}, limits(1, 500)), {0, 1, 0});
+}
+
+TEST(SafetyChain, FollowsARaisedLimitAtOnce) {
+  CheckedChain chain;
+  chain.settle({10, 0, 0}, limits(2, 500));
+  expectNear(chain.apply({10, 0, 0}, limits(8, 500)).force_n_in_world, {2.5, 0, 0});
+}
+
+TEST(SafetyChain, AimsAtZeroForWhatIsNotFiniteAndSaysSo) {
+  for (const Vec3& bad : {Vec3{kNaN, 0, 0}, Vec3{0, kInfinity, 0}, Vec3{0, 0, -kInfinity},
+                          Vec3{kNaN, kInfinity, 1}, Vec3{1e308, 1e308, 1e308}, Vec3{0, -1e200, 0}}) {
+    CheckedChain chain;
+    chain.settle({3, 0, 0}, limits(4, 500));
+    const SafetyChain::Output out = chain.apply(bad, limits(4, 500));
+    EXPECT_TRUE(out.not_finite);
+    expectNear(out.force_n_in_world, {2.5, 0, 0});
+    EXPECT_EQ(chain.settle(bad, limits(4, 500)), Vec3{});
+    EXPECT_FALSE(chain.apply({1, 0, 0}, limits(4, 500)).not_finite) << "the memory must stay clean";
+  }
+}
+
+TEST(SafetyChain, GoesToExactlyZero) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> coordinate(-5, 5);
+  for (int round = 0; round < 1'000; ++round) {
+    CheckedChain chain;
+    const SafetyParameters parameters = limits(4, 500);
+    chain.settle({coordinate(random), coordinate(random), coordinate(random)}, parameters);
+    ASSERT_EQ(chain.settle({}, parameters), Vec3{});
+  }
+}
+
+TEST(SafetyChain, CommandsNothingWhenNoForceOrNoSlewIsAllowed) {
+  CheckedChain chain;
+  EXPECT_EQ(chain.settle({1, 2, 3}, limits(0, 500)), Vec3{});
+  EXPECT_EQ(chain.settle({1, 2, 3}, limits(4, 0)), Vec3{});
+}
+
+/// Numbers that break arithmetic, between ordinary ones.
+class Adversary {
+ public:
+  explicit Adversary(std::uint32_t seed) : random_(seed) {}
+
+  double number() {
+    static constexpr std::array kHard = {0.0,
+                                         -0.0,
+                                         kNaN,
+                                         kInfinity,
+                                         -kInfinity,
+                                         1e308,
+                                         -1e308,
+                                         1.7e154,
+                                         1e150,
+                                         -1e100,
+                                         1e-160,
+                                         5e-324,
+                                         -5e-324,
+                                         std::numeric_limits<double>::min(),
+                                         std::numeric_limits<double>::max(),
+                                         std::numeric_limits<double>::epsilon()};
+    if (chance(0.1)) return kHard[std::uniform_int_distribution<std::size_t>(0, kHard.size() - 1)(random_)];
+    return std::uniform_real_distribution<double>(-10, 10)(random_);
+  }
+  /// Jumps, repeats itself, turns round.
+  Vec3 force() {
+    if (chance(0.3)) last_ = {number(), number(), number()};
+    if (chance(0.1)) last_ = -last_;
+    return last_;
+  }
+  /// Within the range of the parameter table and beyond it.
+  SafetyParameters limits() {
+    if (chance(0.02)) max_force_n_ = spread(1e-3, 1e3);
+    if (chance(0.02)) max_slew_n_per_s_ = spread(1e-2, 1e6);
+    return test::limits(max_force_n_, max_slew_n_per_s_);
+  }
+
+ private:
+  bool chance(double probability) { return std::bernoulli_distribution(probability)(random_); }
+  double spread(double low, double high) {
+    return std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(random_));
+  }
+  std::mt19937_64 random_;
+  Vec3 last_;
+  double max_force_n_ = 4;
+  double max_slew_n_per_s_ = 500;
+};
+
+TEST(SafetyChain, KeepsItsPromisesAgainstAdversarialSequences) {
+  for (std::uint32_t seed = 0; seed < 50 && !testing::Test::HasFailure(); ++seed) {
+    Adversary adversary(seed);
+    CheckedChain chain;
+    for (int tick = 0; tick < 4'000; ++tick) chain.apply(adversary.force(), adversary.limits());
+  }
+}
+
+TEST(SafetyChain, IsWithinTheLimitOnceItHasHadTheTimeToApproachIt) {
+  for (std::uint32_t seed = 0; seed < 50; ++seed) {
+    Adversary adversary(seed);
+    CheckedChain chain;
+    const SafetyParameters low = limits(1, 500);
+    chain.settle({20, 0, 0}, limits(16, 500));
+    // Whatever is aimed at, the force has a way of at most 16 + 1 N to a point within the limit, and each
+    // tick that does not turn it away brings it nearer by 0.5 N / sqrt(2) at least.
+    for (int tick = 0; tick < 50; ++tick) chain.apply(adversary.force(), low);
+    for (int tick = 0; tick < 500; ++tick) {
+      ASSERT_LE(norm(chain.apply(adversary.force(), low).force_n_in_world), 1 + kRounding);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,34 @@
+#include "tests/rt/small_scene.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "rt/depth_frame.h"
+#include "rt/parameters.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::uint16_t kWallRaw = 700;  // about 0.85 m
+
+}  // namespace
+
+SmallScene::SmallScene()
+    : model_(rt::DepthModelParameters{}, rt::PoseParameters{}),
+      wall_depth_m_(model_.depth_m(kWallRaw)),
+      builder_(model_, rt::GridParameters{}),
+      storage_(builder_.shape(), builder_.pointCapacity()) {
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  std::fill_n(frame->raw, rt::kFramePixels, kWallRaw);
+  frame->sequence = 1;
+  frame->arrival_ns = 0;
+  storage_.attachTo(scene);
+  builder_.build(*frame, inFrontOfWall(0), builder_.largestBall_m(), scene);
+  scene.model = 1;
+}
+
+rt::Vec3 SmallScene::besideModel() const {
+  return inFrontOfWall(0) + rt::Vec3{2 * builder_.largestBall_m(), 0, 0};
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,109 @@
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstddef>
+#include <cstdlib>
+#include <typeinfo>
+
+#include "tests/rt/watch.h"
+
+// This program's own malloc, pthread_mutex_lock and so on come before those of the C library, for the
+// libraries that it is linked with too. They note the call and pass it on.
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* memory);
+}
+
+namespace hapticd::test {
+
+constinit const Sight kSight{.allocations = true, .locks = true, .exceptions = true, .said_instead = ""};
+
+namespace {
+
+/// The function that would have been called without ours.
+template <typename Function>
+Function* next(std::atomic<Function*>& known, const char* name) noexcept {
+  Function* function = known.load(std::memory_order_relaxed);
+  if (function == nullptr) {
+    function = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+    known.store(function, std::memory_order_relaxed);
+  }
+  return function;
+}
+
+using MutexFunction = int(pthread_mutex_t*);
+using ReadWriteLockFunction = int(pthread_rwlock_t*);
+using ThrowFunction = void(void*, std::type_info*, void (*)(void*));
+constinit std::atomic<MutexFunction*> next_mutex_lock{nullptr};
+constinit std::atomic<MutexFunction*> next_mutex_trylock{nullptr};
+constinit std::atomic<ReadWriteLockFunction*> next_read_lock{nullptr};
+constinit std::atomic<ReadWriteLockFunction*> next_write_lock{nullptr};
+constinit std::atomic<ThrowFunction*> next_throw{nullptr};
+
+}  // namespace
+}  // namespace hapticd::test
+
+using namespace hapticd::test;
+
+extern "C" {
+
+void* malloc(std::size_t size) noexcept {
+  noteAllocation();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) noexcept {
+  noteAllocation();
+  return __libc_calloc(count, size);
+}
+void* realloc(void* memory, std::size_t size) noexcept {
+  noteAllocation();
+  return __libc_realloc(memory, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) noexcept {
+  noteAllocation();
+  return __libc_memalign(alignment, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  noteAllocation();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
+  noteAllocation();
+  *memory = __libc_memalign(alignment, size);
+  return *memory == nullptr ? ENOMEM : 0;
+}
+void free(void* memory) noexcept {
+  if (memory != nullptr) noteAllocation();
+  __libc_free(memory);
+}
+
+int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
+  noteLock();
+  return next(next_mutex_lock, "pthread_mutex_lock")(mutex);
+}
+int pthread_mutex_trylock(pthread_mutex_t* mutex) noexcept {
+  noteLock();
+  return next(next_mutex_trylock, "pthread_mutex_trylock")(mutex);
+}
+int pthread_rwlock_rdlock(pthread_rwlock_t* lock) noexcept {
+  noteLock();
+  return next(next_read_lock, "pthread_rwlock_rdlock")(lock);
+}
+int pthread_rwlock_wrlock(pthread_rwlock_t* lock) noexcept {
+  noteLock();
+  return next(next_write_lock, "pthread_rwlock_wrlock")(lock);
+}
+
+[[noreturn]] void __cxa_throw(void* object, std::type_info* type, void (*destructor)(void*)) {
+  noteException();
+  next(next_throw, "__cxa_throw")(object, type, destructor);
+  std::abort();
+}
+
+}  // extern "C"

@@ -1,0 +1,12 @@
+#include "tests/rt/watch.h"
+
+namespace hapticd::test {
+
+constinit const Sight kSight{.allocations = false,
+                             .locks = false,
+                             .exceptions = false,
+                             .said_instead =
+                                 "nothing by the test itself: RealtimeSanitizer watches, and ends "
+                                 "the process at the first allocation, lock or blocking call"};
+
+}  // namespace hapticd::test

@@ -1,0 +1,30 @@
+#include <sanitizer/allocator_interface.h>
+
+#include <cstddef>
+
+#include "tests/rt/watch.h"
+
+// The sanitizers bring a malloc of their own and call hooks; mutexes and exceptions stay theirs.
+
+namespace hapticd::test {
+
+constinit const Sight kSight{.allocations = true,
+                             .locks = false,
+                             .exceptions = false,
+                             .said_instead =
+                                 "locks and exceptions: under this sanitizer they cannot be "
+                                 "watched, builds without one (preset dev) do it"};
+
+namespace {
+
+void onMalloc(const volatile void*, std::size_t) {
+  noteAllocation();
+}
+void onFree(const volatile void* memory) {
+  if (memory != nullptr) noteAllocation();
+}
+
+[[maybe_unused]] const int installed = __sanitizer_install_malloc_and_free_hooks(onMalloc, onFree);
+
+}  // namespace
+}  // namespace hapticd::test

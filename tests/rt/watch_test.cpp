@@ -1,0 +1,113 @@
+#include "tests/rt/watch.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "tests/rt/locked_memory.h"
+#include "tests/support/rerun.h"
+
+// Each thing that the force thread must not do, done on purpose: the watch of the other tests must see it.
+
+namespace hapticd::test {
+namespace {
+
+template <typename Deed>
+WatchedSection::Seen watched(Deed deed) {
+  WatchedSection section;
+  deed();
+  return section.end();
+}
+
+/// Keeps the compiler from leaving out an allocation whose memory nobody uses.
+void keep(void* memory) {
+  static std::atomic<void*> kept;
+  kept.store(memory, std::memory_order_relaxed);
+}
+
+TEST(Watch, SeesNothingWhereNothingIsDone) {
+  int sum = 0;
+  const WatchedSection::Seen seen = watched([&sum] {
+    for (int i = 0; i < 1'000; ++i) sum += i;
+  });
+  EXPECT_EQ(seen.misconduct, Misconduct{});
+  EXPECT_EQ(sum, 499'500);
+}
+
+TEST(Watch, SeesEachWayToAllocate) {
+  ASSERT_TRUE(kSight.allocations);
+  const auto allocations = [](auto deed) { return watched(deed).misconduct.allocations; };
+  EXPECT_GE(allocations([] { keep(std::malloc(10)); }), 1U);
+  EXPECT_GE(allocations([] { keep(std::calloc(10, 10)); }), 1U);
+  EXPECT_GE(allocations([] { keep(std::aligned_alloc(64, 64)); }), 1U);
+  EXPECT_GE(allocations([] { keep(new int(1)); }), 1U);
+  EXPECT_GE(allocations([] { keep(std::make_unique<double[]>(100).get()); }), 2U);
+  std::vector<int> numbers;
+  EXPECT_GE(allocations([&numbers] { numbers.push_back(1); }), 1U);
+  EXPECT_GE(allocations([&numbers] { numbers = {}; }), 1U);
+}
+
+TEST(Watch, SeesNothingOfOtherThreads) {
+  std::vector<int> numbers;
+  std::atomic<bool> begin{false};
+  std::atomic<bool> done{false};
+  std::thread other([&] {
+    while (!begin.load()) std::this_thread::yield();
+    numbers.resize(1'000);
+    done.store(true);
+  });
+  const WatchedSection::Seen seen = watched([&] {
+    begin.store(true);
+    while (!done.load()) std::this_thread::yield();
+  });
+  other.join();
+  EXPECT_EQ(seen.misconduct, Misconduct{});
+}
+
+TEST(Watch, SeesEachKindOfLock) {
+  if (!kSight.locks) return sayNotChecked(kSight.said_instead);
+  std::mutex mutex;
+  std::recursive_mutex recursive;
+  std::shared_mutex shared;
+  EXPECT_EQ(watched([&] { const std::lock_guard lock(mutex); }).misconduct.locks, 1U);
+  EXPECT_EQ(watched([&] { const std::lock_guard lock(recursive); }).misconduct.locks, 1U);
+  EXPECT_EQ(watched([&] { const std::unique_lock lock(mutex, std::try_to_lock); }).misconduct.locks, 1U);
+  EXPECT_EQ(watched([&] { const std::shared_lock lock(shared); }).misconduct.locks, 1U);
+  EXPECT_EQ(watched([&] { const std::unique_lock lock(shared); }).misconduct.locks, 1U);
+}
+
+TEST(Watch, SeesExceptionsOfThisProgramAndOfItsLibraries) {
+  if (!kSight.exceptions) return sayNotChecked(kSight.said_instead);
+  const auto exceptions = [](auto deed) {
+    return watched([&deed] {
+             try {
+               deed();
+             } catch (const std::exception&) {
+             }
+           })
+        .misconduct.exceptions;
+  };
+  EXPECT_EQ(exceptions([] { throw std::runtime_error("planted"); }), 1U);
+  const std::vector<int> empty;
+  EXPECT_EQ(exceptions([&empty] { return empty.at(1); }), 1U);
+}
+
+TEST(Watch, SeesAPageFault) {
+  for (const bool with_locked_memory : {false, true}) {
+    std::unique_ptr<LockedMemory> memory;
+    if (with_locked_memory) memory = std::make_unique<LockedMemory>();
+    UntouchedPage page;
+    EXPECT_GE(watched([&page] { page.touch(); }).page_faults.minor, 1);
+    EXPECT_EQ(watched([&page] { page.touch(); }).page_faults.major, 0);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test

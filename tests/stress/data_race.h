@@ -1,0 +1,44 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/support/rerun.h"
+#include "tests/support/sanitizer.h"
+
+namespace hapticd::test {
+
+/// Channels whose memory orders are too weak, one per instance of a parameterised test.
+struct WeakOrders {
+  const char* name;
+  void (*stress)();            ///< two threads
+  bool (*worksInOneThread)();  ///< where orders do not matter
+};
+inline std::string nameOf(const testing::TestParamInfo<WeakOrders>& info) {
+  return info.param.name;
+}
+
+/// Runs the current test once more, in a process of its own where rerunPart() is "race", and expects that
+/// ThreadSanitizer stops it at a data race.
+inline void expectDataRaceInRerun() {
+  constexpr int kReported = 66;
+  const Finished process = rerunThisTest("race", {"TSAN_OPTIONS=halt_on_error=1 exitcode=66"});
+  EXPECT_EQ(process.ending, exitedWith(kReported));
+  EXPECT_NE(process.errors.find("ThreadSanitizer: data race"), std::string::npos) << process.errors;
+}
+
+/// The channel is sound but for its orders, and ThreadSanitizer notices these.
+inline void expectThatWeakOrdersAreNoticed(const WeakOrders& orders) {
+  if (!rerunPart().empty()) return orders.stress();
+  EXPECT_TRUE(orders.worksInOneThread());
+  if (kThreadSanitizer) {
+    expectDataRaceInRerun();
+  } else {
+    sayNotChecked(
+        "that these orders are noticed: the processor orders more than it is asked to, only a build "
+        "with ThreadSanitizer (preset tsan) sees the difference");
+  }
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,145 @@
+// hapticd with a configuration that it cannot use: exit status 78, every problem with its place and range,
+// and nothing touched.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/system/daemon_under_test.h"
+
+namespace hapticd {
+namespace {
+
+using test::contains;
+using test::DaemonHome;
+using test::exitedWith;
+using test::Finished;
+
+constexpr int kUsage = 64, kConfiguration = 78;
+
+/// Runs hapticd, which must refuse the configuration and leave nothing but the file in its folder.
+std::string refusalOf(const DaemonHome& home, const std::string& yaml,
+                      const std::vector<std::string>& set = {}) {
+  const Finished finished = test::runToEnd(home.command(yaml, set));
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration)) << finished.errors;
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+  return finished.errors;
+}
+
+TEST(BadConfiguration, EveryValueOutOfRangeIsListedWithItsLineAndRange) {
+  const DaemonHome home;
+  const std::string errors = refusalOf(home,
+                                       "force:\n"
+                                       "  stiffness_n_per_m: 5001\n"
+                                       "  radius_m: .nan\n"
+                                       "safety:\n"
+                                       "  max_force_n: -1\n");
+  EXPECT_TRUE(contains(errors, "hapticd.yaml:2: "));
+  EXPECT_TRUE(contains(errors, "0..5000 N/m"));
+  EXPECT_TRUE(contains(errors, "hapticd.yaml:3: "));
+  EXPECT_TRUE(contains(errors, "0.005..0.1 m"));
+  EXPECT_TRUE(contains(errors, "hapticd.yaml:5: "));
+  EXPECT_TRUE(contains(errors, "0..40 N"));
+}
+
+TEST(BadConfiguration, AFileThatIsNoYamlIsRefusedWithTheLine) {
+  const DaemonHome home;
+  EXPECT_TRUE(
+      contains(refusalOf(home, "force: {law: nearest_springs}\ncamera: {near_m: [0.4\n"), "hapticd.yaml:"));
+}
+
+TEST(BadConfiguration, BytesThatAreNoTextAreRefused) {
+  const DaemonHome home;
+  std::string bytes;
+  for (int byte = 0; byte < 256; ++byte) bytes.push_back(static_cast<char>(byte));
+  EXPECT_TRUE(contains(refusalOf(home, bytes), "hapticd.yaml"));
+}
+
+TEST(BadConfiguration, ValuesThatDoNotFitTogetherAreRefused) {
+  const DaemonHome home;
+  const std::string errors = refusalOf(home, "force: {min_points: 200, max_points: 100}\n");
+  EXPECT_TRUE(contains(errors, "force.min_points"));
+  EXPECT_TRUE(contains(errors, "force.max_points"));
+}
+
+TEST(BadConfiguration, AMissingFileIsRefused) {
+  const DaemonHome home;
+  const Finished finished = test::runToEnd(test::hapticdCommand({"--config", home.path() / "none.yaml"}));
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration));
+  EXPECT_TRUE(contains(finished.errors, "none.yaml: cannot be read"));
+  EXPECT_TRUE(home.entries().empty());
+}
+
+TEST(BadConfiguration, AFolderInThePlaceOfTheFileIsRefused) {
+  const DaemonHome home;
+  const Finished finished = test::runToEnd(test::hapticdCommand({"--config", home.path()}));
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration));
+  EXPECT_TRUE(contains(finished.errors, "cannot be read"));
+}
+
+TEST(BadConfiguration, AFileWithoutReadPermissionIsRefused) {
+  const DaemonHome home;
+  const std::vector<std::string> command = home.command("{}\n");
+  std::filesystem::permissions(home.path() / "hapticd.yaml", std::filesystem::perms::none);
+  test::ProgramOptions options;
+  if (::geteuid() == 0) {  // whom no permission stops
+    constexpr uid_t kNobody = 65534;
+    options.user = kNobody;
+    home.giveTo(kNobody);
+  }
+  const Finished finished = test::runToEnd(command, options);
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration));
+  EXPECT_TRUE(contains(finished.errors, "hapticd.yaml: cannot be read"));
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+}
+
+TEST(BadConfiguration, AnUnknownNameOnTheCommandLineIsRefusedWithTheNearestOne) {
+  const DaemonHome home;
+  const std::string errors = refusalOf(home, "{}\n", {"force.stiffnes_n_per_m=400"});
+  EXPECT_TRUE(contains(errors, "--set force.stiffnes_n_per_m=400"));
+  EXPECT_TRUE(contains(errors, "force.stiffness_n_per_m"));
+}
+
+TEST(BadConfiguration, AValueOutOfRangeOnTheCommandLineIsRefusedWithTheRange) {
+  const DaemonHome home;
+  EXPECT_TRUE(contains(refusalOf(home, "{}\n", {"force.radius_m=1"}), "0.005..0.1 m"));
+}
+
+TEST(BadConfiguration, ASocketPathLongerThanTheKernelTakesIsRefused) {
+  const DaemonHome home;
+  const std::string errors = refusalOf(home, "{}\n", {"control.status_socket=/tmp/" + std::string(120, 's')});
+  EXPECT_TRUE(contains(errors, "control.status_socket"));
+}
+
+TEST(BadConfiguration, ChecksWithoutStarting) {
+  const DaemonHome home;
+  std::vector<std::string> command = home.command(test::kWallYaml);
+  command.emplace_back("--check");
+  const Finished finished = test::runToEnd(command);
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  EXPECT_TRUE(contains(finished.output, "hapticd.yaml: no problem found"));
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+}
+
+TEST(BadConfiguration, ChecksAnEmptyFileAsGood) {
+  const DaemonHome home;
+  std::vector<std::string> command = home.command("");
+  command.emplace_back("--check");
+  EXPECT_EQ(test::runToEnd(command).ending, exitedWith(0));
+}
+
+TEST(BadConfiguration, ChecksReportWhatAStartWouldRefuse) {
+  const DaemonHome home;
+  std::vector<std::string> command = home.command("camera: {near_m: 5}\n");
+  command.emplace_back("--check");
+  const Finished finished = test::runToEnd(command);
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration));
+  EXPECT_TRUE(contains(finished.errors, "hapticd.yaml:1: "));
+}
+
+TEST(BadConfiguration, AWrongCommandLineIsAUsageError) {
+  EXPECT_EQ(test::runToEnd(test::hapticdCommand({})).ending, exitedWith(kUsage));
+  EXPECT_EQ(test::runToEnd(test::hapticdCommand({"--confg", "x"})).ending, exitedWith(kUsage));
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,136 @@
+// hapticd comes up, beside whatever it finds at the paths of its sockets.
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "daemon/control/descriptor.h"
+#include "tests/system/daemon_under_test.h"
+
+namespace hapticd {
+namespace {
+
+using test::contains;
+using test::Daemon;
+using test::DaemonHome;
+using test::exitedWith;
+using test::Finished;
+
+constexpr int kSocketsUnavailable = 69;
+
+/// A socket of the test's own, bound to `path`; the file stays when it is closed.
+daemon::Descriptor boundSocket(int type, const std::string& path) {
+  daemon::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  return socket;
+}
+
+std::string receivedBy(const daemon::Descriptor& socket) {
+  pollfd descriptor{socket.get(), POLLIN, 0};
+  if (::poll(&descriptor, 1, 60'000) <= 0) return "<nothing came>";  // so long that only a failure waits
+  std::string text(4096, '\0');
+  const ssize_t count = ::recv(socket.get(), text.data(), text.size(), 0);
+  text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+  return text;
+}
+
+TEST(DaemonStart, RunsWithEveryDefaultButSocketsAndCamera) {
+  const DaemonHome home;
+  Daemon daemon(home, "", {"camera.driver=synthetic"});
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_TRUE(daemon.reaches([](const nlohmann::json& status) {
+    return status.at("mode") == "idle" && status.at("camera").at("state") == "streaming";
+  }));
+  EXPECT_TRUE(daemon.ticks());
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST(DaemonStart, WaitsForACameraThatIsNotThere) {
+  const DaemonHome home;
+  // Without the player, libfreenect finds no camera: where there is a real one, this serial number is not
+  // its.
+  Daemon daemon(home, "camera: {driver: freenect, serial: \"no such camera\"}\n");
+  ASSERT_TRUE(daemon.answers());
+  const nlohmann::json status = daemon.status();
+  EXPECT_EQ(status.at("camera").at("state"), "absent");
+  EXPECT_NE(status.at("camera").at("detail"), "");
+  EXPECT_TRUE(daemon.ticks());
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
+  const DaemonHome home;
+  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  Daemon daemon(home, test::kWallYaml, {},
+                {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
+  EXPECT_TRUE(contains(receivedBy(manager), "READY=1"));
+  EXPECT_TRUE(daemon.running());
+  EXPECT_TRUE(std::filesystem::exists(home.controlSocket()));
+  daemon.signal(SIGTERM);
+  EXPECT_TRUE(contains(receivedBy(manager), "STOPPING=1"));
+  EXPECT_EQ(daemon.wait(), exitedWith(0));
+}
+
+TEST(DaemonStart, IsRefusedWithoutTheFolderOfItsSockets) {
+  const DaemonHome home;
+  const Finished finished = test::runToEnd(
+      home.command(test::kWallYaml, {"control.control_socket=" + (home.path() / "none/Control").string()}));
+  EXPECT_EQ(finished.ending, exitedWith(kSocketsUnavailable));
+  EXPECT_TRUE(contains(finished.errors, "does not exist"));
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+}
+
+TEST(DaemonStart, IsRefusedWhereAnotherFileStands) {
+  const DaemonHome home;
+  const std::vector<std::string> command = home.command(test::kWallYaml);
+  std::filesystem::create_directory(home.controlSocket());
+  const Finished finished = test::runToEnd(command);
+  EXPECT_EQ(finished.ending, exitedWith(kSocketsUnavailable));
+  EXPECT_TRUE(contains(finished.errors, "is not a socket"));
+  EXPECT_EQ(home.entries(), (std::vector<std::string>{"Control", "hapticd.yaml"}));
+}
+
+TEST(DaemonStart, IsRefusedBesideALiveDaemonWhichStaysUnharmed) {
+  const DaemonHome home;
+  Daemon first(home);
+  ASSERT_TRUE(first.answers());
+  const Finished second = test::runToEnd(home.command(test::kWallYaml));
+  EXPECT_EQ(second.ending, exitedWith(kSocketsUnavailable));
+  EXPECT_TRUE(contains(second.errors, "another daemon listens there"));
+  EXPECT_TRUE(first.ticks());
+  EXPECT_EQ(first.terminate(), exitedWith(0));
+}
+
+TEST(DaemonStart, TakesOverSocketFilesThatNobodyListensOn) {
+  const DaemonHome home;
+  for (const std::string& path : {home.statusSocket(), home.controlSocket()}) boundSocket(SOCK_STREAM, path);
+  Daemon daemon(home);
+  EXPECT_TRUE(daemon.answers());
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+}
+
+TEST(DaemonStart, TakesOverTheSocketsOfADaemonThatWasKilled) {
+  const DaemonHome home;
+  {
+    Daemon killed(home);
+    ASSERT_TRUE(killed.answers());
+    killed.signal(SIGKILL);
+    EXPECT_EQ(killed.wait(), (test::Ending{false, SIGKILL}));
+  }
+  ASSERT_TRUE(std::filesystem::exists(home.controlSocket()));
+  Daemon next(home);
+  EXPECT_TRUE(next.answers());
+  EXPECT_EQ(next.terminate(), exitedWith(0));
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/brute_force.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+/// The built programs as processes. Their paths come from CMake.
+namespace hapticd::test {
+
+/// A camera that sees a wall 1 m away, and a hand that stays within 35 mm of it: there is contact from the
+/// first frame to the last. Time limits are wide, so that only what a test stops becomes stale.
+inline constexpr const char* kWallYaml =
+    "safety: {handle_timeout_s: 1, depth_timeout_s: 5}\n"
+    "camera: {driver: synthetic}\n"
+    "synthetic: {scene: plane, noise: off, distance_m: 1}\n"
+    "simulated_handle: {start_z_m: -0.97, travel_m: 0.02, stroke_m: 0.01}\n";
+
+/// A folder with the sockets of a daemon, which may be started in it several times.
+class DaemonHome {
+ public:
+  const std::filesystem::path& path() const { return folder_.path(); }
+  std::string statusSocket() const { return path() / "Status"; }
+  std::string controlSocket() const { return path() / "Control"; }
+  /// Writes hapticd.yaml and returns the command that starts hapticd with it on the sockets here; `set`:
+  /// further assignments for --set.
+  std::vector<std::string> command(const std::string& yaml, const std::vector<std::string>& set = {}) const;
+  /// The names of what is in the folder, sorted.
+  std::vector<std::string> entries() const;
+  /// hapticctl on the control socket.
+  Finished control(std::vector<std::string> arguments) const;
+  /// Lets another user work here.
+  void giveTo(uid_t user) const;
+
+ private:
+  TemporaryFolder folder_;
+};
+
+/// hapticd, running.
+class Daemon : public Program {
+ public:
+  explicit Daemon(const DaemonHome& home, const std::string& yaml = kWallYaml,
+                  const std::vector<std::string>& set = {}, const ProgramOptions& options = {});
+
+  /// Waits until it answers on its sockets; if it ends before that, the test fails with what it said.
+  bool answers();
+  /// Its whole status; null (and a failed test) when it does not answer.
+  nlohmann::json status();
+  /// Polls the status until `condition` holds of it; false, and the last status is shown, when it does not in
+  /// time.
+  template <typename Condition>
+  bool reaches(Condition condition) {
+    nlohmann::json last;
+    const bool reached = becomesTrue([&] {
+      last = status();
+      return last.is_null() || condition(last);
+    });
+    if (!reached || last.is_null()) showFailure(last);
+    return reached && !last.is_null();
+  }
+  /// True when the force loop goes on: it ticks at least once more.
+  bool ticks();
+  /// SIGTERM, then the end.
+  Ending terminate();
+
+ private:
+  void showFailure(const nlohmann::json& last) const;
+
+  const DaemonHome& home_;
+};
+
+std::vector<std::string> hapticdCommand(std::vector<std::string> arguments);
+std::vector<std::string> hapticctlCommand(std::vector<std::string> arguments);
+std::vector<std::string> hapticReplayCommand(std::vector<std::string> arguments);
+
+/// A field `x`, `y`, `z`; not-a-number where null.
+Vector vectorOf(const nlohmann::json& object);
+double lengthOf(const nlohmann::json& object);
+
+/// Whether `text` holds `part`, with both shown if not.
+testing::AssertionResult contains(const std::string& text, const std::string& part);
+
+}  // namespace hapticd::test

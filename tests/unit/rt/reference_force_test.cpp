@@ -1,0 +1,156 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <random>
+
+#include "rt/nearest_springs.h"
+#include "tests/unit/rt/built_scene.h"
+#include "tests/unit/rt/made_up_frame.h"
+#include "tests/unit/rt/reference_camera.h"
+#include "tests/unit/rt/reference_force.h"
+#include "tests/unit/rt/simd_targets.h"
+
+namespace hapticd::rt {
+namespace {
+
+using test::BuiltScene;
+using test::FramePointer;
+using test::PointCloud;
+using test::ReferenceCamera;
+using test::ReferenceForce;
+using test::wholeFrameGrid;
+
+/// Two walls with a step of 0.3 m between them and holes: depth discontinuities and borders.
+FramePointer steppedFrame() {
+  return test::frameOf([](int u, int v) -> std::uint16_t {
+    if ((u / 40 + v / 40) % 5 == 0) return kRawNoMeasurement;
+    return static_cast<std::uint16_t>((u < 320 ? 750 : 860) + (v > 240 ? 3 : 0));
+  });
+}
+
+/// Few and lonely measurements, so that fewer than N_min and fewer than N_max points are common.
+FramePointer sparseFrame(std::uint32_t seed) {
+  std::mt19937 random(seed);
+  return test::frameOf([&random](int, int) -> std::uint16_t {
+    return random() % 50 == 0 ? static_cast<std::uint16_t>(700 + random() % 20) : kRawNoMeasurement;
+  });
+}
+
+/// The law on a frame, modelled both ways, against all points of the frame.
+class Comparison {
+ public:
+  Comparison(const DepthFrame& frame, const PoseParameters& pose, std::uint32_t seed)
+      : frame_(frame),
+        camera_(kCamera, pose),
+        cloud_(camera_.pointsOf(frame)),
+        model_(std::make_unique<DepthModel>(kCamera, pose)),
+        reach_(*model_, roomyGrid()),
+        whole_(*model_, wholeFrameGrid()),
+        reach_memory_(kFramePixels),
+        whole_memory_(kFramePixels),
+        random_(seed) {
+    whole_.build(frame);
+  }
+
+  double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
+
+  /// Somewhere up to `reach_m` on each axis from some point of the frame.
+  Vec3 randomHip(double reach_m) {
+    const Vec3 point = cloud_.position(random_() % cloud_.size());
+    return point + Vec3{between(-reach_m, reach_m), between(-reach_m, reach_m), between(-reach_m, reach_m)};
+  }
+
+  void compare(const Vec3& hip, const SpringParameters& parameters) {
+    const Vec3 away{between(-0.01, 0.01), between(-0.01, 0.01), between(-0.01, 0.01)};
+    reach_.build(frame_, hip + away, parameters.radius_m + 0.0174);  // 0.0174: the longest `away`
+    ASSERT_TRUE(reach_.scene.covers(hip, parameters.radius_m));
+    const ForceSample by_reach = nearestSprings(reach_.scene, hip, parameters, reach_memory_);
+    const ForceSample by_whole = nearestSprings(whole_.scene, hip, parameters, whole_memory_);
+    const ReferenceForce expected = test::bruteForce(cloud_, hip, parameters);
+    touching_ += expected.points_used != 0 ? 1 : 0;
+    undecided_ += expected.undecided ? 1 : 0;
+    if (expected.undecided) return;
+    ASSERT_EQ(by_reach.points_used, expected.points_used);
+    ASSERT_EQ(by_whole.points_used, expected.points_used);
+    const double error_n = norm(by_whole.force_n_in_world - expected.force_n_in_world);
+    ASSERT_LE(error_n, test::roundingTolerance_n(parameters));
+    // The same points in another order: at most 1000 roundings of at most k D, 2^-53 each.
+    const double largest_n = parameters.stiffness_n_per_m * parameters.radius_m;
+    ASSERT_LE(norm(by_reach.force_n_in_world - by_whole.force_n_in_world), 5e-14 * largest_n);
+  }
+
+  int touching() const { return touching_; }
+  int undecided() const { return undecided_; }
+
+ private:
+  static GridParameters roomyGrid() {
+    GridParameters grid;
+    grid.point_capacity = kFramePixels;
+    return grid;
+  }
+  static constexpr DepthModelParameters kCamera{};
+
+  const DepthFrame& frame_;
+  ReferenceCamera camera_;
+  PointCloud cloud_;
+  std::unique_ptr<DepthModel> model_;
+  BuiltScene reach_, whole_;
+  SearchMemory reach_memory_, whole_memory_;
+  std::mt19937 random_;
+  int touching_ = 0;
+  int undecided_ = 0;
+};
+
+const PoseParameters kTurned{{0.3, -1.2, 2.5}, 0.3, -1.1, 2.4};
+
+class AgainstBruteForce : public test::EachSimdTarget {};
+
+TEST_P(AgainstBruteForce, IsThePapersLawOnSurfacesWithTheDefaultParameters) {
+  for (const PoseParameters& pose : {PoseParameters{}, kTurned}) {
+    for (const FramePointer& frame : {test::planeAndSphereFrame(1, {}), steppedFrame()}) {
+      Comparison comparison(*frame, pose, 2);
+      for (int i = 0; i < 120; ++i) {
+        comparison.compare(comparison.randomHip(i % 4 == 0 ? 0.001 : 0.03), {});
+        if (HasFatalFailure()) return;
+      }
+      EXPECT_GT(comparison.touching(), 90);
+      EXPECT_LT(comparison.undecided(), 3);
+    }
+  }
+}
+
+TEST_P(AgainstBruteForce, IsThePapersLawOnScatteredPoints) {
+  for (const FramePointer& frame : {test::randomFrame(3, 271, 900), sparseFrame(4)}) {
+    Comparison comparison(*frame, kTurned, 5);
+    for (int i = 0; i < 120; ++i) {
+      comparison.compare(comparison.randomHip(0.03), {});
+      if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(comparison.touching(), 20);
+    EXPECT_LT(comparison.undecided(), 3);
+  }
+}
+
+TEST_P(AgainstBruteForce, IsThePapersLawForAllParameters) {
+  for (const FramePointer& frame :
+       {test::planeAndSphereFrame(6, {}), test::randomFrame(7, 271, 900), sparseFrame(8)}) {
+    Comparison comparison(*frame, {}, 9);
+    for (int i = 0; i < 120; ++i) {
+      SpringParameters parameters;
+      parameters.radius_m = comparison.between(0.005, 0.1);
+      parameters.stiffness_n_per_m = comparison.between(20, 5000);
+      parameters.max_points = i % 3 == 0 ? 1 + i % 7 : static_cast<int>(comparison.between(1, 1000.99));
+      parameters.min_points = static_cast<int>(comparison.between(1, parameters.max_points + 0.99));
+      comparison.compare(comparison.randomHip(parameters.radius_m), parameters);
+      if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(comparison.touching(), 30);
+    EXPECT_LT(comparison.undecided(), 3);
+  }
+}
+
+HAPTICD_FOR_EACH_SIMD_TARGET(AgainstBruteForce);
+
+}  // namespace
+}  // namespace hapticd::rt

@@ -1,0 +1,166 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "rt/nearest_springs.h"
+#include "tests/unit/rt/built_scene.h"
+#include "tests/unit/rt/made_up_frame.h"
+
+namespace hapticd::rt {
+namespace {
+
+using test::BuiltScene;
+
+constexpr std::size_t kCapacity = 20000;
+
+/// The same forces asked for with a memory that remembers all that went before, and with a new one each time.
+class MemoryComparison {
+ public:
+  MemoryComparison() : remembering_(kCapacity) {}
+
+  void compare(const Scene& scene, const Vec3& hip, const SpringParameters& parameters) {
+    const ForceSample with = nearestSprings(scene, hip, parameters, remembering_);
+    SearchMemory fresh(kCapacity);
+    const ForceSample without = nearestSprings(scene, hip, parameters, fresh);
+    touching_ += without.points_used != 0 ? 1 : 0;
+    free_ += without.points_used == 0 ? 1 : 0;
+    ASSERT_EQ(with.points_used, without.points_used);
+    // The same points, added up in another order: at most 1000 roundings of 2^-53, relative to k D.
+    ASSERT_LE(norm(with.force_n_in_world - without.force_n_in_world),
+              1e-13 * parameters.stiffness_n_per_m * parameters.radius_m);
+  }
+
+  int touching() const { return touching_; }
+  int free() const { return free_; }
+
+ private:
+  SearchMemory remembering_;
+  int touching_ = 0;
+  int free_ = 0;
+};
+
+/// A hand's way: small steps, with now and then a leap, in front of and behind the surfaces.
+class Wandering {
+ public:
+  explicit Wandering(std::uint32_t seed) : random_(seed) {}
+  const Vec3& next(double step_m) {
+    for (double* const coordinate : {&hip_.x, &hip_.y, &hip_.z}) {
+      *coordinate += std::uniform_real_distribution(-step_m, step_m)(random_);
+    }
+    if (below(100) == 0) {
+      hip_ = {between(-0.3, 0.3), between(-0.25, 0.25), between(-1.4, -0.8)};
+    }
+    return hip_;
+  }
+  double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
+  int below(int count) { return std::uniform_int_distribution(0, count - 1)(random_); }
+
+ private:
+  std::mt19937 random_;
+  Vec3 hip_{0, 0, -1};
+};
+
+/// Scenes of one camera whose ball follows the hand, each built anew now and then.
+class Scenes {
+ public:
+  Scenes() : model_(std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{})) {
+    frames_.push_back(test::planeAndSphereFrame(1, {}));
+    frames_.push_back(test::planeAndSphereFrame(2, {}));
+    frames_.push_back(test::frameOf(kRawNoMeasurement));
+    frames_.push_back(test::randomFrame(3, 700, 860));
+    GridParameters grid;
+    grid.point_capacity = kCapacity;
+    for (int i = 0; i < 3; ++i) built_.push_back(std::make_unique<BuiltScene>(*model_, grid));
+  }
+  /// One of the scenes that covers the ball around `hip`; some frame's.
+  const Scene& around(const Vec3& hip, double radius_m, Wandering& hand) {
+    BuiltScene& built = *built_[static_cast<std::size_t>(hand.below(100) < 97 ? 0 : 1 + hand.below(2))];
+    if (!built.scene.covers(hip, radius_m) || hand.below(33) == 0) {
+      built.build(*frames_[static_cast<std::size_t>(hand.below(static_cast<int>(frames_.size())))], hip,
+                  radius_m + 0.03);
+    }
+    return built.scene;
+  }
+
+ private:
+  std::unique_ptr<DepthModel> model_;
+  std::vector<test::FramePointer> frames_;
+  std::vector<std::unique_ptr<BuiltScene>> built_;
+};
+
+TEST(SearchMemory, NeverChangesTheForceOnAHandsWay) {
+  for (const double step_m : {0.0003, 0.003}) {
+    Scenes scenes;
+    Wandering hand(4);
+    MemoryComparison comparison;
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 hip = hand.next(step_m);
+      comparison.compare(scenes.around(hip, 0.04, hand), hip, {});
+      ASSERT_FALSE(HasFatalFailure()) << i;
+    }
+    EXPECT_GT(comparison.touching(), 200);
+    EXPECT_GT(comparison.free(), 200);
+  }
+}
+
+TEST(SearchMemory, NeverChangesTheForceWhenParametersChange) {
+  Scenes scenes;
+  Wandering hand(5);
+  MemoryComparison comparison;
+  SpringParameters parameters;
+  for (int i = 0; i < 2000; ++i) {
+    if (hand.below(5) == 0) {
+      parameters.radius_m = hand.between(0.005, 0.06);
+      parameters.max_points = 1 + hand.below(300);
+      parameters.min_points = 1 + hand.below(parameters.max_points);
+    }
+    const Vec3 hip = hand.next(0.001);
+    comparison.compare(scenes.around(hip, 0.06, hand), hip, parameters);
+    ASSERT_FALSE(HasFatalFailure()) << i;
+  }
+  EXPECT_GT(comparison.touching(), 200);
+}
+
+TEST(SearchMemory, ForgetsFreeSpaceWhenTheSceneChanges) {
+  const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
+  GridParameters grid;
+  grid.point_capacity = kCapacity;
+  BuiltScene built(*model, grid);
+  SearchMemory memory(kCapacity);
+  const test::FramePointer nothing = test::frameOf(kRawNoMeasurement);
+  const test::FramePointer wall = test::frameOf(760);  // 1.004 m
+  // One measurement far from the HIP, so that there is something to search.
+  nothing->raw[0] = 760;
+  const Vec3 hip{0, 0, -1};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(nearestSprings(built.build(*nothing, hip), hip, {}, memory).points_used, 0U);
+    EXPECT_EQ(nearestSprings(built.scene, hip, {}, memory).points_used, 0U);
+    EXPECT_EQ(nearestSprings(built.build(*wall, hip), hip, {}, memory).points_used, 100U);
+  }
+}
+
+TEST(SearchMemory, FeelsTheWallWhenTheHandComesOutOfFreeSpace) {
+  const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
+  BuiltScene built(*model, GridParameters{});
+  built.build(*test::frameOf(760), {0, 0, -0.95});
+  const double wall_z = -1 / (760 * -0.003071102 + 3.330949516);
+  SearchMemory memory(65536);
+  const SpringParameters parameters{500, 0.04, 1, 100};
+  // Inwards in steps of 0.1 mm from 60 mm in front: the first force comes when the nearest of the points,
+  // 1.7 mm apart, is within 40 mm, at a height between sqrt(40^2 - 1.2^2) = 39.98 and 40 mm.
+  double first_contact_m = 0;
+  for (int i = 0; i < 600 && first_contact_m == 0; ++i) {
+    const double h = 0.06 - i * 0.0001;
+    const bool touches =
+        nearestSprings(built.scene, {0.0002, 0.0003, wall_z + h}, parameters, memory).points_used != 0;
+    if (touches) first_contact_m = h;
+  }
+  EXPECT_LE(first_contact_m, 0.04);
+  EXPECT_GE(first_contact_m, 0.03998 - 0.0001);
+}
+
+}  // namespace
+}  // namespace hapticd::rt
