@@ -3,9 +3,12 @@
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -20,11 +23,29 @@ namespace {
 /// How often the control thread takes the ticks out of the ring, which holds several seconds of them.
 constexpr std::chrono::milliseconds kControlPeriod{5};
 
-VarlinkServer* server_to_stop = nullptr;
+// What the signal handler works on; the flag keeps a signal that comes before there is a server.
+std::atomic<bool> stop_requested{false};
+std::atomic<VarlinkServer*> server_to_stop{nullptr};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<VarlinkServer*>::is_always_lock_free);
 
 void onSignal(int) {
-  if (server_to_stop != nullptr) server_to_stop->requestStop();
+  const int interrupted_errno = errno;
+  stop_requested = true;
+  if (VarlinkServer* const server = server_to_stop) server->requestStop();
+  errno = interrupted_errno;
 }
+
+/// For its life, signals stop `server`; a signal that came before does so at once.
+class StoppedBySignals {
+ public:
+  explicit StoppedBySignals(VarlinkServer& server) {
+    server_to_stop = &server;
+    if (stop_requested) server.requestStop();
+  }
+  ~StoppedBySignals() { server_to_stop = nullptr; }
+  StoppedBySignals(const StoppedBySignals&) = delete;
+  StoppedBySignals& operator=(const StoppedBySignals&) = delete;
+};
 
 /// Signals that end the daemon; one that is ignored at the start (a background job of a script) stays
 /// ignored.
@@ -42,7 +63,8 @@ void catchSignals() {
 /// One line to the journal (or the terminal) with the priority that systemd reads off its beginning.
 void log(const char* priority, const std::string& text) {
   const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
-  fmt::print(stderr, "{}hapticd: {}\n", journal ? priority : "", text);
+  const std::string line = fmt::format("{}hapticd: {}\n", journal ? priority : "", text);
+  std::fputs(line.c_str(), stderr);  // fmt::print throws where nobody reads, and the daemon lives on
 }
 
 int fail(const config::Error& error, int status) {
@@ -58,12 +80,12 @@ ServerOptions serverOptions(const config::ControlSettings& settings) {
 }
 
 int serve(const config::Settings& settings) {
+  catchSignals();  // before there is a socket file that one could leave behind
   RunningBox box(settings);
   ControlService service(box, {.log = [](const std::string& change) { log(SD_NOTICE, change); }});
   auto server = VarlinkServer::create(serverOptions(settings.control), service);
   if (!server) return fail(server.error(), EX_UNAVAILABLE);
-  server_to_stop = server->get();
-  catchSignals();
+  const StoppedBySignals stopped_by_signals(**server);
   if (auto started = box.start(); !started) return fail(started.error(), EX_CONFIG);
   for (const std::string& warning : box.status().warnings) log(SD_WARNING, warning);
 
@@ -74,7 +96,6 @@ int serve(const config::Settings& settings) {
   });
   sd_notify(0, "STOPPING=1");
   box.stop();
-  server_to_stop = nullptr;
   return EX_OK;
 }
 

@@ -27,10 +27,12 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   out.slew_limited = step_length > max_step_n;
   const Vec3 slewed = last_ + shortened(step, step_length, max_step_n);
 
-  magnitude_limit_n_ = std::max(parameters.max_force_n, magnitude_limit_n_ - max_step_n);
+  const double limit_n = std::max(parameters.max_force_n, norm(last_) - max_step_n);
   const double slewed_length = norm(slewed);
-  out.magnitude_clamped = slewed_length > magnitude_limit_n_;
-  const Vec3 clamped = shortened(slewed, slewed_length, magnitude_limit_n_);
+  out.magnitude_clamped = slewed_length > limit_n;
+  // Inwards to a lowered limit and sideways to a new aim together may be more than a step.
+  const Vec3 change = shortened(slewed, slewed_length, limit_n) - last_;
+  const Vec3 clamped = last_ + shortened(change, norm(change), max_step_n);
 
   last_ = isFinite(clamped) ? clamped : Vec3{};
   out.force_n_in_world = last_;

@@ -11,7 +11,8 @@ namespace hapticd::rt {
 /// three are built; the first three are the identity.
 ///
 /// Whatever comes in, what goes out is finite, no longer than the magnitude limit and differs from the output
-/// before by no more than the slew limit allows. A lowered magnitude limit is approached at that rate too.
+/// before by no more than the slew limit allows. A force over a lowered magnitude limit only shrinks, at that
+/// rate or, where its direction changes too, at no less than 1/sqrt(2) of it.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class SafetyChain {
  public:
@@ -30,7 +31,6 @@ class SafetyChain {
 
  private:
   Vec3 last_;
-  double magnitude_limit_n_ = 0;  ///< in force now; follows the parameter, downwards at the slew rate
 };
 
 }  // namespace hapticd::rt

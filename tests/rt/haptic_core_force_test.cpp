@@ -58,11 +58,15 @@ TEST(HapticCoreForce, IsFullAtOnceWithoutARamp) {
 
 TEST(HapticCoreForce, RampsAnewAfterEachInterruption) {
   CoreRig rig;
-  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  const double law_n = norm(rig.engageFully().law_force_n_in_world);
+  const double ramp_s = rig.directive.parameters.safety.engage_ramp_s;
   rig.directive.engage = false;
   rig.steps(100);
   rig.directive.engage = true;
-  EXPECT_LE(norm(rig.step().command_force_n_in_world), norm(full) * kPeriod_s / 0.5 * (1 + kRounding));
+  for (int tick = 1; tick <= 10; ++tick) {
+    EXPECT_NEAR(norm(rig.step().command_force_n_in_world), law_n * tick * kPeriod_s / ramp_s,
+                kRounding * law_n);
+  }
 }
 
 TEST(HapticCoreForce, GoesToZeroAtTheSlewLimitWhenAnInputIsSpoiled) {

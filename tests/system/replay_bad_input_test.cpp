@@ -35,8 +35,8 @@ class ReplayBadInput : public testing::Test {
     std::vector<std::string> arguments{"--config=" + path("config.yaml"), "--hip=" + path("hip.csv"),
                                        "--depth=" + path("wall.pgm"), "--out=" + path("out.csv")};
     for (const std::string& change : changed) {
-      const std::string option = change.substr(0, change.find('=') + 1);
-      std::erase_if(arguments, [&](const std::string& good) { return good.starts_with(option); });
+      const std::string option = change.substr(0, change.find('='));
+      std::erase_if(arguments, [&](const std::string& good) { return good.starts_with(option + '='); });
       arguments.push_back(change);
     }
     return test::runToEnd(test::hapticReplayCommand(arguments), options);

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <string>
@@ -26,8 +27,22 @@ struct Options {
 };
 
 int fail(const std::vector<config::Error>& errors, int status) {
-  for (const config::Error& error : errors) fmt::print(stderr, "haptic-replay: {}\n", error.text());
+  for (const config::Error& error : errors) {
+    std::fputs(fmt::format("haptic-replay: {}\n", error.text()).c_str(), stderr);
+  }
   return status;
+}
+
+/// False when not all of `text` could be written; then no part of it is left.
+bool writeFile(const std::string& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  if (!out.is_open()) return false;
+  out << text;
+  out.close();
+  if (out) return true;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) std::filesystem::remove(path, ignored);
+  return false;
 }
 
 std::optional<config::Error> timeGoesBack(const std::vector<HipSample>& samples) {
@@ -56,9 +71,10 @@ config::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample
 }
 
 int replayFile(const Options& options) {
-  auto settings = config::loadSettings(options.config, options.overrides);
+  std::vector<std::string> overrides = options.overrides;
+  if (options.full_model) overrides.emplace_back("grid.extent=frame");
+  const auto settings = config::loadSettings(options.config, overrides);
   if (!settings) return fail(settings.error(), EX_CONFIG);
-  if (options.full_model) settings->grid.extent = rt::ModelExtent::frame;
   const auto samples = readHipCsv(options.hip);
   if (!samples) return fail(samples.error(), EX_DATAERR);
   if (options.stage == Stage::command) {
@@ -70,10 +86,11 @@ int replayFile(const Options& options) {
   Replay replay(*settings, *source, options.stage);
   const auto text = forcesOf(replay, *samples);
   if (!text) return fail({text.error()}, EX_DATAERR);
-  std::ofstream out(options.out, std::ios::binary);
-  out << *text << std::flush;
-  if (!out) return fail({{options.out, "cannot be written", "check --out and the free space"}}, EX_CANTCREAT);
-  fmt::print("{} forces, {} scenes modelled\n", samples->size(), replay.models());
+  if (!writeFile(options.out, *text)) {
+    return fail({{options.out, "cannot be written", "check --out and the free space"}}, EX_CANTCREAT);
+  }
+  std::fputs(fmt::format("{} forces, {} scenes modelled\n", samples->size(), replay.models()).c_str(),
+             stdout);
   return EX_OK;
 }
 

@@ -85,7 +85,7 @@ _hapticctl() {{
     COMPREPLY=($(compgen -f -- "$current"))
   elif [[ "$current" == -* ]]; then
     local options="{options}"
-    [[ "$command" == watch ]] && options="$options --interval --count"
+    [[ "$command" == watch ]] && options="$options --interval --count --seconds --line --summary"
     COMPREPLY=($(compgen -W "$options" -- "$current"))
   elif [[ -z "$command" ]]; then
     COMPREPLY=($(compgen -W "{commands}" -- "$current"))
@@ -131,7 +131,7 @@ _hapticctl() {{
       case "$line[1]" in
         get) compadd -- {names} ;;
         completion) compadd -- bash zsh fish ;;
-        watch) _arguments '--interval[milliseconds]:milliseconds' '--count[how many]:number' ;;
+        watch) _arguments '--interval[milliseconds]:milliseconds' '--count[how many]:number' '--seconds[how long]:number' '--line[one short line]' '--summary[close with a summary]' ;;
         set)
           case "$PREFIX" in
 {values}            *) compadd -S '' -- {assignments} ;;
@@ -156,6 +156,9 @@ std::string fishScript() {
       "complete -c hapticctl -l version -d version\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l interval -x -d milliseconds\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l count -x -d 'how many'\n"
+      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l seconds -x -d 'how long'\n"
+      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l line -d 'one short line'\n"
+      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l summary -d 'close with a summary'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from completion' -a 'bash zsh fish'\n";
   for (const Word& command : kCommands) {
     script += fmt::format("complete -c hapticctl -n __fish_use_subcommand -a {} -d '{}'\n", command.word,

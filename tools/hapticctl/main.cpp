@@ -23,8 +23,7 @@ struct Arguments {
   CommandOptions options;
   std::vector<std::string> names;
   std::vector<std::string> assignments;
-  int interval_ms = 200;
-  int count = 0;
+  WatchOptions watch;
   std::string shell;
 };
 
@@ -48,15 +47,20 @@ void describe(CLI::App& app, Arguments& arguments, Run& run) {
   add("status", "Show the whole state, what is wrong first", [&] { return runStatus(arguments.options); });
 
   CLI::App* watch = add("watch", "Show the state again and again, until Ctrl-C",
-                        [&] { return runWatch(arguments.options, arguments.interval_ms, arguments.count); });
+                        [&] { return runWatch(arguments.options, arguments.watch); });
   watch
-      ->add_option("--interval", arguments.interval_ms,
+      ->add_option("--interval", arguments.watch.interval_ms,
                    "Time between two states, 20 to 60000 ms (default 200)")
       ->type_name("MS")
       ->check(CLI::Range(20, 60000));
-  watch->add_option("--count", arguments.count, "End after that many states")
+  watch->add_option("--count", arguments.watch.count, "End after that many states")
       ->type_name("N")
       ->check(CLI::Range(1, 1'000'000'000));
+  watch->add_option("--seconds", arguments.watch.seconds, "End after that time")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000));
+  watch->add_flag("--line", arguments.watch.line, "One short line instead of the table");
+  watch->add_flag("--summary", arguments.watch.summary, "Close with a summary, also after Ctrl-C");
 
   add("get", "Show values of parameters", [&] {
     return runGet(arguments.options, arguments.names);

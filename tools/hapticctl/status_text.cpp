@@ -32,12 +32,6 @@ std::string uptimeText(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-std::string latencyText(const Json& status, const std::string& path) {
-  const auto at = [&](const char* name) { return duration(numberAt(status, path + name)); };
-  return fmt::format("p50 {}, p99 {}, p99.9 {}, max {}", at(".p50Ns"), at(".p99Ns"), at(".p999Ns"),
-                     at(".maxNs"));
-}
-
 std::string privilegesText(const Json& status) {
   const Json* cpu = fieldAt(status, "loop.cpu");
   return fmt::format("{}, {}, memory {}", cpu && cpu->is_number() ? "CPU " + valueText(*cpu) : "not pinned",
@@ -173,6 +167,12 @@ std::string statusText(const Json& status) {
   return text;
 }
 
+std::string latencyText(const Json& status, const std::string& path) {
+  const auto at = [&](const char* name) { return duration(numberAt(status, path + name)); };
+  return fmt::format("p50 {}, p99 {}, p99.9 {}, max {}", at(".p50Ns"), at(".p99Ns"), at(".p999Ns"),
+                     at(".maxNs"));
+}
+
 std::string monitorLine(const Json& reply) {
   const double ticks = numberAt(reply, "window.ticks");
   const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
@@ -185,6 +185,17 @@ std::string monitorLine(const Json& reply) {
       fixed(numberAt(reply, "window.minForceN"), 2), fixed(numberAt(reply, "window.maxForceN"), 2),
       duration(numberAt(reply, "window.maxWakeupLatencyNs")), countAt(reply, "status.loop.counters.overruns"),
       countAt(reply, "droppedCount"));
+}
+
+std::string liveLine(const Json& reply) {
+  const double ticks = numberAt(reply, "window.ticks");
+  const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
+  return fmt::format("{:>6} s {:>7} Hz {:>5} fps  contact {:>3} %  force {:>5} N  wake-up max {:>8}  {}",
+                     fixed(numberAt(reply, "status.uptimeS"), 1),
+                     fixed(numberAt(reply, "status.loop.rateHz"), 1),
+                     fixed(numberAt(reply, "status.scene.frameRateHz"), 1), fixed(contact, 0),
+                     fixed(numberAt(reply, "window.maxForceN"), 2),
+                     duration(numberAt(reply, "window.maxWakeupLatencyNs")), textAt(reply, "status.mode"));
 }
 
 std::string withUnit(const std::string& value, const Json& parameter) {

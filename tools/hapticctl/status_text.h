@@ -20,6 +20,13 @@ std::string statusText(const Json& status);
 /// One reply of Monitor in one line.
 std::string monitorLine(const Json& reply);
 
+/// The most important of it in less than 90 columns: rate, frames, contact, largest force and latest wake-up
+/// since the reply before.
+std::string liveLine(const Json& reply);
+
+/// "p50 24.6 us, p99 43.0 us, p99.9 524.3 us, max 9.10 ms" of the distribution at `path`.
+std::string latencyText(const Json& status, const std::string& path);
+
 /// The parameter table for people.
 std::string parameterTableText(const Json& parameters);
 

@@ -12,6 +12,7 @@
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/watch_summary.h"
 
 namespace hapticd::tools {
 namespace {
@@ -44,36 +45,64 @@ void redraw(const std::string& text) {
   fmt::print("\033[H{}\033[J", lines);
 }
 
-void show(const Json& reply, bool json, bool terminal) {
-  if (json) {
-    fmt::print("{}\n", reply.dump(-1, ' ', false, Json::error_handler_t::replace));
-  } else if (terminal) {
-    redraw(tableText(reply));
-  } else {
-    fmt::print("{}\n", monitorLine(reply));
+/// Where and how states are shown.
+enum class Display { json, table, line, lines };
+
+Display displayOf(const CommandOptions& options, const WatchOptions& watch) {
+  if (options.json) return Display::json;
+  if (::isatty(STDOUT_FILENO) != 1) return Display::lines;
+  return watch.line ? Display::line : Display::table;
+}
+
+void show(const Json& reply, Display display, bool short_lines) {
+  switch (display) {
+    case Display::json:
+      fmt::print("{}\n", reply.dump(-1, ' ', false, Json::error_handler_t::replace));
+      break;
+    case Display::table:
+      redraw(tableText(reply));
+      break;
+    case Display::line:
+      fmt::print("\r{}\033[K", liveLine(reply));
+      break;
+    case Display::lines:
+      fmt::print("{}\n", short_lines ? liveLine(reply) : monitorLine(reply));
+      break;
   }
   std::fflush(stdout);
 }
 
+/// Shows what the stream brings until its end; returns the exit code.
+int follow(VarlinkClient& client, const CommandOptions& options, const WatchOptions& watch,
+           WatchSummary& summary) {
+  const Display display = displayOf(options, watch);
+  if (display == Display::table) fmt::print("\033[2J");
+  const auto limit = VarlinkClient::kTimeLimit + std::chrono::milliseconds(watch.interval_ms);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(watch.seconds);
+  for (int shown = 0; watch.count == 0 || shown < watch.count; ++shown) {
+    const auto reply = client.next(limit);
+    if (!reply && reply.error().kind == ClientError::Kind::interrupted) break;
+    if (!reply) return report(reply.error(), options.json);
+    show(*reply, display, watch.line);
+    summary.add(*reply);
+    if (watch.seconds != 0 && std::chrono::steady_clock::now() >= end) break;
+  }
+  if (display == Display::line) fmt::print("\n");
+  return kOk;
+}
+
 }  // namespace
 
-int runWatch(const CommandOptions& options, int interval_ms, int count) {
+int runWatch(const CommandOptions& options, const WatchOptions& watch) {
   auto client = connectTo(options, false);
   if (!client) return report(client.error(), options.json);
   client->interruptBy(endSignals());
-  const auto subscribed = client->subscribe("io.hapticd.Status.Monitor", {{"intervalMs", interval_ms}});
+  const auto subscribed = client->subscribe("io.hapticd.Status.Monitor", {{"intervalMs", watch.interval_ms}});
   if (!subscribed) return report(subscribed.error(), options.json);
-
-  const bool terminal = !options.json && ::isatty(STDOUT_FILENO) == 1;
-  if (terminal) fmt::print("\033[2J");
-  const auto limit = VarlinkClient::kTimeLimit + std::chrono::milliseconds(interval_ms);
-  for (int shown = 0; count == 0 || shown < count; ++shown) {
-    const auto reply = client->next(limit);
-    if (!reply && reply.error().kind == ClientError::Kind::interrupted) break;
-    if (!reply) return report(reply.error(), options.json);
-    show(*reply, options.json, terminal);
-  }
-  return kOk;
+  WatchSummary summary;
+  const int status = follow(*client, options, watch, summary);
+  if (watch.summary && !options.json) fmt::print("\n{}", summary.text());
+  return status;
 }
 
 }  // namespace hapticd::tools

@@ -4,8 +4,16 @@
 
 namespace hapticd::tools {
 
-/// Prints the state again and again until Ctrl-C, or `count` times (0: no end): on a terminal as a table that
-/// stands still, else line by line. Returns the exit code.
-int runWatch(const CommandOptions& options, int interval_ms, int count);
+struct WatchOptions {
+  int interval_ms = 200;
+  int count = 0;         ///< end after that many states; 0: no end
+  int seconds = 0;       ///< end after that time; 0: no end
+  bool line = false;     ///< one line that is written over, instead of the table
+  bool summary = false;  ///< close with a summary, also after Ctrl-C
+};
+
+/// Prints the state again and again until Ctrl-C or the end that `watch` sets: on a terminal as a table or a
+/// line that stands still, else line by line. Returns the exit code.
+int runWatch(const CommandOptions& options, const WatchOptions& watch);
 
 }  // namespace hapticd::tools

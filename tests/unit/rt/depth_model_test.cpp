@@ -230,7 +230,7 @@ TEST(DepthModel, BoundsHoldEveryPointAndAreTouched) {
   Vec3 high{-1e9, -1e9, -1e9};
   for (const std::uint32_t raw : {271U, 1003U}) {
     for (std::uint32_t row = 0; row < kFrameHeight; ++row) {
-      for (std::uint32_t column = 0; column < kFrameWidth; column += row % 479 == 0 ? 1 : 639) {
+      for (std::uint32_t column = 0; column < kFrameWidth; column += row % 479 == 0 ? 1U : 639U) {
         const Vec3 p = camera.pointInWorld(column, row, raw);
         low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};

@@ -36,21 +36,22 @@ void expectForceOfBruteForce(const DepthModelParameters& parameters, const Depth
                              std::initializer_list<SpringParameters> springs) {
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   const test::PointCloud cloud = test::ReferenceCamera(parameters).pointsOf(frame);
-  GridParameters grid;
-  grid.point_capacity = kFramePixels;
-  for (const ModelExtent extent : {ModelExtent::reach, ModelExtent::frame}) {
-    grid.extent = extent;
-    BuiltScene built(*model, grid);
-    SearchMemory memory(kFramePixels);
-    built.build(frame, hip, 0.12);
-    for (const SpringParameters& s : springs) {
-      const ReferenceForce expected = test::bruteForce(cloud, hip, s);
-      const ForceSample sample = nearestSprings(built.scene, hip, s, memory);
+  GridParameters reach_grid;
+  reach_grid.point_capacity = kFramePixels;
+  BuiltScene reach(*model, reach_grid);
+  BuiltScene whole(*model, test::wholeFrameGrid());
+  SearchMemory memory(kFramePixels);
+  reach.build(frame, hip, 0.12);
+  whole.build(frame);
+  for (const SpringParameters& s : springs) {
+    const ReferenceForce expected = test::bruteForce(cloud, hip, s);
+    // Where rounding alone decides between points (two of 300 000 equally far to 1e-12 m) another one may
+    // have been chosen: 2 k D / N.
+    const double either =
+        expected.undecided ? 2 * s.stiffness_n_per_m * s.radius_m / expected.points_used : 0;
+    for (const Scene* const scene : {&reach.scene, &whole.scene}) {
+      const ForceSample sample = nearestSprings(*scene, hip, s, memory);
       EXPECT_EQ(sample.points_used, expected.points_used);
-      // Where rounding alone decides between points (two of 300 000 equally far to 1e-12 m) another one may
-      // have been chosen: 2 k D / N.
-      const double either =
-          expected.undecided ? 2 * s.stiffness_n_per_m * s.radius_m / expected.points_used : 0;
       EXPECT_LE(norm(sample.force_n_in_world - expected.force_n_in_world),
                 test::roundingTolerance_n(s) + either);
     }
@@ -91,7 +92,7 @@ TEST_P(HardInput, AllPixelsAtOnePlace) {
   parameters.fx_px = parameters.fy_px = 2e7;
   const test::FramePointer frame = test::frameOf(1000);
   const double depth = 1 / (parameters.a_per_m * 1000 + parameters.b_per_m);
-  for (const double h : {0.02, 1e-4, 1e-6}) {
+  for (const double h : {0.02, 1e-6}) {
     expectForceOfBruteForce(parameters, *frame, {1.3e-6, 0.7e-6, h - depth},
                             {{500, 0.04, 10, 100}, {500, 0.04, 1, 1000}, {500, 0.04, 1, 1}});
   }

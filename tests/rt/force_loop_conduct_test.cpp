@@ -1,0 +1,106 @@
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "rt/force_loop.h"
+#include "tests/rt/locked_memory.h"
+#include "tests/rt/loop_rig.h"
+#include "tests/rt/watch.h"
+#include "tests/support/rerun.h"
+
+// That the force thread allocates, locks, faults and throws nothing while it runs. Everything inside run()
+// counts, in a world that changes in every way; the watch is shown to see each kind of misconduct.
+
+namespace hapticd::test {
+namespace {
+
+/// Runs the loop of `rig`, exercised for `ticks`, in a thread that is watched while it is inside run() and
+/// while it does the `planted` deed just before.
+template <typename Deed>
+WatchedSection::Seen watchedRun(LoopRig& rig, std::size_t ticks, Deed planted) {
+  WatchedSection::Seen seen;
+  std::jthread force_thread([&] {
+    rig.loop.prepare();
+    WatchedSection section;
+    planted();
+    rig.loop.run();
+    seen = section.end();
+  });
+  EXPECT_TRUE(exercise(rig, ticks));
+  rig.loop.requestStop();
+  force_thread.join();
+  return seen;
+}
+
+WatchedSection::Seen watchedRun(LoopRig& rig) {
+  constexpr std::size_t kTicks = 300;
+  return watchedRun(rig, kTicks, [] {});
+}
+
+template <typename Deed>
+WatchedSection::Seen watchedRunWith(Deed planted) {
+  constexpr std::size_t kTicks = 10;
+  LoopRig rig;
+  return watchedRun(rig, kTicks, planted);
+}
+
+TEST(ForceThread, AllocatesLocksAndThrowsNothing) {
+  LoopRig rig;
+  EXPECT_EQ(watchedRun(rig).misconduct, Misconduct{});
+  if (*kSight.said_instead != '\0') sayNotChecked(kSight.said_instead);
+}
+
+TEST(ForceThread, WouldBeSeenAllocating) {
+  if (!kSight.allocations) return sayNotChecked(kSight.said_instead);
+  std::vector<int> numbers;
+  EXPECT_EQ(watchedRunWith([&numbers] { numbers.push_back(1); }).misconduct, Misconduct{.allocations = 1});
+}
+
+TEST(ForceThread, WouldBeSeenLocking) {
+  if (!kSight.locks) return sayNotChecked(kSight.said_instead);
+  std::mutex mutex;
+  EXPECT_EQ(watchedRunWith([&mutex] { const std::lock_guard lock(mutex); }).misconduct,
+            Misconduct{.locks = 1});
+}
+
+TEST(ForceThread, WouldBeSeenThrowing) {
+  if (!kSight.exceptions) return sayNotChecked(kSight.said_instead);
+  const auto throwing = [] {
+    try {
+      throw std::runtime_error("planted");
+    } catch (const std::runtime_error&) {
+    }
+  };
+  EXPECT_EQ(watchedRunWith(throwing).misconduct.exceptions, 1U);
+}
+
+TEST(ForceThread, FaultsNoPage) {
+  const LockedMemory memory;
+  LoopRig rig;
+  const PageFaults faults = watchedRun(rig).page_faults;
+  const std::string found =
+      std::to_string(faults.minor) + " minor and " + std::to_string(faults.major) + " major page faults";
+  if (!memory.locked()) {
+    return sayNotChecked(
+        "that there is no page fault: memory cannot be locked here (RLIMIT_MEMLOCK, or a "
+        "sanitizer that does not); without that there were " +
+        found);
+  }
+  EXPECT_EQ(faults.minor, 0) << found;
+  EXPECT_EQ(faults.major, 0) << found;
+}
+
+TEST(ForceThread, WouldBeSeenFaultingAPage) {
+  const LockedMemory memory;
+  UntouchedPage page;
+  EXPECT_GE(watchedRunWith([&page] { page.touch(); }).page_faults.minor, 1);
+  if (!memory.locked()) sayNotChecked("that this is the only page fault: memory cannot be locked here");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,234 @@
+#include "rt/force_loop.h"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <thread>
+
+#include "tests/rt/loop_rig.h"
+#include "tests/support/program.h"
+#include "tests/support/rerun.h"
+
+namespace hapticd::test {
+namespace {
+
+using rt::Vec3;
+
+constexpr std::size_t kTicks = 300;
+constexpr std::int64_t kPeriod_ns = 1'000'000;
+constexpr double kPeriod_s = 0.001;
+/// A handful of roundings of numbers of the size of the forces.
+constexpr double kRounding = 1e-12;
+
+class ForceLoopThread : public testing::Test {
+ protected:
+  void start() {
+    thread_ = std::jthread([this] {
+      rig.loop.prepare();
+      rig.loop.run();
+    });
+  }
+  /// Afterwards all ticks are in rig.ticks.
+  void stop() {
+    rig.loop.requestStop();
+    thread_.join();
+    rig.collected(0);
+  }
+  ~ForceLoopThread() override { rig.loop.requestStop(); }
+
+  /// The newest state that the loop has published, once it has taken over the directive sent last.
+  rt::LoopState acknowledged() {
+    EXPECT_TRUE(becomesTrue([this] {
+      rig.collected(0);
+      rig.control->state.refresh();
+      return rig.control->state.front().directive_generation == rig.directive.generation;
+    }));
+    return rig.control->state.front();
+  }
+
+  LoopRig rig;
+
+ private:
+  std::jthread thread_;
+};
+
+TEST_F(ForceLoopThread, NumbersItsTicksWithoutAGapAndPutsEachIntoTheRing) {
+  start();
+  ASSERT_TRUE(exercise(rig, kTicks));
+  stop();
+  ASSERT_GE(rig.ticks.size(), kTicks - 3);
+  for (std::size_t i = 0; i < rig.ticks.size(); ++i) ASSERT_EQ(rig.ticks[i].number, i + 1);
+  EXPECT_EQ(rig.control->ticks.dropped(), 0U);
+  rig.control->state.refresh();
+  EXPECT_EQ(rig.control->state.front().tick.number, rig.ticks.size());
+  EXPECT_EQ(rig.control->state.front().counters.ticks, rig.ticks.size());
+  EXPECT_EQ(rig.control->wakeup_latency.total(), rig.ticks.size());
+  EXPECT_EQ(rig.control->compute_time.total(), rig.ticks.size());
+}
+
+TEST_F(ForceLoopThread, PlansEveryTickOnOneGridAndCountsThePeriodsBetween) {
+  start();
+  ASSERT_TRUE(rig.collect(kTicks));
+  stop();
+  std::uint64_t skipped = 0;
+  std::uint64_t overruns = 0;
+  for (std::size_t i = 1; i < rig.ticks.size(); ++i) {
+    const std::int64_t way_ns = rig.ticks[i].planned_ns - rig.ticks[i - 1].planned_ns;
+    ASSERT_GT(way_ns, 0);
+    ASSERT_EQ(way_ns % kPeriod_ns, 0);
+    skipped += static_cast<std::uint64_t>(way_ns / kPeriod_ns - 1);
+    overruns += way_ns > kPeriod_ns ? 1 : 0;
+  }
+  rig.control->state.refresh();
+  const rt::LoopCounters& counters = rig.control->state.front().counters;
+  // An overrun of the very last tick is counted and has no tick behind it.
+  EXPECT_GE(counters.skipped_periods, skipped);
+  EXPECT_GE(counters.overruns, overruns);
+  EXPECT_LE(counters.overruns, overruns + 1);
+}
+
+TEST_F(ForceLoopThread, WakesAtItsTimesAndNotBefore) {
+  start();
+  ASSERT_TRUE(rig.collect(kTicks));
+  stop();
+  for (const rt::Tick& tick : rig.ticks) {
+    ASSERT_GE(tick.wakeup_latency_ns, 0);
+    ASSERT_GE(tick.compute_ns, 0);
+  }
+}
+
+TEST_F(ForceLoopThread, CountsWhatItsTicksSay) {
+  start();
+  ASSERT_TRUE(exercise(rig, kTicks));
+  stop();
+  const auto count = [this](auto condition) {
+    return static_cast<std::uint64_t>(std::count_if(rig.ticks.begin(), rig.ticks.end(), condition));
+  };
+  rig.control->state.refresh();
+  const rt::LoopCounters& counters = rig.control->state.front().counters;
+  EXPECT_EQ(counters.contact_ticks, count([](const rt::Tick& tick) { return tick.points_used > 0; }));
+  EXPECT_EQ(counters.outside_model_ticks, count([](const rt::Tick& tick) { return tick.outside_model; }));
+  EXPECT_EQ(counters.slew_limited_ticks, count([](const rt::Tick& tick) { return tick.slew_limited; }));
+  EXPECT_EQ(counters.magnitude_clamped_ticks,
+            count([](const rt::Tick& tick) { return tick.magnitude_clamped; }));
+  EXPECT_EQ(counters.handle_invalid_ticks, count([](const rt::Tick& tick) {
+              return tick.mode == rt::Mode::holding && tick.cause == rt::Cause::handle_invalid;
+            }));
+  EXPECT_EQ(counters.not_finite_ticks, 0U);
+  EXPECT_GT(counters.contact_ticks, 0U);
+  EXPECT_GT(counters.handle_invalid_ticks, 0U);
+}
+
+TEST_F(ForceLoopThread, AcknowledgesADirectiveWithTheFirstTickThatFollowsIt) {
+  start();
+  const double before_n = norm(acknowledged().tick.law_force_n_in_world);
+  ASSERT_GT(before_n, 0);
+  for (int doubled = 1; doubled <= 5; ++doubled) {
+    rig.directive.parameters.springs.stiffness_n_per_m *= 2;
+    rig.send();
+    // The law is linear in k_s; each search may add up the same points in another order.
+    const double expected_n = std::ldexp(before_n, doubled);
+    EXPECT_NEAR(norm(acknowledged().tick.law_force_n_in_world), expected_n, kRounding * expected_n);
+  }
+  stop();
+}
+
+TEST_F(ForceLoopThread, ShowsTheHandlesPositionToTheSceneThread) {
+  start();
+  const Vec3 position = rig.wall.inFrontOfWall(0.07);
+  rig.moveHandle(position);
+  EXPECT_TRUE(becomesTrue([&] {
+    rig.hip.refresh();
+    return rig.hip.front() == position;
+  }));
+  stop();
+}
+
+TEST_F(ForceLoopThread, CommandsTheForceOfEachTick) {
+  rig.directive.engage = true;
+  rig.directive.parameters.safety.engage_ramp_s = 0;
+  rig.send();
+  start();
+  ASSERT_TRUE(rig.collect(50));
+  ASSERT_TRUE(becomesTrue([this] {
+    rig.handle_command.refresh();
+    return rig.handle_command.front().tick > 50;
+  }));
+  const rt::HandleCommand command = rig.handle_command.front();
+  stop();
+  ASSERT_GE(rig.ticks.size(), command.tick);
+  EXPECT_EQ(rig.ticks[command.tick - 1].command_force_n_in_world, command.force_n_in_world);
+  EXPECT_GT(norm(command.force_n_in_world), 0);
+}
+
+TEST_F(ForceLoopThread, GoesToZeroAtTheSlewLimitBeforeItReturns) {
+  rig.directive.engage = true;
+  rig.directive.parameters.safety.engage_ramp_s = 0;
+  rig.send();
+  start();
+  ASSERT_TRUE(becomesTrue([this] {
+    rig.collected(0);
+    return !rig.ticks.empty() && norm(rig.ticks.back().command_force_n_in_world) >= 3;
+  })) << "the wall must be felt before";
+  stop();
+  const double step_n = rig.directive.parameters.safety.max_slew_n_per_s * kPeriod_s;
+  for (std::size_t i = 1; i < rig.ticks.size(); ++i) {
+    const Vec3 step = rig.ticks[i].command_force_n_in_world - rig.ticks[i - 1].command_force_n_in_world;
+    ASSERT_LE(norm(step), step_n * (1 + kRounding) + kRounding);
+  }
+  ASSERT_GE(rig.ticks.size(), 6U) << "3 N at half a newton per tick";
+  EXPECT_GT(norm(rig.ticks[rig.ticks.size() - 2].command_force_n_in_world), 0) << "returns once it is zero";
+  EXPECT_EQ(rig.ticks.back().command_force_n_in_world, Vec3{});
+  rig.handle_command.refresh();
+  EXPECT_EQ(rig.handle_command.front().force_n_in_world, Vec3{}) << "the handle's last command";
+  EXPECT_EQ(rig.handle_command.front().tick, rig.ticks.back().number);
+}
+
+TEST_F(ForceLoopThread, ReturnsAfterOneTickWhenItIsStoppedBeforeItStarts) {
+  rig.loop.requestStop();
+  start();
+  stop();
+  ASSERT_EQ(rig.ticks.size(), 1U);
+  EXPECT_EQ(rig.ticks.front().command_force_n_in_world, Vec3{});
+}
+
+TEST_F(ForceLoopThread, CountsWhatDoesNotFitIntoTheRingAndGoesOn) {
+  start();
+  const std::uint64_t overfull = rt::kTickRingCapacity + 50;
+  ASSERT_TRUE(becomesTrue([this, overfull] {
+    rig.control->state.refresh();
+    return rig.control->state.front().counters.ticks >= overfull;
+  }));
+  rig.loop.requestStop();
+  ASSERT_TRUE(rig.collect(rt::kTickRingCapacity));
+  stop();
+  EXPECT_EQ(rig.ticks[rt::kTickRingCapacity - 1].number, rt::kTickRingCapacity);
+  EXPECT_GE(rig.control->ticks.dropped(), 50U);
+}
+
+TEST(ForceLoopPrivileges, AreReportedAsTheSystemSeesThem) {
+  LoopRig rig;
+  rt::LoopPrivileges reported;
+  int policy = 0;
+  cpu_set_t cpus;
+  CPU_ZERO(&cpus);
+  std::thread([&] {
+    reported = rig.loop.prepare();
+    policy = ::sched_getscheduler(0);
+    ::sched_getaffinity(0, sizeof cpus, &cpus);
+  }).join();
+  EXPECT_EQ(reported.realtime_scheduling, policy == SCHED_FIFO);
+  if (reported.cpu >= 0) {
+    EXPECT_EQ(CPU_COUNT(&cpus), 1);
+    EXPECT_TRUE(CPU_ISSET(static_cast<std::size_t>(reported.cpu), &cpus));
+  }
+  if (!reported.realtime_scheduling) {
+    sayNotChecked("the loop under SCHED_FIFO: not permitted here (RLIMIT_RTPRIO or CAP_SYS_NICE)");
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test
