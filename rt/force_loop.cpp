@@ -2,12 +2,15 @@
 
 #include <cmath>
 
+#include "rt/warm_up.h"
+
 namespace hapticd::rt {
 
 ForceLoop::ForceLoop(const LoopParameters& parameters, std::size_t point_capacity,
                      const ForceLoopChannels& channels)
     : parameters_(parameters),
       channels_(channels),
+      point_capacity_(point_capacity),
       core_(point_capacity),
       clock_(std::llround(1e9 / parameters.rate_hz)),
       period_s_(1 / parameters.rate_hz) {}
@@ -17,6 +20,7 @@ LoopPrivileges ForceLoop::prepare() {
   privileges.cpu = pinToCpu(parameters_.cpu);
   privileges.realtime_scheduling = useRealtimeScheduling(parameters_.priority);
   prefaultStack();
+  warmUp(core_, point_capacity_);
   constexpr int kWarmUpTicks = 10;
   for (int i = 0; i < kWarmUpTicks; ++i) {
     const std::int64_t now_ns = monotonicNow_ns();

@@ -29,7 +29,7 @@ class ForceLoop {
   ForceLoop(const LoopParameters& parameters, std::size_t point_capacity, const ForceLoopChannels& channels);
 
   /// Sets the calling thread up for real time, as far as it is permitted: pinned CPU, SCHED_FIFO, prefaulted
-  /// stack; and runs the cycle on no input, so that every page and every code path has been touched.
+  /// stack; and runs the cycle on made-up input, so that its code and memory have been touched.
   /// Thread: the force thread, once, before run().  RT: not safe.
   LoopPrivileges prepare();
 
@@ -48,6 +48,7 @@ class ForceLoop {
 
   LoopParameters parameters_;
   ForceLoopChannels channels_;
+  std::size_t point_capacity_;
   HapticCore core_;
   PeriodicClock clock_;
   double period_s_;

@@ -21,18 +21,21 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   out.not_finite = !std::isfinite(length);
   const Vec3 aim = out.not_finite ? Vec3{} : force_n_in_world;
 
+  // A lowered limit draws the force inwards first; what that leaves of the step goes towards the aim.
   const double max_step_n = parameters.max_slew_n_per_s * period_s;
-  const Vec3 step = aim - last_;
-  const double step_length = norm(step);
-  out.slew_limited = step_length > max_step_n;
-  const Vec3 slewed = last_ + shortened(step, step_length, max_step_n);
+  const double last_n = norm(last_);
+  const double limit_n = std::max(parameters.max_force_n, last_n - max_step_n);
+  const Vec3 from = shortened(last_, last_n, limit_n);
+  const double step_left_n = max_step_n - std::max(0.0, last_n - limit_n);
 
-  const double limit_n = std::max(parameters.max_force_n, norm(last_) - max_step_n);
+  const Vec3 step = aim - from;
+  const double step_length = norm(step);
+  out.slew_limited = step_length > step_left_n;
+  const Vec3 slewed = from + shortened(step, step_length, step_left_n);
+
   const double slewed_length = norm(slewed);
   out.magnitude_clamped = slewed_length > limit_n;
-  // Inwards to a lowered limit and sideways to a new aim together may be more than a step.
-  const Vec3 change = shortened(slewed, slewed_length, limit_n) - last_;
-  const Vec3 clamped = last_ + shortened(change, norm(change), max_step_n);
+  const Vec3 clamped = shortened(slewed, slewed_length, limit_n);
 
   last_ = isFinite(clamped) ? clamped : Vec3{};
   out.force_n_in_world = last_;

@@ -11,8 +11,8 @@ namespace hapticd::rt {
 /// three are built; the first three are the identity.
 ///
 /// Whatever comes in, what goes out is finite, no longer than the magnitude limit and differs from the output
-/// before by no more than the slew limit allows. A force over a lowered magnitude limit only shrinks, at that
-/// rate or, where its direction changes too, at no less than 1/sqrt(2) of it.
+/// before by no more than the slew limit allows. A force over a lowered magnitude limit shrinks at that
+/// rate until it is within.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class SafetyChain {
  public:

@@ -1,0 +1,34 @@
+#include "rt/warm_up.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "rt/depth_frame.h"
+#include "rt/haptic_core.h"
+#include "rt/scene_builder.h"
+
+namespace hapticd::rt {
+
+void warmUp(HapticCore& core, std::size_t point_capacity) {
+  constexpr std::uint16_t kRaw = 750;  // a wall about 1 m away
+  const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
+  const auto frame = std::make_unique<DepthFrame>();
+  std::fill_n(frame->raw, kFramePixels, kRaw);
+  frame->sequence = 1;
+
+  GridParameters grid;
+  grid.point_capacity = static_cast<int>(std::min<std::size_t>(point_capacity, kFramePixels));
+  SceneBuilder builder(*model, grid);
+  const SceneStorage storage(builder.shape(), builder.pointCapacity());
+  Scene scene;
+  storage.attachTo(scene);
+  const LiveParameters parameters;
+  const Vec3 wall{0, 0, -model->depth_m(kRaw)};
+  builder.build(*frame, wall, builder.largestBall_m(), scene);
+  for (int step = 100; step >= -10; --step) {
+    constexpr double kStep_m = 0.001;
+    core.lawForce(scene, wall + Vec3{0, 0, step * kStep_m}, parameters);
+  }
+}
+
+}  // namespace hapticd::rt

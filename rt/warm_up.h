@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstddef>
+
+namespace hapticd::rt {
+
+class HapticCore;
+
+/// Runs the core over a made-up surface, from free space into contact, so that its code is in memory and the
+/// vector instructions of this machine have been chosen before the first tick.
+/// `point_capacity`: of the core.  RT: not safe.
+void warmUp(HapticCore& core, std::size_t point_capacity);
+
+}  // namespace hapticd::rt
