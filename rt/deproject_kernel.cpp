@@ -22,14 +22,16 @@ using Uints = hn::Vec<UintTag>;
 
 /// The cell of a position, 0..last_cell. Adding 2^23 - 0.5 leaves the whole part of a small positive number
 /// in the low bits, which takes fewer instructions than a conversion that must mind overflow; a position less
-/// than a rounding error from a cell's border may be given to the cell before.
-HWY_INLINE hn::Vec<IntTag> cellOf(Floats position, Floats voxels_per_m, std::int32_t last_cell) {
+/// than a rounding error from a cell's border may be given to the cell before. Below half a voxel the sum
+/// would not reach 2^23, so everything there is taken for that half, which lies in cell 0 too.
+HWY_INLINE hn::Vec<IntTag> cellOf(Floats position, Floats voxels_per_m, Floats half_voxel_m,
+                                  std::int32_t last_cell) {
   const FloatTag df;
   const IntTag di;
   constexpr float kTwoTo23 = 8388608.0F;
   constexpr std::int32_t kBitsOfTwoTo23 = 0x4B000000;
   const auto shifted =
-      hn::MulAdd(hn::Max(position, hn::Zero(df)), voxels_per_m, hn::Set(df, kTwoTo23 - 0.5F));
+      hn::MulAdd(hn::Max(position, half_voxel_m), voxels_per_m, hn::Set(df, kTwoTo23 - 0.5F));
   return hn::Min(hn::Sub(hn::BitCast(di, shifted), hn::Set(di, kBitsOfTwoTo23)), hn::Set(di, last_cell));
 }
 
@@ -132,6 +134,7 @@ HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, 
   const auto ball_z = hn::Set(df, job.ball_z_m);
   const auto radius_squared = hn::Set(df, job.ball_radius_squared_m2);
   const auto voxels_per_m = hn::Set(df, job.voxels_per_m);
+  const auto half_voxel_m = hn::Set(df, 0.5F / job.voxels_per_m);
   const std::uint32_t row_begin = job.points;
 
   for (std::size_t i = 0; i < count; i += lanes) {
@@ -152,9 +155,9 @@ HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, 
     const auto kept = static_cast<std::uint32_t>(hn::CountTrue(df, keep));
     if (kept == 0) continue;
 
-    const auto cell_x = cellOf(x, voxels_per_m, job.last_cell_x);
-    const auto cell_y = cellOf(y, voxels_per_m, job.last_cell_y);
-    const auto cell_z = cellOf(z, voxels_per_m, job.last_cell_z);
+    const auto cell_x = cellOf(x, voxels_per_m, half_voxel_m, job.last_cell_x);
+    const auto cell_y = cellOf(y, voxels_per_m, half_voxel_m, job.last_cell_y);
+    const auto cell_z = cellOf(z, voxels_per_m, half_voxel_m, job.last_cell_z);
     const auto grid_row = hn::Add(hn::Mul(cell_z, hn::Set(di, job.cells_y)), cell_y);
     const auto voxel = hn::BitCast(du, hn::Add(hn::Mul(grid_row, hn::Set(di, job.bits_per_row)), cell_x));
     const std::uint32_t begin = job.points;

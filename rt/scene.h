@@ -51,7 +51,7 @@ struct alignas(16) GridPoint {
 /// its own. A view; a SceneStorage owns the memory. Immutable once published.
 struct Scene {
   std::uint64_t frame = 0;         ///< sequence number of the depth frame, 0: nothing modelled yet
-  std::uint64_t model = 0;         ///< number of this scene, different for each one built
+  std::uint64_t model = 0;         ///< number of this scene, from 1 on
   std::int64_t frame_time_ns = 0;  ///< CLOCK_MONOTONIC of the frame's arrival
   const DepthModel* depth_model = nullptr;
 

@@ -1,10 +1,12 @@
-#include <sanitizer/allocator_interface.h>
-
 #include <cstddef>
 
 #include "tests/rt/watch.h"
 
 // The sanitizers bring a malloc of their own and call hooks; mutexes and exceptions stay theirs.
+
+/// Declared in <sanitizer/allocator_interface.h>, which g++ leaves out.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, std::size_t),
+                                                         void (*on_free)(const volatile void*));
 
 namespace hapticd::test {
 
