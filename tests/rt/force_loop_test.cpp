@@ -197,10 +197,10 @@ TEST_F(ForceLoopThread, ReturnsAfterOneTickWhenItIsStoppedBeforeItStarts) {
 
 TEST_F(ForceLoopThread, CountsWhatDoesNotFitIntoTheRingAndGoesOn) {
   start();
-  const std::uint64_t overfull = rt::kTickRingCapacity + 50;
-  ASSERT_TRUE(becomesTrue([this, overfull] {
+  constexpr std::uint64_t kOverfull = rt::kTickRingCapacity + 50;
+  ASSERT_TRUE(becomesTrue([this] {
     rig.control->state.refresh();
-    return rig.control->state.front().counters.ticks >= overfull;
+    return rig.control->state.front().counters.ticks >= kOverfull;
   }));
   rig.loop.requestStop();
   ASSERT_TRUE(rig.collect(rt::kTickRingCapacity));

@@ -20,6 +20,7 @@ inline std::ostream& operator<<(std::ostream& stream, const Misconduct& seen) {
 /// What this build can see of it. Under a sanitizer the library functions belong to the sanitizer.
 struct Sight {
   bool allocations;
+  bool aligned_allocations;
   bool locks;
   bool exceptions;
   const char* said_instead;  ///< what is not seen and who sees it; empty when all is seen

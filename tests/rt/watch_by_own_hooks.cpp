@@ -22,7 +22,8 @@ void __libc_free(void* memory);
 
 namespace hapticd::test {
 
-constinit const Sight kSight{.allocations = true, .locks = true, .exceptions = true, .said_instead = ""};
+constinit const Sight kSight{
+    .allocations = true, .aligned_allocations = true, .locks = true, .exceptions = true, .said_instead = ""};
 
 namespace {
 

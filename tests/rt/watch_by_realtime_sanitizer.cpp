@@ -3,6 +3,7 @@
 namespace hapticd::test {
 
 constinit const Sight kSight{.allocations = false,
+                             .aligned_allocations = false,
                              .locks = false,
                              .exceptions = false,
                              .said_instead =

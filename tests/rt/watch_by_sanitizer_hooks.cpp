@@ -11,6 +11,7 @@ extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const
 namespace hapticd::test {
 
 constinit const Sight kSight{.allocations = true,
+                             .aligned_allocations = false,  // ThreadSanitizer calls no hook for them
                              .locks = false,
                              .exceptions = false,
                              .said_instead =

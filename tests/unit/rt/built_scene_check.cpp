@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <unordered_map>
 #include <vector>
 
 namespace hapticd::test {
@@ -71,26 +70,29 @@ void expectVoxelsToHoldTheirPoints(const rt::Scene& scene) {
 }
 
 void expectAllPointsOfTheBall(const rt::Scene& scene, const PointCloud& cloud) {
-  std::unordered_map<std::uint32_t, rt::Vec3> modelled;
-  modelled.reserve(scene.points);
+  constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::uint32_t> index_of_pixel(rt::kFramePixels, kNone);
   for (std::uint32_t i = 0; i < scene.points; ++i) {
-    const rt::GridPoint& p = scene.point[i];
-    ASSERT_TRUE(modelled.emplace(p.pixel, scene.origin_m_in_world + rt::Vec3{p.x_m, p.y_m, p.z_m}).second)
-        << "a point twice";
+    const std::uint32_t pixel = scene.point[i].pixel;
+    std::uint32_t& index = index_of_pixel[(pixel >> 21) * rt::kFrameWidth + (pixel >> 11 & 1023)];
+    ASSERT_EQ(index, kNone) << "a point twice";
+    index = i;
   }
   const double error = scene.depth_model->singlePrecisionError_m();
   std::size_t found = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const double distance = norm(cloud.position(i) - scene.ball_centre_m_in_world);
-    const std::uint32_t pixel = cloud.row[i] << 21 | cloud.column[i] << 11 | cloud.raw[i];
-    const auto at = modelled.find(pixel);
-    if (at == modelled.end()) {
+    const std::uint32_t index = index_of_pixel[cloud.row[i] * rt::kFrameWidth + cloud.column[i]];
+    if (index == kNone) {
       ASSERT_GT(distance, scene.ball_radius_m) << cloud.column[i] << ' ' << cloud.row[i];
       continue;
     }
     ++found;
+    const rt::GridPoint& p = scene.point[index];
+    const rt::Vec3 position = scene.origin_m_in_world + rt::Vec3{p.x_m, p.y_m, p.z_m};
+    ASSERT_EQ(p.pixel & 2047, cloud.raw[i]);
     ASSERT_LE(distance, scene.ball_radius_m + 2 * error) << cloud.column[i] << ' ' << cloud.row[i];
-    ASSERT_LE(norm(at->second - cloud.position(i)), error);
+    ASSERT_LE(norm(position - cloud.position(i)), error);
   }
   EXPECT_EQ(found, scene.points) << "points that the frame does not have";
 }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -53,15 +55,15 @@ class SceneOfFrame : public test::EachSimdTarget {};
 
 TEST_P(SceneOfFrame, HoldsEveryValidPixelWhereTheWholeFrameIsModelled) {
   const std::vector<NamedFrame> frames = allKindsOfFrames();
-  for (const PoseParameters& pose : {kPoses[0], kPoses[1]}) {
+  for (std::size_t pose = 0; pose < 2; ++pose) {
     const DepthModelParameters parameters;
-    const ReferenceCamera camera(parameters, pose);
-    const auto model = std::make_unique<DepthModel>(parameters, pose);
+    const ReferenceCamera camera(parameters, kPoses[pose]);
+    const auto model = std::make_unique<DepthModel>(parameters, kPoses[pose]);
     BuiltScene built(*model, wholeFrameGrid());
-    for (const NamedFrame& f : frames) {
-      SCOPED_TRACE(f.name);
-      const Scene& scene = built.build(*f.frame);
-      const PointCloud cloud = camera.pointsOf(*f.frame);
+    for (std::size_t i = pose; i < frames.size(); i += 2) {
+      SCOPED_TRACE(frames[i].name);
+      const Scene& scene = built.build(*frames[i].frame);
+      const PointCloud cloud = camera.pointsOf(*frames[i].frame);
       EXPECT_EQ(scene.points, cloud.size());
       EXPECT_EQ(scene.points_over_capacity, 0U);
       test::expectAllPointsOfTheBall(scene, cloud);
@@ -84,14 +86,14 @@ TEST_P(SceneOfFrame, HoldsEveryPointOfTheBallWhereOnlyTheReachIsModelled) {
     BuiltScene built(*model, grid);
     for (const NamedFrame& f : frames) {
       const PointCloud cloud = camera.pointsOf(*f.frame);
-      for (int i = 0; i < 4; ++i) {
+      for (int i = 0; i < 3; ++i) {
         SCOPED_TRACE(f.name);
         Vec3 centre = camera.toWorld({0.2, 0.1, -1});
         if (cloud.size() != 0 && i != 0) {
           centre =
               cloud.position(random() % cloud.size()) + Vec3{shift(random), shift(random), shift(random)};
         }
-        test::expectAllPointsOfTheBall(built.build(*f.frame, centre, i == 3 ? 0.05 : 1), cloud);
+        test::expectAllPointsOfTheBall(built.build(*f.frame, centre, i == 2 ? 0.05 : 1), cloud);
         test::expectVoxelsToHoldTheirPoints(built.scene);
         if (HasFatalFailure()) return;
       }
@@ -116,6 +118,31 @@ TEST_P(SceneOfFrame, IsTheSameForEveryShapeOfWindowThatHoldsTheBall) {
       BuiltScene built(*model, grid);
       test::expectAllPointsOfTheBall(built.build(*frame, centre), cloud);
       test::expectVoxelsToHoldTheirPoints(built.scene);
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+TEST_P(SceneOfFrame, HoldsThePointsNextToEachFaceOfTheWindow) {
+  const DepthModelParameters parameters;
+  const ReferenceCamera camera(parameters);
+  const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
+  const FramePointer frame = test::planeAndSphereFrame(7, parameters);
+  BuiltScene built(*model, GridParameters{});
+  // The ball's poles come nearest to the window's faces: as near as a few rounding errors, now and then.
+  const double reach = built.builder.largestBall_m() * (1 - 1e-9);
+  const Vec3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    const std::uint32_t column = 30 + i * 577 % 580;
+    const std::uint32_t row = 30 + i * 331 % 420;
+    const std::uint32_t raw = frame->raw[row * kFrameWidth + column];
+    const Vec3 point = camera.pointInWorld(column, row, raw);
+    for (const Vec3& direction : directions) {
+      const Scene& scene = built.build(*frame, point + reach * direction);
+      const std::uint32_t pixel = row << 21 | column << 11 | raw;
+      EXPECT_TRUE(std::any_of(scene.point, scene.point + scene.points,
+                              [pixel](const GridPoint& p) { return p.pixel == pixel; }));
+      test::expectVoxelsToHoldTheirPoints(scene);
       if (HasFatalFailure()) return;
     }
   }

@@ -1,0 +1,135 @@
+#include "tests/layering/room_rules.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+
+#include "tests/layering/cmake_commands.h"
+#include "tests/layering/plain_code.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTests = "tests";  // may use everything, nobody may use it
+
+bool isRoom(const std::string& name) {
+  const auto is_it = [&name](const Room& room) { return room.name == name; };
+  return name == kTests || std::any_of(rooms().begin(), rooms().end(), is_it);
+}
+
+bool mayUse(const Room& room, const std::string& other) {
+  return other == room.name ||
+         std::find(room.may_use.begin(), room.may_use.end(), other) != room.may_use.end();
+}
+
+std::vector<fs::path> cmakeFilesIn(const fs::path& folder) {
+  std::vector<fs::path> files;
+  if (!fs::exists(folder)) return files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().filename() == "CMakeLists.txt") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Which room each target of the tree belongs to.
+std::map<std::string, std::string> ownersOfTargets(const fs::path& root) {
+  std::map<std::string, std::string> owners;
+  const auto addTargetsOf = [&](const std::string& room) {
+    for (const fs::path& file : cmakeFilesIn(root / room)) {
+      for (const CMakeCommand& command : cmakeCommands(contentOf(file))) {
+        const bool adds = command.name == "add_library" || command.name == "add_executable" ||
+                          command.name == "add_custom_target" || command.name == "add_room_test";
+        if (adds && !command.arguments.empty()) owners[command.arguments.front()] = room;
+      }
+    }
+  };
+  for (const Room& room : rooms()) addTargetsOf(room.name);
+  addTargetsOf(kTests);
+  return owners;
+}
+
+bool leavesItsFolder(const std::string& path) {
+  return path == ".." || path.starts_with("../") || path.find("/../") != std::string::npos;
+}
+
+/// The room that a path from the root of the tree names, or nothing.
+std::string roomOfPath(const std::string& path) {
+  const std::string first = path.substr(0, path.find('/'));
+  return path.find('/') != std::string::npos && isRoom(first) ? first : std::string();
+}
+
+/// What is wrong with a CMake argument in a room, or nothing.
+std::string wrongArgument(const Room& room, const std::string& argument,
+                          const std::map<std::string, std::string>& owners) {
+  if (leavesItsFolder(argument)) return "\"" + argument + "\" leaves the room";
+  // ${CMAKE_SOURCE_DIR}/room/file arrives here as /room/file
+  const std::string path = roomOfPath(argument.starts_with('/') ? argument.substr(1) : argument);
+  if (!path.empty() && !mayUse(room, path)) return room.name + " must not use a file of " + path;
+  const auto target = owners.find(argument);
+  if (target == owners.end() || mayUse(room, target->second)) return {};
+  return room.name + " must not use " + argument + " of " + target->second;
+}
+
+}  // namespace
+
+const std::vector<Room>& rooms() {
+  static const std::vector<Room> all{
+      {"rt", {}},
+      {"config", {"rt"}},
+      {"drivers", {"rt", "config"}},
+      {"daemon", {"rt", "config", "drivers"}},
+      {"tools", {"rt", "config", "drivers"}},  // the daemon only through its sockets
+  };
+  return all;
+}
+
+std::vector<std::string> wrongIncludes(const fs::path& root) {
+  std::vector<std::string> wrong;
+  for (const Room& room : rooms()) {
+    for (const fs::path& file : codeFilesIn(root / room.name)) {
+      const std::vector<std::string> lines = plainLines(contentOf(file));
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        const std::string included = includedBy(lines[i]);
+        const std::string other = roomOfPath(included);
+        const std::string where = place(root, file, i + 1) + ": ";
+        if (leavesItsFolder(included))
+          wrong.push_back(where + "\"" + included + "\" is no path from the root");
+        if (other.empty() || mayUse(room, other)) continue;
+        wrong.push_back(where + room.name + " must not include \"" + included + "\" of " + other);
+      }
+    }
+  }
+  return wrong;
+}
+
+std::vector<std::string> wrongLinks(const fs::path& root) {
+  std::vector<std::string> wrong;
+  const std::map<std::string, std::string> owners = ownersOfTargets(root);
+  for (const Room& room : rooms()) {
+    for (const fs::path& file : cmakeFilesIn(root / room.name)) {
+      for (const CMakeCommand& command : cmakeCommands(contentOf(file))) {
+        for (const std::string& argument : command.arguments) {
+          const std::string what = wrongArgument(room, argument, owners);
+          if (what.empty()) continue;
+          wrong.push_back(place(root, file, static_cast<std::size_t>(command.line)) + ": " + what);
+        }
+      }
+    }
+  }
+  return wrong;
+}
+
+std::vector<std::string> foldersWithoutARoom(const fs::path& root) {
+  std::vector<std::string> folders;
+  for (const fs::directory_entry& entry : fs::directory_iterator(root)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_directory() || name.starts_with('.') || name == "build" || isRoom(name)) continue;
+    if (!codeFilesIn(entry.path()).empty()) folders.push_back(name);
+  }
+  return folders;
+}
+
+}  // namespace hapticd::test
