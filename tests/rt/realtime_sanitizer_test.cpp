@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <mutex>
+#include <ostream>
 #include <string>
 #include <thread>
 
@@ -38,6 +39,9 @@ struct Deed {
   const char* name;
   void (*function)();
 };
+std::ostream& operator<<(std::ostream& stream, const Deed& deed) {
+  return stream << deed.name;
+}
 std::string nameOf(const testing::TestParamInfo<Deed>& info) {
   return info.param.name;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 
 #include "tests/support/rerun.h"
@@ -15,6 +16,9 @@ struct WeakOrders {
   void (*stress)();            ///< two threads
   bool (*worksInOneThread)();  ///< where orders do not matter
 };
+inline std::ostream& operator<<(std::ostream& stream, const WeakOrders& orders) {
+  return stream << orders.name;
+}
 inline std::string nameOf(const testing::TestParamInfo<WeakOrders>& info) {
   return info.param.name;
 }

@@ -84,6 +84,12 @@ rt::Vec3 ReferenceCamera::pointInWorld(std::uint32_t column, std::uint32_t row, 
 
 PointCloud ReferenceCamera::pointsOf(const rt::DepthFrame& frame) const {
   PointCloud cloud;
+  for (std::vector<double>* const numbers : {&cloud.x_m, &cloud.y_m, &cloud.z_m}) {
+    numbers->reserve(rt::kFramePixels);
+  }
+  for (std::vector<std::uint32_t>* const numbers : {&cloud.column, &cloud.row, &cloud.raw}) {
+    numbers->reserve(rt::kFramePixels);
+  }
   for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
     for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
       const std::uint32_t raw = frame.raw[row * rt::kFrameWidth + column];

@@ -33,7 +33,7 @@ TEST_P(ReusedSceneMemory, HoldsNothingOfTheScenesBefore) {
     BuiltScene reused(*model, grid);
     std::mt19937 random(4);
     std::uniform_real_distribution<double> shift(-0.4, 0.4);
-    for (int i = 0; i < (extent == ModelExtent::reach ? 60 : 12); ++i) {
+    for (int i = 0; i < (extent == ModelExtent::reach ? 30 : 8); ++i) {
       const DepthFrame& frame = *frames[random() % frames.size()];
       const Vec3 centre{shift(random), shift(random), -1.1 + shift(random)};
       BuiltScene fresh(*model, grid);
