@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/sanitizer.h"
+
 namespace hapticd::test {
 
 /// Runs each test once with every SIMD target that is built in and that this machine has.
@@ -26,9 +28,7 @@ class EachSimdTarget : public ::testing::TestWithParam<std::int64_t> {
 /// best target only.
 inline std::vector<std::int64_t> simdTargetsToTest() {
   std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
-#ifdef __SANITIZE_THREAD__
-  targets.resize(1);
-#endif
+  if (kThreadSanitizer) targets.resize(1);
   return targets;
 }
 
