@@ -30,7 +30,7 @@ TEST(BenchSpeed, ReportsForcesThatAreTheBruteForceUpToRoundingBesideTheirTimes) 
   ASSERT_EQ(document.at("scenes").size(), 1);
   const json& scene = document.at("scenes").front();
   for (const char* positions : {"force_scattered", "force_path"}) {
-    for (const std::size_t ours : {0, 1}) {  // reach only, whole frame
+    for (const std::size_t ours : {0U, 1U}) {  // reach only, whole frame
       const json& row = scene.at(positions).at(ours);
       EXPECT_LT(row.at("largest_force_error_n").get<double>(), kRounding_n) << positions << row.at("what");
       EXPECT_GT(row.at("median_us").get<double>(), 0) << positions << row.at("what");
