@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <thread>
+#include <vector>
 
 #include "tests/rt/loop_rig.h"
 #include "tests/support/program.h"
@@ -25,6 +26,7 @@ constexpr double kRounding = 1e-12;
 
 class ForceLoopThread : public testing::Test {
  protected:
+  explicit ForceLoopThread(double rate_hz = 1000) : rig(rate_hz) {}
   void start() {
     thread_ = std::jthread([this] {
       rig.loop.prepare();
@@ -69,25 +71,55 @@ TEST_F(ForceLoopThread, NumbersItsTicksWithoutAGapAndPutsEachIntoTheRing) {
   EXPECT_EQ(rig.control->compute_time.total(), rig.ticks.size());
 }
 
+struct Gaps {
+  std::uint64_t skipped = 0;   ///< grid times without a tick
+  std::uint64_t overruns = 0;  ///< ticks after which there were some
+};
+
+/// What the ticks' planned times say, which must all be on one grid.
+Gaps gapsBetween(const std::vector<rt::Tick>& ticks, std::int64_t period_ns) {
+  Gaps gaps;
+  for (std::size_t i = 1; i < ticks.size(); ++i) {
+    const std::int64_t way_ns = ticks[i].planned_ns - ticks[i - 1].planned_ns;
+    EXPECT_GT(way_ns, 0);
+    EXPECT_EQ(way_ns % period_ns, 0);
+    gaps.skipped += static_cast<std::uint64_t>(way_ns / period_ns - 1);
+    gaps.overruns += way_ns > period_ns ? 1 : 0;
+  }
+  return gaps;
+}
+
+/// An overrun of the very last tick is counted and has no tick behind it.
+void expectCounted(const rt::LoopCounters& counters, const Gaps& gaps) {
+  EXPECT_GE(counters.skipped_periods, gaps.skipped);
+  EXPECT_GE(counters.overruns, gaps.overruns);
+  EXPECT_LE(counters.overruns, gaps.overruns + 1);
+}
+
 TEST_F(ForceLoopThread, PlansEveryTickOnOneGridAndCountsThePeriodsBetween) {
   start();
   ASSERT_TRUE(rig.collect(kTicks));
   stop();
-  std::uint64_t skipped = 0;
-  std::uint64_t overruns = 0;
-  for (std::size_t i = 1; i < rig.ticks.size(); ++i) {
-    const std::int64_t way_ns = rig.ticks[i].planned_ns - rig.ticks[i - 1].planned_ns;
-    ASSERT_GT(way_ns, 0);
-    ASSERT_EQ(way_ns % kPeriod_ns, 0);
-    skipped += static_cast<std::uint64_t>(way_ns / kPeriod_ns - 1);
-    overruns += way_ns > kPeriod_ns ? 1 : 0;
-  }
   rig.control->state.refresh();
-  const rt::LoopCounters& counters = rig.control->state.front().counters;
-  // An overrun of the very last tick is counted and has no tick behind it.
-  EXPECT_GE(counters.skipped_periods, skipped);
-  EXPECT_GE(counters.overruns, overruns);
-  EXPECT_LE(counters.overruns, overruns + 1);
+  expectCounted(rig.control->state.front().counters, gapsBetween(rig.ticks, kPeriod_ns));
+}
+
+/// At a rate that no machine keeps: waking up alone takes longer than the period.
+class HastyForceLoopThread : public ForceLoopThread {
+ protected:
+  static constexpr std::int64_t kShortPeriod_ns = 100;
+  HastyForceLoopThread() : ForceLoopThread(1e9 / kShortPeriod_ns) {}
+};
+
+TEST_F(HastyForceLoopThread, SkipsAndCountsWholePeriodsOnItsGrid) {
+  start();
+  ASSERT_TRUE(rig.collect(kTicks));
+  stop();
+  ASSERT_EQ(rig.control->ticks.dropped(), 0U) << "otherwise gaps are not the loop's";
+  const Gaps gaps = gapsBetween(rig.ticks, kShortPeriod_ns);
+  EXPECT_GT(gaps.skipped, kTicks) << "otherwise the machine did keep that rate";
+  rig.control->state.refresh();
+  expectCounted(rig.control->state.front().counters, gaps);
 }
 
 TEST_F(ForceLoopThread, WakesAtItsTimesAndNotBefore) {

@@ -13,8 +13,9 @@ constexpr double kNever_s = 1e6;
 
 }  // namespace
 
-LoopRig::LoopRig()
-    : loop(parameters, wall.pointCapacity(), {*scenes, handle_state, handle_command, hip, *control}) {
+LoopRig::LoopRig(double rate_hz)
+    : loop({.rate_hz = rate_hz}, wall.pointCapacity(),
+           {*scenes, handle_state, handle_command, hip, *control}) {
   directive.parameters.safety.depth_timeout_s = kNever_s;
   directive.parameters.safety.handle_timeout_s = kNever_s;
   send();

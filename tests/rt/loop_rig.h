@@ -16,7 +16,7 @@ namespace hapticd::test {
 /// Measurements do not grow stale unless a test wants it.
 class LoopRig {
  public:
-  LoopRig();
+  explicit LoopRig(double rate_hz = 1000);
 
   SmallScene wall;
   std::unique_ptr<rt::ControlChannels> control = std::make_unique<rt::ControlChannels>();
@@ -24,7 +24,6 @@ class LoopRig {
   rt::HandleStateChannel handle_state;
   rt::HandleCommandChannel handle_command;
   rt::TripleBuffer<rt::Vec3> hip;
-  rt::LoopParameters parameters;
   rt::ForceLoop loop;
 
   rt::Directive directive;  ///< what send() sends, with the next generation

@@ -63,4 +63,12 @@ ReferenceForce bruteForce(const PointCloud& cloud, const rt::Vec3& hip_m_in_worl
   return result;
 }
 
+double distanceOfRank(const PointCloud& cloud, const rt::Vec3& hip_m_in_world, std::size_t n) {
+  std::vector<double> distances(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) distances[i] = norm(hip_m_in_world - cloud.position(i));
+  const auto nth = distances.begin() + static_cast<std::ptrdiff_t>(n - 1);
+  std::nth_element(distances.begin(), nth, distances.end());
+  return *nth;
+}
+
 }  // namespace hapticd::test

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "rt/parameters.h"
@@ -19,6 +20,9 @@ struct ReferenceForce {
 /// Eq. (6)-(11) by looking at every point of the cloud, in double precision.
 ReferenceForce bruteForce(const PointCloud& cloud, const rt::Vec3& hip_m_in_world,
                           const rt::SpringParameters& parameters);
+
+/// Distance from the HIP to the n-th nearest point, n = 1 for the nearest; metres.
+double distanceOfRank(const PointCloud& cloud, const rt::Vec3& hip_m_in_world, std::size_t n);
 
 /// How far the law's force may be from bruteForce() by rounding alone, newtons. Positions of a few metres
 /// are rounded to about 1e-15 m, which turns the direction of a spring of length s by 1e-15 / s; s is at

@@ -40,12 +40,15 @@ FramePointer sparseFrame(std::uint32_t seed) {
 /// The law on a frame, modelled both ways, against all points of the frame.
 class Comparison {
  public:
-  Comparison(const DepthFrame& frame, const PoseParameters& pose, std::uint32_t seed)
+  /// `largest_radius_m`: of those to be compared; the window is just large enough for it, so that searches
+  /// go to its last voxels.
+  Comparison(const DepthFrame& frame, const PoseParameters& pose, std::uint32_t seed,
+             double largest_radius_m = 0.04)
       : frame_(frame),
         camera_(kCamera, pose),
         cloud_(camera_.pointsOf(frame)),
         model_(std::make_unique<DepthModel>(kCamera, pose)),
-        reach_(*model_, roomyGrid()),
+        reach_(*model_, tightGrid(largest_radius_m)),
         whole_(*model_, wholeFrameGrid()),
         reach_memory_(kFramePixels),
         whole_memory_(kFramePixels),
@@ -63,7 +66,7 @@ class Comparison {
 
   void compare(const Vec3& hip, const SpringParameters& parameters) {
     const Vec3 away{between(-0.01, 0.01), between(-0.01, 0.01), between(-0.01, 0.01)};
-    reach_.build(frame_, hip + away, parameters.radius_m + 0.0174);  // 0.0174: the longest `away`
+    reach_.build(frame_, hip + away, parameters.radius_m + kMaxAway_m);
     ASSERT_TRUE(reach_.scene.covers(hip, parameters.radius_m));
     const ForceSample by_reach = nearestSprings(reach_.scene, hip, parameters, reach_memory_);
     const ForceSample by_whole = nearestSprings(whole_.scene, hip, parameters, whole_memory_);
@@ -80,15 +83,19 @@ class Comparison {
     ASSERT_LE(norm(by_reach.force_n_in_world - by_whole.force_n_in_world), 5e-14 * largest_n);
   }
 
+  double distanceOfRank(const Vec3& hip, std::size_t n) const { return test::distanceOfRank(cloud_, hip, n); }
   int touching() const { return touching_; }
   int undecided() const { return undecided_; }
 
  private:
-  static GridParameters roomyGrid() {
+  static GridParameters tightGrid(double largest_radius_m) {
     GridParameters grid;
+    grid.cells_per_axis = 8;
+    grid.voxel_edge_m = (largest_radius_m + kMaxAway_m) / 3.49;  // the ball has 3.5 voxels less rounding
     grid.point_capacity = kFramePixels;
     return grid;
   }
+  static constexpr double kMaxAway_m = 0.0174;  // corner of a cube of +-0.01
   static constexpr DepthModelParameters kCamera{};
 
   const DepthFrame& frame_;
@@ -137,7 +144,7 @@ TEST_P(AgainstBruteForce, IsThePapersLawOnScatteredPoints) {
 TEST_P(AgainstBruteForce, IsThePapersLawForAllParameters) {
   for (const FramePointer& frame :
        {test::planeAndSphereFrame(6, {}), test::randomFrame(7, 271, 900), sparseFrame(8)}) {
-    Comparison comparison(*frame, {}, 9);
+    Comparison comparison(*frame, {}, 9, 0.1);
     for (int i = 0; i < kHips; ++i) {
       SpringParameters parameters;
       parameters.radius_m = comparison.between(0.005, 0.1);
@@ -149,6 +156,22 @@ TEST_P(AgainstBruteForce, IsThePapersLawForAllParameters) {
     }
     EXPECT_GT(comparison.touching(), kHips / 4);
     EXPECT_LT(comparison.undecided(), 3);
+  }
+}
+
+TEST_P(AgainstBruteForce, IsThePapersLawWhereAPointLiesAtALimitCloserThanSinglePrecisionCanTell) {
+  const FramePointer frame = test::planeAndSphereFrame(10, {});
+  Comparison comparison(*frame, kTurned, 11, 0.1);
+  for (int i = 0; i < kHips / 3; ++i) {
+    const Vec3 hip = comparison.randomHip(0.005);
+    const double rank = comparison.distanceOfRank(hip, 60);
+    for (const double off_m : {-1e-6, -1e-10, 1e-10, 1e-6}) {
+      comparison.compare(hip, {500, rank + off_m, 60, 100});      // whether N_min is reached
+      comparison.compare(hip, {500, rank + off_m, 1, 60});        // whether N_max is
+      comparison.compare(hip, {500, 3 * (rank + off_m), 1, 60});  // the N_max-th is at the first radius tried
+      comparison.compare(hip, {500, 2 * (rank + off_m), 1, 60});  // and at the second
+      if (HasFatalFailure()) return;
+    }
   }
 }
 

@@ -147,19 +147,20 @@ TEST(SearchMemory, FeelsTheWallWhenTheHandComesOutOfFreeSpace) {
   BuiltScene built(*model, GridParameters{});
   built.build(*test::frameOf(760), {0, 0, -0.95});
   const double wall_z = -1 / (760 * -0.003071102 + 3.330949516);
-  SearchMemory memory(65536);
   const SpringParameters parameters{500, 0.04, 1, 100};
-  // Inwards in steps of 0.1 mm from 60 mm in front: the first force comes when the nearest of the points,
-  // 1.7 mm apart, is within 40 mm, at a height between sqrt(40^2 - 1.2^2) = 39.98 and 40 mm.
-  double first_contact_m = 0;
-  for (int i = 0; i < 600 && first_contact_m == 0; ++i) {
-    const double h = 0.06 - i * 0.0001;
-    const bool touches =
-        nearestSprings(built.scene, {0.0002, 0.0003, wall_z + h}, parameters, memory).points_used != 0;
-    if (touches) first_contact_m = h;
+  // Inwards in steps of 0.1 mm, from places where the free space that the search remembers ends before the
+  // wall, just short of it, or would go beyond: the first force comes when the nearest of the points, 1.7 mm
+  // apart, is within 40 mm, at a height between sqrt(40^2 - 1.2^2) = 39.98 and 40 mm.
+  for (const double start_m : {0.0402, 0.0450, 0.0499, 0.0501, 0.0503, 0.0510, 0.0600}) {
+    SearchMemory memory(65536);
+    double first_contact_m = 0;
+    for (double h = start_m; h > 0.03 && first_contact_m == 0; h -= 0.0001) {
+      const Vec3 hip{0.0002, 0.0003, wall_z + h};
+      if (nearestSprings(built.scene, hip, parameters, memory).points_used != 0) first_contact_m = h;
+    }
+    EXPECT_LE(first_contact_m, 0.04) << start_m;
+    EXPECT_GE(first_contact_m, 0.03998 - 0.0001) << start_m;
   }
-  EXPECT_LE(first_contact_m, 0.04);
-  EXPECT_GE(first_contact_m, 0.03998 - 0.0001);
 }
 
 }  // namespace
