@@ -85,10 +85,10 @@ TEST(SleepUntil, ReturnsAfterTheTimeAndNotBefore) {
   EXPECT_GE(rt::monotonicNow_ns(), until_ns);
 }
 
+// Fails by not returning, which ends in ctest's time limit.
 TEST(SleepUntil, ReturnsForATimeThatIsPast) {
   rt::sleepUntil(rt::monotonicNow_ns() - kPeriod_ns);
   rt::sleepUntil(0);
-  SUCCEED() << "it returned";
 }
 
 TEST(SleepUntil, SleepsOnAfterASignal) {

@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 
@@ -66,7 +67,7 @@ Json typedValue(const std::string& name, const std::string& text) {
   if (mayBe(config::Kind::boolean) && (text == "true" || text == "false")) return text == "true";
   if (mayBe(config::Kind::integer) || mayBe(config::Kind::number)) {
     if (reads(text, integer)) return integer;
-    if (reads(text, number)) return number;
+    if (reads(text, number) && std::isfinite(number)) return number;  // JSON has no other numbers
   }
   return text;
 }
