@@ -30,11 +30,7 @@ Cause obstacleOf(const HapticCore::Input& input) HAPTICD_RT {
 
 ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                                  const LiveParameters& parameters) HAPTICD_RT {
-  switch (parameters.law) {
-    case ForceLaw::nearest_springs:
-      return nearestSprings(scene, hip_m_in_world, parameters.springs, search_);
-  }
-  return {};
+  return laws_.force({scene, hip_m_in_world, {}, parameters});
 }
 
 void HapticCore::decideMode(const Input& input, Cause obstacle) HAPTICD_RT {

@@ -6,7 +6,7 @@
 
 #include "rt/handle_channel.h"
 #include "rt/loop_state.h"
-#include "rt/nearest_springs.h"
+#include "rt/force_laws.h"
 #include "rt/parameters.h"
 #include "rt/realtime_safe.h"
 #include "rt/safety_chain.h"
@@ -29,7 +29,7 @@ inline bool inWorkspace(const Vec3& p_m) noexcept {
 class HapticCore {
  public:
   /// `point_capacity`: of the scenes to be felt.  RT: not safe (allocates).
-  explicit HapticCore(std::size_t point_capacity) : search_(point_capacity) {}
+  explicit HapticCore(std::size_t point_capacity) : laws_(point_capacity) {}
 
   struct Input {
     std::int64_t now_ns;  ///< CLOCK_MONOTONIC, or any clock that the scene and the handle share
@@ -47,12 +47,17 @@ class HapticCore {
   ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                        const LiveParameters& parameters) HAPTICD_RT;
 
+  /// Around this place the next tick needs the scene modelled: the proxy of a constraint law, else the HIP.
+  Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
+    return laws_.focus_m_in_world(hip_m_in_world);
+  }
+
  private:
   void decideMode(const Input& input, Cause obstacle) HAPTICD_RT;
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
   double rampGain(const Input& input) HAPTICD_RT;
 
-  SearchMemory search_;
+  ForceLaws laws_;
   SafetyChain safety_;
   Mode mode_ = Mode::starting;
   Cause cause_ = Cause::none;

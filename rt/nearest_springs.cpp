@@ -132,7 +132,8 @@ class NearestSearch {
   ForceSample meanOfChosen() noexcept {
     const Vec3 sum = sumOfUnitSprings(*scene_.depth_model, candidates_.pixel, candidates_.count, hip_,
                                       parameters_.radius_m, memory_.work_.get());
-    return {(parameters_.stiffness_n_per_m / candidates_.count) * sum, candidates_.count};
+    return {.force_n_in_world = (parameters_.stiffness_n_per_m / candidates_.count) * sum,
+            .points_used = candidates_.count};
   }
 
   /// Adds the `chosen` nearest of the first `count` ranked points to the candidates.

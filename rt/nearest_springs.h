@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "rt/force_law.h"
 #include "rt/parameters.h"
 #include "rt/realtime_safe.h"
 #include "rt/scene.h"
@@ -11,12 +12,6 @@
 #include "rt/vec3.h"
 
 namespace hapticd::rt {
-
-/// What a force law computed.
-struct ForceSample {
-  Vec3 force_n_in_world;
-  std::uint32_t points_used = 0;  ///< N of eq. (11)
-};
 
 /// Working memory of a search, and what the last search of the same thread learned. It makes searches faster,
 /// never different.

@@ -10,7 +10,12 @@
 /// fixed at start.
 namespace hapticd::rt {
 
-enum class ForceLaw : std::uint8_t { nearest_springs };
+enum class ForceLaw : std::uint8_t {
+  nearest_springs,  ///< the paper's: mean of the springs of the nearest points
+  smooth_springs,   ///< weighted mean of the springs of all points near, continuous in position
+  proxy,            ///< spring to a proxy that the raw points hold back
+  surface,          ///< spring to a proxy that a signed distance field holds back
+};
 
 /// Live. The paper's four parameters, eq. (6)-(11).
 struct SpringParameters {
@@ -18,6 +23,36 @@ struct SpringParameters {
   double radius_m = 0.04;          ///< D_thresh
   int min_points = 10;             ///< N_min
   int max_points = 100;            ///< N_max
+};
+
+/// Live. The two constraint laws, `proxy` and `surface`; their stiffness is k_s.
+struct ContactParameters {
+  double friction = 0;            ///< Coulomb's coefficient; 0: the proxy slides freely
+  double damping_n_s_per_m = 0;   ///< against the HIP's velocity along the normal, while in contact
+  double proxy_radius_m = 0.008;  ///< of the law `proxy`: how near its proxy comes to a point, r1
+};
+
+/// Live. The signed distance field of the law `surface`.
+struct SurfaceParameters {
+  double voxel_edge_m = 0.01;
+  int fusion_frames = 1;  ///< frames that a voxel's distance is a mean over; 1: the newest alone
+};
+
+/// Live. What raw disparity passes before it is modelled.
+struct FilterParameters {
+  int temporal_frames = 1;    ///< frames that a still pixel is a mean over; 1: off
+  int hold_frames = 0;        ///< frames that a pixel without measurement keeps its last one; 0: off
+  int spatial_radius_px = 0;  ///< pixels to each side in a mean that stops at edges; 0: off
+
+  bool isOff() const noexcept { return temporal_frames <= 1 && hold_frames <= 0 && spatial_radius_px <= 0; }
+  friend bool operator==(const FilterParameters&, const FilterParameters&) = default;
+};
+
+/// Live. How the force passes from one frame, law or parameter set to the next.
+struct BlendParameters {
+  double duration_s = 1.0 / 30;  ///< 0: at once
+  double max_surface_speed_m_per_s =
+      0.5;  ///< the blend changes the force by no more than k_s times that per second
 };
 
 /// Live. What the law's force passes before a device gets it.
@@ -33,6 +68,10 @@ struct SafetyParameters {
 struct LiveParameters {
   ForceLaw law = ForceLaw::nearest_springs;
   SpringParameters springs;
+  ContactParameters contact;
+  SurfaceParameters surface;
+  FilterParameters filter;
+  BlendParameters blend;
   SafetyParameters safety;
 };
 

@@ -19,6 +19,16 @@ void clearOccupancy(Scene& scene) noexcept {
 
 }  // namespace
 
+SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
+  SceneNeeds needs;
+  needs.field = parameters.law == ForceLaw::surface;
+  needs.points = !needs.field;
+  needs.radius_m = parameters.springs.radius_m;
+  needs.surface = parameters.surface;
+  needs.filter = parameters.filter;
+  return needs;
+}
+
 SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parameters)
     : model_(model),
       extent_(parameters.extent),
@@ -62,7 +72,8 @@ PixelWindow SceneBuilder::windowOf(const Scene& scene) const noexcept {
 }
 
 void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m,
-                         Scene& scene) noexcept {
+                         Scene& scene, const SceneNeeds& needs) noexcept {
+  static_cast<void>(needs);
   clearOccupancy(scene);
   place(centre_m_in_world, radius_m, scene);
   scene.frame = frame.sequence;

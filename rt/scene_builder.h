@@ -10,6 +10,17 @@
 
 namespace hapticd::rt {
 
+/// What of a frame a force law reads, and how the frame is filtered first.
+struct SceneNeeds {
+  bool points = true;      ///< the points of the frame, sorted by voxel
+  bool field = false;      ///< the signed distance field
+  double radius_m = 0.04;  ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
+  SurfaceParameters surface;
+  FilterParameters filter;
+
+  static SceneNeeds of(const LiveParameters& parameters) noexcept;
+};
+
 /// Turns a raw depth frame into a Scene by a counting sort over voxels, in a fixed amount of memory.
 /// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
 class SceneBuilder {
@@ -28,7 +39,8 @@ class SceneBuilder {
   /// when that is the configured extent; then the ball is not used. `scene` is attached to memory of this
   /// shape and capacity.
   /// Points over capacity are left out, last rows of the image first, and counted in the scene.
-  void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene) noexcept;
+  void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene,
+             const SceneNeeds& needs = {}) noexcept;
 
  private:
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+
+#include "rt/force_law.h"
+#include "rt/nearest_springs.h"
+#include "rt/realtime_safe.h"
+
+namespace hapticd::rt {
+
+/// The force laws and what they remember from tick to tick.
+/// Thread: one.
+class ForceLaws {
+ public:
+  /// `point_capacity`: of the scenes to be felt.  RT: not safe (allocates).
+  explicit ForceLaws(std::size_t point_capacity) : search_(point_capacity) {}
+
+  /// The force of the law that `input.parameters` names.
+  ForceSample force(const LawInput& input) HAPTICD_RT;
+
+  /// Around this place the next force needs the scene modelled: the proxy of a constraint law, else the HIP.
+  /// `hip_m_in_world`: where there is no proxy yet.
+  Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
+    return has_proxy_ ? proxy_.position_m_in_world : hip_m_in_world;
+  }
+
+  /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
+  void release() HAPTICD_RT { has_proxy_ = false; }
+
+ private:
+  SearchMemory search_;
+  struct {
+    Vec3 position_m_in_world;
+  } proxy_;
+  bool has_proxy_ = false;
+};
+
+}  // namespace hapticd::rt

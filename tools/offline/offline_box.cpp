@@ -1,0 +1,54 @@
+#include "tools/offline/offline_box.h"
+
+#include <cmath>
+
+namespace hapticd::tools {
+
+OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::PoseParameters& T_world_camera,
+                       const rt::GridParameters& grid)
+    : depth_model_(depth_model, T_world_camera),
+      grid_(grid),
+      builder_(depth_model_, grid),
+      storage_(builder_.shape(), builder_.pointCapacity()),
+      core_(builder_.pointCapacity()) {
+  storage_.attachTo(scene_);
+  directive_ = {.generation = 1, .engage = true, .parameters = {}};
+  directive_.parameters.safety.engage_ramp_s = 0;  // for a person's comfort only
+}
+
+void OfflineBox::show(const rt::DepthFrame& frame) noexcept {
+  frame_ = &frame;
+  frame_is_new_ = true;
+}
+
+void OfflineBox::model(const rt::Vec3& hip_m_in_world) noexcept {
+  const rt::SceneNeeds needs = rt::SceneNeeds::of(directive_.parameters);
+  const double reach =
+      needs.radius_m + grid_.max_hip_speed_m_per_s * (grid_.frame_period_s + grid_.frame_margin_s);
+  builder_.build(*frame_, core_.focus_m_in_world(hip_m_in_world), reach, scene_, needs);
+  scene_.model = ++models_;
+  frame_is_new_ = false;
+}
+
+void OfflineBox::modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept {
+  if (frame_ == nullptr || !rt::inWorkspace(hip_m_in_world)) return;
+  const rt::SceneNeeds needs = rt::SceneNeeds::of(directive_.parameters);
+  if (!frame_is_new_ && scene_.covers(core_.focus_m_in_world(hip_m_in_world), needs.radius_m)) return;
+  model(hip_m_in_world);
+}
+
+rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
+                          const rt::Vec3& velocity_m_per_s_in_world) noexcept {
+  modelIfNeeded(hip_m_in_world);
+  now_ns_ += std::llround(period_s * 1e9);
+  scene_.frame_time_ns = now_ns_;
+  const rt::HandleState handle{hip_m_in_world, velocity_m_per_s_in_world, ++samples_, now_ns_};
+  return core_.step({now_ns_, period_s, scene_, handle, directive_});
+}
+
+rt::ForceSample OfflineBox::lawForce(const rt::Vec3& hip_m_in_world) noexcept {
+  modelIfNeeded(hip_m_in_world);
+  return core_.lawForce(scene_, hip_m_in_world, directive_.parameters);
+}
+
+}  // namespace hapticd::tools

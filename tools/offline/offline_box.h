@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rt/depth_frame.h"
+#include "rt/depth_model.h"
+#include "rt/haptic_core.h"
+#include "rt/parameters.h"
+#include "rt/scene_builder.h"
+
+namespace hapticd::tools {
+
+/// The way from depth frames to forces without threads, devices and a clock: what a benchmark measures, a
+/// replay computes and a test checks. Time is what the caller says; the same calls give the same forces.
+/// Thread: one.
+class OfflineBox {
+ public:
+  OfflineBox(const rt::DepthModelParameters& depth_model, const rt::PoseParameters& T_world_camera,
+             const rt::GridParameters& grid);
+  OfflineBox(const OfflineBox&) = delete;
+  OfflineBox& operator=(const OfflineBox&) = delete;
+
+  const rt::DepthModel& depthModel() const noexcept { return depth_model_; }
+  const rt::Scene& scene() const noexcept { return scene_; }
+  rt::LiveParameters& parameters() noexcept { return directive_.parameters; }
+
+  /// `frame` is the newest one from now on; it outlives its use. Modelled at the next tick or force.
+  void show(const rt::DepthFrame& frame) noexcept;
+
+  /// One tick of the whole core, engaged, `period_s` after the one before; models the frame first where that
+  /// is needed, as the scene thread would have done in time.
+  rt::Tick tick(const rt::Vec3& hip_m_in_world, double period_s = 0.001,
+                const rt::Vec3& velocity_m_per_s_in_world = {}) noexcept;
+
+  /// The law's force alone, before any blend or limit; models first where needed.
+  rt::ForceSample lawForce(const rt::Vec3& hip_m_in_world) noexcept;
+
+  /// Models the newest frame around where the next force needs it, whether needed or not.
+  void model(const rt::Vec3& hip_m_in_world) noexcept;
+
+  std::uint64_t models() const noexcept { return models_; }
+  rt::HapticCore& core() noexcept { return core_; }
+
+ private:
+  void modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept;
+
+  rt::DepthModel depth_model_;
+  rt::GridParameters grid_;
+  rt::SceneBuilder builder_;
+  rt::SceneStorage storage_;
+  rt::Scene scene_;
+  rt::HapticCore core_;
+  rt::Directive directive_;
+  const rt::DepthFrame* frame_ = nullptr;
+  bool frame_is_new_ = false;
+  std::uint64_t models_ = 0;
+  std::uint64_t samples_ = 0;
+  std::int64_t now_ns_ = 0;
+};
+
+}  // namespace hapticd::tools
