@@ -30,7 +30,7 @@ RunningBox::RunningBox(const config::Settings& settings)
     : settings_(settings),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
-      scene_thread_(depth_model_, settings.grid, settings.live.springs.radius_m, scenes_, hip_),
+      scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.live), scenes_, focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle)) {
   directive_.engage = settings.control.engage_at_start;
@@ -53,7 +53,7 @@ config::Result<void> RunningBox::start() {
 config::Result<void> RunningBox::startForceThread() {
   loop_ = std::make_unique<rt::ForceLoop>(
       settings_.loop, scene_thread_.pointCapacity(),
-      rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, hip_, *control_});
+      rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_});
   // Memory is locked before the thread exists, so that its stack is locked too.
   const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
   std::promise<rt::LoopPrivileges> prepared;
@@ -104,7 +104,7 @@ std::uint64_t RunningBox::sendDirective() {
 
 std::uint64_t RunningBox::apply(const config::Settings& settings) {
   settings_.live = settings.live;
-  scene_thread_.setForceRadius(settings_.live.springs.radius_m);
+  scene_thread_.setNeeds(rt::SceneNeeds::of(settings_.live));
   return sendDirective();
 }
 

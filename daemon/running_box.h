@@ -59,7 +59,7 @@ class RunningBox final : public Box {
   config::Settings settings_;
   rt::DepthModel depth_model_;
   rt::SceneChannel scenes_;
-  rt::TripleBuffer<rt::Vec3> hip_;
+  rt::TripleBuffer<rt::Vec3> focus_;
   drivers::HandleChannels handle_channels_;
   std::unique_ptr<rt::ControlChannels> control_;
   SceneThread scene_thread_;

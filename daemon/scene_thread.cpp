@@ -19,14 +19,14 @@ constexpr double kFramesOfMean = 10;
 }  // namespace
 
 SceneThread::SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters,
-                         double force_radius_m, rt::SceneChannel& scenes,
-                         rt::TripleBuffer<rt::Vec3>& hip_m_in_world)
+                         const rt::SceneNeeds& needs, rt::SceneChannel& scenes,
+                         rt::TripleBuffer<rt::Vec3>& focus_m_in_world)
     : parameters_(parameters),
-      force_radius_m_(force_radius_m),
       scenes_(scenes),
-      hip_(hip_m_in_world),
+      focus_(focus_m_in_world),
       builder_(model, parameters),
-      frames_(std::make_unique<rt::FrameChannel>()) {
+      frames_(std::make_unique<rt::FrameChannel>()),
+      needs_(needs) {
   storage_.reserve(3);
   scenes_.prepareSlots([this](rt::Scene& slot) {
     storage_.emplace_back(builder_.shape(), builder_.pointCapacity()).attachTo(slot);
@@ -74,23 +74,32 @@ void SceneThread::run() {
   }
 }
 
+void SceneThread::setNeeds(const rt::SceneNeeds& needs) {
+  const std::lock_guard lock(needs_mutex_);
+  needs_ = needs;
+}
+
+rt::SceneNeeds SceneThread::needs() const {
+  const std::lock_guard lock(needs_mutex_);
+  return needs_;
+}
+
 void SceneThread::modelIfNeeded(bool new_frame) {
   const rt::DepthFrame& frame = frames_->front();
   if (frame.sequence == 0) return;
-  hip_.refresh();
-  const rt::Vec3 hip = hip_.front();
-  if (!rt::inWorkspace(hip)) return;
-  const double force_radius = force_radius_m_.load(std::memory_order_relaxed);
+  focus_.refresh();
+  const rt::Vec3 focus = focus_.front();
+  if (!rt::inWorkspace(focus)) return;
+  const rt::SceneNeeds needs = this->needs();
   const double margin = parameters_.max_hip_speed_m_per_s * parameters_.frame_margin_s;
-  const double reach = force_radius + parameters_.max_hip_speed_m_per_s *
-                                          (parameters_.frame_period_s + parameters_.frame_margin_s);
+  const double reach = needs.radius_m + parameters_.max_hip_speed_m_per_s *
+                                            (parameters_.frame_period_s + parameters_.frame_margin_s);
   // modelled again in time: before the last stretch of the way out of the ball
-  if (!new_frame && newest_.covers(hip, force_radius + margin / 2)) return;
+  if (!new_frame && needs.metBy(newest_, focus, margin / 2)) return;
 
   const std::int64_t begin_ns = rt::monotonicNow_ns();
   rt::Scene& scene = scenes_.back();
-  builder_.build(frame, hip, reach, scene);
-  scene.model = ++models_;
+  builder_.build(frame, focus, reach, scene, needs);
   newest_ = scene;
   scenes_.publish();
   countModel(newest_, new_frame, rt::monotonicNow_ns() - begin_ns);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
@@ -20,9 +19,9 @@ namespace hapticd::daemon {
 /// scenes out of the channel.
 class SceneThread final : public drivers::FrameSink {
  public:
-  /// All references outlive the thread. `force_radius_m`: see setForceRadius().
-  SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters, double force_radius_m,
-              rt::SceneChannel& scenes, rt::TripleBuffer<rt::Vec3>& hip_m_in_world);
+  /// All references outlive the thread. `focus_m_in_world`: where the force loop needs the scene modelled.
+  SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters, const rt::SceneNeeds& needs,
+              rt::SceneChannel& scenes, rt::TripleBuffer<rt::Vec3>& focus_m_in_world);
   ~SceneThread() override { stop(); }
   SceneThread(const SceneThread&) = delete;
   SceneThread& operator=(const SceneThread&) = delete;
@@ -31,10 +30,9 @@ class SceneThread final : public drivers::FrameSink {
   /// Harmless when not started.
   void stop();
 
-  /// D_thresh: the scene reaches that much farther than the HIP can go until the next frame.  Thread: any.
-  void setForceRadius(double radius_m) noexcept {
-    force_radius_m_.store(radius_m, std::memory_order_relaxed);  // one number, it orders nothing
-  }
+  /// What the force law in use reads; the newest frame is modelled again if its model does not hold it.
+  /// Thread: any.
+  void setNeeds(const rt::SceneNeeds& needs);
 
   std::size_t pointCapacity() const noexcept { return builder_.pointCapacity(); }
   /// Thread: any.
@@ -47,18 +45,19 @@ class SceneThread final : public drivers::FrameSink {
   void run();
   bool waitForFrame();
   void modelIfNeeded(bool new_frame);
+  rt::SceneNeeds needs() const;
   void countFrame(const rt::DepthFrame& frame);
   void countModel(const rt::Scene& scene, bool new_frame, std::int64_t model_ns);
 
   const rt::GridParameters parameters_;
-  std::atomic<double> force_radius_m_;
   rt::SceneChannel& scenes_;
-  rt::TripleBuffer<rt::Vec3>& hip_;
+  rt::TripleBuffer<rt::Vec3>& focus_;
   rt::SceneBuilder builder_;
   std::vector<rt::SceneStorage> storage_;
   std::unique_ptr<rt::FrameChannel> frames_;
-  rt::Scene newest_;  // a view of the last published scene, for its ball only
-  std::uint64_t models_ = 0;
+  rt::Scene newest_;  // a view of the last published scene, for what it covers only
+  mutable std::mutex needs_mutex_;
+  rt::SceneNeeds needs_;
 
   std::mutex wake_mutex_;
   std::condition_variable wake_;

@@ -134,24 +134,30 @@ PixelWindow DepthModel::rawsBetween(double nearest_m, double farthest_m) const n
 }
 
 PixelWindow DepthModel::windowOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept {
-  const Vec3 offset = centre_m_in_world - camera_position_;
-  if (!(norm(offset) < kOutOfSight_m)) return {};
-  const auto& r = rotation_world_camera_;
-  const double x = r[0] * offset.x + r[3] * offset.y + r[6] * offset.z;
-  const double y = r[1] * offset.x + r[4] * offset.y + r[7] * offset.z;
-  const double depth = -(r[2] * offset.x + r[5] * offset.y + r[8] * offset.z);
+  if (!(norm(centre_m_in_world - camera_position_) < kOutOfSight_m)) return {};
+  const double depth = -positionInCamera(centre_m_in_world).z;
+  const PixelWindow raws = rawsBetween(depth - radius_m, depth + radius_m);
+  if (raws.raw_first > raws.raw_last) return {};
+  PixelWindow window = pixelsOfBall(centre_m_in_world, radius_m);
+  window.raw_first = raws.raw_first;
+  window.raw_last = raws.raw_last;
+  return window;
+}
 
-  PixelWindow window = rawsBetween(depth - radius_m, depth + radius_m);
-  if (window.raw_first > window.raw_last) return {};
-
+PixelWindow DepthModel::pixelsOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+  if (!(norm(centre_m_in_world - camera_position_) < kOutOfSight_m)) return {};
+  const Vec3 centre = positionInCamera(centre_m_in_world);
+  const double depth = -centre.z;
+  PixelWindow window;
+  if (depth <= -radius_m) return window;
   constexpr double kTangentMargin = 1.001;  // nearer to the camera's plane the tangents run off to infinity
   if (depth <= kTangentMargin * radius_m) {
     window.column_last = kFrameWidth - 1;
     window.row_last = kFrameHeight - 1;
     return window;
   }
-  const Interval columns = tangentSlopes(x, depth, radius_m);
-  const Interval rows = tangentSlopes(y, depth, radius_m);
+  const Interval columns = tangentSlopes(centre.x, depth, radius_m);
+  const Interval rows = tangentSlopes(centre.y, depth, radius_m);
   clipToImage(parameters_.cx_px + parameters_.fx_px * columns.first,
               parameters_.cx_px + parameters_.fx_px * columns.last, kFrameWidth, window.column_first,
               window.column_last);

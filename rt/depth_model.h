@@ -64,6 +64,8 @@ class DepthModel {
 
   /// All pixels and raw values that can show a point within `radius_m` of `centre_m_in_world`.  RT: safe.
   PixelWindow windowOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept;
+  /// All pixels whose rays meet the ball, without raw values: what is seen there may be anywhere.  RT: safe.
+  PixelWindow pixelsOfBall(const Vec3& centre_m_in_world, double radius_m) const noexcept;
   /// All pixels, all raw values that have a depth.  RT: safe.
   PixelWindow wholeFrame() const noexcept;
 
@@ -101,6 +103,19 @@ class DepthModel {
   };
   const SinglePrecisionTables& singlePrecision() const noexcept { return single_; }
   const Vec3& cameraPosition_m_in_world() const noexcept { return camera_position_; }
+
+  const DepthModelParameters& parameters() const noexcept { return parameters_; }
+  /// A direction in the world, in the camera's frame (x right, y up, looking along -z).  RT: safe.
+  Vec3 directionInCamera(const Vec3& direction_in_world) const noexcept {
+    const auto& r = rotation_world_camera_;
+    const Vec3& d = direction_in_world;
+    return {r[0] * d.x + r[3] * d.y + r[6] * d.z, r[1] * d.x + r[4] * d.y + r[7] * d.z,
+            r[2] * d.x + r[5] * d.y + r[8] * d.z};
+  }
+  /// A position in the world, in the camera's frame.  RT: safe.
+  Vec3 positionInCamera(const Vec3& p_m_in_world) const noexcept {
+    return directionInCamera(p_m_in_world - camera_position_);
+  }
 
  private:
   /// A window of no pixels with the raw values that can have a depth between the two limits.

@@ -23,6 +23,35 @@ enum class ContactState : std::uint8_t {
   entrenched,  ///< a moving surface went over the proxy, and it is on its way out
 };
 
+/// How the law `proxy` looks at points; r1, r2 and r3 around the proxy.
+struct ProxyRadii {
+  double touch_m;   ///< r1: no point comes nearer
+  double rest_m;    ///< r2: at rest on the surface the nearest point is between r1 and r2
+  double search_m;  ///< r3: points that make up the surface that is felt
+
+  static ProxyRadii of(const ContactParameters& parameters) noexcept {
+    constexpr double kRest_m = 0.001;
+    constexpr double kSearch_m =
+        0.008;  // beyond the sensor's noise at 1 m, so that a stray point does not rule alone
+    const double touch = parameters.proxy_radius_m;
+    return {touch, touch + kRest_m, touch + kSearch_m};
+  }
+};
+
+/// How far around its focus a law needs the scene modelled for one evaluation, metres.  RT: safe.
+inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
+  switch (parameters.law) {
+    case ForceLaw::nearest_springs:
+    case ForceLaw::smooth_springs:
+      return parameters.springs.radius_m;
+    case ForceLaw::proxy:
+      return 2 * ProxyRadii::of(parameters.contact).search_m;
+    case ForceLaw::surface:
+      return 2 * parameters.surface.voxel_edge_m;
+  }
+  return 0;
+}
+
 /// What a force law computed.
 struct ForceSample {
   Vec3 force_n_in_world{};

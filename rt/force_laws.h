@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "rt/contact.h"
 #include "rt/force_law.h"
 #include "rt/nearest_springs.h"
 #include "rt/realtime_safe.h"
@@ -15,24 +16,26 @@ class ForceLaws {
   /// `point_capacity`: of the scenes to be felt.  RT: not safe (allocates).
   explicit ForceLaws(std::size_t point_capacity) : search_(point_capacity) {}
 
-  /// The force of the law that `input.parameters` names.
+  /// The force of the law that `input.parameters` names; as long as the scene does not hold what that law
+  /// reads, of the law before. Zero, and outside the model, where the scene does not serve that one either.
   ForceSample force(const LawInput& input) HAPTICD_RT;
 
+  /// Whose force the last one was.
+  ForceLaw law() const HAPTICD_RT { return law_; }
+
   /// Around this place the next force needs the scene modelled: the proxy of a constraint law, else the HIP.
-  /// `hip_m_in_world`: where there is no proxy yet.
+  /// `hip_m_in_world`: where there is no proxy.
   Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
-    return has_proxy_ ? proxy_.position_m_in_world : hip_m_in_world;
+    return proxy_.placed ? proxy_.position_m_in_world : hip_m_in_world;
   }
 
   /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
-  void release() HAPTICD_RT { has_proxy_ = false; }
+  void release() HAPTICD_RT { proxy_ = {}; }
 
  private:
   SearchMemory search_;
-  struct {
-    Vec3 position_m_in_world;
-  } proxy_;
-  bool has_proxy_ = false;
+  ProxyMemory proxy_;
+  ForceLaw law_ = ForceLaw::nearest_springs;
 };
 
 }  // namespace hapticd::rt

@@ -53,7 +53,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   tick.planned_ns = planned_ns;
   tick.wakeup_latency_ns = woke_ns - planned_ns;
   channels_.handle_command.write({tick.command_force_n_in_world, tick.number});
-  channels_.hip.write(handle.position_m_in_world);
+  channels_.focus.write(core_.focus_m_in_world(handle.position_m_in_world));
 
   const std::int64_t done_ns = monotonicNow_ns();
   tick.compute_ns = done_ns - woke_ns;
@@ -69,7 +69,7 @@ void ForceLoop::count(const Tick& tick) HAPTICD_RT {
   LoopCounters& counters = state_.counters;
   const auto add = [](std::uint64_t& counter, bool acted) { counter += acted ? 1 : 0; };
   ++counters.ticks;
-  add(counters.contact_ticks, tick.points_used > 0);
+  add(counters.contact_ticks, inContact(tick));
   add(counters.outside_model_ticks, tick.outside_model);
   add(counters.slew_limited_ticks, tick.slew_limited);
   add(counters.magnitude_clamped_ticks, tick.magnitude_clamped);

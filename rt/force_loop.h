@@ -16,7 +16,7 @@ struct ForceLoopChannels {
   SceneChannel& scenes;                  ///< reads
   HandleStateChannel& handle_state;      ///< reads
   HandleCommandChannel& handle_command;  ///< writes
-  TripleBuffer<Vec3>& hip;               ///< writes: where the scene thread is to model
+  TripleBuffer<Vec3>& focus;             ///< writes: where the scene thread is to model
   ControlChannels& control;              ///< reads directives, writes the rest
 };
 

@@ -58,19 +58,41 @@ double HapticCore::rampGain(const Input& input) HAPTICD_RT {
 
 /// The law's force at the handle, or the held one for a moment where the scene is not modelled.
 Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
-  const Vec3& hip = input.handle.position_m_in_world;
-  const LiveParameters& parameters = input.directive.parameters;
-  tick.outside_model = !input.scene.covers(hip, parameters.springs.radius_m);
-  if (tick.outside_model) {
+  const ForceSample sample =
+      laws_.force({input.scene, input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world,
+                   input.directive.parameters});
+  tick.law = laws_.law();
+  tick.contact = sample.state;
+  tick.proxy_m_in_world = sample.proxy_m_in_world;
+  tick.outside_model = sample.outside_model;
+  if (sample.outside_model) {
     outside_model_s_ += input.period_s;
-    return outside_model_s_ <= kMaxHold_s ? held_force_n_in_world_ : Vec3{};
+    if (outside_model_s_ > kMaxHold_s) held_force_n_in_world_ = {};
+    return held_force_n_in_world_;
   }
   outside_model_s_ = 0;
-  const ForceSample sample = lawForce(input.scene, hip, parameters);
   tick.points_used = sample.points_used;
   tick.law_force_n_in_world = sample.force_n_in_world;
-  held_force_n_in_world_ = sample.force_n_in_world;
+  held_force_n_in_world_ = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
   return sample.force_n_in_world;
+}
+
+/// Carries the force over a change of scene, law or parameters. It is cut to the limit first, so that what is
+/// carried over is never more than the handle could have felt.
+Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT {
+  const LiveParameters& parameters = input.directive.parameters;
+  const double length = norm(force_n_in_world);
+  const double limit = parameters.safety.max_force_n;
+  const Vec3 cut =
+      std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
+  const Origin now{input.scene.model, input.directive.generation, laws_.law(), tick.outside_model};
+  const bool changed = now != origin_ && origin_.model != 0;
+  origin_ = now;
+  const Vec3 blended =
+      blend_.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m, input.period_s);
+  tick.blending = !(blended == cut);
+  tick.blended_force_n_in_world = blended;
+  return blended;
 }
 
 Tick HapticCore::step(const Input& input) HAPTICD_RT {
@@ -78,14 +100,19 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   const Cause obstacle = obstacleOf(input);
   decideMode(input, obstacle);
   tick.hip_m_in_world = input.handle.position_m_in_world;
+  tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.scene_frame = input.scene.frame;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
   // The law is felt in every mode whose inputs are good, so that status shows contact before engaging.
   Vec3 aim;
   if (obstacle == Cause::none) {
-    const Vec3 felt = feel(input, tick);
+    const Vec3 felt = blend(input, feel(input, tick), tick);
     if (mode_ == Mode::engaged) aim = rampGain(input) * felt;
+  } else {
+    laws_.release();  // where the proxy is has no meaning any more
+    blend_.reset();
+    origin_ = {};
   }
   const SafetyChain::Output out = safety_.apply(aim, input.directive.parameters.safety, input.period_s);
   if (out.not_finite) {

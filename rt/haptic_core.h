@@ -4,9 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "rt/force_blend.h"
+#include "rt/force_laws.h"
 #include "rt/handle_channel.h"
 #include "rt/loop_state.h"
-#include "rt/force_laws.h"
 #include "rt/parameters.h"
 #include "rt/realtime_safe.h"
 #include "rt/safety_chain.h"
@@ -53,11 +54,23 @@ class HapticCore {
   }
 
  private:
+  /// What the force before came from; a change of it is blended.
+  struct Origin {
+    std::uint64_t model = 0;
+    std::uint64_t generation = 0;
+    ForceLaw law = ForceLaw::nearest_springs;
+    bool held = false;
+    friend bool operator==(const Origin&, const Origin&) noexcept = default;
+  };
+
   void decideMode(const Input& input, Cause obstacle) HAPTICD_RT;
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
+  Vec3 blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
   double rampGain(const Input& input) HAPTICD_RT;
 
   ForceLaws laws_;
+  ForceBlend blend_;
+  Origin origin_;
   SafetyChain safety_;
   Mode mode_ = Mode::starting;
   Cause cause_ = Cause::none;

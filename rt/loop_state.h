@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "rt/force_law.h"
 #include "rt/latency_histogram.h"
 #include "rt/parameters.h"
 #include "rt/spsc_ring.h"
@@ -40,13 +41,18 @@ struct Tick {
   Cause cause = Cause::none;
   bool slew_limited = false;
   bool magnitude_clamped = false;
-  bool not_finite = false;        ///< the law computed a number that is not finite
-  bool outside_model = false;     ///< the HIP's neighbourhood was not modelled completely
+  bool not_finite = false;                   ///< the law computed a number that is not finite
+  bool outside_model = false;                ///< the HIP's neighbourhood was not modelled completely
+  bool blending = false;                     ///< a change of scene, law or parameters is still coming in
+  ForceLaw law = ForceLaw::nearest_springs;  ///< whose force it is
+  ContactState contact = ContactState::free;
   std::uint32_t points_used = 0;  ///< N of eq. (11)
   std::uint64_t scene_frame = 0;  ///< sequence number of the frame felt, 0: none
   std::int64_t scene_age_ns = 0;
   Vec3 hip_m_in_world;
+  Vec3 proxy_m_in_world;  ///< the HIP where the law has no proxy
   Vec3 law_force_n_in_world;
+  Vec3 blended_force_n_in_world;  ///< cut to the force limit, and carried over from the scene before
   Vec3 command_force_n_in_world;
 };
 
@@ -55,7 +61,7 @@ struct LoopCounters {
   std::uint64_t ticks = 0;
   std::uint64_t overruns = 0;         ///< ticks that ended after the next one was due
   std::uint64_t skipped_periods = 0;  ///< whole periods left out because of overruns
-  std::uint64_t contact_ticks = 0;    ///< ticks with points_used > 0
+  std::uint64_t contact_ticks = 0;    ///< ticks with something to feel
   std::uint64_t outside_model_ticks = 0;
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t magnitude_clamped_ticks = 0;
@@ -96,6 +102,11 @@ struct LoopPrivileges {
   bool memory_locked = false;
   int cpu = -1;  ///< the CPU the thread is pinned to, -1: not pinned
 };
+
+/// True if there is something to feel.  RT: safe.
+inline bool inContact(const Tick& tick) noexcept {
+  return tick.points_used > 0 || tick.contact != ContactState::free;
+}
 
 static_assert(std::is_trivially_copyable_v<Tick> && std::is_trivially_copyable_v<LoopState> &&
               std::is_trivially_copyable_v<Directive>);

@@ -21,6 +21,11 @@ class SearchMemory {
   /// `point_capacity`: of the scenes to be searched.  RT: not safe (allocates).
   explicit SearchMemory(std::size_t point_capacity);
 
+  /// Room for what a search finds; the next search writes over it.  RT: safe.
+  Candidates candidates() noexcept { return {distance_squared_m2_.get(), pixel_.get(), 0}; }
+  /// Working memory for as many points.  RT: safe.
+  WorkVector* work() noexcept { return work_.get(); }
+
  private:
   friend ForceSample nearestSprings(const Scene& scene, const Vec3& hip_m_in_world,
                                     const SpringParameters& parameters, SearchMemory& memory) HAPTICD_RT;

@@ -19,7 +19,9 @@ SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity)
       touched_words_(std::make_unique<std::uint64_t[]>(shape.summaryWords())),
       word_rank_(std::make_unique<std::uint32_t[]>(shape.words())),
       voxel_begin_(std::make_unique<std::uint32_t[]>(point_capacity + 2)),
-      point_(std::make_unique<GridPoint[]>(point_capacity + kVectorPadding)) {}
+      point_(std::make_unique<GridPoint[]>(point_capacity + kVectorPadding)),
+      image_(std::make_unique<std::uint16_t[]>(kFramePixels)),
+      field_distance_m_(std::make_unique<float[]>(SurfaceField::kNodes)) {}
 
 void SceneStorage::attachTo(Scene& scene) const noexcept {
   scene.shape = shape_;
@@ -28,6 +30,8 @@ void SceneStorage::attachTo(Scene& scene) const noexcept {
   scene.word_rank = word_rank_.get();
   scene.voxel_begin = voxel_begin_.get();
   scene.point = point_.get();
+  scene.image = image_.get();
+  scene.field.distance_m = field_distance_m_.get();
 }
 
 }  // namespace hapticd::rt

@@ -10,6 +10,7 @@
 
 #include "rt/depth_model.h"
 #include "rt/parameters.h"
+#include "rt/surface_field.h"
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
 
@@ -68,9 +69,17 @@ struct Scene {
   std::uint32_t* voxel_begin = nullptr;    ///< [occupied voxels + 1] first point of each, and the end
   GridPoint* point = nullptr;              ///< [points]
 
+  bool has_points = true;          ///< the points above are modelled
+  bool has_image = false;          ///< the image below is modelled
+  PixelWindow image_window;        ///< of the image
+  std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values as the points come from, in the window only
+  bool has_field = false;          ///< the field below is modelled
+  SurfaceField field;
+
   /// True if all points of the frame within `radius_m` of `centre_m_in_world` are in the scene.  RT: safe.
   bool covers(const Vec3& centre_m_in_world, double radius_m) const noexcept {
-    return frame != 0 && norm(centre_m_in_world - ball_centre_m_in_world) + radius_m <= ball_radius_m;
+    return frame != 0 && has_points &&
+           norm(centre_m_in_world - ball_centre_m_in_world) + radius_m <= ball_radius_m;
   }
 };
 static_assert(std::is_trivially_copyable_v<Scene>);
@@ -103,6 +112,8 @@ class SceneStorage {
   std::unique_ptr<std::uint32_t[]> word_rank_;
   std::unique_ptr<std::uint32_t[]> voxel_begin_;
   std::unique_ptr<GridPoint[]> point_;
+  std::unique_ptr<std::uint16_t[]> image_;
+  std::unique_ptr<float[]> field_distance_m_;
 };
 
 }  // namespace hapticd::rt

@@ -1,16 +1,21 @@
 #include "rt/scene_builder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
 #include "rt/deproject_kernel.h"
+#include "rt/force_law.h"
 #include "rt/sort_kernel.h"
 
 namespace hapticd::rt {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Of all builders: a number names one scene only, whoever built it.
+std::atomic<std::uint64_t> models_built{0};
 
 void clearOccupancy(Scene& scene) noexcept {
   forEachTouchedWord(scene, [&scene](std::size_t word) { scene.occupancy[word] = 0; });
@@ -23,10 +28,19 @@ SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
   SceneNeeds needs;
   needs.field = parameters.law == ForceLaw::surface;
   needs.points = !needs.field;
-  needs.radius_m = parameters.springs.radius_m;
+  needs.image = parameters.law == ForceLaw::proxy;
+  needs.radius_m = reachOfLaw_m(parameters);
   needs.surface = parameters.surface;
   needs.filter = parameters.filter;
   return needs;
+}
+
+bool SceneNeeds::metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept {
+  if (points && !scene.covers(focus_m_in_world, radius_m + margin_m)) return false;
+  if (image && !scene.has_image) return false;
+  if (!field) return true;
+  return scene.has_field && scene.field.voxel_edge_m == surface.voxel_edge_m &&
+         scene.field.covers(focus_m_in_world, radius_m + margin_m);
 }
 
 SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parameters)
@@ -39,7 +53,9 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       voxel_of_row_(std::make_unique<std::uint32_t[]>(1 + kFrameWidth + kVectorPadding)),
       pixel_of_row_(std::make_unique<std::uint32_t[]>(kFrameWidth + kVectorPadding)),
       run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
-      run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)) {}
+      run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
+      filter_(model),
+      field_builder_(model) {}
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
@@ -73,22 +89,57 @@ PixelWindow SceneBuilder::windowOf(const Scene& scene) const noexcept {
 
 void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m,
                          Scene& scene, const SceneNeeds& needs) noexcept {
-  static_cast<void>(needs);
   clearOccupancy(scene);
   place(centre_m_in_world, radius_m, scene);
+  scene.model = models_built.fetch_add(1, std::memory_order_relaxed) + 1;
   scene.frame = frame.sequence;
   scene.frame_time_ns = frame.arrival_ns;
   scene.depth_model = &model_;
   scene.points = 0;
   scene.points_over_capacity = 0;
-  const PixelWindow window = windowOf(scene);
-  if (window.empty()) return;
+  scene.has_points = needs.points;
+  scene.has_image = needs.points && needs.image;
+  scene.has_field = needs.field;
+  scene.image_window = {};
+  if (needs.points) buildPoints(frame, needs, scene);
+  if (needs.field) buildField(frame, needs, centre_m_in_world, radius_m, scene);
+}
 
+void SceneBuilder::buildField(const DepthFrame& frame, const SceneNeeds& needs, const Vec3& centre_m_in_world,
+                              double radius_m, Scene& scene) noexcept {
+  const PixelWindow window = field_builder_.windowOf(centre_m_in_world, radius_m, needs.surface.voxel_edge_m);
+  const float* const disparity = window.empty() ? nullptr : filter_.apply(frame, window, needs.filter);
+  field_builder_.build(disparity, centre_m_in_world, radius_m, needs.surface, frame.sequence, scene.field);
+}
+
+void SceneBuilder::keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept {
+  const auto columns = static_cast<std::size_t>(window.column_last - window.column_first + 1);
+  for (int row = window.row_first; row <= window.row_last; ++row) {
+    const std::size_t first =
+        static_cast<std::size_t>(row) * kFrameWidth + static_cast<std::size_t>(window.column_first);
+    std::copy_n(raw + first, columns, scene.image + first);
+  }
+  scene.image_window = window;
+}
+
+void SceneBuilder::buildPoints(const DepthFrame& frame, const SceneNeeds& needs, Scene& scene) noexcept {
+  PixelWindow window = windowOf(scene);
+  if (needs.image && window.empty() && extent_ == ModelExtent::reach) {
+    window = model_.pixelsOfBall(scene.ball_centre_m_in_world, scene.ball_radius_m);
+  }
+  if (window.empty()) return;
+  const std::uint16_t* raw = frame.raw;
+  if (!needs.filter.isOff()) {
+    filter_.apply(frame, window, needs.filter);
+    raw = filter_.rounded(window);
+  }
+  if (needs.image) keepImage(raw, window, scene);
+  if (window.raw_first > window.raw_last) return;
   const Vec3 camera = model_.cameraPosition_m_in_world() - scene.origin_m_in_world;
   const Vec3 ball = scene.ball_centre_m_in_world - scene.origin_m_in_world;
   const double ball_radius = scene.ball_radius_m + model_.singlePrecisionError_m();
   DeprojectJob job{};
-  job.raw = frame.raw;
+  job.raw = raw;
   job.window = window;
   job.tables = &model_.singlePrecision();
   job.camera_x_m = static_cast<float>(camera.x);

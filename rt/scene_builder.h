@@ -6,23 +6,29 @@
 
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
+#include "rt/disparity_filter.h"
 #include "rt/scene.h"
+#include "rt/surface_field_builder.h"
 
 namespace hapticd::rt {
 
 /// What of a frame a force law reads, and how the frame is filtered first.
 struct SceneNeeds {
   bool points = true;      ///< the points of the frame, sorted by voxel
+  bool image = false;      ///< the raw values that the points come from
   bool field = false;      ///< the signed distance field
   double radius_m = 0.04;  ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
   SurfaceParameters surface;
   FilterParameters filter;
 
   static SceneNeeds of(const LiveParameters& parameters) noexcept;
+  /// True if `scene` holds all that is needed for a focus within `margin_m` of `focus_m_in_world`.
+  bool metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept;
 };
 
-/// Turns a raw depth frame into a Scene by a counting sort over voxels, in a fixed amount of memory.
-/// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
+/// Turns a raw depth frame into a Scene in a fixed amount of memory: the points by a counting sort over
+/// voxels, the field by a SurfaceFieldBuilder. Thread: one (the scene thread).  RT: build() allocates
+/// nothing, its cost is bounded by the frame's pixels.
 class SceneBuilder {
  public:
   /// `model` outlives the builder and every scene that it built.
@@ -35,14 +41,19 @@ class SceneBuilder {
   /// when the whole frame is modelled.
   double largestBall_m() const noexcept;
 
-  /// Models what lies within `radius_m` (cut to largestBall_m()) of `centre_m_in_world`, or all of the frame
-  /// when that is the configured extent; then the ball is not used. `scene` is attached to memory of this
-  /// shape and capacity.
-  /// Points over capacity are left out, last rows of the image first, and counted in the scene.
+  /// Models what `needs` asks for within `radius_m` of `centre_m_in_world`; cut to largestBall_m() for the
+  /// points, to SurfaceFieldBuilder::largestRadius_m() for the field. All points of the frame are modelled
+  /// when that is the configured extent. `scene` is attached to memory of this shape and capacity, and gets
+  /// the next number. Points over capacity are left out, last rows of the image first, and counted in the
+  /// scene.
   void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene,
              const SceneNeeds& needs = {}) noexcept;
 
  private:
+  void buildPoints(const DepthFrame& frame, const SceneNeeds& needs, Scene& scene) noexcept;
+  void buildField(const DepthFrame& frame, const SceneNeeds& needs, const Vec3& centre_m_in_world,
+                  double radius_m, Scene& scene) noexcept;
+  static void keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept;
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
   PixelWindow windowOf(const Scene& scene) const noexcept;
 
@@ -55,6 +66,8 @@ class SceneBuilder {
   std::unique_ptr<std::uint32_t[]> pixel_of_row_;
   std::unique_ptr<std::uint32_t[]> run_voxel_;
   std::unique_ptr<std::uint32_t[]> run_begin_;
+  DisparityFilter filter_;
+  SurfaceFieldBuilder field_builder_;
 };
 
 }  // namespace hapticd::rt

@@ -196,6 +196,72 @@ Vec3 sumOfSprings(const DepthModel& model, const std::uint32_t* pixels, std::uin
           hn::GetLane(hn::SumOfLanes(dd, sum_z))};
 }
 
+using DoubleTag = hn::ScalableTag<double>;
+using Doubles = hn::Vec<DoubleTag>;
+
+/// What a point's distance is worth: its weight, and the factor of V in the sum.
+struct Terms {
+  Doubles weight;
+  Doubles factor;
+};
+
+/// `terms(s)` for s up to the radius.
+template <typename TermsOf>
+HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                                  const Vec3& centre_m_in_world, double radius_m, WorkVector* work,
+                                  const TermsOf& terms) {
+  const DoubleTag dd;
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(dd));
+  vectorsToHip(model, pixels, count, centre_m_in_world, work);
+  // what fills the last vector up is out of reach
+  for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {2 * radius_m, 0, 0, 0};
+  const auto radius = hn::Set(dd, radius_m);
+  auto sum_x = hn::Zero(dd);
+  auto sum_y = hn::Zero(dd);
+  auto sum_z = hn::Zero(dd);
+  auto weight = hn::Zero(dd);
+  auto nearest = radius;
+  for (std::uint32_t i = 0; i < count; i += lanes) {
+    Doubles x, y, z, unused;
+    hn::LoadInterleaved4(dd, &work[i].x, x, y, z, unused);
+    const auto s = hn::Sqrt(hn::MulAdd(z, z, hn::MulAdd(y, y, hn::Mul(x, x))));
+    const auto near = hn::Le(s, radius);
+    const Terms point = terms(s);
+    const auto factor = hn::IfThenElseZero(near, point.factor);
+    sum_x = hn::MulAdd(factor, x, sum_x);
+    sum_y = hn::MulAdd(factor, y, sum_y);
+    sum_z = hn::MulAdd(factor, z, sum_z);
+    weight = hn::Add(weight, hn::IfThenElseZero(near, point.weight));
+    nearest = hn::Min(nearest, s);
+  }
+  return {{hn::GetLane(hn::SumOfLanes(dd, sum_x)), hn::GetLane(hn::SumOfLanes(dd, sum_y)),
+           hn::GetLane(hn::SumOfLanes(dd, sum_z))},
+          hn::GetLane(hn::SumOfLanes(dd, weight)),
+          hn::GetLane(hn::MinOfLanes(dd, nearest))};
+}
+
+WeightedSum sumOfOffsetTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                             const Vec3& centre_m_in_world, double radius_m, WorkVector* work) {
+  const DoubleTag dd;
+  const auto per_radius_squared = hn::Set(dd, 1 / (radius_m * radius_m));
+  return sumOfTerms(model, pixels, count, centre_m_in_world, radius_m, work, [&](Doubles s) HWY_ATTR {
+    const auto inner = hn::NegMulAdd(hn::Mul(s, s), per_radius_squared, hn::Set(dd, 1.0));
+    const auto weight = hn::Mul(inner, inner);
+    return Terms{weight, weight};
+  });
+}
+
+WeightedSum sumOfSmoothTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                             const Vec3& hip_m_in_world, double radius_m, double fade_m, WorkVector* work) {
+  const DoubleTag dd;
+  const auto per_radius = hn::Set(dd, 1 / radius_m);
+  return sumOfTerms(model, pixels, count, hip_m_in_world, radius_m, work, [&](Doubles s) HWY_ATTR {
+    const auto weight = hn::NegMulAdd(s, per_radius, hn::Set(dd, 1.0));
+    const auto spring = hn::Sub(hn::Set(dd, radius_m), s);
+    return Terms{weight, hn::Div(hn::Mul(weight, spring), hn::Max(s, hn::Set(dd, fade_m)))};
+  });
+}
+
 }  // namespace hapticd::rt::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -206,6 +272,8 @@ HWY_EXPORT(findInBallOfGrid);
 HWY_EXPORT(countCandidatesWithin);
 HWY_EXPORT(takeCandidatesBetween);
 HWY_EXPORT(sumOfSprings);
+HWY_EXPORT(sumOfOffsetTerms);
+HWY_EXPORT(sumOfSmoothTerms);
 
 // clang cannot look through the table that Highway calls the kernels by, and the table does not take pointers
 // to functions that are marked. The kernels themselves are arithmetic on memory that their caller owns.
@@ -227,6 +295,17 @@ std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
 Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                       const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
   return HWY_DYNAMIC_DISPATCH(sumOfSprings)(model, pixels, count, hip_m_in_world, radius_m, work);
+}
+
+WeightedSum sumOfOffsets(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                         const Vec3& centre_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
+  return HWY_DYNAMIC_DISPATCH(sumOfOffsetTerms)(model, pixels, count, centre_m_in_world, radius_m, work);
+}
+
+WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                               const Vec3& hip_m_in_world, double radius_m, double fade_m,
+                               WorkVector* work) HAPTICD_RT {
+  return HWY_DYNAMIC_DISPATCH(sumOfSmoothTerms)(model, pixels, count, hip_m_in_world, radius_m, fade_m, work);
 }
 
 HAPTICD_RT_TRUSTED_END

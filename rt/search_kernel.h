@@ -49,4 +49,22 @@ struct WorkVector {
 Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                       const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT;
 
+/// A sum over points, each with a weight.
+struct WeightedSum {
+  Vec3 sum;
+  double weight = 0;
+  double nearest_m = 0;  ///< distance of the nearest of the points; without any, the radius
+};
+
+/// Over the points of `count` pixels, V from each to the centre as in eq. (9), s = |V|, points with s above
+/// `radius_m` left out: sum of (1 - s^2 / radius^2)^2 V, and of those weights. Otherwise as
+/// sumOfUnitSprings().
+WeightedSum sumOfOffsets(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                         const Vec3& centre_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT;
+
+/// Likewise with w = 1 - s / radius: sum of w (radius - s) V / max(s, fade_m), and of w.
+WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+                               const Vec3& hip_m_in_world, double radius_m, double fade_m,
+                               WorkVector* work) HAPTICD_RT;
+
 }  // namespace hapticd::rt

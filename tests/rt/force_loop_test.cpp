@@ -176,8 +176,8 @@ TEST_F(ForceLoopThread, ShowsTheHandlesPositionToTheSceneThread) {
   const Vec3 position = rig.wall.inFrontOfWall(0.07);
   rig.moveHandle(position);
   EXPECT_TRUE(becomesTrue([&] {
-    rig.hip.refresh();
-    return rig.hip.front() == position;
+    rig.focus.refresh();
+    return rig.focus.front() == position;
   }));
   stop();
 }

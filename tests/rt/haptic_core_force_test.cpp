@@ -58,7 +58,7 @@ TEST(HapticCoreForce, IsFullAtOnceWithoutARamp) {
 
 TEST(HapticCoreForce, RampsAnewAfterEachInterruption) {
   CoreRig rig;
-  const double law_n = norm(rig.engageFully().law_force_n_in_world);
+  const double law_n = norm(rig.engageFully().blended_force_n_in_world);
   const double ramp_s = rig.directive.parameters.safety.engage_ramp_s;
   rig.directive.engage = false;
   rig.steps(100);

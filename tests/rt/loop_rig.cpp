@@ -15,7 +15,7 @@ constexpr double kNever_s = 1e6;
 
 LoopRig::LoopRig(double rate_hz)
     : loop({.rate_hz = rate_hz}, wall.pointCapacity(),
-           {*scenes, handle_state, handle_command, hip, *control}) {
+           {*scenes, handle_state, handle_command, focus, *control}) {
   directive.parameters.safety.depth_timeout_s = kNever_s;
   directive.parameters.safety.handle_timeout_s = kNever_s;
   send();

@@ -23,7 +23,7 @@ class LoopRig {
   std::unique_ptr<rt::SceneChannel> scenes = std::make_unique<rt::SceneChannel>();
   rt::HandleStateChannel handle_state;
   rt::HandleCommandChannel handle_command;
-  rt::TripleBuffer<rt::Vec3> hip;
+  rt::TripleBuffer<rt::Vec3> focus;
   rt::ForceLoop loop;
 
   rt::Directive directive;  ///< what send() sends, with the next generation

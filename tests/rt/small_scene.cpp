@@ -24,7 +24,6 @@ SmallScene::SmallScene()
   frame->arrival_ns = 0;
   storage_.attachTo(scene);
   builder_.build(*frame, inFrontOfWall(0), builder_.largestBall_m(), scene);
-  scene.model = 1;
 }
 
 rt::Vec3 SmallScene::besideModel() const {

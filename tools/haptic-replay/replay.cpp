@@ -28,13 +28,14 @@ config::Result<void> Replay::takeFrame(std::size_t index) {
 }
 
 void Replay::model(const rt::Vec3& hip_m_in_world) {
-  const double force_radius = settings_.live.springs.radius_m;
-  if (scene_.covers(hip_m_in_world, force_radius)) return;
+  const rt::SceneNeeds needs = rt::SceneNeeds::of(settings_.live);
+  const rt::Vec3 focus = core_.focus_m_in_world(hip_m_in_world);
+  if (scene_.frame != 0 && needs.metBy(scene_, focus, 0)) return;
   const rt::GridParameters& grid = settings_.grid;
   const double reach =
-      force_radius + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
-  builder_.build(*frame_, hip_m_in_world, reach, scene_);
-  scene_.model = ++models_;
+      needs.radius_m + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
+  builder_.build(*frame_, focus, reach, scene_, needs);
+  ++models_;
 }
 
 config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {

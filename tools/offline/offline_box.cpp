@@ -26,14 +26,14 @@ void OfflineBox::model(const rt::Vec3& hip_m_in_world) noexcept {
   const double reach =
       needs.radius_m + grid_.max_hip_speed_m_per_s * (grid_.frame_period_s + grid_.frame_margin_s);
   builder_.build(*frame_, core_.focus_m_in_world(hip_m_in_world), reach, scene_, needs);
-  scene_.model = ++models_;
+  ++models_;
   frame_is_new_ = false;
 }
 
 void OfflineBox::modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept {
   if (frame_ == nullptr || !rt::inWorkspace(hip_m_in_world)) return;
   const rt::SceneNeeds needs = rt::SceneNeeds::of(directive_.parameters);
-  if (!frame_is_new_ && scene_.covers(core_.focus_m_in_world(hip_m_in_world), needs.radius_m)) return;
+  if (!frame_is_new_ && needs.metBy(scene_, core_.focus_m_in_world(hip_m_in_world), 0)) return;
   model(hip_m_in_world);
 }
 

@@ -23,6 +23,7 @@ class OfflineBox {
   const rt::DepthModel& depthModel() const noexcept { return depth_model_; }
   const rt::Scene& scene() const noexcept { return scene_; }
   rt::LiveParameters& parameters() noexcept { return directive_.parameters; }
+  const rt::LiveParameters& parameters() const noexcept { return directive_.parameters; }
 
   /// `frame` is the newest one from now on; it outlives its use. Modelled at the next tick or force.
   void show(const rt::DepthFrame& frame) noexcept;

@@ -22,7 +22,6 @@ class BuiltScene {
   const rt::Scene& build(const rt::DepthFrame& frame, const rt::Vec3& centre_m_in_world = {},
                          double radius_m = std::numeric_limits<double>::infinity()) {
     builder.build(frame, centre_m_in_world, radius_m, scene);
-    scene.model = ++models_;
     return scene;
   }
 
@@ -31,7 +30,6 @@ class BuiltScene {
 
  private:
   rt::SceneStorage storage_;
-  static inline std::uint64_t models_ = 0;  // no two scenes of the test program have the same number
 };
 
 inline rt::GridParameters wholeFrameGrid() {

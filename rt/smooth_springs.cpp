@@ -1,0 +1,31 @@
+#include "rt/smooth_springs.h"
+
+#include <algorithm>
+
+#include "rt/search_kernel.h"
+
+namespace hapticd::rt {
+
+ForceSample smoothSprings(const LawInput& input, SearchMemory& memory) HAPTICD_RT {
+  constexpr double kFade_m = 0.001;
+  const SpringParameters& springs = input.parameters.springs;
+  const Scene& scene = input.scene;
+  ForceSample result;
+  result.proxy_m_in_world = input.hip_m_in_world;
+  const double search_m = springs.radius_m + scene.depth_model->singlePrecisionError_m();
+  const Vec3 local = input.hip_m_in_world - scene.origin_m_in_world;
+  Candidates found = memory.candidates();
+  findInBall(scene,
+             {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z),
+              static_cast<float>(search_m)},
+             found);
+  const WeightedSum sum = sumOfSmoothSprings(*scene.depth_model, found.pixel, found.count,
+                                             input.hip_m_in_world, springs.radius_m, kFade_m, memory.work());
+  if (sum.weight <= 0) return result;
+  const double least_weight = springs.min_points / 3.0;
+  result.force_n_in_world = (springs.stiffness_n_per_m / std::max(sum.weight, least_weight)) * sum.sum;
+  result.points_used = found.count;
+  return result;
+}
+
+}  // namespace hapticd::rt
