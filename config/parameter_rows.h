@@ -14,7 +14,8 @@ namespace hapticd::config {
 template <typename Enumeration>
 inline constexpr std::array<std::string_view, 0> kWords{};
 template <>
-inline constexpr std::array<std::string_view, 1> kWords<rt::ForceLaw>{"nearest_springs"};
+inline constexpr std::array<std::string_view, 5> kWords<LawChoice>{"auto", "nearest_springs",
+                                                                   "smooth_springs", "proxy", "surface"};
 template <>
 inline constexpr std::array<std::string_view, 2> kWords<rt::ModelExtent>{"reach", "frame"};
 template <>

@@ -20,12 +20,15 @@ constexpr double kHalfTurn = 3.1416;
 // help; one shape for every row
 // clang-format off
 constexpr auto kTable = std::to_array<Parameter>({
-    row<HAPTICD_MEMBER(live.law)>(
+    row<HAPTICD_MEMBER(force.law)>(
         "force.law", kLive, "", {}, "",
-        "force law that turns the points near the HIP into a force"),
+        "how depth becomes force; auto: the cheapest law whose measured error is within force.max_error_n"),
+    row<HAPTICD_MEMBER(force.max_error_n)>(
+        "force.max_error_n", kLive, "N", {0, 10}, "",
+        "error that the law auto may make; 0: 7 % of safety.max_force_n, which a hand just notices"),
     row<HAPTICD_MEMBER(live.springs.stiffness_n_per_m)>(
         "force.stiffness_n_per_m", kLive, "N/m", {0, 5000}, "k_s",
-        "stiffness of the spring of each point"),
+        "stiffness of the spring of each point, or of the spring to the proxy"),
     row<HAPTICD_MEMBER(live.springs.radius_m)>(
         "force.radius_m", kLive, "m", {0.005, 0.1}, "D_thresh",
         "points within this distance of the HIP act on it"),
@@ -35,6 +38,36 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.springs.max_points)>(
         "force.max_points", kLive, "", {1, 1000}, "N_max",
         "of more points within the radius only the nearest count"),
+    row<HAPTICD_MEMBER(live.contact.friction)>(
+        "contact.friction", kLive, "", {0, 2}, "",
+        "Coulomb friction of the laws proxy and surface: the proxy sticks up to that share of its depth"),
+    row<HAPTICD_MEMBER(live.contact.damping_n_s_per_m)>(
+        "contact.damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
+        "damping along the surface's normal of the laws proxy and surface"),
+    row<HAPTICD_MEMBER(live.contact.proxy_radius_m)>(
+        "contact.proxy_radius_m", kLive, "m", {0.002, 0.03}, "",
+        "how near the proxy of the law proxy comes to a point; above the points' distance it cannot slip through"),
+    row<HAPTICD_MEMBER(live.surface.voxel_edge_m)>(
+        "surface.voxel_edge_m", kLive, "m", {0.003, 0.05}, "",
+        "voxel edge of the law surface: finer features are rounded off"),
+    row<HAPTICD_MEMBER(live.surface.fusion_frames)>(
+        "surface.fusion_frames", kLive, "", {1, 100}, "",
+        "frames that a voxel of the law surface is a mean over while the scene stands still; 1: off"),
+    row<HAPTICD_MEMBER(live.filter.temporal_frames)>(
+        "filter.temporal_frames", kLive, "", {1, 100}, "",
+        "frames that a pixel is a mean over while it stands still; 1: off"),
+    row<HAPTICD_MEMBER(live.filter.hold_frames)>(
+        "filter.hold_frames", kLive, "", {0, 30}, "",
+        "frames that a pixel without measurement keeps its last one; 0: off"),
+    row<HAPTICD_MEMBER(live.filter.spatial_radius_px)>(
+        "filter.spatial_radius_px", kLive, "px", {0, 4}, "",
+        "pixels to each side in a mean that stops at edges; 0: off"),
+    row<HAPTICD_MEMBER(live.blend.duration_s)>(
+        "blend.duration_s", kLive, "s", {0, 0.5}, "",
+        "time over which a change of frame, law or parameters comes in; half of it is added latency"),
+    row<HAPTICD_MEMBER(live.blend.max_surface_speed_m_per_s)>(
+        "blend.max_surface_speed_m_per_s", kLive, "m/s", {0.01, 5}, "",
+        "fastest surface: the blend changes the force by no more than the stiffness times that per second"),
     row<HAPTICD_MEMBER(live.safety.max_force_n)>(
         "safety.max_force_n", kLive, "N", {0, 40}, "",
         "largest force that is commanded"),

@@ -10,6 +10,27 @@ constexpr double kFactoryBPerM = 28.379075 / 9;
 
 }  // namespace
 
+rt::ForceLaw ForceSettings::namedLaw() const {
+  switch (law) {
+    case LawChoice::nearest_springs:
+      return rt::ForceLaw::nearest_springs;
+    case LawChoice::smooth_springs:
+      return rt::ForceLaw::smooth_springs;
+    case LawChoice::proxy:
+      return rt::ForceLaw::proxy;
+    case LawChoice::automatic:
+    case LawChoice::surface:
+      break;
+  }
+  return rt::ForceLaw::surface;
+}
+
+rt::LiveParameters Settings::effectiveLive() const {
+  rt::LiveParameters effective = live;
+  effective.law = force.namedLaw();
+  return effective;
+}
+
 rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
   rt::DepthModelParameters model = depth_model;
   switch (depth_law) {

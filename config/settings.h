@@ -6,11 +6,27 @@
 
 namespace hapticd::config {
 
+/// A force law by name, or the cheapest that is accurate enough for the scene.
+enum class LawChoice { automatic, nearest_springs, smooth_springs, proxy, surface };
 enum class CameraDriver { freenect, recorded, synthetic };
 enum class DepthLaw { paper, factory, custom };
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
 enum class SyntheticNoise { off, quantised, sensor };
 enum class HandleDriver { simulated };
+
+/// Live. What the force law is chosen by; the law itself is LiveParameters::law.
+struct ForceSettings {
+  LawChoice law = LawChoice::nearest_springs;
+  double max_error_n = 0;  ///< for `automatic`; 0: as below
+
+  /// Seven percent of the force limit: the smallest difference that a hand feels (Pang, Tan, Durlach).
+  double effectiveMaxError_n(const rt::SafetyParameters& safety) const {
+    constexpr double kJustNoticeable = 0.07;
+    return max_error_n > 0 ? max_error_n : kJustNoticeable * safety.max_force_n;
+  }
+  /// The law that is named; `automatic`: the one that works everywhere, until the scene is known.
+  rt::ForceLaw namedLaw() const;
+};
 
 struct CameraSettings {
   CameraDriver driver = CameraDriver::freenect;
@@ -70,13 +86,17 @@ struct ControlSettings {
 /// Everything that can be configured. The parameter table (parameter_table.h) names each member, its unit,
 /// range and default.
 struct Settings {
-  rt::LiveParameters live;
+  ForceSettings force;
+  rt::LiveParameters live;  ///< but its law: see effectiveLive()
   CameraSettings camera;
   SyntheticSettings synthetic;
   rt::GridParameters grid;
   rt::LoopParameters loop;
   HandleSettings handle;
   ControlSettings control;
+
+  /// `live` with the law that `force` names.
+  rt::LiveParameters effectiveLive() const;
 };
 
 }  // namespace hapticd::config

@@ -30,7 +30,7 @@ RunningBox::RunningBox(const config::Settings& settings)
     : settings_(settings),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
-      scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.live), scenes_, focus_),
+      scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle)) {
   directive_.engage = settings.control.engage_at_start;
@@ -96,15 +96,16 @@ void RunningBox::stop() {
 }
 
 std::uint64_t RunningBox::sendDirective() {
-  directive_.parameters = settings_.live;
+  directive_.parameters = settings_.effectiveLive();
   ++directive_.generation;
   control_->directive.write(directive_);
   return directive_.generation;
 }
 
 std::uint64_t RunningBox::apply(const config::Settings& settings) {
+  settings_.force = settings.force;
   settings_.live = settings.live;
-  scene_thread_.setNeeds(rt::SceneNeeds::of(settings_.live));
+  scene_thread_.setNeeds(rt::SceneNeeds::of(settings_.effectiveLive()));
   return sendDirective();
 }
 

@@ -15,8 +15,8 @@ struct ProxyMemory {
   bool placed = false;  ///< there is a proxy
   Vec3 position_m_in_world;
   Vec3 normal_in_world;     ///< of the surface that it rests on; zero: it is free
-  std::uint64_t model = 0;  ///< the scene that it was last moved in
-  bool behind = false;      ///< it is where the camera does not see, and no surface holds it
+  std::uint64_t frame = 0;  ///< the depth frame that it was last moved in
+  bool behind = false;      ///< it is where the camera does not see
 };
 
 /// The way along the surface that is left for the proxy, given what it still has to the HIP: none as long as

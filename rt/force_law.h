@@ -28,13 +28,15 @@ struct ProxyRadii {
   double touch_m;   ///< r1: no point comes nearer
   double rest_m;    ///< r2: at rest on the surface the nearest point is between r1 and r2
   double search_m;  ///< r3: points that make up the surface that is felt
+  double swept_m;   ///< how far a surface can have gone over the proxy between two frames
 
   static ProxyRadii of(const ContactParameters& parameters) noexcept {
     constexpr double kRest_m = 0.001;
     constexpr double kSearch_m =
         0.008;  // beyond the sensor's noise at 1 m, so that a stray point does not rule alone
     const double touch = parameters.proxy_radius_m;
-    return {touch, touch + kRest_m, touch + kSearch_m};
+    constexpr double kSwept_m = 0.025;  // 0.5 m/s for 50 ms
+    return {touch, touch + kRest_m, touch + kSearch_m, kSwept_m};
   }
 };
 
@@ -44,8 +46,10 @@ inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
     case ForceLaw::nearest_springs:
     case ForceLaw::smooth_springs:
       return parameters.springs.radius_m;
-    case ForceLaw::proxy:
-      return 2 * ProxyRadii::of(parameters.contact).search_m;
+    case ForceLaw::proxy: {
+      const ProxyRadii radii = ProxyRadii::of(parameters.contact);
+      return radii.swept_m + radii.touch_m + radii.search_m;
+    }
     case ForceLaw::surface:
       return 2 * parameters.surface.voxel_edge_m;
   }

@@ -48,6 +48,9 @@ class HapticCore {
   ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                        const LiveParameters& parameters) HAPTICD_RT;
 
+  /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
+  void release() HAPTICD_RT { laws_.release(); }
+
   /// Around this place the next tick needs the scene modelled: the proxy of a constraint law, else the HIP.
   Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
     return laws_.focus_m_in_world(hip_m_in_world);
@@ -56,21 +59,30 @@ class HapticCore {
  private:
   /// What the force before came from; a change of it is blended.
   struct Origin {
-    std::uint64_t model = 0;
-    std::uint64_t generation = 0;
+    std::uint64_t model = 0;  ///< 0: there was none
     ForceLaw law = ForceLaw::nearest_springs;
+    SpringParameters springs;
+    ContactParameters contact;
     bool held = false;
-    friend bool operator==(const Origin&, const Origin&) noexcept = default;
+    friend bool operator==(const Origin&, const Origin&) = default;
+  };
+  /// What the force before was computed from.
+  struct Before {
+    Vec3 hip_m_in_world;
+    Vec3 velocity_m_per_s_in_world;
+    Vec3 force_n_in_world;
   };
 
   void decideMode(const Input& input, Cause obstacle) HAPTICD_RT;
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
   Vec3 blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
+  bool leapt(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
   double rampGain(const Input& input) HAPTICD_RT;
 
   ForceLaws laws_;
   ForceBlend blend_;
   Origin origin_;
+  Before before_;
   SafetyChain safety_;
   Mode mode_ = Mode::starting;
   Cause cause_ = Cause::none;

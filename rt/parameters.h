@@ -23,6 +23,8 @@ struct SpringParameters {
   double radius_m = 0.04;          ///< D_thresh
   int min_points = 10;             ///< N_min
   int max_points = 100;            ///< N_max
+
+  friend bool operator==(const SpringParameters&, const SpringParameters&) = default;
 };
 
 /// Live. The two constraint laws, `proxy` and `surface`; their stiffness is k_s.
@@ -30,12 +32,16 @@ struct ContactParameters {
   double friction = 0;            ///< Coulomb's coefficient; 0: the proxy slides freely
   double damping_n_s_per_m = 0;   ///< against the HIP's velocity along the normal, while in contact
   double proxy_radius_m = 0.008;  ///< of the law `proxy`: how near its proxy comes to a point, r1
+
+  friend bool operator==(const ContactParameters&, const ContactParameters&) = default;
 };
 
 /// Live. The signed distance field of the law `surface`.
 struct SurfaceParameters {
   double voxel_edge_m = 0.01;
   int fusion_frames = 1;  ///< frames that a voxel's distance is a mean over; 1: the newest alone
+
+  friend bool operator==(const SurfaceParameters&, const SurfaceParameters&) = default;
 };
 
 /// Live. What raw disparity passes before it is modelled.

@@ -12,10 +12,16 @@ namespace {
 constexpr double kNoWay_m = 1e-6;
 /// Longest step along the surface, in r1: the ball still overlaps where it was.
 constexpr double kSlideShare = 0.5;
+/// Out of what a step along the surface ran into.
+constexpr int kMaxPushes = 2;
 /// A mean that is nearer than that gives no direction.
 constexpr double kNoDirection_m = 1e-4;
-/// A proxy that a new frame shows behind the surface is brought back if the surface can have moved so far.
-constexpr double kFrame_s = 0.05;  // one that comes late
+
+/// Rounded, so that the order in which points were summed up does not decide which way the proxy takes.
+Vec3 toNanometres(const Vec3& v_m) noexcept {
+  const auto rounded = [](double m) { return std::nearbyint(m * 1e9) * 1e-9; };
+  return {rounded(v_m.x), rounded(v_m.y), rounded(v_m.z)};
+}
 
 /// What the points within r3 of a place say.
 struct Surroundings {
@@ -92,10 +98,9 @@ class ProxyTick {
 
   /// A new frame may show the surface in front of a proxy that was in sight.
   void comeBackIntoSight() noexcept {
-    if (!proxy_.placed || proxy_.model == scene_.model || proxy_.behind) return;
+    if (!proxy_.placed || proxy_.frame == scene_.frame || proxy_.behind) return;
     const double behind = behindSurface_m(p_);
-    const double farthest = input_.parameters.blend.max_surface_speed_m_per_s * kFrame_s + radii_.search_m;
-    if (behind <= 0 || behind > farthest) return;
+    if (behind <= 0 || behind > radii_.swept_m) return;
     const Vec3 back = p_ + (behind + radii_.touch_m) * towardsCamera(p_);
     if (!scene_.covers(back, radii_.search_m)) return;
     p_ = back;
@@ -103,18 +108,19 @@ class ProxyTick {
   }
 
   void look() noexcept {
+    ++looks_;
     Candidates found = memory_.candidates();
     const Vec3 local = p_ - scene_.origin_m_in_world;
     findInBall(scene_,
                {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z),
-                static_cast<float>(radii_.search_m)},
+                static_cast<float>(radii_.search_m + scene_.depth_model->singlePrecisionError_m())},
                found);
     const WeightedSum sum =
         sumOfOffsets(*scene_.depth_model, found.pixel, found.count, p_, radii_.search_m, memory_.work());
     here_ = {.points = sum.weight > 0 ? found.count : 0, .nearest_m = radii_.search_m, .normal = {}};
     if (here_.points == 0) return;
     here_.nearest_m = sum.nearest_m;
-    const Vec3 from_mean = (1 / sum.weight) * sum.sum;
+    const Vec3 from_mean = toNanometres((1 / sum.weight) * sum.sum);
     here_.height_m = norm(from_mean);
     if (here_.height_m > kNoDirection_m) here_.normal = (1 / here_.height_m) * from_mean;
     orient();
@@ -136,9 +142,9 @@ class ProxyTick {
 
   void follow() noexcept {
     look();
-    for (int move = 0; move < kMaxProxyMoves - 1; ++move) {
+    entrenched_ = entrenched_ || (proxy_.placed && isEntrenched());
+    while (looks_ < kMaxProxyMoves) {
       if (!moveOn()) break;
-      look();
     }
     const bool rests = here_.points > 0 && here_.nearest_m <= radii_.rest_m;
     in_contact_ = rests && dot(hip_ - p_, here_.normal) < 0;
@@ -147,20 +153,48 @@ class ProxyTick {
 
   /// One step towards the HIP, or out of the points; false when there is none to take.
   bool moveOn() noexcept {
-    if (here_.points > 0 && here_.nearest_m < radii_.touch_m) return pushOut();
+    if (isEntrenched()) return pushOut();
     const Vec3 way = hip_ - p_;
     const bool slides = here_.points > 0 && here_.nearest_m <= radii_.rest_m && dot(way, here_.normal) < 0;
-    if (slides) normal_ = here_.normal;
-    Vec3 step = slides ? slideOf(way, here_.normal, input_.parameters.contact.friction) : way;
+    return slides ? slide(way) : fly(way);
+  }
+
+  bool isEntrenched() const noexcept { return here_.points > 0 && here_.nearest_m < radii_.touch_m; }
+
+  /// A safe step through free space.
+  bool fly(const Vec3& way) noexcept {
+    const double length = norm(way);
+    if (length < kNoWay_m) return false;
+    const double longest = std::min(here_.nearest_m - radii_.touch_m, radii_.search_m - travelled_m_);
+    if (longest < kNoWay_m) return false;
+    const double step = std::min(length, longest);
+    travelled_m_ += step;
+    return moveTo(p_ + (step / length) * way);
+  }
+
+  /// A step along the tangent plane, which must bring the proxy nearer to the HIP; else it is taken back.
+  bool slide(const Vec3& way) noexcept {
+    normal_ = here_.normal;
+    Vec3 step = slideOf(way, here_.normal, input_.parameters.contact.friction);
     const double length = norm(step);
     if (length < kNoWay_m) return false;
-    const double longest = slides ? kSlideShare * radii_.touch_m : here_.nearest_m - radii_.touch_m;
+    const double longest = kSlideShare * radii_.touch_m;
     if (length > longest) step = (longest / length) * step;
-    return moveTo(p_ + step);
+    const Vec3 from = p_;
+    const Surroundings from_here = here_;
+    const double before = dot(way, way);
+    if (!moveTo(p_ + step)) return false;
+    for (int push = 0; push < kMaxPushes && isEntrenched() && looks_ < kMaxProxyMoves; ++push) {
+      if (!pushOut()) break;
+    }
+    const Vec3 left = hip_ - p_;
+    if (!isEntrenched() && dot(left, left) < before) return true;
+    p_ = from;
+    here_ = from_here;
+    return false;
   }
 
   bool pushOut() noexcept {
-    entrenched_ = proxy_.placed;
     const double into_rest_m = 0.25 * (radii_.rest_m - radii_.touch_m);
     const double way_m =
         here_.height_m < 0 ? radii_.touch_m - here_.height_m : radii_.touch_m - here_.nearest_m;
@@ -173,6 +207,7 @@ class ProxyTick {
       return false;
     }
     p_ = p;
+    look();
     return true;
   }
 
@@ -180,8 +215,8 @@ class ProxyTick {
     proxy_.placed = true;
     proxy_.position_m_in_world = p_;
     proxy_.normal_in_world = normal_;
-    proxy_.model = scene_.model;
-    proxy_.behind = !in_contact_ && behindSurface_m(p_) > 0;
+    proxy_.frame = scene_.frame;
+    proxy_.behind = behindSurface_m(p_) > 0;
   }
 
   const LawInput& input_;
@@ -196,6 +231,8 @@ class ProxyTick {
   bool in_contact_ = false;
   bool entrenched_ = false;
   bool cut_off_ = false;  // the model ended on the way
+  int looks_ = 0;
+  double travelled_m_ = 0;  // through free space; no farther than what is modelled around the proxy
 };
 
 }  // namespace

@@ -20,6 +20,6 @@ namespace hapticd::rt {
 /// the sample says so. RT: safe. Cost: kMaxProxyMoves searches of r3 at most.
 ForceSample proxyForce(const LawInput& input, SearchMemory& memory, ProxyMemory& proxy) HAPTICD_RT;
 
-inline constexpr int kMaxProxyMoves = 8;
+inline constexpr int kMaxProxyMoves = 10;
 
 }  // namespace hapticd::rt

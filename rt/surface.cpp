@@ -7,7 +7,7 @@ namespace hapticd::rt {
 namespace {
 
 /// The proxy rests on the surface when it is that near to it, in voxel edges.
-constexpr double kOnSurface_voxels = 1e-3;
+constexpr double kOnSurface_voxels = 2e-3;
 /// Longest step between two looks at the field, in voxel edges: nothing that the field can show is thinner.
 constexpr double kStep_voxels = 0.5;
 /// Shorter ways are not gone, in voxel edges.
@@ -210,7 +210,7 @@ class SurfaceTick {
 
   /// Back onto the surface after a step along its tangent, from either side.
   void settle() noexcept {
-    constexpr int kMaxSteps = 2;
+    constexpr int kMaxSteps = 4;  // near edges the gradient is not quite that of the value
     for (int step = 0; step < kMaxSteps && mayLook(); ++step) {
       if (std::abs(here_.distance_m) <= on_surface_m_ || here_.distance_m > longest_step_m_) return;
       if (!stepToSurface()) return;
@@ -222,7 +222,7 @@ class SurfaceTick {
     proxy_.placed = true;
     proxy_.position_m_in_world = p_;
     proxy_.normal_in_world = in_contact_ ? normal_ : Vec3{};
-    proxy_.model = input_.scene.model;
+    proxy_.frame = input_.scene.frame;
   }
 
   const LawInput& input_;

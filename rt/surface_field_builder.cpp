@@ -19,6 +19,13 @@ constexpr std::size_t kMaxBlocks =
 constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
 /// The sensor's noise between neighbours, raw units.
 constexpr double kNoise_raw = 3;
+/// Gaps in a surface up to that long are closed: patches that flicker are about 2 cm wide. The projector's
+/// shadow beside an object is no gap in a surface: there the disparity changes by 7 raw units per pixel,
+/// which is above what a surface of this slope does.
+constexpr double kLongestGap_m = 0.04;
+/// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
+constexpr double kGapNoise_raw = 6;
+constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 
 constexpr double kBlocksPerVoxel = 4;
 constexpr double kNearestDepth_m = 0.05;
@@ -99,9 +106,11 @@ void SurfaceFieldBuilder::joinPixels(const float* disparity, const PixelWindow& 
   image_.stride = image_.block_columns + 2 + static_cast<int>(kVectorPadding);
   meanOfBlocks(image_);
 
-  // Between neighbouring blocks the disparity of a slope tan(t) changes by block * tan(t) / (f |a| Z).
-  const double change_raw =
-      kSteepestSlope * image_.block_px / (camera.fx_px * std::abs(camera.a_per_m) * depth);
+  // From pixel to pixel the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
+  const double raw_per_px = 1 / (camera.fx_px * std::abs(camera.a_per_m) * depth);
+  closeGaps(image_, static_cast<int>(kLongestGap_m * camera.fx_px / depth), static_cast<float>(kGapNoise_raw),
+            static_cast<float>(kSteepestGap * raw_per_px));
+  const double change_raw = kSteepestSlope * image_.block_px * raw_per_px;
   fitPatches(image_, {.edge_raw = static_cast<float>(kNoise_raw + change_raw),
                       .a_per_m = static_cast<float>(camera.a_per_m),
                       .b_per_m = static_cast<float>(camera.b_per_m),

@@ -155,9 +155,10 @@ HWY_INLINE void storePatches(const BlockImage& image, const PatchFit& fit, int b
   const std::size_t index = image.at(block_row, block);
   const auto pixels = static_cast<float>(image.block_px * image.block_px);
   const auto own_count = hn::LoadU(df, image.count + index);
-  const auto enough_own = hn::Ge(own_count, hn::Set(df, 0.5F * pixels));
+  const auto enough_own = hn::Ge(own_count, hn::Set(df, enoughPixels(image)));
   const auto enough_around = hn::Ge(plane.weight, hn::Set(df, 5.5F * pixels));
-  const auto seen = hn::Or(enough_own, enough_around);
+  const auto closed = hn::Eq(own_count, hn::Set(df, kClosedCount));
+  const auto seen = hn::Or(hn::Or(enough_own, enough_around), closed);
 
   const auto a = hn::Set(df, fit.a_per_m);
   const auto per_px = hn::Set(df, 1 / static_cast<float>(image.block_px));
@@ -279,6 +280,61 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace hapticd::rt {
+namespace {
+
+/// One line of blocks, `step` apart in memory.
+struct BlockLine {
+  std::size_t first;
+  std::size_t step;
+  int blocks;
+};
+
+/// What may be closed.
+struct GapLimits {
+  int longest_px;
+  float most_raw;
+  float most_raw_per_px;
+};
+
+/// A block that was closed has this share of a pixel: it shows as a surface, but any measurement beside it
+/// rules.
+constexpr float kClosedCount = 1e-3F;
+
+void closeGapsOf(const BlockLine& line, const GapLimits& limits, BlockImage& image) noexcept {
+  const float enough = enoughPixels(image);
+  int last_seen = -1;
+  for (int i = 0; i < line.blocks; ++i) {
+    const std::size_t here = line.first + static_cast<std::size_t>(i) * line.step;
+    if (image.count[here] < enough) continue;
+    const int gap = i - last_seen - 1;
+    const int before = last_seen;
+    last_seen = i;
+    const int gap_px = gap * image.block_px;
+    if (gap == 0 || before < 0 || gap_px > limits.longest_px) continue;
+    const float from = image.mean[line.first + static_cast<std::size_t>(before) * line.step];
+    const float change = image.mean[here] - from;
+    if (std::abs(change) > limits.most_raw + limits.most_raw_per_px * static_cast<float>(gap_px)) continue;
+    for (int k = 1; k <= gap; ++k) {
+      const std::size_t hole = line.first + static_cast<std::size_t>(before + k) * line.step;
+      const float value = from + change * static_cast<float>(k) / static_cast<float>(gap + 1);
+      // closed along the row already: the mean of both
+      image.mean[hole] = image.count[hole] == kClosedCount ? 0.5F * (image.mean[hole] + value) : value;
+      image.count[hole] = kClosedCount;
+    }
+  }
+}
+
+}  // namespace
+
+void closeGaps(BlockImage& image, int longest_px, float most_raw, float most_raw_per_px) noexcept {
+  const GapLimits limits{longest_px, most_raw, most_raw_per_px};
+  const auto stride = static_cast<std::size_t>(image.stride);
+  for (int row = 0; row < image.block_rows; ++row)
+    closeGapsOf({image.at(row, 0), 1, image.block_columns}, limits, image);
+  for (int column = 0; column < image.block_columns; ++column) {
+    closeGapsOf({image.at(0, column), stride, image.block_rows}, limits, image);
+  }
+}
 
 HWY_EXPORT(blockMeans);
 HWY_EXPORT(patches);

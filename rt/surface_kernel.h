@@ -35,9 +35,23 @@ struct BlockImage {
   }
 };
 
+/// A block shows a surface of its own with that many pixels.
+inline float enoughPixels(const BlockImage& image) noexcept {
+  return 0.5F * static_cast<float>(image.block_px * image.block_px);
+}
+
+/// The count of a block in a gap that was closed: it shows a surface, but any measurement beside it rules.
+inline constexpr float kClosedCount = 1e-3F;
+
 /// Fills `count` and `mean`, borders included.  RT: safe after the first call. Cost: one pass over the
 /// pixels.
 void meanOfBlocks(BlockImage& image) noexcept;
+
+/// Closes gaps between blocks of one row or one column: blocks without enough pixels get the disparities on the
+/// straight line between the blocks at the gap's two ends, if the gap is no longer than `longest_px` and the ends
+/// differ by no more than `most_raw` plus `most_raw_per_px` times the gap, so that they are of one surface.
+/// RT: safe. Cost: two passes over the blocks.
+void closeGaps(BlockImage& image, int longest_px, float most_raw, float most_raw_per_px) noexcept;
 
 /// How disparities become patches.
 struct PatchFit {

@@ -14,6 +14,7 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
       core_(builder_.pointCapacity()),
       frame_(std::make_unique<rt::DepthFrame>()) {
   storage_.attachTo(scene_);
+  settings_.live = settings_.effectiveLive();
   // The ramp is for a person's comfort; a replay begins engaged.
   settings_.live.safety.engage_ramp_s = 0;
 }

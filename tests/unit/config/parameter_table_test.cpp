@@ -62,10 +62,11 @@ TEST(ParameterTable, HasThePapersDefaultsAndSymbols) {
   }
 }
 
-TEST(ParameterTable, OnlyForceAndSafetyAreLive) {
+TEST(ParameterTable, WhatShapesTheForceIsLiveAndNothingElse) {
+  const std::set<std::string_view> live_groups{"force", "contact", "surface", "filter", "blend", "safety"};
   for (const Parameter& parameter : parameterTable()) {
-    const bool live_group = parameter.name.starts_with("force.") || parameter.name.starts_with("safety.");
-    EXPECT_EQ(parameter.effect == Effect::live, live_group) << parameter.name;
+    const std::string_view group = parameter.name.substr(0, parameter.name.find('.'));
+    EXPECT_EQ(parameter.effect == Effect::live, live_groups.contains(group)) << parameter.name;
   }
 }
 
@@ -173,7 +174,7 @@ TEST(ParameterTable, WordsMeanTheirEnumerators) {
 TEST(UnknownParameter, NamesTheNearestOnes) {
   EXPECT_EQ(unknownParameter("force.radius").text(),
             "\"force.radius\": there is no parameter of this name (did you mean force.radius_m or "
-            "synthetic.sphere_radius_m?)");
+            "contact.proxy_radius_m or filter.spatial_radius_px?)");
   EXPECT_EQ(unknownParameter("force.stifness_n_per_m").remedy, "did you mean force.stiffness_n_per_m?");
   EXPECT_EQ(unknownParameter("force.max_force_n").remedy, "did you mean safety.max_force_n?");
   EXPECT_EQ(unknownParameter("min_points").remedy.substr(0, 32), "did you mean force.min_points or");

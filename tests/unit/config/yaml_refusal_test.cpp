@@ -103,13 +103,14 @@ const std::vector<Refusal> kNames{
     {"UnknownName",
      "force:\n  radius: 0.04",
      {"bad.yaml:2: \"force.radius\": there is no parameter of this name (did you mean force.radius_m or "
-      "synthetic.sphere_radius_m?)"}},
+      "contact.proxy_radius_m or filter.spatial_radius_px?)"}},
     {"UnknownGroupOnce",
      "\nforces:\n  a: 1\n  b: 2\n",
      {"bad.yaml:2: \"forces\": there is no group of this name (did you mean force?)"}},
     {"UnknownGroupFarFromAll",
      "zzz: {}",
-     {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, safety, camera, synthetic, grid, "
+     {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, contact, surface, filter, blend, "
+      "safety, camera, synthetic, grid, "
       "loop, "
       "handle, simulated_handle, control)"}},
     {"DottedName",
@@ -205,7 +206,8 @@ const std::vector<Refusal> kTogether{
     {"OverridesAfterTheFile",
      "force: {radius_m: 7}",
      {"bad.yaml:1: force.radius_m: 7 m is out of range (allowed: 0.005..0.1 m)",
-      "--set force.law=x: \"x\" is not a choice (allowed: one of: nearest_springs)",
+      "--set force.law=x: \"x\" is not a choice (allowed: one of: auto, nearest_springs, "
+      "smooth_springs, proxy, surface)",
       "--set cpu: has no value (write it as group.name=value)",
       "--set loop.cpus=1: there is no parameter of this name (did you mean loop.cpu?)"},
      {"force.law=x", "cpu", "loop.cpus=1"}},

@@ -1,0 +1,140 @@
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/hard_cases/hard_rig.h"
+#include "tests/support/sanitizer.h"
+
+// Ten million ticks of mixed motion and scenes, split over the laws.
+namespace hapticd::test {
+namespace {
+
+using rt::Vec3;
+using tools::SceneKind;
+using tools::TrueScene;
+
+#ifdef NDEBUG
+constexpr int kTicksPerLaw = 2'500'000;
+#else
+constexpr int kTicksPerLaw = 250'000;
+#endif
+
+constexpr double kDistance_m = 0.9;
+
+/// A hand that wanders, rests, darts, presses, leaves the scene and now and then is nowhere.
+class WildHand {
+ public:
+  explicit WildHand(std::uint32_t seed) : random_(seed) {}
+
+  Vec3 next() {
+    if (ticks_left_-- <= 0) choose();
+    place_ = place_ + velocity_;
+    for (double* coordinate : {&place_.x, &place_.y}) {
+      if (std::abs(*coordinate) > 0.2) *coordinate *= 0.99;
+    }
+    if (place_.z > -0.6 || place_.z < -1.2) place_.z += place_.z > -0.9 ? -0.002 : 0.002;
+    return odd_ ? Vec3{std::numeric_limits<double>::quiet_NaN(), 1e200, 0} : place_;
+  }
+
+ private:
+  double within(double limit) { return std::uniform_real_distribution<double>(-limit, limit)(random_); }
+
+  void choose() {
+    ticks_left_ = std::uniform_int_distribution<int>(1, 120)(random_);
+    const int kind = std::uniform_int_distribution<int>(0, 99)(random_);
+    odd_ = kind == 0;
+    if (odd_) ticks_left_ = 3;
+    if (kind == 1) place_ = {within(0.2), within(0.2), -0.9 + within(0.1)};  // a leap
+    const double speed_m_per_tick = kind < 40 ? 0.0003 : kind < 60 ? 0 : kind < 95 ? 0.001 : 0.005;
+    velocity_ = {within(speed_m_per_tick), within(speed_m_per_tick), within(speed_m_per_tick)};
+  }
+
+  std::mt19937 random_;
+  Vec3 place_{0, 0, -0.85};
+  Vec3 velocity_;
+  int ticks_left_ = 0;
+  bool odd_ = false;
+};
+
+/// Frames of several scenes, drawn once.
+std::vector<std::unique_ptr<rt::DepthFrame>> someFrames() {
+  std::vector<std::unique_ptr<rt::DepthFrame>> frames;
+  for (const SceneKind kind :
+       {SceneKind::plane, SceneKind::sphere, SceneKind::bowl, SceneKind::cylinder, SceneKind::convex_edge,
+        SceneKind::half_plane, SceneKind::inner_corner, SceneKind::thin_plate, SceneKind::step}) {
+    TrueScene scene({.kind = kind, .distance_m = kDistance_m, .speed_m_per_s = 0.3});
+    for (int i = 0; i < 4; ++i) {
+      frames.push_back(std::make_unique<rt::DepthFrame>());
+      scene.render(i * kFrame_s, static_cast<std::uint64_t>(i) + 1,
+                   i < 2 ? tools::SceneNoise::sensor : tools::SceneNoise::quantised, *frames.back());
+      frames.back()->arrival_ns = 0;
+    }
+  }
+  return frames;
+}
+
+/// One run; `on_tick` sees every tick.
+void run(tools::OfflineBox& box, int ticks, std::uint32_t seed,
+         const std::function<void(int, const rt::Tick&)>& on_tick) {
+  static const auto frames = someFrames();
+  WildHand hand(seed);
+  std::mt19937 random(seed + 1);
+  auto shown = std::make_unique<rt::DepthFrame>();
+  std::uint64_t sequence = 0;
+  for (int i = 0; i < ticks; ++i) {
+    if (i % kTicksPerFrame == 0 && (sequence == 0 || random() % 4 == 0)) {
+      *shown = *frames[random() % frames.size()];
+      shown->sequence = ++sequence;
+      box.show(*shown);
+    }
+    on_tick(i, box.tick(hand.next(), kTick_s));
+  }
+}
+
+TEST_P(EachLaw, KeepsItsLimitsOverMillionsOfRandomTicks) {
+  tools::OfflineBox box({}, {}, {});
+  box.parameters().law = GetParam();
+  const rt::SafetyParameters limits = box.parameters().safety;
+  Vec3 before;
+  run(box, kTicksPerLaw, 7, [&](int i, const rt::Tick& tick) {
+    const Vec3 force = tick.command_force_n_in_world;
+    ASSERT_TRUE(isFinite(force)) << "tick " << i;
+    ASSERT_TRUE(isFinite(tick.law_force_n_in_world)) << "tick " << i;
+    ASSERT_LE(norm(force), limits.max_force_n * (1 + 1e-12)) << "tick " << i;
+    ASSERT_LE(norm(force - before), limits.max_slew_n_per_s * kTick_s * (1 + 1e-9)) << "tick " << i;
+    ASSERT_NE(tick.mode, rt::Mode::faulted) << "tick " << i;
+    before = force;
+  });
+}
+
+TEST_P(EachLaw, GivesTheSameForcesForTheSameInput) {
+  std::vector<Vec3> first;
+  tools::OfflineBox one({}, {}, {});
+  tools::OfflineBox other({}, {}, {});
+  one.parameters().law = other.parameters().law = GetParam();
+  constexpr int kTicks = 30'000;
+  run(one, kTicks, 11, [&](int, const rt::Tick& tick) { first.push_back(tick.command_force_n_in_world); });
+  run(other, kTicks, 11, [&](int i, const rt::Tick& tick) {
+    ASSERT_EQ(tick.command_force_n_in_world, first[static_cast<std::size_t>(i)]) << "tick " << i;
+  });
+}
+
+TEST_P(EachLaw, GivesTheSameForceWhetherTheReachOrTheWholeFrameIsModelled) {
+  rt::GridParameters whole;
+  whole.extent = rt::ModelExtent::frame;
+  tools::OfflineBox reach({}, {}, {});
+  tools::OfflineBox frame({}, {}, whole);
+  reach.parameters().law = frame.parameters().law = GetParam();
+  std::vector<rt::Tick> first;
+  constexpr int kTicks = 20'000;
+  constexpr double kTolerance_n = 1e-8;  // sums of up to 65536 terms in another order
+  run(reach, kTicks, 13, [&](int, const rt::Tick& tick) { first.push_back(tick); });
+  run(frame, kTicks, 13, [&](int i, const rt::Tick& tick) {
+    ASSERT_LE(norm(tick.law_force_n_in_world - first[static_cast<std::size_t>(i)].law_force_n_in_world),
+              kTolerance_n)
+        << "tick " << i;
+  });
+}
+
+}  // namespace
+}  // namespace hapticd::test

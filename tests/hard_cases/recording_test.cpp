@@ -1,0 +1,78 @@
+#include <cmath>
+
+#include "drivers/camera/recorded/recording_reader.h"
+#include "tests/hard_cases/hard_rig.h"
+#include "tests/support/real_recording.h"
+
+// Real scenes: a HIP that people's hands move through.
+namespace hapticd::test {
+namespace {
+
+using rt::Vec3;
+
+/// Where the nearest measured surface of a frame is, near the image's middle.
+Vec3 nearestPoint(const rt::DepthModel& model, const rt::DepthFrame& frame) {
+  Vec3 nearest{0, 0, -1e9};
+  for (int row = 100; row < 380; ++row) {
+    for (int column = 140; column < 500; ++column) {
+      const std::uint16_t raw = std::min<std::uint16_t>(frame.raw[row * rt::kFrameWidth + column], 2047);
+      if (model.depth_m(raw) <= 0) continue;
+      const Vec3 point = model.pointInWorld(
+          rt::PackedPixel::pack(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row), raw));
+      if (point.z > nearest.z) nearest = point;
+    }
+  }
+  return nearest;
+}
+
+void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
+  const UnpackedRecording recording(archive);
+  if (!recording.found()) GTEST_SKIP() << archive << " is not there";
+  const auto reader = drivers::RecordingReader::open(recording.path());
+  ASSERT_TRUE(reader.has_value()) << reader.error().text();
+  const std::size_t frames = reader->frames().size();
+
+  // held where the nearest hand is in the middle of the recording, so that it comes and goes
+  auto middle = std::make_unique<rt::DepthFrame>();
+  ASSERT_TRUE(reader->read(frames / 2, *middle).has_value());
+  tools::OfflineBox box({}, {}, {});
+  box.parameters().law = law;
+  const Vec3 hip = nearestPoint(box.depthModel(), *middle);
+  ASSERT_GT(hip.z, -4);
+
+  const rt::SafetyParameters limits = box.parameters().safety;
+  const double most_n =
+      box.parameters().springs.stiffness_n_per_m * box.parameters().blend.max_surface_speed_m_per_s * kTick_s;
+  Vec3 before;
+  int in_contact = 0;
+  auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::size_t index = 0; index < frames; ++index) {
+    ASSERT_TRUE(reader->read(index, *frame).has_value());
+    frame->sequence = index + 1;
+    box.show(*frame);
+    for (int i = 0; i < kTicksPerFrame; ++i) {
+      const rt::Tick tick = box.tick(hip, kTick_s);
+      const Vec3 force = tick.command_force_n_in_world;
+      ASSERT_TRUE(isFinite(force));
+      ASSERT_LE(norm(force), limits.max_force_n * (1 + 1e-12));
+      // the HIP is still: all that changes the force is the scene, and what the blend still brings in
+      if (index > 0) {
+        ASSERT_LE(norm(force - before), 2 * most_n + 1e-9) << "frame " << index << " tick " << i;
+      }
+      before = force;
+      in_contact += rt::inContact(tick) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(in_contact, kTicksPerFrame) << "the hand is met";
+}
+
+TEST_P(EachLaw, HeldInTheWayOfAGesturingPersonFeelsNoStep) {
+  holdInTheWay(GetParam(), "01_raw11_room_gesture/room_gesture.tar.xz");
+}
+
+TEST_P(EachLaw, HeldInTheWayOfHandsAtADeskFeelsNoStep) {
+  holdInTheWay(GetParam(), "02_raw11_desk_near/desk_near.tar.xz");
+}
+
+}  // namespace
+}  // namespace hapticd::test
