@@ -44,6 +44,17 @@ struct WindowSummary {
   std::int64_t max_wakeup_latency_ns = 0;
 };
 
+/// Which force law is in use, and why.
+struct LawStatus {
+  rt::ForceLaw law = rt::ForceLaw::nearest_springs;
+  std::string reason;           ///< one sentence
+  double voxel_edge_m = 0;      ///< of the law surface
+  bool filtered = false;        ///< depth passes a filter
+  double expected_error_n = 0;  ///< measured for this law, resolution and distance; 0: not known
+  double max_error_n = 0;       ///< that the law auto may make
+  double distance_m = 0;        ///< of what is felt, from the camera; 0: not known
+};
+
 /// Everything that the outside may know of the box at one moment.
 struct BoxStatus {
   rt::LoopState loop;
@@ -57,6 +68,7 @@ struct BoxStatus {
   SceneStatus scene;
   drivers::HandleStatus handle;
   double uptime_s = 0;
+  LawStatus law;
 };
 
 /// The running box as the control API sees it.

@@ -10,6 +10,7 @@
 
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
+#include "rt/haptic_core.h"
 #include "rt/periodic_clock.h"
 #include "rt/realtime_thread.h"
 
@@ -30,10 +31,12 @@ RunningBox::RunningBox(const config::Settings& settings)
     : settings_(settings),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
-      scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
+      scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
+                    focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle)) {
   directive_.engage = settings.control.engage_at_start;
+  decideLaw();
 }
 
 RunningBox::~RunningBox() {
@@ -96,7 +99,8 @@ void RunningBox::stop() {
 }
 
 std::uint64_t RunningBox::sendDirective() {
-  directive_.parameters = settings_.effectiveLive();
+  directive_.parameters = live();
+  scene_thread_.setNeeds(rt::SceneNeeds::of(directive_.parameters));
   ++directive_.generation;
   control_->directive.write(directive_);
   return directive_.generation;
@@ -105,8 +109,51 @@ std::uint64_t RunningBox::sendDirective() {
 std::uint64_t RunningBox::apply(const config::Settings& settings) {
   settings_.force = settings.force;
   settings_.live = settings.live;
-  scene_thread_.setNeeds(rt::SceneNeeds::of(settings_.effectiveLive()));
+  decideLaw();
   return sendDirective();
+}
+
+rt::LiveParameters RunningBox::live() const {
+  return settings_.force.law == config::LawChoice::automatic ? config::liveWith(settings_, law_decision_)
+                                                             : settings_.effectiveLive();
+}
+
+void RunningBox::decideLaw() {
+  constexpr double kUsualDistance_m = 1;
+  const double class_m =
+      distance_class_m_ > 0 ? distance_class_m_ : config::distanceClass_m(kUsualDistance_m, 0);
+  law_decision_ = config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),
+                                    settings_.live.springs.stiffness_n_per_m, class_m);
+}
+
+/// Decides anew on the law when what is felt comes nearer or goes farther.
+void RunningBox::adaptToDistance() {
+  const rt::Tick& tick = loopState().tick;
+  if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
+  distance_m_ = std::max(0.0, -depth_model_.positionInCamera(tick.proxy_m_in_world).z);
+  if (settings_.force.law != config::LawChoice::automatic || distance_m_ <= 0) return;
+  const double class_m = config::distanceClass_m(distance_m_, distance_class_m_);
+  if (class_m == distance_class_m_) return;
+  distance_class_m_ = class_m;
+  decideLaw();
+  sendDirective();
+}
+
+LawStatus RunningBox::lawStatus() const {
+  const rt::LiveParameters& live = directive_.parameters;
+  LawStatus status;
+  status.law = live.law;
+  status.voxel_edge_m = live.law == rt::ForceLaw::surface ? live.surface.voxel_edge_m : 0;
+  status.filtered = !live.filter.isOff();
+  status.max_error_n = settings_.force.effectiveMaxError_n(settings_.live.safety);
+  status.distance_m = distance_m_;
+  if (settings_.force.law != config::LawChoice::automatic) {
+    status.reason = "named in force.law";
+    return status;
+  }
+  status.expected_error_n = law_decision_.error_n;
+  status.reason = law_decision_.reason;
+  return status;
 }
 
 std::uint64_t RunningBox::engage(bool engaged) {
@@ -129,6 +176,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
   for (std::size_t i = 0; i < rt::kTickRingCapacity && control_->ticks.pop(tick); ++i) {
     if (on_tick) on_tick(tick);
   }
+  adaptToDistance();
   sampleRate();
 }
 
@@ -161,6 +209,7 @@ BoxStatus RunningBox::status() {
   status.camera = camera_->status();
   status.scene = scene_thread_.status();
   status.handle = handle_->status();
+  status.law = lawStatus();
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
   status.warnings = warnings(status);
   return status;

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "config/law_choice.h"
 #include "config/settings.h"
 #include "daemon/box.h"
 #include "daemon/scene_thread.h"
@@ -51,6 +52,11 @@ class RunningBox final : public Box {
   config::Result<void> startForceThread();
   config::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
+  /// The parameters of the loop: as set, or with the law that was decided on.
+  rt::LiveParameters live() const;
+  void decideLaw();
+  void adaptToDistance();
+  LawStatus lawStatus() const;
   const rt::LoopState& loopState();
   void sampleRate();
   double rate_hz() const;
@@ -69,6 +75,9 @@ class RunningBox final : public Box {
   std::thread force_thread_;
   rt::LoopPrivileges privileges_;
   rt::Directive directive_;
+  config::LawDecision law_decision_;  // while force.law is auto
+  double distance_class_m_ = 0;       // that it was decided for; 0: no surface has been felt yet
+  double distance_m_ = 0;             // of what is felt, from the camera; 0: not known
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring over about a second
   std::size_t next_sample_ = 0;

@@ -1,21 +1,36 @@
 #include "rt/realtime_thread.h"
 
+#include <linux/capability.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cstddef>
 
 namespace hapticd::rt {
 
+namespace {
+
+/// True if the limit on locked memory does not count for this process.
+bool mayLockAnything() noexcept {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3]{};
+  if (syscall(SYS_capget, &header, data) != 0) return false;
+  return (data[CAP_TO_INDEX(CAP_IPC_LOCK)].effective & CAP_TO_MASK(CAP_IPC_LOCK)) != 0;
+}
+
+}  // namespace
+
 bool lockMemory() noexcept {
   // With a limit in force, locking all memory to come would make an allocation beyond it fail. A privileged
-  // process passes this by raising the limit first; for others raising it is refused.
+  // process passes this by raising the limit first, or the limit does not count for it.
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;
-  if (limit.rlim_cur != RLIM_INFINITY) {
+  if (limit.rlim_cur != RLIM_INFINITY && !mayLockAnything()) {
     const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
     if (setrlimit(RLIMIT_MEMLOCK, &unlimited) != 0) return false;
   }

@@ -81,7 +81,7 @@ bool isListOfStrings(const Json& json) {
 void addTick(const rt::Tick& tick, WindowSummary& window) {
   const double force_n = rt::norm(tick.command_force_n_in_world);
   const bool first = window.ticks++ == 0;
-  if (tick.points_used > 0) ++window.contact_ticks;
+  if (rt::inContact(tick)) ++window.contact_ticks;
   window.min_force_n = first ? force_n : std::min(window.min_force_n, force_n);
   window.max_force_n = first ? force_n : std::max(window.max_force_n, force_n);
   window.max_wakeup_latency_ns =

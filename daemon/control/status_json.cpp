@@ -17,6 +17,32 @@ const char* nameOf(drivers::CameraState state) {
   return "absent";
 }
 
+const char* nameOf(rt::ForceLaw law) {
+  switch (law) {
+    case rt::ForceLaw::nearest_springs:
+      return "nearest_springs";
+    case rt::ForceLaw::smooth_springs:
+      return "smooth_springs";
+    case rt::ForceLaw::proxy:
+      return "proxy";
+    case rt::ForceLaw::surface:
+      return "surface";
+  }
+  return "nearest_springs";
+}
+
+const char* nameOf(rt::ContactState state) {
+  switch (state) {
+    case rt::ContactState::free:
+      return "free";
+    case rt::ContactState::contact:
+      return "contact";
+    case rt::ContactState::entrenched:
+      return "entrenched";
+  }
+  return "free";
+}
+
 OrderedJson vectorJson(const rt::Vec3& vector) {
   return {{"x", vector.x}, {"y", vector.y}, {"z", vector.z}};
 }
@@ -52,11 +78,16 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"magnitudeClamped", tick.magnitude_clamped},
           {"notFinite", tick.not_finite},
           {"outsideModel", tick.outside_model},
+          {"blending", tick.blending},
+          {"law", nameOf(tick.law)},
+          {"contact", nameOf(tick.contact)},
           {"pointsUsed", tick.points_used},
           {"sceneFrame", tick.scene_frame},
           {"sceneAgeNs", tick.scene_age_ns},
           {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
+          {"proxyMInWorld", vectorJson(tick.proxy_m_in_world)},
           {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
+          {"blendedForceNInWorld", vectorJson(tick.blended_force_n_in_world)},
           {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
 }
 
@@ -80,6 +111,17 @@ OrderedJson sceneJson(const SceneStatus& scene) {
           {"skippedFrames", skipped_frames},
           {"lastModelNs", last_model_ns},
           {"frameRateHz", frame_rate_hz}};
+}
+
+OrderedJson lawJson(const LawStatus& law) {
+  const auto& [chosen, reason, voxel_edge_m, filtered, expected_error_n, max_error_n, distance_m] = law;
+  return {{"chosen", nameOf(chosen)},
+          {"reason", reason},
+          {"voxelEdgeM", voxel_edge_m},
+          {"filtered", filtered},
+          {"expectedErrorN", expected_error_n > 0 ? OrderedJson(expected_error_n) : OrderedJson()},
+          {"maxErrorN", max_error_n},
+          {"distanceM", distance_m > 0 ? OrderedJson(distance_m) : OrderedJson()}};
 }
 
 OrderedJson handleJson(const drivers::HandleStatus& handle) {
@@ -134,7 +176,7 @@ const char* nameOf(rt::Cause cause) {
 
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
-               camera, scene, handle, uptime_s] = status;
+               camera, scene, handle, uptime_s, law] = status;
   const auto& [tick, counters, directive_generation] = loop_state;
 
   OrderedJson loop = {{"rateHz", rate_hz}};
@@ -146,7 +188,8 @@ OrderedJson statusJson(const BoxStatus& status) {
                {"traceTicksDropped", trace_ticks_dropped}});
   return {{"mode", nameOf(tick.mode)},    {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
           {"uptimeS", uptime_s},          {"loop", std::move(loop)},     {"tick", tickJson(tick)},
-          {"camera", cameraJson(camera)}, {"scene", sceneJson(scene)},   {"handle", handleJson(handle)}};
+          {"camera", cameraJson(camera)}, {"scene", sceneJson(scene)},   {"handle", handleJson(handle)},
+          {"law", lawJson(law)}};
 }
 
 OrderedJson windowJson(const WindowSummary& window) {

@@ -8,9 +8,12 @@
 #include <string>
 
 #include "rt/realtime_thread.h"
+#include "tools/hapticbench/accuracy/accuracy_command.h"
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/speed.h"
 #include "tools/hapticbench/speed_report.h"
+#include "tools/hapticbench/stability/stability_command.h"
+#include "tools/hapticbench/sweep/sweep_command.h"
 
 namespace hapticd::tools {
 namespace {
@@ -54,11 +57,17 @@ int run(int argc, char** argv) {
   command->add_option("--cpu", cpu, "CPU to be pinned to (the last one)")->check(CLI::Range(-1, 1023));
   command->add_option("--recordings", recordings, "folder of recordings ($HAPTICD_RECORDINGS, or ../shared/recordings)");
   command->add_option("--json", json_file, "write the result there too")->type_name("FILE");
+  AccuracyCommand accuracy(app);
+  StabilityCommand stability(app);
+  SweepCommand sweep(app, defaultRecordings());
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? EX_OK : EX_USAGE;
   }
+  if (accuracy.chosen()) return accuracy.run();
+  if (stability.chosen()) return stability.run();
+  if (sweep.chosen()) return sweep.run();
   return speed(options, cpu, recordings, json_file);
 }
 

@@ -69,18 +69,34 @@ std::string loopText(const Json& status) {
          row("compute", latencyText(status, "loop.computeTime"));
 }
 
+/// What the law feels: "from 100 points", or where the proxy is.
+std::string contactText(const Json& status) {
+  const std::string points = "from " + countAt(status, "tick.pointsUsed") + " points";
+  const std::string law = textAt(status, "tick.law");
+  if (law != "proxy" && law != "surface") return points;
+  return textAt(status, "tick.contact") + (law == "proxy" ? ", " + points : "");
+}
+
 std::string forceText(const Json& status) {
   const std::string force = "tick.commandForceNInWorld";
-  return row("force",
-             fmt::format("{} N {}, by the law {} N, from {} points", fixed(lengthAt(status, force), 3),
-                         vectorText(status, force, 3), fixed(lengthAt(status, "tick.lawForceNInWorld"), 3),
-                         countAt(status, "tick.pointsUsed"))) +
+  return row("force", fmt::format("{} N {}, by the law {} N, {}", fixed(lengthAt(status, force), 3),
+                                  vectorText(status, force, 3),
+                                  fixed(lengthAt(status, "tick.lawForceNInWorld"), 3), contactText(status))) +
          row("", "at " + vectorText(status, "tick.hipMInWorld", 4) + " m in the world") +
          row("", countersText(status, "loop.counters.",
                               {{"contactTicks", "ticks in contact"},
                                {"slewLimitedTicks", "slew limited"},
                                {"magnitudeClampedTicks", "clamped"},
                                {"notFiniteTicks", "not finite"}}));
+}
+
+std::string lawText(const Json& status) {
+  const std::string law = textAt(status, "law.chosen");
+  std::string text = law;
+  if (law == "surface")
+    text += fmt::format(", {} mm voxels", fixed(1000 * numberAt(status, "law.voxelEdgeM"), 1));
+  if (flagAt(status, "law.filtered")) text += ", filtered depth";
+  return row("law", text + ": " + textAt(status, "law.reason"));
 }
 
 std::string cameraText(const Json& status) {
@@ -162,7 +178,8 @@ std::string statusText(const Json& status) {
   std::string text;
   for (const std::string& line : complaints(status)) text += "! " + line + "\n";
   text += row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
-  text += loopText(status) + forceText(status) + cameraText(status) + sceneText(status) + handleText(status);
+  text += loopText(status) + lawText(status) + forceText(status) + cameraText(status) + sceneText(status) +
+          handleText(status);
   text += row("trace", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
   return text;
 }

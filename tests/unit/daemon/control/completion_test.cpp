@@ -50,7 +50,8 @@ TEST(Completion, OffersOnlyLiveParametersToSet) {
 }
 
 TEST(Completion, OffersTheWordsOfAChoice) {
-  EXPECT_EQ((Words{"nearest_springs"}), completions({"hapticctl", "set", "force.law", "="}));
+  EXPECT_EQ((Words{"auto", "nearest_springs", "smooth_springs", "proxy", "surface"}),
+            completions({"hapticctl", "set", "force.law", "="}));
   EXPECT_EQ((Words{"nearest_springs"}), completions({"hapticctl", "set", "force.law", "=", "near"}));
 }
 

@@ -1,0 +1,77 @@
+#include "config/law_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace hapticd::config {
+namespace {
+
+constexpr MeasuredLaw kMeasured[] = {
+#include "config/measured_laws.inc"
+};
+
+/// How far beyond the border of its class a distance must be to change it.
+constexpr double kHysteresis = 1.1;
+
+std::string budgetText(double max_error_n, double distance_m) {
+  return fmt::format("{:.2g} N at {:.1f} m", max_error_n, distance_m);
+}
+
+}  // namespace
+
+std::span<const MeasuredLaw> measuredLaws() {
+  return kMeasured;
+}
+
+rt::FilterParameters filterOfChoice() {
+  return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
+}
+
+double distanceClass_m(double distance_m, double before_m) {
+  const auto apart = [distance_m](double class_m) { return std::abs(std::log(distance_m / class_m)); };
+  const MeasuredLaw* const nearest = std::ranges::min_element(
+      kMeasured, {}, [&apart](const MeasuredLaw& measured) { return apart(measured.distance_m); });
+  if (before_m > 0 && apart(before_m) < apart(nearest->distance_m) + 2 * std::log(kHysteresis))
+    return before_m;
+  return nearest->distance_m;
+}
+
+LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class_m) {
+  const MeasuredLaw* cheapest = nullptr;
+  const MeasuredLaw* most_accurate = nullptr;
+  int candidates = 0;
+  for (const MeasuredLaw& measured : kMeasured) {
+    if (measured.distance_m != class_m) continue;
+    ++candidates;
+    if (most_accurate == nullptr || measured.error_m < most_accurate->error_m) most_accurate = &measured;
+    if (stiffness_n_per_m * measured.error_m > max_error_n) continue;
+    if (cheapest == nullptr || measured.cpu_ms_per_s < cheapest->cpu_ms_per_s) cheapest = &measured;
+  }
+  const MeasuredLaw* const chosen = cheapest != nullptr ? cheapest : most_accurate;
+  if (chosen == nullptr) return {};
+  LawDecision decision{.law = chosen->law,
+                       .voxel_edge_m = chosen->voxel_edge_m,
+                       .filtered = chosen->filtered,
+                       .error_n = stiffness_n_per_m * chosen->error_m,
+                       .within = cheapest != nullptr,
+                       .reason = {}};
+  const std::string budget = budgetText(max_error_n, class_m);
+  decision.reason = decision.within
+                        ? fmt::format("the cheapest of {} whose error is within {}", candidates, budget)
+                        : fmt::format("none of {} is within {}; this one errs least, by {:.2g} N", candidates,
+                                      budget, decision.error_n);
+  return decision;
+}
+
+rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision) {
+  rt::LiveParameters live = settings.live;
+  live.law = decision.law;
+  if (decision.law == rt::ForceLaw::surface) live.surface.voxel_edge_m = decision.voxel_edge_m;
+  live.filter = decision.filtered ? filterOfChoice() : rt::FilterParameters{};
+  return live;
+}
+
+}  // namespace hapticd::config

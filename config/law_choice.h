@@ -1,0 +1,49 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "config/settings.h"
+#include "rt/parameters.h"
+
+namespace hapticd::config {
+
+/// What `hapticbench pareto` measured of a law in one setting at one distance.
+struct MeasuredLaw {
+  rt::ForceLaw law;
+  double voxel_edge_m;
+  bool filtered;        ///< depth passes filterOfChoice()
+  double distance_m;    ///< of the surface from the camera: stands for a class of distances
+  double error_m;       ///< RMS force error against the true surface, over the stiffness
+  double cpu_ms_per_s;  ///< CPU time per second of use: 30 frames modelled, 1000 forces
+};
+
+/// All of them.
+std::span<const MeasuredLaw> measuredLaws();
+
+/// The filter that `filtered` stands for.
+rt::FilterParameters filterOfChoice();
+
+/// The class of a distance: that of measuredLaws() which is nearest in ratio. `before_m`: the class so far, 0
+/// for none; it is kept until the distance is a tenth beyond its border, so that it does not change to and
+/// fro.
+double distanceClass_m(double distance_m, double before_m);
+
+/// A law with its resolution and filter, and why.
+struct LawDecision {
+  rt::ForceLaw law = rt::ForceLaw::surface;
+  double voxel_edge_m = 0.01;
+  bool filtered = false;
+  double error_n = 0;   ///< expected RMS force error
+  bool within = false;  ///< the error is within the one that was allowed
+  std::string reason;   ///< one sentence
+};
+
+/// The cheapest of the measured laws whose error at that distance class is at most `max_error_n`; where there
+/// is none, the most accurate one.
+LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class_m);
+
+/// `settings.live` with what was decided.
+rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision);
+
+}  // namespace hapticd::config

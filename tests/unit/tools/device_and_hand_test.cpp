@@ -1,0 +1,95 @@
+#include "tools/hapticbench/stability/device_and_hand.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hapticd::tools {
+namespace {
+
+TEST(Motion, FollowsTheClosedFormOfAFreeDampedOscillation) {
+  const DeviceAndHand system{.mass_kg = 0.045,
+                             .damping_n_s_per_m = 0.05,
+                             .hand_stiffness_n_per_m = 400,
+                             .hand_damping_n_s_per_m = 4,
+                             .hand_mass_kg = 0.1};
+  const double decay_per_s = 4.05 / (2 * 0.145);
+  const double turn_per_s = std::sqrt(400 / 0.145 - decay_per_s * decay_per_s);
+  const double target_m = -0.002;
+  Motion motion(system, 0.001, 20);
+  motion.place(target_m + 0.005, 0);
+  for (int tick = 1; tick <= 500; ++tick) {
+    motion.advance(0, 0, target_m);
+    const double time_s = 0.001 * tick;
+    const double expected_m = target_m + 0.005 * std::exp(-decay_per_s * time_s) *
+                                             (std::cos(turn_per_s * time_s) +
+                                              decay_per_s / turn_per_s * std::sin(turn_per_s * time_s));
+    // 10000 exact steps of numbers below 0.01: rounding alone
+    ASSERT_NEAR(motion.position_m(), expected_m, 1e-12) << tick;
+  }
+}
+
+TEST(Motion, OfAFreeDeviceUnderAConstantForceNearsForceByDamping) {
+  Motion motion({.mass_kg = 0.045, .damping_n_s_per_m = 0.05}, 0.001, 20);
+  motion.place(0, 0);
+  for (int tick = 0; tick < 1000; ++tick)
+    motion.advance(0.07, 0.03, 5);  // nobody holds it: the target has no effect
+  const double rate_per_s = 0.05 / 0.045;
+  EXPECT_NEAR(motion.velocity_m_per_s(), 0.1 / 0.05 * (1 - std::exp(-rate_per_s)), 1e-12);
+}
+
+TEST(Motion, IsTheSameWhateverTheSubStepsWhereNothingSticks) {
+  const DeviceAndHand system{.hand_stiffness_n_per_m = 1000, .hand_damping_n_s_per_m = 10};
+  Motion coarse(system, 0.001, 1), fine(system, 0.001, 50);
+  coarse.place(0.01, 0.3);
+  fine.place(0.01, 0.3);
+  for (int tick = 0; tick < 100; ++tick) {
+    coarse.advance(0.1 * tick, 0, 0);
+    fine.advance(0.1 * tick, 0, 0);
+  }
+  EXPECT_NEAR(coarse.position_m(), fine.position_m(), 1e-13);
+}
+
+TEST(Motion, StopsByCoulombFrictionAfterMassTimesSpeedSquaredByTwiceTheFriction) {
+  const double mass_kg = 0.045, speed_m_per_s = 0.1, friction_n = 0.26;
+  Motion motion({.mass_kg = mass_kg, .damping_n_s_per_m = 0, .coulomb_friction_n = friction_n}, 0.001, 20);
+  motion.place(0, speed_m_per_s);
+  const double stop_s = mass_kg * speed_m_per_s / friction_n;  // 17.3 ms
+  int ticks = 0;
+  while (motion.velocity_m_per_s() != 0 && ticks < 100) {
+    motion.advance(0, 0, 0);
+    ++ticks;
+  }
+  EXPECT_EQ(ticks, static_cast<int>(std::ceil(stop_s / 0.001)));
+  // the deceleration is constant, so the stop within a sub-step is exact too
+  EXPECT_NEAR(motion.position_m(), mass_kg * speed_m_per_s * speed_m_per_s / (2 * friction_n), 1e-12);
+}
+
+TEST(Motion, SticksUntilTheForceExceedsFriction) {
+  Motion motion({.coulomb_friction_n = 0.26, .hand_stiffness_n_per_m = 400}, 0.001, 20);
+  motion.place(0, 0);
+  for (int tick = 0; tick < 50; ++tick) motion.advance(0, 0, 0.26 / 400 * 0.999);
+  EXPECT_EQ(motion.position_m(), 0);
+  for (int tick = 0; tick < 50; ++tick) motion.advance(0, 0, 0.26 / 400 * 1.1);
+  EXPECT_GT(motion.position_m(), 0);
+}
+
+TEST(Motion, OfASpringWithCoulombFrictionLosesTwiceFrictionByStiffnessPerHalfSwing) {
+  const double stiffness_n_per_m = 400, friction_n = 0.26;
+  Motion motion({.mass_kg = 0.045,
+                 .damping_n_s_per_m = 0,
+                 .coulomb_friction_n = friction_n,
+                 .hand_stiffness_n_per_m = stiffness_n_per_m},
+                0.001, 20);
+  motion.place(0.01, 0);
+  // 10 mm less 1.3 mm per half swing, to either side in turn: 8.7, ..., 0.9 mm on the far side, where 0.36 N
+  // still overcome friction; from there it comes 0.5 mm nearer, to 0.4 mm on the far side, where 0.16 N do
+  // not
+  for (int tick = 0; tick < 1000; ++tick) motion.advance(0, 0, 0);
+  EXPECT_EQ(motion.velocity_m_per_s(), 0);
+  // eight stops, each off by less than (acceleration of 36 N/kg's change within 50 us) * (50 us)^2
+  EXPECT_NEAR(motion.position_m(), 0.01 - 8 * 2 * friction_n / stiffness_n_per_m, 1e-7);
+}
+
+}  // namespace
+}  // namespace hapticd::tools
