@@ -21,11 +21,11 @@ struct ProxyMemory {
 
 /// The way along the surface that is left for the proxy, given what it still has to the HIP: none as long as
 /// friction holds it. Coulomb's law: it holds as long as the tangential way is no longer than `friction`
-/// times the depth of the HIP below the surface.  RT: safe.
-inline Vec3 slideOf(const Vec3& to_hip_m, const Vec3& normal, double friction) noexcept {
+/// times the depth of the HIP below the surface, which is `offset_m` below the proxy.  RT: safe.
+inline Vec3 slideOf(const Vec3& to_hip_m, const Vec3& normal, double offset_m, double friction) noexcept {
   const double along_normal = dot(to_hip_m, normal);
   const Vec3 tangential = to_hip_m - along_normal * normal;
-  const double held = friction * std::max(0.0, -along_normal);
+  const double held = friction * std::max(0.0, -along_normal - offset_m);
   const double length = norm(tangential);
   return length <= held ? Vec3{} : (1 - held / length) * tangential;
 }

@@ -22,11 +22,7 @@ constexpr float kNewWeight = 0.3F;
 constexpr float kFramesInMotion = 2;
 constexpr float kFewestPixels = 64;
 
-std::unique_ptr<float[]> imageWithMargin() {
-  auto image = std::make_unique<float[]>(kFramePixels + 2 * kMargin);
-  std::fill_n(image.get(), kFramePixels + 2 * kMargin, kNoDisparity);
-  return image;
-}
+constexpr std::size_t kPixelsWithMargin = kFramePixels + 2 * kMargin;
 
 PixelWindow grown(const PixelWindow& window, int margin) noexcept {
   PixelWindow larger = window;
@@ -46,12 +42,15 @@ std::size_t pixelAt(int row, int column) noexcept {
 DisparityFilter::DisparityFilter(const DepthModel& model)
     : raw_first_(kRawNoMeasurement),
       raw_last_(0),
-      plain_(imageWithMargin()),
-      mean_(imageWithMargin()),
-      frames_(std::make_unique<float[]>(kFramePixels + 2 * kMargin)),
-      missing_(std::make_unique<float[]>(kFramePixels + 2 * kMargin)),
-      smooth_(imageWithMargin()),
+      plain_(std::make_unique<float[]>(kPixelsWithMargin)),
+      mean_(std::make_unique<float[]>(kPixelsWithMargin)),
+      frames_(std::make_unique<float[]>(kPixelsWithMargin)),
+      missing_(std::make_unique<float[]>(kPixelsWithMargin)),
+      smooth_(std::make_unique<float[]>(kPixelsWithMargin)),
       rounded_(std::make_unique<std::uint16_t[]>(kFramePixels + kVectorPadding)) {
+  for (float* const image : {plain_.get(), mean_.get(), smooth_.get()}) {
+    std::fill_n(image, kPixelsWithMargin, kNoDisparity);
+  }
   for (std::uint16_t raw = 0; raw < kRawNoMeasurement; ++raw) {
     if (model.depth_m(raw) <= 0) continue;
     raw_first_ = std::min(raw_first_, raw);

@@ -35,7 +35,7 @@ struct ProxyRadii {
     constexpr double kSearch_m =
         0.008;  // beyond the sensor's noise at 1 m, so that a stray point does not rule alone
     const double touch = parameters.proxy_radius_m;
-    constexpr double kSwept_m = 0.025;  // 0.5 m/s for 50 ms
+    constexpr double kSwept_m = 0.04;  // 0.5 m/s for 50 ms, and a raw unit at 2 m
     return {touch, touch + kRest_m, touch + kSearch_m, kSwept_m};
   }
 };

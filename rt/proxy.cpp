@@ -175,7 +175,7 @@ class ProxyTick {
   /// A step along the tangent plane, which must bring the proxy nearer to the HIP; else it is taken back.
   bool slide(const Vec3& way) noexcept {
     normal_ = here_.normal;
-    Vec3 step = slideOf(way, here_.normal, input_.parameters.contact.friction);
+    Vec3 step = slideOf(way, here_.normal, here_.height_m, input_.parameters.contact.friction);
     const double length = norm(step);
     if (length < kNoWay_m) return false;
     const double longest = kSlideShare * radii_.touch_m;

@@ -182,7 +182,7 @@ class SurfaceTick {
   /// A step along the surface, which must bring the proxy nearer to the HIP. False when it is as near as it
   /// can be.
   bool slide(const Vec3& way) noexcept {
-    Vec3 step = slideOf(way, normal_, input_.parameters.contact.friction);
+    Vec3 step = slideOf(way, normal_, 0, input_.parameters.contact.friction);
     const double length = norm(step);
     if (length < kNoWay_voxels * field_.voxel_edge_m) return false;
     if (length > longest_step_m_) step = (longest_step_m_ / length) * step;

@@ -60,9 +60,8 @@ SurfaceFieldBuilder::SurfaceFieldBuilder(const DepthModel& model)
       block_count_(std::make_unique<float[]>(kMaxBlocks)),
       block_mean_(std::make_unique<float[]>(kMaxBlocks)),
       patch_(std::make_unique<SurfacePatch[]>(kMaxBlocks)),
-      fused_{.distance_m = std::make_unique<float[]>(SurfaceField::kNodes),
-             .frames = std::make_unique<std::uint16_t[]>(SurfaceField::kNodes),
-             .field = {}},
+      fused_distance_m_(std::make_unique<float[]>(SurfaceField::kNodes)),
+      fused_frames_(std::make_unique<std::uint16_t[]>(SurfaceField::kNodes)),
       next_distance_m_(std::make_unique<float[]>(SurfaceField::kNodes)),
       next_frames_(std::make_unique<std::uint16_t[]>(SurfaceField::kNodes)) {
   image_.column_sum = column_sum_.get();
@@ -96,13 +95,15 @@ void SurfaceFieldBuilder::joinPixels(const float* disparity, const PixelWindow& 
   const double depth = std::max(kNearestDepth_m, -model_.positionInCamera(field.centre_m_in_world).z);
   const double voxel_px = field.voxel_edge_m * camera.fx_px / depth;
   image_.disparity = disparity;
-  image_.column_first = window.column_first;
-  image_.row_first = window.row_first;
-  image_.columns = window.column_last - window.column_first + 1;
-  image_.rows = window.row_last - window.row_first + 1;
   image_.block_px = std::max(1, static_cast<int>(std::lround(voxel_px / kBlocksPerVoxel)));
-  image_.block_columns = (image_.columns + image_.block_px - 1) / image_.block_px;
-  image_.block_rows = (image_.rows + image_.block_px - 1) / image_.block_px;
+  // Blocks begin at multiples of their size, wherever the window does, so that it does not change the planes.
+  const auto blocks = [this](int first, int last, int& begin, int& pixels, int& count) {
+    begin = (first + image_.block_px - 1) / image_.block_px * image_.block_px;
+    pixels = std::max(0, last - begin + 1);
+    count = (pixels + image_.block_px - 1) / image_.block_px;
+  };
+  blocks(window.column_first, window.column_last, image_.column_first, image_.columns, image_.block_columns);
+  blocks(window.row_first, window.row_last, image_.row_first, image_.rows, image_.block_rows);
   image_.stride = image_.block_columns + 2 + static_cast<int>(kVectorPadding);
   meanOfBlocks(image_);
 
@@ -163,7 +164,7 @@ void SurfaceFieldBuilder::build(const float* disparity, const Vec3& centre_m_in_
   if (parameters.fusion_frames > 1) {
     fuse(parameters, frame, field);
   } else {
-    fused_.frame = 0;
+    fused_frame_ = 0;
   }
 }
 
@@ -172,10 +173,10 @@ void SurfaceFieldBuilder::build(const float* disparity, const Vec3& centre_m_in_
 void SurfaceFieldBuilder::fuse(const SurfaceParameters& parameters, std::uint64_t frame,
                                SurfaceField& field) noexcept {
   constexpr std::uint64_t kFramesApart = 2;  // one frame may be lost
-  const SurfaceField& before = fused_.field;
-  const bool goes_on = fused_.frame != 0 && frame >= fused_.frame && frame - fused_.frame <= kFramesApart &&
+  const SurfaceField& before = fused_field_;
+  const bool goes_on = fused_frame_ != 0 && frame >= fused_frame_ && frame - fused_frame_ <= kFramesApart &&
                        before.voxel_edge_m == field.voxel_edge_m;
-  const bool same_frame = goes_on && frame == fused_.frame;
+  const bool same_frame = goes_on && frame == fused_frame_;
   const LatticeIndex now = latticeOf(field);
   const LatticeIndex then = latticeOf(before);
   const double radius = stencilRadius_nodes(field);
@@ -203,13 +204,13 @@ void SurfaceFieldBuilder::fuse(const SurfaceParameters& parameters, std::uint64_
             Vec3{static_cast<double>(oi), static_cast<double>(oj), static_cast<double>(ok)} - centre_before;
         if (inside && dot(from_before, from_before) <= radius_before * radius_before) {
           const auto old = static_cast<std::size_t>((ok * kNodes + oj) * kNodes + oi);
-          const float difference = distance - fused_.distance_m[old];
+          const float difference = distance - fused_distance_m_[old];
           if (same_frame) {
-            distance = fused_.distance_m[old];
-            frames = fused_.frames[old];
+            distance = fused_distance_m_[old];
+            frames = fused_frames_[old];
           } else if (std::abs(difference) <= gate) {
-            frames = std::min<std::uint16_t>(static_cast<std::uint16_t>(fused_.frames[old] + 1), most);
-            distance = fused_.distance_m[old] + difference / static_cast<float>(frames);
+            frames = std::min<std::uint16_t>(static_cast<std::uint16_t>(fused_frames_[old] + 1), most);
+            distance = fused_distance_m_[old] + difference / static_cast<float>(frames);
           }
         }
         next_distance_m_[index] = distance;
@@ -217,10 +218,10 @@ void SurfaceFieldBuilder::fuse(const SurfaceParameters& parameters, std::uint64_
       }
     }
   }
-  std::swap(fused_.distance_m, next_distance_m_);
-  std::swap(fused_.frames, next_frames_);
-  fused_.field = field;
-  fused_.frame = frame;
+  std::swap(fused_distance_m_, next_distance_m_);
+  std::swap(fused_frames_, next_frames_);
+  fused_field_ = field;
+  fused_frame_ = frame;
 }
 
 }  // namespace hapticd::rt

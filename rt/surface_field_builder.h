@@ -53,14 +53,11 @@ class SurfaceFieldBuilder {
   std::unique_ptr<float[]> block_mean_;
   std::unique_ptr<SurfacePatch[]> patch_;
 
-  /// What the fusion remembers of the frame before.
-  struct Fused {
-    std::unique_ptr<float[]> distance_m;
-    std::unique_ptr<std::uint16_t[]> frames;
-    SurfaceField field;       ///< of those distances
-    std::uint64_t frame = 0;  ///< 0: nothing
-  };
-  Fused fused_;
+  // What the fusion remembers of the frame before.
+  std::unique_ptr<float[]> fused_distance_m_;
+  std::unique_ptr<std::uint16_t[]> fused_frames_;
+  SurfaceField fused_field_;       // that those distances are of
+  std::uint64_t fused_frame_ = 0;  // 0: nothing
   std::unique_ptr<float[]> next_distance_m_;
   std::unique_ptr<std::uint16_t[]> next_frames_;
 };

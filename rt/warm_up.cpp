@@ -22,13 +22,19 @@ void warmUp(HapticCore& core, std::size_t point_capacity) {
   const SceneStorage storage(builder.shape(), builder.pointCapacity());
   Scene scene;
   storage.attachTo(scene);
-  const LiveParameters parameters;
   const Vec3 wall{0, 0, -model->depth_m(kRaw)};
-  builder.build(*frame, wall, builder.largestBall_m(), scene);
-  for (int step = 100; step >= -10; --step) {
-    constexpr double kStep_m = 0.001;
-    core.lawForce(scene, wall + Vec3{0, 0, step * kStep_m}, parameters);
+  for (const ForceLaw law :
+       {ForceLaw::nearest_springs, ForceLaw::smooth_springs, ForceLaw::proxy, ForceLaw::surface}) {
+    LiveParameters parameters;
+    parameters.law = law;
+    builder.build(*frame, wall, builder.largestBall_m(), scene, SceneNeeds::of(parameters));
+    core.release();
+    for (int step = 100; step >= -10; --step) {
+      constexpr double kStep_m = 0.001;
+      core.lawForce(scene, wall + Vec3{0, 0, step * kStep_m}, parameters);
+    }
   }
+  core.release();
 }
 
 }  // namespace hapticd::rt

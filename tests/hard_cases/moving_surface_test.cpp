@@ -147,9 +147,9 @@ TEST_P(EachConstraint, AnObjectThatAppearsAroundTheHipPushesItOutOrLeavesItAlone
       ASSERT_LE(std::abs(tick.command_force_n_in_world.z - before), 0.25 + 1e-9) << "tick " << i;
       before = tick.command_force_n_in_world.z;
     }
-    // up to 25 mm it can be a surface that moved; the sensor's rounding is 1.5 mm, in the spring's force 0.77
+    // up to 35 mm it can be a surface that moved; the sensor's rounding is 1.5 mm, in the spring's force 0.77
     // N
-    if (depth_m <= 0.02) {
+    if (depth_m <= 0.03) {
       EXPECT_NEAR(before, depth_m * rig.stiffness_n_per_m(), 0.8) << depth_m;
     }
     if (depth_m >= 0.1) {

@@ -68,6 +68,9 @@ bool exercise(LoopRig& rig, std::size_t ticks) {
     if (change % 4 == 0) rig.publishScene(change);
     if (change % 5 == 0) {
       rig.directive.engage = change % 20 != 0;
+      rig.directive.parameters.law = static_cast<rt::ForceLaw>(change / 5 % 4);
+      rig.directive.parameters.contact.friction = change % 3 == 0 ? 0.5 : 0;
+      rig.directive.parameters.contact.damping_n_s_per_m = change % 4 == 0 ? 2 : 0;
       rig.directive.parameters.springs.stiffness_n_per_m = change % 3 == 0 ? 500 : 1500;
       rig.directive.parameters.springs.max_points = change % 7 == 0 ? 10'000 : 100;
       rig.directive.parameters.springs.radius_m = change % 2 == 0 ? 0.04 : 0.05;

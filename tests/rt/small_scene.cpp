@@ -23,7 +23,9 @@ SmallScene::SmallScene()
   frame->sequence = 1;
   frame->arrival_ns = 0;
   storage_.attachTo(scene);
-  builder_.build(*frame, inFrontOfWall(0), builder_.largestBall_m(), scene);
+  // all that any of the laws reads
+  const rt::SceneNeeds all{.points = true, .image = true, .field = true, .surface = {}, .filter = {}};
+  builder_.build(*frame, inFrontOfWall(0), builder_.largestBall_m(), scene, all);
 }
 
 rt::Vec3 SmallScene::besideModel() const {

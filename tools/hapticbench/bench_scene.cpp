@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <type_traits>
 
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
@@ -63,22 +64,58 @@ config::Result<BenchScene> middleFrame(const std::string& name, const fs::path& 
   return scene;
 }
 
-/// Nothing when `folder` holds no recording.
-config::Result<std::optional<BenchScene>> recordedScene(const fs::path& folder) {
+config::Result<BenchSequence> firstFrames(const std::string& name, const fs::path& recording,
+                                          std::size_t most_frames) {
+  const auto reader = drivers::RecordingReader::open(recording);
+  if (!reader) return std::unexpected(reader.error());
+  BenchSequence sequence{name, {}};
+  for (std::size_t i = 0; i < std::min(most_frames, reader->frames().size()); ++i) {
+    sequence.frames.push_back(std::make_unique<rt::DepthFrame>());
+    if (auto read = reader->read(i, *sequence.frames.back()); !read) return std::unexpected(read.error());
+  }
+  return sequence;
+}
+
+/// What `read(name, recording)` makes of the recording in `folder`; nothing when it holds none.
+template <typename Read>
+auto readRecording(const fs::path& folder, Read read)
+    -> config::Result<std::optional<typename std::invoke_result_t<Read, std::string, fs::path>::value_type>> {
   const auto isIndex = [](const fs::path& file) { return file.filename() == "INDEX.txt"; };
   const auto isArchive = [](const fs::path& file) { return file.string().ends_with(".tar.xz"); };
   TemporaryFolder unpacked;
   std::optional<fs::path> index = findFile(folder, isIndex);
   if (const auto archive = findFile(folder, isArchive); !index && archive) {
     if (unpacked.path().empty() || !unpack(*archive, unpacked.path())) {
-      return std::unexpected(config::Error{archive->string(), "cannot be unpacked", "is xz-utils installed?"});
+      return std::unexpected(
+          config::Error{archive->string(), "cannot be unpacked", "is xz-utils installed?"});
     }
     index = findFile(unpacked.path(), isIndex);
   }
   if (!index) return std::nullopt;
-  auto scene = middleFrame(folder.filename().string(), index->parent_path());
-  if (!scene) return std::unexpected(scene.error());
-  return std::move(*scene);
+  auto what = read(folder.filename().string(), index->parent_path());
+  if (!what) return std::unexpected(what.error());
+  return std::move(*what);
+}
+
+/// What `read(name, recording)` makes of each recording in the subfolders of `folder`, in the order of their
+/// names.
+template <typename Read>
+auto readRecordings(const fs::path& folder, Read read)
+    -> config::Result<std::vector<typename std::invoke_result_t<Read, std::string, fs::path>::value_type>> {
+  std::vector<typename std::invoke_result_t<Read, std::string, fs::path>::value_type> all;
+  std::error_code no_folder;
+  if (!fs::is_directory(folder, no_folder)) return all;
+  std::vector<fs::path> subfolders;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_directory()) subfolders.push_back(entry.path());
+  }
+  std::sort(subfolders.begin(), subfolders.end());
+  for (const fs::path& subfolder : subfolders) {
+    auto what = readRecording(subfolder, read);
+    if (!what) return std::unexpected(what.error());
+    if (*what) all.push_back(std::move(**what));
+  }
+  return all;
 }
 
 }  // namespace
@@ -106,20 +143,14 @@ BenchScene syntheticScene() {
 }
 
 config::Result<std::vector<BenchScene>> recordedScenes(const fs::path& folder) {
-  std::vector<BenchScene> scenes;
-  std::error_code no_folder;
-  if (!fs::is_directory(folder, no_folder)) return scenes;
-  std::vector<fs::path> subfolders;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_directory()) subfolders.push_back(entry.path());
-  }
-  std::sort(subfolders.begin(), subfolders.end());
-  for (const fs::path& subfolder : subfolders) {
-    auto scene = recordedScene(subfolder);
-    if (!scene) return std::unexpected(scene.error());
-    if (*scene) scenes.push_back(std::move(**scene));
-  }
-  return scenes;
+  return readRecordings(folder, middleFrame);
+}
+
+config::Result<std::vector<BenchSequence>> recordedSequences(const fs::path& folder,
+                                                             std::size_t most_frames) {
+  return readRecordings(folder, [most_frames](const std::string& name, const fs::path& recording) {
+    return firstFrames(name, recording, most_frames);
+  });
 }
 
 }  // namespace hapticd::tools

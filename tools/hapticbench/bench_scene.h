@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,6 +17,12 @@ struct BenchScene {
   std::unique_ptr<rt::DepthFrame> frame;
 };
 
+/// Consecutive depth images of one recording.
+struct BenchSequence {
+  std::string name;
+  std::vector<std::unique_ptr<rt::DepthFrame>> frames;
+};
+
 /// A tilted table and a sphere, 0.8-1.5 m away, with sensor noise.
 BenchScene syntheticScene();
 
@@ -23,5 +30,9 @@ BenchScene syntheticScene();
 /// such a folder (unpacked to a temporary folder and removed again). None when the folder is not there.
 /// Errors: a recording that cannot be read.
 config::Result<std::vector<BenchScene>> recordedScenes(const std::filesystem::path& folder);
+
+/// The first `most_frames` frames of each recording in `folder`, likewise.
+config::Result<std::vector<BenchSequence>> recordedSequences(const std::filesystem::path& folder,
+                                                             std::size_t most_frames);
 
 }  // namespace hapticd::tools

@@ -30,11 +30,14 @@ void OfflineBox::model(const rt::Vec3& hip_m_in_world) noexcept {
   frame_is_new_ = false;
 }
 
-void OfflineBox::modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept {
-  if (frame_ == nullptr || !rt::inWorkspace(hip_m_in_world)) return;
+bool OfflineBox::wouldModel(const rt::Vec3& hip_m_in_world) const noexcept {
+  if (frame_ == nullptr || !rt::inWorkspace(hip_m_in_world)) return false;
   const rt::SceneNeeds needs = rt::SceneNeeds::of(directive_.parameters);
-  if (!frame_is_new_ && needs.metBy(scene_, core_.focus_m_in_world(hip_m_in_world), 0)) return;
-  model(hip_m_in_world);
+  return frame_is_new_ || !needs.metBy(scene_, core_.focus_m_in_world(hip_m_in_world), 0);
+}
+
+void OfflineBox::modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept {
+  if (wouldModel(hip_m_in_world)) model(hip_m_in_world);
 }
 
 rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,

@@ -36,6 +36,9 @@ class OfflineBox {
   /// The law's force alone, before any blend or limit; models first where needed.
   rt::ForceSample lawForce(const rt::Vec3& hip_m_in_world) noexcept;
 
+  /// True if a tick or force at that HIP would model the newest frame first.
+  bool wouldModel(const rt::Vec3& hip_m_in_world) const noexcept;
+
   /// Models the newest frame around where the next force needs it, whether needed or not.
   void model(const rt::Vec3& hip_m_in_world) noexcept;
 

@@ -1,0 +1,75 @@
+#include "rt/force_blend.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace hapticd::test {
+namespace {
+
+using rt::ForceBlend;
+using rt::Vec3;
+
+constexpr double kTick_s = 0.001;
+constexpr double kStiffness = 500;
+
+TEST(ForceBlend, LetsForcesThroughAsLongAsNothingChanges) {
+  ForceBlend blend;
+  for (int i = 0; i < 10; ++i) {
+    const Vec3 force{0.1 * i, 0, -i * 1.0};
+    EXPECT_EQ(blend.apply(force, false, {}, kStiffness, kTick_s), force);
+  }
+}
+
+TEST(ForceBlend, BringsAChangeInEvenlyOverItsDuration) {
+  ForceBlend blend;
+  const rt::BlendParameters parameters{.duration_s = 0.02, .max_surface_speed_m_per_s = 10};
+  blend.apply({1, 0, 0}, false, parameters, kStiffness, kTick_s);
+  for (int i = 1; i <= 20; ++i) {
+    const Vec3 force = blend.apply({3, 0, 0}, i == 1, parameters, kStiffness, kTick_s);
+    EXPECT_NEAR(force.x, 1 + 2 * i / 20.0, 1e-12) << i;
+  }
+  EXPECT_EQ(blend.apply({3, 0, 0}, false, parameters, kStiffness, kTick_s), (Vec3{3, 0, 0}));
+}
+
+TEST(ForceBlend, IsNeverFasterThanTheFastestSurface) {
+  ForceBlend blend;
+  const rt::BlendParameters parameters{.duration_s = 0.01, .max_surface_speed_m_per_s = 0.5};
+  double before = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double force = blend.apply({0, 0, 10}, i == 0, parameters, kStiffness, kTick_s).z;
+    EXPECT_LE(force - before, kStiffness * 0.5 * kTick_s + 1e-12);
+    before = force;
+  }
+  EXPECT_EQ(before, 10);
+}
+
+TEST(ForceBlend, StaysContinuousWhenEveryTickChangesSomething) {
+  ForceBlend blend;
+  const rt::BlendParameters parameters;
+  Vec3 before = blend.apply({4, 0, 0}, false, parameters, kStiffness, kTick_s);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 force = blend.apply({0, 4, 0}, true, parameters, kStiffness, kTick_s);
+    EXPECT_LE(norm(force - before), kStiffness * parameters.max_surface_speed_m_per_s * kTick_s + 1e-12);
+    before = force;
+  }
+  EXPECT_LT(norm(before - Vec3{0, 4, 0}), 1e-3) << "it gets there all the same";
+}
+
+TEST(ForceBlend, ADurationOfZeroSwitchesItOff) {
+  ForceBlend blend;
+  blend.apply({1, 0, 0}, false, {.duration_s = 0}, kStiffness, kTick_s);
+  EXPECT_EQ(blend.apply({3, 0, 0}, true, {.duration_s = 0}, kStiffness, kTick_s), (Vec3{3, 0, 0}));
+}
+
+TEST(ForceBlend, PassesWhatIsNotFiniteOnAndForgetsIt) {
+  ForceBlend blend;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  blend.apply({1, 0, 0}, false, {}, kStiffness, kTick_s);
+  EXPECT_FALSE(isFinite(blend.apply({nan, 0, 0}, true, {}, kStiffness, kTick_s)));
+  EXPECT_TRUE(isFinite(blend.apply({1, 0, 0}, true, {}, kStiffness, kTick_s)));
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,147 @@
+#include "tools/hapticbench/stability/contact_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numbers>
+#include <numeric>
+
+#include "tools/hapticbench/stability/energy_ledger.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr double kShortest_s = 2;
+constexpr double kLongest_s = 32;
+constexpr double kStill_m = 1e-4;
+constexpr double kAway_m = 0.2;
+
+class Simulation {
+ public:
+  Simulation(Wall& wall, const Rig& rig, const Tap& tap)
+      : wall_(wall), rig_(rig), tap_(tap), motion_(rig.system, kTick_s, rig.sub_steps) {
+    wall_.approach(tap.start_m);
+    motion_.place(tap.start_m, -tap.speed_m_per_s);
+    measured_m_ = quantised(tap.start_m);
+    under_way_.assign(static_cast<std::size_t>(rig.delay_ticks), wall_.force_n(measured_m_, 0));
+    positions_m_.push_back(tap.start_m);
+  }
+
+  void runUntil(double end_s) {
+    const auto ticks = static_cast<std::size_t>(std::llround(end_s / kTick_s));
+    while (forces_n_.size() < ticks && !away_) tick();
+  }
+
+  ContactRun result() const {
+    ContactRun run;
+    const std::size_t end = positions_m_.size();
+    const std::size_t quarter = end - end / 4;
+    run.ran_away = away_;
+    run.seconds = static_cast<double>(forces_n_.size()) * kTick_s;
+    run.peak_to_peak_m = peakToPeak(positions_m_, quarter, end);
+    run.mean_m = mean(quarter, end);
+    addEnergy(run);
+    return run;
+  }
+
+  bool away() const { return away_; }
+  double quarter(std::size_t number) const {
+    const std::size_t count = positions_m_.size();
+    return peakToPeak(positions_m_, (number - 1) * count / 4, number * count / 4);
+  }
+
+ private:
+  double quantised(double position_m) const {
+    return rig_.quantum_m > 0 ? rig_.quantum_m * std::round(position_m / rig_.quantum_m) : position_m;
+  }
+
+  void tick() {
+    const double measured_m = quantised(motion_.position_m());
+    under_way_.push_back(wall_.force_n(measured_m, (measured_m - measured_m_) / kTick_s));
+    measured_m_ = measured_m;
+    const double force_n = under_way_.front();
+    under_way_.pop_front();
+    motion_.advance(force_n, tap_.constant_n, tap_.hand_target_m);
+    forces_n_.push_back(force_n);
+    positions_m_.push_back(motion_.position_m());
+    away_ = !(std::abs(motion_.position_m()) < kAway_m);
+  }
+
+  double mean(std::size_t first, std::size_t last) const {
+    const auto at = [this](std::size_t index) {
+      return positions_m_.begin() + static_cast<std::ptrdiff_t>(index);
+    };
+    return std::accumulate(at(first), at(last), 0.0) / static_cast<double>(last - first);
+  }
+
+  void addEnergy(ContactRun& run) const {
+    const std::size_t first = forces_n_.size() / 2;
+    const double middle_m = mean(first, positions_m_.size());
+    EnergyLedger ledger;
+    for (std::size_t i = first; i < forces_n_.size(); ++i) {
+      ledger.add(forces_n_[i], positions_m_[i], positions_m_[i + 1], middle_m);
+    }
+    if (ledger.wholeCycles() == 0) return;
+    const double cycles = static_cast<double>(ledger.wholeCycles());
+    run.cycles_per_s = cycles / (static_cast<double>(forces_n_.size() - first) * kTick_s);
+    run.energy_per_cycle_j = ledger.ofWholeCycles_j() / cycles;
+    run.mean_power_w = run.energy_per_cycle_j * run.cycles_per_s;
+  }
+
+  Wall& wall_;
+  Rig rig_;
+  Tap tap_;
+  Motion motion_;
+  double measured_m_;
+  std::deque<double> under_way_;     // forces, the oldest first
+  std::vector<double> positions_m_;  // one more than forces
+  std::vector<double> forces_n_;     // held from positions_m_[i] to [i + 1]
+  bool away_ = false;
+};
+
+/// In that time a loop with 1 % of the system's damping left halves its motion, between the middles of the
+/// second and the last quarter.
+double longest_s(const DeviceAndHand& system) {
+  const double rate = 0.01 * system.viscosity_n_s_per_m() / (2 * system.inertia_kg());
+  return std::clamp(2 * std::numbers::ln2 / rate, kShortest_s, kLongest_s);
+}
+
+}  // namespace
+
+double peakToPeak(const std::vector<double>& values, std::size_t first, std::size_t last) {
+  const auto begin = values.begin();
+  const auto [low, high] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(first),
+                                               begin + static_cast<std::ptrdiff_t>(last));
+  return *high - *low;
+}
+
+ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap) {
+  Simulation simulation(wall, rig, tap);
+  bool stable = false;
+  for (double end_s = kShortest_s;; end_s *= 2) {
+    simulation.runUntil(end_s);
+    if (simulation.away()) break;
+    const double before_m = simulation.quarter(2);
+    const double after_m = simulation.quarter(4);
+    stable = after_m < kStill_m || after_m < before_m / 2;
+    if (stable || after_m > 1.5 * before_m) break;
+    if (end_s >= longest_s(rig.system)) {
+      stable = after_m < 0.95 * before_m;
+      break;
+    }
+  }
+  ContactRun run = simulation.result();
+  run.stable = stable;
+  return run;
+}
+
+ContactRun runContactFor(Wall& wall, const Rig& rig, const Tap& tap, double seconds) {
+  Simulation simulation(wall, rig, tap);
+  simulation.runUntil(seconds);
+  ContactRun run = simulation.result();
+  run.stable =
+      !simulation.away() && (run.peak_to_peak_m < kStill_m || run.peak_to_peak_m < simulation.quarter(2) / 2);
+  return run;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vector>
+
+#include "tools/hapticbench/stability/device_and_hand.h"
+#include "tools/hapticbench/stability/wall.h"
+
+namespace hapticd::tools {
+
+inline constexpr double kTick_s = 0.001;
+
+/// A device in a hand in front of a wall. The wall sees the quantised position and the backward difference of
+/// it as velocity; its force reaches the device `delay_ticks` later and is then held for a tick.
+struct Rig {
+  DeviceAndHand system;
+  double quantum_m = 0;  ///< of the measured position; 0: none
+  int delay_ticks = 0;   ///< after the law, 0..100
+  int sub_steps = 20;
+};
+
+/// How contact begins and what holds the device against the wall.
+struct Tap {
+  double start_m = 0;          ///< h
+  double speed_m_per_s = 0.1;  ///< inwards
+  double hand_target_m = 0;    ///< h; without effect where no hand holds the device
+  double constant_n = 0;       ///< outwards; negative: presses the device against the wall
+};
+
+/// What came of a tap.
+struct ContactRun {
+  bool stable = false;
+  bool ran_away = false;      ///< left the 0.2 m around the wall, or a number was not finite
+  double peak_to_peak_m = 0;  ///< over the last quarter
+  double mean_m = 0;          ///< over the last quarter
+  double seconds = 0;         ///< simulated
+  double cycles_per_s = 0;    ///< over the last half
+  double energy_per_cycle_j =
+      0;                    ///< that the wall gave in the last half, per whole cycle; 0 where there was none
+  double mean_power_w = 0;  ///< the same per time
+};
+
+/// Stable: within 2 s the peak-to-peak motion of the last quarter is below 0.1 mm or below half that of the
+/// second quarter. Unstable: it is above 1.5 times. Between the two the run is extended up to the time in
+/// which a loop that has only 1 % of its damping left would halve its motion (32 s at most); then it is
+/// stable if the motion fell by 5 %.
+ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap);
+
+/// Runs for `seconds`, whatever comes.
+ContactRun runContactFor(Wall& wall, const Rig& rig, const Tap& tap, double seconds);
+
+/// The largest minus the smallest of values [first, last).
+double peakToPeak(const std::vector<double>& values, std::size_t first, std::size_t last);
+
+}  // namespace hapticd::tools

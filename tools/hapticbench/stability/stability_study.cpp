@@ -1,0 +1,214 @@
+#include "tools/hapticbench/stability/stability_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tools/hapticbench/stability/sampled_theory.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr double kPress_m = 0.0075;  // of the hand's target behind the onset
+constexpr double kPreload_m =
+    0.004;  // of a device that nobody holds; 500 N/m then are half the shipped limit
+constexpr double kTapSpeed_m_per_s = 0.1;
+constexpr double kFoundBeyond = 1.2;
+constexpr double kSmallestSwing_m = 3e-5;
+constexpr double kLargestSearched = 20;  // times the eigenvalue limit
+
+DeviceAndHand systemOf(const LoopCase& loop) {
+  return {.mass_kg = loop.device.mass_kg,
+          .damping_n_s_per_m = loop.device.damping_n_s_per_m,
+          .coulomb_friction_n = loop.device.coulomb_friction_n,
+          .hand_stiffness_n_per_m = loop.grip.stiffness_n_per_m,
+          .hand_damping_n_s_per_m = loop.grip.damping_n_s_per_m};
+}
+
+SampledSpring springOf(const LoopCase& loop, double damping_n_s_per_m) {
+  return {.damping_n_s_per_m = damping_n_s_per_m, .period_s = kTick_s, .delay_ticks = loop.delay_ticks};
+}
+
+ContactRun tapAt(Wall& wall, const LoopCase& loop, double stiffness_n_per_m, double damping_n_s_per_m = 0) {
+  wall.set(stiffness_n_per_m, damping_n_s_per_m);
+  return runContact(wall, rigOf(loop), tapOf(wall, loop, stiffness_n_per_m));
+}
+
+/// -dF/dh between two places, both approached from free space.
+double slope_n_per_m(Wall& wall, double outer_m, double inner_m) {
+  wall.approach(outer_m);
+  const double outer_n = wall.force_n(outer_m, 0);
+  const double inner_n = wall.force_n(inner_m, 0);
+  return (inner_n - outer_n) / (outer_m - inner_m);
+}
+
+/// The static force around a place, from a slow push inwards.
+class StaticCurve {
+ public:
+  StaticCurve(Wall& wall, double middle_m, double reach_m) : reach_m_(reach_m) {
+    wall.approach(middle_m + reach_m);
+    for (int i = 0; i <= 2 * kHalf; ++i) {
+      forces_n_.push_back(wall.force_n(middle_m + reach_m * (1 - static_cast<double>(i) / kHalf), 0));
+    }
+  }
+
+  /// The stiffness of the spring that a sine of that amplitude around the middle meets in the mean: the
+  /// describing function, (1 / (pi a)) times the integral of F(a sin t) sin t over a turn.
+  double equivalent_n_per_m(double amplitude_m) const {
+    constexpr int kSamples = 200;
+    double sum_n = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const double sine = std::sin(2 * std::numbers::pi * (i + 0.5) / kSamples);
+      sum_n += force_n(-amplitude_m * sine) * sine;
+    }
+    return 2 * sum_n / (kSamples * amplitude_m);
+  }
+
+ private:
+  static constexpr int kHalf = 200;
+
+  double force_n(double outwards_m) const {
+    const double place = std::clamp((1 - outwards_m / reach_m_) * kHalf, 0.0, 2 * kHalf - 1e-9);
+    const auto before = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(before);
+    return (1 - share) * forces_n_[before] + share * forces_n_[before + 1];
+  }
+
+  double reach_m_;
+  std::vector<double> forces_n_;
+};
+
+/// What is felt around the place where the motion came to rest. `wall` is set to limit.found_n_per_m.
+void measureFelt(Wall& wall, const ContactRun& rest, LoopLimit& limit) {
+  const double set_n_per_m = limit.found_n_per_m;
+  const double motion_m = std::max(rest.peak_to_peak_m / 2, 1e-4);
+  limit.rest_h_m = rest.mean_m;
+  limit.felt_by_set = slope_n_per_m(wall, rest.mean_m + motion_m, rest.mean_m - motion_m) / set_n_per_m;
+  const double tap_m = kTapSpeed_m_per_s * std::sqrt(limit.loop.device.mass_kg / set_n_per_m);
+  const double largest_m = std::max({motion_m, 2 * tap_m, wall.onset_m() - rest.mean_m, 0.0005});
+  const StaticCurve curve(wall, rest.mean_m, largest_m);
+  limit.softest_by_set = limit.stiffest_by_set = limit.felt_by_set;
+  for (double amplitude_m = kSmallestSwing_m; amplitude_m <= largest_m; amplitude_m *= 1.1) {
+    const double equivalent = curve.equivalent_n_per_m(amplitude_m) / set_n_per_m;
+    limit.softest_by_set = std::min(limit.softest_by_set, equivalent);
+    limit.stiffest_by_set = std::max(limit.stiffest_by_set, equivalent);
+  }
+}
+
+}  // namespace
+
+const std::vector<Grip>& allGrips() {
+  static const std::vector<Grip> all{
+      {"released", 0, 0}, {"light", 400, 4}, {"damped", 400, 8}, {"firm", 1000, 10}};
+  return all;
+}
+
+const std::vector<DeviceKind>& allDevices() {
+  static const std::vector<DeviceKind> all{{"45g", 0.045, 0.05, 0, 0},
+                                           {"100g", 0.1, 0.05, 0, 0},
+                                           {"45g-friction", 0.045, 0.05, 0.26, 55e-6},
+                                           {"100g-friction", 0.1, 0.05, 0.26, 55e-6}};
+  return all;
+}
+
+const std::vector<std::string>& allWalls() {
+  static const std::vector<std::string> all{"reference", "nearest_springs", "smooth_springs", "proxy",
+                                            "surface"};
+  return all;
+}
+
+std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output) {
+  for (const rt::ForceLaw law : {rt::ForceLaw::nearest_springs, rt::ForceLaw::smooth_springs,
+                                 rt::ForceLaw::proxy, rt::ForceLaw::surface}) {
+    if (nameOf(law) == name) return std::make_unique<CoreWall>(law, rt::LiveParameters{}, output);
+  }
+  return std::make_unique<ReferenceWall>();
+}
+
+LargestStable largestStable(const std::function<bool(double)>& is_stable, double guess, double cap,
+                            double tolerance) {
+  constexpr double kStep = 1.1;  // small, as a law may be unstable in a band only
+  double low = guess / 2;
+  while (!is_stable(low)) {
+    low /= 2;
+    if (low < guess / 1000) return {};
+  }
+  double high = low * kStep;
+  for (; is_stable(high); high *= kStep) {
+    low = high;
+    if (low >= cap) return {low, true};
+  }
+  while (high > low * (1 + tolerance)) {
+    const double middle = std::sqrt(low * high);
+    (is_stable(middle) ? low : high) = middle;
+  }
+  return {low, false};
+}
+
+Rig rigOf(const LoopCase& loop) {
+  return {.system = systemOf(loop), .quantum_m = loop.device.quantum_m, .delay_ticks = loop.delay_ticks};
+}
+
+Tap tapOf(Wall& wall, const LoopCase& loop, double stiffness_n_per_m) {
+  const double onset_m = wall.onset_m();
+  if (loop.grip.stiffness_n_per_m > 0) {
+    return {.start_m = onset_m, .speed_m_per_s = kTapSpeed_m_per_s, .hand_target_m = onset_m - kPress_m};
+  }
+  const double rest_m = onset_m - kPreload_m;
+  wall.approach(rest_m);
+  // not so fast that the device leaves the wall
+  const double natural_per_s = std::sqrt(stiffness_n_per_m / loop.device.mass_kg);
+  return {.start_m = rest_m,
+          .speed_m_per_s = std::min(kTapSpeed_m_per_s, kPreload_m / 2 * natural_per_s),
+          .constant_n = -wall.force_n(rest_m, 0)};
+}
+
+LoopLimit findLimit(const LoopCase& loop) {
+  const std::unique_ptr<Wall> wall = makeWall(loop.wall);
+  LoopLimit limit;
+  limit.loop = loop;
+  limit.rule_n_per_m = ruleLimit_n_per_m(systemOf(loop), springOf(loop, 0));
+  limit.eigenvalue_n_per_m = eigenvalueLimit_n_per_m(systemOf(loop), springOf(loop, 0));
+  ContactRun last_stable;
+  const auto is_stable = [&](double stiffness_n_per_m) {
+    const ContactRun run = tapAt(*wall, loop, stiffness_n_per_m);
+    if (run.stable) last_stable = run;
+    return run.stable;
+  };
+  const LargestStable found =
+      largestStable(is_stable, limit.eigenvalue_n_per_m, kLargestSearched * limit.eigenvalue_n_per_m);
+  limit.found_n_per_m = found.value;
+  limit.capped = found.capped;
+  if (found.value <= 0) return limit;
+  wall->set(found.value, 0);
+  measureFelt(*wall, last_stable, limit);
+  if (!found.capped) {
+    wall->set(kFoundBeyond * found.value, 0);
+    limit.beyond = runContactFor(*wall, rigOf(loop), tapOf(*wall, loop, kFoundBeyond * found.value), 4);
+  }
+  return limit;
+}
+
+std::vector<RegionPoint> mapRegion(const LoopCase& loop, const std::vector<double>& stiffnesses_n_per_m,
+                                   const std::vector<double>& dampings_n_s_per_m) {
+  const std::unique_ptr<Wall> wall = makeWall(loop.wall);
+  std::vector<RegionPoint> points;
+  for (const double damping : dampings_n_s_per_m) {
+    if (damping > 0 && !wall->isDamped()) continue;
+    const double rule = ruleLimit_n_per_m(systemOf(loop), springOf(loop, damping));
+    const double eigenvalue = eigenvalueLimit_n_per_m(systemOf(loop), springOf(loop, damping));
+    for (const double stiffness : stiffnesses_n_per_m) {
+      const bool stable = tapAt(*wall, loop, stiffness, damping).stable;
+      points.push_back({loop.wall, stiffness, damping, stable, rule, eigenvalue});
+    }
+  }
+  return points;
+}
+
+DefaultRun runDefaults(const LoopCase& loop) {
+  const std::unique_ptr<Wall> wall = makeWall(loop.wall, CoreOutput::command);
+  const rt::LiveParameters defaults;
+  return {loop, tapAt(*wall, loop, defaults.springs.stiffness_n_per_m, defaults.contact.damping_n_s_per_m)};
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "rt/depth_frame.h"
+#include "rt/parameters.h"
+#include "tools/offline/offline_box.h"
+
+namespace hapticd::tools {
+
+/// What pushes back along one axis: h is the distance in front of the true surface, metres, negative behind
+/// it; forces are along the outward normal, newtons. Thread: one.
+class Wall {
+ public:
+  virtual ~Wall() = default;
+  virtual std::string name() const = 0;
+
+  /// Stiffness that the wall is set to (k_s) and damping (B).
+  virtual void set(double stiffness_n_per_m, double damping_n_s_per_m) = 0;
+  /// Whether B has an effect.
+  virtual bool isDamped() const = 0;
+
+  /// Brings the hand from free space to h as a person would, so that what the law remembers is right.
+  virtual void approach(double h_m) = 0;
+  /// One tick of 1 ms.
+  virtual double force_n(double h_m, double velocity_m_per_s) = 0;
+  /// The h from which on inwards there is a force: 0, or farther out for laws that push before contact.
+  virtual double onset_m() const = 0;
+};
+
+/// The one-sided spring and damper of the theory, which never pulls.
+class ReferenceWall final : public Wall {
+ public:
+  std::string name() const override { return "reference"; }
+  void set(double stiffness_n_per_m, double damping_n_s_per_m) override {
+    stiffness_ = stiffness_n_per_m;
+    damping_ = damping_n_s_per_m;
+  }
+  bool isDamped() const override { return true; }
+  void approach(double) override {}
+  double force_n(double h_m, double velocity_m_per_s) override;
+  double onset_m() const override { return 0; }
+
+ private:
+  double stiffness_ = 0;
+  double damping_ = 0;
+};
+
+/// Which force of the core is felt.
+enum class CoreOutput {
+  law,      ///< the law's alone
+  command,  ///< what a device gets: after blend, limits and checks
+};
+
+/// A law of the core on a fronto-parallel plane 1 m in front of the camera. Every pixel has the same raw
+/// value and the depth model gives that value exactly 1 m, so the plane has neither noise nor steps.
+class CoreWall final : public Wall {
+ public:
+  /// `parameters`: all but the law, the stiffness and the damping; its safety limits are lifted where
+  /// `output` is the law's.
+  CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreOutput output);
+
+  std::string name() const override;
+  void set(double stiffness_n_per_m, double damping_n_s_per_m) override;
+  bool isDamped() const override;
+  void approach(double h_m) override;
+  double force_n(double h_m, double velocity_m_per_s) override;
+  double onset_m() const override;
+
+ private:
+  OfflineBox box_;
+  CoreOutput output_;
+  std::unique_ptr<rt::DepthFrame> frame_;
+};
+
+/// The name of a law as the configuration spells it.
+std::string nameOf(rt::ForceLaw law);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "rt/depth_frame.h"
+#include "rt/parameters.h"
+#include "tools/offline/offline_box.h"
+#include "tools/truth/true_scene.h"
+
+namespace hapticd::tools {
+
+/// What a law feels like on surfaces that are known exactly, 1 m in front of the camera. h: distance in front
+/// of the surface, metres, negative behind; forces along the outward normal unless said otherwise.
+struct Feel {
+  /// -dF/dh: for constraint laws the mean from 5 to 15 mm penetration, for spring laws the mean from the
+  /// onset of force to its peak.
+  double felt_stiffness_n_per_m = 0;
+  /// Largest -dF/dh over 1 mm in the same range: what the stability of the loop depends on.
+  double steepest_stiffness_n_per_m = 0;
+  /// Largest force on a push inwards before the force is lost (turns inwards, or falls below half of what it
+  /// was); kNoPopThrough_n: not lost up to there.
+  double pop_through_n = 0;
+  /// Distance from the edge of a half-plane, sideways, at which the force has fallen to half of that on the
+  /// plane.
+  double edge_radius_m = 0;
+  bool edge_is_outside = false;  ///< half the force is felt beyond the edge, not before it
+  /// Height of the lowest ridge (20 mm wide, across the stroke) that changes the force by more than one JND;
+  /// 0: none of those tried.
+  double smallest_ridge_m = 0;
+  /// Where h was held in the strokes over edge and ridge: 5 mm behind the surface, or midway between onset
+  /// and peak.
+  double stroke_h_m = 0;
+  double median_force_us = 0;  ///< time for one force
+};
+
+inline constexpr double kNoPopThrough_n = 20;
+
+/// The just noticeable difference of a force: 7 % of it, 0.1 N at least.
+double justNoticeable_n(double force_n);
+
+/// Measures laws. Renders each scene once and keeps it.
+/// Thread: one.
+class FeelProbe {
+ public:
+  /// `ridge_step`: the factor from one ridge's height to the next, above 1.
+  explicit FeelProbe(double ridge_step = 1.15);
+
+  Feel measure(const rt::LiveParameters& parameters);
+
+ private:
+  const rt::DepthFrame& plane();
+  const rt::DepthFrame& halfPlane();
+  const rt::DepthFrame& ridge(double height_m);
+
+  void push(const rt::LiveParameters& parameters, Feel& feel);
+  void strokeOverEdge(const rt::LiveParameters& parameters, Feel& feel);
+  void strokeOverRidges(const rt::LiveParameters& parameters, Feel& feel);
+  bool isFelt(const rt::LiveParameters& parameters, double height_m, double stroke_h_m);
+  void time(const rt::LiveParameters& parameters, Feel& feel);
+
+  double ridge_step_;
+  std::map<std::pair<SceneKind, double>, std::unique_ptr<rt::DepthFrame>> frames_;
+};
+
+}  // namespace hapticd::tools

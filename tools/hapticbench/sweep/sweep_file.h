@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "tools/hapticbench/sweep/sweep_run.h"
+
+namespace hapticd::tools {
+
+/// What one run of a sweep computed; of a whole one the shard is 1/1.
+struct SweepPart {
+  std::string name;  ///< for messages: the file
+  SweepSettings settings;
+  Shard shard;
+  std::vector<SweepResult> results;
+};
+
+/// As JSON, with the numbers in full.
+std::string sweepJson(const SweepPart& part);
+
+/// Reads what sweepJson() wrote. `name`: of the file, for errors.
+/// Errors: not JSON, not of a sweep, of another version of the format.
+config::Result<SweepPart> parseSweep(const std::string& name, const std::string& text);
+
+/// The whole sweep from its parts, in the order of the grid.
+/// Errors: parts of different sweeps or of differently many, the same part twice, a part that is not there, a
+/// part without all its points or with others'.
+config::Result<SweepPart> mergeSweep(const std::vector<SweepPart>& parts);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/hapticbench/sweep/feel_probe.h"
+#include "tools/hapticbench/sweep/noise_probe.h"
+#include "tools/hapticbench/sweep/sweep_grid.h"
+
+namespace hapticd::tools {
+
+/// All that a sweep's results depend on, besides the program and the recordings' content.
+struct SweepSettings {
+  bool quick = false;
+  bool filter = false;       ///< depth passes the filter before it is felt, where noise is measured
+  int delay_ticks = 2;       ///< of the loop whose margin is told
+  std::string noise_source;  ///< the recordings' names, or "synthetic"
+  std::string noise_digest;  ///< of their frames
+  friend bool operator==(const SweepSettings&, const SweepSettings&) = default;
+};
+
+SweepGrid gridOf(const SweepSettings& settings);
+
+struct SweepResult {
+  SweepPoint point;
+  Feel feel;
+  ForceNoise noise;
+  /// Largest stable stiffness of a 45 g device in a light hand (400 N/m, 4 N s/m) at the stated delay by the
+  /// eigenvalues, divided by the law's steepest stiffness; infinite where the law has none.
+  double stability_margin = 0;
+};
+
+/// Whether the results are the same in all but the times.
+bool sameButTime(const SweepResult& a, const SweepResult& b);
+
+/// What the law is given at a point: the shipped settings but for the law and the springs.
+rt::LiveParameters parametersOf(const SweepPoint& point);
+
+/// The filter of `SweepSettings::filter`: a mean of 8 frames and of 2 pixels to each side, holes held for 3
+/// frames.
+rt::FilterParameters sweepFilter();
+
+/// A plane at 1.2 m with simulated sensor noise, for where there are no recordings.
+BenchSequence syntheticSequence(std::size_t frames);
+
+/// Computes the points of `shard`, each by itself: a point's result does not depend on which others are
+/// computed. `progress`: called after each point with how many are done and to do.
+std::vector<SweepResult> runSweep(const SweepSettings& settings, const Shard& shard, const NoiseProbe& noise,
+                                  const std::function<void(std::size_t, std::size_t)>& progress);
+
+}  // namespace hapticd::tools
