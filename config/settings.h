@@ -16,7 +16,7 @@ enum class HandleDriver { simulated };
 
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
 struct ForceSettings {
-  LawChoice law = LawChoice::nearest_springs;
+  LawChoice law = LawChoice::automatic;
   double max_error_n = 0;  ///< for `automatic`; 0: as below
 
   /// Seven percent of the force limit: the smallest difference that a hand feels (Pang, Tan, Durlach).

@@ -128,8 +128,10 @@ std::vector<Answer> replay(const std::filesystem::path& recording, const std::ve
   for (const Query& query : queries) hip += query.text + '\n';
   const std::filesystem::path out = folder.path() / "forces.csv";
   std::vector<std::string> arguments{
-      "--config", folder.write("empty.yaml", "{}").string(), "--depth", recording.string(),
-      "--hip",    folder.write("hip.csv", hip).string(),     "--out",   out.string()};
+      "--config", folder.write("paper.yaml", "force: {law: nearest_springs}").string(),
+      "--depth",  recording.string(),
+      "--hip",    folder.write("hip.csv", hip).string(),
+      "--out",    out.string()};
   arguments.insert(arguments.end(), options.begin(), options.end());
   const test::Finished finished = test::runToEnd(test::hapticReplayCommand(arguments));
   EXPECT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;

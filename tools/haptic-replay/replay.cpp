@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "config/law_choice.h"
+
 namespace hapticd::tools {
 
 Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage)
@@ -39,7 +41,20 @@ void Replay::model(const rt::Vec3& hip_m_in_world) {
   ++models_;
 }
 
+/// The law `auto` is decided by the distance of the first HIP, and stays.
+void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
+  if (law_decided_) return;
+  law_decided_ = true;
+  const double distance_m = -depth_model_.positionInCamera(hip_m_in_world).z;
+  if (settings_.force.law != config::LawChoice::automatic || !(distance_m > 0)) return;
+  settings_.live = config::liveWith(
+      settings_,
+      config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),
+                        settings_.live.springs.stiffness_n_per_m, config::distanceClass_m(distance_m, 0)));
+}
+
 config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
+  decideLaw(sample.hip_m_in_world);
   const std::int64_t time_ns = std::llround(sample.time_s * 1e9);
   if (auto taken = takeFrame(source_.frameAt(time_ns)); !taken) return std::unexpected(taken.error());
   model(sample.hip_m_in_world);

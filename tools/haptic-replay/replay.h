@@ -31,6 +31,7 @@ class Replay {
  public:
   Replay(const config::Settings& settings, const DepthSource& source, Stage stage);
 
+  /// Where force.law is auto, the law follows from the distance of the first HIP.
   /// `sample.time_s` must not decrease from call to call at the stage `command`.
   /// Errors: a frame that cannot be read.
   config::Result<ReplayedForce> feel(const HipSample& sample);
@@ -39,6 +40,7 @@ class Replay {
 
  private:
   config::Result<void> takeFrame(std::size_t index);
+  void decideLaw(const rt::Vec3& hip_m_in_world);
   void model(const rt::Vec3& hip_m_in_world);
   rt::Vec3 command(const HipSample& sample, std::int64_t time_ns, std::uint32_t& points_used);
 
@@ -56,6 +58,7 @@ class Replay {
   std::uint64_t models_ = 0;
   double last_time_s_ = 0;
   std::uint64_t samples_ = 0;
+  bool law_decided_ = false;
 };
 
 }  // namespace hapticd::tools

@@ -42,7 +42,7 @@ TEST(ParameterTable, HasThePapersDefaultsAndSymbols) {
     EXPECT_EQ(parameter->defaultValue(), standard) << name;
     EXPECT_EQ(parameter->symbol, symbol) << name;
   };
-  expectRow("force.law", std::string("nearest_springs"), "");
+  expectRow("force.law", std::string("auto"), "");
   expectRow("force.stiffness_n_per_m", 500.0, "k_s");
   expectRow("force.radius_m", 0.04, "D_thresh");
   expectRow("force.min_points", std::int64_t{10}, "N_min");
