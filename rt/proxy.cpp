@@ -12,6 +12,10 @@ namespace {
 constexpr double kNoWay_m = 1e-6;
 /// Longest step along the surface, in r1: the ball still overlaps where it was.
 constexpr double kSlideShare = 0.5;
+/// Points that one look takes the mean of: a wall 0.4 m away has 1,800 within r3.
+constexpr std::uint32_t kMostPoints = 4096;
+/// After that many points the proxy goes on at the next tick, whatever way is left.
+constexpr std::uint32_t kMostPointsPerTick = 20'000;
 /// Out of what a step along the surface ran into.
 constexpr int kMaxPushes = 2;
 /// A mean that is nearer than that gives no direction.
@@ -115,6 +119,8 @@ class ProxyTick {
                {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z),
                 static_cast<float>(radii_.search_m + scene_.depth_model->singlePrecisionError_m())},
                found);
+    points_looked_at_ += found.count;
+    thinOut(found, kMostPoints);
     const WeightedSum sum =
         sumOfOffsets(*scene_.depth_model, found.pixel, found.count, p_, radii_.search_m, memory_.work());
     here_ = {.points = sum.weight > 0 ? found.count : 0, .nearest_m = radii_.search_m, .normal = {}};
@@ -125,6 +131,8 @@ class ProxyTick {
     if (here_.height_m > kNoDirection_m) here_.normal = (1 / here_.height_m) * from_mean;
     orient();
   }
+
+  bool mayLook() const noexcept { return looks_ < kMaxProxyMoves && points_looked_at_ < kMostPointsPerTick; }
 
   /// An entrenched proxy is pushed to the side that it came from.
   void orient() noexcept {
@@ -143,7 +151,7 @@ class ProxyTick {
   void follow() noexcept {
     look();
     entrenched_ = entrenched_ || (proxy_.placed && isEntrenched());
-    while (looks_ < kMaxProxyMoves) {
+    while (mayLook()) {
       if (!moveOn()) break;
     }
     const bool rests = here_.points > 0 && here_.nearest_m <= radii_.rest_m;
@@ -184,7 +192,7 @@ class ProxyTick {
     const Surroundings from_here = here_;
     const double before = dot(way, way);
     if (!moveTo(p_ + step)) return false;
-    for (int push = 0; push < kMaxPushes && isEntrenched() && looks_ < kMaxProxyMoves; ++push) {
+    for (int push = 0; push < kMaxPushes && isEntrenched() && mayLook(); ++push) {
       if (!pushOut()) break;
     }
     const Vec3 left = hip_ - p_;
@@ -232,6 +240,7 @@ class ProxyTick {
   bool entrenched_ = false;
   bool cut_off_ = false;  // the model ended on the way
   int looks_ = 0;
+  std::uint32_t points_looked_at_ = 0;
   double travelled_m_ = 0;  // through free space; no farther than what is modelled around the proxy
 };
 

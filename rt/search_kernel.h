@@ -37,6 +37,17 @@ std::uint32_t countWithin(const Candidates& candidates, float limit_m2) HAPTICD_
 std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
                           std::uint32_t* between) HAPTICD_RT;
 
+/// Leaves at most `most` of the candidates, evenly spread over them; their distances are lost. Means over
+/// points stay what they were, within the spread of a sample of that size. No real scene has that many points
+/// near the HIP; it bounds the time that a made-up one can take.  RT: safe.
+inline void thinOut(Candidates& candidates, std::uint32_t most) noexcept {
+  if (candidates.count <= most) return;
+  const std::uint32_t step = (candidates.count + most - 1) / most;
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < candidates.count; i += step) candidates.pixel[kept++] = candidates.pixel[i];
+  candidates.count = kept;
+}
+
 /// Working memory of sumOfUnitSprings().
 struct WorkVector {
   double x, y, z, unused;

@@ -32,6 +32,13 @@ Vector lawForce() {
   return test::BruteForce(test::pointsOf(test::wallImage(kWallRaw)), kHip).force_n();
 }
 
+/// Defaults, but for the law whose force is known.
+config::Settings papersLaw() {
+  config::Settings settings;
+  settings.force.law = config::LawChoice::nearest_springs;
+  return settings;
+}
+
 class ReplayCommand : public testing::Test {
  protected:
   /// A replay of the wall, with the image for all times.
@@ -64,7 +71,7 @@ class ReplayCommand : public testing::Test {
 
 TEST_F(ReplayCommand, RisesAtTheSlewLimitToTheLargestForceAndStaysThere) {
   ASSERT_GT(test::distanceBetween(lawForce(), {}), 4.5);  // beyond the limit of 4 N
-  openImage({});
+  openImage(papersLaw());
   for (int sample = 0; sample < 20; ++sample) {
     const double time_s = 0.001 * sample;
     // 500 N/s for one millisecond are 0.5 N
@@ -73,7 +80,7 @@ TEST_F(ReplayCommand, RisesAtTheSlewLimitToTheLargestForceAndStaysThere) {
 }
 
 TEST_F(ReplayCommand, MeasuresTheSlewLimitByTheTimeBetweenTheSamples) {
-  openImage({});
+  openImage(papersLaw());
   // The first sample counts as one period of the loop, 1 ms.
   expectAlongTheLaw(commandAt(5), 0.5, 5);
   expectAlongTheLaw(commandAt(5.002), 1.5, 5.002);
@@ -83,7 +90,7 @@ TEST_F(ReplayCommand, MeasuresTheSlewLimitByTheTimeBetweenTheSamples) {
 }
 
 TEST_F(ReplayCommand, IsTheBareLawWhereNoLimitActs) {
-  config::Settings settings;
+  config::Settings settings = papersLaw();
   settings.live.safety.max_force_n = 40;
   settings.live.safety.max_slew_n_per_s = 20000;
   openImage(settings);
@@ -91,14 +98,14 @@ TEST_F(ReplayCommand, IsTheBareLawWhereNoLimitActs) {
 }
 
 TEST_F(ReplayCommand, IsZeroWhereNoForceIsPermitted) {
-  config::Settings settings;
+  config::Settings settings = papersLaw();
   settings.live.safety.max_force_n = 0;
   openImage(settings);
   for (int sample = 0; sample < 10; ++sample) EXPECT_EQ(commandAt(0.001 * sample), (rt::Vec3{}));
 }
 
 TEST_F(ReplayCommand, NeverStepsBeyondTheSlewLimitNorTheLargestForceWhereverTheHipJumps) {
-  openImage({});
+  openImage(papersLaw());
   const auto points = test::pointsOf(test::wallImage(kWallRaw));
   rt::Vec3 last;
   double time_s = 0;
@@ -116,7 +123,7 @@ TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTi
   const auto image = recording.addBytes(test::pgmBytes(test::wallImage(kWallRaw)), "1500000000.000000", 1000);
   recording.addLink(image, "1500000000.100000", 2000);
   recording.writeIndex();
-  config::Settings settings;
+  config::Settings settings = papersLaw();
   settings.live.safety.depth_timeout_s = 0.3;
   settings.live.safety.max_slew_n_per_s = 50;
   open(settings, recording.path());
@@ -137,7 +144,7 @@ TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTi
 }
 
 TEST_F(ReplayCommand, ReportsThePointsOfTheLaw) {
-  openImage({});
+  openImage(papersLaw());
   EXPECT_EQ(replay_->feel({0, {kHip[0], kHip[1], kHip[2]}}).value().points_used, 100U);
 }
 

@@ -30,6 +30,13 @@ rt::Vec3 toVec3(const Vector& v) {
   return {v[0], v[1], v[2]};
 }
 
+/// Defaults, but for the law whose brute force is known.
+config::Settings papersLaw() {
+  config::Settings settings;
+  settings.force.law = config::LawChoice::nearest_springs;
+  return settings;
+}
+
 /// A replay of one image.
 class ImageReplay {
  public:
@@ -63,17 +70,17 @@ std::size_t expectBruteForce(const config::Settings& settings, const test::Sprin
 }
 
 TEST(ReplayLaw, IsTheBruteForceOverAllPixelsWhenOnlyTheReachIsModelled) {
-  EXPECT_GT(expectBruteForce(config::Settings{}, {}), kPositions / 2);
+  EXPECT_GT(expectBruteForce(papersLaw(), {}), kPositions / 2);
 }
 
 TEST(ReplayLaw, IsTheBruteForceOverAllPixelsWhenTheWholeFrameIsModelled) {
-  config::Settings settings;
+  config::Settings settings = papersLaw();
   settings.grid.extent = rt::ModelExtent::frame;
   EXPECT_GT(expectBruteForce(settings, {}), kPositions / 2);
 }
 
 TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
-  config::Settings settings;
+  config::Settings settings = papersLaw();
   settings.live.springs = {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70};
   const std::size_t with_force = expectBruteForce(
       settings, {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70});
@@ -82,7 +89,7 @@ TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
 }
 
 TEST(ReplayLaw, TurnsAndMovesWithTheCamera) {
-  config::Settings settings;
+  config::Settings settings = papersLaw();
   settings.camera.pose = {{0.3, -1.2, 0.7}, 0.2, -0.5, 1.1};
   const double cr = std::cos(0.2), sr = std::sin(0.2), cp = std::cos(-0.5), sp = std::sin(-0.5),
                cy = std::cos(1.1), sy = std::sin(1.1);
@@ -118,7 +125,7 @@ TEST(ReplayLaw, TurnsAndMovesWithTheCamera) {
 }
 
 TEST(ReplayLaw, HasNoForceWhereNothingIsNear) {
-  ImageReplay replay(config::Settings{}, test::sceneImage(0));
+  ImageReplay replay(papersLaw(), test::sceneImage(0));
   for (const Vector& hip : {Vector{0, 0, 0}, Vector{0, 0, 1}, Vector{9, 9, -9}}) {
     const ReplayedForce felt = replay.feel(hip);
     EXPECT_EQ(felt.force_n_in_world, (rt::Vec3{}));
@@ -136,7 +143,7 @@ TEST(ReplayLaw, FeelsTheFrameOfEachTimeInWhateverOrderTheTimesCome) {
   }
   recording.writeIndex();
   const DepthSource source = *DepthSource::open(recording.path());
-  Replay replay(config::Settings{}, source, Stage::law);
+  Replay replay(papersLaw(), source, Stage::law);
   for (const std::size_t frame : {0U, 2U, 1U, 3U, 0U, 3U, 3U, 2U}) {
     const Vector hip = test::positionsNear(points[2], 2, frame).back();
     const auto felt = replay.feel({0.033 * static_cast<double>(frame) + 0.001, toVec3(hip)});
@@ -152,7 +159,7 @@ TEST(ReplayLaw, SaysWhichFrameCannotBeRead) {
   recording.addBytes("P5 640 480 65535\nshort", "1500000000.200", 2);
   recording.writeIndex();
   const DepthSource source = *DepthSource::open(recording.path());
-  Replay replay(config::Settings{}, source, Stage::law);
+  Replay replay(papersLaw(), source, Stage::law);
   EXPECT_TRUE(replay.feel({0, {}}));
   const auto felt = replay.feel({0.2, {}});
   ASSERT_FALSE(felt);

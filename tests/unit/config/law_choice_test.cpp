@@ -1,0 +1,101 @@
+#include "config/law_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace hapticd::config {
+namespace {
+
+constexpr double kStiffness = 500;
+
+std::set<double> classes() {
+  std::set<double> all;
+  for (const MeasuredLaw& measured : measuredLaws()) all.insert(measured.distance_m);
+  return all;
+}
+
+TEST(MeasuredLaws, KnowEachLawAtEachDistance) {
+  for (const double class_m : classes()) {
+    std::set<rt::ForceLaw> laws;
+    for (const MeasuredLaw& measured : measuredLaws()) {
+      if (measured.distance_m == class_m) laws.insert(measured.law);
+      EXPECT_GT(measured.error_m, 0);
+      EXPECT_GT(measured.cpu_ms_per_s, 0);
+    }
+    EXPECT_EQ(laws.size(), 4U) << class_m;
+  }
+  EXPECT_EQ(classes(), (std::set<double>{0.6, 0.8, 1, 2, 3.5}));
+}
+
+TEST(ChooseLaw, TakesTheCheapestThatIsWithinTheError) {
+  for (const double class_m : classes()) {
+    for (const double max_error_n : {0.05, 0.28, 1.0, 10.0, 100.0}) {
+      const LawDecision decision = chooseLaw(max_error_n, kStiffness, class_m);
+      double cheapest = 1e9;
+      double cost = 1e9;
+      for (const MeasuredLaw& measured : measuredLaws()) {
+        if (measured.distance_m != class_m) continue;
+        if (kStiffness * measured.error_m <= max_error_n)
+          cheapest = std::min(cheapest, measured.cpu_ms_per_s);
+        if (measured.law == decision.law && measured.filtered == decision.filtered &&
+            measured.voxel_edge_m == decision.voxel_edge_m) {
+          cost = measured.cpu_ms_per_s;
+        }
+      }
+      if (!decision.within) continue;
+      EXPECT_LE(decision.error_n, max_error_n);
+      EXPECT_EQ(cost, cheapest) << class_m << " " << max_error_n;
+    }
+  }
+}
+
+TEST(ChooseLaw, TakesTheMostAccurateAndSaysSoWhereNothingIsWithinTheError) {
+  const LawDecision decision = chooseLaw(1e-6, kStiffness, 3.5);
+  EXPECT_FALSE(decision.within);
+  for (const MeasuredLaw& measured : measuredLaws()) {
+    if (measured.distance_m != 3.5) continue;
+    EXPECT_GE(kStiffness * measured.error_m, decision.error_n);
+  }
+  EXPECT_NE(decision.reason.find("none of"), std::string::npos) << decision.reason;
+}
+
+TEST(ChooseLaw, ScalesTheErrorWithTheStiffness) {
+  EXPECT_DOUBLE_EQ(chooseLaw(1e-6, 1000, 1).error_n, 2 * chooseLaw(1e-6, 500, 1).error_n);
+}
+
+TEST(DistanceClass, IsTheNearestInRatioAndKeptALittleBeyondItsBorder) {
+  EXPECT_EQ(distanceClass_m(0.1, 0), 0.6);
+  EXPECT_EQ(distanceClass_m(1.1, 0), 1);
+  EXPECT_EQ(distanceClass_m(10, 0), 3.5);
+  const double border = std::sqrt(1.0 * 2.0);
+  EXPECT_EQ(distanceClass_m(border * 1.05, 1), 1);
+  EXPECT_EQ(distanceClass_m(border * 1.15, 1), 2);
+  EXPECT_EQ(distanceClass_m(border / 1.05, 2), 2);
+  EXPECT_EQ(distanceClass_m(border / 1.15, 2), 1);
+}
+
+TEST(EffectiveMaxError, IsSevenPercentOfTheForceLimitUnlessOneIsSet) {
+  rt::SafetyParameters safety;
+  safety.max_force_n = 4;
+  EXPECT_DOUBLE_EQ(ForceSettings{}.effectiveMaxError_n(safety), 0.28);
+  EXPECT_DOUBLE_EQ((ForceSettings{.max_error_n = 0.5}.effectiveMaxError_n(safety)), 0.5);
+}
+
+TEST(LiveWith, TakesLawEdgeAndFilterAndLeavesTheRest) {
+  Settings settings;
+  settings.live.springs.stiffness_n_per_m = 321;
+  settings.live.filter.hold_frames = 9;
+  const rt::LiveParameters live = liveWith(
+      settings, {.law = rt::ForceLaw::surface, .voxel_edge_m = 0.02, .filtered = true, .reason = {}});
+  EXPECT_EQ(live.law, rt::ForceLaw::surface);
+  EXPECT_EQ(live.surface.voxel_edge_m, 0.02);
+  EXPECT_EQ(live.filter, filterOfChoice());
+  EXPECT_EQ(live.springs.stiffness_n_per_m, 321);
+  EXPECT_TRUE(liveWith(settings, {.law = rt::ForceLaw::proxy, .reason = {}}).filter.isOff());
+}
+
+}  // namespace
+}  // namespace hapticd::config

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rt/depth_frame.h"
+#include "rt/depth_model.h"
+#include "rt/vec3.h"
+#include "tools/hapticbench/pareto/law_setting.h"
+
+namespace hapticd::tools {
+
+/// One way from depth frames to forces, to be timed.
+class Contender {
+ public:
+  Contender() = default;
+  Contender(const Contender&) = delete;
+  Contender& operator=(const Contender&) = delete;
+  virtual ~Contender() = default;
+
+  /// Models a frame, which stays as it is until the next one, for a HIP there.
+  virtual void model(const rt::DepthFrame& frame, const rt::Vec3& hip_m) = 0;
+  /// True if the model does not reach so far that a force at that HIP can be computed.
+  virtual bool needsModel(const rt::Vec3&) const { return false; }
+  /// The next HIP has nothing to do with the one before.
+  virtual void release() {}
+  /// Newtons.
+  virtual rt::Vec3 force_n(const rt::Vec3& hip_m) = 0;
+};
+
+/// A contender by name, made afresh for every run.
+struct ContenderKind {
+  std::string name;
+  std::function<std::unique_ptr<Contender>(const rt::DepthModelParameters& camera)> make;
+  bool is_ours = false;
+  LawSetting setting;  ///< of ours
+  bool is_paper_law = false;
+};
+
+ContenderKind ours(const LawSetting& setting);
+
+/// Brute force, nanoflann's tree of the whole frame and of the points that the HIP can reach, and PCL's
+/// OrganizedNeighbor where it was there to be built with: all with the paper's law and its parameters.
+std::vector<ContenderKind> libraries();
+
+}  // namespace hapticd::tools

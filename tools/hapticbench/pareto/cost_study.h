@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "rt/depth_frame.h"
+#include "rt/parameters.h"
+#include "tools/hapticbench/pareto/contender.h"
+#include "tools/hapticbench/pareto/cpu_cost.h"
+
+namespace hapticd::tools {
+
+/// Depth frames to be shown one after the other, over and over, and where the HIP touches what they show.
+struct TimedScene {
+  std::string name;
+  rt::DepthModelParameters camera;
+  std::vector<std::shared_ptr<const rt::DepthFrame>> frames;
+  rt::Vec3 surface_m;
+  rt::Vec3 inward;
+  std::vector<rt::Vec3> path;  ///< of the HIP, at 1 kHz; empty: touchingPath()
+  bool unrelated = false;      ///< each place of the path has nothing to do with the one before
+};
+
+/// The table and the sphere of bench_scene.h, and the recordings in `recordings`, as far as there are some.
+/// Errors: a recording that cannot be read.
+config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings);
+
+/// A plane turned by 30 degrees with sensor noise.
+TimedScene slopeAt(double distance_m);
+
+struct CostOptions {
+  double seconds = 2;  ///< of motion, where the scene has no path of its own
+  int repeats = 3;     ///< runs, of which the fastest of each sample counts
+  int checks = 40;     ///< positions at which forces are compared with the reference; 0: none
+};
+
+/// What one contender took on one scene or on several.
+struct ContenderCost {
+  ContenderKind kind;
+  CostSamples samples;
+  int models = 0;                    ///< in one run
+  int contacts = 0;                  ///< ticks with a force
+  double largest_difference_n = -1;  ///< from the reference, paper's law only; -1: not compared
+};
+
+/// The contenders in turn, frame by frame: each models the frame and computes the forces until the next one,
+/// so that what disturbs one disturbs all, and what one leaves in the caches helps none.
+std::vector<ContenderCost> measureCosts(const TimedScene& scene, const std::vector<ContenderKind>& kinds,
+                                        const CostOptions& options);
+
+/// Adds what was measured on another scene; the same kinds in the same order.
+void addCosts(std::vector<ContenderCost>& sum, const std::vector<ContenderCost>& more);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace hapticd::tools {
+
+inline constexpr double kFramesPerSecond = 30;
+inline constexpr double kTicksPerSecond = 1000;
+
+/// How long each frame and each force of a run took, nanoseconds, in the order of the run.
+struct CostSamples {
+  std::vector<std::int64_t> model_ns;  ///< all modelling that a frame caused
+  std::vector<std::int64_t> force_ns;
+
+  /// Takes over what was faster in `again`, the same run once more: what came between in one of them (another
+  /// program, an interrupt) is left out.
+  void keepLeast(const CostSamples& again);
+  void append(const CostSamples& more);
+};
+
+/// What using a law costs, microseconds of one core. All 0 where nothing was measured.
+struct CpuCost {
+  double model_median_us = 0;
+  double model_mean_us = 0;
+  double model_max_us = 0;
+  double force_median_us = 0;
+  double force_mean_us = 0;
+  double force_p999_us = 0;
+  double force_max_us = 0;
+
+  static CpuCost of(const CostSamples& samples);
+  /// Milliseconds of CPU time per second of use: 30 frames modelled and 1000 forces.
+  double cpu_ms_per_s() const {
+    return (kFramesPerSecond * model_mean_us + kTicksPerSecond * force_mean_us) / 1000;
+  }
+};
+
+/// What a timed call seems to take that does nothing: the clock's own cost, nanoseconds.
+std::int64_t clockCost_ns();
+
+}  // namespace hapticd::tools

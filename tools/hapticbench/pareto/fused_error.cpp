@@ -1,0 +1,61 @@
+#include "tools/hapticbench/pareto/fused_error.h"
+
+#include <algorithm>
+
+#include "tools/hapticbench/accuracy/accuracy_scene.h"
+#include "tools/hapticbench/accuracy/accuracy_study.h"
+#include "tools/hapticbench/accuracy/course.h"
+
+namespace hapticd::tools {
+namespace {
+
+using rt::Vec3;
+
+constexpr std::uint32_t kSeed = 1;  // as in AccuracyOptions
+
+/// Adds the errors along one course. Where the model lacks a part the force of the tick before stays, as in
+/// the core.
+void follow(const Course& course, FrameReel& reel, OfflineBox& box, int first_frame, ForceErrors& errors) {
+  for (int frame = first_frame; frame < kSettlingFrames; ++frame) {
+    box.show(reel.frame(frame));
+    box.lawForce(course.ticks.front().hip_m);
+  }
+  int shown = -1;
+  Vec3 felt_n;
+  for (const CourseTick& tick : course.ticks) {
+    if (tick.frame != shown) box.show(reel.frame(tick.frame));
+    shown = tick.frame;
+    const rt::ForceSample sample = box.lawForce(tick.hip_m);
+    if (!sample.outside_model) felt_n = sample.force_n_in_world;
+    if (tick.sample == SamplePlace::behind) errors.add(felt_n, tick.ideal_force_n);
+  }
+}
+
+std::vector<Course> coursesOf(const TrueScene& scene, bool moves, int pushes_per_scene) {
+  const double stiffness = rt::SpringParameters{}.stiffness_n_per_m;
+  if (!moves) return pushes(scene, stiffness, pushes_per_scene, kSeed);
+  std::vector<Course> courses;
+  courses.push_back(waitForPlane(scene, stiffness, kSeed));
+  courses.push_back(pressThenPlane(scene, stiffness, kSeed));
+  return courses;
+}
+
+}  // namespace
+
+ForceErrors followedError(const LawSetting& setting, const std::vector<std::string>& scenes,
+                          double distance_m, int pushes) {
+  const bool settles = setting.filtered || setting.fusion_frames > 1;
+  ForceErrors errors;
+  for (const AccuracyScene& scene : accuracyScenes()) {
+    if (std::find(scenes.begin(), scenes.end(), scene.name) == scenes.end()) continue;
+    TrueScene truth = scene.at(distance_m, SceneNoise::sensor, kSeed);
+    for (const Course& course : coursesOf(truth, scene.moves(), pushes)) {
+      FrameReel reel(truth, SceneNoise::sensor, course.first_moving_frame);
+      const auto box = boxFor(setting, truth.depthModel());
+      follow(course, reel, *box, settles ? 0 : kSettlingFrames - 1, errors);
+    }
+  }
+  return errors;
+}
+
+}  // namespace hapticd::tools

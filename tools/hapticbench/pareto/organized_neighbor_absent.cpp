@@ -1,0 +1,9 @@
+#include "tools/hapticbench/pareto/organized_neighbor.h"
+
+namespace hapticd::tools {
+
+std::unique_ptr<Contender> organizedNeighbor(const rt::DepthModelParameters&) {
+  return nullptr;
+}
+
+}  // namespace hapticd::tools

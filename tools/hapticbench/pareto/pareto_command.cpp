@@ -1,0 +1,104 @@
+#include "tools/hapticbench/pareto/pareto_command.h"
+
+#include <fmt/format.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "config/error.h"
+#include "rt/realtime_thread.h"
+#include "tools/hapticbench/pareto/laws_table.h"
+#include "tools/hapticbench/pareto/pareto_plot.h"
+#include "tools/hapticbench/pareto/pareto_report.h"
+#include "tools/hapticbench/pareto/readme_figures.h"
+
+namespace hapticd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+int fail(const config::Error& error, int status) {
+  fmt::print(stderr, "hapticbench: {}\n", error.text());
+  return status;
+}
+
+int write(const std::string& file, const std::string& text, const char* option) {
+  std::ofstream out(file);
+  out << text << std::flush;
+  return out ? EX_OK : fail({file, "cannot be written", fmt::format("check {}", option)}, EX_CANTCREAT);
+}
+
+void progress(const std::string& what) {
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<60}\r", what);
+}
+
+/// The plot's path as seen from the README's folder.
+std::string linkTo(const std::string& plot, const std::string& readme) {
+  if (plot.empty()) return {};
+  return fs::proximate(fs::absolute(plot), fs::absolute(readme).parent_path()).generic_string();
+}
+
+}  // namespace
+
+ParetoCommand::ParetoCommand(CLI::App& app, const std::string& recordings)
+    : command_(
+          app.add_subcommand("pareto", "CPU time against force error, every law and setting as one point")),
+      recordings_(recordings) {
+  const auto file = [this](const char* option, std::string& name, const char* what) {
+    command_->add_option(option, name, what)->type_name("FILE");
+  };
+  command_->add_option("--cpu", cpu_, "CPU to be pinned to (the last one)")->check(CLI::Range(-1, 1023));
+  command_->add_option("--recordings", recordings_,
+                       "folder of recordings ($HAPTICD_RECORDINGS, or ../shared/recordings)");
+  command_->add_flag("--quick", quick_, "short motions, one run, the default settings only");
+  file("--json", json_file_, "write the result there too");
+  file("--plot", plot_file_, "draw it there with gnuplot, .svg or .png");
+  file("--readme", readme_file_, "put the figures between the marks of that file");
+  file("--laws-table", laws_table_file_, "write what the choice of a law reads (config/measured_laws.inc)");
+}
+
+int ParetoCommand::report(const ParetoResult& result, int cpu) const {
+  fmt::print("{}", paretoTable(result, cpu));
+  if (!json_file_.empty()) {
+    if (const int status = write(json_file_, paretoJson(result, cpu), "--json"); status != EX_OK)
+      return status;
+  }
+  if (!plot_file_.empty()) {
+    if (const auto plotted = plotPareto(result, plot_file_); !plotted)
+      return fail(plotted.error(), EX_CANTCREAT);
+  }
+  if (readme_file_.empty()) return EX_OK;
+  const auto put = putFigures(readme_file_, paretoMarkdown(result, linkTo(plot_file_, readme_file_)));
+  return put ? EX_OK : fail(put.error(), EX_CANTCREAT);
+}
+
+int ParetoCommand::writeLawsTable() const {
+  LawsTableOptions options;
+  if (quick_) options = {.distances_m = {1}, .seconds = 0.1, .repeats = 1, .pushes = 1};
+  return write(laws_table_file_, lawsTable(measureLaws(options, progress), "tools/figures"), "--laws-table");
+}
+
+int ParetoCommand::run() const {
+  const int cpu = rt::pinToCpu(cpu_);
+  ParetoOptions options;
+  options.recordings = recordings_;
+  if (quick_) {
+    options.settings = {{},
+                        {.law = rt::ForceLaw::smooth_springs},
+                        {.law = rt::ForceLaw::proxy},
+                        {.law = rt::ForceLaw::surface}};
+    options.cost = {.seconds = 0.2, .repeats = 1, .checks = 3};
+    options.evaluations = 100;
+    options.pushes = 1;
+    options.hard_frames = false;
+  }
+  const auto result = measurePareto(options, progress);
+  if (!result) return fail(result.error(), EX_NOINPUT);
+  if (const int status = report(*result, cpu); status != EX_OK || laws_table_file_.empty()) return status;
+  return writeLawsTable();
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "tools/hapticbench/pareto/pareto_study.h"
+
+namespace hapticd::tools {
+
+/// `hapticbench pareto`.
+class ParetoCommand {
+ public:
+  /// Adds the subcommand to `app`, which outlives the object. `recordings`: where they are looked for unless
+  /// told otherwise.
+  ParetoCommand(CLI::App& app, const std::string& recordings);
+  ParetoCommand(const ParetoCommand&) = delete;
+  ParetoCommand& operator=(const ParetoCommand&) = delete;
+
+  bool chosen() const { return command_->parsed(); }
+  /// The exit status.
+  int run() const;
+
+ private:
+  int report(const ParetoResult& result, int cpu) const;
+  int writeLawsTable() const;
+
+  CLI::App* command_;
+  std::string recordings_;
+  std::string json_file_;
+  std::string plot_file_;
+  std::string readme_file_;
+  std::string laws_table_file_;
+  int cpu_ = -1;
+  bool quick_ = false;
+};
+
+}  // namespace hapticd::tools

@@ -1,0 +1,110 @@
+#include "tools/hapticbench/pareto/pareto_plot.h"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+namespace hapticd::tools {
+namespace {
+
+/// Points that share a mark, which their law has, and a colour.
+struct Series {
+  std::string title;
+  int mark;
+  std::string colour;
+  std::string block;
+};
+
+/// As gnuplot reads it between single quotes.
+std::string quoted(const std::string& text) {
+  std::string quoted;
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted;
+}
+
+Series seriesOf(const ContenderKind& kind) {
+  constexpr int kFirstMark = 4;
+  if (!kind.is_ours) return {"libraries, the paper's law", kFirstMark + 4, "#606060", ""};
+  const LawSetting& setting = kind.setting;
+  const bool fused = setting.fusion_frames > 1;
+  std::string title(nameOf(setting.law));
+  if (setting.filtered) title += ", filtered";
+  if (fused) title += fmt::format(", {} fused", setting.fusion_frames);
+  const char* colour = setting.filtered ? (fused ? "#8040a0" : "#2a7f3f") : (fused ? "#d07010" : "#303090");
+  return {title, kFirstMark + static_cast<int>(setting.law), colour, ""};
+}
+
+/// What tells a point from the others of its series.
+std::string labelOf(const ContenderKind& kind) {
+  if (!kind.is_ours) return kind.name;
+  if (kind.setting.law != rt::ForceLaw::surface) return "";
+  return fmt::format("{:g}", 1000 * kind.setting.voxel_edge_m);
+}
+
+std::vector<Series> allSeries(const ParetoResult& result) {
+  std::vector<Series> all;
+  for (const ParetoPoint& point : result.points) {
+    const Series its = seriesOf(point.run.kind);
+    auto series = std::ranges::find(all, its.title, &Series::title);
+    if (series == all.end()) series = all.insert(all.end(), its);
+    series->block += fmt::format("{:.6g} {:.6g} \"{}\"\n", point.cost.cpu_ms_per_s(),
+                                 point.error.error_jnd.rms(), labelOf(point.run.kind));
+  }
+  return all;
+}
+
+bool runGnuplot(const std::filesystem::path& script) {
+  std::string program = "gnuplot", file = script.string();
+  char* arguments[] = {program.data(), file.data(), nullptr};
+  pid_t child = 0;
+  int status = 0;
+  return posix_spawnp(&child, "gnuplot", nullptr, nullptr, arguments, environ) == 0 &&
+         waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}  // namespace
+
+std::string plotScript(const ParetoResult& result, const std::filesystem::path& image) {
+  const std::vector<Series> all = allSeries(result);
+  fmt::memory_buffer script;
+  const auto add = [&script](const std::string& text) {
+    fmt::format_to(std::back_inserter(script), "{}", text);
+  };
+  add(image.extension() == ".png" ? "set terminal pngcairo size 900,640 background rgb 'white'\n"
+                                  : "set terminal svg size 900,640 background rgb 'white'\n");
+  add(fmt::format("set output '{}'\n", quoted(image.string())));
+  add("set logscale xy\nset grid\nset offsets graph 0.03, graph 0.15, graph 0.08, graph 0.03\n"
+      "set xlabel 'CPU time, ms per second of use (30 frames modelled, 1000 forces)'\n"
+      "set ylabel 'RMS force error, multiples of the just noticeable difference'\n"
+      "set key outside bottom center horizontal maxrows 4\n"
+      "set title 'Numbers: voxel edge in mm' noenhanced\n");
+  for (std::size_t i = 0; i < all.size(); ++i) add(fmt::format("$s{} << END\n{}END\n", i, all[i].block));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    add(fmt::format(
+        "{} $s{} using 1:2 with points pt {} ps 1 lc rgb '{}' title '{}' noenhanced, "
+        "$s{} using 1:2:3 with labels left rotate by 30 offset 0.6,0.4 font ',9' tc rgb '{}' "
+        "noenhanced notitle",
+        i == 0 ? "plot" : ", \\\n ", i, all[i].mark, all[i].colour, quoted(all[i].title), i, all[i].colour));
+  }
+  add("\n");
+  return fmt::to_string(script);
+}
+
+config::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image) {
+  const std::filesystem::path script = image.string() + ".gnuplot";
+  std::ofstream(script) << plotScript(result, image);
+  const bool plotted = runGnuplot(script);
+  std::error_code ignored;
+  std::filesystem::remove(script, ignored);
+  if (plotted && std::filesystem::exists(image)) return {};
+  return std::unexpected(
+      config::Error{image.string(), "cannot be plotted",
+                    "is gnuplot installed and the folder writable? --json writes the data"});
+}
+
+}  // namespace hapticd::tools

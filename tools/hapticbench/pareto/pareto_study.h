@@ -1,0 +1,70 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/hapticbench/accuracy/force_error.h"
+#include "tools/hapticbench/pareto/cost_study.h"
+
+namespace hapticd::tools {
+
+/// One way to a force: what it costs and how far off it is.
+struct ParetoPoint {
+  ContenderCost run;  ///< over all scenes
+  CpuCost cost;
+  ForceErrors error;  ///< against the true surface; the libraries compute the paper's law and have its error
+
+  /// RMS error over the stiffness: how far off a constraint would have to be to give it.
+  double error_mm() const { return 1000 * error.error_n.rms() / rt::SpringParameters{}.stiffness_n_per_m; }
+};
+
+/// A single force beside nanoflann's 100 nearest on the whole frame, microseconds: medians.
+struct EvaluationRow {
+  std::string scene;
+  bool along_path = false;  ///< else each at another place
+  double nanoflann_us = 0;
+  double nearest_springs_us = 0;
+  double surface_us = 0;
+};
+
+/// The dearest force and the dearest frame of a law on a hard frame, microseconds.
+struct HardFrameRow {
+  std::string frame;
+  std::string law;
+  double force_max_us = 0;
+  double model_max_us = 0;
+};
+
+struct ParetoOptions {
+  std::string recordings;
+  std::vector<LawSetting> settings = allSettings();
+  CostOptions cost;
+  int evaluations = 1000;  ///< single forces, per scene and motion; 0: none
+  int pushes = 3;          ///< per scene that the errors are of
+  bool hard_frames = true;
+};
+
+struct ParetoResult {
+  std::vector<std::string> scenes;  ///< that were timed
+  std::vector<ParetoPoint> points;
+  std::vector<EvaluationRow> evaluations;
+  std::vector<HardFrameRow> hard_frames;
+};
+
+/// Errors: a recording that cannot be read.
+config::Result<ParetoResult> measurePareto(const ParetoOptions& options,
+                                           const std::function<void(const std::string&)>& progress = {});
+
+/// Something that the figures must keep.
+struct ParetoRequirement {
+  std::string text;
+  double measured = 0;
+  double limit = 0;
+  bool at_least = true;  ///< else at most
+  bool kept() const { return at_least ? measured >= limit : measured <= limit; }
+};
+/// Those that `result` has the figures for.
+std::vector<ParetoRequirement> requirementsOf(const ParetoResult& result);
+
+}  // namespace hapticd::tools
