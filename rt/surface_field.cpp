@@ -37,8 +37,8 @@ Cell cellAt(double nodes) noexcept {
   return {index, static_cast<float>(inside - index)};
 }
 
-float sumOf(Four v) noexcept {
-  return (v[0] + v[1]) + (v[2] + v[3]);
+double sumOf(Four v) noexcept {
+  return double{(v[0] + v[1]) + (v[2] + v[3])};
 }
 
 Four load(const float* nodes) noexcept {
@@ -82,7 +82,7 @@ FieldSample sampleField(const SurfaceField& field, const Vec3& p_m_in_world) HAP
       if (middle_j) slope_z += wy.linear[j] * wz.slope[k] * nodes;
     }
   }
-  const float value = sumOf(linear * (wx.linear + wx.curvature) + curved * wx.linear);
+  const double value = sumOf(linear * (wx.linear + wx.curvature) + curved * wx.linear);
   const Vec3 slope{sumOf(linear * wx.slope), sumOf(slope_y * wx.linear), sumOf(slope_z * wx.linear)};
   return {value, nodes_per_m * slope};
 }
