@@ -22,12 +22,22 @@ std::string budgetText(double max_error_n, double distance_m) {
 
 }  // namespace
 
-std::span<const MeasuredLaw> measuredLaws() {
-  return kMeasured;
+std::string_view nameOf(rt::ForceLaw law) {
+  switch (law) {
+    case rt::ForceLaw::nearest_springs:
+      return "nearest_springs";
+    case rt::ForceLaw::smooth_springs:
+      return "smooth_springs";
+    case rt::ForceLaw::proxy:
+      return "proxy";
+    case rt::ForceLaw::surface:
+      return "surface";
+  }
+  return "unknown";
 }
 
-rt::FilterParameters filterOfChoice() {
-  return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
+std::span<const MeasuredLaw> measuredLaws() {
+  return kMeasured;
 }
 
 double distanceClass_m(double distance_m, double before_m) {

@@ -2,11 +2,15 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "config/settings.h"
 #include "rt/parameters.h"
 
 namespace hapticd::config {
+
+/// As in force.law.
+std::string_view nameOf(rt::ForceLaw law);
 
 /// What `hapticbench pareto` measured of a law in one setting at one distance.
 struct MeasuredLaw {
@@ -22,7 +26,9 @@ struct MeasuredLaw {
 std::span<const MeasuredLaw> measuredLaws();
 
 /// The filter that `filtered` stands for.
-rt::FilterParameters filterOfChoice();
+constexpr rt::FilterParameters filterOfChoice() {
+  return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
+}
 
 /// The class of a distance: that of measuredLaws() which is nearest in ratio. `before_m`: the class so far, 0
 /// for none; it is kept until the distance is a tenth beyond its border, so that it does not change to and

@@ -23,6 +23,11 @@ enum class ContactState : std::uint8_t {
   entrenched,  ///< a moving surface went over the proxy, and it is on its way out
 };
 
+/// True for the laws whose force is a spring to a proxy that a surface holds back.
+constexpr bool hasProxy(ForceLaw law) noexcept {
+  return law == ForceLaw::proxy || law == ForceLaw::surface;
+}
+
 /// How the law `proxy` looks at points; r1, r2 and r3 around the proxy.
 struct ProxyRadii {
   double touch_m;   ///< r1: no point comes nearer

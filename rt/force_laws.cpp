@@ -21,10 +21,6 @@ bool serves(const Scene& scene, ForceLaw law) noexcept {
   return false;
 }
 
-bool hasProxy(ForceLaw law) noexcept {
-  return law == ForceLaw::proxy || law == ForceLaw::surface;
-}
-
 ForceSample nothing(const LawInput& input, bool outside_model) noexcept {
   return {.force_n_in_world = {},
           .proxy_m_in_world = input.hip_m_in_world,

@@ -80,7 +80,7 @@ Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
 /// True if the force of a law with a proxy changed by more than the HIP's own way explains, and a surface of
 /// the top speed: the proxy slipped off an edge, or is on its way after a surface that moved.
 bool HapticCore::leapt(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
-  if (laws_.law() != ForceLaw::proxy && laws_.law() != ForceLaw::surface) return false;
+  if (!hasProxy(laws_.law())) return false;
   const LiveParameters& parameters = input.directive.parameters;
   const double way_m = norm(input.handle.position_m_in_world - before_.hip_m_in_world) +
                        parameters.blend.max_surface_speed_m_per_s * input.period_s;

@@ -69,7 +69,7 @@ class SurfaceTick {
   /// Deep behind the surface, where the field has no direction. A proxy gets there by being placed there, or
   /// when something comes between it and the camera.
   bool isBuried() const noexcept {
-    return here_.distance_m < 0 && (proxy_.behind || norm(here_.gradient_in_world) < kFlat);
+    return here_.distance_m < -on_surface_m_ && (proxy_.behind || norm(here_.gradient_in_world) < kFlat);
   }
 
   /// What the HIP was pressed against has gone out of sight, behind something nearer to the camera: it is
@@ -218,7 +218,7 @@ class SurfaceTick {
   }
 
   void remember() noexcept {
-    if (here_.distance_m >= 0) proxy_.behind = false;
+    if (here_.distance_m >= -on_surface_m_) proxy_.behind = false;
     proxy_.placed = true;
     proxy_.position_m_in_world = p_;
     proxy_.normal_in_world = in_contact_ ? normal_ : Vec3{};

@@ -1,5 +1,7 @@
 #include "daemon/control/status_json.h"
 
+#include "config/law_choice.h"
+
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
 // until it is shown.
 namespace hapticd::daemon {
@@ -15,20 +17,6 @@ const char* nameOf(drivers::CameraState state) {
       return "lost";
   }
   return "absent";
-}
-
-const char* nameOf(rt::ForceLaw law) {
-  switch (law) {
-    case rt::ForceLaw::nearest_springs:
-      return "nearest_springs";
-    case rt::ForceLaw::smooth_springs:
-      return "smooth_springs";
-    case rt::ForceLaw::proxy:
-      return "proxy";
-    case rt::ForceLaw::surface:
-      return "surface";
-  }
-  return "nearest_springs";
 }
 
 const char* nameOf(rt::ContactState state) {
@@ -79,7 +67,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"notFinite", tick.not_finite},
           {"outsideModel", tick.outside_model},
           {"blending", tick.blending},
-          {"law", nameOf(tick.law)},
+          {"law", config::nameOf(tick.law)},
           {"contact", nameOf(tick.contact)},
           {"pointsUsed", tick.points_used},
           {"sceneFrame", tick.scene_frame},
@@ -115,7 +103,7 @@ OrderedJson sceneJson(const SceneStatus& scene) {
 
 OrderedJson lawJson(const LawStatus& law) {
   const auto& [chosen, reason, voxel_edge_m, filtered, expected_error_n, max_error_n, distance_m] = law;
-  return {{"chosen", nameOf(chosen)},
+  return {{"chosen", config::nameOf(chosen)},
           {"reason", reason},
           {"voxelEdgeM", voxel_edge_m},
           {"filtered", filtered},

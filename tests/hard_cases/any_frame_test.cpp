@@ -39,7 +39,7 @@ void expectBoundedForces(HardRig& rig, const std::function<bool(int, int)>& show
     const rt::Tick tick = rig.moveTo(point + Vec3{0, 0, 0.02 - step * 1e-4});
     ASSERT_TRUE(isFinite(tick.law_force_n_in_world)) << "step " << step;
     // no spring is longer than D_thresh; a proxy stays where the HIP came from
-    const double longest_m = isConstraint(rig.box.parameters().law) ? 0.041 + 0.02 : 0.04;
+    const double longest_m = rt::hasProxy(rig.box.parameters().law) ? 0.041 + 0.02 : 0.04;
     ASSERT_LE(norm(tick.law_force_n_in_world), rig.stiffness_n_per_m() * longest_m) << "step " << step;
   }
 }

@@ -3,23 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/law_choice.h"
 #include "tools/truth/fine_depth_model.h"
 
 namespace hapticd::test {
-
-std::string nameOf(rt::ForceLaw law) {
-  switch (law) {
-    case rt::ForceLaw::nearest_springs:
-      return "nearest_springs";
-    case rt::ForceLaw::smooth_springs:
-      return "smooth_springs";
-    case rt::ForceLaw::proxy:
-      return "proxy";
-    case rt::ForceLaw::surface:
-      return "surface";
-  }
-  return "";
-}
 
 HardRig::HardRig(rt::ForceLaw law, const rt::DepthModelParameters& depth_model,
                  const rt::GridParameters& grid)
@@ -66,8 +53,8 @@ rt::DepthModelParameters fineCameraFor(double distance_m) {
 INSTANTIATE_TEST_SUITE_P(Law, EachLaw,
                          testing::Values(rt::ForceLaw::nearest_springs, rt::ForceLaw::smooth_springs,
                                          rt::ForceLaw::proxy, rt::ForceLaw::surface),
-                         [](const auto& law) { return nameOf(law.param); });
+                         [](const auto& law) { return std::string(config::nameOf(law.param)); });
 INSTANTIATE_TEST_SUITE_P(Law, EachConstraint, testing::Values(rt::ForceLaw::proxy, rt::ForceLaw::surface),
-                         [](const auto& law) { return nameOf(law.param); });
+                         [](const auto& law) { return std::string(config::nameOf(law.param)); });
 
 }  // namespace hapticd::test

@@ -19,11 +19,6 @@ inline constexpr double kTick_s = 0.001;
 inline constexpr int kTicksPerFrame = 33;
 inline constexpr double kFrame_s = kTick_s * kTicksPerFrame;
 
-inline bool isConstraint(rt::ForceLaw law) {
-  return law == rt::ForceLaw::proxy || law == rt::ForceLaw::surface;
-}
-std::string nameOf(rt::ForceLaw law);
-
 /// A box without threads whose limits are far away, so that the law itself is seen, in front of a true scene.
 /// Frames come every 33rd tick of 1 ms.
 class HardRig {

@@ -93,7 +93,7 @@ TEST_P(EachLaw, AFrameThatJumpsBy10MillimetresIsBlendedAtTheSurfacesTopSpeed) {
     rig.show(plane, towards ? 0 : kFrame_s);
     rig.jumpTo({0.0003, 0.0007, -kDistance_m + 0.04});
     // in front of the surface for the springs, below it for the laws with a proxy
-    const Vec3 hip{0.0003, 0.0007, -kDistance_m + (isConstraint(GetParam()) ? -0.005 : 0.025)};
+    const Vec3 hip{0.0003, 0.0007, -kDistance_m + (rt::hasProxy(GetParam()) ? -0.005 : 0.025)};
     rig.moveTo(hip);
     for (int i = 0; i < 100; ++i) rig.tick(hip);
     Vec3 before = rig.tick(hip).command_force_n_in_world;

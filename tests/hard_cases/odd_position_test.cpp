@@ -95,7 +95,7 @@ TEST_P(EachLaw, CrossesVoxelBoundariesWithoutAJump) {
       const double jump = norm(tick.law_force_n_in_world - before);
       // the rounding of the proxy's rest on the surface is 1/1000 voxel; the mean of the points within r3
       // changes by what one of about 150 points brings that enters with weight zero
-      const double rounding = isConstraint(GetParam()) ? 0.03 : 0;
+      const double rounding = rt::hasProxy(GetParam()) ? 0.03 : 0;
       ASSERT_LE(jump, largestStep_n(GetParam(), kStep_m) + rounding) << "step " << step;
       before = tick.law_force_n_in_world;
     }

@@ -167,7 +167,7 @@ TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAJumpOfTheForce) {
   // explain
   const double explained_n =
       rig.stiffness_n_per_m() * (kStep_m + 2 * rt::BlendParameters{}.max_surface_speed_m_per_s * kTick_s);
-  EXPECT_LE(largest, isConstraint(GetParam()) ? explained_n : 0.8);
+  EXPECT_LE(largest, rt::hasProxy(GetParam()) ? explained_n : 0.8);
 }
 
 }  // namespace

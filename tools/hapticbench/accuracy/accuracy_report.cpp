@@ -121,7 +121,7 @@ void addCommon(Json& json, const Result& r) {
   json["filtered"] = r.filtered;
   json["against_surface"] = errorsOf(r.against_surface);
   json["against_law"] = errorsOf(r.against_law);
-  if (isConstraint(r.law)) json["proxy_to_surface_mm"] = spreadOf(r.proxy_to_surface_mm);
+  if (rt::hasProxy(r.law)) json["proxy_to_surface_mm"] = spreadOf(r.proxy_to_surface_mm);
   json["pushes"] = r.pops.pushes;
   json["popped"] = r.pops.popped;
   json["slid_around"] = r.pops.around;

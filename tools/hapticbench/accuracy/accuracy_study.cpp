@@ -187,7 +187,7 @@ class Stage {
  private:
   /// The law's own truth at the samples of each course, computed when it is first asked for.
   const std::vector<std::vector<Vec3>>& lawTruth(const Setting& setting) {
-    const bool constraint = isConstraint(setting.law);
+    const bool constraint = hasProxy(setting.law);
     const std::size_t place = constraint                                 ? (setting.filtered ? 3 : 2)
                               : setting.law == ForceLaw::nearest_springs ? 0
                                                                          : 1;
@@ -216,7 +216,7 @@ class Stage {
       const Vec3& truth = law_truth[sample++];
       const bool behind = tick.sample == SamplePlace::behind;
       if (behind) row.against_surface.add(felt[i].force_n_in_world, tick.ideal_force_n);
-      if (!isConstraint(row.law)) {
+      if (!hasProxy(row.law)) {
         row.against_law.add(felt[i].force_n_in_world, truth);
         continue;
       }
@@ -235,7 +235,7 @@ class Stage {
     constexpr double kHold_m = 0.01;
     constexpr double kTick_s = 0.001;
     const Course& course = courses_.front();
-    const double until_m = isConstraint(setting.law) ? kHold_m : -kHold_m;
+    const double until_m = hasProxy(setting.law) ? kHold_m : -kHold_m;
     const auto box = boxFor(setting, scene_.depthModel());
     settle(*box, *reels_.front(), setting, course.ticks.front().hip_m);
     int shown = kSettlingFrames - 1;
@@ -301,11 +301,6 @@ void measureStage(Stage& stage, const AccuracyOptions& options, bool moves, std:
 }
 
 }  // namespace
-
-std::string_view nameOf(ForceLaw law) {
-  constexpr std::array<std::string_view, 4> kNames{"nearest_springs", "smooth_springs", "proxy", "surface"};
-  return kNames.at(static_cast<std::size_t>(law));
-}
 
 std::string_view nameOf(SceneNoise noise) {
   constexpr std::array<std::string_view, 3> kNames{"none", "quantised", "sensor"};

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "config/law_choice.h"
+#include "rt/force_law.h"
 #include "rt/parameters.h"
 #include "tools/hapticbench/accuracy/force_error.h"
 #include "tools/truth/true_scene.h"
@@ -15,17 +17,11 @@ namespace hapticd::tools {
 
 inline constexpr std::array<rt::ForceLaw, 4> kAllLaws{
     rt::ForceLaw::nearest_springs, rt::ForceLaw::smooth_springs, rt::ForceLaw::proxy, rt::ForceLaw::surface};
-std::string_view nameOf(rt::ForceLaw law);
+using config::nameOf;
 std::string_view nameOf(SceneNoise noise);
 
-/// True for the laws with a proxy that a surface holds back.
-constexpr bool isConstraint(rt::ForceLaw law) {
-  return law == rt::ForceLaw::proxy || law == rt::ForceLaw::surface;
-}
-
 /// "On": what a user of a real sensor sets.
-inline constexpr rt::FilterParameters kFilterOn{
-    .temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
+inline constexpr rt::FilterParameters kFilterOn = config::filterOfChoice();
 
 /// The edge that the laws without a field are measured with.
 inline constexpr double kUsualVoxelEdge_m = 0.01;

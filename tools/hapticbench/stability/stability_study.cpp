@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/law_choice.h"
 #include "tools/hapticbench/stability/sampled_theory.h"
 
 namespace hapticd::tools {
@@ -120,7 +121,7 @@ const std::vector<std::string>& allWalls() {
 std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output) {
   for (const rt::ForceLaw law : {rt::ForceLaw::nearest_springs, rt::ForceLaw::smooth_springs,
                                  rt::ForceLaw::proxy, rt::ForceLaw::surface}) {
-    if (nameOf(law) == name) return std::make_unique<CoreWall>(law, rt::LiveParameters{}, output);
+    if (config::nameOf(law) == name) return std::make_unique<CoreWall>(law, rt::LiveParameters{}, output);
   }
   return std::make_unique<ReferenceWall>();
 }

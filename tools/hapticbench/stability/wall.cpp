@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/law_choice.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -37,20 +39,6 @@ rt::GridParameters gridOf(const rt::LiveParameters& parameters) {
 
 }  // namespace
 
-std::string nameOf(rt::ForceLaw law) {
-  switch (law) {
-    case rt::ForceLaw::nearest_springs:
-      return "nearest_springs";
-    case rt::ForceLaw::smooth_springs:
-      return "smooth_springs";
-    case rt::ForceLaw::proxy:
-      return "proxy";
-    case rt::ForceLaw::surface:
-      return "surface";
-  }
-  return "unknown";
-}
-
 double ReferenceWall::force_n(double h_m, double velocity_m_per_s) {
   return h_m >= 0 ? 0 : std::max(0.0, -stiffness_ * h_m - damping_ * velocity_m_per_s);
 }
@@ -72,7 +60,7 @@ CoreWall::CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreO
 }
 
 std::string CoreWall::name() const {
-  return nameOf(box_.parameters().law);
+  return std::string(config::nameOf(box_.parameters().law));
 }
 
 void CoreWall::set(double stiffness_n_per_m, double damping_n_s_per_m) {

@@ -74,7 +74,4 @@ class CoreWall final : public Wall {
   std::unique_ptr<rt::DepthFrame> frame_;
 };
 
-/// The name of a law as the configuration spells it.
-std::string nameOf(rt::ForceLaw law);
-
 }  // namespace hapticd::tools

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "config/law_choice.h"
 #include "tools/hapticbench/stability/wall.h"
 
 namespace hapticd::tools {
@@ -23,7 +24,7 @@ config::Error error(const std::string& where, const std::string& what, const std
 
 Json jsonOf(const SweepResult& result) {
   Json row{{"index", result.point.index},
-           {"law", nameOf(result.point.law)},
+           {"law", config::nameOf(result.point.law)},
            {"stiffness_n_per_m", result.point.springs.stiffness_n_per_m}};
   if (result.point.usesRadius()) row["radius_m"] = result.point.springs.radius_m;
   if (result.point.usesMaxPoints()) row["max_points"] = result.point.springs.max_points;
@@ -49,7 +50,7 @@ Json jsonOf(const SweepResult& result) {
 SweepResult resultOf(const Json& row, const std::vector<SweepPoint>& points) {
   SweepResult result;
   result.point = points.at(row.at("index").get<std::size_t>());
-  if (row.at("law") != nameOf(result.point.law) ||
+  if (row.at("law") != config::nameOf(result.point.law) ||
       row.at("stiffness_n_per_m") != result.point.springs.stiffness_n_per_m) {
     throw std::out_of_range("point " + row.at("index").dump() + " is another one here");
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "config/law_choice.h"
 #include "tools/hapticbench/stability/wall.h"
 #include "tools/hapticbench/sweep/sweep_score.h"
 
@@ -26,7 +27,7 @@ void addRow(fmt::memory_buffer& text, const SweepResult& r, const std::string& s
   fmt::format_to(
       std::back_inserter(text),
       "  {:<17}{:>5.0f}{:>6}{:>6}{:>8.0f}{:>10.0f}{:>9}{:>8}{:>9}{:>9.3f}{:>9.3f}{:>8.2f}{:>8.2f}  {}\n",
-      nameOf(point.law), point.springs.stiffness_n_per_m,
+      config::nameOf(point.law), point.springs.stiffness_n_per_m,
       point.usesRadius() ? fmt::format("{:.0f}", point.springs.radius_m * 1e3) : "-",
       point.usesMaxPoints() ? fmt::format("{}", point.springs.max_points) : "-",
       r.feel.felt_stiffness_n_per_m, r.feel.steepest_stiffness_n_per_m,
@@ -108,7 +109,7 @@ void addRecommendation(fmt::memory_buffer& text, const std::vector<SweepResult>&
       "Recommended: {} with k_s {:g} N/m. Felt stiffness {:.0f} (paper's {:.0f}) N/m, pop-through {}"
       " (paper's {:.2f}) N,\nedge {:.1f} ({:.1f}) mm, ridge {:.2f} ({:.2f}) mm, noise {:.3f} ({:.3f}) N,"
       " margin {:.2f} ({:.2f}), {:.2f} ({:.2f}) us.\n",
-      nameOf(recommendation.best->point.law), recommendation.best->point.springs.stiffness_n_per_m,
+      config::nameOf(recommendation.best->point.law), recommendation.best->point.springs.stiffness_n_per_m,
       ours.felt_stiffness_n_per_m, theirs.felt_stiffness_n_per_m,
       ours.pop_through_n >= kNoPopThrough_n ? "above 20" : fmt::format("{:.2f}", ours.pop_through_n),
       theirs.pop_through_n, ours.edge_radius_m * 1e3, theirs.edge_radius_m * 1e3, ours.smallest_ridge_m * 1e3,
