@@ -60,11 +60,13 @@ DisparityFilter::DisparityFilter(const DepthModel& model)
 
 const float* DisparityFilter::apply(const DepthFrame& frame, const PixelWindow& window,
                                     const FilterParameters& parameters) noexcept {
-  if (parameters != parameters_) {
-    parameters_ = parameters;
+  FilterParameters wanted = parameters;
+  wanted.spatial_radius_px = std::clamp(wanted.spatial_radius_px, 0, kMaxRadius_px);
+  if (wanted != parameters_) {
+    parameters_ = wanted;
     for (Tile& tile : tiles_) tile = {};
   }
-  const int radius = std::clamp(parameters_.spatial_radius_px, 0, kMaxRadius_px);
+  const int radius = parameters_.spatial_radius_px;
   const PixelWindow read = grown(window, radius);
   const bool in_time = parameters_.temporal_frames > 1 || parameters_.hold_frames > 0;
   if (in_time) {

@@ -77,18 +77,17 @@ Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
   return sample.force_n_in_world;
 }
 
-/// True if the force of a law with a proxy changed by more than the HIP's own way explains, and a surface of
-/// the top speed: the proxy slipped off an edge, or is on its way after a surface that moved.
-bool HapticCore::leapt(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
-  if (!hasProxy(laws_.law())) return false;
+/// How much more the force of a law with a proxy changed than the HIP's own way explains: the surface moved,
+/// or the proxy is still on its way after it, or slipped off an edge.
+double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
+  if (!hasProxy(laws_.law())) return 0;
   const LiveParameters& parameters = input.directive.parameters;
-  const double way_m = norm(input.handle.position_m_in_world - before_.hip_m_in_world) +
-                       parameters.blend.max_surface_speed_m_per_s * input.period_s;
+  const double way_m = norm(input.handle.position_m_in_world - before_.hip_m_in_world);
   const double speed_change =
       norm(input.handle.velocity_m_per_s_in_world - before_.velocity_m_per_s_in_world);
-  const double most_n =
+  const double explained_n =
       parameters.springs.stiffness_n_per_m * way_m + parameters.contact.damping_n_s_per_m * speed_change;
-  return norm(force_n_in_world - before_.force_n_in_world) > most_n;
+  return std::max(0.0, norm(force_n_in_world - before_.force_n_in_world) - explained_n);
 }
 
 /// Carries the force over a change of scene, law or parameters. It is cut to the limit first, so that what is
@@ -101,11 +100,14 @@ Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   const Origin now{input.scene.model, laws_.law(), parameters.springs, parameters.contact,
                    tick.outside_model};
-  const bool changed = origin_.model != 0 && (now != origin_ || leapt(input, cut));
+  const double most_n =
+      parameters.springs.stiffness_n_per_m * parameters.blend.max_surface_speed_m_per_s * input.period_s;
+  const double unexplained = unexplained_n(input, cut);
+  const bool changed = origin_.model != 0 && (now != origin_ || unexplained > most_n);
   origin_ = now;
   before_ = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut};
-  const Vec3 blended =
-      blend_.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m, input.period_s);
+  const Vec3 blended = blend_.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m,
+                                    input.period_s, changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
   tick.blended_force_n_in_world = blended;
   return blended;

@@ -76,7 +76,7 @@ class HapticCore {
   void decideMode(const Input& input, Cause obstacle) HAPTICD_RT;
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
   Vec3 blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
-  bool leapt(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
+  double unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
   double rampGain(const Input& input) HAPTICD_RT;
 
   ForceLaws laws_;

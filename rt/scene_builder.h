@@ -27,8 +27,9 @@ struct SceneNeeds {
 };
 
 /// Turns a raw depth frame into a Scene in a fixed amount of memory: the points by a counting sort over
-/// voxels, the field by a SurfaceFieldBuilder. Thread: one (the scene thread).  RT: build() allocates
-/// nothing, its cost is bounded by the frame's pixels.
+/// voxels, the field by a SurfaceFieldBuilder.
+///
+/// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
 class SceneBuilder {
  public:
   /// `model` outlives the builder and every scene that it built.

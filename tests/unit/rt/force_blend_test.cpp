@@ -45,6 +45,20 @@ TEST(ForceBlend, IsNeverFasterThanTheFastestSurface) {
   EXPECT_EQ(before, 10);
 }
 
+TEST(ForceBlend, LeavesRoomForWhatTheLawsForceChangesByItself) {
+  // 0.5 m/s and 500 N/m allow 0.25 N per tick; of that the law's own force takes 0.1 N
+  ForceBlend blend;
+  const rt::BlendParameters parameters{.duration_s = 0.01, .max_surface_speed_m_per_s = 0.5};
+  double before = blend.apply({0, 0, 10}, true, parameters, kStiffness, kTick_s).z;
+  for (int i = 1; i < 20; ++i) {
+    const double force = blend.apply({0, 0, 10 + 0.1 * i}, false, parameters, kStiffness, kTick_s, 0.1).z;
+    EXPECT_NEAR(force - before, 0.25, 1e-12);
+    before = force;
+  }
+  const double still = blend.apply({0, 0, 12}, false, parameters, kStiffness, kTick_s, 0.3).z;
+  EXPECT_NEAR(still - before, 0.1, 1e-12) << "nothing of the blend where the law takes all";
+}
+
 TEST(ForceBlend, StaysContinuousWhenEveryTickChangesSomething) {
   ForceBlend blend;
   const rt::BlendParameters parameters;

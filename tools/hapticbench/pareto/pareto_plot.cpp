@@ -1,13 +1,11 @@
 #include "tools/hapticbench/pareto/pareto_plot.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
+
+#include "tools/hapticbench/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {
@@ -19,13 +17,6 @@ struct Series {
   std::string colour;
   std::string block;
 };
-
-/// As gnuplot reads it between single quotes.
-std::string quoted(const std::string& text) {
-  std::string quoted;
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted;
-}
 
 Series seriesOf(const ContenderKind& kind) {
   constexpr int kFirstMark = 4;
@@ -58,15 +49,6 @@ std::vector<Series> allSeries(const ParetoResult& result) {
   return all;
 }
 
-bool runGnuplot(const std::filesystem::path& script) {
-  std::string program = "gnuplot", file = script.string();
-  char* arguments[] = {program.data(), file.data(), nullptr};
-  pid_t child = 0;
-  int status = 0;
-  return posix_spawnp(&child, "gnuplot", nullptr, nullptr, arguments, environ) == 0 &&
-         waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 }  // namespace
 
 std::string plotScript(const ParetoResult& result, const std::filesystem::path& image) {
@@ -77,7 +59,7 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
   };
   add(image.extension() == ".png" ? "set terminal pngcairo size 900,640 background rgb 'white'\n"
                                   : "set terminal svg size 900,640 background rgb 'white'\n");
-  add(fmt::format("set output '{}'\n", quoted(image.string())));
+  add(fmt::format("set output '{}'\n", gnuplotQuoted(image.string())));
   add("set logscale xy\nset grid\nset offsets graph 0.03, graph 0.15, graph 0.08, graph 0.03\n"
       "set xlabel 'CPU time, ms per second of use (30 frames modelled, 1000 forces)'\n"
       "set ylabel 'RMS force error, multiples of the just noticeable difference'\n"
@@ -85,26 +67,19 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
       "set title 'Numbers: voxel edge in mm' noenhanced\n");
   for (std::size_t i = 0; i < all.size(); ++i) add(fmt::format("$s{} << END\n{}END\n", i, all[i].block));
   for (std::size_t i = 0; i < all.size(); ++i) {
-    add(fmt::format(
-        "{} $s{} using 1:2 with points pt {} ps 1 lc rgb '{}' title '{}' noenhanced, "
-        "$s{} using 1:2:3 with labels left rotate by 30 offset 0.6,0.4 font ',9' tc rgb '{}' "
-        "noenhanced notitle",
-        i == 0 ? "plot" : ", \\\n ", i, all[i].mark, all[i].colour, quoted(all[i].title), i, all[i].colour));
+    add(
+        fmt::format("{} $s{} using 1:2 with points pt {} ps 1 lc rgb '{}' title '{}' noenhanced, "
+                    "$s{} using 1:2:3 with labels left rotate by 30 offset 0.6,0.4 font ',9' tc rgb '{}' "
+                    "noenhanced notitle",
+                    i == 0 ? "plot" : ", \\\n ", i, all[i].mark, all[i].colour, gnuplotQuoted(all[i].title),
+                    i, all[i].colour));
   }
   add("\n");
   return fmt::to_string(script);
 }
 
 config::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image) {
-  const std::filesystem::path script = image.string() + ".gnuplot";
-  std::ofstream(script) << plotScript(result, image);
-  const bool plotted = runGnuplot(script);
-  std::error_code ignored;
-  std::filesystem::remove(script, ignored);
-  if (plotted && std::filesystem::exists(image)) return {};
-  return std::unexpected(
-      config::Error{image.string(), "cannot be plotted",
-                    "is gnuplot installed and the folder writable? --json writes the data"});
+  return runGnuplot(plotScript(result, image), image, "--json writes the data");
 }
 
 }  // namespace hapticd::tools

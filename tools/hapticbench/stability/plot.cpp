@@ -1,13 +1,11 @@
 #include "tools/hapticbench/stability/plot.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
+
+#include "tools/hapticbench/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {
@@ -58,13 +56,6 @@ void addPanel(fmt::memory_buffer& script, const std::string& wall, const std::ve
       wall);
 }
 
-/// As gnuplot reads it between single quotes.
-std::string quoted(const std::string& text) {
-  std::string quoted;
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted;
-}
-
 std::string scriptOf(const std::vector<RegionPoint>& points, const std::string& title,
                      const std::filesystem::path& svg_file) {
   const std::vector<std::string> walls = wallsIn(points);
@@ -78,7 +69,7 @@ std::string scriptOf(const std::vector<RegionPoint>& points, const std::string& 
       "set multiplot layout 1,{} title '{}' noenhanced\nset logscale xy\n"
       "set xlabel 'B + 0.1 (N s/m)'\nset ylabel 'K (N/m)'\nset xrange [0.08:50]\nset yrange [{}:{}]\n"
       "set bmargin 9\nset key at screen 0.5, 0.16 center\n",
-      360 * walls.size(), quoted(svg_file.string()), walls.size(), quoted(title),
+      360 * walls.size(), gnuplotQuoted(svg_file.string()), walls.size(), gnuplotQuoted(title),
       lowest->stiffness_n_per_m / 1.2, highest->stiffness_n_per_m * 1.2);
   for (const std::string& wall : walls) {
     addPanel(script, wall, points);
@@ -86,15 +77,6 @@ std::string scriptOf(const std::vector<RegionPoint>& points, const std::string& 
   }
   fmt::format_to(std::back_inserter(script), "unset multiplot\n");
   return fmt::to_string(script);
-}
-
-bool runGnuplot(const std::filesystem::path& script) {
-  std::string program = "gnuplot", file = script.string();
-  char* arguments[] = {program.data(), file.data(), nullptr};
-  pid_t child = 0;
-  int status = 0;
-  return posix_spawnp(&child, "gnuplot", nullptr, nullptr, arguments, environ) == 0 &&
-         waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace
@@ -113,15 +95,7 @@ std::string regionTsv(const std::vector<RegionPoint>& points) {
 
 config::Result<void> plotRegion(const std::vector<RegionPoint>& points, const std::string& title,
                                 const std::filesystem::path& svg_file) {
-  const std::filesystem::path script = svg_file.string() + ".gnuplot";
-  std::ofstream(script) << scriptOf(points, title, svg_file);
-  const bool plotted = runGnuplot(script);
-  std::error_code ignored;
-  std::filesystem::remove(script, ignored);
-  if (plotted && std::filesystem::exists(svg_file)) return {};
-  return std::unexpected(
-      config::Error{svg_file.string(), "cannot be plotted",
-                    "is gnuplot installed and the folder writable? --region writes the data"});
+  return runGnuplot(scriptOf(points, title, svg_file), svg_file, "--region writes the data");
 }
 
 }  // namespace hapticd::tools
