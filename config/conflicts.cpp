@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <utility>
 
+#include "config/line_address.h"
 #include "config/parameter_table.h"
 #include "config/value_text.h"
 #include "rt/depth_frame.h"
@@ -78,6 +82,56 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
 }
 
+struct LedLine {
+  std::string_view parameter;
+  const std::string& text;
+};
+
+std::array<LedLine, 4> linesOf(const LedSettings& leds) {
+  return {{{"leds.power_line", leds.power_line},
+           {"leds.camera_line", leds.camera_line},
+           {"leds.contact_line", leds.contact_line},
+           {"leds.fault_line", leds.fault_line}}};
+}
+
+bool isSameLine(const LineAddress& a, const LineAddress& b) {
+  return a.name == b.name && (!a.name.empty() || a.offset == b.offset);
+}
+
+void checkLedLines(const LedSettings& leds, std::vector<Conflict>& conflicts) {
+  std::vector<std::pair<std::string_view, LineAddress>> seen;
+  for (const auto& [parameter, text] : linesOf(leds)) {
+    if (text.empty()) continue;
+    const Result<LineAddress> line = lineAddressFrom(text);
+    if (!line) {
+      add(conflicts, {parameter}, line.error().what, line.error().remedy);
+      continue;
+    }
+    for (const auto& [other, its_line] : seen) {
+      if (!isSameLine(*line, its_line)) continue;
+      add(conflicts, {parameter, other}, fmt::format("{} is also {}", textOf(*line), other),
+          "give each LED a line of its own, or leave one of the two empty");
+      break;
+    }
+    seen.emplace_back(parameter, *line);
+  }
+}
+
+void checkLeds(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const LedSettings& leds = settings.leds;
+  checkLedLines(leds, conflicts);
+  if (leds.driver != LedDriver::gpiod) return;
+  if (leds.chip.empty()) {
+    add(conflicts, {"leds.chip", "leds.driver"}, "is empty, and the leds.driver gpiod needs it",
+        "set leds.chip to the label, the name or the path of a chip (gpiodetect lists them)");
+  }
+  if (std::ranges::all_of(linesOf(leds), [](const LedLine& line) { return line.text.empty(); })) {
+    add(conflicts, {"leds.driver"}, "gpiod has no LED to switch",
+        "set at least one of leds.power_line, leds.camera_line, leds.contact_line and leds.fault_line, or "
+        "leds.driver to none");
+  }
+}
+
 void checkSocketPath(std::string_view name, const std::string& path, std::vector<Conflict>& conflicts) {
   if (path.empty()) {
     add(conflicts, {name}, "is empty", "give the path of the socket");
@@ -115,6 +169,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   findWindowConflict(settings, conflicts);
   findFrameGridConflict(settings, conflicts);
   checkDirection(settings, conflicts);
+  checkLeds(settings, conflicts);
   checkSockets(settings, conflicts);
   return conflicts;
 }

@@ -29,6 +29,8 @@ template <>
 inline constexpr std::array<std::string_view, 3> kWords<SyntheticNoise>{"off", "quantised", "sensor"};
 template <>
 inline constexpr std::array<std::string_view, 1> kWords<HandleDriver>{"simulated"};
+template <>
+inline constexpr std::array<std::string_view, 2> kWords<LedDriver>{"none", "gpiod"};
 
 template <typename Member>
 constexpr Kind kindOf() {

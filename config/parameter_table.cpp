@@ -257,6 +257,24 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(handle.simulated.stroke_period_s)>(
         "simulated_handle.stroke_period_s", kRestart, "s", {0.05, 600}, "",
         "time of one stroke, to and fro"),
+    row<HAPTICD_MEMBER(leds.driver)>(
+        "leds.driver", kRestart, "", {}, "",
+        "how the LEDs are switched"),
+    row<HAPTICD_MEMBER(leds.chip)>(
+        "leds.chip", kRestart, "", {}, "",
+        "the GPIO chip of all LEDs: its label, its name (gpiochip0) or its path; gpiodetect lists them"),
+    row<HAPTICD_MEMBER(leds.power_line)>(
+        "leds.power_line", kRestart, "", {}, "",
+        "line of the LED power: blinks slowly at the start, on while hapticd runs"),
+    row<HAPTICD_MEMBER(leds.camera_line)>(
+        "leds.camera_line", kRestart, "", {}, "",
+        "line of the LED camera: on while it streams, two flashes for damaged frames, blinks fast when lost"),
+    row<HAPTICD_MEMBER(leds.contact_line)>(
+        "leds.contact_line", kRestart, "", {}, "",
+        "line of the LED contact: on while a force can be felt, blinks slowly while engaged without contact"),
+    row<HAPTICD_MEMBER(leds.fault_line)>(
+        "leds.fault_line", kRestart, "", {}, "",
+        "line of the LED fault: blinks slowly for a warning, two flashes while holding, fast when faulted"),
     row<HAPTICD_MEMBER(control.status_socket)>(
         "control.status_socket", kRestart, "", {}, "",
         "path of the socket that shows the state and changes nothing"),

@@ -13,6 +13,7 @@ enum class DepthLaw { paper, factory, custom };
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
 enum class SyntheticNoise { off, quantised, sensor };
 enum class HandleDriver { simulated };
+enum class LedDriver { none, gpiod };
 
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
 struct ForceSettings {
@@ -77,6 +78,16 @@ struct HandleSettings {
   SimulatedHandleSettings simulated;
 };
 
+/// Each line as lineAddressFrom() (line_address.h) reads it; empty: there is no such LED.
+struct LedSettings {
+  LedDriver driver = LedDriver::none;
+  std::string chip;  ///< "gpiochipN", a path from /, or a label
+  std::string power_line;
+  std::string camera_line;
+  std::string contact_line;
+  std::string fault_line;
+};
+
 struct ControlSettings {
   std::string status_socket = "/run/hapticd/io.hapticd.Status";
   std::string control_socket = "/run/hapticd/io.hapticd.Control";
@@ -93,6 +104,7 @@ struct Settings {
   rt::GridParameters grid;
   rt::LoopParameters loop;
   HandleSettings handle;
+  LedSettings leds;
   ControlSettings control;
 
   /// `live` with the law that `force` names.

@@ -20,6 +20,7 @@ struct CameraStatus {
   std::string identity;              ///< driver and serial number or folder
   std::uint64_t frames = 0;          ///< delivered since the start
   std::uint64_t damaged_frames = 0;  ///< not delivered because their data could not be trusted
+  std::string advice = {};           ///< for people: what is doubtful about a camera that works; may be empty
 };
 
 /// Where a camera driver puts its frames: fill back(), then publish().

@@ -30,6 +30,11 @@ class StatusBoard {
     status_.identity = std::move(identity);
   }
 
+  void setAdvice(std::string advice) {
+    const std::lock_guard lock(mutex_);
+    status_.advice = std::move(advice);
+  }
+
   /// A frame was published; a camera that delivers is streaming. Returns the frame's number, 1 for the first.
   std::uint64_t countFrame() {
     const std::lock_guard lock(mutex_);

@@ -2,9 +2,11 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <libfreenect.h>
 #include <sys/time.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "rt/depth_frame.h"
@@ -15,18 +17,22 @@ namespace {
 // libfreenect's log callback gets no user pointer, but it is called in the thread of the call that logs.
 thread_local FreenectSession* logging_session = nullptr;
 
-/// The serial number of the first camera. The player fakenect lacks these functions, so they are looked up.
-std::string serialOfFirstCamera(freenect_context* context) {
+/// The serial numbers of all cameras, in the order of freenect_open_device(). The player fakenect lacks these
+/// functions, so they are looked up.
+std::vector<std::string> serialsOfCameras(freenect_context* context) {
   using List = int (*)(freenect_context*, freenect_device_attributes**);
   using Free = void (*)(freenect_device_attributes*);
   const auto list = reinterpret_cast<List>(::dlsym(RTLD_DEFAULT, "freenect_list_device_attributes"));
   const auto free = reinterpret_cast<Free>(::dlsym(RTLD_DEFAULT, "freenect_free_device_attributes"));
   if (list == nullptr || free == nullptr) return {};
   freenect_device_attributes* first = nullptr;
-  std::string serial;
-  if (list(context, &first) > 0 && first != nullptr) serial = first->camera_serial;
+  std::vector<std::string> serials;
+  list(context, &first);
+  for (const freenect_device_attributes* camera = first; camera != nullptr; camera = camera->next) {
+    serials.emplace_back(camera->camera_serial != nullptr ? camera->camera_serial : "");
+  }
   free(first);
-  return serial;
+  return serials;
 }
 
 constexpr const char* kNotFoundRemedy =
@@ -81,6 +87,7 @@ config::Result<void> FreenectSession::openDevice(const std::string& serial) {
   }
   if (cameras == 0) return std::unexpected(failure("no Kinect found", kNotFoundRemedy));
 
+  serials_ = serialsOfCameras(context_);
   const int status = serial.empty()
                          ? freenect_open_device(context_, &device_, 0)
                          : freenect_open_device_by_camera_serial(context_, &device_, serial.c_str());
@@ -89,12 +96,15 @@ config::Result<void> FreenectSession::openDevice(const std::string& serial) {
     if (serial.empty()) {
       return std::unexpected(failure("the camera cannot be opened", kCannotOpenRemedy));
     }
-    return std::unexpected(
-        failure(fmt::format("none of the {} cameras found has the serial number {} and can be opened",
-                            cameras, serial),
-                "check camera.serial and the permissions of the device"));
+    if (std::ranges::find(serials_, serial) != serials_.end()) {
+      return std::unexpected(
+          failure(fmt::format("the camera {} cannot be opened", serial), kCannotOpenRemedy));
+    }
+    return std::unexpected(failure(
+        fmt::format("no camera has the serial number {}; found: {}", serial, fmt::join(serials_, ", ")),
+        "set camera.serial to one of these, and check that the daemon's user may open the devices"));
   }
-  serial_ = serial.empty() ? serialOfFirstCamera(context_) : serial;
+  serial_ = !serial.empty() ? serial : serials_.empty() ? std::string() : serials_.front();
   freenect_set_user(device_, this);
   return {};
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/error.h"
 #include "drivers/camera/freenect/frame_integrity.h"
@@ -39,6 +40,8 @@ class FreenectSession {
 
   /// Empty when libfreenect cannot tell.
   const std::string& serial() const { return serial_; }
+  /// The serial numbers of all cameras found; empty when libfreenect cannot tell.
+  const std::vector<std::string>& serialsFound() const { return serials_; }
 
   /// Starts the depth stream; its frames go nowhere until deliverTo().
   config::Result<void> startDepth();
@@ -62,6 +65,7 @@ class FreenectSession {
   _freenect_device* device_ = nullptr;
   bool depth_started_ = false;
   std::string serial_;
+  std::vector<std::string> serials_;
   std::string complaint_;  // libfreenect's newest warning or error
   FrameIntegrity integrity_;
   FrameHandler handler_;

@@ -1,5 +1,8 @@
 #include "drivers/camera/freenect/freenect_worker.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "drivers/camera/damaged_pixels.h"
 #include "drivers/monotonic_clock.h"
 
@@ -70,8 +73,16 @@ void FreenectWorker::useCameraOnce() {
   auto session = FreenectSession::open(serial_);
   if (!session) return reportMissing(session.error());
   if (!(*session)->serial().empty()) board_.setIdentity("freenect " + (*session)->serial());
+  board_.setAdvice(adviceOn(**session));
   if (auto started = (*session)->startDepth(); !started) return reportMissing(started.error());
   deliver(**session);
+}
+
+std::string FreenectWorker::adviceOn(const FreenectSession& session) const {
+  if (!serial_.empty() || session.serialsFound().size() < 2) return {};
+  return fmt::format("{} cameras found ({}), {} is used (name the right one in camera.serial)",
+                     session.serialsFound().size(), fmt::join(session.serialsFound(), ", "),
+                     session.serial());
 }
 
 void FreenectWorker::reportMissing(const config::Error& error) {

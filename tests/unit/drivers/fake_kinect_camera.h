@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "tests/support/kinect/depth_packets.h"
+#include "tests/support/kinect/kinect_commands.h"
+
 namespace hapticd::test {
 
-/// What a Kinect v1's depth camera does at its USB connection: it answers the commands with which libfreenect
-/// opens it and sends depth packets. The environment variable FAKE_KINECT chooses what goes wrong:
+/// A Kinect v1's depth camera that plays made-up frames and fails as the environment variable FAKE_KINECT
+/// says:
 /// - steady: nothing.
 /// - late: the camera is not there the first two times somebody looks.
 /// - lossy: packets of the frames 5, 8, 9 and 12 are lost or short (see isFrameWhole).
@@ -21,7 +25,6 @@ class FakeKinectCamera {
   FakeKinectCamera();
 
   static constexpr const char* kSerial = "A00000000000001A";
-  static constexpr std::size_t kMostPacketBytes = 1920;
 
   /// Whether frame `number` (1 for the first) leaves a lossy camera undamaged.
   static bool isFrameWhole(std::uint32_t number);
@@ -33,28 +36,26 @@ class FakeKinectCamera {
   bool isGone() const;
   bool isMute() const;
   /// It has been told to send depth.
-  bool streams() const { return streams_; }
+  bool streams() const { return commands_.streamsDepth(); }
 
   void connect();
-  void command(const std::uint8_t* bytes, std::size_t count);
+  void command(std::span<const std::uint8_t> bytes);
   /// The reply to the newest command, once; then nothing.
-  std::vector<std::uint8_t> reply();
-  /// The bytes of the next isochronous packet; empty for one that is lost.
-  std::vector<std::uint8_t> nextPacket();
+  std::span<const std::uint8_t> reply() { return commands_.takeReply(); }
+  /// The next isochronous packet; returns its length, 0 for one that is lost.
+  std::size_t nextPacket(std::span<std::uint8_t, kinect::kMostPacketBytes> out);
 
  private:
-  void answer(std::uint16_t command, std::uint16_t tag, std::vector<std::uint8_t> payload);
   void beginFrame();
 
   std::string script_;
   int listings_ = 0;
   int connections_ = 0;
-  bool streams_ = false;
-  std::vector<std::uint8_t> reply_;
-  std::vector<std::uint8_t> packed_;  // the frame in progress, 11 bits per pixel
-  std::uint32_t frame_ = 0;           // number of the frame in progress
-  std::size_t packet_ = 0;            // index of its next packet
-  std::uint8_t packet_sequence_ = 0;
+  kinect::KinectCommands commands_;
+  kinect::DepthPackets packets_;
+  std::vector<std::uint16_t> raw_;    // the frame in progress
+  std::vector<std::uint8_t> packed_;  // the same as it is sent
+  std::uint32_t frame_ = 0;           // its number
 };
 
 }  // namespace hapticd::test

@@ -10,10 +10,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <span>
 #include <thread>
-#include <vector>
 
 #include "fake_kinect_camera.h"
+#include "tests/support/kinect/kinect_protocol.h"
 
 struct libusb_context {};
 struct libusb_device {};
@@ -22,6 +23,7 @@ struct libusb_device_handle {};
 namespace {
 
 using hapticd::test::FakeKinectCamera;
+namespace kinect = hapticd::test::kinect;
 
 struct Bus {
   FakeKinectCamera camera;
@@ -41,9 +43,8 @@ void fillWithPackets(libusb_transfer& transfer) {
   std::uint8_t* out = transfer.buffer;
   for (int index = 0; index < transfer.num_iso_packets; ++index) {
     libusb_iso_packet_descriptor& descriptor = transfer.iso_packet_desc[index];
-    const std::vector<std::uint8_t> packet = bus().camera.nextPacket();
-    std::copy(packet.begin(), packet.end(), out);
-    descriptor.actual_length = static_cast<unsigned>(packet.size());
+    const std::span<std::uint8_t, kinect::kMostPacketBytes> packet(out, kinect::kMostPacketBytes);
+    descriptor.actual_length = static_cast<unsigned>(bus().camera.nextPacket(packet));
     descriptor.status = LIBUSB_TRANSFER_COMPLETED;
     out += descriptor.length;
   }
@@ -95,10 +96,10 @@ void libusb_free_device_list(libusb_device** list, int) {
 
 int libusb_get_device_descriptor(libusb_device*, libusb_device_descriptor* descriptor) {
   *descriptor = {};
-  descriptor->idVendor = 0x045e;
-  descriptor->idProduct = 0x02ae;
-  descriptor->bcdDevice = 0x010b;
-  descriptor->iSerialNumber = 3;
+  descriptor->idVendor = kinect::kVendor;
+  descriptor->idProduct = kinect::kProduct;
+  descriptor->bcdDevice = kinect::kRelease;
+  descriptor->iSerialNumber = kinect::kSerialString;
   return 0;
 }
 
@@ -123,7 +124,7 @@ std::uint8_t libusb_get_bus_number(libusb_device*) {
   return 1;
 }
 int libusb_get_max_iso_packet_size(libusb_device*, unsigned char) {
-  return static_cast<int>(FakeKinectCamera::kMostPacketBytes);
+  return static_cast<int>(kinect::kMostPacketBytes);
 }
 
 int libusb_claim_interface(libusb_device_handle*, int) {
@@ -171,12 +172,12 @@ int libusb_control_transfer(libusb_device_handle*, std::uint8_t request_type, st
                             std::uint16_t, unsigned char* data, std::uint16_t length, unsigned) {
   if (bus().camera.isGone()) return LIBUSB_ERROR_NO_DEVICE;
   if ((request_type & LIBUSB_ENDPOINT_IN) == 0) {
-    bus().camera.command(data, length);
+    bus().camera.command({data, length});
     return length;
   }
   while (bus().camera.isDead()) ::pause();
-  const std::vector<std::uint8_t> reply = bus().camera.reply();
-  std::copy(reply.begin(), reply.end(), data);
+  const std::span<const std::uint8_t> reply = bus().camera.reply();
+  std::ranges::copy(reply, data);
   return static_cast<int>(reply.size());
 }
 

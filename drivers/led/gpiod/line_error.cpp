@@ -1,0 +1,83 @@
+#include "drivers/led/gpiod/line_error.h"
+
+#include <cerrno>
+#include <system_error>
+
+#include "config/value_text.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using config::Error;
+using config::inQuotes;
+
+constexpr const char* kNoAccess =
+    "let the daemon's user read and write /dev/gpiochip*: by its group, or by a udev rule";
+
+std::string chipText(const std::string& chip) {
+  return "GPIO chip " + inQuotes(chip);
+}
+
+std::string lineText(const std::string& chip, const config::LineAddress& line) {
+  return chipText(chip) + ", " + textOf(line);
+}
+
+std::string systemText(int error) {
+  return std::generic_category().message(error);
+}
+
+bool isNoAccess(int error) {
+  return error == EACCES || error == EPERM;
+}
+
+Error chipError(const std::string& chip, int error) {
+  const std::string where = chipText(chip);
+  if (error == ENOENT) {
+    return {where, "there is no such chip",
+            "gpiodetect lists the chips; load the chip's driver, or correct leds.chip"};
+  }
+  if (isNoAccess(error)) return {where, "permission denied", kNoAccess};
+  // what libgpiod says of a file that is not a chip depends on its version
+  if (error == ENOTTY || error == ENODEV || error == EINVAL)
+    return {where, "this is no GPIO chip", "gpiodetect lists the chips; correct leds.chip"};
+  return {where, systemText(error), "gpiodetect shows whether the chip answers"};
+}
+
+Error requestError(const std::string& where, const LineFailure& failure) {
+  if (failure.error == EBUSY) {
+    const std::string holder = failure.holder.empty() ? "" : " by " + inQuotes(failure.holder);
+    return {where, "the line is in use" + holder,
+            "end what holds it, or choose another line (gpioinfo shows who holds which)"};
+  }
+  if (isNoAccess(failure.error)) return {where, "the line cannot be an output", "choose another line"};
+  return {where, systemText(failure.error), "gpioinfo shows what the line can be used for"};
+}
+
+}  // namespace
+
+Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure) {
+  switch (failure.step) {
+    case LineFailure::Step::chip:
+      return chipError(chip, failure.error);
+    case LineFailure::Step::line:
+      if (failure.error == ENOENT || failure.error == EINVAL) {
+        return {lineText(chip, line), "there is no such line",
+                "gpioinfo lists the lines of each chip; correct leds.*_line"};
+      }
+      return chipError(chip, failure.error);
+    case LineFailure::Step::request:
+      break;
+  }
+  return requestError(lineText(chip, line), failure);
+}
+
+Error setError(const std::string& chip, const config::LineAddress& line, int error) {
+  if (error == ENODEV || error == ENXIO) {
+    return {chipText(chip), "the chip is gone",
+            "connect it again or load its driver; it is looked for once a second"};
+  }
+  return {lineText(chip, line), "cannot be switched: " + systemText(error),
+          "check the chip's connection; it is tried again once a second"};
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "config/error.h"
+#include "drivers/led/gpiod/output_line.h"
+
+namespace hapticd::drivers {
+
+/// A failure of OutputLine::request() for people. One of the chip is the same for all its lines.
+config::Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure);
+
+/// A failure of OutputLine::set() for people.  `error`: errno.
+config::Error setError(const std::string& chip, const config::LineAddress& line, int error);
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,122 @@
+#include "tests/support/kinect/kinect_commands.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace hapticd::test::kinect {
+namespace {
+
+constexpr std::size_t kHeaderBytes = 8;
+
+constexpr std::uint16_t kReadRegister = 0x02;
+constexpr std::uint16_t kWriteRegister = 0x03;
+constexpr std::uint16_t kZeroPlane = 0x04;
+constexpr std::uint16_t kRegistration = 0x16;
+constexpr std::uint16_t kSensor = 0x95;
+
+constexpr std::uint16_t kDepthStreamRegister = 0x06;
+constexpr std::uint16_t kDepthStreamOn = 2;
+constexpr std::uint16_t kSensorWrite = 0x8000;
+
+/// 0 beyond the end.
+std::uint16_t word(std::span<const std::uint8_t> bytes, std::size_t index) {
+  if (bytes.size() < 2 * index + 2) return 0;
+  return static_cast<std::uint16_t>(bytes[2 * index] | bytes[2 * index + 1] << 8);
+}
+
+void putWord(std::span<std::uint8_t> bytes, std::size_t index, std::size_t value) {
+  bytes[2 * index] = static_cast<std::uint8_t>(value & 0xff);
+  bytes[2 * index + 1] = static_cast<std::uint8_t>(value >> 8 & 0xff);
+}
+
+void putFloat(std::span<std::uint8_t> bytes, std::size_t at, float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  for (std::size_t byte = 0; byte < 4; ++byte) bytes[at + byte] = static_cast<std::uint8_t>(bits >> 8 * byte);
+}
+
+}  // namespace
+
+void KinectCommands::command(std::span<const std::uint8_t> bytes) {
+  reply_bytes_ = 0;
+  if (bytes.size() < kHeaderBytes || bytes[0] != 'G' || bytes[1] != 'M') return;
+  if (bytes.size() < kHeaderBytes + 2 * std::size_t{word(bytes, 1)}) return;
+  command_ = word(bytes, 2);
+  tag_ = word(bytes, 3);
+  const Payload payload = bytes.subspan(kHeaderBytes, 2 * std::size_t{word(bytes, 1)});
+  switch (command_) {
+    case kReadRegister:
+      return readRegister(payload);
+    case kWriteRegister:
+      return writeRegister(payload);
+    case kZeroPlane:
+      return sendZeroPlane();
+    case kRegistration:
+      return sendRegistration(payload);
+    case kSensor:
+      return accessSensor(payload);
+    default:
+      beginReply(2);
+  }
+}
+
+std::span<const std::uint8_t> KinectCommands::takeReply() {
+  return std::span(reply_).first(std::exchange(reply_bytes_, 0));
+}
+
+/// The reply's payload, all zero (so its first word says success).
+std::span<std::uint8_t> KinectCommands::beginReply(std::size_t payload_bytes) {
+  reply_bytes_ = kHeaderBytes + payload_bytes;
+  const std::span<std::uint8_t> reply = std::span(reply_).first(reply_bytes_);
+  std::ranges::fill(reply, std::uint8_t{0});
+  reply[0] = 'R';
+  reply[1] = 'B';
+  putWord(reply, 1, payload_bytes / 2);
+  putWord(reply, 2, command_);
+  putWord(reply, 3, tag_);
+  return reply.subspan(kHeaderBytes);
+}
+
+void KinectCommands::readRegister(Payload payload) {
+  const auto found = registers_.find(word(payload, 0));
+  putWord(beginReply(4), 1, found != registers_.end() ? found->second : 0);
+}
+
+void KinectCommands::writeRegister(Payload payload) {
+  const std::uint16_t address = word(payload, 0);
+  const std::uint16_t value = word(payload, 1);
+  registers_[address] = value;
+  if (address == kDepthStreamRegister) streams_depth_ = value == kDepthStreamOn;
+  beginReply(2);
+}
+
+/// The image sensor's own registers.
+void KinectCommands::accessSensor(Payload payload) {
+  const auto address = static_cast<std::uint16_t>(word(payload, 1) & ~kSensorWrite);
+  std::uint16_t& value = sensor_registers_[address];
+  if ((word(payload, 1) & kSensorWrite) != 0) value = word(payload, 2);
+  putWord(beginReply(6), 2, value);
+}
+
+void KinectCommands::sendZeroPlane() {
+  const std::span<std::uint8_t> payload = beginReply(322);
+  putFloat(payload, 94, 7.5F);      // distance of emitter and camera, cm
+  putFloat(payload, 98, 2.3F);      // distance of colour and depth camera, cm
+  putFloat(payload, 102, 120.0F);   // reference distance, mm
+  putFloat(payload, 106, 0.1042F);  // pixel size at the reference distance, mm
+}
+
+void KinectCommands::sendRegistration(Payload payload) {
+  switch (word(payload, 0)) {
+    case 0x41:
+      beginReply(8);
+      return;
+    case 0x40:
+      beginReply(118);
+      return;
+    default:
+      putWord(beginReply(4), 1, 200);  // constant shift
+  }
+}
+
+}  // namespace hapticd::test::kinect

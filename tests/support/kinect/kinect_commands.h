@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <span>
+
+#include "tests/support/kinect/kinect_protocol.h"
+
+namespace hapticd::test::kinect {
+
+/// The camera's control endpoint: a command comes as a vendor OUT request, its reply is fetched by a vendor
+/// IN request.  Thread: one at a time.
+class KinectCommands {
+ public:
+  /// Executes one command block ("GM", payload words, command, tag, payload; little-endian). What is none, or
+  /// ends before its payload does, is ignored as the camera does it: no reply follows.
+  void command(std::span<const std::uint8_t> bytes);
+
+  /// The reply to the newest command, once; then nothing. Valid until the next command().
+  std::span<const std::uint8_t> takeReply();
+
+  /// Depth has been started and not stopped (register 0x06).
+  bool streamsDepth() const { return streams_depth_; }
+
+ private:
+  using Payload = std::span<const std::uint8_t>;
+
+  std::span<std::uint8_t> beginReply(std::size_t payload_bytes);
+  void readRegister(Payload payload);
+  void writeRegister(Payload payload);
+  void accessSensor(Payload payload);
+  void sendZeroPlane();
+  void sendRegistration(Payload payload);
+
+  std::map<std::uint16_t, std::uint16_t> registers_;
+  std::map<std::uint16_t, std::uint16_t> sensor_registers_;
+  bool streams_depth_ = false;
+  std::uint16_t command_ = 0;  // the one in progress
+  std::uint16_t tag_ = 0;
+  std::array<std::uint8_t, kMostReplyBytes> reply_{};
+  std::size_t reply_bytes_ = 0;
+};
+
+}  // namespace hapticd::test::kinect
