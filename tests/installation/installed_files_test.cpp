@@ -1,0 +1,106 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/installation/staged_installation.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> kPrograms{"usr/bin/haptic-replay", "usr/bin/hapticbench", "usr/bin/hapticctl",
+                                      "usr/libexec/hapticd/hapticd"};
+
+Finished install(const fs::path& prefix) {
+  return runToEnd({HAPTICD_CMAKE, "--install", HAPTICD_BUILD_FOLDER, "--prefix", prefix.string()});
+}
+
+TEST(Installation, PutsEveryFileInItsPlace) {
+  const std::vector<std::string> expected{
+      "etc/hapticd/hapticd.yaml",
+      "usr/bin/haptic-replay",
+      "usr/bin/hapticbench",
+      "usr/bin/hapticctl",
+      "usr/lib/systemd/system/hapticd-control.socket",
+      "usr/lib/systemd/system/hapticd-status.socket",
+      "usr/lib/systemd/system/hapticd.service",
+      "usr/lib/sysusers.d/hapticd.conf",
+      "usr/lib/tmpfiles.d/hapticd.conf",
+      "usr/lib/udev/rules.d/72-hapticd.rules",
+      "usr/libexec/hapticd/hapticd",
+      "usr/share/bash-completion/completions/hapticctl",
+      "usr/share/doc/hapticd/README.md",
+      "usr/share/doc/hapticd/changelog.Debian.gz",
+      "usr/share/doc/hapticd/copyright",
+      "usr/share/doc/hapticd/examples/50-cpu.conf",
+      "usr/share/doc/hapticd/examples/60-udp-peer.conf",
+      "usr/share/doc/hapticd/examples/demo.yaml",
+      "usr/share/fish/vendor_completions.d/hapticctl.fish",
+      "usr/share/man/man1/haptic-replay.1.gz",
+      "usr/share/man/man1/hapticbench.1.gz",
+      "usr/share/man/man1/hapticctl.1.gz",
+      "usr/share/man/man5/hapticd.yaml.5.gz",
+      "usr/share/man/man8/hapticd.8.gz",
+      "usr/share/zsh/vendor-completions/_hapticctl",
+  };
+  EXPECT_EQ(filesBelow(stagedRoot()), expected);
+}
+
+TEST(Installation, LetsEverybodyReadAndNobodyElseWrite) {
+  for (const std::string& file : filesBelow(stagedRoot())) {
+    const auto mode = static_cast<unsigned>(fs::status(stagedRoot() / file).permissions());
+    EXPECT_EQ(mode, kPrograms.contains(file) ? 0755U : 0644U) << file;
+  }
+}
+
+TEST(Installation, InstallsTheShippedConfigurationUnchanged) {
+  EXPECT_EQ(contentOf(stagedRoot() / "etc/hapticd/hapticd.yaml"),
+            contentOf(fs::path(HAPTICD_SOURCE_FOLDER) / "config/hapticd.yaml"));
+}
+
+TEST(Installation, InstallsTheCompletionThatHapticctlPrints) {
+  const std::string hapticctl = stagedRoot() / "usr/bin/hapticctl";
+  EXPECT_EQ(contentOf(stagedRoot() / "usr/share/bash-completion/completions/hapticctl"),
+            runToEnd({hapticctl, "completion", "bash"}).output);
+  EXPECT_EQ(contentOf(stagedRoot() / "usr/share/zsh/vendor-completions/_hapticctl"),
+            runToEnd({hapticctl, "completion", "zsh"}).output);
+  EXPECT_EQ(contentOf(stagedRoot() / "usr/share/fish/vendor_completions.d/hapticctl.fish"),
+            runToEnd({hapticctl, "completion", "fish"}).output);
+}
+
+TEST(Installation, UnderAnotherPrefixStaysBelowIt) {
+  const TemporaryFolder home;
+  const Finished finished = install(home.path());
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  std::set<std::string> below_usr;
+  for (std::string file : filesBelow(stagedRoot())) {
+    below_usr.insert(file.starts_with("usr/") ? file.substr(4) : file);
+  }
+  const std::vector<std::string> files = filesBelow(home.path());
+  EXPECT_EQ(std::set<std::string>(files.begin(), files.end()), below_usr);
+}
+
+TEST(Installation, UnderAnotherPrefixHasAUnitWithItsPaths) {
+  const TemporaryFolder home;
+  ASSERT_EQ(install(home.path()).ending, exitedWith(0));
+  const std::string prefix = home.path();
+  EXPECT_EQ(unitSetting(contentOf(home.path() / "lib/systemd/system/hapticd.service"), "ExecStart"),
+            prefix + "/libexec/hapticd/hapticd --config " + prefix + "/etc/hapticd/hapticd.yaml");
+}
+
+TEST(Installation, KeepsAChangedConfiguration) {
+  const TemporaryFolder home;
+  fs::create_directories(home.path() / "etc/hapticd");
+  home.write("etc/hapticd/hapticd.yaml", "force: {radius_m: 0.03}\n");
+  ASSERT_EQ(install(home.path()).ending, exitedWith(0));
+  EXPECT_EQ(contentOf(home.path() / "etc/hapticd/hapticd.yaml"), "force: {radius_m: 0.03}\n");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "config/settings.h"
+#include "tests/installation/staged_installation.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kUnits = "usr/lib/systemd/system";
+
+std::string unit(const std::string& name) {
+  return contentOf(stagedRoot() / kUnits / name);
+}
+
+/// The staged units with the daemon where it is staged: systemd looks whether it can be executed.
+class UnitCopies {
+ public:
+  UnitCopies() {
+    std::string service = unit("hapticd.service");
+    const std::string program = "ExecStart=/usr/libexec";
+    const std::size_t place = service.find(program);
+    if (place != std::string::npos) {
+      service.replace(place, program.size(), "ExecStart=" + (stagedRoot() / "usr/libexec").string());
+    }
+    folder_.write("hapticd.service", service);
+    for (const std::string socket : {"hapticd-status.socket", "hapticd-control.socket"}) {
+      folder_.write(socket, unit(socket));
+    }
+  }
+  std::string path(const std::string& name) const { return folder_.path() / name; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST(Units, HaveNothingThatSystemdComplainsAbout) {
+  HAPTICD_NEEDS("systemd-analyze");
+  const UnitCopies copies;
+  const Finished finished = runTool(
+      "systemd-analyze", {"verify", "--man=no", copies.path("hapticd.service"),
+                          copies.path("hapticd-status.socket"), copies.path("hapticd-control.socket")});
+  EXPECT_EQ(finished.ending, exitedWith(0));
+  EXPECT_EQ(finished.output + finished.errors, "");
+}
+
+TEST(Units, ExposeTheServiceLessThanTwo) {
+  HAPTICD_NEEDS("systemd-analyze");
+  const UnitCopies copies;
+  const Finished finished = runTool(
+      "systemd-analyze", {"security", "--offline=true", "--threshold=19", copies.path("hapticd.service")});
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+}
+
+TEST(Units, NameProgramAndConfigurationThatAreInstalled) {
+  const std::string start = unitSetting(unit("hapticd.service"), "ExecStart");
+  EXPECT_EQ(start, "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml");
+  EXPECT_TRUE(fs::exists(stagedRoot() / "usr/libexec/hapticd/hapticd"));
+  EXPECT_TRUE(fs::exists(stagedRoot() / "etc/hapticd/hapticd.yaml"));
+}
+
+TEST(Units, ListenWhereClientsLook) {
+  const config::Settings defaults;
+  EXPECT_EQ(unitSetting(unit("hapticd-status.socket"), "ListenStream"), defaults.control.status_socket);
+  EXPECT_EQ(unitSetting(unit("hapticd-control.socket"), "ListenStream"), defaults.control.control_socket);
+}
+
+TEST(Units, LetEveryoneReadAndTheGroupHapticSteer) {
+  EXPECT_EQ(unitSetting(unit("hapticd-status.socket"), "SocketMode"), "0666");
+  EXPECT_EQ(unitSetting(unit("hapticd-control.socket"), "SocketMode"), "0660");
+  EXPECT_EQ(unitSetting(unit("hapticd-control.socket"), "SocketGroup"), "haptic");
+}
+
+TEST(Units, NameTheDescriptorsAsTheDaemonLooksForThem) {
+  EXPECT_EQ(unitSetting(unit("hapticd-status.socket"), "FileDescriptorName"), "status");
+  EXPECT_EQ(unitSetting(unit("hapticd-control.socket"), "FileDescriptorName"), "control");
+}
+
+// systemd removes a RuntimeDirectory= when the service restarts, and the sockets with it.
+TEST(Units, LeaveTheFolderOfTheSocketsToTmpfiles) {
+  EXPECT_EQ(unitSetting(unit("hapticd.service"), "RuntimeDirectory"), "");
+  EXPECT_NE(
+      contentOf(stagedRoot() / "usr/lib/tmpfiles.d/hapticd.conf").find("d /run/hapticd 0755 root root -"),
+      std::string::npos);
+}
+
+// A box with one or two CPUs has to start too.
+TEST(Units, NameNoCpu) {
+  EXPECT_EQ(unitSetting(unit("hapticd.service"), "CPUAffinity"), "");
+}
+
+TEST(Units, AreMadeForUsersThatSysusersCreates) {
+  HAPTICD_NEEDS("systemd-sysusers");
+  if (::geteuid() != 0) GTEST_SKIP() << "systemd-sysusers writes another root's /etc only as root";
+  const TemporaryFolder root;
+  fs::create_directories(root.path() / "etc");
+  const Finished finished = runTool(
+      "systemd-sysusers",
+      {"--root=" + root.path().string(), (stagedRoot() / "usr/lib/sysusers.d/hapticd.conf").string()});
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  EXPECT_NE(contentOf(root.path() / "etc/passwd").find("hapticd:x:"), std::string::npos);
+  EXPECT_NE(contentOf(root.path() / "etc/passwd").find(":/var/lib/hapticd:/usr/sbin/nologin"),
+            std::string::npos);
+  const std::string groups = contentOf(root.path() / "etc/group");
+  EXPECT_TRUE(groups.starts_with("hapticd:x:") || groups.find("\nhapticd:x:") != std::string::npos) << groups;
+  EXPECT_TRUE(groups.starts_with("haptic:x:") || groups.find("\nhaptic:x:") != std::string::npos) << groups;
+}
+
+TEST(Units, FindTheSocketsFolderThatTmpfilesCreates) {
+  HAPTICD_NEEDS("systemd-tmpfiles");
+  if (::geteuid() != 0) GTEST_SKIP() << "systemd-tmpfiles gives folders to root only as root";
+  const TemporaryFolder root;
+  const Finished finished =
+      runTool("systemd-tmpfiles", {"--create", "--root=" + root.path().string(),
+                                   (stagedRoot() / "usr/lib/tmpfiles.d/hapticd.conf").string()});
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  EXPECT_EQ(static_cast<unsigned>(fs::status(root.path() / "run/hapticd").permissions()), 0755U);
+}
+
+}  // namespace
+}  // namespace hapticd::test

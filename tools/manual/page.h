@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "config/error.h"
+
+namespace hapticd::tools {
+
+struct PageSource {
+  std::string template_text;
+  std::string program;  ///< path of the program that the page describes; empty when it describes none
+  std::string version;
+};
+
+/// The finished page.
+/// Errors: the program does not answer to --help, the template asks for what nobody knows.
+config::Result<std::string> manualPage(const PageSource& source);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,40 @@
+#include "tools/manual/parameter_section.h"
+
+#include <cctype>
+
+#include "config/parameter_table.h"
+#include "tools/manual/roff.h"
+
+namespace hapticd::tools {
+namespace {
+
+std::string sentence(std::string_view text) {
+  std::string capital(text);
+  capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(capital.front())));
+  return capital + ".";
+}
+
+std::string paragraph(const config::Parameter& parameter) {
+  std::string text = sentence(parameter.help);
+  if (!parameter.symbol.empty()) text += " In the paper: " + std::string(parameter.symbol) + ".";
+  const std::string value = config::toText(parameter.defaultValue());
+  text += "\nAllowed: " + parameter.range() + ". Default: " + (value.empty() ? "empty" : value) + ".";
+  if (parameter.effect == config::Effect::live) text += " Live.";
+  return labelled(parameter.name, text);
+}
+
+}  // namespace
+
+std::string parameterSection() {
+  std::string section;
+  std::string_view group;
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    const std::string_view own_group = parameter.name.substr(0, parameter.name.find('.'));
+    if (own_group != group) section += ".SS " + plainRoff(own_group) + "\n";
+    group = own_group;
+    section += paragraph(parameter);
+  }
+  return section;
+}
+
+}  // namespace hapticd::tools

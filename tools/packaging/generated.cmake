@@ -1,0 +1,54 @@
+# What is made at build time only to be installed: manual pages, completions, the compressed changelog.
+find_program(GZIP gzip REQUIRED)
+set(HAPTICD_GENERATED ${CMAKE_BINARY_DIR}/generated)
+file(MAKE_DIRECTORY ${HAPTICD_GENERATED})
+set(generated_files)
+
+# add_manual_page(page [program that it describes])
+function(add_manual_page page)
+  set(template ${CMAKE_SOURCE_DIR}/tools/manual/${page}.in)
+  set(program_option)
+  if(ARGN)
+    set(program_option --program $<TARGET_FILE:${ARGN}>)
+  endif()
+  add_custom_command(
+    OUTPUT ${HAPTICD_GENERATED}/${page} ${HAPTICD_GENERATED}/${page}.gz
+    COMMAND manual-page --template ${template} --out ${HAPTICD_GENERATED}/${page} ${program_option}
+    COMMAND ${GZIP} -9nkf ${HAPTICD_GENERATED}/${page}
+    DEPENDS manual-page ${ARGN} ${template}
+    COMMENT "Manual page ${page}"
+    VERBATIM)
+  set(generated_files ${generated_files} ${HAPTICD_GENERATED}/${page}.gz PARENT_SCOPE)
+endfunction()
+
+function(add_completion shell file)
+  add_custom_command(
+    OUTPUT ${HAPTICD_GENERATED}/${file}
+    COMMAND hapticctl completion ${shell} > ${HAPTICD_GENERATED}/${file}
+    DEPENDS hapticctl
+    COMMENT "Completion of ${shell}"
+    VERBATIM)
+  set(generated_files ${generated_files} ${HAPTICD_GENERATED}/${file} PARENT_SCOPE)
+endfunction()
+
+add_manual_page(hapticd.8 hapticd)
+add_manual_page(hapticd.yaml.5)
+add_manual_page(hapticctl.1 hapticctl)
+add_manual_page(haptic-replay.1 haptic-replay)
+add_manual_page(hapticbench.1 hapticbench)
+
+add_completion(bash hapticctl)
+add_completion(zsh _hapticctl)
+add_completion(fish hapticctl.fish)
+
+set(changelog ${CMAKE_SOURCE_DIR}/tools/packaging/changelog)
+add_custom_command(
+  OUTPUT ${HAPTICD_GENERATED}/changelog.Debian.gz
+  COMMAND ${GZIP} -9nc ${changelog} > ${HAPTICD_GENERATED}/changelog.Debian.gz
+  DEPENDS ${changelog}
+  VERBATIM)
+list(APPEND generated_files ${HAPTICD_GENERATED}/changelog.Debian.gz)
+
+# All that an installation needs, and no test.
+add_custom_target(installable ALL DEPENDS ${generated_files})
+add_dependencies(installable hapticd hapticctl haptic-replay hapticbench)

@@ -1,0 +1,21 @@
+# Runs at installation: only then the prefix is known, which `cmake --install --prefix` and packaging choose.
+# Set before: source_folder, unit_folder, daemon_folder.
+if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+  set(configuration_folder /etc/hapticd)
+else()
+  set(configuration_folder ${CMAKE_INSTALL_PREFIX}/etc/hapticd)
+endif()
+
+set(HAPTICD_PROGRAM ${CMAKE_INSTALL_PREFIX}/${daemon_folder}/hapticd)
+set(HAPTICD_CONFIGURATION ${configuration_folder}/hapticd.yaml)
+set(unit ${CMAKE_INSTALL_PREFIX}/${unit_folder}/hapticd.service)
+message(STATUS "Installing: $ENV{DESTDIR}${unit}")
+configure_file(${source_folder}/systemd/hapticd.service.in $ENV{DESTDIR}${unit} @ONLY
+               FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+list(APPEND CMAKE_INSTALL_MANIFEST_FILES ${unit})
+
+if(EXISTS $ENV{DESTDIR}${HAPTICD_CONFIGURATION})
+  message(STATUS "Kept: $ENV{DESTDIR}${HAPTICD_CONFIGURATION}")
+else()
+  file(INSTALL DESTINATION ${configuration_folder} TYPE FILE FILES ${source_folder}/config/hapticd.yaml)
+endif()
