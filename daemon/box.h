@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "config/parameter_table.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
+#include "drivers/led/led_panel.h"
 #include "rt/loop_state.h"
 
 namespace hapticd::daemon {
@@ -55,6 +58,17 @@ struct LawStatus {
   double distance_m = 0;        ///< of what is felt, from the camera; 0: not known
 };
 
+/// How an LED shines; isLit() (indicators.h) has the times.
+enum class LedPattern { off, on, slow_blink, fast_blink, double_blink };
+
+/// Of each drivers::Led, at its number.
+using LedPatterns = std::array<LedPattern, drivers::kLedCount>;
+
+struct IndicatorStatus {
+  drivers::LedStatus panel;
+  LedPatterns patterns{};  ///< of the LEDs that are configured, the others show nothing
+};
+
 /// Everything that the outside may know of the box at one moment.
 struct BoxStatus {
   rt::LoopState loop;
@@ -64,11 +78,14 @@ struct BoxStatus {
   LatencySummary wakeup_latency;
   LatencySummary compute_time;
   std::uint64_t trace_ticks_dropped = 0;  ///< ticks that did not fit into the ring
+  /// Pages that the force thread had to wait for since its first tick; nothing: not known.
+  std::optional<std::uint64_t> force_thread_page_faults;
   drivers::CameraStatus camera;
   SceneStatus scene;
   drivers::HandleStatus handle;
   double uptime_s = 0;
   LawStatus law;
+  IndicatorStatus leds;
 };
 
 /// The running box as the control API sees it.

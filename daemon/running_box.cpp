@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 #include <pthread.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <future>
 #include <system_error>
+#include <tuple>
 
+#include "daemon/thread_faults.h"
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
+#include "drivers/led/make_led_panel.h"
 #include "rt/haptic_core.h"
 #include "rt/periodic_clock.h"
 #include "rt/realtime_thread.h"
@@ -19,6 +23,11 @@ namespace {
 
 constexpr std::chrono::seconds kFirstTickTimeout{5};
 constexpr std::int64_t kSamplePeriod_ns = 1'000'000'000 / 15;
+constexpr std::int64_t kLedPatternPeriod_ns = 1'000'000'000 / 20;
+
+std::unexpected<RunningBox::StartFailure> failure(const config::Result<void>& started, bool permanent) {
+  return std::unexpected(RunningBox::StartFailure{started.error(), permanent});
+}
 
 LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
   return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
@@ -34,7 +43,8 @@ RunningBox::RunningBox(const config::Settings& settings)
       scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
                     focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
-      handle_(drivers::makeHandle(settings.handle)) {
+      handle_(drivers::makeHandle(settings.handle)),
+      leds_(drivers::makeLedPanel(settings.leds)) {
   directive_.engage = settings.control.engage_at_start;
   decideLaw();
 }
@@ -43,27 +53,31 @@ RunningBox::~RunningBox() {
   stop();
 }
 
-config::Result<void> RunningBox::start() {
+std::expected<void, RunningBox::StartFailure> RunningBox::start() {
   start_ns_ = rt::monotonicNow_ns();
   sendDirective();
+  if (auto started = leds_->start(); !started) return failure(started, true);
+  showLeds();
   scene_thread_.start();
-  if (auto started = handle_->start(handle_channels_); !started) return started;
-  if (auto started = startForceThread(); !started) return started;
-  if (auto started = camera_->start(scene_thread_); !started) return started;
-  return waitForFirstTick();
+  if (auto started = handle_->start(handle_channels_); !started) return failure(started, true);
+  if (auto started = startForceThread(); !started) return failure(started, false);
+  if (auto started = camera_->start(scene_thread_); !started) return failure(started, true);
+  if (auto ticked = waitForFirstTick(); !ticked) return failure(ticked, false);
+  return {};
 }
 
 config::Result<void> RunningBox::startForceThread() {
   loop_ = std::make_unique<rt::ForceLoop>(
       settings_.loop, scene_thread_.pointCapacity(),
       rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_});
+  idle_latency_.emplace();
   // Memory is locked before the thread exists, so that its stack is locked too.
   const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
-  std::promise<rt::LoopPrivileges> prepared;
+  std::promise<std::pair<rt::LoopPrivileges, pid_t>> prepared;
   try {
     force_thread_ = std::thread([this, &prepared] {
       rt::ForceLoop& loop = *loop_;
-      prepared.set_value(loop.prepare());
+      prepared.set_value({loop.prepare(), ::gettid()});
       loop.run();
     });
   } catch (const std::system_error& error) {
@@ -71,7 +85,7 @@ config::Result<void> RunningBox::startForceThread() {
                                          "raise the limit of tasks or of locked memory"});
   }
   pthread_setname_np(force_thread_.native_handle(), "hapticd-force");
-  privileges_ = prepared.get_future().get();
+  std::tie(privileges_, force_thread_id_) = prepared.get_future().get();
   privileges_.memory_locked = memory_locked;
   return {};
 }
@@ -83,8 +97,10 @@ config::Result<void> RunningBox::waitForFirstTick() {
       return std::unexpected(config::Error{"force loop", "no tick within 5 s of the start",
                                            "is the CPU of loop.cpu taken by a task of higher priority?"});
     }
+    showLeds();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  faults_at_start_ = pageFaultsOf(force_thread_id_);
   return {};
 }
 
@@ -92,8 +108,10 @@ void RunningBox::stop() {
   if (force_thread_.joinable()) {
     loop_->requestStop();
     force_thread_.join();
+    idle_latency_.reset();
   }
   handle_->stop();
+  leds_->stop();
   camera_->stop();
   scene_thread_.stop();
 }
@@ -178,6 +196,17 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
   }
   adaptToDistance();
   sampleRate();
+  showLeds();
+}
+
+void RunningBox::showLeds() {
+  if (settings_.leds.driver == config::LedDriver::none) return;
+  const std::int64_t now_ns = rt::monotonicNow_ns();
+  if (now_ns - led_patterns_ns_ >= kLedPatternPeriod_ns) {
+    led_patterns_ = patternsOf(condition_watch_.follow(condition(), now_ns));
+    led_patterns_ns_ = now_ns;
+  }
+  leds_->show(litLeds(led_patterns_, now_ns));
 }
 
 void RunningBox::sampleRate() {
@@ -198,32 +227,53 @@ double RunningBox::rate_hz() const {
          static_cast<double>(newest->time_ns - begin.time_ns);
 }
 
-BoxStatus RunningBox::status() {
+BoxStatus RunningBox::condition() {
   BoxStatus status;
   status.loop = loopState();
+  status.camera = camera_->status();
+  status.scene = scene_thread_.status();
+  status.handle = handle_->status();
+  status.leds = {leds_->status(), led_patterns_};
+  status.warnings = warnings(status);
+  return status;
+}
+
+std::optional<std::uint64_t> RunningBox::pageFaultsSinceStart() const {
+  const auto faults = pageFaultsOf(force_thread_id_);
+  if (!faults || !faults_at_start_) return std::nullopt;
+  return *faults - *faults_at_start_;
+}
+
+BoxStatus RunningBox::status() {
+  BoxStatus status = condition();
+  status.force_thread_page_faults = pageFaultsSinceStart();
   status.privileges = privileges_;
   status.rate_hz = rate_hz();
   status.wakeup_latency = summaryOf(control_->wakeup_latency);
   status.compute_time = summaryOf(control_->compute_time);
   status.trace_ticks_dropped = control_->ticks.dropped();
-  status.camera = camera_->status();
-  status.scene = scene_thread_.status();
-  status.handle = handle_->status();
   status.law = lawStatus();
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
-  status.warnings = warnings(status);
   return status;
 }
 
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
-  std::vector<std::string> list;
+  std::vector<std::string> list = notices_;
   const bool looking = status.camera.state == drivers::CameraState::absent && status.camera.detail.empty();
   if (status.camera.state != drivers::CameraState::streaming && !looking) {
     list.push_back(fmt::format("camera {}: {}",
                                status.camera.state == drivers::CameraState::lost ? "lost" : "absent",
                                status.camera.detail));
   }
+  if (!status.camera.advice.empty()) list.push_back("camera: " + status.camera.advice);
   if (!status.handle.present) list.push_back(fmt::format("handle absent: {}", status.handle.detail));
+  const bool leds_missing = status.leds.panel.state == drivers::LedState::absent ||
+                            status.leds.panel.state == drivers::LedState::lost;
+  if (leds_missing && !status.leds.panel.detail.empty()) {
+    list.push_back(fmt::format("LEDs {}: {}",
+                               status.leds.panel.state == drivers::LedState::lost ? "lost" : "absent",
+                               status.leds.panel.detail));
+  }
   if (!privileges_.realtime_scheduling) {
     list.push_back(
         "force thread without real-time scheduling: wake-ups may be late "
@@ -233,6 +283,12 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
     list.push_back(
         "memory not locked: page faults may delay the force thread "
         "(LimitMEMLOCK=infinity in the unit, or a memlock line in limits.conf)");
+  }
+  if (privileges_.realtime_scheduling && idle_latency_ && !idle_latency_->held()) {
+    list.push_back(
+        "CPUs may sleep deeply between ticks: wake-ups may be late (write permission on "
+        "/dev/cpu_dma_latency, which "
+        "hapticd's udev rules give to its group)");
   }
   if (privileges_.cpu < 0) {
     list.push_back(

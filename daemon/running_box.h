@@ -2,18 +2,24 @@
 
 #include <array>
 #include <cstdint>
+#include <expected>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "config/law_choice.h"
 #include "config/settings.h"
 #include "daemon/box.h"
+#include "daemon/idle_latency.h"
+#include "daemon/indicators.h"
 #include "daemon/scene_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
+#include "drivers/led/led_panel.h"
 #include "rt/depth_model.h"
 #include "rt/force_loop.h"
 
@@ -27,14 +33,25 @@ class RunningBox final : public Box {
   /// Like stop().
   ~RunningBox() override;
 
+  /// Why start() failed.
+  struct StartFailure {
+    config::Error error;
+    bool permanent = true;  ///< the settings are to blame: the next attempt fails too
+  };
+
   /// Starts everything and waits for the first tick.
   /// Errors: a driver that cannot work with its settings, a thread that cannot be started.
-  config::Result<void> start();
+  std::expected<void, StartFailure> start();
   /// Brings the force to zero, then ends the threads. Harmless when not started.
   void stop();
 
   /// Takes the ticks that have happened since the last call; `on_tick` may be empty.
   void drainTicks(const std::function<void(const rt::Tick&)>& on_tick);
+
+  /// Moves as long as the force loop does.
+  std::uint64_t heartbeat() { return loopState().counters.ticks; }
+  /// Warnings of the status that come from outside the box; replaces those given before.
+  void setNotices(std::vector<std::string> notices) { notices_ = std::move(notices); }
 
   BoxStatus status() override;
   const config::Settings& settings() const override { return settings_; }
@@ -58,8 +75,12 @@ class RunningBox final : public Box {
   void adaptToDistance();
   LawStatus lawStatus() const;
   const rt::LoopState& loopState();
+  std::optional<std::uint64_t> pageFaultsSinceStart() const;
   void sampleRate();
   double rate_hz() const;
+  /// What status() says apart from measurements: cheap enough for the LEDs.
+  BoxStatus condition();
+  void showLeds();
   std::vector<std::string> warnings(const BoxStatus& status) const;
 
   config::Settings settings_;
@@ -71,13 +92,21 @@ class RunningBox final : public Box {
   SceneThread scene_thread_;
   std::unique_ptr<drivers::Camera> camera_;
   std::unique_ptr<drivers::Handle> handle_;
+  std::unique_ptr<drivers::LedPanel> leds_;
   std::unique_ptr<rt::ForceLoop> loop_;
   std::thread force_thread_;
   rt::LoopPrivileges privileges_;
+  std::optional<IdleLatencyLimit> idle_latency_;  // while the loop runs
+  pid_t force_thread_id_ = 0;
+  std::optional<std::uint64_t> faults_at_start_;
   rt::Directive directive_;
   config::LawDecision law_decision_;  // while force.law is auto
   double distance_class_m_ = 0;       // that it was decided for; 0: no surface has been felt yet
   double distance_m_ = 0;             // of what is felt, from the camera; 0: not known
+  ConditionWatch condition_watch_;
+  LedPatterns led_patterns_{};
+  std::int64_t led_patterns_ns_ = 0;  // when they were chosen
+  std::vector<std::string> notices_;
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring over about a second
   std::size_t next_sample_ = 0;

@@ -9,6 +9,7 @@
 
 #include "config/parameter_table.h"
 #include "daemon/control/interface_texts.h"
+#include "daemon/control/names.h"
 #include "daemon/control/parameter_json.h"
 #include "daemon/control/status_json.h"
 
@@ -213,9 +214,10 @@ void ControlService::setParameters(const Call& call, const Caller& caller, Repli
 
   for (auto change = changes->begin(); change != changes->end(); ++change) {
     const config::Parameter& parameter = *config::findParameter(change.key());
-    log(caller,
-        fmt::format("sets {} from {} to {}", change.key(), config::toText(parameter.get(box_.settings())),
-                    config::toText(parameter.get(*settings))));
+    const std::string old_value = config::toText(parameter.get(box_.settings()));
+    const std::string new_value = config::toText(parameter.get(*settings));
+    log(caller, fmt::format("sets {} from {} to {}", change.key(), old_value, new_value),
+        {{"EVENT", "parameter"}, {"PARAMETER", change.key()}, {"OLD", old_value}, {"NEW", new_value}});
   }
   answerWhenApplied(call, caller, replies, box_.apply(*settings), false);
 }
@@ -229,7 +231,7 @@ void ControlService::disengage(const Call& call, const Caller& caller, Replies& 
 }
 
 void ControlService::requestEngaged(bool engaged, const Call& call, const Caller& caller, Replies& replies) {
-  log(caller, engaged ? "engages" : "disengages");
+  log(caller, engaged ? "engages" : "disengages", {{"EVENT", engaged ? "engage" : "disengage"}});
   answerWhenApplied(call, caller, replies, box_.engage(engaged), true);
 }
 
@@ -263,8 +265,12 @@ Reply ControlService::appliedReply(const Waiting& waiting) {
   return {"", {{"mode", nameOf(tick.mode)}, {"cause", nameOf(tick.cause)}}};
 }
 
-void ControlService::log(const Caller& caller, const std::string& change) const {
-  if (options_.log) options_.log(fmt::format("uid {} (pid {}) {}", caller.uid, caller.pid, change));
+void ControlService::log(const Caller& caller, const std::string& change, JournalFields fields) const {
+  if (!options_.log) return;
+  fields.emplace_back("UID", fmt::to_string(caller.uid));
+  fields.emplace_back("PID", fmt::to_string(caller.pid));
+  options_.log({JournalEntry::Priority::notice,
+                fmt::format("uid {} (pid {}) {}", caller.uid, caller.pid, change), std::move(fields)});
 }
 
 void ControlService::feedStreams(Replies& replies) {

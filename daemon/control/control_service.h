@@ -8,14 +8,15 @@
 
 #include "daemon/box.h"
 #include "daemon/control/varlink_server.h"
+#include "daemon/journal_entry.h"
 
 namespace hapticd::daemon {
 
 struct ControlServiceOptions {
   /// How long the force loop may take to take over a change before the caller is told that it has not.
   std::chrono::milliseconds apply_timeout{1000};
-  /// Gets one line for each change, with the uid of who made it. May be empty.
-  std::function<void(const std::string&)> log;
+  /// Gets an entry for each change, with the uid of who made it. May be empty.
+  std::function<void(const JournalEntry&)> log;
 };
 
 /// The interfaces io.hapticd.Status, io.hapticd.Control and org.varlink.service, as the .varlink files of
@@ -76,7 +77,8 @@ class ControlService final : public CallHandler {
   void answerWhenApplied(const Call& call, const Caller& caller, Replies& replies, std::uint64_t generation,
                          bool wants_mode);
   Reply appliedReply(const Waiting& waiting);
-  void log(const Caller& caller, const std::string& change) const;
+  /// `fields`: of the entry, beside those that say who it was.
+  void log(const Caller& caller, const std::string& change, JournalFields fields) const;
   void answerWaiting(Replies& replies);
   void feedStreams(Replies& replies);
   static Reply streamReply(const Stream& stream, const OrderedJson& status);

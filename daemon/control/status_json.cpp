@@ -1,35 +1,12 @@
 #include "daemon/control/status_json.h"
 
 #include "config/law_choice.h"
+#include "daemon/control/names.h"
 
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
 // until it is shown.
 namespace hapticd::daemon {
 namespace {
-
-const char* nameOf(drivers::CameraState state) {
-  switch (state) {
-    case drivers::CameraState::absent:
-      return "absent";
-    case drivers::CameraState::streaming:
-      return "streaming";
-    case drivers::CameraState::lost:
-      return "lost";
-  }
-  return "absent";
-}
-
-const char* nameOf(rt::ContactState state) {
-  switch (state) {
-    case rt::ContactState::free:
-      return "free";
-    case rt::ContactState::contact:
-      return "contact";
-    case rt::ContactState::entrenched:
-      return "entrenched";
-  }
-  return "free";
-}
 
 OrderedJson vectorJson(const rt::Vec3& vector) {
   return {{"x", vector.x}, {"y", vector.y}, {"z", vector.z}};
@@ -80,12 +57,9 @@ OrderedJson tickJson(const rt::Tick& tick) {
 }
 
 OrderedJson cameraJson(const drivers::CameraStatus& camera) {
-  const auto& [state, detail, identity, frames, damaged_frames] = camera;
-  return {{"state", nameOf(state)},
-          {"detail", detail},
-          {"identity", identity},
-          {"frames", frames},
-          {"damagedFrames", damaged_frames}};
+  const auto& [state, detail, identity, frames, damaged_frames, advice] = camera;
+  return {{"state", nameOf(state)},          {"detail", detail}, {"identity", identity}, {"frames", frames},
+          {"damagedFrames", damaged_frames}, {"advice", advice}};
 }
 
 OrderedJson sceneJson(const SceneStatus& scene) {
@@ -117,6 +91,22 @@ OrderedJson handleJson(const drivers::HandleStatus& handle) {
   return {{"present", present}, {"detail", detail}, {"identity", identity}};
 }
 
+OrderedJson ledsJson(const IndicatorStatus& leds) {
+  const auto& [panel, patterns] = leds;
+  const auto& [state, detail, identity, configured] = panel;
+  const auto patternOf = [&](drivers::Led led) {
+    const auto number = static_cast<std::size_t>(led);
+    return leds.panel.configured[number] ? OrderedJson(nameOf(leds.patterns[number])) : OrderedJson();
+  };
+  return {{"state", nameOf(state)},
+          {"detail", detail},
+          {"identity", identity},
+          {"power", patternOf(drivers::Led::power)},
+          {"camera", patternOf(drivers::Led::camera)},
+          {"contact", patternOf(drivers::Led::contact)},
+          {"fault", patternOf(drivers::Led::fault)}};
+}
+
 OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
   const auto& [realtime_scheduling, memory_locked, cpu] = privileges;
   return {{"realtimeScheduling", realtime_scheduling},
@@ -126,58 +116,24 @@ OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
 
 }  // namespace
 
-const char* nameOf(rt::Mode mode) {
-  switch (mode) {
-    case rt::Mode::starting:
-      return "starting";
-    case rt::Mode::idle:
-      return "idle";
-    case rt::Mode::engaged:
-      return "engaged";
-    case rt::Mode::holding:
-      return "holding";
-    case rt::Mode::faulted:
-      return "faulted";
-  }
-  return "faulted";
-}
-
-const char* nameOf(rt::Cause cause) {
-  switch (cause) {
-    case rt::Cause::none:
-      return "none";
-    case rt::Cause::requested:
-      return "requested";
-    case rt::Cause::no_scene:
-      return "no_scene";
-    case rt::Cause::depth_stale:
-      return "depth_stale";
-    case rt::Cause::handle_stale:
-      return "handle_stale";
-    case rt::Cause::handle_invalid:
-      return "handle_invalid";
-    case rt::Cause::force_not_finite:
-      return "force_not_finite";
-  }
-  return "none";
-}
-
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
-               camera, scene, handle, uptime_s, law] = status;
+               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds] = status;
   const auto& [tick, counters, directive_generation] = loop_state;
 
   OrderedJson loop = {{"rateHz", rate_hz}};
   loop.update(privilegesJson(privileges));
-  loop.update({{"directiveGeneration", directive_generation},
-               {"wakeupLatency", latencyJson(wakeup_latency)},
-               {"computeTime", latencyJson(compute_time)},
-               {"counters", countersJson(counters)},
-               {"traceTicksDropped", trace_ticks_dropped}});
+  loop.update(
+      {{"directiveGeneration", directive_generation},
+       {"wakeupLatency", latencyJson(wakeup_latency)},
+       {"computeTime", latencyJson(compute_time)},
+       {"counters", countersJson(counters)},
+       {"traceTicksDropped", trace_ticks_dropped},
+       {"pageFaults", force_thread_page_faults ? OrderedJson(*force_thread_page_faults) : OrderedJson()}});
   return {{"mode", nameOf(tick.mode)},    {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
           {"uptimeS", uptime_s},          {"loop", std::move(loop)},     {"tick", tickJson(tick)},
           {"camera", cameraJson(camera)}, {"scene", sceneJson(scene)},   {"handle", handleJson(handle)},
-          {"law", lawJson(law)}};
+          {"law", lawJson(law)},          {"leds", ledsJson(leds)}};
 }
 
 OrderedJson windowJson(const WindowSummary& window) {

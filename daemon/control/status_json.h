@@ -10,8 +10,4 @@ namespace hapticd::daemon {
 OrderedJson statusJson(const BoxStatus& status);
 OrderedJson windowJson(const WindowSummary& window);
 
-/// "engaged", "depth_stale": the enumerators' own names, in both interfaces.
-const char* nameOf(rt::Mode mode);
-const char* nameOf(rt::Cause cause);
-
 }  // namespace hapticd::daemon

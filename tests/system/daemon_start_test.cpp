@@ -7,7 +7,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
+#include <string_view>
 
 #include "daemon/control/descriptor.h"
 #include "tests/system/daemon_under_test.h"
@@ -33,13 +35,16 @@ daemon::Descriptor boundSocket(int type, const std::string& path) {
   return socket;
 }
 
-std::string receivedBy(const daemon::Descriptor& socket) {
+/// Waits for a message that begins with `beginning`; false when none comes.
+bool isTold(const daemon::Descriptor& socket, std::string_view beginning) {
   pollfd descriptor{socket.get(), POLLIN, 0};
-  if (::poll(&descriptor, 1, 60'000) <= 0) return "<nothing came>";  // so long that only a failure waits
-  std::string text(4096, '\0');
-  const ssize_t count = ::recv(socket.get(), text.data(), text.size(), 0);
-  text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
-  return text;
+  while (::poll(&descriptor, 1, 60'000) > 0) {  // so long that only a failure waits
+    std::array<char, 4096> text;
+    const ssize_t count = ::recv(socket.get(), text.data(), text.size(), 0);
+    if (count > 0 && std::string_view(text.data(), static_cast<std::size_t>(count)).starts_with(beginning))
+      return true;
+  }
+  return false;
 }
 
 TEST(DaemonStart, RunsWithEveryDefaultButSocketsAndCamera) {
@@ -71,12 +76,22 @@ TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
   const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},
                 {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
-  EXPECT_TRUE(contains(receivedBy(manager), "READY=1"));
+  EXPECT_TRUE(isTold(manager, "READY=1"));
   EXPECT_TRUE(daemon.running());
   EXPECT_TRUE(std::filesystem::exists(home.controlSocket()));
   daemon.signal(SIGTERM);
-  EXPECT_TRUE(contains(receivedBy(manager), "STOPPING=1"));
+  EXPECT_TRUE(isTold(manager, "STOPPING=1"));
   EXPECT_EQ(daemon.wait(), exitedWith(0));
+}
+
+TEST(DaemonStart, FeedsTheWatchdogAgainAndAgain) {
+  const DaemonHome home;
+  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  Daemon daemon(
+      home, test::kWallYaml, {},
+      {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});
+  for (int time = 0; time < 5; ++time) EXPECT_TRUE(isTold(manager, "WATCHDOG=1"));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
 TEST(DaemonStart, IsRefusedWithoutTheFolderOfItsSockets) {

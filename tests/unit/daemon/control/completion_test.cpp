@@ -28,15 +28,16 @@ std::vector<std::string> completions(const std::vector<std::string>& words) {
 using Words = std::vector<std::string>;
 
 TEST(Completion, OffersTheCommands) {
-  EXPECT_EQ((Words{"status", "watch", "get", "set", "engage", "disengage", "params", "completion"}),
+  EXPECT_EQ((Words{"status", "watch", "get", "set", "engage", "disengage", "params", "doctor", "completion"}),
             completions({"hapticctl", ""}));
   EXPECT_EQ((Words{"set"}), completions({"hapticctl", "--json", "se"}));
-  EXPECT_EQ((Words{"disengage"}), completions({"hapticctl", "--socket", "/x", "d"}));
+  EXPECT_EQ((Words{"disengage", "doctor"}), completions({"hapticctl", "--socket", "/x", "d"}));
 }
 
 TEST(Completion, OffersTheOptions) {
   EXPECT_EQ((Words{"--socket"}), completions({"hapticctl", "--s"}));
   EXPECT_EQ((Words{"--interval"}), completions({"hapticctl", "watch", "--i"}));
+  EXPECT_EQ((Words{"--root"}), completions({"hapticctl", "doctor", "--r"}));
 }
 
 TEST(Completion, OffersEveryParameterToGet) {

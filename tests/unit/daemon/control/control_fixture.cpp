@@ -42,9 +42,9 @@ void ControlFixture::start() {
   server_options.listeners = {
       {.access = Access::read, .path = statusPath(), .mode = 0666, .group = "", .descriptor = -1},
       {.access = Access::control, .path = controlPath(), .mode = 0660, .group = "", .descriptor = -1}};
-  service_options.log = [this](const std::string& line) {
+  service_options.log = [this](const JournalEntry& entry) {
     const std::lock_guard lock(mutex_);
-    log_.push_back(line);
+    log_.push_back(entry);
   };
   service_ = std::make_unique<ControlService>(box, service_options);
   auto server = VarlinkServer::create(server_options, *service_);
@@ -76,7 +76,7 @@ void ControlFixture::addTicks(const std::vector<rt::Tick>& ticks) {
   ticks_.insert(ticks_.end(), ticks.begin(), ticks.end());
 }
 
-std::vector<std::string> ControlFixture::log() const {
+std::vector<JournalEntry> ControlFixture::log() const {
   const std::lock_guard lock(mutex_);
   return log_;
 }

@@ -55,7 +55,7 @@ class ControlFixture : public testing::Test {
 
   /// Hands the service ticks as the daemon does.
   void addTicks(const std::vector<rt::Tick>& ticks);
-  std::vector<std::string> log() const;
+  std::vector<JournalEntry> log() const;
 
   TemporaryFolder folder;
   FakeBox box;
@@ -65,7 +65,7 @@ class ControlFixture : public testing::Test {
 
   mutable std::mutex mutex_;
   std::vector<rt::Tick> ticks_;
-  std::vector<std::string> log_;
+  std::vector<JournalEntry> log_;
   std::unique_ptr<ControlService> service_;
   std::unique_ptr<VarlinkServer> server_;
   std::thread thread_;

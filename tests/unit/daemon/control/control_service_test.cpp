@@ -120,9 +120,21 @@ TEST_F(ControlServiceTest, LogsWhoChangedWhat) {
   askControl("io.hapticd.Control.Engage");
   askControl("io.hapticd.Control.Disengage");
   const std::string who = "uid " + std::to_string(::getuid()) + " (pid " + std::to_string(::getpid()) + ") ";
+  const std::vector<JournalEntry> entries = log();
+  std::vector<std::string> lines;
+  for (const JournalEntry& entry : entries) lines.push_back(entry.text);
   EXPECT_EQ((std::vector<std::string>{who + "sets force.stiffness_n_per_m from 500 to 800", who + "engages",
                                       who + "disengages"}),
-            log());
+            lines);
+  const std::map<std::string_view, std::string> fields(entries.front().fields.begin(),
+                                                       entries.front().fields.end());
+  EXPECT_EQ((std::map<std::string_view, std::string>{{"EVENT", "parameter"},
+                                                     {"PARAMETER", "force.stiffness_n_per_m"},
+                                                     {"OLD", "500"},
+                                                     {"NEW", "800"},
+                                                     {"UID", std::to_string(::getuid())},
+                                                     {"PID", std::to_string(::getpid())}}),
+            fields);
 }
 
 TEST_F(ControlServiceTest, SetsNothingWhenOneOfTheValuesIsWrongAndListsAllThatAre) {
@@ -265,7 +277,8 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111};
   status.loop.directive_generation = 112;
   status.trace_ticks_dropped = 113;
-  status.camera = {drivers::CameraState::lost, "unplugged", "freenect A00", 114, 115};
+  status.force_thread_page_faults = 131;
+  status.camera = {drivers::CameraState::lost, "unplugged", "freenect A00", 114, 115, "two found"};
   status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5};
   status.wakeup_latency = {123, 124, 125, 126};
   status.compute_time = {127, 128, 129, 130};
@@ -278,9 +291,10 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
             shown["loop"]["counters"]);
   EXPECT_EQ(112, shown["loop"]["directiveGeneration"]);
   EXPECT_EQ(113, shown["loop"]["traceTicksDropped"]);
+  EXPECT_EQ(131, shown["loop"]["pageFaults"]);
   EXPECT_EQ(
       R"({"state":"lost","detail":"unplugged","identity":"freenect A00","frames":114,
-          "damagedFrames":115})"_json,
+          "damagedFrames":115,"advice":"two found"})"_json,
       shown["camera"]);
   EXPECT_EQ(R"({"frames":116,"models":117,"remodels":118,"points":119,"pointsOverCapacity":120,
                 "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5})"_json,

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -58,9 +59,10 @@ BoxStatus troubledStatus() {
   status.loop.tick.points_used = 57;
   status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111};
   status.trace_ticks_dropped = 113;
+  status.force_thread_page_faults = 131;
   status.rate_hz = 999.95;
   status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
-  status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115};
+  status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115, ""};
   status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5};
   status.handle = {true, "", "simulated"};
   status.warnings = {"the memory is not locked (raise LimitMEMLOCK)"};
@@ -84,7 +86,7 @@ TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
   start();
   const std::string output = run({"status"}).output;
   for (const char* part :
-       {"101 ticks, 102 overruns, 103 skipped periods\n",
+       {"101 ticks, 102 overruns, 103 skipped periods, 131 page faults\n",
         "104 ticks in contact, 106 slew limited, 107 clamped, 108 not finite\n",
         "105 ticks outside the model, 109 with stale depth\n", "110 ticks stale, 111 ticks invalid\n",
         "113 ticks dropped\n", "114 frames, 115 damaged\n",
@@ -100,6 +102,22 @@ TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
 TEST_F(HapticctlTest, StatusHasNothingToComplainAboutWhenAllIsWell) {
   start();
   EXPECT_EQ(std::string::npos, run({"status"}).output.find('!'));
+}
+
+TEST_F(HapticctlTest, StatusShowsTheLedsThatThereAreAndTheirPatterns) {
+  BoxStatus status = troubledStatus();
+  status.leds.panel = {drivers::LedState::lost, "the chip is gone", "gpiod box", drivers::LedSet("1011")};
+  status.leds.patterns = {LedPattern::on, LedPattern::double_blink, LedPattern::slow_blink,
+                          LedPattern::fast_blink};
+  box.setStatus(status);
+  start();
+  EXPECT_TRUE(contains(run({"status"}).output,
+                       "leds          lost, gpiod box: power on, camera double_blink, fault fast_blink\n"));
+}
+
+TEST_F(HapticctlTest, StatusSaysNothingOfLedsWhereThereAreNone) {
+  start();
+  EXPECT_EQ(std::string::npos, run({"status"}).output.find("leds"));
 }
 
 TEST_F(HapticctlTest, StatusAsJsonIsWhatTheDaemonAnswered) {
@@ -333,6 +351,22 @@ TEST_F(HapticctlTest, SaysSoWhenTheSocketIsAnotherPrograms) {
   }
 }
 
+TEST_F(HapticctlTest, DoctorShowsEachWarningOfTheDaemonAndKnowsItsCpu) {
+  BoxStatus status = troubledStatus();
+  status.privileges.cpu = 3;
+  box.setStatus(status);
+  start();
+  const TemporaryFolder machine;
+  const std::filesystem::path cpus = machine.path("sys/devices/system/cpu");
+  std::filesystem::create_directories(cpus);
+  std::ofstream(cpus / "isolated") << "2\n";
+  const ProcessResult result = runWithout({"doctor", "--root", machine.path(""), "--socket", controlPath()});
+  expectSuccess(result);
+  EXPECT_TRUE(contains(result.output, "warn  daemon: camera lost: the recording has ended\n"));
+  EXPECT_TRUE(contains(result.output, "warn  daemon: the memory is not locked (raise LimitMEMLOCK)\n"));
+  EXPECT_TRUE(contains(result.output, "isolated: CPU 2, but the force loop runs on CPU 3"));
+}
+
 TEST_F(HapticctlTest, ExplainsWrongUsageWithExitStatus2) {
   for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
                                                     {"frobnicate"},
@@ -359,6 +393,7 @@ TEST_F(HapticctlTest, HelpsOnEveryLevelAndDocumentsTheExitStatus) {
                                                     {"engage", "--help"},
                                                     {"disengage", "--help"},
                                                     {"params", "--help"},
+                                                    {"doctor", "--help"},
                                                     {"completion", "--help"}}) {
     const ProcessResult result = run(arguments);
     expectSuccess(result);

@@ -91,6 +91,18 @@ TEST_F(InterfaceTextTest, DescribesWhatTheStatusMethodsAnswer) {
   EXPECT_EQ("io.hapticd.Status.UnknownParameter", unknown["error"]);
 }
 
+TEST_F(InterfaceTextTest, DescribesEveryPatternOfTheLeds) {
+  BoxStatus status;
+  status.leds.panel = {drivers::LedState::present, "", "gpiod box", drivers::LedSet("1111")};
+  start();
+  for (const LedPattern pattern : {LedPattern::off, LedPattern::on, LedPattern::slow_blink,
+                                   LedPattern::fast_blink, LedPattern::double_blink}) {
+    status.leds.patterns.fill(pattern);
+    box.setStatus(status);
+    checkedReply("io.hapticd.Status", "GetStatus");
+  }
+}
+
 TEST_F(InterfaceTextTest, DescribesWhatTheControlMethodsAnswer) {
   start();
   const auto set = [&](const json& values) {

@@ -1,0 +1,95 @@
+#include "daemon/control/names.h"
+
+namespace hapticd::daemon {
+
+const char* nameOf(drivers::CameraState state) {
+  switch (state) {
+    case drivers::CameraState::absent:
+      return "absent";
+    case drivers::CameraState::streaming:
+      return "streaming";
+    case drivers::CameraState::lost:
+      return "lost";
+  }
+  return "absent";
+}
+
+const char* nameOf(drivers::LedState state) {
+  switch (state) {
+    case drivers::LedState::none:
+      return "none";
+    case drivers::LedState::present:
+      return "present";
+    case drivers::LedState::absent:
+      return "absent";
+    case drivers::LedState::lost:
+      return "lost";
+  }
+  return "none";
+}
+
+const char* nameOf(LedPattern pattern) {
+  switch (pattern) {
+    case LedPattern::off:
+      return "off";
+    case LedPattern::on:
+      return "on";
+    case LedPattern::slow_blink:
+      return "slow_blink";
+    case LedPattern::fast_blink:
+      return "fast_blink";
+    case LedPattern::double_blink:
+      return "double_blink";
+  }
+  return "off";
+}
+
+const char* nameOf(rt::ContactState state) {
+  switch (state) {
+    case rt::ContactState::free:
+      return "free";
+    case rt::ContactState::contact:
+      return "contact";
+    case rt::ContactState::entrenched:
+      return "entrenched";
+  }
+  return "free";
+}
+
+const char* nameOf(rt::Mode mode) {
+  switch (mode) {
+    case rt::Mode::starting:
+      return "starting";
+    case rt::Mode::idle:
+      return "idle";
+    case rt::Mode::engaged:
+      return "engaged";
+    case rt::Mode::holding:
+      return "holding";
+    case rt::Mode::faulted:
+      return "faulted";
+  }
+  return "faulted";
+}
+
+const char* nameOf(rt::Cause cause) {
+  switch (cause) {
+    case rt::Cause::none:
+      return "none";
+    case rt::Cause::requested:
+      return "requested";
+    case rt::Cause::no_scene:
+      return "no_scene";
+    case rt::Cause::depth_stale:
+      return "depth_stale";
+    case rt::Cause::handle_stale:
+      return "handle_stale";
+    case rt::Cause::handle_invalid:
+      return "handle_invalid";
+    case rt::Cause::force_not_finite:
+      return "force_not_finite";
+  }
+  return "none";
+}
+
+}  // namespace hapticd::daemon

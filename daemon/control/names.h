@@ -1,0 +1,15 @@
+#pragma once
+
+#include "daemon/box.h"
+
+/// The enumerators' own names ("engaged", "depth_stale"), as both interfaces and the journal use them.
+namespace hapticd::daemon {
+
+const char* nameOf(drivers::CameraState state);
+const char* nameOf(drivers::LedState state);
+const char* nameOf(LedPattern pattern);
+const char* nameOf(rt::ContactState state);
+const char* nameOf(rt::Mode mode);
+const char* nameOf(rt::Cause cause);
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,82 @@
+#include "daemon/event_log.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "daemon/control/names.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using Priority = JournalEntry::Priority;
+
+constexpr int kModesPerSecond = 10;
+
+Priority priorityOf(rt::Mode mode) {
+  if (mode == rt::Mode::faulted) return Priority::error;
+  return mode == rt::Mode::holding ? Priority::warning : Priority::notice;
+}
+
+std::string withoutNumbers(std::string text) {
+  std::erase_if(text, [](unsigned char c) { return std::isdigit(c) != 0; });
+  return text;
+}
+
+std::string withDetail(std::string text, const std::string& detail) {
+  return detail.empty() ? text : text + ": " + detail;
+}
+
+}  // namespace
+
+void EventLog::onTick(const rt::Tick& tick, Clock::time_point now) {
+  if (tick.mode == mode_ && tick.cause == cause_) return;
+  mode_ = tick.mode;
+  cause_ = tick.cause;
+  tellMode(tick, now);
+}
+
+void EventLog::tellMode(const rt::Tick& tick, Clock::time_point now) {
+  if (now - second_ >= std::chrono::seconds(1)) {
+    second_ = now;
+    told_ = 0;
+    if (untold_ > 0) {
+      write_(
+          {Priority::warning, fmt::format("{} changes of mode were not logged", std::exchange(untold_, 0))});
+    }
+  }
+  if (++told_ > kModesPerSecond) {
+    ++untold_;
+    return;
+  }
+  write_({priorityOf(tick.mode),
+          fmt::format("{} ({})", nameOf(tick.mode), nameOf(tick.cause)),
+          {{"EVENT", "mode"}, {"MODE", nameOf(tick.mode)}, {"CAUSE", nameOf(tick.cause)}}});
+}
+
+void EventLog::onStatus(const BoxStatus& status) {
+  if (const auto state = status.camera.state; state != camera_) {
+    camera_ = state;
+    write_({state == drivers::CameraState::streaming ? Priority::notice : Priority::warning,
+            withDetail(fmt::format("camera {} ({})", nameOf(state), status.camera.identity),
+                       status.camera.detail),
+            {{"EVENT", "camera"}, {"CAMERA", nameOf(state)}, {"DEVICE", status.camera.identity}}});
+  }
+  if (status.handle.present != handle_present_) {
+    handle_present_ = status.handle.present;
+    const char* const state = handle_present_ ? "present" : "absent";
+    write_({handle_present_ ? Priority::notice : Priority::warning,
+            withDetail(fmt::format("handle {} ({})", state, status.handle.identity), status.handle.detail),
+            {{"EVENT", "handle"}, {"HANDLE", state}, {"DEVICE", status.handle.identity}}});
+  }
+  std::set<std::string> warnings;
+  for (const std::string& warning : status.warnings) {
+    const auto [key, is_new] = warnings.insert(withoutNumbers(warning));
+    if (is_new && !warnings_.contains(*key)) write_({Priority::warning, warning, {{"EVENT", "warning"}}});
+  }
+  warnings_ = std::move(warnings);
+}
+
+}  // namespace hapticd::daemon

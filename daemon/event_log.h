@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "daemon/box.h"
+#include "daemon/journal_entry.h"
+
+namespace hapticd::daemon {
+
+/// Tells the journal what changes by itself: the mode, the camera, the handle, warnings.
+/// Thread: control thread only.
+class EventLog {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Write = std::function<void(const JournalEntry&)>;
+
+  explicit EventLog(Write write) : write_(std::move(write)) {}
+
+  /// To be called with every tick. Of modes that change back and forth, ten a second are told and the others
+  /// counted.
+  void onTick(const rt::Tick& tick, Clock::time_point now);
+  /// To be called a few times a second.
+  void onStatus(const BoxStatus& status);
+
+ private:
+  void tellMode(const rt::Tick& tick, Clock::time_point now);
+
+  Write write_;
+  rt::Mode mode_ = rt::Mode::starting;
+  rt::Cause cause_ = rt::Cause::none;
+  Clock::time_point second_;  // in which told_ and untold_ were counted
+  int told_ = 0;
+  int untold_ = 0;
+  drivers::CameraState camera_ = drivers::CameraState::absent;
+  bool handle_present_ = true;
+  std::set<std::string> warnings_;  // without their numbers, which may change all the time
+};
+
+}  // namespace hapticd::daemon

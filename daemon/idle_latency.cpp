@@ -1,0 +1,19 @@
+#include "daemon/idle_latency.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdint>
+
+namespace hapticd::daemon {
+
+IdleLatencyLimit::IdleLatencyLimit() : device_(::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
+  // The kernel keeps to the number for as long as the descriptor is open.
+  const std::int32_t longest_wakeup_us = 0;
+  if (device_ &&
+      ::write(device_.get(), &longest_wakeup_us, sizeof longest_wakeup_us) != sizeof longest_wakeup_us) {
+    device_ = Descriptor();
+  }
+}
+
+}  // namespace hapticd::daemon

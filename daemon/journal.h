@@ -1,0 +1,12 @@
+#pragma once
+
+#include "daemon/journal_entry.h"
+
+namespace hapticd::daemon {
+
+/// Writes to the journal with its fields where standard error goes there, else one line to standard error.
+/// That nobody reads it is no error: the daemon lives on.
+/// Thread: any.  Progress: blocking.
+void writeToJournal(const JournalEntry& entry);
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,149 @@
+#include "daemon/service.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <signal.h>
+#include <sysexits.h>
+
+#include <utility>
+
+#include "config/yaml_loader.h"
+#include "daemon/control/names.h"
+#include "daemon/journal.h"
+#include "daemon/reload.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using Priority = JournalEntry::Priority;
+
+/// How often the control thread takes the ticks out of the ring, which holds several seconds of them.
+constexpr std::chrono::milliseconds kControlPeriod{5};
+/// How often it looks for what has changed by itself.
+constexpr std::chrono::milliseconds kLookPeriod{200};
+
+int fail(const config::Error& error, int status) {
+  writeToJournal({Priority::error, error.text()});
+  return status;
+}
+
+}  // namespace
+
+Service::Service(const config::Settings& settings, ConfigurationSource source)
+    : source_(std::move(source)),
+      box_(settings),
+      control_(box_, {.log = writeToJournal}),
+      events_(writeToJournal) {}
+
+void Service::requestStop() noexcept {
+  stop_requested_ = true;
+  if (VarlinkServer* const server = serving_) server->requestStop();
+}
+
+int Service::run() {
+  if (auto opened = openSockets(); !opened) return fail(opened.error(), EX_UNAVAILABLE);
+  serving_ = server_.get();
+  if (stop_requested_) server_->requestStop();
+  if (auto started = startBox(); !started) {
+    return fail(started.error().error, started.error().permanent ? EX_CONFIG : EX_OSERR);
+  }
+  lookAround(Clock::now());
+  manager_.ready();
+  server_->run(kControlPeriod, [this] { periodic(); });
+  manager_.stopping();
+  box_.stop();
+  serving_ = nullptr;
+  return EX_OK;
+}
+
+/// The box's threads inherit the mask: signals interrupt none of them, they wait for this thread.
+std::expected<void, RunningBox::StartFailure> Service::startBox() {
+  sigset_t all;
+  sigset_t before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_BLOCK, &all, &before);
+  auto started = box_.start();
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return started;
+}
+
+config::Result<void> Service::openSockets() {
+  const config::ControlSettings& settings = box_.settings().control;
+  ServerOptions options;
+  options.listeners.push_back(
+      {Access::read, settings.status_socket, 0666, "", manager_.takeSocket("status")});
+  options.listeners.push_back(
+      {Access::control, settings.control_socket, 0660, "haptic", manager_.takeSocket("control")});
+  auto server = VarlinkServer::create(options, control_);
+  if (!server) return std::unexpected(server.error());
+  server_ = std::move(*server);
+  return {};
+}
+
+void Service::periodic() {
+  const Clock::time_point now = Clock::now();
+  box_.drainTicks([this, now](const rt::Tick& tick) {
+    control_.onTick(tick);
+    events_.onTick(tick, now);
+  });
+  control_.periodic(*server_);
+  manager_.feedWatchdog(box_.heartbeat(), now);
+  if (reload_requested_.exchange(false)) reload();
+  if (now >= next_look_) lookAround(now);
+}
+
+void Service::lookAround(Clock::time_point now) {
+  next_look_ = now + kLookPeriod;
+  const BoxStatus status = box_.status();
+  events_.onStatus(status);
+  manager_.showState(
+      fmt::format("{}, camera {}, {}", nameOf(status.loop.tick.mode), nameOf(status.camera.state),
+                  status.warnings.empty() ? "no warnings" : "see hapticctl status for warnings"));
+}
+
+void Service::reload() {
+  manager_.reloading();
+  if (const auto loaded = config::loadSettings(source_.file, source_.overrides); loaded) {
+    applyReload(*loaded);
+  } else {
+    refuseReload(loaded.error());
+  }
+  manager_.ready();
+}
+
+void Service::applyReload(const config::Settings& loaded) {
+  const auto reload = reloaded(box_.settings(), loaded);
+  if (!reload) return refuseReload(reload.error());
+  box_.apply(reload->settings);
+  for (const Reload::Change& change : reload->changes) {
+    writeToJournal(
+        {Priority::notice,
+         fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
+         {{"EVENT", "parameter"},
+          {"PARAMETER", std::string(change.name)},
+          {"OLD", change.old_value},
+          {"NEW", change.new_value}}});
+  }
+  std::vector<std::string> notices;
+  if (!reload->waiting.empty()) {
+    notices.push_back(fmt::format("{} of {} takes effect at the next start only (systemctl restart hapticd)",
+                                  fmt::join(reload->waiting, ", "), source_.file.string()));
+  }
+  box_.setNotices(std::move(notices));
+  writeToJournal(
+      {Priority::notice,
+       fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
+                   source_.file.string(), reload->changes.size(), reload->waiting.size()),
+       {{"EVENT", "reload"}}});
+}
+
+void Service::refuseReload(const std::vector<config::Error>& errors) {
+  for (const config::Error& error : errors) {
+    writeToJournal({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
+  }
+  box_.setNotices(
+      {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
+                   errors.size(), errors.front().text())});
+}
+
+}  // namespace hapticd::daemon

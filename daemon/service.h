@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/settings.h"
+#include "daemon/control/control_service.h"
+#include "daemon/control/varlink_server.h"
+#include "daemon/event_log.h"
+#include "daemon/running_box.h"
+#include "daemon/service_manager.h"
+
+namespace hapticd::daemon {
+
+/// Where the settings came from, to read them again.
+struct ConfigurationSource {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;  ///< "group.name=value", as on the command line
+};
+
+/// The daemon between its start and its end: the box, its control API and its service manager.
+/// Thread: control thread, where nothing else is said.
+class Service {
+ public:
+  Service(const config::Settings& settings, ConfigurationSource source);
+
+  /// Opens the sockets, starts the box, serves until requestStop() and brings the force to zero.
+  /// Returns the exit status of the process (sysexits.h).
+  int run();
+
+  /// Ends run(), also one that has not begun yet.
+  /// Thread: any, and signal handlers.
+  void requestStop() noexcept;
+  /// Has the configuration file read again: its live parameters are applied, the others are reported.
+  /// Thread: any, and signal handlers.
+  void requestReload() noexcept { reload_requested_ = true; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  config::Result<void> openSockets();
+  std::expected<void, RunningBox::StartFailure> startBox();
+  void periodic();
+  void reload();
+  void applyReload(const config::Settings& loaded);
+  void refuseReload(const std::vector<config::Error>& errors);
+  void lookAround(Clock::time_point now);
+
+  ConfigurationSource source_;
+  ServiceManager manager_;
+  RunningBox box_;
+  ControlService control_;
+  EventLog events_;
+  std::unique_ptr<VarlinkServer> server_;
+  Clock::time_point next_look_;
+
+  // Between the control thread and signal handlers.
+  std::atomic<bool> stop_requested_{false};
+  std::atomic<bool> reload_requested_{false};
+  std::atomic<VarlinkServer*> serving_{nullptr};
+  static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<VarlinkServer*>::is_always_lock_free);
+};
+
+}  // namespace hapticd::daemon

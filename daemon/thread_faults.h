@@ -1,0 +1,14 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace hapticd::daemon {
+
+/// Page faults, minor and major ones, of a thread of this process since the thread's start (proc(5), `stat`).
+/// Nothing when there is no such thread or no /proc.
+std::optional<std::uint64_t> pageFaultsOf(pid_t thread_id);
+
+}  // namespace hapticd::daemon

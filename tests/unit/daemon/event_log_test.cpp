@@ -1,0 +1,105 @@
+// What the journal is told of changes that nobody asked for.
+#include "daemon/event_log.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <vector>
+
+namespace hapticd::daemon {
+namespace {
+
+using std::chrono::milliseconds;
+
+class EventLogTest : public testing::Test {
+ protected:
+  void tick(rt::Mode mode, rt::Cause cause = rt::Cause::requested) {
+    rt::Tick tick;
+    tick.mode = mode;
+    tick.cause = cause;
+    log.onTick(tick, now);
+  }
+
+  std::map<std::string_view, std::string> fields(std::size_t index) const {
+    return {entries.at(index).fields.begin(), entries.at(index).fields.end()};
+  }
+
+  std::vector<JournalEntry> entries;
+  EventLog log{[this](const JournalEntry& entry) { entries.push_back(entry); }};
+  EventLog::Clock::time_point now{std::chrono::hours(1)};
+};
+
+TEST_F(EventLogTest, TellsAChangeOfModeOnceWithItsCause) {
+  tick(rt::Mode::idle);
+  tick(rt::Mode::idle);
+  tick(rt::Mode::holding, rt::Cause::depth_stale);
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(fields(1)["MODE"], "holding");
+  EXPECT_EQ(fields(1)["CAUSE"], "depth_stale");
+  EXPECT_EQ(entries[0].priority, JournalEntry::Priority::notice);
+  EXPECT_EQ(entries[1].priority, JournalEntry::Priority::warning);
+}
+
+TEST_F(EventLogTest, TellsAFaultAsAnError) {
+  tick(rt::Mode::faulted, rt::Cause::force_not_finite);
+  EXPECT_EQ(entries.at(0).priority, JournalEntry::Priority::error);
+}
+
+TEST_F(EventLogTest, TellsTenChangesOfModeASecondAndCountsTheOthers) {
+  for (int change = 0; change < 35; ++change) tick(change % 2 == 0 ? rt::Mode::holding : rt::Mode::engaged);
+  EXPECT_EQ(entries.size(), 10U);
+  now += milliseconds(1001);
+  tick(rt::Mode::idle);
+  ASSERT_EQ(entries.size(), 12U);
+  EXPECT_NE(entries[10].text.find("25 changes of mode"), std::string::npos) << entries[10].text;
+  EXPECT_EQ(fields(11)["MODE"], "idle");
+}
+
+TEST_F(EventLogTest, TellsThatTheCameraComesAndGoesWithItsReason) {
+  BoxStatus status;
+  status.camera.identity = "freenect A1";
+  status.handle.present = true;
+  log.onStatus(status);
+  EXPECT_TRUE(entries.empty());
+  status.camera.state = drivers::CameraState::streaming;
+  log.onStatus(status);
+  status.camera.state = drivers::CameraState::lost;
+  status.camera.detail = "unplugged";
+  log.onStatus(status);
+  log.onStatus(status);
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(entries[0].text, "camera streaming (freenect A1)");
+  EXPECT_EQ(entries[1].text, "camera lost (freenect A1): unplugged");
+  EXPECT_EQ(fields(1)["CAMERA"], "lost");
+}
+
+TEST_F(EventLogTest, TellsAWarningWhenItComesUpNotWhileOnlyItsNumbersMove) {
+  BoxStatus status;
+  status.handle.present = true;
+  for (const char* warning : {"7 points did not fit", "8 points did not fit"}) {
+    status.warnings = {warning};
+    log.onStatus(status);
+  }
+  EXPECT_EQ(entries.size(), 1U);
+  status.warnings.clear();
+  log.onStatus(status);
+  status.warnings = {"9 points did not fit"};
+  log.onStatus(status);
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(entries[1].text, "9 points did not fit");
+}
+
+TEST_F(EventLogTest, TellsThatTheHandleGoesAndComes) {
+  BoxStatus status;
+  status.handle.identity = "simulated";
+  status.handle.present = false;
+  log.onStatus(status);
+  status.handle.present = true;
+  log.onStatus(status);
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(entries[0].text, "handle absent (simulated)");
+  EXPECT_EQ(entries[1].text, "handle present (simulated)");
+}
+
+}  // namespace
+}  // namespace hapticd::daemon
