@@ -61,6 +61,11 @@ std::string roomOfPath(const std::string& path) {
   return path.find('/') != std::string::npos && isRoom(first) ? first : std::string();
 }
 
+bool isBelowOneOf(const std::vector<std::string>& folders, const std::string& path) {
+  return std::any_of(folders.begin(), folders.end(),
+                     [&path](const std::string& folder) { return path.starts_with(folder + "/"); });
+}
+
 /// What is wrong with a CMake argument in a room, or nothing.
 std::string wrongArgument(const Room& room, const std::string& argument,
                           const std::map<std::string, std::string>& owners) {
@@ -99,6 +104,37 @@ std::vector<std::string> wrongIncludes(const fs::path& root) {
           wrong.push_back(where + "\"" + included + "\" is no path from the root");
         if (other.empty() || mayUse(room, other)) continue;
         wrong.push_back(where + room.name + " must not include \"" + included + "\" of " + other);
+      }
+    }
+  }
+  return wrong;
+}
+
+const std::vector<GuardedLibrary>& guardedLibraries() {
+  static const std::vector<GuardedLibrary> all{
+      {"gpiod", {"drivers/led/gpiod"}},
+      {"hidapi", {"drivers"}},
+      {"libfreenect", {"drivers/camera/freenect"}},
+      {"libusb", {"drivers"}},
+      {"nlohmann/", {"daemon", "tools"}},
+      {"systemd/", {"daemon"}},
+      {"yaml-cpp/", {"config"}},
+  };
+  return all;
+}
+
+std::vector<std::string> wrongLibraries(const fs::path& root) {
+  std::vector<std::string> wrong;
+  for (const Room& room : rooms()) {
+    for (const fs::path& file : codeFilesIn(root / room.name)) {
+      const std::string path = fs::relative(file, root).string();
+      const std::vector<std::string> lines = plainLines(contentOf(file));
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        const std::string included = includedBy(lines[i]);
+        for (const GuardedLibrary& library : guardedLibraries()) {
+          if (!included.starts_with(library.header) || isBelowOneOf(library.folders, path)) continue;
+          wrong.push_back(place(root, file, i + 1) + ": \"" + included + "\" does not belong here");
+        }
       }
     }
   }

@@ -13,8 +13,18 @@ struct Room {
 };
 const std::vector<Room>& rooms();
 
+/// A library outside the house that only some folders may include.
+struct GuardedLibrary {
+  std::string header;  ///< how the paths of its headers begin
+  std::vector<std::string> folders;
+};
+const std::vector<GuardedLibrary>& guardedLibraries();
+
 /// Each include of a source tree that its room may not have, as "file:line: what is wrong".
 std::vector<std::string> wrongIncludes(const std::filesystem::path& root);
+
+/// Each include of a guarded library outside of its folders, in the same form.
+std::vector<std::string> wrongLibraries(const std::filesystem::path& root);
 
 /// Each link, dependency or source of a CMake target that its room may not have.
 std::vector<std::string> wrongLinks(const std::filesystem::path& root);

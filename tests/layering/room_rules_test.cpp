@@ -50,6 +50,10 @@ TEST(Rooms, IncludeOnlyWhatTheyMayUse) {
   EXPECT_EQ(wrongIncludes(kSource), Strings{});
 }
 
+TEST(Rooms, IncludeLibrariesOnlyWhereTheyBelong) {
+  EXPECT_EQ(wrongLibraries(kSource), Strings{});
+}
+
 TEST(Rooms, LinkOnlyWhatTheyMayUse) {
   EXPECT_EQ(wrongLinks(kSource), Strings{});
 }
@@ -67,6 +71,7 @@ TEST(Rooms, AreFoundWithTheirCode) {
 TEST(RoomRules, FindNothingInATreeWithNothingWrong) {
   const PlantedTree tree;
   EXPECT_EQ(wrongIncludes(tree.path()), Strings{});
+  EXPECT_EQ(wrongLibraries(tree.path()), Strings{});
   EXPECT_EQ(wrongLinks(tree.path()), Strings{});
   EXPECT_EQ(foldersWithoutARoom(tree.path()), Strings{});
 }
@@ -86,6 +91,19 @@ TEST(RoomRules, FindAPlantedIncludeOfEveryForbiddenDirectionAndNoOther) {
       }
     }
   }
+}
+
+TEST(RoomRules, FindALibraryOutsideOfItsFolders) {
+  const PlantedTree tree;
+  fs::create_directories(tree.path() / "drivers/led/gpiod");
+  tree.write("drivers/led/gpiod/planted.cpp", "#include <gpiod.h>\n#include <string>\n");
+  tree.write("config/inner/planted.cpp", "#include <yaml-cpp/parser.h>\n");
+  EXPECT_EQ(wrongLibraries(tree.path()), Strings{});
+  tree.write("drivers/led/planted.cpp", "\n#include <gpiod.h>\n");
+  tree.write("rt/inner/planted.cpp", "#include <nlohmann/json.hpp>\n");
+  EXPECT_EQ(wrongLibraries(tree.path()),
+            (Strings{"rt/inner/planted.cpp:1: \"nlohmann/json.hpp\" does not belong here",
+                     "drivers/led/planted.cpp:2: \"gpiod.h\" does not belong here"}));
 }
 
 TEST(RoomRules, FindAPlantedLinkOfEveryForbiddenDirectionAndNoOther) {

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "tests/support/kinect/depth_packets.h"
+#include "tests/support/kinect/kinect_commands.h"
+#include "tests/vm/emulators/kinect/packed_recording.h"
+#include "tests/vm/emulators/kinect/stream_faults.h"
+#include "tests/vm/emulators/usbip/connection.h"
+#include "tests/vm/emulators/usbip/usb_device.h"
+
+namespace hapticd::test {
+
+struct KinectOptions {
+  std::string serial = "A00000000000002A";  ///< ASCII, at most 126 characters
+  double fps = 30;                          ///< frames per second, 1 to kMostFps
+  std::optional<std::size_t> freeze;        ///< the frame to be repeated; nothing: all are played
+};
+
+/// 242 packets must fit between two frames.
+inline constexpr double kMostFps = 33;
+
+/// The camera as a USB device. Its commands are described in README.md.
+class KinectDevice final : public usbip::UsbDevice {
+ public:
+  /// `recording`: at least one frame; options.freeze below its frames.
+  KinectDevice(PackedRecording recording, const KinectOptions& options, usbip::Log log);
+
+  const usbip::Descriptors& descriptors() const override { return descriptors_; }
+  void reset() override;
+  bool answers(const usbip::SetupPacket& setup) const override;
+  usbip::ControlAnswer control(const usbip::SetupPacket& setup, std::span<const std::uint8_t> data) override;
+  std::size_t isoPacket(std::uint8_t endpoint, usbip::IsoPacketBuffer out) override;
+  void work(std::int64_t now_ns, usbip::PendingUrbs& urbs) override;
+  std::optional<std::int64_t> due_ns(const usbip::PendingUrbs& urbs) const override;
+  std::string command(std::string_view line) override;
+  std::string commands() const override;
+  std::string status() const override;
+
+ private:
+  /// Which requests at the control endpoint are not answered.
+  enum class Mute : std::uint8_t { nothing, commands, everything };
+
+  /// When the bus polls an endpoint.
+  struct Schedule {
+    std::uint8_t endpoint;
+    /// End of the URB that was completed last, begin of the next one; nothing while the host wants nothing.
+    std::optional<std::int64_t> busy_until_ns = std::nullopt;
+  };
+
+  void execute(std::span<const std::uint8_t> command);
+  void poll(Schedule& schedule, std::int64_t now_ns, usbip::PendingUrbs& urbs);
+  void beginFrame();
+  std::uint64_t nextFrameAt() const;
+  std::string lose(std::string_view arguments);
+  std::string freeze(std::string_view argument);
+  void resume();
+
+  PackedRecording recording_;
+  double fps_;
+  usbip::Log log_;
+  usbip::Descriptors descriptors_;
+  kinect::KinectCommands commands_;
+  kinect::DepthPackets packets_;
+  StreamFaults faults_;
+  Mute mute_ = Mute::nothing;
+  bool stall_ = false;
+  bool frozen_ = false;
+  Schedule video_{kinect::kVideoEndpoint};
+  Schedule depth_{kinect::kDepthEndpoint};
+  std::uint64_t microframe_ = 0;    // since depth was started; 125 us each
+  std::uint64_t frames_begun_ = 0;  // since then
+  std::uint64_t frames_sent_ = 0;   // since then
+  std::size_t next_frame_ = 0;      // of the recording
+  std::size_t frame_index_ = 0;     // of the recording, the newest begun
+  std::uint64_t starved_ = 0;
+};
+
+}  // namespace hapticd::test

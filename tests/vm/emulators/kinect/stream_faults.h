@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "tests/support/kinect/kinect_protocol.h"
+
+namespace hapticd::test {
+
+/// What is done to depth packets on their way. The same faults always hit the same packets of a frame.
+class StreamFaults {
+ public:
+  /// Of each following frame that many packets in a row, at most kinect::kPacketsPerFrame, are missing, or of
+  /// the next frame only.
+  void lose(std::size_t packets, bool once);
+  void sendGarbage() { garbage_ = true; }
+  void sendShortPackets() { short_ = true; }
+  /// Ends all of them; the counts stay.
+  void clear();
+
+  /// To be called before the first packet of a frame.
+  void beginFrame();
+  /// What becomes of packet `index` of the frame: may change its bytes; returns its length, 0 when it is
+  /// lost.
+  std::size_t apply(std::size_t index, std::span<std::uint8_t> packet) noexcept;
+
+  std::uint64_t lostPackets() const { return lost_packets_; }
+  std::uint64_t garbagePackets() const { return garbage_packets_; }
+  std::uint64_t shortPackets() const { return short_packets_; }
+
+ private:
+  void spoilHeader(std::span<std::uint8_t> header) noexcept;
+  std::uint8_t randomByte() noexcept;
+
+  std::size_t lose_always_ = 0;
+  std::size_t lose_once_ = 0;
+  std::size_t lose_now_ = 0;  // in the frame in progress
+  bool garbage_ = false;
+  bool short_ = false;
+  std::uint64_t since_garbage_ = 0;  // packets since it was asked for
+  std::uint32_t random_ = 1;
+  std::uint64_t lost_packets_ = 0;
+  std::uint64_t garbage_packets_ = 0;
+  std::uint64_t short_packets_ = 0;
+};
+
+}  // namespace hapticd::test

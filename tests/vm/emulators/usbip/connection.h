@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tests/vm/emulators/usbip/standard_requests.h"
+#include "tests/vm/emulators/usbip/urb_queue.h"
+#include "tests/vm/emulators/usbip/usb_device.h"
+
+namespace hapticd::test::usbip {
+
+/// Takes one line about an event, without its end.
+using Log = std::function<void(std::string_view)>;
+
+struct UrbCounts {
+  std::uint64_t submitted = 0;
+  std::uint64_t completed = 0;
+  std::uint64_t unlinked = 0;       ///< taken back by the host before they were completed
+  std::uint64_t unlinked_late = 0;  ///< to be taken back, but completed before
+};
+
+/// The device's end of one attachment. Whatever is answered has been written when the next request is read,
+/// so that an unlink never overtakes the reply that it asks about: the kernel gives up the device otherwise.
+/// Thread: one.
+class Connection final : public PendingUrbs {
+ public:
+  /// Owns `socket`, a connected stream socket. `device` and `counts` outlive it.
+  Connection(int socket, UsbDevice& device, UrbCounts& counts, Log log);
+  ~Connection();
+
+  int socket() const { return socket_; }
+  /// False once the host has hung up or sent what nobody can understand.
+  bool isAlive() const { return alive_; }
+  bool isConfigured() const { return standard_.configuration() != 0; }
+  std::size_t pending() const { return urbs_.size(); }
+
+  /// Answers what has arrived; does not wait for more.
+  void receive();
+
+  bool isPending(std::uint8_t endpoint) const override { return urbs_.oldest(endpoint) != nullptr; }
+  std::size_t pendingIsoPackets(std::uint8_t endpoint) const override;
+  void complete(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) override;
+  void completeIsochronous(std::uint8_t endpoint) override;
+
+ private:
+  std::size_t handleFirst(std::span<const std::uint8_t> bytes);
+  void submit(const Command& command, std::span<const std::uint8_t> body);
+  void control(const Command& command, std::span<const std::uint8_t> data);
+  void unlink(const Command& command);
+  void reply(const SubmitReply& reply, std::span<const std::uint8_t> data);
+  void send(std::size_t count);
+  void giveUp(std::string_view why);
+
+  int socket_;
+  UsbDevice& device_;
+  UrbCounts& counts_;
+  Log log_;
+  bool alive_ = true;
+  StandardRequests standard_;
+  UrbQueue urbs_;
+  std::vector<std::uint8_t> received_;  // a buffer of fixed size
+  std::size_t received_bytes_ = 0;      // of it in use
+  std::vector<std::uint8_t> reply_;     // a buffer of fixed size
+};
+
+}  // namespace hapticd::test::usbip

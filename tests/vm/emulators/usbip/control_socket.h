@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/error.h"
+
+namespace hapticd::test::usbip {
+
+/// A Unix stream socket that takes commands, a line each, and answers each with a line.  Thread: one.
+class ControlSocket {
+ public:
+  /// Answers one command (without the line's end) with one line (without it).
+  using Handler = std::function<std::string(std::string_view)>;
+
+  /// What a dead owner has left at `path` is replaced.
+  /// Errors: somebody listens there already, the path is too long or cannot be used.
+  static config::Result<std::unique_ptr<ControlSocket>> listen(const std::filesystem::path& path);
+  ~ControlSocket();
+  ControlSocket(const ControlSocket&) = delete;
+  ControlSocket& operator=(const ControlSocket&) = delete;
+
+  /// Readable whenever serve() has something to do.
+  int readable() const { return events_; }
+  /// Answers what has arrived; does not wait.
+  void serve(const Handler& handler);
+
+ private:
+  struct Client {
+    int socket;
+    std::string unfinished;  // of a line
+  };
+
+  ControlSocket(std::filesystem::path path, int listener, int events)
+      : path_(std::move(path)), listener_(listener), events_(events) {}
+  void accept();
+  static bool serveClient(Client& client, const Handler& handler);
+
+  std::filesystem::path path_;
+  int listener_;
+  int events_;  // an epoll of all the others
+  std::vector<Client> clients_;
+};
+
+/// Sends one command to such a socket and returns the answer.  Errors: nobody listens, no answer.
+config::Result<std::string> tell(const std::filesystem::path& path, const std::string& command);
+
+}  // namespace hapticd::test::usbip

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "tests/vm/emulators/usbip/descriptors.h"
+#include "tests/vm/emulators/usbip/wire.h"
+
+namespace hapticd::test::usbip {
+
+/// One packet of a high-speed isochronous endpoint has at most 3 transactions of 1024 bytes.
+inline constexpr std::size_t kMostIsoPacketBytes = 3072;
+using IsoPacketBuffer = std::span<std::uint8_t, kMostIsoPacketBytes>;
+
+/// The answer to a request at the control endpoint.
+struct ControlAnswer {
+  bool understood = false;                   ///< else the endpoint stalls
+  std::span<const std::uint8_t> bytes = {};  ///< of an IN request; valid until the device's next call
+
+  static ControlAnswer stall() { return {}; }
+  static ControlAnswer done(std::span<const std::uint8_t> bytes = {}) { return {true, bytes}; }
+};
+
+/// The requests that the host has left with a device and that wait for being completed, oldest first per
+/// endpoint.
+class PendingUrbs {
+ public:
+  PendingUrbs() = default;
+  PendingUrbs(const PendingUrbs&) = delete;
+  PendingUrbs& operator=(const PendingUrbs&) = delete;
+
+  virtual bool isPending(std::uint8_t endpoint) const = 0;
+  /// Packets of the oldest isochronous URB of an endpoint; 0 when there is none.
+  virtual std::size_t pendingIsoPackets(std::uint8_t endpoint) const = 0;
+  /// Completes the oldest URB of an interrupt or bulk IN endpoint, which must be pending.
+  virtual void complete(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) = 0;
+  /// Completes the oldest isochronous IN URB, which must be pending, with UsbDevice::isoPacket() of each
+  /// packet.
+  virtual void completeIsochronous(std::uint8_t endpoint) = 0;
+
+ protected:
+  ~PendingUrbs() = default;
+};
+
+/// What a device does beyond what every USB device does. Override what the device has.
+/// Thread: all calls come from the one that runs the Emulator.
+class UsbDevice {
+ public:
+  UsbDevice() = default;
+  UsbDevice(const UsbDevice&) = delete;
+  UsbDevice& operator=(const UsbDevice&) = delete;
+  virtual ~UsbDevice() = default;
+
+  virtual const Descriptors& descriptors() const = 0;
+  /// It was plugged in or unplugged: everything that the host has set is forgotten.
+  virtual void reset() {}
+  virtual void configure(std::uint8_t /*configuration*/) {}
+
+  /// False: such a request at the control endpoint stays pending until the host takes it back.
+  virtual bool answers(const SetupPacket&) const { return true; }
+  /// A request at the control endpoint that is not the same for all devices. `data`: of an OUT request.
+  virtual ControlAnswer control(const SetupPacket&, std::span<const std::uint8_t> /*data*/) {
+    return ControlAnswer::stall();
+  }
+  /// The host has sent to an interrupt or bulk OUT endpoint.
+  virtual void receive(std::uint8_t /*endpoint*/, std::span<const std::uint8_t> /*data*/) {}
+  /// Writes the next packet of an isochronous IN endpoint; returns its length, 0 for none.
+  virtual std::size_t isoPacket(std::uint8_t /*endpoint*/, IsoPacketBuffer) { return 0; }
+
+  /// Completes what is due. Called after each batch of requests and at due_ns(). now_ns: CLOCK_MONOTONIC.
+  virtual void work(std::int64_t /*now_ns*/, PendingUrbs&) {}
+  /// When work() is to be called next, CLOCK_MONOTONIC; nothing: after the next requests.
+  virtual std::optional<std::int64_t> due_ns(const PendingUrbs&) const { return std::nullopt; }
+
+  /// Executes a command of the control socket; "ok", or "error: ..." without the list of what is allowed.
+  virtual std::string command(std::string_view line) = 0;
+  /// The device's commands, as the error names them, separated by commas.
+  virtual std::string commands() const = 0;
+  /// Members of the status object in JSON, separated by commas; not empty.
+  virtual std::string status() const = 0;
+};
+
+}  // namespace hapticd::test::usbip

@@ -1,0 +1,252 @@
+"""A Kinect on the USB level, opened by libfreenect over libusb and usbfs as the service's user."""
+
+import csv
+import math
+import os
+import time
+
+import devices
+import installation
+from lab import (CONFIGURATION, Varlink, check, configure, drop_in, engage, expect, expect_between, force_n, is_active,
+                 main_pid, monitor, must, reaches, read, run, set_parameters, status, wait_for, write)
+
+# On the surface of a thing on the desk, 0.52 m from the camera; the hand goes in and out of it.
+HAND = """simulated_handle:
+  {start_x_m: -0.1214, start_y_m: -0.0502, start_z_m: -0.50, travel_m: 0.03, stroke_m: 0.01, press_s: 0.5, press_force_n: 6}
+force: {law: nearest_springs}
+"""
+BOX = "camera: {driver: freenect}\n" + HAND
+
+kinect = None
+
+
+def streaming(now):
+    return now["camera"]["state"] == "streaming" and now["tick"]["sceneFrame"] > 0
+
+
+def prepare():
+    configure(BOX)
+
+
+def finish():
+    if kinect:
+        kinect.end()
+    configure(installation.SIMPLE)
+
+
+@check("a camera that is plugged in long after the start is found; the device node is the daemon's alone")
+def late_camera():
+    global kinect
+    now = reaches("it has looked several times", lambda now: now["uptimeS"] > 5 and now["camera"]["state"] == "absent", 20)
+    began = time.monotonic()
+    kinect = devices.Kinect()
+    now = reaches("a frame is felt", streaming, 20)
+    took_s = time.monotonic() - began
+    node = must("sh", "-c", "stat -c '%a %G' $(for d in /sys/bus/usb/devices/*; do "
+                "[ \"$(cat $d/idProduct 2>/dev/null)\" = 02ae ] && echo /dev/bus/usb/$(printf %03d $(cat $d/busnum))/"
+                "$(printf %03d $(cat $d/devnum)); done)").strip()
+    expect(node == "660 hapticd", f"the node of the camera is {node}")
+    expect("A00000000000001A" in now["camera"]["identity"], now["camera"]["identity"])
+    return f"first frame felt {took_s:.2f} s after plugging it in"
+
+
+@check("from plugging in the camera to the first force")
+def first_force():
+    engage()
+    kinect.tell("unplug")
+    reaches("no force", lambda now: now["camera"]["state"] == "lost" and now["mode"] == "holding" and force_n(now) == 0)
+    began = time.monotonic()
+    kinect.tell("replug")
+    reaches("force", lambda now: force_n(now) > 0.01, 20)
+    return f"{time.monotonic() - began:.2f} s"
+
+
+def depth_files():
+    return [line for line in read(devices.RECORDING + "/INDEX.txt").split() if line.startswith("d-")]
+
+
+def replayed(samples, depth, times):
+    """What haptic-replay computes at the samples' positions. samples: replies of Monitor."""
+    write("/tmp/hip.csv", "t_s,x_m,y_m,z_m\n" + "".join(
+        f"{t:.9f}," + ",".join(repr(sample["status"]["tick"]["hipMInWorld"][axis]) for axis in "xyz") + "\n"
+        for sample, t in zip(samples, times)))
+    must("haptic-replay", "--config", CONFIGURATION, "--depth", depth, "--hip", "/tmp/hip.csv", "--out", "/tmp/force.csv",
+         timeout=120)
+    with open("/tmp/force.csv") as file:
+        return [tuple(float(row[name]) for name in ("fx_n", "fy_n", "fz_n")) for row in csv.DictReader(file)]
+
+
+def difference_n(samples, forces):
+    worst = 0.0
+    for sample, force in zip(samples, forces):
+        felt = sample["status"]["tick"]["lawForceNInWorld"]
+        worst = max(worst, math.dist((felt["x"], felt["y"], felt["z"]), force))
+    return worst
+
+
+# haptic-replay writes 9 significant digits of forces up to some 10 N.
+ROUNDING_N = 1e-7
+
+
+@check("forces of single frames equal those of haptic-replay on the same frames")
+def frozen_frames():
+    in_contact, worst = 0, 0.0
+    files = depth_files()
+    for frame in (0, len(files) // 2, len(files) - 1):
+        kinect.tell(f"freeze {frame}")
+        seen = status()["tick"]["sceneFrame"]
+        reaches("that frame is felt", lambda now: now["tick"]["sceneFrame"] > seen + 3)
+        samples = [s for s in monitor(1.0) if not s["status"]["tick"]["outsideModel"]]
+        forces = replayed(samples, f"{devices.RECORDING}/{files[frame]}", [0] * len(samples))
+        worst = max(worst, difference_n(samples, forces))
+        in_contact += sum(1 for force in forces if math.hypot(*force) > 0.1)
+    kinect.tell("play")
+    expect(worst < ROUNDING_N, f"they differ by up to {worst:.3g} N")
+    expect(in_contact > 20, f"only {in_contact} samples in contact")
+    return f"{in_contact} forces, largest difference {worst:.1e} N"
+
+
+@check("forces of the streaming recording equal those of haptic-replay, frame by frame")
+def streamed_frames():
+    files = depth_files()
+    kinect.tell("unplug")
+    reaches("the camera is lost", lambda now: now["camera"]["state"] == "lost")
+    kinect.tell("freeze 0")
+    kinect.tell("play")  # from the first frame on
+    before = status()["camera"]["frames"]
+    kinect.tell("replug")
+    reaches("the camera streams", lambda now: now["camera"]["frames"] > before, 20)
+    samples = [s for s in monitor(1.2) if not s["status"]["tick"]["outsideModel"]
+               and before < s["status"]["tick"]["sceneFrame"] < before + len(files) - 3]
+    expect(len({s["status"]["tick"]["sceneFrame"] for s in samples}) > 15, "fewer than 15 frames were felt")
+    stamps = [float(name.split("-")[1]) for name in files]
+    # Which recorded frame came first is not known to the daemon; after that, each frame is the next one.
+    worst = {}
+    for first in range(3):
+        numbers = [s["status"]["tick"]["sceneFrame"] - before - 1 + first for s in samples]
+        forces = replayed(samples, devices.RECORDING, [stamps[n] - stamps[0] + 0.001 for n in numbers])
+        worst[first] = difference_n(samples, forces)
+    best = min(worst, key=worst.get)
+    expect(worst[best] < ROUNDING_N, f"they differ by up to {worst[best]:.3g} N ({worst})")
+    return f"{len(samples)} forces, largest difference {worst[best]:.1e} N"
+
+
+@check("unplugged while engaged in mid-frame: the force goes to zero and nothing else is lost")
+def unplugged():
+    engage()
+    reaches("force", lambda now: force_n(now) > 0.5, 20)
+    kinect.tell("unplug")
+    reaches("the force is held at zero", lambda now: now["mode"] == "holding" and force_n(now) == 0, 10)
+    now = reaches("the camera is lost", lambda now: now["camera"]["state"] == "lost")
+    expect(is_active(), "the service ended")
+    return now["camera"]["detail"]
+
+
+@check("plugged in again: frames and force return without a restart")
+def replugged():
+    pid = main_pid()
+    kinect.tell("replug")
+    reaches("force", lambda now: now["mode"] == "engaged" and force_n(now) > 0.5, 20)
+    expect(main_pid() == pid, "the daemon was restarted")
+
+
+@check("frames with lost packets are counted and not felt")
+def lost_packets():
+    before = status()["camera"]
+    kinect.tell("lose 3")
+    now = reaches("damaged frames are counted", lambda now: now["camera"]["damagedFrames"] >= before["damagedFrames"] + 10)
+    felt = now["tick"]["sceneFrame"]
+    reaches("more damaged frames", lambda now: now["camera"]["damagedFrames"] >= before["damagedFrames"] + 15)
+    expect(status()["tick"]["sceneFrame"] <= felt + 1, "damaged frames were felt")
+    kinect.tell("lose off")
+    reaches("whole frames are felt again", lambda now: now["tick"]["sceneFrame"] > felt + 10)
+
+
+@check("garbage in packet headers leads to no force that is not finite and no end")
+def garbage():
+    kinect.tell("garbage")
+    replies = monitor(2.0)
+    kinect.tell("resume")
+    for reply in replies:
+        expect(math.isfinite(force_n(reply["status"])) and force_n(reply["status"]) <= 4.0001, str(reply["status"]["tick"]))
+    reaches("frames again", streaming, 20)
+
+
+@check("a camera that stops sending is lost, with a remedy, and found again when it sends")
+def stalled():
+    kinect.tell("stall")
+    now = reaches("the camera is lost", lambda now: now["camera"]["state"] == "lost", 20)
+    expect("no frames" in now["camera"]["detail"] or "answer" in now["camera"]["detail"], now["camera"]["detail"])
+    kinect.tell("resume")
+    reaches("frames again", streaming, 30)
+    return now["camera"]["detail"]
+
+
+@check("a camera that answers no request hangs the opening call, not the daemon; replugging it mends that")
+def mute():
+    pid = main_pid()
+    kinect.tell("unplug")
+    reaches("the camera is lost", lambda now: now["camera"]["state"] == "lost")
+    kinect.tell("mute")
+    kinect.tell("replug")
+    now = reaches("it says so", lambda now: "does not answer" in now["camera"]["detail"], 30)
+    ticks = now["loop"]["counters"]["ticks"]
+    time.sleep(6)  # three times the watchdog's patience
+    expect(is_active() and main_pid() == pid, "the daemon was restarted")
+    expect(status()["loop"]["counters"]["ticks"] > ticks + 5000, "the loop stood")
+    kinect.tell("unplug")
+    kinect.tell("resume")
+    kinect.tell("replug")
+    reaches("frames again", streaming, 30)
+    return now["camera"]["detail"]
+
+
+@check("the service stops in time while the opening call hangs")
+def stop_while_mute():
+    kinect.tell("unplug")
+    kinect.tell("mute")
+    kinect.tell("replug")
+    reaches("it hangs", lambda now: "does not answer" in now["camera"]["detail"], 30)
+    must("systemctl", "stop", "hapticd.service")
+    expect("timeout" not in must("systemctl", "show", "-p", "Result", "hapticd.service"), "it had to be killed")
+    kinect.tell("unplug")
+    kinect.tell("resume")
+    kinect.tell("replug")
+    must("systemctl", "start", "hapticd.service")
+    reaches("frames again", streaming, 30)
+
+
+@check("the kernel's own driver has the camera first: it is taken over")
+def kernel_driver_first():
+    kinect.tell("unplug")
+    must("modprobe", "gspca_kinect")
+    kinect.tell("replug")
+    reaches("frames", streaming, 20)
+    must("modprobe", "-r", "gspca_kinect")
+
+
+@check("of two cameras the one of the configured serial number is used, and without one status says so")
+def two_cameras():
+    second = devices.Kinect(serial="B00000000000002B", name="kinect2")
+    try:
+        configure(BOX.replace("freenect}", "freenect, serial: B00000000000002B}"))
+        now = reaches("frames", streaming, 20)
+        expect("B00000000000002B" in now["camera"]["identity"], now["camera"]["identity"])
+        configure(BOX.replace("freenect}", "freenect, serial: C00000000000003C}"))
+        now = reaches("it is missed", lambda now: "C00000000000003C" in now["camera"]["detail"], 20)
+        for serial in ("A00000000000001A", "B00000000000002B"):
+            expect(serial in now["camera"]["detail"], "does not name " + serial + ": " + now["camera"]["detail"])
+        configure(BOX)
+        now = reaches("frames", streaming, 20)
+        expect(any("camera.serial" in line for line in now["warnings"]), str(now["warnings"]))
+        return now["warnings"][0]
+    finally:
+        second.end()
+
+
+@check("kill -9 while the camera streams: the new daemon opens it again")
+def killed_while_streaming():
+    old = main_pid()
+    must("kill", "-9", str(old))
+    wait_for("another daemon", lambda: main_pid() not in (0, old))
+    reaches("frames", streaming, 20)
