@@ -14,7 +14,7 @@ struct Word {
   std::string_view help;
 };
 
-constexpr std::array<Word, 8> kCommands{{
+constexpr std::array<Word, 9> kCommands{{
     {"status", "the whole state"},
     {"watch", "the state, again and again"},
     {"get", "values of parameters"},
@@ -22,6 +22,7 @@ constexpr std::array<Word, 8> kCommands{{
     {"engage", "command force"},
     {"disengage", "end all force"},
     {"params", "the table of parameters"},
+    {"doctor", "what is wrong with this machine"},
     {"completion", "completion script of a shell"},
 }};
 
@@ -81,11 +82,12 @@ _hapticctl() {{
       *) command="${{COMP_WORDS[index]}}"; break ;;
     esac
   done
-  if [[ "$previous" == "--socket" ]]; then
+  if [[ "$previous" == "--socket" || "$previous" == "--root" ]]; then
     COMPREPLY=($(compgen -f -- "$current"))
   elif [[ "$current" == -* ]]; then
     local options="{options}"
     [[ "$command" == watch ]] && options="$options --interval --count --seconds --line --summary"
+    [[ "$command" == doctor ]] && options="$options --root"
     COMPREPLY=($(compgen -W "$options" -- "$current"))
   elif [[ -z "$command" ]]; then
     COMPREPLY=($(compgen -W "{commands}" -- "$current"))
@@ -132,6 +134,7 @@ _hapticctl() {{
         get) compadd -- {names} ;;
         completion) compadd -- bash zsh fish ;;
         watch) _arguments '--interval[milliseconds]:milliseconds' '--count[how many]:number' '--seconds[how long]:number' '--line[one short line]' '--summary[close with a summary]' ;;
+        doctor) _arguments '--root[folder that stands for the machine]:folder:_files -/' ;;
         set)
           case "$PREFIX" in
 {values}            *) compadd -S '' -- {assignments} ;;
@@ -139,7 +142,12 @@ _hapticctl() {{
       esac ;;
   esac
 }}
-(( $+functions[compdef] )) && compdef _hapticctl hapticctl
+# zsh calls the file itself, as a function, when it finds it in fpath
+if [[ "${{funcstack[1]}}" == _hapticctl ]]; then
+  _hapticctl "$@"
+elif (( $+functions[compdef] )); then
+  compdef _hapticctl hapticctl
+fi
 )sh",
       fmt::arg("commands", commands), fmt::arg("names", parameterNames(false, "")),
       fmt::arg("values", choiceLines("            {name}=*) compset -P '*='; compadd -- {words} ;;\n")),
@@ -159,6 +167,8 @@ std::string fishScript() {
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l seconds -x -d 'how long'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l line -d 'one short line'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l summary -d 'close with a summary'\n"
+      "complete -c hapticctl -n '__fish_seen_subcommand_from doctor' -l root -r -F -d 'folder for the "
+      "machine'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from completion' -a 'bash zsh fish'\n";
   for (const Word& command : kCommands) {
     script += fmt::format("complete -c hapticctl -n __fish_use_subcommand -a {} -d '{}'\n", command.word,

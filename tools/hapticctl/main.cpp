@@ -6,6 +6,7 @@
 
 #include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/completion.h"
+#include "tools/hapticctl/doctor_command.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/watch.h"
 
@@ -14,16 +15,23 @@ namespace {
 using namespace hapticd::tools;
 
 constexpr const char* kFooter =
-    "Exit status: 0 done, 1 the daemon refused, 2 wrong usage, 3 no connection to the daemon.\n"
+    "Exit status: 0 done, 1 the daemon refused or doctor found a failure, 2 wrong usage, 3 no connection to "
+    "the "
+    "daemon.\n"
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control, for commands that only "
     "read\n"
     "also /run/hapticd/io.hapticd.Status.\n";
+
+constexpr const char* kDoctorFooter =
+    "Each line is 'ok', 'warn' or 'fail', what was looked at, what was found, and what to do about it.\n"
+    "Exit status: 0 done, nothing fails, 1 something fails, 2 wrong usage.\n";
 
 struct Arguments {
   CommandOptions options;
   std::vector<std::string> names;
   std::vector<std::string> assignments;
   WatchOptions watch;
+  DoctorOptions doctor;
   std::string shell;
 };
 
@@ -72,6 +80,16 @@ void describe(CLI::App& app, Arguments& arguments, Run& run) {
   add("engage", "Ask for force", [&] { return runEngage(arguments.options, true); });
   add("disengage", "End all force, clear a fault", [&] { return runEngage(arguments.options, false); });
   add("params", "Show the table of parameters", [&] { return runParameterTable(arguments.options); });
+
+  CLI::App* doctor =
+      add("doctor", "Look at kernel, CPUs, rights, devices and service, and say what to do; needs no daemon",
+          [&] { return runDoctor(arguments.options, arguments.doctor); });
+  doctor->footer(kDoctorFooter);
+  doctor
+      ->add_option("--root", arguments.doctor.root,
+                   "Look at the files below this folder, not at this machine's")
+      ->type_name("FOLDER")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
 
   add("completion", "Print the completion script of a shell: source <(hapticctl completion bash)",
       [&] {

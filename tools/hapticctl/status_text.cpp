@@ -64,7 +64,8 @@ std::string loopText(const Json& status) {
   return row("force loop", fixed(numberAt(status, "loop.rateHz"), 1) + " Hz, " + privilegesText(status)) +
          row("", countersText(
                      status, "loop.counters.",
-                     {{"ticks", "ticks"}, {"overruns", "overruns"}, {"skippedPeriods", "skipped periods"}})) +
+                     {{"ticks", "ticks"}, {"overruns", "overruns"}, {"skippedPeriods", "skipped periods"}}) +
+                     ", " + countAt(status, "loop.pageFaults") + " page faults") +
          row("wake-up", latencyText(status, "loop.wakeupLatency")) +
          row("compute", latencyText(status, "loop.computeTime"));
 }
@@ -130,6 +131,18 @@ std::string handleText(const Json& status) {
                           {{"handleStaleTicks", "ticks stale"}, {"handleInvalidTicks", "ticks invalid"}}));
 }
 
+/// Nothing for a box without LEDs, or a daemon that knows none.
+std::string ledsText(const Json& status) {
+  const std::string state = textAt(status, "leds.state");
+  if (state == "none" || state == "-") return "";
+  std::string patterns;
+  for (const char* led : {"power", "camera", "contact", "fault"}) {
+    const std::string pattern = textAt(status, std::string("leds.") + led);
+    if (pattern != "-") patterns += fmt::format("{}{} {}", patterns.empty() ? "" : ", ", led, pattern);
+  }
+  return row("leds", fmt::format("{}, {}: {}", state, textAt(status, "leds.identity"), patterns));
+}
+
 std::string rangeText(const Json& parameter) {
   const Json* minimum = fieldAt(parameter, "minimum");
   const Json* maximum = fieldAt(parameter, "maximum");
@@ -179,7 +192,7 @@ std::string statusText(const Json& status) {
   for (const std::string& line : complaints(status)) text += "! " + line + "\n";
   text += row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
   text += loopText(status) + lawText(status) + forceText(status) + cameraText(status) + sceneText(status) +
-          handleText(status);
+          handleText(status) + ledsText(status);
   text += row("trace", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
   return text;
 }

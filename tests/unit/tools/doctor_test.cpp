@@ -1,0 +1,485 @@
+// The checks of `hapticctl doctor` over made-up files of /sys, /proc, /etc and /dev.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "made_up_machine.h"
+#include "tools/hapticctl/doctor/checks.h"
+
+namespace hapticd::tools {
+namespace {
+
+using test::WithoutPrivileges;
+
+class Doctor : public testing::Test {
+ protected:
+  Doctor() { test::fillWithAGoodBox(files); }
+
+  /// The one finding of a check.
+  Finding only(Findings (*check)(const Examination&)) const {
+    const Findings findings = check(box);
+    EXPECT_EQ(findings.size(), 1U) << textOf(findings);
+    return findings.empty() ? Finding{} : findings.front();
+  }
+
+  test::MadeUpMachine files;
+  Examination box{Machine(files.root()),
+                  {"anna", 1000, {1000, 4242}, 80, kNoLimit},
+                  test::goodUnit(),
+                  {true, "", 3, true, {}}};
+};
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+testing::AssertionResult says(const Finding& finding, Verdict verdict, const std::string& fact,
+                              const std::string& remedy) {
+  if (finding.verdict == verdict && has(finding.fact, fact) && has(finding.remedy, remedy)) {
+    return testing::AssertionSuccess();
+  }
+  return testing::AssertionFailure() << "says: " << textOf({finding});
+}
+
+const std::string kCpu3 = "sys/devices/system/cpu/cpu3/";
+const std::string kCamera = "sys/bus/usb/devices/1-1.1/";
+const std::string kIsolated = "sys/devices/system/cpu/isolated";
+const std::string kClock = "sys/devices/system/clocksource/clocksource0/";
+
+TEST_F(Doctor, FindsNothingWrongWithAGoodBox) {
+  const Findings findings = examine(box);
+  EXPECT_EQ(std::ranges::count(findings, Verdict::ok, &Finding::verdict), std::ssize(findings))
+      << textOf(findings);
+  EXPECT_EQ(exitStatus(findings), 0);
+}
+
+TEST_F(Doctor, SaysSomethingOfEveryCheckOnAMachineWithoutAnyFiles) {
+  const test::MadeUpMachine empty;
+  box.machine = Machine(empty.root());
+  box.unit.reset();
+  box.daemon = {};
+  const Findings findings = examine(box);
+  EXPECT_GE(findings.size(), 19U) << textOf(findings);
+  EXPECT_EQ(exitStatus(findings), 0) << textOf(findings);
+}
+
+TEST_F(Doctor, NamesTheFileThatItMayNotReadAndSaysToRunAsRoot) {
+  struct Case {
+    Findings (*check)(const Examination&);
+    std::string path;
+  };
+  const std::vector<Case> cases{{checkKernel, "proc/sys/kernel/osrelease"},
+                                {checkClock, kClock + "current_clocksource"},
+                                {checkThrottling, "proc/sys/kernel/sched_rt_runtime_us"},
+                                {checkMemory, "proc/meminfo"},
+                                {checkIsolation, kIsolated},
+                                {checkInterrupts, "proc/irq"},
+                                {checkSibling, kCpu3 + "topology/thread_siblings_list"},
+                                {checkGovernor, kCpu3 + "cpufreq/scaling_governor"},
+                                {checkIdleStates, kCpu3 + "cpuidle"},
+                                {checkAccounts, "etc/group"},
+                                {checkAccounts, "etc/passwd"},
+                                {checkCaller, "etc/group"},
+                                {checkUdevRules, "usr/lib/udev/rules.d"},
+                                {checkOtherRules, "usr/lib/udev/rules.d"},
+                                {checkKinect, "sys/bus/usb/devices"},
+                                {checkHid, "sys/class/hidraw"},
+                                {checkGpio, "dev"}};
+  for (const auto& [check, path] : cases) {
+    const auto mode = static_cast<unsigned>(std::filesystem::status(files.root() / path).permissions());
+    files.setMode(path, 0);
+    {
+      const WithoutPrivileges nobody;
+      const Finding finding = only(check);
+      EXPECT_TRUE(says(finding, Verdict::warn, "/" + path + " cannot be read as this user", "run as root"))
+          << path;
+    }
+    files.setMode(path, mode);
+  }
+}
+
+TEST_F(Doctor, NamesTheInterruptWhoseAffinityItMayNotRead) {
+  files.setMode("proc/irq/24/smp_affinity_list", 0);
+  const WithoutPrivileges nobody;
+  EXPECT_TRUE(says(only(checkInterrupts), Verdict::warn, "cannot be read as this user", "run as root"));
+}
+
+// --- kernel
+
+TEST_F(Doctor, NamesTheKernelsPackage) {
+  EXPECT_TRUE(says(only(checkKernel), Verdict::ok,
+                   "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64, PREEMPT_RT", ""));
+}
+
+TEST_F(Doctor, SuggestsTheRealTimeKernelOfTheMachinesKind) {
+  files.remove("sys/kernel/realtime");
+  EXPECT_TRUE(
+      says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-amd64"));
+  files.set("proc/sys/kernel/arch", "aarch64");
+  EXPECT_TRUE(
+      says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-arm64"));
+}
+
+TEST_F(Doctor, SaysToBootARealTimeKernelThatIsInstalled) {
+  files.set("sys/kernel/realtime", "0");
+  files.set("boot/vmlinuz-6.1.0-51-rt-amd64", "");
+  EXPECT_TRUE(says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "boot 6.1.0-51-rt-amd64"));
+}
+
+TEST_F(Doctor, WarnsOfASlowClock) {
+  files.set(kClock + "current_clocksource", "hpet");
+  EXPECT_TRUE(says(only(checkClock), Verdict::warn, "hpet, although", "echo tsc >"));
+  files.set(kClock + "available_clocksource", "hpet acpi_pm");
+  EXPECT_TRUE(says(only(checkClock), Verdict::warn, "microseconds", "tsc=reliable"));
+  files.set(kClock + "current_clocksource", "kvm-clock");
+  EXPECT_TRUE(says(only(checkClock), Verdict::warn, "virtual machine", "hardware"));
+}
+
+TEST_F(Doctor, WeighsTheTimeThatRealTimeThreadsGet) {
+  const std::string path = "proc/sys/kernel/sched_rt_runtime_us";
+  files.set(path, "-1");
+  EXPECT_TRUE(
+      says(only(checkThrottling), Verdict::warn, "off", "sysctl -w kernel.sched_rt_runtime_us=950000"));
+  files.set(path, "0");
+  EXPECT_TRUE(says(only(checkThrottling), Verdict::fail, "no time at all", "sysctl -w"));
+  files.set(path, "499999");
+  EXPECT_TRUE(says(only(checkThrottling), Verdict::warn, "may be paused", "sysctl -w"));
+  files.set(path, "500000");
+  EXPECT_EQ(only(checkThrottling).verdict, Verdict::ok);
+  files.set(path, "plenty");
+  EXPECT_TRUE(says(only(checkThrottling), Verdict::warn, "cannot be read", ""));
+}
+
+TEST_F(Doctor, WeighsTheMemoryThatIsLeft) {
+  const auto leave = [this](int kib) {
+    files.set("proc/meminfo", "MemAvailable: " + std::to_string(kib) + " kB\nSwapTotal: 1024000 kB");
+  };
+  leave(256 * 1024);
+  EXPECT_TRUE(says(only(checkMemory), Verdict::ok, "256 MiB available, 1000 MiB of swap", ""));
+  leave(255 * 1024);
+  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "255 MiB", "end other programs"));
+  leave(63 * 1024);
+  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "63 MiB", "end other programs"));
+}
+
+TEST_F(Doctor, WarnsOfSwapWhenTheDaemonsMemoryIsNotLocked) {
+  box.daemon.memory_locked = false;
+  EXPECT_EQ(only(checkMemory).verdict, Verdict::ok);
+  files.set("proc/meminfo", "MemAvailable: 4096000 kB\nSwapTotal: 1024000 kB");
+  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "not locked", "LimitMEMLOCK=infinity"));
+}
+
+// --- CPUs
+
+TEST_F(Doctor, WarnsWhenNoCpuIsIsolated) {
+  files.set(kIsolated, "");
+  EXPECT_TRUE(
+      says(only(checkIsolation), Verdict::warn, "no CPU is isolated", "hapticd-realtime-setup apply"));
+}
+
+TEST_F(Doctor, WarnsWhenTheForceLoopRunsOnAnotherCpuThanTheIsolatedOne) {
+  box.daemon.cpu = 1;
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "isolated: CPU 3, but the force loop runs on CPU 1",
+                   "'cpu: 3'"));
+  box.daemon.cpu.reset();
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "not pinned", "'cpu: 3'"));
+}
+
+TEST_F(Doctor, TakesTheIsolatedCpuForTheForceLoopsWhenThereIsNoDaemon) {
+  box.daemon = {};
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::ok, "isolated: CPU 3", ""));
+  EXPECT_TRUE(says(only(checkInterrupts), Verdict::ok, "CPU 3", ""));
+}
+
+TEST_F(Doctor, SaysThatOneCpuIsTooFew) {
+  files.set("sys/devices/system/cpu/online", "0");
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "one CPU", "more CPUs"));
+}
+
+TEST_F(Doctor, MentionsCpusWithoutTimerTicks) {
+  files.set("sys/devices/system/cpu/nohz_full", "2-3");
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::ok, "without timer ticks: CPU 2-3", ""));
+}
+
+TEST_F(Doctor, NamesTheInterruptsThatMayComeToTheForceLoopsCpu) {
+  files.set("proc/irq/24/smp_affinity_list", "0-3");
+  EXPECT_TRUE(says(only(checkInterrupts), Verdict::warn, "1 interrupt may come to CPU 3: 24 (xhci_hcd)",
+                   "hapticd-realtime"));
+}
+
+TEST_F(Doctor, LeavesOutInterruptsThatTheKernelKeepsAwayItself) {
+  files.set("proc/irq/24/smp_affinity_list", "3");
+  files.set("proc/irq/24/effective_affinity_list", "0");
+  EXPECT_EQ(only(checkInterrupts).verdict, Verdict::ok);
+  files.set("proc/irq/24/effective_affinity_list", "3");
+  EXPECT_EQ(only(checkInterrupts).verdict, Verdict::warn);
+  files.set("proc/irq/24/effective_affinity_list", "0");
+  files.set("proc/cmdline", "quiet");
+  EXPECT_EQ(only(checkInterrupts).verdict, Verdict::warn);
+}
+
+TEST_F(Doctor, WarnsOfASiblingThatIsOnline) {
+  files.set(kCpu3 + "topology/thread_siblings_list", "1,3");
+  EXPECT_TRUE(says(only(checkSibling), Verdict::warn, "CPU 3 shares its core with CPU 1", "smt/control"));
+  files.set("sys/devices/system/cpu/online", "0,2-3");
+  EXPECT_EQ(only(checkSibling).verdict, Verdict::ok);
+}
+
+TEST_F(Doctor, LooksAtTheGovernorOfTheForceLoopsCpuOnly) {
+  files.set("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave");
+  EXPECT_EQ(only(checkGovernor).verdict, Verdict::ok);
+  files.set(kCpu3 + "cpufreq/scaling_governor", "powersave");
+  EXPECT_TRUE(says(only(checkGovernor), Verdict::warn, "CPU 3 powersave", "echo performance"));
+}
+
+TEST_F(Doctor, HasNothingAgainstACpuOfConstantFrequency) {
+  files.remove(kCpu3 + "cpufreq");
+  EXPECT_TRUE(says(only(checkGovernor), Verdict::ok, "does not change", ""));
+}
+
+TEST_F(Doctor, WarnsOfDeepIdleStatesThatTheDaemonMayNotForbid) {
+  EXPECT_TRUE(says(only(checkIdleStates), Verdict::ok, "waking up from C6 takes 133 us", ""));
+  files.setMode("dev/cpu_dma_latency", 0600);
+  EXPECT_TRUE(says(only(checkIdleStates), Verdict::warn, "mode 0600", "udevadm trigger"));
+  files.remove("dev/cpu_dma_latency");
+  EXPECT_TRUE(
+      says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "processor.max_cstate=1"));
+}
+
+TEST_F(Doctor, LeavesOutIdleStatesThatAreSwitchedOff) {
+  files.setMode("dev/cpu_dma_latency", 0600);
+  files.set(kCpu3 + "cpuidle/state1/disable", "1");
+  EXPECT_EQ(only(checkIdleStates).verdict, Verdict::ok);
+}
+
+// --- rights
+
+TEST_F(Doctor, FailsWhenTheServiceMayNotRunInRealTime) {
+  (*box.unit)["LimitRTPRIO"] = "79";
+  EXPECT_TRUE(says(only(checkLimits), Verdict::fail, "priority 79", "LimitRTPRIO=80"));
+}
+
+TEST_F(Doctor, FailsWhenTheServiceMayNotLockItsMemory) {
+  (*box.unit)["LimitMEMLOCK"] = "8388608";
+  EXPECT_TRUE(says(only(checkLimits), Verdict::fail, "lock 8192 KiB", "LimitMEMLOCK=infinity"));
+}
+
+TEST_F(Doctor, LooksAtTheCallersLimitsWhereThereIsNoService) {
+  box.unit.reset();
+  EXPECT_EQ(only(checkLimits).verdict, Verdict::ok);
+  box.caller.rtprio = 0;
+  EXPECT_TRUE(
+      says(only(checkLimits), Verdict::warn, "anna may take real-time priority 0", "anna - rtprio 80"));
+  box.caller.user = 0;
+  EXPECT_EQ(only(checkLimits).verdict, Verdict::ok);
+}
+
+TEST_F(Doctor, NamesTheAccountsThatAreMissing) {
+  files.set("etc/group", "hapticd2:x:7:");
+  files.set("etc/passwd", "root:x:0:0::/:/bin/sh");
+  EXPECT_TRUE(says(only(checkAccounts), Verdict::fail, "no group haptic, group hapticd, user hapticd",
+                   "systemd-sysusers hapticd.conf"));
+  box.unit.reset();
+  EXPECT_EQ(only(checkAccounts).verdict, Verdict::warn);
+}
+
+TEST_F(Doctor, TellsWhoMayNotSteerHowToJoin) {
+  box.caller.groups = {1000};
+  EXPECT_TRUE(
+      says(only(checkCaller), Verdict::warn, "anna is not in the group haptic", "usermod -aG haptic anna"));
+}
+
+// --- devices
+
+TEST_F(Doctor, FailsWithoutUdevRulesWhereThereIsAService) {
+  files.remove("usr/lib/udev/rules.d/72-hapticd.rules");
+  EXPECT_TRUE(says(only(checkUdevRules), Verdict::fail, "not installed", "package"));
+  box.unit.reset();
+  EXPECT_EQ(only(checkUdevRules).verdict, Verdict::warn);
+}
+
+TEST_F(Doctor, SeesThatTheRulesAreSwitchedOff) {
+  files.makeFolder("etc/udev/rules.d");
+  files.link("etc/udev/rules.d/72-hapticd.rules", "/dev/null");
+  EXPECT_TRUE(says(only(checkUdevRules), Verdict::fail, "/etc/udev/rules.d/72-hapticd.rules switches",
+                   "rm /etc/udev/rules.d/72-hapticd.rules"));
+}
+
+TEST_F(Doctor, WarnsOfALaterRuleThatLetsEveryoneIn) {
+  const std::string rule = R"(SUBSYSTEM=="usb", \
+  ATTRS{idVendor}=="045E", ATTR{idProduct}=="02AE", MODE="0666")";
+  files.set("etc/udev/rules.d/90-kinect.rules", rule);
+  EXPECT_TRUE(says(only(checkOtherRules), Verdict::warn, "/etc/udev/rules.d/90-kinect.rules lets everyone",
+                   "ln -s /dev/null /etc/udev/rules.d/90-kinect.rules"));
+}
+
+TEST_F(Doctor, WarnsOfAnEarlierRuleThatIsFinal) {
+  files.set("usr/lib/udev/rules.d/51-kinect.rules", R"(ATTR{idVendor}=="045e", MODE:="0666")");
+  EXPECT_TRUE(says(only(checkOtherRules), Verdict::warn, "51-kinect.rules", "ln -s /dev/null"));
+}
+
+TEST_F(Doctor, HasNothingAgainstRulesForOthersOrForAGroup) {
+  files.set("etc/udev/rules.d/90-a.rules", R"(ATTR{idVendor}=="1234", ATTR{idProduct}=="02ae", MODE="0666")");
+  files.set("etc/udev/rules.d/90-b.rules", R"(ATTR{idVendor}=="045e", ATTR{idProduct}=="02ae", MODE="0660")");
+  files.set("etc/udev/rules.d/90-c.rules", R"(ATTR{idVendor}=="045e", ATTR{idProduct}=="0745", MODE="0666")");
+  files.set("etc/udev/rules.d/90-d.rules",
+            R"(#ATTR{idVendor}=="045e", ATTR{idProduct}=="02ae", MODE="0666")");
+  files.set("etc/udev/rules.d/90-e.disabled", R"(ATTR{idVendor}=="045e", MODE="0666")");
+  EXPECT_EQ(only(checkOtherRules).verdict, Verdict::ok);
+}
+
+class DoctorsKinect : public Doctor {
+ protected:
+  Finding named(const std::string& name) const {
+    const Findings findings = checkKinect(box);
+    const auto found = std::ranges::find(findings, name, &Finding::name);
+    return found == findings.end() ? Finding{} : *found;
+  }
+  void addDevice(const std::string& name, const std::string& vendor, const std::string& product,
+                 const std::string& bus, const std::string& device_class = "00") const {
+    const std::string folder = "sys/bus/usb/devices/" + name + "/";
+    files.set(folder + "idVendor", vendor);
+    files.set(folder + "idProduct", product);
+    files.set(folder + "busnum", bus);
+    files.set(folder + "bDeviceClass", device_class);
+  }
+};
+
+TEST_F(DoctorsKinect, IsFoundWithItsPlaceAndSpeed) {
+  EXPECT_TRUE(says(named("kinect"), Verdict::ok, "045e:02ae at 1-1.1, 480 Mbit/s", ""));
+  EXPECT_TRUE(says(named("kinect driver"), Verdict::ok, "gspca_kinect: harmless", ""));
+}
+
+TEST_F(DoctorsKinect, MayBeAbsent) {
+  files.remove("sys/bus/usb");
+  EXPECT_TRUE(says(only(checkKinect), Verdict::warn, "none on USB", "plug it"));
+}
+
+TEST_F(DoctorsKinect, LacksItsPowerSupplyWhenOnlyItsMotorIsThere) {
+  files.set(kCamera + "idProduct", "02b0");
+  EXPECT_TRUE(says(only(checkKinect), Verdict::warn, "not its camera", "power supply"));
+}
+
+TEST_F(DoctorsKinect, FailsAtFullSpeed) {
+  files.set(kCamera + "speed", "12");
+  EXPECT_TRUE(says(named("kinect"), Verdict::fail, "12 Mbit/s: too slow", "another port"));
+}
+
+TEST_F(DoctorsKinect, MustNotBeForEveryone) {
+  files.setMode("dev/bus/usb/001/007", 0666);
+  EXPECT_TRUE(
+      says(named("kinect access"), Verdict::warn, "/dev/bus/usb/001/007 has mode 0666", "udevadm trigger"));
+}
+
+TEST_F(DoctorsKinect, MustBeForTheGroupOfTheDaemon) {
+  files.set("etc/group", "haptic:x:4242:\nhapticd:x:3999999:");
+  EXPECT_TRUE(says(named("kinect access"), Verdict::fail, "keeps the group hapticd out", "udevadm trigger"));
+}
+
+TEST_F(DoctorsKinect, MustNotBeReadOnlyForTheGroup) {
+  files.setMode("dev/bus/usb/001/007", 0640);
+  EXPECT_TRUE(says(named("kinect access"), Verdict::fail, "mode 0640", "udevadm trigger"));
+}
+
+TEST_F(DoctorsKinect, MustNotBeSuspended) {
+  files.set(kCamera + "power/control", "auto");
+  EXPECT_TRUE(says(named("kinect autosuspend"), Verdict::warn, "is auto",
+                   "echo on > /sys/bus/usb/devices/1-1.1/power/control"));
+}
+
+TEST_F(DoctorsKinect, SharesItsBusWithAFewOnly) {
+  addDevice("usb1", "1d6b", "0002", "1", "09");
+  addDevice("1-1.2", "045e", "02ad", "1");
+  addDevice("2-1", "1234", "0001", "2");
+  for (const char* name : {"1-2", "1-3", "1-4"}) addDevice(name, "1234", "0001", "1");
+  EXPECT_TRUE(says(named("kinect bus"), Verdict::ok, "3 other devices on bus 1", ""));
+  addDevice("1-5", "1234", "0001", "1");
+  EXPECT_TRUE(says(named("kinect bus"), Verdict::warn, "4 other devices on bus 1", "another controller"));
+}
+
+TEST_F(Doctor, LooksAtTheHandlesThatItKnowsOnly) {
+  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "SpaceNavigator at /dev/hidraw0", ""));
+  files.setMode("dev/hidraw0", 0600);
+  EXPECT_TRUE(says(only(checkHid), Verdict::fail, "keeps the group hapticd out", "udevadm trigger"));
+  files.set("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000046D:0000C31C");
+  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+}
+
+TEST_F(Doctor, NamesGpioChipsThatTheDaemonMayNotUse) {
+  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "gpiochip0", ""));
+  files.setMode("dev/gpiochip0", 0600);
+  EXPECT_TRUE(
+      says(only(checkGpio), Verdict::warn, "gpiochip0: /dev/gpiochip0 has mode 0600", "udevadm trigger"));
+  files.remove("dev/gpiochip0");
+  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "no GPIO chips", ""));
+}
+
+// --- service and daemon
+
+TEST_F(Doctor, FailsWithAServiceThatFailed) {
+  (*box.unit)["ActiveState"] = "failed";
+  EXPECT_TRUE(says(only(checkService), Verdict::fail, "failed", "journalctl -u hapticd"));
+}
+
+TEST_F(Doctor, WarnsOfAServiceThatIsStoppedOrNotStartedAtBoot) {
+  (*box.unit)["ActiveState"] = "inactive";
+  EXPECT_TRUE(says(only(checkService), Verdict::warn, "inactive", "systemctl start hapticd"));
+  (*box.unit)["ActiveState"] = "active";
+  (*box.unit)["UnitFileState"] = "disabled";
+  EXPECT_TRUE(says(checkService(box).back(), Verdict::warn, "disabled", "systemctl enable hapticd.service"));
+}
+
+TEST_F(Doctor, WarnsOfRestartsAfterFailures) {
+  (*box.unit)["NRestarts"] = "3";
+  EXPECT_TRUE(says(checkService(box).back(), Verdict::warn, "3 after failures", "journalctl"));
+}
+
+TEST_F(Doctor, SaysSoWhenTheServiceIsNotKnownOrCannotBeAskedFor) {
+  (*box.unit)["LoadState"] = "not-found";
+  EXPECT_TRUE(says(only(checkService), Verdict::warn, "not-found", "package"));
+  (*box.unit)["LoadState"] = "masked";
+  EXPECT_TRUE(says(only(checkService), Verdict::warn, "masked", "systemctl unmask hapticd"));
+  box.unit.reset();
+  EXPECT_TRUE(says(only(checkService), Verdict::warn, "no systemd", ""));
+}
+
+TEST_F(Doctor, ShowsEachComplaintOfTheDaemon) {
+  box.daemon.complaints = {"camera lost: gone", "memory not locked"};
+  const Findings findings = checkDaemon(box);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_TRUE(says(findings[0], Verdict::warn, "camera lost: gone", ""));
+  EXPECT_TRUE(says(findings[1], Verdict::warn, "memory not locked", ""));
+}
+
+TEST_F(Doctor, SaysWhyTheDaemonDoesNotAnswer) {
+  box.daemon = {false, "nobody listens", {}, false, {}};
+  EXPECT_TRUE(says(only(checkDaemon), Verdict::warn, "nobody listens", "systemctl start hapticd"));
+}
+
+TEST(DoctorsServiceManager, TellsPropertiesALineEach) {
+  const UnitProperties properties =
+      parseProperties("LoadState=loaded\nEnvironment=A=1 B=2\nUser=\nnonsense\n");
+  EXPECT_EQ(properties, (UnitProperties{{"LoadState", "loaded"}, {"Environment", "A=1 B=2"}, {"User", ""}}));
+}
+
+// --- what is printed
+
+TEST(DoctorsFindings, AreALineEachForPeople) {
+  const Findings findings{{Verdict::ok, "a", "well", ""}, {Verdict::fail, "b", "\033[2J", "mend it"}};
+  EXPECT_EQ(textOf(findings), "ok    a: well\nfail  b: ?[2J (mend it)\n");
+}
+
+TEST(DoctorsFindings, AreAnArrayForPrograms) {
+  const Findings findings{{Verdict::warn, "a", "so so", "mend it"}};
+  EXPECT_EQ(nlohmann::json::parse(jsonOf(findings)),
+            nlohmann::json::parse(R"([{"name":"a","verdict":"warn","fact":"so so","remedy":"mend it"}])"));
+}
+
+TEST(DoctorsFindings, MakeTheExitStatus1OnlyWhenOneFails) {
+  EXPECT_EQ(exitStatus({{Verdict::warn, "a", "", ""}, {Verdict::ok, "b", "", ""}}), 0);
+  EXPECT_EQ(exitStatus({{Verdict::ok, "a", "", ""}, {Verdict::fail, "b", "", ""}}), 1);
+}
+
+}  // namespace
+}  // namespace hapticd::tools

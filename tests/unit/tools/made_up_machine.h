@@ -1,0 +1,49 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tests/support/temporary_folder.h"
+#include "tools/hapticctl/doctor/examination.h"
+
+namespace hapticd::test {
+
+/// The files of a machine, made up in a folder. All paths without the leading slash.
+class MadeUpMachine {
+ public:
+  MadeUpMachine();
+
+  const std::filesystem::path& root() const { return folder_.path(); }
+
+  /// A file with this line, and the folders that it takes.
+  void set(const std::string& path, const std::string& content) const;
+  void makeFolder(const std::string& path) const;
+  void link(const std::string& path, const std::string& target) const;
+  void remove(const std::string& path) const;
+  void setMode(const std::string& path, unsigned mode) const;
+
+ private:
+  TemporaryFolder folder_;
+};
+
+/// A box on which nothing is wrong: four CPUs, of which 3 is the force loop's, a Kinect, a handle and a GPIO
+/// chip.
+void fillWithAGoodBox(const MadeUpMachine& machine);
+
+/// What systemd says of a service on which nothing is wrong.
+tools::UnitProperties goodUnit();
+
+/// While it lives the process has no more rights to files than anybody. The files that it is to read have to
+/// let everybody in.
+class WithoutPrivileges {
+ public:
+  WithoutPrivileges();
+  ~WithoutPrivileges();
+  WithoutPrivileges(const WithoutPrivileges&) = delete;
+  WithoutPrivileges& operator=(const WithoutPrivileges&) = delete;
+
+ private:
+  uid_t user_;
+};
+
+}  // namespace hapticd::test

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "tools/hapticctl/doctor/examination.h"
+#include "tools/hapticctl/doctor/finding.h"
+
+namespace hapticd::tools {
+
+// Each check looks at one thing and says at least one finding, whatever it can or cannot read.
+
+// kernel_checks.cpp
+Findings checkKernel(const Examination& box);
+Findings checkClock(const Examination& box);
+Findings checkThrottling(const Examination& box);
+Findings checkMemory(const Examination& box);
+
+// cpu_checks.cpp
+Findings checkIsolation(const Examination& box);
+Findings checkInterrupts(const Examination& box);
+Findings checkSibling(const Examination& box);
+Findings checkGovernor(const Examination& box);
+Findings checkIdleStates(const Examination& box);
+
+// right_checks.cpp
+Findings checkLimits(const Examination& box);
+Findings checkAccounts(const Examination& box);
+Findings checkCaller(const Examination& box);
+
+// device_checks.cpp
+Findings checkUdevRules(const Examination& box);
+Findings checkOtherRules(const Examination& box);
+Findings checkGpio(const Examination& box);
+Findings checkHid(const Examination& box);
+
+// kinect_check.cpp
+Findings checkKinect(const Examination& box);
+
+// service_checks.cpp
+Findings checkService(const Examination& box);
+Findings checkDaemon(const Examination& box);
+
+/// All of them, in the order in which they are shown.
+Findings examine(const Examination& box);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,232 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/cpu_list.h"
+#include "tools/hapticctl/doctor/say.h"
+
+namespace hapticd::tools {
+namespace {
+
+const std::string kCpus = "sys/devices/system/cpu/";
+constexpr const char* kSetACpuAside = "hapticd-realtime-setup apply, then reboot";
+constexpr std::int64_t kSlowWakeUs = 10;
+
+/// CPUs that a file lists; none when it is absent, or holds something else.
+Reading<CpuSet> cpusIn(const Machine& machine, const std::string& path) {
+  const Reading<std::string> text = machine.read(path);
+  if (!text && text.error().absent()) return CpuSet{};
+  if (!text) return std::unexpected(text.error());
+  return parseCpuList(*text).value_or(CpuSet{});
+}
+
+CpuSet onlineCpus(const Machine& machine) {
+  return cpusIn(machine, kCpus + "online").value_or(CpuSet{});
+}
+
+CpuSet isolatedCpus(const Machine& machine) {
+  return cpusIn(machine, kCpus + "isolated").value_or(CpuSet{});
+}
+
+/// CPUs that the force loop has or may get: its own, else those that are isolated.
+CpuSet forceCpus(const Examination& box) {
+  return box.daemon.cpu ? CpuSet{*box.daemon.cpu} : isolatedCpus(box.machine);
+}
+
+/// The same, or all where nobody knows: what every one of them has, the force loop's has too.
+CpuSet forceCpusOrAll(const Examination& box) {
+  const CpuSet cpus = forceCpus(box);
+  return cpus.empty() ? onlineCpus(box.machine) : cpus;
+}
+
+std::string cpuFolder(int cpu) {
+  return fmt::format("{}cpu{}/", kCpus, cpu);
+}
+
+bool isNumber(const std::string& text) {
+  return !text.empty() &&
+         std::ranges::all_of(text, [](unsigned char letter) { return std::isdigit(letter) != 0; });
+}
+
+bool isFolder(const Machine& machine, const std::string& path) {
+  return machine.list(path).has_value();
+}
+
+/// "24 (xhci_hcd)"; empty when no driver takes this interrupt, so that it never comes.
+Reading<std::string> interruptName(const Machine& machine, const std::string& number) {
+  const std::string folder = "proc/irq/" + number;
+  const Reading<Names> entries = machine.list(folder);
+  if (!entries) return std::unexpected(entries.error());
+  for (const std::string& name : *entries) {
+    if (isFolder(machine, folder + "/" + name)) return fmt::format("{} ({})", number, name);
+  }
+  return std::string();
+}
+
+/// Whether an interrupt may come to one of `cpus`. With managed_irq the kernel keeps those away that it
+/// places itself, whatever they are allowed: then it counts where they go.
+Reading<bool> mayCome(const Machine& machine, const std::string& number, const CpuSet& cpus,
+                      bool kernel_keeps_away) {
+  const std::string folder = "proc/irq/" + number + "/";
+  const Reading<CpuSet> allowed = cpusIn(machine, folder + "smp_affinity_list");
+  if (!allowed) return std::unexpected(allowed.error());
+  if (common(*allowed, cpus).empty()) return false;
+  const CpuSet actual = cpusIn(machine, folder + "effective_affinity_list").value_or(CpuSet{});
+  return !kernel_keeps_away || actual.empty() || !common(actual, cpus).empty();
+}
+
+struct IdleState {
+  std::string name;
+  std::int64_t latency_us = 0;
+};
+
+/// The state of a CPU that takes longest to wake up from, of those in use.
+Reading<IdleState> deepestIdleState(const Machine& machine, int cpu) {
+  IdleState deepest;
+  const std::string folder = cpuFolder(cpu) + "cpuidle/";
+  const Reading<Names> names = machine.list(folder);
+  if (!names && names.error().absent()) return deepest;
+  if (!names) return std::unexpected(names.error());
+  for (const std::string& name : *names) {
+    const Reading<std::int64_t> latency_us = machine.readNumber(folder + name + "/latency");
+    if (!latency_us) return std::unexpected(latency_us.error());
+    const bool disabled = machine.readNumber(folder + name + "/disable").value_or(0) != 0;
+    if (!disabled && *latency_us > deepest.latency_us) {
+      deepest = {machine.read(folder + name + "/name").value_or(name), *latency_us};
+    }
+  }
+  return deepest;
+}
+
+/// Those of the interrupts that may come to one of `cpus`, by number and name.
+Reading<Names> interruptsOn(const Machine& machine, const CpuSet& cpus) {
+  const Reading<Names> entries = machine.list("proc/irq");
+  if (!entries) return std::unexpected(entries.error());
+  const bool kernel_keeps_away =
+      machine.read("proc/cmdline").value_or("").find("managed_irq") != std::string::npos;
+  Names coming;
+  for (const std::string& number : *entries) {
+    // 0 is the timer of the boot: it cannot be moved, and does not come later
+    if (!isNumber(number) || number == "0") continue;
+    const Reading<std::string> name = interruptName(machine, number);
+    if (!name) return std::unexpected(name.error());
+    if (name->empty()) continue;
+    const Reading<bool> may_come = mayCome(machine, number, cpus, kernel_keeps_away);
+    if (!may_come) return std::unexpected(may_come.error());
+    if (*may_come) coming.push_back(*name);
+  }
+  return coming;
+}
+
+}  // namespace
+
+Findings checkIsolation(const Examination& box) {
+  const Machine& machine = box.machine;
+  const CpuSet online = onlineCpus(machine);
+  if (online.size() == 1) {
+    return {doubtful("isolation", "the machine has one CPU: none can be kept free for the force loop",
+                     "take a machine with more CPUs")};
+  }
+  const Reading<CpuSet> isolated = cpusIn(machine, kCpus + "isolated");
+  if (!isolated) return {unreadable("isolation", kCpus + "isolated", isolated.error())};
+  const std::string tickless = machine.read(kCpus + "nohz_full").value_or("");
+  std::string fact = isolated->empty() ? "no CPU is isolated" : "isolated: CPU " + cpuListText(*isolated);
+  if (isNumber(tickless.substr(0, 1))) fact += ", without timer ticks: CPU " + tickless;
+  if (box.daemon.cpu && isolated->contains(*box.daemon.cpu)) {
+    return {good("isolation", fmt::format("{}; the force loop runs on CPU {}", fact, *box.daemon.cpu))};
+  }
+  if (isolated->empty())
+    return {doubtful("isolation", fact + ": other programs delay the force loop", kSetACpuAside)};
+  const std::string remedy = fmt::format(
+      "'loop:' with 'cpu: {}' below it in /etc/hapticd/hapticd.yaml, then systemctl restart hapticd",
+      *isolated->rbegin());
+  if (box.daemon.cpu) {
+    return {doubtful("isolation", fmt::format("{}, but the force loop runs on CPU {}", fact, *box.daemon.cpu),
+                     remedy)};
+  }
+  if (box.daemon.answers)
+    return {doubtful("isolation", fact + ", but the force loop is not pinned to a CPU", remedy)};
+  return {good("isolation", fact)};
+}
+
+Findings checkInterrupts(const Examination& box) {
+  const CpuSet cpus = forceCpus(box);
+  if (cpus.empty()) return {doubtful("interrupts", "no CPU is kept free of them", kSetACpuAside)};
+  const Reading<Names> coming = interruptsOn(box.machine, cpus);
+  if (!coming) return {unreadable("interrupts", "proc/irq", coming.error())};
+  const std::string where = "CPU " + cpuListText(cpus);
+  if (coming->empty()) return {good("interrupts", "none may come to " + where)};
+  return {doubtful(
+      "interrupts",
+      fmt::format("{} may come to {}: {}", counted(coming->size(), "interrupt"), where, someOf(*coming)),
+      "systemctl restart hapticd-realtime, which hapticd-realtime-setup apply sets up")};
+}
+
+Findings checkSibling(const Examination& box) {
+  const Machine& machine = box.machine;
+  const CpuSet cpus = forceCpus(box);
+  if (cpus.empty()) return {good("sibling", "does not matter while no CPU is kept free for the force loop")};
+  CpuSet siblings;
+  for (const int cpu : cpus) {
+    const std::string path = cpuFolder(cpu) + "topology/thread_siblings_list";
+    const Reading<CpuSet> of_this = cpusIn(machine, path);
+    if (!of_this) return {unreadable("sibling", path, of_this.error())};
+    siblings.insert(of_this->begin(), of_this->end());
+  }
+  for (const int cpu : cpus) siblings.erase(cpu);
+  siblings = common(siblings, onlineCpus(machine));
+  if (siblings.empty())
+    return {good("sibling", fmt::format("CPU {} shares its core with no other", cpuListText(cpus)))};
+  return {doubtful(
+      "sibling",
+      fmt::format("CPU {} shares its core with CPU {}, whose programs slow it down", cpuListText(cpus),
+                  cpuListText(siblings)),
+      fmt::format("echo off > /{}smt/control; nosmt on the kernel command line keeps it so", kCpus))};
+}
+
+Findings checkGovernor(const Examination& box) {
+  std::vector<std::string> others;
+  std::size_t scaled = 0;
+  for (const int cpu : forceCpusOrAll(box)) {
+    const std::string path = cpuFolder(cpu) + "cpufreq/scaling_governor";
+    const Reading<std::string> governor = box.machine.read(path);
+    if (!governor && governor.error().absent()) continue;
+    if (!governor) return {unreadable("governor", path, governor.error())};
+    ++scaled;
+    if (*governor != "performance") others.push_back(fmt::format("CPU {} {}", cpu, *governor));
+  }
+  if (scaled == 0) return {good("governor", "the kernel does not change the CPUs' frequency")};
+  if (others.empty()) return {good("governor", "performance on " + counted(scaled, "CPU"))};
+  return {doubtful("governor", someOf(others) + ": the frequency rises only after the work has come",
+                   "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor, or "
+                   "hapticd-realtime-setup apply for the force loop's CPU at each boot")};
+}
+
+Findings checkIdleStates(const Examination& box) {
+  IdleState deepest;
+  for (const int cpu : forceCpusOrAll(box)) {
+    const Reading<IdleState> state = deepestIdleState(box.machine, cpu);
+    if (!state) return {unreadable("idle states", cpuFolder(cpu) + "cpuidle", state.error())};
+    if (state->latency_us > deepest.latency_us) deepest = *state;
+  }
+  if (deepest.latency_us == 0) return {good("idle states", "none that takes time to wake up from")};
+  if (deepest.latency_us <= kSlowWakeUs) {
+    return {good("idle states", fmt::format("waking up takes at most {} us", deepest.latency_us))};
+  }
+  const std::string fact = fmt::format("waking up from {} takes {} us", deepest.name, deepest.latency_us);
+  if (!box.machine.exists("dev/cpu_dma_latency")) {
+    return {doubtful("idle states", fact + ", and there is no /dev/cpu_dma_latency to forbid it",
+                     "processor.max_cstate=1 on the kernel command line")};
+  }
+  Findings findings = accessFindings(box, "idle states", fact, "dev/cpu_dma_latency");
+  if (findings.empty()) {
+    return {good("idle states", fact + "; hapticd may forbid it while it runs (/dev/cpu_dma_latency)")};
+  }
+  // a late wake-up, not a box that does not work
+  for (Finding& finding : findings) finding.verdict = Verdict::warn;
+  return findings;
+}
+
+}  // namespace hapticd::tools

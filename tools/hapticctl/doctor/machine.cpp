@@ -1,0 +1,122 @@
+#include "tools/hapticctl/doctor/machine.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <memory>
+#include <sstream>
+
+namespace hapticd::tools {
+namespace {
+
+constexpr std::size_t kMostBytes = 1U << 20U;
+
+std::unexpected<Unread> unread(int system_error) {
+  return std::unexpected(Unread{system_error});
+}
+
+void dropWhiteSpaceAtTheEnd(std::string& text) {
+  text.erase(text.find_last_not_of(" \t\n\r") + 1);
+}
+
+Reading<std::string> contentOf(int file) {
+  std::string content;
+  std::array<char, 4096> part{};
+  while (content.size() < kMostBytes) {
+    const ssize_t count = ::read(file, part.data(), part.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return unread(errno);
+    if (count == 0) break;
+    content.append(part.data(), static_cast<std::size_t>(count));
+  }
+  return content;
+}
+
+}  // namespace
+
+bool Unread::absent() const {
+  return system_error == ENOENT || system_error == ENOTDIR;
+}
+
+bool Unread::denied() const {
+  return system_error == EACCES || system_error == EPERM;
+}
+
+Reading<std::string> Machine::read(const std::string& path) const {
+  // not to wait for the other end, should somebody have put a pipe there
+  const int file = ::open((root_ / path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (file < 0) return unread(errno);
+  Reading<std::string> content = contentOf(file);
+  ::close(file);
+  if (content) dropWhiteSpaceAtTheEnd(*content);
+  return content;
+}
+
+Reading<std::int64_t> Machine::readNumber(const std::string& path) const {
+  const Reading<std::string> text = read(path);
+  if (!text) return std::unexpected(text.error());
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), number);
+  if (error != std::errc() || end != text->data() + text->size()) return unread(EINVAL);
+  return number;
+}
+
+Reading<Names> Machine::list(const std::string& path) const {
+  const std::unique_ptr<DIR, int (*)(DIR*)> folder(::opendir((root_ / path).c_str()), ::closedir);
+  if (!folder) return unread(errno);
+  Names names;
+  while (const dirent* entry = ::readdir(folder.get())) {
+    if (entry->d_name[0] != '.') names.emplace_back(entry->d_name);
+  }
+  std::ranges::sort(names, [](const std::string& a, const std::string& b) {
+    return a.size() != b.size() ? a.size() < b.size() : a < b;
+  });
+  return names;
+}
+
+Reading<Access> Machine::access(const std::string& path) const {
+  struct stat status {};
+  if (::stat((root_ / path).c_str(), &status) != 0) return unread(errno);
+  return Access{status.st_mode & 07777U, status.st_uid, status.st_gid};
+}
+
+bool Machine::exists(const std::string& path) const {
+  return access(path).has_value();
+}
+
+std::string Machine::linkedName(const std::string& path) const {
+  std::error_code error;
+  const std::filesystem::path target = std::filesystem::read_symlink(root_ / path, error);
+  return error ? std::string() : target.filename().string();
+}
+
+Reading<std::optional<Account>> Machine::group(const std::string& name) const {
+  return account("etc/group", name);
+}
+
+Reading<std::optional<Account>> Machine::user(const std::string& name) const {
+  return account("etc/passwd", name);
+}
+
+Reading<std::optional<Account>> Machine::account(const std::string& path, const std::string& name) const {
+  const Reading<std::string> text = read(path);
+  if (!text) return std::unexpected(text.error());
+  std::istringstream lines(*text);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(name + ":")) continue;
+    const std::size_t begin = line.find(':', name.size() + 1);
+    if (begin == std::string::npos) continue;
+    Account found{name, 0};
+    const auto [end, error] = std::from_chars(line.data() + begin + 1, line.data() + line.size(), found.id);
+    if (error == std::errc()) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace hapticd::tools

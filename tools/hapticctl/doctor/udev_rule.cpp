@@ -1,0 +1,85 @@
+#include "tools/hapticctl/doctor/udev_rule.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+#include <sstream>
+
+#include "tools/hapticctl/doctor/usb_device.h"
+
+namespace hapticd::tools {
+namespace {
+
+/// Those whose files win first.
+constexpr std::array kFolders{"etc/udev/rules.d/", "run/udev/rules.d/", "usr/local/lib/udev/rules.d/",
+                              "usr/lib/udev/rules.d/", "lib/udev/rules.d/"};
+
+/// Whole rules in lower case: lines that end with a backslash go on in the next.
+std::vector<std::string> rulesIn(const std::string& content) {
+  std::vector<std::string> rules;
+  std::string rule;
+  std::istringstream lines(content);
+  for (std::string line; std::getline(lines, line);) {
+    std::ranges::transform(line, line.begin(), [](unsigned char letter) { return std::tolower(letter); });
+    const bool goes_on = line.ends_with('\\');
+    rule += goes_on ? line.substr(0, line.size() - 1) : line;
+    if (goes_on) continue;
+    if (!rule.empty() && rule.front() != '#') rules.push_back(rule);
+    rule.clear();
+  }
+  return rules;
+}
+
+/// What stands in quotation marks behind `key`; nothing without it.
+std::optional<std::string> valueOf(const std::string& rule, const std::string& key) {
+  const std::size_t begin = rule.find(key);
+  if (begin == std::string::npos) return std::nullopt;
+  const std::size_t value = begin + key.size();
+  const std::size_t end = rule.find('"', value);
+  return end == std::string::npos ? std::nullopt : std::optional(rule.substr(value, end - value));
+}
+
+bool givesEveryoneARight(const std::string& mode) {
+  return !mode.empty() && mode.back() > '0' && mode.back() <= '7';
+}
+
+bool namesAKinect(const std::string& rule) {
+  const auto vendor = valueOf(rule, "{idvendor}==\"");
+  if (!vendor || vendor->find(kKinectVendor) == std::string::npos) return false;
+  const auto product = valueOf(rule, "{idproduct}==\"");
+  return !product || std::ranges::any_of(kKinectCameras, [&](const char* id) {
+    return product->find(id) != std::string::npos || product->find('*') != std::string::npos;
+  });
+}
+
+}  // namespace
+
+Reading<std::vector<RulesFile>> rulesFiles(const Machine& machine) {
+  std::map<std::string, RulesFile> files;
+  for (const std::string folder : kFolders) {
+    const Reading<Names> names = machine.list(folder);
+    if (!names && !names.error().absent()) return std::unexpected(names.error());
+    for (const std::string& name : names.value_or(Names{})) {
+      if (!name.ends_with(".rules") || files.contains(name)) continue;
+      const Reading<std::string> content = machine.read(folder + name);
+      files[name] = {name, folder + name, content && content->empty()};
+    }
+  }
+  std::vector<RulesFile> list;
+  for (auto& [name, file] : files) list.push_back(std::move(file));
+  return list;
+}
+
+std::vector<OpenRule> openKinectRules(const Machine& machine, const RulesFile& file) {
+  std::vector<OpenRule> open;
+  for (const std::string& rule : rulesIn(machine.read(file.path).value_or(""))) {
+    if (!namesAKinect(rule)) continue;
+    const auto final_mode = valueOf(rule, "mode:=\"");
+    const auto mode = final_mode ? final_mode : valueOf(rule, "mode=\"");
+    if (mode && givesEveryoneARight(*mode)) open.push_back({file.path, final_mode.has_value()});
+  }
+  return open;
+}
+
+}  // namespace hapticd::tools

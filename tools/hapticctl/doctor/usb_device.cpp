@@ -1,0 +1,61 @@
+#include "tools/hapticctl/doctor/usb_device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hapticd::tools {
+namespace {
+
+const std::string kDevices = "sys/bus/usb/devices/";
+
+UsbDevice deviceNamed(const Machine& machine, const std::string& name) {
+  const std::string folder = kDevices + name + "/";
+  const auto text = [&](const char* file) { return machine.read(folder + file).value_or(""); };
+  const auto number = [&](const char* file) { return machine.readNumber(folder + file).value_or(0); };
+  return {name,
+          text("idVendor"),
+          text("idProduct"),
+          text("bDeviceClass"),
+          number("busnum"),
+          number("devnum"),
+          text("speed"),
+          text("power/control")};
+}
+
+}  // namespace
+
+bool UsbDevice::isKinectCamera() const {
+  return vendor == kKinectVendor && std::ranges::find(kKinectCameras, product) != kKinectCameras.end();
+}
+
+bool UsbDevice::isKinectPart() const {
+  return isKinectCamera() || (vendor == kKinectVendor &&
+                              std::ranges::find(kKinectOtherParts, product) != kKinectOtherParts.end());
+}
+
+std::string UsbDevice::node() const {
+  return fmt::format("dev/bus/usb/{:03}/{:03}", bus, number);
+}
+
+std::string UsbDevice::text() const {
+  return fmt::format("{}:{} at {}", vendor, product, name);
+}
+
+Reading<std::vector<UsbDevice>> usbDevices(const Machine& machine) {
+  const Reading<Names> names = machine.list(kDevices);
+  if (!names && names.error().absent()) return std::vector<UsbDevice>{};
+  if (!names) return std::unexpected(names.error());
+  std::vector<UsbDevice> devices;
+  for (const std::string& name : *names) {
+    // names with a colon are interfaces of a device
+    if (name.find(':') == std::string::npos) devices.push_back(deviceNamed(machine, name));
+  }
+  return devices;
+}
+
+std::string driverOf(const Machine& machine, const UsbDevice& device) {
+  return machine.linkedName(kDevices + device.name + "/" + device.name + ":1.0/driver");
+}
+
+}  // namespace hapticd::tools
