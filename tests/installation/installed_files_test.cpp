@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::set<std::string> kPrograms{"usr/bin/haptic-replay", "usr/bin/hapticbench", "usr/bin/hapticctl",
-                                      "usr/libexec/hapticd/hapticd"};
+                                      "usr/libexec/hapticd/hapticd", "usr/sbin/hapticd-realtime-setup"};
 
 Finished install(const fs::path& prefix) {
   return runToEnd({HAPTICD_CMAKE, "--install", HAPTICD_BUILD_FOLDER, "--prefix", prefix.string()});
@@ -34,6 +34,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/lib/tmpfiles.d/hapticd.conf",
       "usr/lib/udev/rules.d/72-hapticd.rules",
       "usr/libexec/hapticd/hapticd",
+      "usr/sbin/hapticd-realtime-setup",
       "usr/share/bash-completion/completions/hapticctl",
       "usr/share/doc/hapticd/README.md",
       "usr/share/doc/hapticd/changelog.Debian.gz",
@@ -46,6 +47,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/man/man1/hapticbench.1.gz",
       "usr/share/man/man1/hapticctl.1.gz",
       "usr/share/man/man5/hapticd.yaml.5.gz",
+      "usr/share/man/man8/hapticd-realtime-setup.8.gz",
       "usr/share/man/man8/hapticd.8.gz",
       "usr/share/zsh/vendor-completions/_hapticctl",
   };

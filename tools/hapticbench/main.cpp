@@ -10,6 +10,7 @@
 #include "rt/realtime_thread.h"
 #include "tools/hapticbench/accuracy/accuracy_command.h"
 #include "tools/hapticbench/bench_scene.h"
+#include "tools/hapticbench/jitter/jitter_command.h"
 #include "tools/hapticbench/pareto/pareto_command.h"
 #include "tools/hapticbench/speed.h"
 #include "tools/hapticbench/speed_report.h"
@@ -59,6 +60,7 @@ int run(int argc, char** argv) {
   command->add_option("--recordings", recordings, "folder of recordings ($HAPTICD_RECORDINGS, or ../shared/recordings)");
   command->add_option("--json", json_file, "write the result there too")->type_name("FILE");
   AccuracyCommand accuracy(app);
+  JitterCommand jitter(app);
   ParetoCommand pareto(app, defaultRecordings());
   StabilityCommand stability(app);
   SweepCommand sweep(app, defaultRecordings());
@@ -68,6 +70,7 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? EX_OK : EX_USAGE;
   }
   if (accuracy.chosen()) return accuracy.run();
+  if (jitter.chosen()) return jitter.run();
   if (pareto.chosen()) return pareto.run();
   if (stability.chosen()) return stability.run();
   if (sweep.chosen()) return sweep.run();

@@ -33,6 +33,7 @@ endfunction()
 
 add_manual_page(hapticd.8 hapticd)
 add_manual_page(hapticd.yaml.5)
+add_manual_page(hapticd-realtime-setup.8)
 add_manual_page(hapticctl.1 hapticctl)
 add_manual_page(haptic-replay.1 haptic-replay)
 add_manual_page(hapticbench.1 hapticbench)

@@ -35,7 +35,9 @@ install(CODE "set(source_folder \"${CMAKE_SOURCE_DIR}\")
   set(daemon_folder \"${CMAKE_INSTALL_LIBEXECDIR}/hapticd\")")
 install(SCRIPT tools/packaging/install_by_prefix.cmake)
 
-install(FILES ${HAPTICD_GENERATED}/hapticd.8.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man8)
+install(PROGRAMS tools/realtime-setup DESTINATION ${CMAKE_INSTALL_SBINDIR} RENAME hapticd-realtime-setup)
+
+install(FILES ${HAPTICD_GENERATED}/hapticd.8.gz ${HAPTICD_GENERATED}/hapticd-realtime-setup.8.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man8)
 install(FILES ${HAPTICD_GENERATED}/hapticd.yaml.5.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man5)
 foreach(program hapticctl haptic-replay hapticbench)
   install(FILES ${HAPTICD_GENERATED}/${program}.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)

@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+
+#include "tools/haptic-soak/soak_report.h"
+
+namespace hapticd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+int fail(const config::Error& error, int status) {
+  fmt::print(stderr, "haptic-soak: {}\n", error.text());
+  return status;
+}
+
+/// The program of that name beside this one.
+fs::path beside(const char* name) {
+  std::error_code unknown;
+  return fs::read_symlink("/proc/self/exe", unknown).parent_path() / name;
+}
+
+void showTime(double now_s, double seconds) {
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:.0f} of {:.0f} s ", now_s, seconds);
+}
+
+int report(const SoakResult& result, const SoakLimits& limits, const std::string& json_file) {
+  const auto findings = findingsOf(result, limits);
+  fmt::print("{}", soakTable(result, findings));
+  const auto broken = std::ranges::count_if(findings, &SoakFinding::broken);
+  fmt::print("\nhaptic-soak: {}{}\n", result.interrupted ? "ended early; " : "",
+             broken == 0 ? "all limits kept" : fmt::format("{} limits broken", broken));
+  if (!json_file.empty()) {
+    std::ofstream out(json_file);
+    out << soakJson(result, findings) << std::flush;
+    if (!out) return fail({json_file, "cannot be written", "check --json"}, EX_CANTCREAT);
+  }
+  return broken == 0 ? EX_OK : 1;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "haptic-soak: runs hapticd with many clients, changes and reloads, and tells what was lost or grew"};
+  app.set_version_flag("--version", std::string("haptic-soak ") + HAPTICD_VERSION);
+  SoakOptions options;
+  options.daemon = beside("hapticd");
+  options.hapticctl = beside("hapticctl");
+  options.seed = std::random_device{}();
+  SoakLimits limits;
+  double minutes = 10;
+  double seconds = 0;
+  std::string json_file;
+  app.add_option("-c,--config", options.config_file, "configuration of hapticd (YAML)")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("-s,--set", options.assignments, "set a parameter after the file is read; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->take_all()
+      ->allow_extra_args(false);
+  auto* const in_minutes =
+      app.add_option("--minutes", minutes, "how long it runs (10)")->check(CLI::Range(0.1, 1e5));
+  app.add_option("--seconds", seconds, "the same in seconds")
+      ->check(CLI::Range(1.0, 6e6))
+      ->excludes(in_minutes);
+  app.add_option("--seed", options.seed, "of what is random (chosen and printed)");
+  app.add_option("--daemon", options.daemon, "hapticd (the one beside this program)")->type_name("FILE");
+  app.add_option(
+         "--on-replug", options.on_replug,
+         "command for the shell that unplugs and plugs devices, run again and again; knows $HAPTICD_PID")
+      ->type_name("CMD");
+  app.add_option("--replug-every", options.replug_every_s, "seconds between two of them (5)")
+      ->check(CLI::Range(0.1, 3600.0));
+  app.add_flag("--strict", limits.strict,
+               "late and left-out ticks break a limit too: for a machine with real time");
+  app.add_option("--max-memory-growth-kb", limits.memory_growth_kb,
+                 "beyond the noise (1024, per 10 minutes in longer runs)")
+      ->check(CLI::Range(0.0, 1e9));
+  app.add_option("--max-memory-kb", limits.memory_kb, "at any time (no limit)")->check(CLI::Range(0.0, 1e9));
+  app.add_option("--json", json_file, "write the result there too")->type_name("FILE");
+  app.footer(
+      "Ctrl-C ends it early, with the table. Exit status: 0 all limits kept, 1 a limit is broken, 64 usage,\n"
+      "69 hapticd does not start, 73 --json cannot be written.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+  }
+  options.seconds = seconds > 0 ? seconds : minutes * 60;
+  fmt::print("haptic-soak: {:.0f} s, --seed {}\n", options.seconds, options.seed);
+  std::fflush(stdout);
+  const Interrupt interrupt;
+  const auto result = runSoak(options, interrupt, [&](double now_s) { showTime(now_s, options.seconds); });
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<30}\r", "");
+  return result ? report(*result, limits, json_file) : fail(result.error(), EX_UNAVAILABLE);
+}
+
+}  // namespace
+}  // namespace hapticd::tools
+
+int main(int argc, char** argv) {
+  return hapticd::tools::run(argc, argv);
+}

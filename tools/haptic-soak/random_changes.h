@@ -1,0 +1,23 @@
+#pragma once
+
+#include <random>
+#include <string>
+
+#include "tools/hapticctl/varlink_client.h"
+
+namespace hapticd::tools {
+
+/// Parameters for one SetParameters.
+struct RandomChange {
+  Json parameters = Json::object();
+  bool allowed = true;  ///< each value by itself; together they may still not fit
+};
+
+/// One to three live parameters with random values; every fourth time one of them is what must be refused:
+/// out of range, of the wrong type, or of an unknown name.
+RandomChange randomChange(std::mt19937_64& random);
+
+/// Bytes that are no call: noise, broken JSON, calls with wrong fields, calls without an end.
+std::string randomGarbage(std::mt19937_64& random);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,147 @@
+#include "tools/hapticbench/jitter/cyclictest.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <stdlib.h>
+
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tools/child/child_process.h"
+#include "tools/hapticbench/jitter/cpus.h"
+
+namespace hapticd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Longer than any wake-up on a machine that is of use.
+constexpr int kHistogramEnd_us = 100'000;
+constexpr const char* kInstall = "apt install rt-tests";
+
+std::unexpected<config::Error> refused(const std::string& name, const std::string& what) {
+  return std::unexpected(
+      config::Error{name, what, "it is to be what cyclictest 2 writes with --json and --histogram"});
+}
+
+/// An object at `key`, null when there is none.
+const json* objectAt(const json& parent, const char* key) {
+  const auto found = parent.find(key);
+  return found != parent.end() && found->is_object() ? &*found : nullptr;
+}
+
+std::optional<std::uint64_t> countAt(const json& parent, const char* key) {
+  const auto found = parent.find(key);
+  if (found == parent.end() || !found->is_number_unsigned()) return std::nullopt;
+  return found->get<std::uint64_t>();
+}
+
+std::optional<std::int64_t> latencyOf(const std::string& key) {
+  std::int64_t latency_us = 0;
+  const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), latency_us);
+  if (error != std::errc() || end != key.data() + key.size() || latency_us < 0) return std::nullopt;
+  return latency_us;
+}
+
+/// A file in a folder of its own that goes with the object.
+class ScratchFile {
+ public:
+  ScratchFile() {
+    std::string name = (fs::temp_directory_path() / "hapticbench-XXXXXX").string();
+    if (::mkdtemp(name.data()) != nullptr) folder_ = name;
+  }
+  ~ScratchFile() {
+    std::error_code ignored;
+    if (!folder_.empty()) fs::remove_all(folder_, ignored);
+  }
+  ScratchFile(const ScratchFile&) = delete;
+  ScratchFile& operator=(const ScratchFile&) = delete;
+
+  std::string name() const { return (folder_ / "cyclictest.json").string(); }
+  std::string content() const {
+    std::ifstream file(name());
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+ private:
+  fs::path folder_;
+};
+
+/// Waits for the end, at most several times as long as it should take.
+config::Result<void> finish(ChildProcess& child, const LoopSetting& setting, const Interrupt& interrupt) {
+  constexpr std::chrono::milliseconds kLook{50};
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(10 + 4 * setting.length_s());
+  while (!child.waitFor(kLook)) {
+    if (interrupt.requested()) return std::unexpected(config::Error{"", "interrupted", ""});
+    if (std::chrono::steady_clock::now() > deadline) {
+      return std::unexpected(config::Error{"cyclictest", "does not end", "is the CPU of --cpu taken?"});
+    }
+  }
+  const ChildEnding ending = *child.ending();
+  if (ending.good()) return {};
+  return std::unexpected(config::Error{"cyclictest", "failed: " + ending.text(),
+                                       "it needs the right to SCHED_FIFO and to lock memory: run as root"});
+}
+
+}  // namespace
+
+std::vector<std::string> cyclictestCommand(const LoopSetting& setting, const std::vector<int>& other_cpus,
+                                           const std::string& json_file) {
+  return {"cyclictest",
+          "--mlockall",
+          "--quiet",
+          "--threads=1",
+          fmt::format("--affinity={}", setting.cpu),
+          fmt::format("--mainaffinity={}", fmt::join(other_cpus, ",")),
+          fmt::format("--priority={}", setting.priority),
+          fmt::format("--interval={}", setting.period_us),
+          fmt::format("--loops={}", setting.cycles),
+          fmt::format("--histogram={}", kHistogramEnd_us),
+          "--json=" + json_file};
+}
+
+config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std::string& text) {
+  const json document = json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!document.is_object()) return refused(name, "is not a JSON object");
+  const json* threads = objectAt(document, "thread");
+  if (threads == nullptr || threads->size() != 1)
+    return refused(name, "does not hold exactly one \"thread\"");
+  const json& thread = threads->front();
+  const json* histogram = thread.is_object() ? objectAt(thread, "histogram") : nullptr;
+  if (histogram == nullptr) return refused(name, "its thread has no \"histogram\"");
+  const auto cycles = countAt(thread, "cycles");
+  const auto max_us = countAt(thread, "max");
+  if (!cycles || !max_us) return refused(name, "its thread lacks \"cycles\" or \"max\"");
+
+  WakeupCounts counts;
+  for (const auto& [key, count] : histogram->items()) {
+    const auto latency_us = latencyOf(key);
+    if (!latency_us || !count.is_number_unsigned()) {
+      return refused(name, fmt::format("\"{}\" in its histogram is no latency with a count", key));
+    }
+    counts.add(*latency_us, count.get<std::uint64_t>());
+  }
+  if (counts.total() > *cycles) {
+    return refused(name, fmt::format("its histogram holds {} wake-ups of {}", counts.total(), *cycles));
+  }
+  counts.add(static_cast<std::int64_t>(*max_us), *cycles - counts.total());
+  return counts;
+}
+
+config::Result<WakeupCounts> runCyclictest(const LoopSetting& setting, const Interrupt& interrupt) {
+  const ScratchFile file;
+  auto child = ChildProcess::start(
+      cyclictestCommand(setting, otherCpus(usableCpus(), setting.cpu), file.name()), {}, kInstall);
+  if (!child) return std::unexpected(child.error());
+  if (auto finished = finish(*child, setting, interrupt); !finished) return std::unexpected(finished.error());
+  return parseCyclictest(file.name(), file.content());
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+namespace hapticd::tools {
+
+/// How many wake-ups came so many whole microseconds late, rounded down as cyclictest does.
+/// Thread: one at a time.  RT: not safe.
+class WakeupCounts {
+ public:
+  /// An early wake-up counts as one in time.
+  void addLatency(std::int64_t latency_ns);
+  void add(std::int64_t latency_us, std::uint64_t wakeups);
+  void add(const WakeupCounts& others);
+
+  std::uint64_t total() const { return total_; }
+  /// The largest, 0 while empty.
+  std::int64_t max_us() const { return counts_.empty() ? 0 : counts_.rbegin()->first; }
+  /// The smallest latency that at least this share (0..1) of the wake-ups did not exceed; 0 while empty.
+  std::int64_t quantile_us(double share) const;
+  /// From latency, us, to wake-ups; only those that there were.
+  const std::map<std::int64_t, std::uint64_t>& counts() const { return counts_; }
+
+ private:
+  std::map<std::int64_t, std::uint64_t> counts_;
+  std::uint64_t total_ = 0;
+};
+
+/// `ours` by `theirs`, both whole microseconds; less than one counts as one.
+double latencyRatio(std::int64_t ours_us, std::int64_t theirs_us);
+
+}  // namespace hapticd::tools
