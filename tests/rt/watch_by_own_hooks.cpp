@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
-#include <typeinfo>
 
 #include "tests/rt/watch.h"
 
@@ -40,7 +39,7 @@ Function* next(std::atomic<Function*>& known, const char* name) noexcept {
 
 using MutexFunction = int(pthread_mutex_t*);
 using ReadWriteLockFunction = int(pthread_rwlock_t*);
-using ThrowFunction = void(void*, std::type_info*, void (*)(void*));
+using ThrowFunction = void(void*, void*, void (*)(void*));
 constinit std::atomic<MutexFunction*> next_mutex_lock{nullptr};
 constinit std::atomic<MutexFunction*> next_mutex_trylock{nullptr};
 constinit std::atomic<ReadWriteLockFunction*> next_read_lock{nullptr};
@@ -101,7 +100,8 @@ int pthread_rwlock_wrlock(pthread_rwlock_t* lock) noexcept {
   return next(next_write_lock, "pthread_rwlock_wrlock")(lock);
 }
 
-[[noreturn]] void __cxa_throw(void* object, std::type_info* type, void (*destructor)(void*)) {
+// Declared as the compiler itself does where a header throws: the type without a type of its own.
+[[noreturn]] void __cxa_throw(void* object, void* type, void (*destructor)(void*)) {
   noteException();
   next(next_throw, "__cxa_throw")(object, type, destructor);
   std::abort();

@@ -26,8 +26,7 @@ template <typename Task>
 auto timed(std::vector<std::int64_t>& durations_ns, Task task) {
   const std::int64_t begin_ns = rt::monotonicNow_ns();
   auto result = task();
-  const auto& observed = result;
-  benchmark::DoNotOptimize(observed);
+  benchmark::DoNotOptimize(result);
   durations_ns.push_back(rt::monotonicNow_ns() - begin_ns);
   return result;
 }

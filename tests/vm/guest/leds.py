@@ -4,7 +4,7 @@ import time
 
 import devices
 import installation
-from lab import check, configure, engage, expect, is_active, must, reaches, run, set_parameters, status, wait_for, warns
+from lab import check, configure, engage, expect, is_active, must, reaches, status, wait_for
 
 LINES = ["LED_POWER", "LED_CAMERA", "LED_CONTACT", "LED_FAULT"]
 LEDS = """leds:

@@ -5,8 +5,8 @@ import signal
 import time
 
 import installation
-from lab import (CONFIGURATION, Varlink, check, configure, drop_in, expect, is_active, journal, main_pid, must, reaches, read,
-                 run, set_parameters, status, unit_property, wait_for, write)
+from lab import (CONFIGURATION, Varlink, check, configure, expect, is_active, journal, main_pid, must, reaches, run,
+                 set_parameters, unit_property, wait_for, write)
 
 
 def prepare():

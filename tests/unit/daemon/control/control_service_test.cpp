@@ -147,7 +147,7 @@ TEST_F(ControlServiceTest, SetsNothingWhenOneOfTheValuesIsWrongAndListsAllThatAr
   for (const json& problem : reply["parameters"]["problems"]) problems[problem["parameter"]] = problem;
   ASSERT_EQ(6U, problems.size()) << reply;
   EXPECT_EQ(7, problems["force.radius_m"]["value"]);
-  EXPECT_EQ(config::findParameter("force.radius_m")->range(), problems["force.radius_m"]["allowed"]);
+  EXPECT_EQ(json(config::findParameter("force.radius_m")->range()), problems["force.radius_m"]["allowed"]);
   EXPECT_EQ("many", problems["force.min_points"]["value"]);
   EXPECT_TRUE(problems["force.max_points"]["value"].is_null());
   EXPECT_TRUE(problems["force.law"]["value"].is_object());
@@ -244,7 +244,8 @@ TEST_F(ControlServiceTest, ShowsEveryParameterAsTheTableHasIt) {
   start();
   const json rows = askStatus("io.hapticd.Status.GetParameters")["parameters"]["parameters"];
   ASSERT_EQ(config::parameterTable().size(), rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(config::parameterTable()[i].name, rows[i]["name"]);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    EXPECT_EQ(json(config::parameterTable()[i].name), rows[i]["name"]);
 
   const json names = R"({"names":["force.max_points","force.radius_m"]})"_json;
   const json two = askStatus("io.hapticd.Status.GetParameters", names.dump())["parameters"]["parameters"];

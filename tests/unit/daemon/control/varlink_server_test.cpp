@@ -69,7 +69,8 @@ TEST_F(VarlinkServerTest, AnswersPipelinedCallsInTheirOrder) {
     calls += message(R"({"method":"io.hapticd.Status.M)" + std::to_string(i) + "\"}");
   client.send(calls);
   for (int i = 0; i < 500; ++i) {
-    EXPECT_EQ("io.hapticd.Status.M" + std::to_string(i), client.json()["parameters"]["method"]);
+    EXPECT_EQ(nlohmann::json("io.hapticd.Status.M" + std::to_string(i)),
+              client.json()["parameters"]["method"]);
   }
 }
 
