@@ -52,8 +52,9 @@ TEST(DebianPackage, HasTheVersionOfItsChangelog) {
 
 TEST(DebianPackage, NeedsTheLibrariesThatItsProgramsAreLinkedWith) {
   const std::string depends = field("Depends");
+  // without the numbers that differ between Debian's releases
   for (const char* library :
-       {"libc6", "libfreenect0.5", "libfmt9", "libsystemd0", "libyaml-cpp0.7", "systemd"}) {
+       {"libc6", "libfreenect0.5", "libfmt", "libgpiod", "libsystemd0", "libyaml-cpp", "systemd"}) {
     EXPECT_NE(depends.find(library), std::string::npos) << library << " is not in: " << depends;
   }
 }

@@ -2,7 +2,8 @@
 
 import os
 
-from lab import HANDLE_TIMEOUT_S, LAB, check, counted, expect, is_active, must, read, reaches, run, status, unit_property, wait_for, write
+from lab import (HANDLE_TIMEOUT_S, LAB, check, counted, expect, is_active, must, read, reaches, run, status, unit_property,
+                 wait_for, write)
 
 MARK = "/var/lib/lab-installed"
 PACKAGE = LAB + "/hapticd.deb"
