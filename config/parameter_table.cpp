@@ -199,7 +199,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "ticks per second"),
     row<HAPTICD_MEMBER(loop.cpu)>(
         "loop.cpu", kRestart, "", {-1, 1023}, "",
-        "CPU that the force thread is pinned to; -1: the last one that the process may use"),
+        "CPU that the force thread is pinned to; -1: an isolated one, else the last that the process may use"),
     row<HAPTICD_MEMBER(loop.priority)>(
         "loop.priority", kRestart, "", {1, 98}, "",
         "SCHED_FIFO priority of the force thread; 99 stays with the kernel"),

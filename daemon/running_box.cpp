@@ -10,6 +10,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "daemon/isolated_cpu.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
@@ -67,8 +68,10 @@ std::expected<void, RunningBox::StartFailure> RunningBox::start() {
 }
 
 config::Result<void> RunningBox::startForceThread() {
+  rt::LoopParameters loop_parameters = settings_.loop;
+  if (loop_parameters.cpu < 0) loop_parameters.cpu = lastIsolatedCpu();
   loop_ = std::make_unique<rt::ForceLoop>(
-      settings_.loop, scene_thread_.pointCapacity(),
+      loop_parameters, scene_thread_.pointCapacity(),
       rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_});
   idle_latency_.emplace();
   // Memory is locked before the thread exists, so that its stack is locked too.

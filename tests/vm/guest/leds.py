@@ -86,8 +86,8 @@ def fault():
     shows(fault="slow_blink", camera="off", power="on")
     configure(WALL.replace("depth_timeout_s: 5", "depth_timeout_s: 0.05") + PRESSING + LEDS +
               "control: {engage_at_start: true}\n")
-    held = reaches("the force is held", lambda now: now["mode"] == "holding" and now["leds"]["fault"] == "double_blink")
-    expect(held["cause"] == "depth_stale", held["cause"])
+    reaches("the force is held", lambda now: now["mode"] == "holding" and now["cause"] == "depth_stale"
+            and now["leds"]["fault"] == "double_blink")
 
 
 @check("a line that another program holds is a warning, and taken when it is free")

@@ -1,0 +1,25 @@
+#include "daemon/isolated_cpu.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::daemon {
+namespace {
+
+TEST(IsolatedCpu, IsTheLastOneOfTheKernelsList) {
+  test::TemporaryFolder folder;
+  EXPECT_EQ(lastIsolatedCpu(folder.write("one", "3\n")), 3);
+  EXPECT_EQ(lastIsolatedCpu(folder.write("range", "2-3\n")), 3);
+  EXPECT_EQ(lastIsolatedCpu(folder.write("several", "1,4-7,12\n")), 12);
+}
+
+TEST(IsolatedCpu, IsNoneWhereNoneIsKeptFreeOrTheKernelDoesNotSay) {
+  test::TemporaryFolder folder;
+  EXPECT_EQ(lastIsolatedCpu(folder.write("none", "\n")), -1);
+  EXPECT_EQ(lastIsolatedCpu(folder.write("odd", "all\n")), -1);
+  EXPECT_EQ(lastIsolatedCpu(folder.path() / "absent"), -1);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon
