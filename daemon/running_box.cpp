@@ -289,9 +289,8 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   }
   if (privileges_.realtime_scheduling && idle_latency_ && !idle_latency_->held()) {
     list.push_back(
-        "CPUs may sleep deeply between ticks: wake-ups may be late (write permission on "
-        "/dev/cpu_dma_latency, which "
-        "hapticd's udev rules give to its group)");
+        "CPUs may sleep deeply between ticks: wake-ups may be late "
+        "(write permission on /dev/cpu_dma_latency, which hapticd's udev rules give to its group)");
   }
   if (privileges_.cpu < 0) {
     list.push_back(

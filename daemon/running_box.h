@@ -14,11 +14,11 @@
 #include "config/law_choice.h"
 #include "config/settings.h"
 #include "daemon/box.h"
-#include "daemon/idle_latency.h"
 #include "daemon/indicators.h"
 #include "daemon/scene_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
+#include "drivers/idle_latency.h"
 #include "drivers/led/led_panel.h"
 #include "rt/depth_model.h"
 #include "rt/force_loop.h"
@@ -96,7 +96,7 @@ class RunningBox final : public Box {
   std::unique_ptr<rt::ForceLoop> loop_;
   std::thread force_thread_;
   rt::LoopPrivileges privileges_;
-  std::optional<IdleLatencyLimit> idle_latency_;  // while the loop runs
+  std::optional<drivers::IdleLatencyLimit> idle_latency_;  // while the loop runs
   pid_t force_thread_id_ = 0;
   std::optional<std::uint64_t> faults_at_start_;
   rt::Directive directive_;

@@ -15,9 +15,8 @@ namespace {
 using namespace hapticd::tools;
 
 constexpr const char* kFooter =
-    "Exit status: 0 done, 1 the daemon refused or doctor found a failure, 2 wrong usage, 3 no connection to "
-    "the "
-    "daemon.\n"
+    "Exit status: 0 done, 1 the daemon refused or doctor found a failure, 2 wrong usage,\n"
+    "3 no connection to the daemon.\n"
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control, for commands that only "
     "read\n"
     "also /run/hapticd/io.hapticd.Status.\n";

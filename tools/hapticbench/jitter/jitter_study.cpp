@@ -1,41 +1,20 @@
 #include "tools/hapticbench/jitter/jitter_study.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <optional>
 #include <thread>
 
+#include "drivers/idle_latency.h"
 #include "rt/realtime_thread.h"
 #include "tools/hapticbench/jitter/background_load.h"
 #include "tools/hapticbench/jitter/cpus.h"
 
 namespace hapticd::tools {
 namespace {
-
-/// For its life, CPUs enter no sleep state that takes time to leave, as far as that is permitted.
-class AwakeCpus {
- public:
-  AwakeCpus() : device_(::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
-    const std::int32_t latency_us = 0;
-    held_ = device_ >= 0 && ::write(device_, &latency_us, sizeof latency_us) == sizeof latency_us;
-  }
-  ~AwakeCpus() {
-    if (device_ >= 0) ::close(device_);
-  }
-  AwakeCpus(const AwakeCpus&) = delete;
-  AwakeCpus& operator=(const AwakeCpus&) = delete;
-
-  bool held() const { return held_; }
-
- private:
-  int device_;
-  bool held_ = false;
-};
 
 config::Result<int> cpuOf(int wanted) {
   const std::vector<int> usable = usableCpus();
@@ -140,8 +119,8 @@ config::Result<JitterResult> measureJitter(const JitterOptions& options, const I
   JitterResult result{.options = options, .loads = {}};
   result.options.cpu = *cpu;
   result.memory_locked = rt::lockMemory();
-  const AwakeCpus awake;
-  result.idle_limited = awake.held();
+  const drivers::IdleLatencyLimit idle_latency;
+  result.idle_limited = idle_latency.held();
   for (const std::string& load : options.loads) {
     auto measured = measureLoad(load, result.options, interrupt, progress);
     if (!measured) return std::unexpected(measured.error());

@@ -1,0 +1,21 @@
+#include "drivers/idle_latency.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdint>
+
+namespace hapticd::drivers {
+
+IdleLatencyLimit::IdleLatencyLimit() : device_(::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
+  // The kernel keeps to the number for as long as the descriptor is open.
+  const std::int32_t longest_wakeup_us = 0;
+  held_ = device_ >= 0 &&
+          ::write(device_, &longest_wakeup_us, sizeof longest_wakeup_us) == sizeof longest_wakeup_us;
+}
+
+IdleLatencyLimit::~IdleLatencyLimit() {
+  if (device_ >= 0) ::close(device_);
+}
+
+}  // namespace hapticd::drivers
