@@ -28,7 +28,11 @@ inline constexpr std::array<std::string_view, 4> kWords<SyntheticScene>{"plane",
 template <>
 inline constexpr std::array<std::string_view, 3> kWords<SyntheticNoise>{"off", "quantised", "sensor"};
 template <>
-inline constexpr std::array<std::string_view, 1> kWords<HandleDriver>{"simulated"};
+inline constexpr std::array<std::string_view, 4> kWords<HandleDriver>{"simulated", "udp", "hid", "falcon"};
+template <>
+inline constexpr std::array<std::string_view, 2> kWords<HidKind>{"controller", "spacemouse"};
+template <>
+inline constexpr std::array<std::string_view, 3> kWords<rt::StiffnessLimit>{"off", "warn", "reduce"};
 template <>
 inline constexpr std::array<std::string_view, 2> kWords<LedDriver>{"none", "gpiod"};
 

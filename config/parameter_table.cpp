@@ -80,9 +80,36 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.safety.depth_timeout_s)>(
         "safety.depth_timeout_s", kLive, "s", {0.05, 5}, "",
         "depth older than this is stale: the force goes to zero"),
+    row<HAPTICD_MEMBER(live.safety.depth_ramp_s)>(
+        "safety.depth_ramp_s", kLive, "s", {0.01, 5}, "",
+        "time over which the force goes to zero when the depth is stale"),
     row<HAPTICD_MEMBER(live.safety.handle_timeout_s)>(
         "safety.handle_timeout_s", kLive, "s", {0.002, 1}, "",
-        "handle measurements older than this are stale: the force goes to zero"),
+        "handle measurements older than this are stale: the force goes to zero within 3 ticks"),
+    row<HAPTICD_MEMBER(live.safety.continuous_force_n)>(
+        "safety.continuous_force_n", kLive, "N", {0.1, 40}, "",
+        "force that the device bears for ever; more only until it has warmed up"),
+    row<HAPTICD_MEMBER(live.safety.thermal_time_s)>(
+        "safety.thermal_time_s", kLive, "s", {0.1, 600}, "",
+        "time constant of that warming"),
+    row<HAPTICD_MEMBER(live.safety.force_filter_hz)>(
+        "safety.force_filter_hz", kLive, "Hz", {0, 500}, "",
+        "cut-off of the low-pass on the force; 0: off"),
+    row<HAPTICD_MEMBER(live.safety.passivity_control)>(
+        "safety.passivity_control", kLive, "", {}, "",
+        "damp the hand when the handle has given it more energy than it took"),
+    row<HAPTICD_MEMBER(live.safety.passivity_max_damping_n_s_per_m)>(
+        "safety.passivity_max_damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
+        "the most damping that passivity control brings in"),
+    row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
+        "safety.stiffness_limit", kLive, "", {}, "",
+        "what to do where the stiffness is above what the handle's delay lets be stable"),
+    row<HAPTICD_MEMBER(live.safety.workspace_radius_m)>(
+        "safety.workspace_radius_m", kLive, "m", {0.01, 10}, "",
+        "farther than this from the world's origin nothing is felt"),
+    row<HAPTICD_MEMBER(live.safety.max_handle_speed_m_per_s)>(
+        "safety.max_handle_speed_m_per_s", kLive, "m/s", {0.1, 100}, "",
+        "a hand that seems faster is taken for a fault of the handle"),
     row<HAPTICD_MEMBER(camera.driver)>(
         "camera.driver", kRestart, "", {}, "",
         "where the depth frames come from"),
@@ -208,7 +235,70 @@ constexpr auto kTable = std::to_array<Parameter>({
         "lock all memory so that the force thread never waits for a page"),
     row<HAPTICD_MEMBER(handle.driver)>(
         "handle.driver", kRestart, "", {}, "",
-        "the haptic handle"),
+        "how the haptic handle is reached"),
+    row<HAPTICD_MEMBER(handle.serial)>(
+        "handle.serial", kRestart, "", {}, "",
+        "serial number of the handle to use; empty: the first one found"),
+    row<HAPTICD_MEMBER(live.handle.motion_scale)>(
+        "handle.motion_scale", kRestart, "", {0.05, 20}, "",
+        "metres that the HIP moves per metre of the hand"),
+    row<HAPTICD_MEMBER(live.handle.force_scale)>(
+        "handle.force_scale", kRestart, "", {0.01, 10}, "",
+        "newtons at the hand per newton of the law"),
+    row<HAPTICD_MEMBER(live.handle.damping_n_s_per_m)>(
+        "handle.damping_n_s_per_m", kRestart, "N s/m", {0.01, 100}, "",
+        "damping of the device in the lightest grip that is to be stable"),
+    row<HAPTICD_MEMBER(handle.pose.position_m.x)>(
+        "handle.position_x_m", kRestart, "m", {-10, 10}, "",
+        "position of the handle's origin in the world, x"),
+    row<HAPTICD_MEMBER(handle.pose.position_m.y)>(
+        "handle.position_y_m", kRestart, "m", {-10, 10}, "",
+        "position of the handle's origin in the world, y"),
+    row<HAPTICD_MEMBER(handle.pose.position_m.z)>(
+        "handle.position_z_m", kRestart, "m", {-10, 10}, "",
+        "position of the handle's origin in the world, z"),
+    row<HAPTICD_MEMBER(handle.pose.roll_rad)>(
+        "handle.roll_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "handle's rotation about the world's x axis, applied first"),
+    row<HAPTICD_MEMBER(handle.pose.pitch_rad)>(
+        "handle.pitch_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "handle's rotation about the world's y axis, applied second"),
+    row<HAPTICD_MEMBER(handle.pose.yaw_rad)>(
+        "handle.yaw_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "handle's rotation about the world's z axis, applied last"),
+    row<HAPTICD_MEMBER(handle.clutch_button)>(
+        "handle.clutch_button", kRestart, "", {-1, 31}, "",
+        "while this button is held the handle moves and the HIP does not; -1: no clutch"),
+    row<HAPTICD_MEMBER(handle.resolution_m)>(
+        "handle.resolution_m", kRestart, "m", {1e-6, 0.005}, "",
+        "smallest motion of the hand that the device tells from noise; the velocity is estimated with it"),
+    row<HAPTICD_MEMBER(handle.udp.address)>(
+        "udp_handle.address", kRestart, "", {}, "",
+        "IPv4 address of this computer at which the peer reaches it"),
+    row<HAPTICD_MEMBER(handle.udp.port)>(
+        "udp_handle.port", kRestart, "", {1, 65535}, "",
+        "UDP port of this computer"),
+    row<HAPTICD_MEMBER(handle.udp.peer)>(
+        "udp_handle.peer", kRestart, "", {}, "",
+        "IPv4 address of the computer that holds the device, or address:port; nobody else is listened to"),
+    row<HAPTICD_MEMBER(handle.udp.key_file)>(
+        "udp_handle.key_file", kRestart, "", {}, "",
+        "file with the key that both computers share; empty: packets are not authenticated"),
+    row<HAPTICD_MEMBER(handle.hid.kind)>(
+        "hid_handle.kind", kRestart, "", {}, "",
+        "what speaks: a controller with the reports of hapticd, or a SpaceMouse, which exerts no force"),
+    row<HAPTICD_MEMBER(handle.hid.device)>(
+        "hid_handle.device", kRestart, "", {}, "",
+        "USB vendor and product of the handle, hexadecimal, as lsusb shows them"),
+    row<HAPTICD_MEMBER(handle.hid.full_speed_m_per_s)>(
+        "hid_handle.full_speed_m_per_s", kRestart, "m/s", {0.001, 1}, "",
+        "speed of the HIP at full deflection of a SpaceMouse"),
+    row<HAPTICD_MEMBER(handle.falcon.firmware)>(
+        "falcon_handle.firmware", kRestart, "", {}, "",
+        "path of the firmware image, which Novint licenses and hapticd does not bring"),
+    row<HAPTICD_MEMBER(handle.falcon.force_share)>(
+        "falcon_handle.force_share", kRestart, "", {0.01, 1}, "",
+        "share of the motor counts that other drivers send per newton; calibrate with a scale before raising it"),
     row<HAPTICD_MEMBER(handle.simulated.mass_kg)>(
         "simulated_handle.mass_kg", kRestart, "kg", {0.005, 10}, "",
         "mass of the handle"),

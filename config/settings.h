@@ -12,7 +12,8 @@ enum class CameraDriver { freenect, recorded, synthetic };
 enum class DepthLaw { paper, factory, custom };
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
 enum class SyntheticNoise { off, quantised, sensor };
-enum class HandleDriver { simulated };
+enum class HandleDriver { simulated, udp, hid, falcon };
+enum class HidKind { controller, spacemouse };
 enum class LedDriver { none, gpiod };
 
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
@@ -73,9 +74,35 @@ struct SimulatedHandleSettings {
   double stroke_period_s = 2;
 };
 
+/// A device on another computer, behind the packets of drivers/handle/udp/protocol.md.
+struct UdpHandleSettings {
+  std::string address = "127.0.0.1";  ///< of this computer, where packets of the peer arrive
+  int port = 47800;
+  std::string peer;      ///< address of the other computer; "address:port" takes packets from that port only
+  std::string key_file;  ///< with the key that both share; empty: packets are not authenticated
+};
+
+struct HidHandleSettings {
+  HidKind kind = HidKind::controller;
+  std::string device = "1209:0001";  ///< vendor and product, hexadecimal
+  double full_speed_m_per_s = 0.1;   ///< of the HIP, at full deflection of a SpaceMouse
+};
+
+struct FalconHandleSettings {
+  std::string firmware;       ///< path of the image that the device is loaded with
+  double force_share = 0.25;  ///< motor counts, of those that the peers' scale asks for
+};
+
 struct HandleSettings {
   HandleDriver driver = HandleDriver::simulated;
+  std::string serial;          ///< of the device to use; empty: the first one found
+  rt::PoseParameters pose;     ///< T_world_handle
+  int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: there is none
+  double resolution_m = 5e-5;  ///< smallest motion of the hand that the device tells from noise
   SimulatedHandleSettings simulated;
+  UdpHandleSettings udp;
+  HidHandleSettings hid;
+  FalconHandleSettings falcon;
 };
 
 /// Each line as lineAddressFrom() (line_address.h) reads it; empty: there is no such LED.

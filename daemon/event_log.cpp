@@ -63,12 +63,12 @@ void EventLog::onStatus(const BoxStatus& status) {
                        status.camera.detail),
             {{"EVENT", "camera"}, {"CAMERA", nameOf(state)}, {"DEVICE", status.camera.identity}}});
   }
-  if (status.handle.present != handle_present_) {
-    handle_present_ = status.handle.present;
-    const char* const state = handle_present_ ? "present" : "absent";
-    write_({handle_present_ ? Priority::notice : Priority::warning,
-            withDetail(fmt::format("handle {} ({})", state, status.handle.identity), status.handle.detail),
-            {{"EVENT", "handle"}, {"HANDLE", state}, {"DEVICE", status.handle.identity}}});
+  if (const auto state = status.handle.state; state != handle_) {
+    handle_ = state;
+    write_({state == drivers::HandlePresence::present ? Priority::notice : Priority::warning,
+            withDetail(fmt::format("handle {} ({})", nameOf(state), status.handle.identity),
+                       status.handle.detail),
+            {{"EVENT", "handle"}, {"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
   }
   std::set<std::string> warnings;
   for (const std::string& warning : status.warnings) {

@@ -35,7 +35,7 @@ class EventLog {
   int told_ = 0;
   int untold_ = 0;
   drivers::CameraState camera_ = drivers::CameraState::absent;
-  bool handle_present_ = true;
+  drivers::HandlePresence handle_ = drivers::HandlePresence::present;
   std::set<std::string> warnings_;  // without their numbers, which may change all the time
 };
 

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "daemon/control/names.h"
 #include "daemon/isolated_cpu.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/make_camera.h"
@@ -44,7 +45,7 @@ RunningBox::RunningBox(const config::Settings& settings)
       scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
                     focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
-      handle_(drivers::makeHandle(settings.handle)),
+      handle_(drivers::makeHandle(settings.handle, settings.live.handle)),
       leds_(drivers::makeLedPanel(settings.leds)) {
   directive_.engage = settings.control.engage_at_start;
   decideLaw();
@@ -264,12 +265,13 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   std::vector<std::string> list = notices_;
   const bool looking = status.camera.state == drivers::CameraState::absent && status.camera.detail.empty();
   if (status.camera.state != drivers::CameraState::streaming && !looking) {
-    list.push_back(fmt::format("camera {}: {}",
-                               status.camera.state == drivers::CameraState::lost ? "lost" : "absent",
-                               status.camera.detail));
+    list.push_back(fmt::format("camera {}: {}", nameOf(status.camera.state), status.camera.detail));
   }
   if (!status.camera.advice.empty()) list.push_back("camera: " + status.camera.advice);
-  if (!status.handle.present) list.push_back(fmt::format("handle absent: {}", status.handle.detail));
+  if (status.handle.state != drivers::HandlePresence::present && !status.handle.detail.empty()) {
+    list.push_back(fmt::format("handle {}: {}", nameOf(status.handle.state), status.handle.detail));
+  }
+  if (!status.handle.advice.empty()) list.push_back("handle: " + status.handle.advice);
   const bool leds_missing = status.leds.panel.state == drivers::LedState::absent ||
                             status.leds.panel.state == drivers::LedState::lost;
   if (leds_missing && !status.leds.panel.detail.empty()) {

@@ -7,17 +7,28 @@
 
 namespace hapticd::rt {
 
+/// What may be done with a measurement.
+enum class HandleCondition : std::uint8_t {
+  ready,
+  clutched,        ///< the person holds the clutch: the handle moves, the HIP does not, and nothing is felt
+  not_calibrated,  ///< the device does not know yet where it is (homing)
+};
+
 /// What the handle measured last.
 struct HandleState {
   Vec3 position_m_in_world;        ///< the HIP
-  Vec3 velocity_m_per_s_in_world;  ///< for display and damping; never trusted for safety
+  Vec3 velocity_m_per_s_in_world;  ///< of the HIP
   std::uint64_t sequence = 0;      ///< 0: nothing measured yet; +1 with each measurement
   std::int64_t time_ns = 0;        ///< CLOCK_MONOTONIC of the measurement
+  std::uint64_t session = 0;       ///< +1 each time that the device is opened or comes back
+  HandleCondition condition = HandleCondition::ready;
+  std::uint32_t buttons = 0;  ///< bit n: button n is held
+  double delay_s = 0;  ///< from a motion of the hand to the force that answers it, without the loop's own
 };
 
 /// What the handle is to exert on the hand.
 struct HandleCommand {
-  Vec3 force_n_in_world;   ///< always finite and within the safety chain's limits
+  Vec3 force_n_in_world;   ///< newtons at the hand; always finite and within the safety chain's limits
   std::uint64_t tick = 0;  ///< number of the force tick that computed it
 };
 

@@ -61,13 +61,32 @@ struct BlendParameters {
       0.5;  ///< the blend changes the force by no more than k_s times that per second
 };
 
+/// What is done where k_s is above what the handle's delay lets be rendered stably (stiffness_limit.h).
+enum class StiffnessLimit : std::uint8_t { off, warn, reduce };
+
 /// Live. What the law's force passes before a device gets it.
 struct SafetyParameters {
   double max_force_n = 4.0;
   double max_slew_n_per_s = 500;
   double engage_ramp_s = 0.5;
-  double depth_timeout_s = 0.5;    ///< older depth is stale: the force goes to zero
-  double handle_timeout_s = 0.01;  ///< older handle measurements are stale: the force goes to zero
+  double depth_timeout_s = 0.5;     ///< older depth is stale: the force goes to zero
+  double depth_ramp_s = 0.2;        ///< over that time
+  double handle_timeout_s = 0.01;   ///< older handle measurements are stale: the force goes to zero at once
+  double continuous_force_n = 4.0;  ///< root mean square over the thermal time that the device bears for ever
+  double thermal_time_s = 10;       ///< time constant of the device's heating
+  double force_filter_hz = 0;       ///< cut-off of the low-pass; 0: off
+  bool passivity_control = true;
+  double passivity_max_damping_n_s_per_m = 5;  ///< the most that passivity control brings in
+  StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
+  double workspace_radius_m = 10;       ///< about the world's origin; beyond it nothing is felt
+  double max_handle_speed_m_per_s = 5;  ///< of the hand; faster measurements are taken for a fault
+};
+
+/// Fixed at start. How the handle's motion and the law's force are scaled, and what damps the device.
+struct HandleScaleParameters {
+  double motion_scale = 1;       ///< metres of the HIP per metre of the hand
+  double force_scale = 1;        ///< newtons at the hand per newton of the law
+  double damping_n_s_per_m = 4;  ///< of the device in the lightest grip, at the hand
 };
 
 /// Live: all that may change while the force loop runs, as one consistent set.
@@ -79,6 +98,7 @@ struct LiveParameters {
   FilterParameters filter;
   BlendParameters blend;
   SafetyParameters safety;
+  HandleScaleParameters handle;
 };
 
 /// How raw disparity becomes depth: Z = 1 / (a d + b), and the pinhole of eq. (1).

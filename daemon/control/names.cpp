@@ -14,6 +14,20 @@ const char* nameOf(drivers::CameraState state) {
   return "absent";
 }
 
+const char* nameOf(drivers::HandlePresence state) {
+  switch (state) {
+    case drivers::HandlePresence::absent:
+      return "absent";
+    case drivers::HandlePresence::calibrating:
+      return "calibrating";
+    case drivers::HandlePresence::present:
+      return "present";
+    case drivers::HandlePresence::lost:
+      return "lost";
+  }
+  return "absent";
+}
+
 const char* nameOf(drivers::LedState state) {
   switch (state) {
     case drivers::LedState::none:

@@ -86,9 +86,28 @@ OrderedJson lawJson(const LawStatus& law) {
           {"distanceM", distance_m > 0 ? OrderedJson(distance_m) : OrderedJson()}};
 }
 
+OrderedJson linkJson(const drivers::LinkStatus& link) {
+  const auto& [sent, received, lost, duplicated, reordered, rejected, p50_ns, p99_ns, p999_ns, max_ns] = link;
+  return {{"sent", sent},
+          {"received", received},
+          {"lost", lost},
+          {"duplicated", duplicated},
+          {"reordered", reordered},
+          {"rejected", rejected},
+          {"roundTrip", latencyJson({p50_ns, p99_ns, p999_ns, max_ns})}};
+}
+
 OrderedJson handleJson(const drivers::HandleStatus& handle) {
-  const auto& [present, detail, identity] = handle;
-  return {{"present", present}, {"detail", detail}, {"identity", identity}};
+  const auto& [state, detail, identity, measurements, rejected, exerts_force, advice, link] = handle;
+  return {{"state", nameOf(state)},
+          {"present", state == drivers::HandlePresence::present},
+          {"detail", detail},
+          {"identity", identity},
+          {"measurements", measurements},
+          {"rejected", rejected},
+          {"exertsForce", exerts_force},
+          {"advice", advice},
+          {"link", link ? linkJson(*link) : OrderedJson()}};
 }
 
 OrderedJson ledsJson(const IndicatorStatus& leds) {

@@ -4,10 +4,15 @@
 
 namespace hapticd::drivers {
 
-std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings) {
+std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
+                                   [[maybe_unused]] const rt::HandleScaleParameters& scale) {
   switch (settings.driver) {
     case config::HandleDriver::simulated:
       return std::make_unique<SimulatedHandle>(settings.simulated);
+    case config::HandleDriver::udp:
+    case config::HandleDriver::hid:
+    case config::HandleDriver::falcon:
+      break;
   }
   return nullptr;  // no other value passes the configuration
 }

@@ -8,6 +8,7 @@
 namespace hapticd::drivers {
 
 /// The handle driver that the settings name; not started.
-std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings);
+std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
+                                   const rt::HandleScaleParameters& scale);
 
 }  // namespace hapticd::drivers

@@ -51,7 +51,12 @@ void SimulatedHandle::stop() {
 
 HandleStatus SimulatedHandle::status() const {
   const bool running = running_;
-  return {running, running ? "" : "not started", "simulated"};
+  HandleStatus status;
+  status.state = running ? HandlePresence::present : HandlePresence::absent;
+  status.detail = running ? "" : "not started";
+  status.identity = "simulated";
+  status.measurements = measurements_.load(std::memory_order_relaxed);
+  return status;
 }
 
 void SimulatedHandle::simulate(HandleChannels& channels) {
@@ -69,8 +74,14 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     exerted_force_n_.store(norm(force), std::memory_order_relaxed);
     for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(kStepS, force);
 
-    channels.state.write(
-        {hand.position_m_in_world(), hand.velocity_m_per_s_in_world(), ++sequence, monotonicNs()});
+    rt::HandleState state;
+    state.position_m_in_world = hand.position_m_in_world();
+    state.velocity_m_per_s_in_world = hand.velocity_m_per_s_in_world();
+    state.sequence = ++sequence;
+    state.time_ns = monotonicNs();
+    state.session = 1;
+    channels.state.write(state);
+    measurements_.store(sequence, std::memory_order_relaxed);
   }
   exerted_force_n_.store(0, std::memory_order_relaxed);
 }

@@ -36,6 +36,7 @@ class SimulatedHandle final : public Handle {
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> running_{false};
   std::atomic<double> exerted_force_n_{0};
+  std::atomic<std::uint64_t> measurements_{0};
   std::thread thread_;
 };
 

@@ -58,7 +58,7 @@ TEST_F(EventLogTest, TellsTenChangesOfModeASecondAndCountsTheOthers) {
 TEST_F(EventLogTest, TellsThatTheCameraComesAndGoesWithItsReason) {
   BoxStatus status;
   status.camera.identity = "freenect A1";
-  status.handle.present = true;
+  status.handle.state = drivers::HandlePresence::present;
   log.onStatus(status);
   EXPECT_TRUE(entries.empty());
   status.camera.state = drivers::CameraState::streaming;
@@ -75,7 +75,7 @@ TEST_F(EventLogTest, TellsThatTheCameraComesAndGoesWithItsReason) {
 
 TEST_F(EventLogTest, TellsAWarningWhenItComesUpNotWhileOnlyItsNumbersMove) {
   BoxStatus status;
-  status.handle.present = true;
+  status.handle.state = drivers::HandlePresence::present;
   for (const char* warning : {"7 points did not fit", "8 points did not fit"}) {
     status.warnings = {warning};
     log.onStatus(status);
@@ -92,12 +92,12 @@ TEST_F(EventLogTest, TellsAWarningWhenItComesUpNotWhileOnlyItsNumbersMove) {
 TEST_F(EventLogTest, TellsThatTheHandleGoesAndComes) {
   BoxStatus status;
   status.handle.identity = "simulated";
-  status.handle.present = false;
+  status.handle.state = drivers::HandlePresence::lost;
   log.onStatus(status);
-  status.handle.present = true;
+  status.handle.state = drivers::HandlePresence::present;
   log.onStatus(status);
   ASSERT_EQ(entries.size(), 2U);
-  EXPECT_EQ(entries[0].text, "handle absent (simulated)");
+  EXPECT_EQ(entries[0].text, "handle lost (simulated)");
   EXPECT_EQ(entries[1].text, "handle present (simulated)");
 }
 

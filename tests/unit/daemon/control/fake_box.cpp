@@ -11,7 +11,8 @@ constexpr std::chrono::seconds kPatience{20};
 
 FakeBox::FakeBox() {
   status_.camera = {drivers::CameraState::streaming, "", "synthetic sphere", 300, 1};
-  status_.handle = {true, "", "simulated"};
+  status_.handle.state = drivers::HandlePresence::present;
+  status_.handle.identity = "simulated";
   status_.loop.tick.mode = rt::Mode::idle;
   status_.loop.tick.cause = rt::Cause::requested;
 }

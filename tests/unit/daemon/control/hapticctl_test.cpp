@@ -64,7 +64,8 @@ BoxStatus troubledStatus() {
   status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
   status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115, ""};
   status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5};
-  status.handle = {true, "", "simulated"};
+  status.handle.state = drivers::HandlePresence::present;
+  status.handle.identity = "simulated";
   status.warnings = {"the memory is not locked (raise LimitMEMLOCK)"};
   status.uptime_s = 59;  // the fake box adds one
   return status;

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "config/settings.h"
+#include "drivers/handle/velocity_estimator.h"
+#include "rt/handle_channel.h"
+#include "rt/vec3.h"
+
+namespace hapticd::drivers {
+
+/// What a device measured, in its own frame.
+struct HandleMeasurement {
+  rt::Vec3 position_m_in_handle;
+  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC of this computer
+  std::uint32_t buttons = 0;
+  bool calibrated = true;
+  std::optional<rt::Vec3> velocity_m_per_s_in_handle = {};  ///< nothing: it is estimated from the positions
+  double delay_s = 0;                                       ///< as of rt::HandleState
+};
+
+/// Between the device's frame and the world: pose (T_world_handle), motion scale, clutch and velocity. The
+/// HIP is  position + R (scale * p_in_handle) + offset,  where the offset is what the clutch has added up.
+/// Thread: one.  Progress: wait-free.  RT: safe.
+class HandleFrame {
+ public:
+  HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);
+
+  /// The device was opened or came back: a new session, and no velocity from before. The clutch's offset
+  /// stays.
+  void beginSession();
+
+  /// The state to publish. The sequence number goes up by one with each.
+  rt::HandleState stateOf(const HandleMeasurement& measurement);
+
+  /// A force in the handle's axes, newtons at the hand; zero where it is not finite.
+  rt::Vec3 forceInHandle(const rt::Vec3& force_n_in_world) const;
+
+  std::uint64_t session() const { return session_; }
+
+ private:
+  rt::Vec3 toWorldAxes(const rt::Vec3& v) const;
+
+  std::array<rt::Vec3, 3> rows_;  // of the rotation from the handle's axes to the world's
+  rt::Vec3 origin_m_in_world_;
+  double motion_scale_;
+  int clutch_button_;
+  VelocityEstimator velocity_;
+  rt::Vec3 clutch_offset_m_in_world_;
+  std::optional<rt::Vec3> held_hip_m_in_world_;  // while the clutch is held
+  std::uint64_t session_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace hapticd::drivers
