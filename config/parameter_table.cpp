@@ -105,11 +105,11 @@ constexpr auto kTable = std::to_array<Parameter>({
         "safety.stiffness_limit", kLive, "", {}, "",
         "what to do where the stiffness is above what the handle's delay lets be stable"),
     row<HAPTICD_MEMBER(live.safety.workspace_radius_m)>(
-        "safety.workspace_radius_m", kLive, "m", {0.01, 10}, "",
+        "safety.workspace_radius_m", kLive, "m", {0.01, 20}, "",
         "farther than this from the world's origin nothing is felt"),
     row<HAPTICD_MEMBER(live.safety.max_handle_speed_m_per_s)>(
-        "safety.max_handle_speed_m_per_s", kLive, "m/s", {0.1, 100}, "",
-        "a hand that seems faster is taken for a fault of the handle"),
+        "safety.max_handle_speed_m_per_s", kLive, "m/s", {0, 100}, "",
+        "a hand that seems faster is taken for a fault of the handle; 0: no limit"),
     row<HAPTICD_MEMBER(camera.driver)>(
         "camera.driver", kRestart, "", {}, "",
         "where the depth frames come from"),
@@ -245,6 +245,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.handle.force_scale)>(
         "handle.force_scale", kRestart, "", {0.01, 10}, "",
         "newtons at the hand per newton of the law"),
+    row<HAPTICD_MEMBER(live.handle.device_damping_n_s_per_m)>(
+        "handle.device_damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
+        "viscous damping of the device alone, which passivity control counts on"),
     row<HAPTICD_MEMBER(live.handle.damping_n_s_per_m)>(
         "handle.damping_n_s_per_m", kRestart, "N s/m", {0.01, 100}, "",
         "damping of the device in the lightest grip that is to be stable"),

@@ -98,8 +98,9 @@ class Box {
   virtual const config::Settings& settings() const = 0;
   /// Hands the changed live parameters to the force loop. Returns the generation to wait for.
   virtual std::uint64_t apply(const config::Settings& settings) = 0;
-  /// Requests `engaged` or `idle`. Returns the generation to wait for.
-  virtual std::uint64_t engage(bool engaged) = 0;
+  /// Requests `engaged` or `idle`. `inside`: also where something is felt at once. Returns the generation to
+  /// wait for.
+  virtual std::uint64_t engage(bool engaged, bool inside) = 0;
   /// The newest generation that the force loop has taken over.
   virtual std::uint64_t acknowledgedGeneration() = 0;
 };

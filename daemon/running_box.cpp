@@ -178,8 +178,10 @@ LawStatus RunningBox::lawStatus() const {
   return status;
 }
 
-std::uint64_t RunningBox::engage(bool engaged) {
+std::uint64_t RunningBox::engage(bool engaged, bool inside) {
   directive_.engage = engaged;
+  directive_.engage_inside = inside;
+  ++directive_.engage_request;
   return sendDirective();
 }
 
@@ -271,6 +273,18 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   if (status.handle.state != drivers::HandlePresence::present && !status.handle.detail.empty()) {
     list.push_back(fmt::format("handle {}: {}", nameOf(status.handle.state), status.handle.detail));
   }
+  const rt::Tick& tick = status.loop.tick;
+  const double stiffness = directive_.parameters.springs.stiffness_n_per_m;
+  if (directive_.parameters.safety.stiffness_limit != rt::StiffnessLimit::off &&
+      tick.stiffness_limit_n_per_m > 0 && stiffness > tick.stiffness_limit_n_per_m) {
+    const bool reduced = directive_.parameters.safety.stiffness_limit == rt::StiffnessLimit::reduce;
+    list.push_back(fmt::format(
+        "force.stiffness_n_per_m is {:.0f}, and the delay of the handle lets {:.0f} be stable{} (shorten the "
+        "delay, or "
+        "lower the stiffness)",
+        stiffness, tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : ""));
+  }
+  if (!status.handle.exerts_force) list.push_back("the handle exerts no force: it is an input device");
   if (!status.handle.advice.empty()) list.push_back("handle: " + status.handle.advice);
   const bool leds_missing = status.leds.panel.state == drivers::LedState::absent ||
                             status.leds.panel.state == drivers::LedState::lost;

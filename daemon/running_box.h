@@ -56,7 +56,7 @@ class RunningBox final : public Box {
   BoxStatus status() override;
   const config::Settings& settings() const override { return settings_; }
   std::uint64_t apply(const config::Settings& settings) override;
-  std::uint64_t engage(bool engaged) override;
+  std::uint64_t engage(bool engaged, bool inside) override;
   std::uint64_t acknowledgedGeneration() override;
 
  private:

@@ -48,7 +48,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   Directive directive = channels_.control.directive.front();
   if (stopping_) directive.engage = false;
 
-  Tick tick = core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive});
+  Tick tick = core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive, overran_});
   tick.number = state_.counters.ticks + 1;
   tick.planned_ns = planned_ns;
   tick.wakeup_latency_ns = woke_ns - planned_ns;
@@ -58,11 +58,23 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   const std::int64_t done_ns = monotonicNow_ns();
   tick.compute_ns = done_ns - woke_ns;
   const std::uint64_t skipped = clock_.advance(done_ns);
-  state_.counters.overruns += skipped != 0 ? 1 : 0;
+  overran_ = skipped != 0;
+  state_.counters.overruns += overran_ ? 1 : 0;
   state_.counters.skipped_periods += skipped;
   state_.directive_generation = directive.generation;
+  noteTransition(tick, woke_ns);
   count(tick);
   publish(tick);
+}
+
+/// Compares with the tick before, which is still in the state.
+void ForceLoop::noteTransition(const Tick& tick, std::int64_t now_ns) HAPTICD_RT {
+  const Tick& before = state_.tick;
+  if (tick.mode == before.mode && tick.cause == before.cause) return;
+  const Transition transition{state_.transition_count + 1, now_ns, before.mode, tick.mode, tick.cause};
+  state_.transition_count = transition.number;
+  state_.transitions[transition.number % kTransitionsKept] = transition;
+  ++state_.transitions_by_cause[static_cast<std::size_t>(tick.cause)];
 }
 
 void ForceLoop::count(const Tick& tick) HAPTICD_RT {
@@ -77,6 +89,10 @@ void ForceLoop::count(const Tick& tick) HAPTICD_RT {
   add(counters.depth_stale_ticks, tick.mode == Mode::holding && tick.cause == Cause::depth_stale);
   add(counters.handle_stale_ticks, tick.mode == Mode::holding && tick.cause == Cause::handle_stale);
   add(counters.handle_invalid_ticks, tick.mode == Mode::holding && tick.cause == Cause::handle_invalid);
+  add(counters.passivity_ticks, tick.passivity_acted);
+  add(counters.thermally_limited_ticks, tick.thermally_limited);
+  add(counters.stiffness_limited_ticks, tick.stiffness_gain < 1);
+  add(counters.releases, tick.released && !state_.tick.released);
 }
 
 void ForceLoop::publish(const Tick& tick) HAPTICD_RT {

@@ -43,6 +43,7 @@ class ForceLoop {
  private:
   void tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT;
   void publish(const Tick& tick) HAPTICD_RT;
+  void noteTransition(const Tick& tick, std::int64_t now_ns) HAPTICD_RT;
   void count(const Tick& tick) HAPTICD_RT;
   bool isQuiet() const HAPTICD_RT;
 
@@ -54,6 +55,7 @@ class ForceLoop {
   double period_s_;
   std::atomic<bool> stop_{false};  // relaxed: a flag, it orders nothing
   bool stopping_ = false;
+  bool overran_ = false;  ///< the tick before ended late
   LoopState state_;
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/stiffness_limit.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -10,50 +12,15 @@ namespace {
 /// frame takes the scene thread far less.
 constexpr double kMaxHold_s = 0.01;
 
-bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept {
-  return static_cast<double>(now_ns - time_ns) > limit_s * 1e9;
-}
-
-/// What keeps the loop from commanding a force, or `none`.
-Cause obstacleOf(const HapticCore::Input& input) HAPTICD_RT {
-  const SafetyParameters& limits = input.directive.parameters.safety;
-  if (input.handle.sequence == 0 || isOlder(input.handle.time_ns, input.now_ns, limits.handle_timeout_s)) {
-    return Cause::handle_stale;
-  }
-  if (!inWorkspace(input.handle.position_m_in_world)) return Cause::handle_invalid;
-  if (input.scene.frame == 0) return Cause::no_scene;
-  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return Cause::depth_stale;
-  return Cause::none;
-}
+/// The stiffness limit falls at once where the delay grows, and comes back over seconds.
+constexpr double kGainFall_per_s = 10;
+constexpr double kGainRise_per_s = 0.2;
 
 }  // namespace
 
 ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                                  const LiveParameters& parameters) HAPTICD_RT {
   return laws_.force({scene, hip_m_in_world, {}, parameters});
-}
-
-void HapticCore::decideMode(const Input& input, Cause obstacle) HAPTICD_RT {
-  if (!input.directive.engage) {  // also what clears a fault
-    if (mode_ != Mode::idle) cause_ = mode_ == Mode::starting ? Cause::none : Cause::requested;
-    mode_ = Mode::idle;
-    return;
-  }
-  if (mode_ == Mode::faulted) return;
-  if (obstacle != Cause::none) {
-    mode_ = Mode::holding;
-    cause_ = obstacle;
-    return;
-  }
-  if (mode_ != Mode::engaged) engaged_s_ = 0;
-  mode_ = Mode::engaged;
-  cause_ = Cause::requested;
-}
-
-double HapticCore::rampGain(const Input& input) HAPTICD_RT {
-  engaged_s_ += input.period_s;
-  const double ramp_s = input.directive.parameters.safety.engage_ramp_s;
-  return engaged_s_ >= ramp_s ? 1.0 : engaged_s_ / ramp_s;
 }
 
 /// The law's force at the handle, or the held one for a moment where the scene is not modelled.
@@ -95,7 +62,7 @@ double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_worl
 Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double length = norm(force_n_in_world);
-  const double limit = parameters.safety.max_force_n;
+  const double limit = parameters.safety.max_force_n / parameters.handle.force_scale;
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   const Origin now{input.scene.model, laws_.law(), parameters.springs, parameters.contact,
@@ -103,9 +70,10 @@ Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
   const double most_n =
       parameters.springs.stiffness_n_per_m * parameters.blend.max_surface_speed_m_per_s * input.period_s;
   const double unexplained = unexplained_n(input, cut);
-  const bool changed = origin_.model != 0 && (now != origin_ || unexplained > most_n);
+  changed_ = origin_.model != 0 && now != origin_;
+  const bool changed = changed_ || (origin_.model != 0 && unexplained > most_n);
   origin_ = now;
-  before_ = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut};
+  before_ = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut, before_.gain};
   const Vec3 blended = blend_.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m,
                                     input.period_s, changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -113,36 +81,99 @@ Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
   return blended;
 }
 
+/// Share of the law's force that the handle's delay allows.
+double HapticCore::stiffnessGain(const Input& input, Tick& tick) HAPTICD_RT {
+  const LiveParameters& parameters = input.directive.parameters;
+  const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
+  tick.stiffness_limit_n_per_m =
+      largestStableStiffness_n_per_m(parameters.handle.damping_n_s_per_m,
+                                     scale * parameters.contact.damping_n_s_per_m, input.period_s,
+                                     std::max(0.0, input.handle.delay_s)) /
+      scale;
+  double wanted = 1;
+  if (parameters.safety.stiffness_limit == StiffnessLimit::reduce &&
+      parameters.springs.stiffness_n_per_m > tick.stiffness_limit_n_per_m) {
+    wanted = tick.stiffness_limit_n_per_m / parameters.springs.stiffness_n_per_m;
+  }
+  stiffness_gain_ = std::clamp(wanted, stiffness_gain_ - kGainFall_per_s * input.period_s,
+                               stiffness_gain_ + kGainRise_per_s * input.period_s);
+  return tick.stiffness_gain = stiffness_gain_;
+}
+
+/// What passivity control needs to know of this tick. The energy of a spring under a force F that is exerted
+/// to the share g is g F^2 / (2 k): a change of scene or of g at a HIP that stands still changes it, without
+/// the hand.
+SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input) const HAPTICD_RT {
+  const LiveParameters& parameters = input.directive.parameters;
+  const HandleScaleParameters& scale = parameters.handle;
+  const double to_hand = 1 / scale.motion_scale;
+  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double gain = before_.gain;
+  SafetyChain::Motion motion;
+  motion.hand_m = to_hand * (input.handle.position_m_in_world - before.hip_m_in_world);
+  motion.velocity_m_per_s = to_hand * input.handle.velocity_m_per_s_in_world;
+  motion.stiffness_n_per_m = gain * stiffness * scale.motion_scale * scale.force_scale;
+  motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
+  motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
+  if (stiffness > 0) {
+    const double now_n2 = dot(before_.force_n_in_world, before_.force_n_in_world);
+    const double before_n2 = dot(before.force_n_in_world, before.force_n_in_world);
+    const double moved = changed_ ? before.gain * (now_n2 - before_n2) : 0;
+    motion.surface_work_j =
+        (moved + (gain - before.gain) * now_n2) * scale.force_scale * to_hand / (2 * stiffness);
+  }
+  return motion;
+}
+
+/// From the law's force to the command.
+SafetyChain::Output HapticCore::exert(const Input& input, const Supervisor::Obstacle& obstacle,
+                                      Tick& tick) HAPTICD_RT {
+  const LiveParameters& parameters = input.directive.parameters;
+  const Before before = before_;
+  const bool comparable = origin_.model != 0;
+  const Vec3 felt = blend(input, feel(input, tick), tick);
+  supervisor_.decide(input, obstacle, norm(tick.law_force_n_in_world) > 0);
+  const double gain = supervisor_.gain() * stiffnessGain(input, tick);
+  before_.gain = gain;
+  const SafetyChain::Motion motion = comparable ? motionSince(before, input) : SafetyChain::Motion{};
+  return safety_.apply(gain * parameters.handle.force_scale * felt, parameters.safety, input.period_s,
+                       motion);
+}
+
 Tick HapticCore::step(const Input& input) HAPTICD_RT {
   Tick tick;
-  const Cause obstacle = obstacleOf(input);
-  decideMode(input, obstacle);
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.scene_frame = input.scene.frame;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
   // The law is felt in every mode whose inputs are good, so that status shows contact before engaging.
-  Vec3 aim;
-  if (obstacle == Cause::none) {
-    const Vec3 felt = blend(input, feel(input, tick), tick);
-    if (mode_ == Mode::engaged) aim = rampGain(input) * felt;
+  const SafetyParameters& safety = input.directive.parameters.safety;
+  const Supervisor::Obstacle obstacle = supervisor_.look(input);
+  SafetyChain::Output out;
+  if (obstacle.feels) {
+    out = exert(input, obstacle, tick);
   } else {
     laws_.release();  // where the proxy is has no meaning any more
     blend_.reset();
     origin_ = {};
+    supervisor_.decide(input, obstacle, false);
+    tick.released = obstacle.releases;
+    out = obstacle.releases ? safety_.release(safety, input.period_s)
+                            : safety_.apply({}, safety, input.period_s);
   }
-  const SafetyChain::Output out = safety_.apply(aim, input.directive.parameters.safety, input.period_s);
   if (out.not_finite) {
-    mode_ = Mode::faulted;
-    cause_ = Cause::force_not_finite;
+    supervisor_.fault();
     held_force_n_in_world_ = {};
   }
-  tick.mode = mode_;
-  tick.cause = cause_;
+  tick.mode = supervisor_.mode();
+  tick.cause = supervisor_.cause();
   tick.slew_limited = out.slew_limited;
   tick.magnitude_clamped = out.magnitude_clamped;
   tick.not_finite = out.not_finite;
+  tick.passivity_acted = out.passivity_acted;
+  tick.thermally_limited = out.thermally_limited;
+  tick.energy_j = safety_.energy_j();
   tick.command_force_n_in_world = out.force_n_in_world;
   return tick;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -12,36 +11,23 @@
 #include "rt/realtime_safe.h"
 #include "rt/safety_chain.h"
 #include "rt/scene.h"
+#include "rt/supervisor.h"
 
 namespace hapticd::rt {
 
-/// Positions outside this cube around the world's origin are taken for a fault of the handle.
-inline constexpr double kWorkspaceHalfEdge_m = 10;
-
-/// False also where a coordinate is not a number.  RT: safe.
-inline bool inWorkspace(const Vec3& p_m) noexcept {
-  return std::abs(p_m.x) <= kWorkspaceHalfEdge_m && std::abs(p_m.y) <= kWorkspaceHalfEdge_m &&
-         std::abs(p_m.z) <= kWorkspaceHalfEdge_m;
-}
-
-/// One force tick without clock and channels: inputs in, force out. The mode machine, the law and the safety
-/// chain live here; the force loop and the offline tools call it.
+/// One force tick without clock and channels: inputs in, force out. Supervisor, law and safety chain come
+/// together here; the force loop and the offline tools call it.
 /// Thread: one.  RT: step() is safe.
 class HapticCore {
  public:
   /// `point_capacity`: of the scenes to be felt.  RT: not safe (allocates).
   explicit HapticCore(std::size_t point_capacity) : laws_(point_capacity) {}
 
-  struct Input {
-    std::int64_t now_ns;  ///< CLOCK_MONOTONIC, or any clock that the scene and the handle share
-    double period_s;      ///< since the step before
-    const Scene& scene;
-    const HandleState& handle;
-    const Directive& directive;
-  };
+  using Input = Supervisor::Input;
 
   /// Fills everything of a Tick but its number and its timing.
-  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the slew limit's pace.
+  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the pace that README.md
+  /// says.
   Tick step(const Input& input) HAPTICD_RT;
 
   /// The law's force at a HIP, whatever the mode, before any safety stage.
@@ -71,22 +57,24 @@ class HapticCore {
     Vec3 hip_m_in_world;
     Vec3 velocity_m_per_s_in_world;
     Vec3 force_n_in_world;
+    double gain = 0;
   };
 
-  void decideMode(const Input& input, Cause obstacle) HAPTICD_RT;
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
   Vec3 blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
   double unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
-  double rampGain(const Input& input) HAPTICD_RT;
+  double stiffnessGain(const Input& input, Tick& tick) HAPTICD_RT;
+  SafetyChain::Motion motionSince(const Before& before, const Input& input) const HAPTICD_RT;
+  SafetyChain::Output exert(const Input& input, const Supervisor::Obstacle& obstacle, Tick& tick) HAPTICD_RT;
 
   ForceLaws laws_;
   ForceBlend blend_;
   Origin origin_;
   Before before_;
   SafetyChain safety_;
-  Mode mode_ = Mode::starting;
-  Cause cause_ = Cause::none;
-  double engaged_s_ = 0;        ///< since the mode became `engaged`
+  Supervisor supervisor_;
+  double stiffness_gain_ = 1;
+  bool changed_ = false;  ///< the force comes from another scene, law or parameter set than the one before
   Vec3 held_force_n_in_world_;  ///< of the last tick whose neighbourhood was modelled
   double outside_model_s_ = 0;  ///< since then
 };

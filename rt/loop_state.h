@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -16,20 +18,39 @@ enum class Mode : std::uint8_t {
   starting,  ///< no tick yet
   idle,      ///< running, no force commanded
   engaged,   ///< the only mode that commands a force other than zero
-  holding,   ///< engaged, but an input is stale: the force is ramped to zero until it is fresh again
+  holding,   ///< engaged, but something keeps the force at zero, or on its way there; it ends by itself
   faulted,   ///< something that a person must look at; Disengage clears it
 };
 
 /// Why the mode is what it is.
 enum class Cause : std::uint8_t {
   none,
-  requested,         ///< a client (or the configuration) engaged or disengaged
-  no_scene,          ///< no depth frame has been modelled yet
-  depth_stale,       ///< the newest scene is older than safety.depth_timeout_s
-  handle_stale,      ///< the newest measurement of the handle is older than safety.handle_timeout_s
-  handle_invalid,    ///< the handle's position is not finite or outside +-10 m
-  force_not_finite,  ///< a force law computed a number that is not finite
+  requested,              ///< a client (or the configuration) engaged or disengaged
+  no_scene,               ///< no depth frame has been modelled yet
+  depth_stale,            ///< the newest scene is older than safety.depth_timeout_s
+  handle_stale,           ///< the newest measurement of the handle is older than safety.handle_timeout_s
+  handle_invalid,         ///< the handle's position is not finite or outside +-10 m
+  force_not_finite,       ///< a force law computed a number that is not finite
+  handle_too_fast,        ///< the hand moved faster than safety.max_handle_speed_m_per_s
+  handle_clutched,        ///< the person holds the clutch
+  handle_not_calibrated,  ///< the device does not know yet where it is
+  handle_replaced,        ///< the device was lost and came back: to be engaged again on request only
+  outside_workspace,      ///< the HIP is farther from the world's origin than safety.workspace_radius_m
+  inside_surface,         ///< engaging was refused because something would have been felt at once
+  overrun_burst,          ///< too many ticks ended late
 };
+inline constexpr std::size_t kModeCount = 5;
+inline constexpr std::size_t kCauseCount = 14;
+
+/// A change of mode or cause.
+struct Transition {
+  std::uint64_t number = 0;  ///< 1 for the first since the start
+  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
+  Mode from = Mode::starting;
+  Mode to = Mode::starting;
+  Cause cause = Cause::none;
+};
+inline constexpr std::size_t kTransitionsKept = 16;
 
 /// What one tick saw and did; every tick reaches the control thread through a ring.
 struct Tick {
@@ -42,6 +63,9 @@ struct Tick {
   bool slew_limited = false;
   bool magnitude_clamped = false;
   bool not_finite = false;                   ///< the law computed a number that is not finite
+  bool released = false;                     ///< the force goes to zero at once, for a fault of the handle
+  bool passivity_acted = false;              ///< damping was brought in
+  bool thermally_limited = false;            ///< the device is warm: less than the largest force is allowed
   bool outside_model = false;                ///< the HIP's neighbourhood was not modelled completely
   bool blending = false;                     ///< a change of scene, law or parameters is still coming in
   ForceLaw law = ForceLaw::nearest_springs;  ///< whose force it is
@@ -51,9 +75,12 @@ struct Tick {
   std::int64_t scene_age_ns = 0;
   Vec3 hip_m_in_world;
   Vec3 proxy_m_in_world;  ///< the HIP where the law has no proxy
+  double energy_j = 0;    ///< that the hand has given to the box more than it got back (passivity.h)
+  double stiffness_limit_n_per_m = 0;  ///< of the springs, for what the handle's delay allows
+  double stiffness_gain = 1;           ///< share of the law's force that this leaves
   Vec3 law_force_n_in_world;
   Vec3 blended_force_n_in_world;  ///< cut to the force limit, and carried over from the scene before
-  Vec3 command_force_n_in_world;
+  Vec3 command_force_n_in_world;  ///< newtons at the hand
 };
 
 /// What has been counted since the start of the loop.
@@ -69,6 +96,10 @@ struct LoopCounters {
   std::uint64_t depth_stale_ticks = 0;
   std::uint64_t handle_stale_ticks = 0;
   std::uint64_t handle_invalid_ticks = 0;
+  std::uint64_t passivity_ticks = 0;
+  std::uint64_t thermally_limited_ticks = 0;
+  std::uint64_t stiffness_limited_ticks = 0;
+  std::uint64_t releases = 0;  ///< times that the force was dropped for a fault of the handle
 };
 
 /// The newest state of the force loop.
@@ -76,12 +107,17 @@ struct LoopState {
   Tick tick;
   LoopCounters counters;
   std::uint64_t directive_generation = 0;  ///< of the newest Directive that the loop has taken over
+  std::uint64_t transition_count = 0;
+  std::array<Transition, kTransitionsKept> transitions{};  ///< number n is at n modulo the size
+  std::array<std::uint64_t, kCauseCount> transitions_by_cause{};
 };
 
 /// What the control thread wants of the force loop, as one consistent set.
 struct Directive {
   std::uint64_t generation = 0;  ///< +1 with each change; comes back as LoopState::directive_generation
   bool engage = false;
+  bool engage_inside = false;        ///< also where something is felt at once
+  std::uint64_t engage_request = 0;  ///< +1 each time that somebody asks; what was refused once stays refused
   LiveParameters parameters;
 };
 

@@ -78,15 +78,16 @@ struct SafetyParameters {
   bool passivity_control = true;
   double passivity_max_damping_n_s_per_m = 5;  ///< the most that passivity control brings in
   StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
-  double workspace_radius_m = 10;       ///< about the world's origin; beyond it nothing is felt
-  double max_handle_speed_m_per_s = 5;  ///< of the hand; faster measurements are taken for a fault
+  double workspace_radius_m = 20;       ///< about the world's origin; beyond it nothing is felt
+  double max_handle_speed_m_per_s = 5;  ///< of the hand; faster ones are taken for a fault; 0: no limit
 };
 
 /// Fixed at start. How the handle's motion and the law's force are scaled, and what damps the device.
 struct HandleScaleParameters {
-  double motion_scale = 1;       ///< metres of the HIP per metre of the hand
-  double force_scale = 1;        ///< newtons at the hand per newton of the law
-  double damping_n_s_per_m = 4;  ///< of the device in the lightest grip, at the hand
+  double motion_scale = 1;                 ///< metres of the HIP per metre of the hand
+  double force_scale = 1;                  ///< newtons at the hand per newton of the law
+  double device_damping_n_s_per_m = 0.05;  ///< of the device alone, at the hand
+  double damping_n_s_per_m = 4;            ///< of the device in the lightest grip, at the hand
 };
 
 /// Live: all that may change while the force loop runs, as one consistent set.

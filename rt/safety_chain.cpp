@@ -13,18 +13,37 @@ Vec3 shortened(const Vec3& v, double length, double limit) noexcept {
 }  // namespace
 
 SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const SafetyParameters& parameters,
-                                       double period_s) HAPTICD_RT {
+                                       double period_s, const Motion& motion) HAPTICD_RT {
   Output out;
+  releasing_ = false;
   // Not a stage of its own: a number that is not finite must not reach the stages' memories. The length is
   // looked at too because it can overflow where the components do not.
-  const double length = norm(force_n_in_world);
-  out.not_finite = !std::isfinite(length);
-  const Vec3 aim = out.not_finite ? Vec3{} : force_n_in_world;
+  out.not_finite = !std::isfinite(norm(force_n_in_world));
+  const Vec3 felt = out.not_finite ? Vec3{} : force_n_in_world;
 
-  // A lowered limit draws the force inwards first; what that leaves of the step goes towards the aim.
+  const Passivity::Output passive = passivity_.apply(
+      {felt, last_, motion.hand_m, motion.velocity_m_per_s, motion.surface_work_j, motion.stiffness_n_per_m,
+       motion.device_damping_n_s_per_m, motion.max_surface_speed_m_per_s, period_s},
+      parameters);
+  out.passivity_acted = passive.acted;
+  const Vec3 aim = low_pass_.apply(passive.force_n, parameters.force_filter_hz, period_s);
+
+  const Vec3 limited = limit(aim, parameters, period_s, out);
+  last_ = isFinite(limited) ? limited : Vec3{};
+  thermal_.heat(norm(last_), parameters.thermal_time_s, period_s);
+  out.force_n_in_world = last_;
+  return out;
+}
+
+/// Slew limit and magnitude clamp. A lowered limit draws the force inwards first; what that leaves of the
+/// step goes towards the aim.
+Vec3 SafetyChain::limit(const Vec3& aim, const SafetyParameters& parameters, double period_s,
+                        Output& out) HAPTICD_RT {
   const double max_step_n = parameters.max_slew_n_per_s * period_s;
   const double last_n = norm(last_);
-  const double limit_n = std::max(parameters.max_force_n, last_n - max_step_n);
+  const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
+  out.thermally_limited = allowed_n < parameters.max_force_n;
+  const double limit_n = std::max(allowed_n, last_n - max_step_n);
   const Vec3 from = shortened(last_, last_n, limit_n);
   const double step_left_n = max_step_n - std::max(0.0, last_n - limit_n);
 
@@ -35,9 +54,22 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
 
   const double slewed_length = norm(slewed);
   out.magnitude_clamped = slewed_length > limit_n;
-  const Vec3 clamped = shortened(slewed, slewed_length, limit_n);
+  return shortened(slewed, slewed_length, limit_n);
+}
 
-  last_ = isFinite(clamped) ? clamped : Vec3{};
+SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, double period_s) HAPTICD_RT {
+  if (!releasing_) {
+    releasing_ = true;
+    release_ticks_left_ = kReleaseTicks;
+    release_step_ = (1.0 / kReleaseTicks) * last_;
+    passivity_.reset();
+  }
+  --release_ticks_left_;
+  last_ = release_ticks_left_ > 0 ? last_ - release_step_ : Vec3{};
+  release_ticks_left_ = std::max(release_ticks_left_, 0);
+  low_pass_.apply({}, 0, period_s);
+  thermal_.heat(norm(last_), parameters.thermal_time_s, period_s);
+  Output out;
   out.force_n_in_world = last_;
   return out;
 }

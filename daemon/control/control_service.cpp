@@ -108,7 +108,7 @@ const std::vector<ControlService::Method>& ControlService::methods() {
       {"io.hapticd.Status.GetParameters", read, false, {"names"}, &Self::getParameters},
       {"io.hapticd.Status.Monitor", read, true, {"intervalMs"}, &Self::monitor},
       {"io.hapticd.Control.SetParameters", control, false, {"parameters"}, &Self::setParameters},
-      {"io.hapticd.Control.Engage", control, false, {}, &Self::engage},
+      {"io.hapticd.Control.Engage", control, false, {"insideSurface"}, &Self::engage},
       {"io.hapticd.Control.Disengage", control, false, {}, &Self::disengage},
   };
   return all;
@@ -219,26 +219,28 @@ void ControlService::setParameters(const Call& call, const Caller& caller, Repli
     log(caller, fmt::format("sets {} from {} to {}", change.key(), old_value, new_value),
         {{"EVENT", "parameter"}, {"PARAMETER", change.key()}, {"OLD", old_value}, {"NEW", new_value}});
   }
-  answerWhenApplied(call, caller, replies, box_.apply(*settings), false);
+  answerWhenApplied(call, caller, replies, box_.apply(*settings), Awaited::generation);
 }
 
 void ControlService::engage(const Call& call, const Caller& caller, Replies& replies) {
-  requestEngaged(true, call, caller, replies);
+  const Json* inside = field(call, "insideSurface");
+  if (inside && !inside->is_boolean()) {
+    return replies.finish(caller.connection, invalidParameter("insideSurface"));
+  }
+  const bool anywhere = inside && inside->get<bool>();
+  log(caller, anywhere ? "engages, inside a surface too" : "engages", {{"EVENT", "engage"}});
+  answerWhenApplied(call, caller, replies, box_.engage(true, anywhere), Awaited::engaged);
 }
 
 void ControlService::disengage(const Call& call, const Caller& caller, Replies& replies) {
-  requestEngaged(false, call, caller, replies);
-}
-
-void ControlService::requestEngaged(bool engaged, const Call& call, const Caller& caller, Replies& replies) {
-  log(caller, engaged ? "engages" : "disengages", {{"EVENT", engaged ? "engage" : "disengage"}});
-  answerWhenApplied(call, caller, replies, box_.engage(engaged), true);
+  log(caller, "disengages", {{"EVENT", "disengage"}});
+  answerWhenApplied(call, caller, replies, box_.engage(false, false), Awaited::mode);
 }
 
 void ControlService::answerWhenApplied(const Call& call, const Caller& caller, Replies& replies,
-                                       std::uint64_t generation, bool wants_mode) {
+                                       std::uint64_t generation, Awaited awaited) {
   if (call.oneway) return;
-  waiting_.push_back({caller.connection, generation, Clock::now() + options_.apply_timeout, wants_mode});
+  waiting_.push_back({caller.connection, generation, Clock::now() + options_.apply_timeout, awaited});
   answerWaiting(replies);
 }
 
@@ -260,8 +262,11 @@ void ControlService::answerWaiting(Replies& replies) {
 }
 
 Reply ControlService::appliedReply(const Waiting& waiting) {
-  if (!waiting.wants_mode) return {"", {{"generation", waiting.generation}}};
+  if (waiting.awaited == Awaited::generation) return {"", {{"generation", waiting.generation}}};
   const rt::Tick tick = box_.status().loop.tick;
+  if (waiting.awaited == Awaited::engaged && tick.mode == rt::Mode::idle) {
+    return {"io.hapticd.Control.Refused", {{"cause", nameOf(tick.cause)}}};
+  }
   return {"", {{"mode", nameOf(tick.mode)}, {"cause", nameOf(tick.cause)}}};
 }
 

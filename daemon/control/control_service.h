@@ -46,12 +46,15 @@ class ControlService final : public CallHandler {
     Answer answer;
   };
 
-  /// A call that waits until the force loop has taken over its change.
+  /// What a change is answered with once the force loop has taken it over.
+  enum class Awaited { generation, mode, engaged };
+
+  /// A call that waits for that.
   struct Waiting {
     ConnectionId connection;
     std::uint64_t generation;
     Clock::time_point deadline;
-    bool wants_mode;  ///< Engage and Disengage; otherwise the generation is the answer
+    Awaited awaited;
   };
 
   struct Stream {
@@ -73,9 +76,8 @@ class ControlService final : public CallHandler {
   void engage(const Call&, const Caller&, Replies&);
   void disengage(const Call&, const Caller&, Replies&);
 
-  void requestEngaged(bool engaged, const Call& call, const Caller& caller, Replies& replies);
   void answerWhenApplied(const Call& call, const Caller& caller, Replies& replies, std::uint64_t generation,
-                         bool wants_mode);
+                         Awaited awaited);
   Reply appliedReply(const Waiting& waiting);
   /// `fields`: of the entry, beside those that say who it was.
   void log(const Caller& caller, const std::string& change, JournalFields fields) const;

@@ -102,6 +102,20 @@ const char* nameOf(rt::Cause cause) {
       return "handle_invalid";
     case rt::Cause::force_not_finite:
       return "force_not_finite";
+    case rt::Cause::handle_too_fast:
+      return "handle_too_fast";
+    case rt::Cause::handle_clutched:
+      return "handle_clutched";
+    case rt::Cause::handle_not_calibrated:
+      return "handle_not_calibrated";
+    case rt::Cause::handle_replaced:
+      return "handle_replaced";
+    case rt::Cause::outside_workspace:
+      return "outside_workspace";
+    case rt::Cause::inside_surface:
+      return "inside_surface";
+    case rt::Cause::overrun_burst:
+      return "overrun_burst";
   }
   return "none";
 }

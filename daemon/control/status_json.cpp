@@ -1,5 +1,7 @@
 #include "daemon/control/status_json.h"
 
+#include <algorithm>
+
 #include "config/law_choice.h"
 #include "daemon/control/names.h"
 
@@ -19,7 +21,8 @@ OrderedJson latencyJson(const LatencySummary& latency) {
 
 OrderedJson countersJson(const rt::LoopCounters& counters) {
   const auto& [ticks, overruns, skipped_periods, contact, outside_model, slew_limited, magnitude_clamped,
-               not_finite, depth_stale, handle_stale, handle_invalid] = counters;
+               not_finite, depth_stale, handle_stale, handle_invalid, passivity, thermally_limited,
+               stiffness_limited, releases] = counters;
   return {{"ticks", ticks},
           {"overruns", overruns},
           {"skippedPeriods", skipped_periods},
@@ -30,7 +33,29 @@ OrderedJson countersJson(const rt::LoopCounters& counters) {
           {"notFiniteTicks", not_finite},
           {"depthStaleTicks", depth_stale},
           {"handleStaleTicks", handle_stale},
-          {"handleInvalidTicks", handle_invalid}};
+          {"handleInvalidTicks", handle_invalid},
+          {"passivityTicks", passivity},
+          {"thermallyLimitedTicks", thermally_limited},
+          {"stiffnessLimitedTicks", stiffness_limited},
+          {"releases", releases}};
+}
+
+OrderedJson transitionsJson(const rt::LoopState& state) {
+  OrderedJson by_cause = OrderedJson::object();
+  for (std::size_t cause = 0; cause < state.transitions_by_cause.size(); ++cause) {
+    by_cause[nameOf(static_cast<rt::Cause>(cause))] = state.transitions_by_cause[cause];
+  }
+  OrderedJson newest = OrderedJson::array();
+  const std::uint64_t kept = std::min<std::uint64_t>(state.transition_count, rt::kTransitionsKept);
+  for (std::uint64_t number = state.transition_count - kept + 1; number <= state.transition_count; ++number) {
+    const auto& [its_number, time_ns, from, to, cause] = state.transitions[number % rt::kTransitionsKept];
+    newest.push_back({{"number", its_number},
+                      {"timeNs", time_ns},
+                      {"from", nameOf(from)},
+                      {"to", nameOf(to)},
+                      {"cause", nameOf(cause)}});
+  }
+  return {{"count", state.transition_count}, {"byCause", by_cause}, {"newest", newest}};
 }
 
 /// Mode and cause are shown at the top.
@@ -42,6 +67,12 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"slewLimited", tick.slew_limited},
           {"magnitudeClamped", tick.magnitude_clamped},
           {"notFinite", tick.not_finite},
+          {"released", tick.released},
+          {"passivityActed", tick.passivity_acted},
+          {"thermallyLimited", tick.thermally_limited},
+          {"energyJ", tick.energy_j},
+          {"stiffnessLimitNPerM", tick.stiffness_limit_n_per_m},
+          {"stiffnessGain", tick.stiffness_gain},
           {"outsideModel", tick.outside_model},
           {"blending", tick.blending},
           {"law", config::nameOf(tick.law)},
@@ -138,7 +169,8 @@ OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
                force_thread_page_faults, camera, scene, handle, uptime_s, law, leds] = status;
-  const auto& [tick, counters, directive_generation] = loop_state;
+  const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause] =
+      loop_state;
 
   OrderedJson loop = {{"rateHz", rate_hz}};
   loop.update(privilegesJson(privileges));
@@ -147,6 +179,7 @@ OrderedJson statusJson(const BoxStatus& status) {
        {"wakeupLatency", latencyJson(wakeup_latency)},
        {"computeTime", latencyJson(compute_time)},
        {"counters", countersJson(counters)},
+       {"transitions", transitionsJson(loop_state)},
        {"traceTicksDropped", trace_ticks_dropped},
        {"pageFaults", force_thread_page_faults ? OrderedJson(*force_thread_page_faults) : OrderedJson()}});
   return {{"mode", nameOf(tick.mode)},    {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},

@@ -18,6 +18,7 @@ class CoreRig {
   CoreRig() {
     handle.sequence = 1;
     handle.position_m_in_world = wall.inFrontOfWall(0.02);
+    directive.engage_inside = true;
   }
 
   /// One period later. Measurements that are `fresh` are as old as that.
@@ -25,7 +26,7 @@ class CoreRig {
     now_ns += kPeriod_ns;
     if (handle_fresh) handle.time_ns = now_ns;
     if (scene_fresh) wall.scene.frame_time_ns = now_ns;
-    return core.step({now_ns, kPeriod_s, wall.scene, handle, directive});
+    return core.step({now_ns, kPeriod_s, wall.scene, handle, directive, overran});
   }
   rt::Tick steps(int count) {
     rt::Tick tick;
@@ -44,6 +45,7 @@ class CoreRig {
   rt::Directive directive;
   bool handle_fresh = true;
   bool scene_fresh = true;
+  bool overran = false;
   std::int64_t now_ns = 5'000'000'000;
 };
 

@@ -72,7 +72,7 @@ TEST(HapticCoreForce, RampsAnewAfterEachInterruption) {
 TEST(HapticCoreForce, GoesToZeroAtTheSlewLimitWhenAnInputIsSpoiled) {
   CoreRig rig;
   const Vec3 full = rig.engageFully().command_force_n_in_world;
-  rig.handle.sequence = 0;
+  rig.wall.scene.frame = 0;
   const double step_n = rig.directive.parameters.safety.max_slew_n_per_s * kPeriod_s;
   const int ticks_to_zero = static_cast<int>(std::ceil(norm(full) / step_n));
   ASSERT_GE(ticks_to_zero, 3);
@@ -80,6 +80,53 @@ TEST(HapticCoreForce, GoesToZeroAtTheSlewLimitWhenAnInputIsSpoiled) {
     EXPECT_NEAR(norm(rig.step().command_force_n_in_world), norm(full) - tick * step_n, kRounding);
   }
   EXPECT_EQ(rig.step().command_force_n_in_world, Vec3{});
+}
+
+TEST(HapticCoreForce, IsZeroThreeTicksAfterTheHandleIsNotToBeTrusted) {
+  CoreRig rig;
+  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  rig.handle_fresh = false;
+  rig.handle.time_ns = rig.now_ns - 11 * kPeriod_ns;
+  for (int tick = 1; tick <= 3; ++tick) {
+    const rt::Tick out = rig.step();
+    EXPECT_TRUE(out.released);
+    EXPECT_NEAR(norm(out.command_force_n_in_world), norm(full) * (3 - tick) / 3, kRounding);
+  }
+  EXPECT_EQ(rig.step().command_force_n_in_world, Vec3{});
+}
+
+TEST(HapticCoreForce, GoesDownEvenlyOnStaleDepth) {
+  CoreRig rig;
+  const Vec3 full = rig.engageFully().command_force_n_in_world;
+  rig.scene_fresh = false;
+  rig.wall.scene.frame_time_ns = rig.now_ns - 501 * kPeriod_ns;
+  const int ticks = static_cast<int>(std::llround(rig.directive.parameters.safety.depth_ramp_s / kPeriod_s));
+  for (int tick = 1; tick <= ticks; ++tick) {
+    const double expected_n = norm(full) * (ticks - tick) / ticks;
+    ASSERT_NEAR(norm(rig.step().command_force_n_in_world), expected_n, 1000 * kRounding);
+  }
+  EXPECT_EQ(rig.steps(2).command_force_n_in_world, Vec3{});
+}
+
+TEST(HapticCoreForce, IsScaledToTheHand) {
+  CoreRig rig;
+  rig.directive.parameters.handle.force_scale = 0.5;
+  const rt::Tick out = rig.engageFully();
+  EXPECT_LT(norm(out.command_force_n_in_world - 0.5 * out.blended_force_n_in_world), kRounding);
+}
+
+// (b + B) / (T / 2 + t_d) with b = 4 N s/m, t_d = 19.5 ms: 200 N/m of 500.
+TEST(HapticCoreForce, IsReducedToWhatTheHandlesDelayAllows) {
+  CoreRig rig;
+  rig.handle.delay_s = 0.0195;
+  const rt::Tick out = rig.engageFully();
+  EXPECT_NEAR(out.stiffness_limit_n_per_m, 200, 1e-9);
+  EXPECT_NEAR(out.stiffness_gain, 0.4, kRounding);
+  EXPECT_LT(norm(out.command_force_n_in_world - 0.4 * out.blended_force_n_in_world), kRounding);
+  rig.directive.parameters.safety.stiffness_limit = rt::StiffnessLimit::warn;
+  const rt::Tick warned = rig.steps(4000);
+  EXPECT_EQ(warned.stiffness_gain, 1);
+  EXPECT_NEAR(warned.stiffness_limit_n_per_m, 200, 1e-9);
 }
 
 TEST(HapticCoreForce, IsHeldOutsideTheModelFor10MillisecondsAtMost) {
@@ -165,6 +212,7 @@ TEST(HapticCoreForce, IsFiniteLimitedAndSlewedWhateverHappens) {
     CoreRig rig;
     Chaos chaos(seed);
     Vec3 before;
+    double released_from_n = 0;
     for (int i = 0; i < 5'000; ++i) {
       chaos.stir(rig);
       const rt::Tick tick = rig.step();
@@ -173,8 +221,10 @@ TEST(HapticCoreForce, IsFiniteLimitedAndSlewedWhateverHappens) {
       const double largest_n = std::max(safety.max_force_n, norm(before));
       ASSERT_TRUE(isFinite(after));
       ASSERT_LE(norm(after), largest_n * (1 + kRounding));
-      ASSERT_LE(norm(after - before),
-                safety.max_slew_n_per_s * kPeriod_s * (1 + kRounding) + kRounding * largest_n);
+      if (!tick.released) released_from_n = norm(after);
+      const double step_n = tick.released ? released_from_n / rt::SafetyChain::kReleaseTicks
+                                          : safety.max_slew_n_per_s * kPeriod_s;
+      ASSERT_LE(norm(after - before), step_n * (1 + kRounding) + kRounding * largest_n);
       before = after;
       engaged += tick.mode == Mode::engaged ? 1 : 0;
       faulted += tick.mode == Mode::faulted ? 1 : 0;

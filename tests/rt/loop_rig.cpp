@@ -18,6 +18,7 @@ LoopRig::LoopRig(double rate_hz)
            {*scenes, handle_state, handle_command, focus, *control}) {
   directive.parameters.safety.depth_timeout_s = kNever_s;
   directive.parameters.safety.handle_timeout_s = kNever_s;
+  directive.engage_inside = true;
   send();
   moveHandle(wall.inFrontOfWall(0.02));
   publishScene(1);

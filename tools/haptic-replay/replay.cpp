@@ -19,6 +19,7 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
   settings_.live = settings_.effectiveLive();
   // The ramp is for a person's comfort; a replay begins engaged.
   settings_.live.safety.engage_ramp_s = 0;
+  settings_.live.safety.max_handle_speed_m_per_s = 0;  // samples may lie far apart
 }
 
 config::Result<void> Replay::takeFrame(std::size_t index) {
@@ -74,7 +75,11 @@ rt::Vec3 Replay::command(const HipSample& sample, std::int64_t time_ns, std::uin
   last_time_s_ = sample.time_s;
   scene_.frame_time_ns = source_.arrival_ns(frame_index_, time_ns);
   const rt::HandleState handle{sample.hip_m_in_world, {}, ++samples_, time_ns};
-  const rt::Directive directive{.generation = 1, .engage = true, .parameters = settings_.live};
+  const rt::Directive directive{.generation = 1,
+                                .engage = true,
+                                .engage_inside = true,
+                                .engage_request = 1,
+                                .parameters = settings_.live};
   const rt::Tick tick = core_.step({time_ns, period_s, scene_, handle, directive});
   points_used = tick.points_used;
   return tick.command_force_n_in_world;

@@ -29,6 +29,18 @@ ClientResult<Json> callOnce(const CommandOptions& options, bool may_change, cons
   return client->call(method, parameters);
 }
 
+/// Calls Engage or Disengage and prints the mode that follows.
+int showMode(const CommandOptions& options, const std::string& method, const Json& parameters) {
+  const auto reply = callOnce(options, true, method, parameters);
+  if (!reply) return report(reply.error(), options.json);
+  if (options.json) {
+    printJson(*reply);
+  } else {
+    fmt::print("{}\n", modeText(*reply));
+  }
+  return kOk;
+}
+
 int usageError(const std::string& text) {
   fmt::print(stderr, "hapticctl: {}\nRun 'hapticctl set --help' for more.\n", text);
   return kUsage;
@@ -184,16 +196,12 @@ int runSet(const CommandOptions& options, const std::vector<std::string>& texts)
   return kOk;
 }
 
-int runEngage(const CommandOptions& options, bool engaged) {
-  const std::string method = engaged ? "io.hapticd.Control.Engage" : "io.hapticd.Control.Disengage";
-  const auto reply = callOnce(options, true, method);
-  if (!reply) return report(reply.error(), options.json);
-  if (options.json) {
-    printJson(*reply);
-  } else {
-    fmt::print("{}\n", modeText(*reply));
-  }
-  return kOk;
+int runEngage(const CommandOptions& options, bool inside_surface) {
+  return showMode(options, "io.hapticd.Control.Engage", {{"insideSurface", inside_surface}});
+}
+
+int runDisengage(const CommandOptions& options) {
+  return showMode(options, "io.hapticd.Control.Disengage", Json::object());
 }
 
 }  // namespace hapticd::tools

@@ -24,6 +24,7 @@ int runParameterTable(const CommandOptions& options);
 int runGet(const CommandOptions& options, const std::vector<std::string>& names);
 /// `assignments`: "NAME=VALUE" each.
 int runSet(const CommandOptions& options, const std::vector<std::string>& assignments);
-int runEngage(const CommandOptions& options, bool engaged);
+int runEngage(const CommandOptions& options, bool inside_surface);
+int runDisengage(const CommandOptions& options);
 
 }  // namespace hapticd::tools

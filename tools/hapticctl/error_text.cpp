@@ -35,6 +35,14 @@ std::string replyText(const ClientError& error) {
            "\n'hapticctl params' lists the names";
   }
   if (name == "io.hapticd.Control.RestartRequired") return restartText(error.parameters);
+  if (name == "io.hapticd.Control.Refused") {
+    const std::string cause = textAt(error.parameters, "cause");
+    if (cause == "inside_surface") {
+      return "not engaged: something would be felt at once\n"
+             "take the handle out of the surface, or allow it: hapticctl engage --inside";
+    }
+    return "not engaged: " + cause;
+  }
   if (name == "io.hapticd.Control.NotApplied") {
     return "the force loop has not taken over the change in time; it will when it runs again\n"
            "'hapticctl status' shows what holds it up";

@@ -32,6 +32,7 @@ struct Arguments {
   WatchOptions watch;
   DoctorOptions doctor;
   std::string shell;
+  bool inside = false;
 };
 
 /// Where each subcommand leaves what is to be done.
@@ -76,8 +77,10 @@ void describe(CLI::App& app, Arguments& arguments, Run& run) {
       [&] { return runSet(arguments.options, arguments.assignments); })
       ->add_option("ASSIGNMENT", arguments.assignments, "New values, NAME=VALUE each")
       ->required();
-  add("engage", "Ask for force", [&] { return runEngage(arguments.options, true); });
-  add("disengage", "End all force, clear a fault", [&] { return runEngage(arguments.options, false); });
+  add("engage", "Ask for force", [&] {
+    return runEngage(arguments.options, arguments.inside);
+  })->add_flag("--inside", arguments.inside, "Also where something is felt at once");
+  add("disengage", "End all force, clear a fault", [&] { return runDisengage(arguments.options); });
   add("params", "Show the table of parameters", [&] { return runParameterTable(arguments.options); });
 
   CLI::App* doctor =

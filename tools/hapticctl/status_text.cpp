@@ -14,12 +14,19 @@ namespace hapticd::tools {
 namespace {
 
 std::string causeText(const std::string& cause) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> texts{{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> texts{{
       {"no_scene", "no depth frame has been modelled yet"},
       {"depth_stale", "the newest depth frame is too old"},
       {"handle_stale", "the handle has stopped measuring"},
       {"handle_invalid", "the handle's position is impossible"},
       {"force_not_finite", "the force law computed a number that is not finite"},
+      {"handle_too_fast", "the hand seems to move faster than safety.max_handle_speed_m_per_s"},
+      {"handle_clutched", "the clutch is held"},
+      {"handle_not_calibrated", "the handle is not calibrated yet"},
+      {"handle_replaced", "the handle was lost and came back; engage again when it is safe"},
+      {"outside_workspace", "the handle is outside safety.workspace_radius_m"},
+      {"inside_surface", "engaging was refused: something would be felt at once"},
+      {"overrun_burst", "too many ticks ended late"},
   }};
   const auto found = std::ranges::find(texts, cause, &std::pair<std::string_view, std::string_view>::first);
   if (found != texts.end()) return std::string(found->second);
@@ -123,12 +130,41 @@ std::string sceneText(const Json& status) {
                                {"depthStaleTicks", "with stale depth"}}));
 }
 
+/// Nothing for a handle without a measured connection.
+std::string linkText(const Json& status) {
+  const Json* link = fieldAt(status, "handle.link");
+  if (!link || link->is_null()) return "";
+  return row("link", countersText(status, "handle.link.",
+                                  {{"sent", "sent"},
+                                   {"received", "received"},
+                                   {"lost", "lost"},
+                                   {"duplicated", "twice"},
+                                   {"reordered", "late"},
+                                   {"rejected", "rejected"}})) +
+         row("round trip", latencyText(status, "handle.link.roundTrip"));
+}
+
+std::string safetyText(const Json& status) {
+  return row("safety", countersText(status, "loop.counters.",
+                                    {{"passivityTicks", "ticks damped for passivity"},
+                                     {"thermallyLimitedTicks", "warm"},
+                                     {"stiffnessLimitedTicks", "softened for delay"}}) +
+                           fmt::format(", stiffness limit {} N/m",
+                                       fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
+}
+
 std::string handleText(const Json& status) {
-  return row("handle", fmt::format("{}, {}", flagAt(status, "handle.present") ? "present" : "absent",
-                                   textAt(status, "handle.identity"))) +
+  return row("handle",
+             fmt::format("{}, {}{}", textAt(status, "handle.state"), textAt(status, "handle.identity"),
+                         flagAt(status, "handle.exertsForce") ? "" : ", exerts no force")) +
          row("",
-             countersText(status, "loop.counters.",
-                          {{"handleStaleTicks", "ticks stale"}, {"handleInvalidTicks", "ticks invalid"}}));
+             countersText(status, "handle.", {{"measurements", "measurements"}, {"rejected", "rejected"}}) +
+                 ", " +
+                 countersText(status, "loop.counters.",
+                              {{"handleStaleTicks", "ticks stale"},
+                               {"handleInvalidTicks", "ticks invalid"},
+                               {"releases", "releases"}})) +
+         linkText(status);
 }
 
 /// Nothing for a box without LEDs, or a daemon that knows none.
@@ -182,7 +218,9 @@ std::vector<std::string> complaints(const Json& status) {
   if (const std::string state = textAt(status, "camera.state"); state != "streaming") {
     add(withDetail("camera " + state, "camera.detail"));
   }
-  if (!flagAt(status, "handle.present")) add(withDetail("handle absent", "handle.detail"));
+  if (const std::string state = textAt(status, "handle.state"); state != "present") {
+    add(withDetail("handle " + state, "handle.detail"));
+  }
   for (const Json& warning : listAt(status, "warnings")) add(valueText(warning));
   return lines;
 }
@@ -191,8 +229,8 @@ std::string statusText(const Json& status) {
   std::string text;
   for (const std::string& line : complaints(status)) text += "! " + line + "\n";
   text += row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
-  text += loopText(status) + lawText(status) + forceText(status) + cameraText(status) + sceneText(status) +
-          handleText(status) + ledsText(status);
+  text += loopText(status) + lawText(status) + forceText(status) + safetyText(status) + cameraText(status) +
+          sceneText(status) + handleText(status) + ledsText(status);
   text += row("trace", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
   return text;
 }

@@ -12,8 +12,11 @@ OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::Po
       storage_(builder_.shape(), builder_.pointCapacity()),
       core_(builder_.pointCapacity()) {
   storage_.attachTo(scene_);
-  directive_ = {.generation = 1, .engage = true, .parameters = {}};
-  directive_.parameters.safety.engage_ramp_s = 0;  // for a person's comfort only
+  directive_ = {
+      .generation = 1, .engage = true, .engage_inside = true, .engage_request = 1, .parameters = {}};
+  rt::SafetyParameters& safety = directive_.parameters.safety;
+  safety.engage_ramp_s = 0;             // for a person's comfort only
+  safety.max_handle_speed_m_per_s = 0;  // positions come from the caller, who may jump
 }
 
 void OfflineBox::show(const rt::DepthFrame& frame) noexcept {

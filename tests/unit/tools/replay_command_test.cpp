@@ -125,6 +125,7 @@ TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTi
   recording.writeIndex();
   config::Settings settings = papersLaw();
   settings.live.safety.depth_timeout_s = 0.3;
+  settings.live.safety.depth_ramp_s = 0.01;
   settings.live.safety.max_slew_n_per_s = 50;
   open(settings, recording.path());
 

@@ -240,6 +240,40 @@ TEST_F(ControlServiceTest, EngagesAndDisengages) {
   EXPECT_EQ(idle, askControl("io.hapticd.Control.Disengage"));
 }
 
+TEST_F(ControlServiceTest, TellsWhyEngagingWasRefusedAndTakesOrdersToEngageAnyway) {
+  BoxStatus inside;
+  inside.loop.tick.points_used = 20;
+  box.setStatus(inside);
+  start();
+  const json refused = {{"error", "io.hapticd.Control.Refused"},
+                        {"parameters", {{"cause", "inside_surface"}}}};
+  EXPECT_EQ(refused, askControl("io.hapticd.Control.Engage"));
+  EXPECT_EQ(refused, askControl("io.hapticd.Control.Engage", R"({"insideSurface":false})"));
+  EXPECT_EQ("engaged",
+            askControl("io.hapticd.Control.Engage", R"({"insideSurface":true})")["parameters"]["mode"]);
+  EXPECT_EQ("insideSurface",
+            askControl("io.hapticd.Control.Engage", R"({"insideSurface":1})")["parameters"]["parameter"]);
+}
+
+TEST_F(ControlServiceTest, ShowsTheNewestTransitionsOldestFirst) {
+  BoxStatus status;
+  status.loop.transition_count = 18;
+  for (std::uint64_t n = 3; n <= 18; ++n) {
+    status.loop.transitions[n % rt::kTransitionsKept] = {n, 1000 + std::int64_t(n), rt::Mode::engaged,
+                                                         rt::Mode::holding, rt::Cause::depth_stale};
+  }
+  status.loop.transitions_by_cause[3] = 17;
+  box.setStatus(status);
+  start();
+  const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["loop"]["transitions"];
+  EXPECT_EQ(18, shown["count"]);
+  EXPECT_EQ(17, shown["byCause"]["depth_stale"]);
+  ASSERT_EQ(16U, shown["newest"].size());
+  EXPECT_EQ(R"({"number":3,"timeNs":1003,"from":"engaged","to":"holding","cause":"depth_stale"})"_json,
+            shown["newest"].front());
+  EXPECT_EQ(18, shown["newest"].back()["number"]);
+}
+
 TEST_F(ControlServiceTest, ShowsEveryParameterAsTheTableHasIt) {
   start();
   const json rows = askStatus("io.hapticd.Status.GetParameters")["parameters"]["parameters"];
@@ -275,7 +309,7 @@ TEST_F(ControlServiceTest, NamesTheNearestParametersForAnUnknownOne) {
 
 TEST_F(ControlServiceTest, ShowsEveryCounter) {
   BoxStatus status;
-  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111};
+  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
   status.loop.directive_generation = 112;
   status.trace_ticks_dropped = 113;
   status.force_thread_page_faults = 131;
@@ -288,7 +322,8 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
   EXPECT_EQ(R"({"ticks":101,"overruns":102,"skippedPeriods":103,"contactTicks":104,"outsideModelTicks":105,
                 "slewLimitedTicks":106,"magnitudeClampedTicks":107,"notFiniteTicks":108,"depthStaleTicks":109,
-                "handleStaleTicks":110,"handleInvalidTicks":111})"_json,
+                "handleStaleTicks":110,"handleInvalidTicks":111,"passivityTicks":132,
+                "thermallyLimitedTicks":133,"stiffnessLimitedTicks":134,"releases":135})"_json,
             shown["loop"]["counters"]);
   EXPECT_EQ(112, shown["loop"]["directiveGeneration"]);
   EXPECT_EQ(113, shown["loop"]["traceTicksDropped"]);
@@ -309,9 +344,21 @@ TEST_F(ControlServiceTest, NamesEveryModeAndCause) {
   start();
   BoxStatus status;
   const char* modes[] = {"starting", "idle", "engaged", "holding", "faulted"};
-  const char* causes[] = {"none",         "requested",      "no_scene",        "depth_stale",
-                          "handle_stale", "handle_invalid", "force_not_finite"};
-  for (std::uint8_t i = 0; i < 7; ++i) {
+  const char* causes[] = {"none",
+                          "requested",
+                          "no_scene",
+                          "depth_stale",
+                          "handle_stale",
+                          "handle_invalid",
+                          "force_not_finite",
+                          "handle_too_fast",
+                          "handle_clutched",
+                          "handle_not_calibrated",
+                          "handle_replaced",
+                          "outside_workspace",
+                          "inside_surface",
+                          "overrun_burst"};
+  for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
     status.loop.tick.mode = rt::Mode(i % 5);
     status.loop.tick.cause = rt::Cause(i);
     box.setStatus(status);

@@ -32,9 +32,11 @@ std::uint64_t FakeBox::apply(const config::Settings& settings) {
   return newGeneration();
 }
 
-std::uint64_t FakeBox::engage(bool engaged) {
+std::uint64_t FakeBox::engage(bool engaged, bool inside) {
   const std::lock_guard lock(mutex_);
-  status_.loop.tick.mode = engaged ? rt::Mode::engaged : rt::Mode::idle;
+  const bool refused = engaged && !inside && status_.loop.tick.points_used > 0;
+  status_.loop.tick.mode = engaged && !refused ? rt::Mode::engaged : rt::Mode::idle;
+  status_.loop.tick.cause = refused ? rt::Cause::inside_surface : rt::Cause::requested;
   return newGeneration();
 }
 

@@ -57,7 +57,7 @@ BoxStatus troubledStatus() {
   status.loop.tick.command_force_n_in_world = {3, 0, 4};
   status.loop.tick.hip_m_in_world = {0.1, -0.02, -0.8};
   status.loop.tick.points_used = 57;
-  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111};
+  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
   status.trace_ticks_dropped = 113;
   status.force_thread_page_faults = 131;
   status.rate_hz = 999.95;
@@ -89,8 +89,10 @@ TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
   for (const char* part :
        {"101 ticks, 102 overruns, 103 skipped periods, 131 page faults\n",
         "104 ticks in contact, 106 slew limited, 107 clamped, 108 not finite\n",
-        "105 ticks outside the model, 109 with stale depth\n", "110 ticks stale, 111 ticks invalid\n",
-        "113 ticks dropped\n", "114 frames, 115 damaged\n",
+        "105 ticks outside the model, 109 with stale depth\n",
+        "110 ticks stale, 111 ticks invalid, 135 releases\n",
+        "132 ticks damped for passivity, 133 warm, 134 softened for delay", "113 ticks dropped\n",
+        "114 frames, 115 damaged\n",
         "116 frames, 121 skipped, 117 models, 118 of them remodelled, 120 points over capacity\n",
         "29.5 frames per second, 119 points, modelled in 122.0 us",
         "p50 3.1 us, p99 8.0 us, p99.9 12.0 us, max 4.56 ms", "5.000 N (3.000, 0.000, 4.000)",
@@ -230,6 +232,18 @@ TEST_F(HapticctlTest, AsJsonAnErrorReplyIsJsonOnStderr) {
   const json document = json::parse(result.errors);
   EXPECT_EQ("io.hapticd.Control.InvalidValue", document["error"]);
   EXPECT_EQ("force.radius_m", document["parameters"]["problems"][0]["parameter"]);
+}
+
+TEST_F(HapticctlTest, EngageSaysWhyItWasRefusedAndHowToDoItAnyway) {
+  BoxStatus inside;
+  inside.loop.tick.points_used = 20;
+  box.setStatus(inside);
+  start();
+  const ProcessResult refused = run({"engage"});
+  expectFailure(refused, 1);
+  EXPECT_TRUE(contains(refused.errors, "something would be felt at once"));
+  EXPECT_TRUE(contains(refused.errors, "hapticctl engage --inside"));
+  EXPECT_EQ("engaged\n", run({"engage", "--inside"}).output);
 }
 
 TEST_F(HapticctlTest, EngageAndDisengageShowTheMode) {

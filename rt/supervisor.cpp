@@ -1,0 +1,149 @@
+#include "rt/supervisor.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+namespace hapticd::rt {
+namespace {
+
+/// A device's clock and this one's may disagree by that much motion when several measurements come at once.
+constexpr double kLeap_m = 0.01;
+/// A handle that leapt is not trusted for that long.
+constexpr std::int64_t kDistrust_ns = 100'000'000;
+/// That many late ticks of the last 64 are a burst.
+constexpr int kOverrunBurst = 5;
+/// After a burst the loop has to keep its time that long.
+constexpr std::int64_t kOverrunPause_ns = 1'000'000'000;
+
+bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept {
+  return static_cast<double>(now_ns - time_ns) > limit_s * 1e9;
+}
+
+Cause conditionOf(const HandleState& handle) noexcept {
+  switch (handle.condition) {
+    case HandleCondition::ready:
+      return Cause::none;
+    case HandleCondition::clutched:
+      return Cause::handle_clutched;
+    case HandleCondition::not_calibrated:
+      break;
+  }
+  return Cause::handle_not_calibrated;
+}
+
+}  // namespace
+
+/// Whether the hand leapt since the measurement before, of the same session.
+bool Supervisor::isTooFast(const Input& input) HAPTICD_RT {
+  const HandleState& now = input.handle;
+  const HandleState before = last_handle_;
+  if (now.sequence == before.sequence) return input.now_ns < too_fast_until_ns_;
+  last_handle_ = now;
+  const SafetyParameters& limits = input.directive.parameters.safety;
+  const bool comparable = limits.max_handle_speed_m_per_s > 0 && before.sequence != 0 &&
+                          before.session == now.session && before.condition == HandleCondition::ready &&
+                          now.condition == HandleCondition::ready && inWorkspace(before.position_m_in_world);
+  if (comparable) {
+    const double way_m = norm(now.position_m_in_world - before.position_m_in_world) /
+                         input.directive.parameters.handle.motion_scale;
+    const double time_s = std::max(static_cast<double>(now.time_ns - before.time_ns) * 1e-9, 0.0);
+    if (way_m > limits.max_handle_speed_m_per_s * time_s + kLeap_m) {
+      too_fast_until_ns_ = input.now_ns + kDistrust_ns;
+    }
+  }
+  return input.now_ns < too_fast_until_ns_;
+}
+
+/// What is wrong with the handle's measurements, or `none`.
+Cause Supervisor::handleTrouble(const Input& input) HAPTICD_RT {
+  const HandleState& handle = input.handle;
+  if (handle.sequence == 0 ||
+      isOlder(handle.time_ns, input.now_ns, input.directive.parameters.safety.handle_timeout_s)) {
+    return Cause::handle_stale;
+  }
+  if (!inWorkspace(handle.position_m_in_world) || !isFinite(handle.velocity_m_per_s_in_world)) {
+    last_handle_ = {};
+    return Cause::handle_invalid;
+  }
+  return isTooFast(input) ? Cause::handle_too_fast : Cause::none;
+}
+
+bool Supervisor::isOverrunning(const Input& input) HAPTICD_RT {
+  overruns_ = overruns_ << 1U | (input.overran ? 1U : 0U);
+  if (std::popcount(overruns_) >= kOverrunBurst) overrunning_until_ns_ = input.now_ns + kOverrunPause_ns;
+  return input.now_ns < overrunning_until_ns_;
+}
+
+Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
+  const bool overrunning = isOverrunning(input);
+  if (input.handle.sequence != 0 && input.handle.session != session_) {
+    session_changed_ = session_ != 0;
+    session_ = input.handle.session;
+  }
+  const Cause trouble = handleTrouble(input);
+  if (trouble != Cause::none) return {trouble, false, true};
+  const SafetyParameters& limits = input.directive.parameters.safety;
+  if (const Cause condition = conditionOf(input.handle); condition != Cause::none) return {condition, false};
+  if (input.scene.frame == 0) return {Cause::no_scene, false};
+  if (norm(input.handle.position_m_in_world) > limits.workspace_radius_m) {
+    return {Cause::outside_workspace};
+  }
+  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return {Cause::depth_stale};
+  if (overrunning) return {Cause::overrun_burst};
+  return {};
+}
+
+void Supervisor::refuse(Cause cause) HAPTICD_RT {
+  refused_ = true;
+  mode_ = Mode::idle;
+  cause_ = cause;
+}
+
+void Supervisor::engageOrRefuse(const Input& input, bool felt) HAPTICD_RT {
+  if (!accepted_ && felt && !input.directive.engage_inside) {
+    refuse(Cause::inside_surface);
+    return;
+  }
+  accepted_ = true;
+  mode_ = Mode::engaged;
+  cause_ = Cause::requested;
+}
+
+void Supervisor::decide(const Input& input, const Obstacle& obstacle, bool felt) HAPTICD_RT {
+  const Directive& directive = input.directive;
+  const bool replaced = std::exchange(session_changed_, false);
+  if (!directive.engage || directive.engage_request != request_) {
+    request_ = directive.engage_request;
+    accepted_ = false;
+    refused_ = false;
+  }
+  if (!directive.engage) {  // also what clears a fault
+    if (mode_ != Mode::idle) cause_ = mode_ == Mode::starting ? Cause::none : Cause::requested;
+    mode_ = Mode::idle;
+  } else if (mode_ != Mode::faulted && !refused_) {
+    if (replaced && accepted_) {
+      refuse(Cause::handle_replaced);
+    } else if (obstacle.cause != Cause::none) {
+      mode_ = Mode::holding;
+      cause_ = obstacle.cause;
+    } else {
+      engageOrRefuse(input, felt);
+    }
+  }
+  moveGain(input, obstacle);
+}
+
+void Supervisor::moveGain(const Input& input, const Obstacle& obstacle) HAPTICD_RT {
+  const SafetyParameters& limits = input.directive.parameters.safety;
+  if (mode_ == Mode::engaged) {
+    gain_ = std::min(1.0, gain_ + input.period_s / limits.engage_ramp_s);
+  } else if (mode_ == Mode::holding && obstacle.feels) {
+    gain_ = std::max(0.0, gain_ - input.period_s / limits.depth_ramp_s);
+  } else {
+    gain_ = 0;
+  }
+}
+
+}  // namespace hapticd::rt

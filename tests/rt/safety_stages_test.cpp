@@ -1,0 +1,303 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "rt/low_pass.h"
+#include "rt/passivity.h"
+#include "rt/safety_chain.h"
+#include "rt/stiffness_limit.h"
+#include "rt/thermal_limit.h"
+
+// Each stage of the safety chain by itself; safety_chain_test.cpp has them together.
+namespace hapticd::test {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kPeriod_s = 0.001;
+
+// ---- low-pass
+
+/// Gain of y += a (x - y) at the frequency f: a / |1 - (1 - a) e^(-i 2 pi f T)|.
+double theoreticalGain(double cutoff_hz, double frequency_hz) {
+  const double a = 1 - std::exp(-2 * std::numbers::pi * cutoff_hz * kPeriod_s);
+  const double angle = 2 * std::numbers::pi * frequency_hz * kPeriod_s;
+  return a / std::hypot(1 - (1 - a) * std::cos(angle), (1 - a) * std::sin(angle));
+}
+
+TEST(LowPass, HasTheGainOfItsTransferFunction) {
+  for (const double frequency_hz : {5.0, 50.0, 200.0}) {
+    rt::LowPass filter;
+    double largest = 0;
+    for (int tick = 0; tick < 4000; ++tick) {
+      const double x = std::sin(2 * std::numbers::pi * frequency_hz * tick * kPeriod_s + 0.3);
+      const Vec3 y = filter.apply({0, x, 0}, 50, kPeriod_s);
+      if (tick > 2000) largest = std::max(largest, std::abs(y.y));
+    }
+    // the largest of 2000 samples of a sine is within 2e-3 of its amplitude unless f divides the rate
+    EXPECT_NEAR(largest, theoreticalGain(50, frequency_hz), 0.06 * theoreticalGain(50, frequency_hz));
+  }
+}
+
+TEST(LowPass, PassesEverythingOnWhenItIsOffAndStartsFromThereWhenItIsSwitchedOn) {
+  rt::LowPass filter;
+  EXPECT_EQ(filter.apply({1, 2, 3}, 0, kPeriod_s), (Vec3{1, 2, 3}));
+  EXPECT_EQ(filter.apply({1, 2, 3}, 10, kPeriod_s), (Vec3{1, 2, 3}));
+}
+
+// ---- thermal limit
+
+TEST(ThermalLimit, AllowsThePeakFromColdForAsLongAsTheModelSays) {
+  rt::ThermalLimit thermal;
+  int ticks = 0;
+  while (thermal.limit_n(4, 1) == 4) {
+    thermal.heat(4, 10, kPeriod_s);
+    ++ticks;
+  }
+  // h = 16 (1 - e^(-t/10)) reaches 0.9
+  EXPECT_NEAR(ticks * kPeriod_s, -10 * std::log(1 - 0.9 / 16), kPeriod_s);
+}
+
+TEST(ThermalLimit, NeverLetsTheMeanSquareRiseAboveTheContinuousForceWhateverIsAskedFor) {
+  for (const double wanted_n : {0.5, 1.5, 4.0, 40.0}) {
+    rt::ThermalLimit thermal;
+    double last_n = 0;
+    for (int tick = 0; tick < 200'000; ++tick) {
+      last_n = std::min(wanted_n, thermal.limit_n(4, 1.5));
+      thermal.heat(last_n, 2, kPeriod_s);
+      ASSERT_LE(thermal.heat_n2(), 1.5 * 1.5 * (1 + 1e-12));
+    }
+    EXPECT_NEAR(last_n, std::min(wanted_n, 1.5), 1e-6) << "what it bears for ever remains";
+  }
+}
+
+TEST(ThermalLimit, CoolsDownWithItsTimeConstant) {
+  rt::ThermalLimit thermal;
+  for (int tick = 0; tick < 100'000; ++tick) thermal.heat(1, 5, kPeriod_s);
+  for (int tick = 0; tick < 5'000; ++tick) thermal.heat(0, 5, kPeriod_s);
+  EXPECT_NEAR(thermal.heat_n2(), std::exp(-1), 1e-6);
+}
+
+// ---- stiffness limit
+
+/// Whether the sampled loop of a mass m with damping b against the spring K, force held over a period and n
+/// periods late, settles: x'' = -b x' - F, by the exact solution over each period.
+bool settles(double stiffness, double damping, double mass, int delay_ticks) {
+  const double decay = std::exp(-damping / mass * kPeriod_s);
+  double x = 0.001;
+  double v = 0;
+  std::array<double, 16> forces{};
+  double early = 0;
+  double late = 0;
+  for (int tick = 0; tick < 400'000; ++tick) {
+    forces[static_cast<std::size_t>(tick % 16)] = -stiffness * x;
+    const double force = tick < delay_ticks ? 0 : forces[static_cast<std::size_t>((tick - delay_ticks) % 16)];
+    const double end_speed = force / damping;
+    x += end_speed * kPeriod_s + (v - end_speed) * mass / damping * (1 - decay);
+    v = end_speed + (v - end_speed) * decay;
+    if (!(std::abs(x) < 1e6)) return false;
+    double& largest = tick < 200'000 ? early : late;
+    if (tick % 200'000 > 150'000) largest = std::max(largest, std::abs(x));
+  }
+  return late <= early;
+}
+
+TEST(StiffnessLimit, IsWhereADelayedSpringStartsToOscillate) {
+  for (const int delay_ticks : {0, 1, 2, 5}) {
+    const double limit = rt::largestStableStiffness_n_per_m(0.5, 0, kPeriod_s, delay_ticks * kPeriod_s);
+    EXPECT_TRUE(settles(0.95 * limit, 0.5, 0.045, delay_ticks)) << delay_ticks;
+    EXPECT_FALSE(settles(1.05 * limit, 0.5, 0.045, delay_ticks)) << delay_ticks;
+  }
+}
+
+// ---- passivity
+
+/// A mass with damping, held by a hand (spring and damper to where it wants to be), against a wall at 0 below
+/// which a spring pushes. The device exerts the force of the tick before that `delay_ticks` tells.
+struct WallLoop {
+  double mass_kg = 0.045;
+  double damping = 0.05;
+  double hand_stiffness = 0;
+  double hand_damping = 0;
+  double stiffness = 100;
+  int delay_ticks = 0;
+  rt::SafetyParameters safety = [] {
+    rt::SafetyParameters parameters;
+    parameters.max_force_n = 1000;
+    parameters.max_slew_n_per_s = 1e9;
+    parameters.continuous_force_n = 1000;
+    return parameters;
+  }();
+
+  struct Result {
+    double late_swing_m = 0;  ///< largest way between two turning points in the last second
+    double given_j = 0;       ///< most energy that the box ever was ahead of the hand
+    double acted_share = 0;   ///< of ticks
+    double largest_force_n = 0;
+  };
+
+  /// `wanted`: where the hand wants the handle, by time.
+  template <typename Wanted>
+  Result run(double seconds, double x, double v, Wanted wanted) {
+    rt::SafetyChain chain;
+    Result result;
+    std::array<double, 16> commands{};
+    double energy_j = 0;
+    double low = 1e9;
+    double high = -1e9;
+    double before = x;
+    double exerted = 0;
+    int acted = 0;
+    const int ticks = static_cast<int>(seconds / kPeriod_s);
+    for (int tick = 0; tick < ticks; ++tick) {
+      const double spring = x < 0 ? -stiffness * x : 0;
+      energy_j += exerted * (x - before);
+      result.given_j = std::max(result.given_j, energy_j);
+      const rt::SafetyChain::Motion motion{{0, 0, x - before}, {0, 0, v}, 0, stiffness, damping, 0.5};
+      const rt::SafetyChain::Output out = chain.apply({0, 0, spring}, safety, kPeriod_s, motion);
+      before = x;
+      acted += out.passivity_acted ? 1 : 0;
+      commands[static_cast<std::size_t>(tick % 16)] = out.force_n_in_world.z;
+      exerted = tick < delay_ticks ? 0 : commands[static_cast<std::size_t>((tick - delay_ticks) % 16)];
+      result.largest_force_n = std::max(result.largest_force_n, std::abs(exerted));
+      for (int part = 0; part < 20; ++part) {  // the hand and the device have no sampling
+        const double dt = kPeriod_s / 20;
+        const double hand = hand_stiffness * (wanted(tick * kPeriod_s) - x) - hand_damping * v;
+        v += dt * (exerted + hand - damping * v) / mass_kg;
+        x += dt * v;
+      }
+      if (tick >= ticks - 1000) {
+        low = std::min(low, x);
+        high = std::max(high, x);
+      }
+    }
+    result.late_swing_m = high - low;
+    result.acted_share = static_cast<double>(acted) / ticks;
+    return result;
+  }
+};
+
+/// A weak grip: (0.05 + 1) / (T / 2), 2100 N/m, are stable.
+WallLoop weakGrip(double times) {
+  WallLoop loop;
+  loop.hand_stiffness = 100;
+  loop.hand_damping = 1;
+  loop.stiffness = times * 2100;
+  return loop;
+}
+
+/// No hand but a weight of 0.1 N that presses the handle on: 0.05 / (T / 2), 100 N/m, are stable.
+WallLoop releasedStylus(double times) {
+  WallLoop loop;
+  loop.hand_stiffness = 1;  // at 0.1 m
+  loop.stiffness = times * 100;
+  return loop;
+}
+
+void expectSettledByPassivityControl(WallLoop loop, double wanted_m) {
+  const auto pressing = [=](double) { return wanted_m; };
+  loop.safety.passivity_control = false;
+  const WallLoop::Result without = loop.run(20, 0, -0.05, pressing);
+  loop.safety.passivity_control = true;
+  const WallLoop::Result with = loop.run(20, 0, -0.05, pressing);
+  EXPECT_GT(without.late_swing_m, 0.002) << "oscillates";
+  EXPECT_LT(with.late_swing_m, 0.05 * without.late_swing_m);
+  EXPECT_LT(with.given_j, 0.05 * without.given_j);
+}
+
+TEST(Passivity, ThreeTimesOverTheStableLimitAReleasedStylusOscillatesWithoutItAndNotWithIt) {
+  expectSettledByPassivityControl(releasedStylus(3), -0.1);
+}
+
+TEST(Passivity, ThreeTimesOverTheStableLimitAWeakGripOscillatesWithoutItAndNotWithIt) {
+  expectSettledByPassivityControl(weakGrip(3), -0.02);
+}
+
+// b > K T / 2 of the device alone: the hand takes from it all that it was given. Taps of 1 cm, once a second.
+TEST(Passivity, ActsOnLessThanOnePercentOfTicksOnPassiveCases) {
+  const auto tapping = [](double t) { return 0.01 * std::cos(2 * std::numbers::pi * t); };
+  for (const double times : {0.1, 0.5, 0.95}) {
+    WallLoop loop = weakGrip(1);
+    loop.damping = 0.3;
+    loop.stiffness = times * 2 * loop.damping / kPeriod_s;
+    const WallLoop::Result result = loop.run(20, 0.01, 0, tapping);
+    EXPECT_LT(result.acted_share, 0.01) << times;
+    EXPECT_GT(result.largest_force_n, 0.2) << "there was contact";
+  }
+}
+
+rt::Passivity::Input still(double force_n) {
+  return {{0, 0, force_n}, {0, 0, force_n}, {}, {}, 0, 500, 0, 0.5, kPeriod_s};
+}
+
+// A surface that rises by 1 mm per tick under 2 N: 2 mJ are credited per tick at most, 1 mJ at 0.5 m/s.
+TEST(Passivity, LetsAMovingSurfaceLiftTheHandNoFasterThanItMayMove) {
+  const rt::SafetyParameters parameters;
+  for (const double lift_m_per_s : {0.4, 0.8}) {
+    rt::Passivity passivity;
+    int acted = 0;
+    for (int tick = 0; tick < 100; ++tick) {
+      rt::Passivity::Input input = still(2);
+      input.motion_m = {0, 0, lift_m_per_s * kPeriod_s};
+      input.velocity_m_per_s = {0, 0, lift_m_per_s};
+      input.surface_work_j = 2 * lift_m_per_s * kPeriod_s;
+      acted += passivity.apply(input, parameters).acted ? 1 : 0;
+    }
+    if (lift_m_per_s < 0.5) {
+      EXPECT_EQ(acted, 0);
+    } else {
+      EXPECT_GT(acted, 90);
+    }
+  }
+}
+
+TEST(Passivity, TakesAtOnceWhatASinkingSurfaceTakes) {
+  rt::Passivity passivity;
+  rt::Passivity::Input input = still(2);
+  input.motion_m = {0, 0, -0.001};
+  passivity.apply(input, {});
+  EXPECT_NEAR(passivity.energy_j(), 0.002, 1e-15);
+  input = still(2);
+  input.surface_work_j = -0.0015;
+  passivity.apply(input, {});
+  EXPECT_NEAR(passivity.energy_j(), 0.0005, 1e-15);
+}
+
+TEST(Passivity, DampsByNoMoreThanItMayAndAgainstTheMotionOnly) {
+  rt::Passivity passivity;
+  rt::SafetyParameters parameters;
+  rt::Passivity::Input input = still(2);
+  input.motion_m = {0, 0, 0.01};
+  input.velocity_m_per_s = {0.03, 0, 0.1};
+  const rt::Passivity::Output out = passivity.apply(input, parameters);
+  EXPECT_TRUE(out.acted);
+  EXPECT_NEAR(norm(out.force_n - Vec3{-0.15, 0, 2 - 0.5}), 0, 1e-15);
+  parameters.passivity_max_damping_n_s_per_m = 0;
+  EXPECT_FALSE(passivity.apply(input, parameters).acted);
+}
+
+TEST(Passivity, ForgetsEverythingOnceThereIsNoForce) {
+  rt::Passivity passivity;
+  rt::Passivity::Input input = still(2);
+  input.motion_m = {0, 0, 0.01};
+  passivity.apply(input, {});
+  EXPECT_LT(passivity.energy_j(), 0);
+  passivity.apply(still(0), {});
+  EXPECT_EQ(passivity.energy_j(), 0);
+}
+
+TEST(Passivity, KeepsNoMoreThanFourTimesTheEnergyOfASpringUnderTheForce) {
+  rt::Passivity passivity;
+  for (int tick = 0; tick < 1000; ++tick) {
+    rt::Passivity::Input input = still(2);
+    input.motion_m = {0, 0, -0.001};
+    passivity.apply(input, {});
+  }
+  EXPECT_NEAR(passivity.energy_j(), 4 * 2.0 * 2.0 / (2 * 500), 1e-12);
+}
+
+}  // namespace
+}  // namespace hapticd::test
