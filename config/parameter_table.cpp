@@ -77,6 +77,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.safety.engage_ramp_s)>(
         "safety.engage_ramp_s", kLive, "s", {0.01, 10}, "",
         "time over which the force comes in after engaging"),
+    row<HAPTICD_MEMBER(live.safety.engage_inside)>(
+        "safety.engage_inside", kLive, "", {}, "",
+        "engage also where something is felt at once, without being asked for it each time"),
     row<HAPTICD_MEMBER(live.safety.depth_timeout_s)>(
         "safety.depth_timeout_s", kLive, "s", {0.05, 5}, "",
         "depth older than this is stale: the force goes to zero"),
@@ -377,6 +380,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(control.engage_at_start)>(
         "control.engage_at_start", kRestart, "", {}, "",
         "engage as soon as the loop runs, without waiting for a command"),
+    row<HAPTICD_MEMBER(control.allow_fault_injection)>(
+        "control.allow_fault_injection", kRestart, "", {}, "",
+        "let hapticd --inject make up faults, for tests of a box that nobody holds"),
 });
 // clang-format on
 

@@ -119,6 +119,7 @@ struct ControlSettings {
   std::string status_socket = "/run/hapticd/io.hapticd.Status";
   std::string control_socket = "/run/hapticd/io.hapticd.Control";
   bool engage_at_start = false;
+  bool allow_fault_injection = false;
 };
 
 /// Everything that can be configured. The parameter table (parameter_table.h) names each member, its unit,

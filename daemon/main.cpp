@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/yaml_loader.h"
@@ -61,11 +63,26 @@ void catchSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-int serve(const config::Settings& settings, ConfigurationSource source) {
+int serve(const config::Settings& settings, ConfigurationSource source,
+          std::unique_ptr<FaultInjector> faults) {
   catchSignals();  // before there is a socket file that one could leave behind
-  Service service(settings, std::move(source));
+  Service service(settings, std::move(source), std::move(faults));
   const SteeredBySignals steered(service);
   return service.run();
+}
+
+/// Null where no script is given.
+config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
+                                                           const config::Settings& settings) {
+  if (script.empty()) return nullptr;
+  if (!settings.control.allow_fault_injection) {
+    return std::unexpected(
+        config::Error{"--inject", "faults may not be injected into this box",
+                      "set control.allow_fault_injection to true where nobody holds the handle"});
+  }
+  auto faults = readFaultScript(script);
+  if (!faults) return std::unexpected(faults.error());
+  return std::make_unique<FaultInjector>(std::move(*faults));
 }
 
 int run(int argc, char** argv) {
@@ -75,6 +92,7 @@ int run(int argc, char** argv) {
       "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable, 71 a thread cannot be\n"
       "started, 78 configuration.");
   std::string file;
+  std::string script;
   std::vector<std::string> overrides;
   bool check_only = false;
   app.add_option("-c,--config", file, "configuration file (YAML)")->required()->type_name("FILE");
@@ -82,6 +100,10 @@ int run(int argc, char** argv) {
       ->type_name("NAME=VALUE")
       ->take_all()
       ->allow_extra_args(false);
+  app.add_option("--inject", script,
+                 "make up the faults of a script, lines of BEGIN_S DURATION_S FAULT; needs "
+                 "control.allow_fault_injection")
+      ->type_name("FILE");
   app.add_flag("--check", check_only, "check the configuration and end");
   app.set_version_flag("--version", std::string("hapticd ") + HAPTICD_VERSION);
   try {
@@ -97,11 +119,16 @@ int run(int argc, char** argv) {
     }
     return EX_CONFIG;
   }
+  auto faults = injectorFor(script, *settings);
+  if (!faults) {
+    writeToJournal({JournalEntry::Priority::error, faults.error().text()});
+    return EX_CONFIG;
+  }
   if (check_only) {
     fmt::print("{}: no problem found\n", file);
     return EX_OK;
   }
-  return serve(*settings, {file, overrides});
+  return serve(*settings, {file, overrides}, std::move(*faults));
 }
 
 }  // namespace

@@ -38,8 +38,9 @@ LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
 
 }  // namespace
 
-RunningBox::RunningBox(const config::Settings& settings)
+RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultInjector> faults)
     : settings_(settings),
+      faults_(std::move(faults)),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
       scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
@@ -47,6 +48,10 @@ RunningBox::RunningBox(const config::Settings& settings)
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle, settings.live.handle)),
       leds_(drivers::makeLedPanel(settings.leds)) {
+  if (faults_) {
+    camera_ = faults_->around(std::move(camera_));
+    handle_ = faults_->around(std::move(handle_));
+  }
   directive_.engage = settings.control.engage_at_start;
   decideLaw();
 }
@@ -57,6 +62,7 @@ RunningBox::~RunningBox() {
 
 std::expected<void, RunningBox::StartFailure> RunningBox::start() {
   start_ns_ = rt::monotonicNow_ns();
+  if (faults_) faults_->start();
   sendDirective();
   if (auto started = leds_->start(); !started) return failure(started, true);
   showLeds();
@@ -73,7 +79,8 @@ config::Result<void> RunningBox::startForceThread() {
   if (loop_parameters.cpu < 0) loop_parameters.cpu = lastIsolatedCpu();
   loop_ = std::make_unique<rt::ForceLoop>(
       loop_parameters, scene_thread_.pointCapacity(),
-      rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_});
+      rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_,
+                            faults_ ? &stall_ns_ : nullptr});
   idle_latency_.emplace();
   // Memory is locked before the thread exists, so that its stack is locked too.
   const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
@@ -195,6 +202,8 @@ const rt::LoopState& RunningBox::loopState() {
 }
 
 void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick) {
+  injectFaults();
+  if (faults_ && faults_->isOn(Fault::channel_overflow)) return;
   rt::Tick tick;
   // bounded: the loop may push while this pops
   for (std::size_t i = 0; i < rt::kTickRingCapacity && control_->ticks.pop(tick); ++i) {
@@ -203,6 +212,12 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
   adaptToDistance();
   sampleRate();
   showLeds();
+}
+
+void RunningBox::injectFaults() {
+  if (!faults_) return;
+  constexpr std::int64_t kStall_ns = 3'000'000;
+  stall_ns_.store(faults_->isOn(Fault::late_ticks) ? kStall_ns : 0, std::memory_order_relaxed);
 }
 
 void RunningBox::showLeds() {
@@ -265,6 +280,7 @@ BoxStatus RunningBox::status() {
 
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   std::vector<std::string> list = notices_;
+  if (faults_) list.push_back(faults_->notice());
   const bool looking = status.camera.state == drivers::CameraState::absent && status.camera.detail.empty();
   if (status.camera.state != drivers::CameraState::streaming && !looking) {
     list.push_back(fmt::format("camera {}: {}", nameOf(status.camera.state), status.camera.detail));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <expected>
 #include <functional>
@@ -15,6 +16,7 @@
 #include "config/settings.h"
 #include "daemon/box.h"
 #include "daemon/indicators.h"
+#include "daemon/injection/fault_injector.h"
 #include "daemon/scene_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
@@ -29,7 +31,8 @@ namespace hapticd::daemon {
 /// Thread: all public functions from the control thread.
 class RunningBox final : public Box {
  public:
-  explicit RunningBox(const config::Settings& settings);
+  /// `faults`: to be made up; null: none.
+  explicit RunningBox(const config::Settings& settings, std::unique_ptr<FaultInjector> faults = nullptr);
   /// Like stop().
   ~RunningBox() override;
 
@@ -66,6 +69,7 @@ class RunningBox final : public Box {
     std::uint64_t ticks = 0;
   };
 
+  void injectFaults();
   config::Result<void> startForceThread();
   config::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
@@ -84,6 +88,8 @@ class RunningBox final : public Box {
   std::vector<std::string> warnings(const BoxStatus& status) const;
 
   config::Settings settings_;
+  const std::unique_ptr<FaultInjector> faults_;  // outlives the devices that it is between
+  std::atomic<std::int64_t> stall_ns_{0};  // that the force loop is to make up; relaxed: it orders nothing
   rt::DepthModel depth_model_;
   rt::SceneChannel scenes_;
   rt::TripleBuffer<rt::Vec3> focus_;

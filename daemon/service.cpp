@@ -29,9 +29,10 @@ int fail(const config::Error& error, int status) {
 
 }  // namespace
 
-Service::Service(const config::Settings& settings, ConfigurationSource source)
+Service::Service(const config::Settings& settings, ConfigurationSource source,
+                 std::unique_ptr<FaultInjector> faults)
     : source_(std::move(source)),
-      box_(settings),
+      box_(settings, std::move(faults)),
       control_(box_, {.log = writeToJournal}),
       events_(writeToJournal) {}
 

@@ -26,7 +26,9 @@ struct ConfigurationSource {
 /// Thread: control thread, where nothing else is said.
 class Service {
  public:
-  Service(const config::Settings& settings, ConfigurationSource source);
+  /// `faults`: to be made up; null: none.
+  Service(const config::Settings& settings, ConfigurationSource source,
+          std::unique_ptr<FaultInjector> faults = nullptr);
 
   /// Opens the sockets, starts the box, serves until requestStop() and brings the force to zero.
   /// Returns the exit status of the process (sysexits.h).

@@ -1,5 +1,6 @@
 #include "rt/force_loop.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "rt/warm_up.h"
@@ -55,6 +56,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   channels_.handle_command.write({tick.command_force_n_in_world, tick.number});
   channels_.focus.write(core_.focus_m_in_world(handle.position_m_in_world));
 
+  if (channels_.stall_ns != nullptr) stall(woke_ns);
   const std::int64_t done_ns = monotonicNow_ns();
   tick.compute_ns = done_ns - woke_ns;
   const std::uint64_t skipped = clock_.advance(done_ns);
@@ -65,6 +67,15 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   noteTransition(tick, woke_ns);
   count(tick);
   publish(tick);
+}
+
+/// Ends in time for the clock's bound: monotonicNow_ns() moves on by itself.
+void ForceLoop::stall(std::int64_t since_ns) const HAPTICD_RT {
+  const std::int64_t asked_ns = channels_.stall_ns->load(std::memory_order_relaxed);
+  if (asked_ns <= 0 || state_.counters.ticks % 2 == 0) return;
+  const std::int64_t end_ns = since_ns + std::min(asked_ns, kLongestStall_ns);
+  while (monotonicNow_ns() < end_ns) {
+  }
 }
 
 /// Compares with the tick before, which is still in the state.

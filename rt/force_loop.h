@@ -18,7 +18,11 @@ struct ForceLoopChannels {
   HandleCommandChannel& handle_command;  ///< writes
   TripleBuffer<Vec3>& focus;             ///< writes: where the scene thread is to model
   ControlChannels& control;              ///< reads directives, writes the rest
+  /// Fault injection, normally null: every second tick takes that much longer, at most kLongestStall_ns.
+  const std::atomic<std::int64_t>* stall_ns = nullptr;
 };
+
+inline constexpr std::int64_t kLongestStall_ns = 20'000'000;
 
 /// The 1 kHz loop: one HapticCore step per period of a fixed grid of CLOCK_MONOTONIC times.
 /// While it runs it allocates nothing, takes no lock, makes no system call but reading and sleeping on the
@@ -43,6 +47,7 @@ class ForceLoop {
  private:
   void tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT;
   void publish(const Tick& tick) HAPTICD_RT;
+  void stall(std::int64_t since_ns) const HAPTICD_RT;
   void noteTransition(const Tick& tick, std::int64_t now_ns) HAPTICD_RT;
   void count(const Tick& tick) HAPTICD_RT;
   bool isQuiet() const HAPTICD_RT;

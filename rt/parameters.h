@@ -69,6 +69,7 @@ struct SafetyParameters {
   double max_force_n = 4.0;
   double max_slew_n_per_s = 500;
   double engage_ramp_s = 0.5;
+  bool engage_inside = false;       ///< engage also where something is felt at once
   double depth_timeout_s = 0.5;     ///< older depth is stale: the force goes to zero
   double depth_ramp_s = 0.2;        ///< over that time
   double handle_timeout_s = 0.01;   ///< older handle measurements are stale: the force goes to zero at once

@@ -40,8 +40,9 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
     reset();
     return {input.force_n};
   }
-  const double most_stored_j = kMostStored * force2_n2 / (2 * input.stiffness_n_per_m);
-  energy_j_ = std::min(energy_j_, most_stored_j);
+  const double spring_j = force2_n2 / (2 * input.stiffness_n_per_m);
+  const double most_stored_j = kMostStored * spring_j;
+  energy_j_ = std::clamp(energy_j_, -spring_j, most_stored_j);
   credit_j_ = std::min(credit_j_, most_stored_j);
 
   const double speed2 = dot(input.velocity_m_per_s, input.velocity_m_per_s);

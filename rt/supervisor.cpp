@@ -102,7 +102,8 @@ void Supervisor::refuse(Cause cause) HAPTICD_RT {
 }
 
 void Supervisor::engageOrRefuse(const Input& input, bool felt) HAPTICD_RT {
-  if (!accepted_ && felt && !input.directive.engage_inside) {
+  if (!accepted_ && felt && !input.directive.engage_inside &&
+      !input.directive.parameters.safety.engage_inside) {
     refuse(Cause::inside_surface);
     return;
   }

@@ -20,6 +20,7 @@ config::Settings pressing() {
   settings.force.law = config::LawChoice::nearest_springs;
   settings.live.safety.handle_timeout_s = 1;
   settings.live.safety.depth_timeout_s = 5;
+  settings.live.safety.engage_inside = true;
   settings.control.engage_at_start = true;
   return settings;
 }

@@ -10,7 +10,7 @@ from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, HANDLE_TIMEOUT_S, check, config
                  is_active, main_pid, monitor, must, reaches, read, status, wait_for, write)
 
 # On the surface of a thing on the desk, 0.52 m from the camera; the hand goes in and out of it.
-HAND = f"""safety: {{depth_timeout_s: {DEPTH_TIMEOUT_S}, handle_timeout_s: {HANDLE_TIMEOUT_S}}}
+HAND = f"""safety: {{depth_timeout_s: {DEPTH_TIMEOUT_S}, handle_timeout_s: {HANDLE_TIMEOUT_S}, engage_inside: true}}
 simulated_handle:
   {{start_x_m: -0.1214, start_y_m: -0.0502, start_z_m: -0.50, travel_m: 0.03, stroke_m: 0.01, press_s: 0.5, press_force_n: 6}}
 force: {{law: nearest_springs}}

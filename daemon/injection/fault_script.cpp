@@ -1,0 +1,80 @@
+#include "daemon/injection/fault_script.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string>
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr std::array<std::string_view, kFaultCount> kNames{
+    "lost_frames", "frozen_camera", "garbage_depth", "handle_muted",    "handle_unplugged",
+    "handle_leap", "nan_pose",      "late_ticks",    "channel_overflow"};
+constexpr double kLongest_s = 86'400;
+
+std::optional<Fault> faultFrom(std::string_view name) {
+  for (int number = 0; number < kFaultCount; ++number) {
+    if (kNames[static_cast<std::size_t>(number)] == name) return static_cast<Fault>(number);
+  }
+  return std::nullopt;
+}
+
+bool isTime(double seconds) {
+  return std::isfinite(seconds) && seconds >= 0 && seconds <= kLongest_s;
+}
+
+config::Result<ScriptedFault> faultOn(const std::string& line) {
+  std::istringstream words(line);
+  double begin_s = -1;
+  double duration_s = -1;
+  std::string name;
+  std::string rest;
+  words >> begin_s >> duration_s >> name;
+  if (words.fail() || words >> rest || !isTime(begin_s) || !isTime(duration_s)) {
+    return std::unexpected(config::Error{
+        "", fmt::format("\"{}\" is not BEGIN_S DURATION_S FAULT, both 0..{} s", line, kLongest_s),
+        "write for example: 2.5 0.5 frozen_camera"});
+  }
+  const std::optional<Fault> fault = faultFrom(name);
+  if (!fault) {
+    return std::unexpected(config::Error{"", fmt::format("there is no fault \"{}\"", name),
+                                         fmt::format("choose one of: {}", fmt::join(kNames, ", "))});
+  }
+  using Seconds = std::chrono::duration<double>;
+  return ScriptedFault{*fault, Seconds(begin_s), Seconds(duration_s)};
+}
+
+}  // namespace
+
+std::string_view nameOf(Fault fault) {
+  return kNames[static_cast<std::size_t>(fault)];
+}
+
+config::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) {
+    return std::unexpected(config::Error{file.string(), "the script of faults cannot be read",
+                                         "give a file that exists and may be read"});
+  }
+  std::vector<ScriptedFault> script;
+  int number = 0;
+  for (std::string line; std::getline(stream, line);) {
+    ++number;
+    line.resize(std::min(line.find('#'), line.size()));
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    auto fault = faultOn(line);
+    if (!fault) {
+      fault.error().where = fmt::format("{}:{}", file.string(), number);
+      return std::unexpected(fault.error());
+    }
+    script.push_back(*fault);
+  }
+  return script;
+}
+
+}  // namespace hapticd::daemon

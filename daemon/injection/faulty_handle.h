@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <thread>
+
+#include "drivers/handle/handle.h"
+#include "drivers/stop_signal.h"
+
+namespace hapticd::daemon {
+
+class FaultInjector;
+
+/// A handle whose measurements stop, leap or are no numbers on their way to the force loop. Commands reach
+/// the device whatever is on, so that what the force loop makes of the fault can be seen there.
+class FaultyHandle final : public drivers::Handle {
+ public:
+  FaultyHandle(std::unique_ptr<drivers::Handle> handle, const FaultInjector& faults)
+      : handle_(std::move(handle)), faults_(faults) {}
+  ~FaultyHandle() override { stop(); }
+
+  config::Result<void> start(drivers::HandleChannels& channels) override;
+  /// The device gets the force loop's last command, as without faults.
+  void stop() override;
+  drivers::HandleStatus status() const override { return handle_->status(); }
+
+ private:
+  void relay(drivers::HandleChannels& outer);
+  void pass(const rt::HandleState& measured, drivers::HandleChannels& outer);
+
+  std::unique_ptr<drivers::Handle> handle_;
+  const FaultInjector& faults_;
+  drivers::HandleChannels inner_;
+  drivers::StopSignal stop_;
+  std::thread thread_;
+  std::uint64_t replugs_ = 0;
+  bool unplugged_ = false;
+};
+
+}  // namespace hapticd::daemon
