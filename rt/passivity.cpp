@@ -10,6 +10,8 @@ namespace {
 constexpr double kSlowest_m_per_s = 1e-3;
 /// Of the energy of a linear spring under the force of the moment: room for laws that soften.
 constexpr double kMostStored = 4;
+/// Time constant by which a debt is forgiven that damping could not collect.
+constexpr double kForgiving_s = 0.5;
 
 }  // namespace
 
@@ -40,9 +42,9 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
     reset();
     return {input.force_n};
   }
-  const double spring_j = force2_n2 / (2 * input.stiffness_n_per_m);
-  const double most_stored_j = kMostStored * spring_j;
-  energy_j_ = std::clamp(energy_j_, -spring_j, most_stored_j);
+  if (energy_j_ < 0) energy_j_ -= input.period_s / kForgiving_s * energy_j_;
+  const double most_stored_j = kMostStored * force2_n2 / (2 * input.stiffness_n_per_m);
+  energy_j_ = std::min(energy_j_, most_stored_j);
   credit_j_ = std::min(credit_j_, most_stored_j);
 
   const double speed2 = dot(input.velocity_m_per_s, input.velocity_m_per_s);

@@ -23,7 +23,9 @@ namespace hapticd::rt {
 ///
 /// Nothing is carried over: without a force the ledger is zero, and it never holds more than a few times
 /// the energy of a spring under the force of that moment, so that what friction has dissipated cannot be
-/// given back later. Thread: one.  Progress: wait-free.  RT: safe.
+/// given back later. A debt that damping cannot collect is forgiven within a second.
+///
+/// Thread: one.  Progress: wait-free.  RT: safe.
 class Passivity {
  public:
   struct Input {
