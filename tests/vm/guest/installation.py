@@ -9,7 +9,7 @@ MARK = "/var/lib/lab-installed"
 PACKAGE = LAB + "/hapticd.deb"
 # Without devices, and with few frames, which cost an emulated CPU much.
 SIMPLE = ("camera: {driver: synthetic}\nsynthetic: {noise: off, frame_rate_hz: 2}\n"
-          f"safety: {{depth_timeout_s: 5, handle_timeout_s: {HANDLE_TIMEOUT_S}}}\n")
+          f"safety: {{depth_timeout_s: 5, handle_timeout_s: {HANDLE_TIMEOUT_S}, engage_inside: true}}\n")
 
 
 def prepare():
