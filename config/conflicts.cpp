@@ -82,6 +82,13 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
 }
 
+void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
+  if (settings.handle.driver != HandleDriver::falcon || !settings.handle.falcon.firmware.empty()) return;
+  add(conflicts, {"falcon_handle.firmware", "handle.driver"},
+      "is empty, and the handle.driver falcon needs it",
+      "set falcon_handle.firmware to the path of the image that Novint's driver brings");
+}
+
 struct LedLine {
   std::string_view parameter;
   const std::string& text;
@@ -169,6 +176,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   findWindowConflict(settings, conflicts);
   findFrameGridConflict(settings, conflicts);
   checkDirection(settings, conflicts);
+  checkFalcon(settings, conflicts);
   checkLeds(settings, conflicts);
   checkSockets(settings, conflicts);
   return conflicts;

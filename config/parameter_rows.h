@@ -30,6 +30,8 @@ inline constexpr std::array<std::string_view, 3> kWords<SyntheticNoise>{"off", "
 template <>
 inline constexpr std::array<std::string_view, 4> kWords<HandleDriver>{"simulated", "udp", "hid", "falcon"};
 template <>
+inline constexpr std::array<std::string_view, 4> kWords<HandScript>{"stroke", "tap", "lean", "mixed"};
+template <>
 inline constexpr std::array<std::string_view, 2> kWords<HidKind>{"controller", "spacemouse"};
 template <>
 inline constexpr std::array<std::string_view, 3> kWords<rt::StiffnessLimit>{"off", "warn", "reduce"};

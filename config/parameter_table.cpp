@@ -305,12 +305,21 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(handle.falcon.force_share)>(
         "falcon_handle.force_share", kRestart, "", {0.01, 1}, "",
         "share of the motor counts that other drivers send per newton; calibrate with a scale before raising it"),
+    row<HAPTICD_MEMBER(handle.simulated.script)>(
+        "simulated_handle.script", kRestart, "", {}, "",
+        "what the hand does with the surface; mixed: taps, strokes and leans in turn"),
     row<HAPTICD_MEMBER(handle.simulated.mass_kg)>(
         "simulated_handle.mass_kg", kRestart, "kg", {0.005, 10}, "",
         "mass of the handle"),
     row<HAPTICD_MEMBER(handle.simulated.damping_n_s_per_m)>(
         "simulated_handle.damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
         "viscous friction of the handle"),
+    row<HAPTICD_MEMBER(handle.simulated.friction_n)>(
+        "simulated_handle.friction_n", kRestart, "N", {0, 5}, "",
+        "dry friction of the handle, along each axis"),
+    row<HAPTICD_MEMBER(handle.simulated.position_quantum_m)>(
+        "simulated_handle.position_quantum_m", kRestart, "m", {0, 0.001}, "",
+        "step of the measured position, which the velocity is estimated from then; 0: exact"),
     row<HAPTICD_MEMBER(handle.simulated.hand_stiffness_n_per_m)>(
         "simulated_handle.hand_stiffness_n_per_m", kRestart, "N/m", {1, 5000}, "",
         "stiffness of the hand's grip"),
@@ -346,7 +355,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "force at which the hand stops its approach"),
     row<HAPTICD_MEMBER(handle.simulated.press_s)>(
         "simulated_handle.press_s", kRestart, "s", {0, 600}, "",
-        "how long it strokes the surface before it retreats"),
+        "how long it strokes the surface, or leans on it, before it retreats"),
     row<HAPTICD_MEMBER(handle.simulated.stroke_m)>(
         "simulated_handle.stroke_m", kRestart, "m", {0, 1}, "",
         "amplitude of the stroke across the direction of approach"),

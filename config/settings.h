@@ -13,6 +13,7 @@ enum class DepthLaw { paper, factory, custom };
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
 enum class SyntheticNoise { off, quantised, sensor };
 enum class HandleDriver { simulated, udp, hid, falcon };
+enum class HandScript { stroke, tap, lean, mixed };
 enum class HidKind { controller, spacemouse };
 enum class LedDriver { none, gpiod };
 
@@ -57,11 +58,14 @@ struct SyntheticSettings {
   int seed = 1;  ///< of the noise
 };
 
-/// The simulated handle and the hand that holds it. The hand moves towards the surface until it feels
-/// press_force_n, strokes the surface, retreats, and begins again.
+/// The simulated handle and the hand that holds it. The hand moves towards the surface, strokes it, taps it
+/// or leans on it with press_force_n, retreats, and begins again.
 struct SimulatedHandleSettings {
+  HandScript script = HandScript::stroke;
   double mass_kg = 0.045;
   double damping_n_s_per_m = 0.05;
+  double friction_n = 0;          ///< of the handle, along each axis: kinetic, and the limit of sticking
+  double position_quantum_m = 0;  ///< step of the measured position; 0: none
   double hand_stiffness_n_per_m = 400;
   double hand_damping_n_s_per_m = 4;
   rt::Vec3 start_m_in_world{0, 0, -0.8};
@@ -69,7 +73,7 @@ struct SimulatedHandleSettings {
   double travel_m = 0.4;                  ///< the hand turns back after that distance
   double speed_m_per_s = 0.1;
   double press_force_n = 2;
-  double press_s = 2;      ///< how long it strokes before it retreats
+  double press_s = 2;      ///< how long it strokes or leans before it retreats
   double stroke_m = 0.05;  ///< amplitude of the stroke across the direction of approach
   double stroke_period_s = 2;
 };

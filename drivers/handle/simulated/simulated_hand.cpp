@@ -1,7 +1,9 @@
 #include "drivers/handle/simulated/simulated_hand.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace hapticd::drivers {
@@ -31,88 +33,152 @@ Vec3 limited(const Vec3& force_n) {
                                                    : force_n;
 }
 
-}  // namespace
-
-SimulatedHand::SimulatedHand(const config::SimulatedHandleSettings& settings)
-    : settings_(settings),
-      forward_(unit(settings.direction_in_world)),
-      across_(acrossOf(forward_)),
-      position_(settings.start_m_in_world),
-      aim_(settings.start_m_in_world) {}
-
-void SimulatedHand::step(double dt_s, const Vec3& force_n_in_world) {
-  const Vec3 force_n = limited(force_n_in_world);
-  aim(dt_s, -dot(force_n, forward_));
-  move(dt_s, force_n);
+config::HandScript touchOf(config::HandScript script, int round) {
+  using config::HandScript;
+  if (script != HandScript::mixed) return script;
+  constexpr std::array kInTurn{HandScript::tap, HandScript::stroke, HandScript::lean};
+  return kInTurn[static_cast<std::size_t>(round) % kInTurn.size()];
 }
 
-void SimulatedHand::aim(double dt_s, double felt_n) {
-  phase_time_s_ += dt_s;
+double gripFor(config::HandScript touch) {
+  if (touch == config::HandScript::tap) return SimulatedHand::kLooseGrip;
+  return touch == config::HandScript::lean ? SimulatedHand::kFirmGrip : 1;
+}
+
+DeviceAndHand systemOf(const config::SimulatedHandleSettings& settings, double grip) {
+  return {.mass_kg = settings.mass_kg,
+          .damping_n_s_per_m = settings.damping_n_s_per_m,
+          .coulomb_friction_n = settings.friction_n,
+          .hand_stiffness_n_per_m = grip * settings.hand_stiffness_n_per_m,
+          .hand_damping_n_s_per_m = std::sqrt(grip) * settings.hand_damping_n_s_per_m};
+}
+
+Motion motionOf(const DeviceAndHand& system, double step_s, double position_m) {
+  constexpr int kSubSteps = 4;  // 0.25 ms between the stops of dry friction
+  Motion motion(system, step_s, system.coulomb_friction_n > 0 ? kSubSteps : 1);
+  motion.place(position_m, 0);
+  return motion;
+}
+
+}  // namespace
+
+SimulatedHand::SimulatedHand(const config::SimulatedHandleSettings& settings, double step_s)
+    : settings_(settings),
+      step_s_(step_s),
+      forward_(unit(settings.direction_in_world)),
+      across_(acrossOf(forward_)),
+      system_(systemOf(settings, 1)),
+      axes_{motionOf(system_, step_s, settings.start_m_in_world.x),
+            motionOf(system_, step_s, settings.start_m_in_world.y),
+            motionOf(system_, step_s, settings.start_m_in_world.z)},
+      aim_(settings.start_m_in_world) {
+  beginRound();
+}
+
+Vec3 SimulatedHand::position_m_in_world() const {
+  return {axes_[0].position_m(), axes_[1].position_m(), axes_[2].position_m()};
+}
+
+Vec3 SimulatedHand::velocity_m_per_s_in_world() const {
+  return {axes_[0].velocity_m_per_s(), axes_[1].velocity_m_per_s(), axes_[2].velocity_m_per_s()};
+}
+
+void SimulatedHand::step(const Vec3& force_n_in_world) {
+  const Vec3 force_n = limited(force_n_in_world);
+  aim(-dot(force_n, forward_));
+  move(force_n);
+}
+
+void SimulatedHand::beginRound() {
+  touch_ = touchOf(settings_.script, rounds_);
+  taps_left_ = touch_ == config::HandScript::tap ? kTaps : 0;
+  system_ = systemOf(settings_, gripFor(touch_));
+  for (Motion& axis : axes_) axis.become(system_);
+}
+
+void SimulatedHand::aim(double felt_n) {
+  phase_time_s_ += step_s_;
   switch (phase_) {
     case Phase::approaching:
-      advanceAim(dt_s);
-      if (felt_n >= kPressedShare * settings_.press_force_n) {
+      advanceAim();
+      if (felt_n >= kPressedShare * wantedForce_n()) {
         phase_ = Phase::pressing;
         phase_time_s_ = 0;
       } else if (progress(aim_) >= settings_.travel_m) {
-        phase_ = Phase::retreating;
+        taps_left_ = 0;
+        leave();
       }
       break;
     case Phase::pressing:
-      advanceAim(dt_s);
-      stroke(dt_s);
-      if (phase_time_s_ >= settings_.press_s) phase_ = Phase::retreating;
+      advanceAim();
+      if (touch_ == config::HandScript::stroke) stroke();
+      if (phase_time_s_ >= (touch_ == config::HandScript::tap ? kTap_s : settings_.press_s)) leave();
       break;
     case Phase::retreating:
-      retreat(dt_s);
+      retreat();
       break;
   }
 }
 
-/// Along the approach: forward at the hand's speed, but no farther ahead of the handle than the press force
+/// A lean takes half of its time to come up to the press force.
+double SimulatedHand::wantedForce_n() const {
+  if (touch_ != config::HandScript::lean) return settings_.press_force_n;
+  if (phase_ == Phase::approaching) return kFirstTouchShare * settings_.press_force_n;
+  const double build_up = 2 * phase_time_s_ / std::max(settings_.press_s, step_s_);
+  const double tremor = kTremorShare * std::sin(2 * std::numbers::pi * kTremor_hz * phase_time_s_);
+  return std::clamp(build_up, kFirstTouchShare, 1.0) * (1 + tremor) * settings_.press_force_n;
+}
+
+/// Back to the start, or only a little between two taps.
+void SimulatedHand::leave() {
+  phase_ = Phase::retreating;
+  taps_left_ = std::max(taps_left_ - 1, 0);
+  const double turn_m = taps_left_ > 0 ? std::max(progress(aim_) - kLift_m, 0.0) : 0;
+  turn_ = settings_.start_m_in_world + turn_m * forward_;
+}
+
+/// Along the approach: forward at the hand's speed, but no farther ahead of the handle than the wanted force
 /// stretches the hand's spring, and neither beyond the travel nor behind the start.
-void SimulatedHand::advanceAim(double dt_s) {
+void SimulatedHand::advanceAim() {
   const double before = progress(aim_);
-  const double free = std::min(before + settings_.speed_m_per_s * dt_s, settings_.travel_m);
-  const double ahead = progress(position_) + settings_.press_force_n / settings_.hand_stiffness_n_per_m;
+  const double free = std::min(before + settings_.speed_m_per_s * step_s_, settings_.travel_m);
+  const double ahead = progress(position_m_in_world()) + wantedForce_n() / system_.hand_stiffness_n_per_m;
   const double after = std::max(std::min(free, ahead), 0.0);
   aim_ += (after - before) * forward_;
   // While held back the damper works against all motion: it is what keeps the contact stable.
-  aim_velocity_ = after < free ? Vec3{} : ((after - before) / dt_s) * forward_;
+  aim_velocity_ = after < free ? Vec3{} : ((after - before) / step_s_) * forward_;
 }
 
-void SimulatedHand::stroke(double dt_s) {
+void SimulatedHand::stroke() {
   const double angular_rate = 2 * std::numbers::pi / settings_.stroke_period_s;
   const double wanted = settings_.stroke_m * std::sin(angular_rate * phase_time_s_);
   const double change = wanted - dot(aim_ - settings_.start_m_in_world, across_);
   aim_ += change * across_;
-  aim_velocity_ += (change / dt_s) * across_;
+  aim_velocity_ += (change / step_s_) * across_;
 }
 
-void SimulatedHand::retreat(double dt_s) {
-  const Vec3 way = settings_.start_m_in_world - aim_;
+void SimulatedHand::retreat() {
+  const Vec3 way = turn_ - aim_;
   const double distance = norm(way);
-  const double step = settings_.speed_m_per_s * dt_s;
+  const double step = settings_.speed_m_per_s * step_s_;
   if (distance > step) {
     aim_ += (step / distance) * way;
     aim_velocity_ = (settings_.speed_m_per_s / distance) * way;
     return;
   }
-  aim_ = settings_.start_m_in_world;
+  aim_ = turn_;
   aim_velocity_ = {};
   phase_ = Phase::approaching;
+  if (taps_left_ > 0) return;
   ++rounds_;
+  beginRound();
 }
 
-/// m dv/dt = k (aim - x) + b_h (v_aim - v) - b v + F with x and v of the end of the step.
-void SimulatedHand::move(double dt_s, const Vec3& force_n) {
-  const double stiffness = settings_.hand_stiffness_n_per_m;
-  const double hand_damping = settings_.hand_damping_n_s_per_m;
-  const double inertia =
-      settings_.mass_kg + dt_s * (settings_.damping_n_s_per_m + hand_damping) + dt_s * dt_s * stiffness;
-  const Vec3 pull_n = stiffness * (aim_ - position_) + hand_damping * aim_velocity_ + force_n;
-  velocity_ = (1 / inertia) * (settings_.mass_kg * velocity_ + dt_s * pull_n);
-  position_ += dt_s * velocity_;
+void SimulatedHand::move(const Vec3& force_n) {
+  const double damping = system_.hand_damping_n_s_per_m;
+  axes_[0].advance(force_n.x, damping * aim_velocity_.x, aim_.x);
+  axes_[1].advance(force_n.y, damping * aim_velocity_.y, aim_.y);
+  axes_[2].advance(force_n.z, damping * aim_velocity_.z, aim_.z);
 }
 
 }  // namespace hapticd::drivers

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "drivers/handle/velocity_estimator.h"
 #include "drivers/monotonic_clock.h"
 #include "drivers/start_thread.h"
 
@@ -29,6 +30,28 @@ config::Result<void> check(const config::SimulatedHandleSettings& settings) {
   if (auto ok = requireAboveZero("stroke period", settings.stroke_period_s); !ok) return ok;
   return requireAboveZero("length of the direction of approach", norm(settings.direction_in_world));
 }
+
+/// Measures exactly, or as encoders do: positions in steps, and a velocity that follows from them.
+class Encoders {
+ public:
+  explicit Encoders(double quantum_m) : quantum_m_(quantum_m), velocity_(quantum_m) {}
+
+  /// `state.time_ns` is set already.
+  void measure(const SimulatedHand& hand, rt::HandleState& state) {
+    state.position_m_in_world = hand.position_m_in_world();
+    state.velocity_m_per_s_in_world = hand.velocity_m_per_s_in_world();
+    if (quantum_m_ <= 0) return;
+    rt::Vec3& p = state.position_m_in_world;
+    p = {rounded(p.x), rounded(p.y), rounded(p.z)};
+    state.velocity_m_per_s_in_world = velocity_.add(p, state.time_ns);
+  }
+
+ private:
+  double rounded(double position_m) const { return quantum_m_ * std::round(position_m / quantum_m_); }
+
+  double quantum_m_;
+  VelocityEstimator velocity_;
+};
 
 }  // namespace
 
@@ -61,7 +84,8 @@ HandleStatus SimulatedHandle::status() const {
 
 void SimulatedHandle::simulate(HandleChannels& channels) {
   constexpr double kStepS = static_cast<double>(kStepNs) / static_cast<double>(kNsPerSecond);
-  SimulatedHand hand(settings_);
+  SimulatedHand hand(settings_, kStepS);
+  Encoders encoders(settings_.position_quantum_m);
   std::uint64_t sequence = 0;
   std::int64_t due_ns = monotonicNs();
   while (!stop_requested_.load(std::memory_order_relaxed)) {
@@ -72,13 +96,12 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     channels.command.refresh();
     const rt::Vec3 force = channels.command.front().force_n_in_world;
     exerted_force_n_.store(norm(force), std::memory_order_relaxed);
-    for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(kStepS, force);
+    for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(force);
 
     rt::HandleState state;
-    state.position_m_in_world = hand.position_m_in_world();
-    state.velocity_m_per_s_in_world = hand.velocity_m_per_s_in_world();
-    state.sequence = ++sequence;
     state.time_ns = monotonicNs();
+    encoders.measure(hand, state);
+    state.sequence = ++sequence;
     state.session = 1;
     channels.state.write(state);
     measurements_.store(sequence, std::memory_order_relaxed);

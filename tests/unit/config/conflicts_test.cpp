@@ -86,6 +86,13 @@ TEST(Conflicts, TheRecordedDriverNeedsARecording) {
             "the folder that holds INDEX.txt)"});
 }
 
+TEST(Conflicts, TheFalconNeedsAFirmwareImage) {
+  EXPECT_EQ(textsFor({"handle.driver=falcon", "falcon_handle.firmware=image.bin"}), Texts{});
+  EXPECT_EQ(textsFor({"handle.driver=falcon"}),
+            Texts{"falcon_handle.firmware: is empty, and the handle.driver falcon needs it (set "
+                  "falcon_handle.firmware to the path of the image that Novint's driver brings)"});
+}
+
 TEST(Conflicts, TheDirectionOfApproachIsNotZero) {
   EXPECT_EQ(textsFor({"simulated_handle.direction_z=0", "simulated_handle.direction_x=0.001"}), Texts{});
   const Texts texts = textsFor({"simulated_handle.direction_z=0", "simulated_handle.direction_x=1e-200"});

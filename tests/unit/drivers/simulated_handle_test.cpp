@@ -13,9 +13,9 @@ namespace {
 TEST(SimulatedHandle, PublishesMeasurementsInOrderThatMoveAlongTheApproach) {
   const auto channels = std::make_unique<HandleChannels>();
   SimulatedHandle handle({});
-  EXPECT_FALSE(handle.status().present);
+  EXPECT_EQ(handle.status().state, HandlePresence::absent);
   ASSERT_TRUE(handle.start(*channels));
-  EXPECT_TRUE(handle.status().present);
+  EXPECT_EQ(handle.status().state, HandlePresence::present);
   std::uint64_t sequence = 0;
   std::int64_t time_ns = 0;
   double z = -0.8;
@@ -32,7 +32,7 @@ TEST(SimulatedHandle, PublishesMeasurementsInOrderThatMoveAlongTheApproach) {
     return ++measurements >= 100;
   }));
   handle.stop();
-  EXPECT_FALSE(handle.status().present);
+  EXPECT_EQ(handle.status().state, HandlePresence::absent);
   EXPECT_LT(z, -0.8);
 }
 
@@ -70,7 +70,7 @@ TEST(SimulatedHandle, DoesNotStartWithSettingsThatDescribeNoHand) {
 }
 
 TEST(MakeHandle, MakesTheDriverThatTheSettingsName) {
-  EXPECT_NE(dynamic_cast<SimulatedHandle*>(makeHandle({}).get()), nullptr);
+  EXPECT_NE(dynamic_cast<SimulatedHandle*>(makeHandle({}, {}).get()), nullptr);
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ class Simulation {
   Wall& wall_;
   Rig rig_;
   Tap tap_;
-  Motion motion_;
+  drivers::Motion motion_;
   double measured_m_;
   std::deque<double> under_way_;     // forces, the oldest first
   std::vector<double> positions_m_;  // one more than forces

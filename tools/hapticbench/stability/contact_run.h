@@ -2,10 +2,12 @@
 
 #include <vector>
 
-#include "tools/hapticbench/stability/device_and_hand.h"
+#include "drivers/handle/simulated/device_and_hand.h"
 #include "tools/hapticbench/stability/wall.h"
 
 namespace hapticd::tools {
+
+using drivers::DeviceAndHand;
 
 inline constexpr double kTick_s = 0.001;
 

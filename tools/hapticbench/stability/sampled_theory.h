@@ -1,8 +1,10 @@
 #pragma once
 
-#include "tools/hapticbench/stability/device_and_hand.h"
+#include "drivers/handle/simulated/device_and_hand.h"
 
 namespace hapticd::tools {
+
+using drivers::DeviceAndHand;
 
 /// A spring and damper computed once per period from the sampled position (the damper from the backward
 /// difference), each value held for a period after `delay_ticks` periods.

@@ -1,10 +1,10 @@
-#include "tools/hapticbench/stability/device_and_hand.h"
+#include "drivers/handle/simulated/device_and_hand.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace hapticd::tools {
+namespace hapticd::drivers {
 namespace {
 
 TEST(Motion, FollowsTheClosedFormOfAFreeDampedOscillation) {
@@ -92,4 +92,4 @@ TEST(Motion, OfASpringWithCoulombFrictionLosesTwiceFrictionByStiffnessPerHalfSwi
 }
 
 }  // namespace
-}  // namespace hapticd::tools
+}  // namespace hapticd::drivers

@@ -1,10 +1,10 @@
-#include "tools/hapticbench/stability/device_and_hand.h"
+#include "drivers/handle/simulated/device_and_hand.h"
 
 #include <Eigen/Core>
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
-namespace hapticd::tools {
+namespace hapticd::drivers {
 
 HeldStep heldStep(const DeviceAndHand& system, double step_s) {
   // The input as a third state that stands still: the exponential then holds both matrices.
@@ -22,6 +22,11 @@ Motion::Motion(const DeviceAndHand& system, double period_s, int sub_steps)
       sub_steps_(sub_steps),
       sub_step_s_(period_s / sub_steps),
       step_(heldStep(system, sub_step_s_)) {}
+
+void Motion::become(const DeviceAndHand& system) {
+  system_ = system;
+  step_ = heldStep(system, sub_step_s_);
+}
 
 void Motion::advance(double held_n, double constant_n, double hand_target_m) noexcept {
   const double force_n = held_n + constant_n + system_.hand_stiffness_n_per_m * hand_target_m;
@@ -62,4 +67,4 @@ void Motion::leaveRest(double force_n, double duration_s) noexcept {
   position_m_ += acceleration * duration_s * duration_s / 2;
 }
 
-}  // namespace hapticd::tools
+}  // namespace hapticd::drivers

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace hapticd::tools {
+namespace hapticd::drivers {
 
 /// One axis of a haptic device with a hand on it: m x'' = force - b x' - friction - k_h (x - target) - b_h
 /// x'.
@@ -36,6 +36,10 @@ class Motion {
   /// `period_s` > 0; `sub_steps` >= 1 per period.
   Motion(const DeviceAndHand& system, double period_s, int sub_steps);
 
+  /// From the next period on another system; position and velocity stay.
+  /// Cost: a matrix exponential, microseconds.
+  void become(const DeviceAndHand& system);
+
   void place(double position_m, double velocity_m_per_s) noexcept {
     position_m_ = position_m;
     velocity_m_per_s_ = velocity_m_per_s;
@@ -58,4 +62,4 @@ class Motion {
   double velocity_m_per_s_ = 0;
 };
 
-}  // namespace hapticd::tools
+}  // namespace hapticd::drivers

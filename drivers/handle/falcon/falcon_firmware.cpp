@@ -1,0 +1,144 @@
+#include "drivers/handle/falcon/falcon_firmware.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <span>
+
+#include "drivers/handle/falcon/falcon_link.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr std::uint16_t kLatencyMs = 16;
+constexpr milliseconds kSendLimit{500};
+constexpr milliseconds kGreetingLimit{30};  // 4 bytes at 9600 baud and the latency timer
+constexpr milliseconds kEchoLimit{500};     // of a chunk: 5 ms on the line and the latency timer
+constexpr int kMostGreetings = 100;
+constexpr std::size_t kChunkBytes = 62;  // one USB packet without its status
+
+constexpr std::array<std::uint8_t, 3> kGreeting{0x0A, 0x43, 0x0D};
+constexpr std::array<std::uint8_t, 4> kGreetingReply{0x0A, 0x44, 0x2C, 0x0D};
+constexpr std::array<std::uint8_t, 1> kImageFollows{0x41};
+
+constexpr const char* kPowerRemedy =
+    "unplug its power supply and its USB cable, wait a moment, plug both in again";
+
+config::Error imageError(const std::string& path, std::string what) {
+  return {path, std::move(what), "set falcon_handle.firmware to the image of Novint's driver"};
+}
+
+config::Error loadError(std::string what) {
+  return {"falcon firmware", std::move(what), kPowerRemedy};
+}
+
+/// What arrives until `enough` says so, or until `limit` is over.
+template <typename Enough>
+config::Result<FalconImage> receiveUntil(FtdiPort& port, milliseconds limit, Enough enough) {
+  constexpr std::size_t kMost = 4096;  // a device that never stops to talk
+  FalconImage received;
+  const Clock::time_point deadline = Clock::now() + limit;
+  while (!enough(received) && received.size() < kMost && Clock::now() < deadline) {
+    const auto bytes = port.read(limit);
+    if (!bytes) return std::unexpected(bytes.error());
+    received.insert(received.end(), bytes->begin(), bytes->end());
+  }
+  return received;
+}
+
+config::Result<void> resetBootloader(FtdiPort& port) {
+  if (auto done = port.purge(); !done) return done;
+  if (auto done = port.setLatency(kLatencyMs); !done) return done;
+  if (auto done = port.setBaud(FtdiPort::Baud::of_bootloader); !done) return done;
+  if (auto done = port.setPlainFormat(); !done) return done;
+  if (auto done = port.setRts(false); !done) return done;
+  if (auto done = port.setDtr(false); !done) return done;
+  return port.setDtr(true);
+}
+
+/// A zero may stand in front, and replies to greetings before.
+bool holdsGreetingReply(Bytes received) {
+  return !std::ranges::search(received, kGreetingReply).empty();
+}
+
+config::Result<void> greetBootloader(FtdiPort& port, const StopSignal& stop) {
+  for (int greeting = 0; greeting < kMostGreetings && !stop.raised(); ++greeting) {
+    if (auto sent = port.write(kGreeting, kSendLimit); !sent) return sent;
+    const auto reply = receiveUntil(port, kGreetingLimit, holdsGreetingReply);
+    if (!reply) return std::unexpected(reply.error());
+    if (holdsGreetingReply(*reply)) return {};
+  }
+  return std::unexpected(loadError("the bootloader does not answer"));
+}
+
+/// The bootloader sends back each byte that it takes.
+config::Result<void> sendWithEcho(FtdiPort& port, Bytes bytes, const std::string& what) {
+  if (auto sent = port.write(bytes, kSendLimit); !sent) return sent;
+  const auto echo =
+      receiveUntil(port, kEchoLimit, [&](Bytes received) { return received.size() >= bytes.size(); });
+  if (!echo) return std::unexpected(echo.error());
+  if (std::ranges::equal(*echo, bytes)) return {};
+  return std::unexpected(loadError(
+      fmt::format("{}: the bootloader sent back {}", what,
+                  echo->size() == bytes.size() ? "other bytes"
+                                               : fmt::format("{} of {} bytes", echo->size(), bytes.size()))));
+}
+
+config::Result<void> sendImage(FtdiPort& port, Bytes image, const StopSignal& stop) {
+  for (std::size_t at = 0; at < image.size(); at += kChunkBytes) {
+    if (stop.raised()) return std::unexpected(loadError("stopped"));
+    const Bytes chunk = image.subspan(at, std::min(kChunkBytes, image.size() - at));
+    if (auto sent = sendWithEcho(port, chunk, fmt::format("byte {} of the image", at)); !sent) return sent;
+  }
+  return {};
+}
+
+}  // namespace
+
+config::Result<FalconImage> readFalconImage(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    return std::unexpected(imageError(path, fmt::format("cannot be read: {}", std::strerror(errno))));
+  FalconImage image(kLargestFalconImage + 1);
+  file.read(reinterpret_cast<char*>(image.data()), static_cast<std::streamsize>(image.size()));
+  if (file.bad()) return std::unexpected(imageError(path, "cannot be read"));
+  image.resize(static_cast<std::size_t>(file.gcount()));
+  if (image.empty()) return std::unexpected(imageError(path, "is empty, or no file"));
+  if (image.size() > kLargestFalconImage) {
+    return std::unexpected(
+        imageError(path, fmt::format("has more than {} bytes: no firmware image", kLargestFalconImage)));
+  }
+  return image;
+}
+
+config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop) {
+  constexpr int kMostExchanges = 100;  // of FalconLink::kReplyLimit each
+  FalconLink link(port);
+  if (auto begun = link.begin(); !begun) return std::unexpected(begun.error());
+  for (int exchange = 0; exchange < kMostExchanges && !stop.raised(); ++exchange) {
+    const auto reply = link.exchange({});
+    if (!reply) return std::unexpected(reply.error());
+    if (*reply) return true;
+  }
+  return false;
+}
+
+config::Result<void> loadFalconImage(FtdiPort& port, const FalconImage& image, const StopSignal& stop) {
+  if (auto done = resetBootloader(port); !done) return done;
+  if (auto done = greetBootloader(port, stop); !done) return done;
+  if (auto done = port.setDtr(false); !done) return done;
+  if (auto done = port.setBaud(FtdiPort::Baud::of_image); !done) return done;
+  if (auto done = sendWithEcho(port, kImageFollows, "announcing the image"); !done) return done;
+  return sendImage(port, image, stop);
+}
+
+}  // namespace hapticd::drivers

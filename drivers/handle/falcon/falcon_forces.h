@@ -1,0 +1,20 @@
+#pragma once
+
+#include "drivers/handle/falcon/falcon_kinematics.h"
+#include "drivers/handle/falcon/falcon_packet.h"
+#include "rt/vec3.h"
+
+namespace hapticd::drivers {
+
+struct FalconForce {
+  FalconCounts motor_counts{};
+  double exerted_share = 1;  ///< of the force that was asked for; below 1: a motor is at its limit
+};
+
+/// Motor counts for a force at the grip, newtons, in the device's axes: -10000 counts per N m, times
+/// `force_share` (0..1). Where a motor would exceed its limit all three are scaled alike, so that the force
+/// keeps its direction. A force that is not finite counts as zero.
+/// RT: safe.
+FalconForce motorCountsFor(const FalconPose& pose, const rt::Vec3& force_n, double force_share);
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,237 @@
+#include "drivers/handle/falcon/falcon_handle.h"
+
+#include <fmt/format.h>
+
+#include "drivers/monotonic_clock.h"
+#include "drivers/start_thread.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kRetryPeriod{1000};
+constexpr milliseconds kReportPeriod{100};
+
+constexpr const char* kHomingAdvice = "pull the grip fully out, then push it fully in";
+
+/// The newest command's force while commands keep coming.
+class CommandWatch {
+ public:
+  explicit CommandWatch(rt::HandleCommandChannel& channel) : channel_(channel) {
+    channel_.refresh();
+    tick_ = channel_.front().tick;
+  }
+
+  /// Nothing when the tick has not changed for FalconHandle::kCommandLimitNs, and before it ever did.
+  std::optional<rt::Vec3> force_n_in_world(std::int64_t now_ns) {
+    channel_.refresh();
+    const rt::HandleCommand& command = channel_.front();
+    if (command.tick != tick_) {
+      tick_ = command.tick;
+      changed_ns_ = now_ns;
+    }
+    if (!changed_ns_ || now_ns - *changed_ns_ > FalconHandle::kCommandLimitNs) return std::nullopt;
+    return command.force_n_in_world;
+  }
+
+ private:
+  rt::HandleCommandChannel& channel_;
+  std::uint64_t tick_ = 0;
+  std::optional<std::int64_t> changed_ns_;
+};
+
+/// Mean time of an exchange, over about the last kWeight of them.
+class ExchangeTime {
+ public:
+  void add(std::int64_t duration_ns) {
+    constexpr double kWeight = 64;
+    const double duration_s = static_cast<double>(duration_ns) / static_cast<double>(kNsPerSecond);
+    mean_s_ += (duration_s - mean_s_) / (mean_s_ == 0 ? 1 : kWeight);
+  }
+  double mean_s() const { return mean_s_; }
+
+ private:
+  double mean_s_ = 0;
+};
+
+}  // namespace
+
+/// From the first exchange until the device is lost.
+struct FalconHandle::Session {
+  Session(FtdiPort& port, HandleChannels& channels, double force_share)
+      : link(port), tracker(force_share), commands(channels.command), states(channels.state) {}
+
+  FalconLink link;
+  FalconTracker tracker;
+  CommandWatch commands;
+  rt::HandleStateChannel& states;
+  ExchangeTime exchange_time;
+  std::string advice;              // on what was found before the first exchange
+  std::uint64_t damaged = 0;       // of the link's, counted already
+  std::uint64_t without_pose = 0;  // since the last report
+  bool force_cut = false;          // since the last report
+};
+
+config::Result<void> FalconHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(config::Error{"falcon", "is running already", ""});
+  stop_signal_.reset();
+  board_.reset(identityOf(settings_.serial));
+  board_.set(HandlePresence::absent, "looking for the Falcon");
+  frame_.emplace(settings_, scale_);
+  seen_ = false;
+  measurements_ = 0;
+  rejected_ = 0;
+  auto thread = startThread("handle", [this, &channels] { run(channels); });
+  if (!thread) return std::unexpected(thread.error());
+  thread_ = std::move(*thread);
+  return {};
+}
+
+void FalconHandle::stop() {
+  if (!thread_.joinable()) return;
+  stop_signal_.raise();
+  thread_.join();
+  board_.set(HandlePresence::absent, "stopped");
+}
+
+std::string FalconHandle::identityOf(const std::string& serial) const {
+  return serial.empty() ? "falcon" : "falcon " + serial;
+}
+
+void FalconHandle::run(HandleChannels& channels) {
+  Clock::time_point next_try = Clock::now();
+  while (!stop_signal_.waitUntil(next_try)) {
+    useDeviceOnce(channels);
+    next_try = Clock::now() + kRetryPeriod;
+  }
+}
+
+void FalconHandle::useDeviceOnce(HandleChannels& channels) {
+  auto port = FtdiPort::open(settings_.serial);
+  if (!port) return reportMissing(port.error());
+  board_.update([&](HandleStatus& status) { status.identity = identityOf((*port)->serial()); });
+
+  const auto image = readFalconImage(settings_.falcon.firmware);
+  if (auto answers = makeItAnswer(**port, image); !answers) return reportMissing(answers.error());
+  Session session(**port, channels, settings_.falcon.force_share);
+  if (!image) session.advice = "works with the firmware that it has, but " + image.error().text();
+
+  const config::Result<void> lost = exchange(session);
+  session.link.send({});  // no force; a device that is gone exerts none
+  if (!lost) reportMissing(lost.error());
+}
+
+/// A device that was without power has no firmware.
+config::Result<void> FalconHandle::makeItAnswer(FtdiPort& port, const config::Result<FalconImage>& image) {
+  auto answers = falconAnswers(port, stop_signal_);
+  if (!answers) return std::unexpected(answers.error());
+  if (*answers) return {};
+  if (!image) return std::unexpected(image.error());
+  config::Error error{"falcon firmware", "stopped", ""};
+  std::string failure;
+  for (int load = 1; load <= kMostLoads && !stop_signal_.raised(); ++load) {
+    board_.set(HandlePresence::calibrating,
+               fmt::format("loading the firmware, try {} of {}{}", load, kMostLoads, failure));
+    const config::Result<void> loaded = loadFalconImage(port, *image, stop_signal_);
+    answers = loaded ? falconAnswers(port, stop_signal_) : std::unexpected(loaded.error());
+    if (answers && *answers) return {};
+    error = answers ? config::Error{"falcon firmware", "it was loaded and does not answer",
+                                    "check that falcon_handle.firmware is an image for the Falcon"}
+                    : answers.error();
+    failure = "; before: " + error.text();
+  }
+  return std::unexpected(error);
+}
+
+config::Result<void> FalconHandle::exchange(Session& session) {
+  if (auto begun = session.link.begin(); !begun) return begun;
+  frame_->beginSession();
+  seen_ = true;
+  report(session);
+  Clock::time_point last_reply = Clock::now();
+  Clock::time_point last_report = last_reply;
+  while (!stop_signal_.raised()) {
+    const std::int64_t begin_ns = monotonicNs();
+    auto force_n = session.commands.force_n_in_world(begin_ns);
+    if (force_n) force_n = frame_->forceInHandle(*force_n);
+    const auto reply = session.link.exchange(session.tracker.orderFor(force_n));
+    if (!reply) return std::unexpected(reply.error());
+    const Clock::time_point now = Clock::now();
+    if (*reply) {
+      last_reply = now;
+      session.exchange_time.add(monotonicNs() - begin_ns);
+      take(session, **reply);
+    } else if (now - last_reply > kSilenceLimit) {
+      return std::unexpected(
+          config::Error{"falcon", "it does not answer any more", "check its USB cable and its power supply"});
+    }
+    if (now - last_report < kReportPeriod) continue;
+    last_report = now;
+    report(session);
+  }
+  return {};
+}
+
+/// A reply names the position at the begin of the exchange, and the command that answers it leaves at the
+/// begin of the next one but takes effect when that has arrived: two exchanges at most.
+void FalconHandle::take(Session& session, const FalconReply& reply) {
+  FalconTracker& tracker = session.tracker;
+  const bool was_homed = tracker.homed();
+  tracker.take(reply);
+  session.force_cut |= tracker.forceCut();
+  if (tracker.homed() != was_homed) {
+    frame_->beginSession();  // positions before have nothing to do with those behind
+    report(session);
+  }
+  HandleMeasurement measurement;
+  measurement.time_ns = monotonicNs();
+  measurement.buttons = reply.buttons;
+  measurement.calibrated = tracker.homed();
+  measurement.delay_s = 2 * session.exchange_time.mean_s();
+  if (tracker.homed()) {
+    if (!tracker.pose()) {
+      ++session.without_pose;
+      ++rejected_;
+      return;
+    }
+    measurement.position_m_in_handle = tracker.pose()->position_m - kFalconCentre_m;
+  }
+  session.states.write(frame_->stateOf(measurement));
+  ++measurements_;
+}
+
+void FalconHandle::report(Session& session) {
+  rejected_ += session.link.damaged() - session.damaged;
+  session.damaged = session.link.damaged();
+  const bool homed = session.tracker.homed();
+  std::string advice = session.advice;
+  if (session.without_pose > 0) {
+    advice = fmt::format("its encoders name no place within its reach (switch it off and on, then {})",
+                         kHomingAdvice);
+  } else if (session.force_cut) {
+    advice = "its motors are at their limit, forces are weaker than commanded";
+  }
+  board_.update([&](HandleStatus& status) {
+    status.state = homed ? HandlePresence::present : HandlePresence::calibrating;
+    status.detail = homed ? "" : kHomingAdvice;
+    status.measurements = measurements_;
+    status.rejected = rejected_;
+    status.advice = std::move(advice);
+  });
+  session.without_pose = 0;
+  session.force_cut = false;
+}
+
+void FalconHandle::reportMissing(const config::Error& error) {
+  board_.update([&](HandleStatus& status) {
+    status.state = seen_ ? HandlePresence::lost : HandlePresence::absent;
+    status.detail = error.text();
+    status.measurements = measurements_;
+    status.rejected = rejected_;
+    status.advice.clear();
+  });
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "config/settings.h"
+#include "drivers/handle/falcon/falcon_firmware.h"
+#include "drivers/handle/falcon/falcon_link.h"
+#include "drivers/handle/falcon/falcon_tracker.h"
+#include "drivers/handle/handle.h"
+#include "drivers/handle/handle_frame.h"
+#include "drivers/handle/handle_status_board.h"
+#include "drivers/stop_signal.h"
+
+namespace hapticd::drivers {
+
+/// A Novint Falcon through libusb. The origin of its frame is kFalconCentre_m, its axes are the device's.
+///
+/// The thread looks for the device once a second, loads its firmware where it has none, asks the person to
+/// home it, and then exchanges an order against a reply about 1000 times a second. Forces are zero while the
+/// encoders are not homed, where the position is not known, and when no new command has come for
+/// kCommandLimitNs. A device that gives no whole reply for kSilenceLimit is lost.
+class FalconHandle final : public Handle {
+ public:
+  static constexpr std::int64_t kCommandLimitNs = 20'000'000;
+  static constexpr std::chrono::milliseconds kSilenceLimit{100};
+  static constexpr int kMostLoads = 10;
+
+  FalconHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
+      : settings_(settings), scale_(scale) {}
+  ~FalconHandle() override { stop(); }
+
+  config::Result<void> start(HandleChannels& channels) override;
+  void stop() override;
+  HandleStatus status() const override { return board_.snapshot(); }
+
+ private:
+  struct Session;
+
+  void run(HandleChannels& channels);
+  void useDeviceOnce(HandleChannels& channels);
+  config::Result<void> makeItAnswer(FtdiPort& port, const config::Result<FalconImage>& image);
+  config::Result<void> exchange(Session& session);
+  void take(Session& session, const FalconReply& reply);
+  void report(Session& session);
+  void reportMissing(const config::Error& error);
+  std::string identityOf(const std::string& serial) const;
+
+  config::HandleSettings settings_;
+  rt::HandleScaleParameters scale_;
+  HandleStatusBoard board_;
+  StopSignal stop_signal_;
+  std::thread thread_;
+
+  // of the driver's thread only
+  std::optional<HandleFrame> frame_;
+  bool seen_ = false;  // the device was there once
+  std::uint64_t measurements_ = 0;
+  std::uint64_t rejected_ = 0;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,42 @@
+#include "drivers/handle/falcon/falcon_link.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kSendLimit{100};
+constexpr std::uint16_t kLatencyMs = 1;
+
+}  // namespace
+
+config::Result<void> FalconLink::begin() {
+  replies_.reset();
+  if (auto done = port_.setLatency(kLatencyMs); !done) return done;
+  if (auto done = port_.setBaud(FtdiPort::Baud::of_firmware); !done) return done;
+  return port_.purge();
+}
+
+config::Result<void> FalconLink::send(const FalconOrder& order) {
+  return port_.write(frameOf(order), kSendLimit);
+}
+
+config::Result<std::optional<FalconReply>> FalconLink::exchange(const FalconOrder& order) {
+  if (auto sent = send(order); !sent) return std::unexpected(sent.error());
+  const Clock::time_point deadline = Clock::now() + kReplyLimit;
+  std::optional<FalconReply> newest;
+  while (!newest && Clock::now() < deadline) {
+    const auto bytes = port_.read(kReplyLimit);
+    if (!bytes) return std::unexpected(bytes.error());
+    for (const std::uint8_t byte : *bytes) {
+      if (const auto reply = replies_.add(byte)) newest = reply;
+    }
+  }
+  if (newest) return newest;
+  // A reply that comes later would be taken for that of the next order.
+  replies_.reset();
+  if (auto purged = port_.purge(); !purged) return std::unexpected(purged.error());
+  return std::nullopt;
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,37 @@
+#include "drivers/handle/falcon/falcon_tracker.h"
+
+#include "drivers/handle/falcon/falcon_forces.h"
+
+namespace hapticd::drivers {
+
+void FalconTracker::take(const FalconReply& reply) {
+  takeHoming(reply.homed);
+  pose_.reset();
+  if (!homed_) return;
+  const FalconAngles angles = thighAnglesOf(reply.encoder_counts);
+  pose_ = falconPoseOf(angles, last_position_m_);
+  if (!pose_) pose_ = falconPoseOf(angles, kFalconCentre_m);
+  if (pose_) last_position_m_ = pose_->position_m;
+}
+
+void FalconTracker::takeHoming(std::uint8_t homed_encoders) {
+  contrary_replies_ = (homed_encoders == kAllHomed) == homed_ ? 0 : contrary_replies_ + 1;
+  if (contrary_replies_ < kSteadyReplies) return;
+  homed_ = !homed_;
+  contrary_replies_ = 0;
+  last_position_m_ = kFalconCentre_m;
+}
+
+FalconOrder FalconTracker::orderFor(const std::optional<rt::Vec3>& force_n) {
+  FalconOrder order;
+  order.home = true;  // all the time, so that lost homing shows
+  order.led = !homed_ ? FalconLed::red : force_n ? FalconLed::green : FalconLed::blue;
+  force_cut_ = false;
+  if (!pose_ || !force_n) return order;
+  const FalconForce force = motorCountsFor(*pose_, *force_n, force_share_);
+  order.motor_counts = force.motor_counts;
+  force_cut_ = force.exerted_share < 1;
+  return order;
+}
+
+}  // namespace hapticd::drivers

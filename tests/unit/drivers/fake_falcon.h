@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hapticd::test {
+
+/// A Novint Falcon on the level of its FTDI chip: control requests, bytes out, bytes in. It has a bootloader
+/// and, once that has received an image of the right length, a firmware that answers orders. The encoders
+/// count from a random place until the grip has been at its outer and then at its inner end. The public data
+/// are what a test arranges and looks at, under `mutex`. Thread: any.
+class FakeFalcon {
+ public:
+  struct Request {
+    int request;
+    int value;
+    bool operator==(const Request&) const = default;
+  };
+  using Counts = std::array<int, 3>;
+
+  static constexpr const char* kSerial = "FALCON01";
+  static constexpr Counts kOuterEnd{700, 700, 700};
+  static constexpr Counts kInnerEnd{-700, -700, -700};
+  /// What the damaged replies of a garbled device name.
+  static constexpr Counts kGarbledCounts{500, -300, 100};
+
+  // what a test arranges
+  bool plugged = true;
+  bool may_be_opened = true;
+  bool in_use = false;
+  bool held_by_kernel = true;
+  bool has_firmware = true;
+  std::size_t image_bytes = 0;  // of an image that runs
+  int unanswered_greetings = 0;
+  bool zero_before_greeting = false;
+  int wrong_echoes = 0;  // the first byte of so many images comes back wrong
+  bool mute = false;
+  bool garbled = false;  // every second reply is damaged, each time in another way
+  std::uint8_t buttons = 0;
+
+  // what a test looks at
+  bool detached = false;
+  int openings = 0;
+  std::vector<Request> requests;
+  std::vector<std::uint8_t> image;
+  std::uint64_t orders = 0;
+  std::uint64_t damaged_replies = 0;
+  std::uint64_t wrong_orders = 0;
+  Counts motors{};
+  int control = 0;  // of the newest order: LED and homing request
+
+  std::mutex mutex;
+
+  /// Moves the grip.  Takes `mutex`.
+  void moveTo(const Counts& counts);
+  /// It is switched off and on again: firmware and homing are gone.  Takes `mutex`.
+  void loseEverything();
+
+  // The chip, for fake_falcon_libusb.cpp.  Each takes `mutex`.
+  void take(Request request);
+  void take(std::span<const std::uint8_t> bytes);
+  /// The next packet: two bytes of status, and a piece of what there is.
+  std::size_t give(std::span<std::uint8_t> transfer);
+
+ private:
+  enum class Stage { idle, greeting, image_announced, image };
+
+  void takeInBootloader(std::span<const std::uint8_t> bytes);
+  void takeOrder(std::span<const std::uint8_t> bytes);
+  void reply();
+  void queueDamaged(std::array<std::uint8_t, 16> reply);
+  void queue(std::span<const std::uint8_t> bytes);
+
+  Counts counts_{};
+  std::array<bool, 3> was_outside_{};
+  std::array<bool, 3> homed_{};
+  Stage stage_ = Stage::idle;
+  int baud_ = 0;
+  int latency_ms_ = 0;
+  bool dtr_ = false;
+  bool rts_ = true;
+  bool plain_format_ = false;
+  std::deque<std::uint8_t> pending_;
+};
+
+}  // namespace hapticd::test
+
+/// The one device on the fake bus.
+extern "C" hapticd::test::FakeFalcon* hapticdFakeFalcon();

@@ -1,0 +1,236 @@
+#include "drivers/handle/falcon/falcon_kinematics.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "drivers/handle/falcon/falcon_forces.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// Calls for points all over the workspace: up to 50 mm from the axis, z from 85 to 165 mm. Farther out the
+/// legs stretch.
+void forWorkspace(const std::function<void(const Vec3&)>& check) {
+  for (double x = -0.045; x < 0.046; x += 0.015) {
+    for (double y = -0.045; y < 0.046; y += 0.015) {
+      if (std::hypot(x, y) > 0.05) continue;
+      for (double z = 0.085; z < 0.166; z += 0.01) check({x, y, z});
+    }
+  }
+}
+
+FalconAngles anglesOf(const FalconPose& pose) {
+  return {pose.legs[0].thigh_rad, pose.legs[1].thigh_rad, pose.legs[2].thigh_rad};
+}
+
+TEST(FalconKinematics, FindsThePositionsThatWereComputedElsewhereForCounts) {
+  struct Vector {
+    FalconCounts counts;
+    Vec3 position_m;
+  };
+  const Vector vectors[] = {{{0, 0, 0}, {0, 0, 0.134602}},
+                            {{-200, -200, -200}, {0, 0, 0.125005}},
+                            {{336, 336, 336}, {0, 0, 0.149999}},
+                            {{500, -300, 100}, {0.020613, -0.021809, 0.135115}},
+                            {{-53, -496, 70}, {0.020017, 0.000026, 0.124995}}};
+  for (const auto& [counts, expected] : vectors) {
+    const auto pose = falconPoseOf(thighAnglesOf(counts), kFalconCentre_m);
+    ASSERT_TRUE(pose);
+    // the vectors are rounded to micrometres
+    EXPECT_NEAR(pose->position_m.x, expected.x, 0.6e-6);
+    EXPECT_NEAR(pose->position_m.y, expected.y, 0.6e-6);
+    EXPECT_NEAR(pose->position_m.z, expected.z, 0.6e-6);
+  }
+}
+
+TEST(FalconKinematics, FindsTheAnglesThatWereComputedElsewhereForPositions) {
+  struct Vector {
+    Vec3 position_m;
+    FalconAngles thighs_deg;
+  };
+  const Vector vectors[] = {{{0.02, 0, 0.125}, {33.081, 16.937, 37.534}},
+                            {{0, 0.02, 0.125}, {17.127, 32.373, 38.046}},
+                            {{-0.02, 0.03, 0.13}, {15.115, 51.334, 42.473}}};
+  for (const auto& [position_m, thighs_deg] : vectors) {
+    const auto pose = falconPoseAt(position_m);
+    ASSERT_TRUE(pose);
+    // rounded to a thousandth of a degree
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(pose->legs[k].thigh_rad / kDegree, thighs_deg[k], 0.6e-3);
+  }
+}
+
+TEST(FalconKinematics, FindsTheAnglesOnTheAxisThatWereComputedElsewhere) {
+  const double rows[][4] = {{0.100, 8.01, 132.84, 91.07},  {0.110, 16.19, 131.73, 91.07},
+                            {0.125, 27.71, 129.02, 91.07}, {0.140, 39.17, 125.22, 91.07},
+                            {0.150, 47.24, 122.04, 91.07}, {0.170, 66.76, 113.21, 91.07}};
+  for (const auto& [z, thigh, shin, tilt] : rows) {
+    const auto pose = falconPoseAt({0, 0, z});
+    ASSERT_TRUE(pose);
+    for (const FalconLeg& leg : pose->legs) {
+      // rounded to a hundredth of a degree
+      EXPECT_NEAR(leg.thigh_rad / kDegree, thigh, 0.006) << z;
+      EXPECT_NEAR(leg.shin_rad / kDegree, shin, 0.006) << z;
+      EXPECT_NEAR(leg.tilt_rad / kDegree, tilt, 0.006) << z;
+    }
+  }
+}
+
+TEST(FalconKinematics, LegsReachFromTheBaseToTheGrip) {
+  const double azimuths_deg[] = {105, -15, -135};
+  forWorkspace([&](const Vec3& p) {
+    const auto pose = falconPoseAt(p);
+    ASSERT_TRUE(pose) << p.x << " " << p.y << " " << p.z;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [t1, t2, t3] = pose->legs[k];
+      const double phi = azimuths_deg[k] * kDegree;
+      const double reach = 0.01125 + 0.01125 + 0.1025 * std::sin(t3);
+      // rounding of a few operations on numbers of 0.1 m
+      EXPECT_NEAR(p.x * std::cos(phi) + p.y * std::sin(phi) - 0.04,
+                  0.06 * std::cos(t1) - 0.01443 + reach * std::cos(t2), 1e-15);
+      EXPECT_NEAR(-p.x * std::sin(phi) + p.y * std::cos(phi) + 0.02309, 0.1025 * std::cos(t3) + 0.025, 1e-15);
+      EXPECT_NEAR(p.z, 0.06 * std::sin(t1) + reach * std::sin(t2), 1e-15);
+    }
+  });
+}
+
+/// The leg's thigh angle at `p` + `way`.
+double thighBeside(const Vec3& p, const Vec3& way, std::size_t leg) {
+  const auto pose = falconPoseAt(p + way);
+  EXPECT_TRUE(pose);
+  return pose ? pose->legs[leg].thigh_rad : kNan;
+}
+
+TEST(FalconKinematics, JacobianIsTheSlopeOfTheInverseKinematics) {
+  constexpr double kStep_m = 1e-5;
+  forWorkspace([&](const Vec3& p) {
+    const auto pose = falconPoseAt(p);
+    ASSERT_TRUE(pose);
+    for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      Vec3 step;
+      step.*axis = kStep_m;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double near = thighBeside(p, step, k) - thighBeside(p, -step, k);
+        const double far = thighBeside(p, 2 * step, k) - thighBeside(p, -2 * step, k);
+        const double slope = (8 * near - far) / (12 * kStep_m);
+        // rounding of angles of 1 rad over the step, and its fourth power times the fifth derivative, at most
+        // 60 rad/m * (190 / m)^4 where a leg is nearly stretched
+        EXPECT_NEAR(pose->jacobian[k].*axis, slope, 2e-9) << p.x << " " << p.y << " " << p.z;
+      }
+    }
+  });
+}
+
+TEST(FalconKinematics, FindsBackEveryPositionOfTheWorkspaceFromItsAngles) {
+  forWorkspace([](const Vec3& p) {
+    const auto there = falconPoseAt(p);
+    ASSERT_TRUE(there);
+    for (const Vec3& start : {kFalconCentre_m, p + Vec3{0.002, -0.001, 0.002}}) {
+      const auto found = falconPoseOf(anglesOf(*there), start);
+      ASSERT_TRUE(found) << p.x << " " << p.y << " " << p.z;
+      // 1e-10 rad of an angle that changes by at least 2 rad/m along the position
+      EXPECT_LT(norm(found->position_m - p), 5e-11) << p.x << " " << p.y << " " << p.z;
+    }
+  });
+}
+
+TEST(FalconKinematics, RefusesWhatTheLegsCannotReach) {
+  for (const Vec3& p :
+       {Vec3{0, 0, 0.3}, Vec3{0, 0, -0.12}, Vec3{0, 0, 0}, Vec3{0.3, 0, 0.125}, Vec3{0, -0.2, 0.1},
+        Vec3{kNan, 0, 0.1}, Vec3{0, kInfinity, 0.1}, Vec3{0, 0, -kInfinity}, Vec3{1e300, 1e300, 1e300}}) {
+    EXPECT_FALSE(falconPoseAt(p)) << p.x << " " << p.y << " " << p.z;
+  }
+}
+
+TEST(FalconKinematics, NoCountsGiveAPositionThatIsOutsideTheReachOrDoesNotExplainThem) {
+  int found = 0;
+  for (int a = -32768; a < 32768; a += 1311) {
+    for (int b = -3000; b <= 3000; b += 250) {
+      for (int c = -3000; c <= 3000; c += 250) {
+        for (const FalconCounts& counts : {FalconCounts{a, b, c}, FalconCounts{a / 20, b / 2, c / 2}}) {
+          const FalconAngles angles = thighAnglesOf(counts);
+          const auto pose = falconPoseOf(angles, kFalconCentre_m);
+          if (!pose) continue;
+          ++found;
+          ASSERT_LE(std::hypot(pose->position_m.x, pose->position_m.y), kFalconReachFromAxis_m);
+          ASSERT_GE(pose->position_m.z, kFalconNearest_m);
+          ASSERT_LE(pose->position_m.z, kFalconFarthest_m);
+          const auto there = falconPoseAt(pose->position_m);
+          ASSERT_TRUE(there);
+          for (std::size_t k = 0; k < 3; ++k) ASSERT_NEAR(there->legs[k].thigh_rad, angles[k], 1e-7);
+        }
+      }
+    }
+  }
+  EXPECT_GT(found, 100);
+}
+
+TEST(FalconKinematics, AnglesThatAreNotFiniteHaveNoPosition) {
+  EXPECT_FALSE(falconPoseOf({kNan, 0.5, 0.5}, kFalconCentre_m));
+  EXPECT_FALSE(falconPoseOf({0.5, kInfinity, 0.5}, kFalconCentre_m));
+  EXPECT_FALSE(falconPoseOf({0.5, 0.5, 0.5}, {0, kNan, 0.1}));
+}
+
+TEST(FalconForces, AreTheCountsPerNewtonThatWereComputedElsewhere) {
+  const auto pose = falconPoseAt({0, 0, 0.125});
+  ASSERT_TRUE(pose);
+  EXPECT_EQ(motorCountsFor(*pose, {0, 0, 1}, 1).motor_counts, (FalconCounts{-252, -252, -252}));
+  EXPECT_EQ(motorCountsFor(*pose, {1, 0, 0}, 1).motor_counts, (FalconCounts{-179, 606, -427}));
+  EXPECT_EQ(motorCountsFor(*pose, {0, 1, 0}, 1).motor_counts, (FalconCounts{596, -143, -453}));
+  EXPECT_EQ(motorCountsFor(*pose, {0, 0, 1}, 0.25).motor_counts, (FalconCounts{-63, -63, -63}));
+}
+
+TEST(FalconForces, DoTheWorkOfTheForceAtTheGrip) {
+  // virtual work: torque . d theta = force . d position, for any small motion
+  forWorkspace([](const Vec3& p) {
+    const auto pose = falconPoseAt(p);
+    ASSERT_TRUE(pose);
+    const Vec3 force_n{1.5, -0.7, 2.2};
+    const auto torques = thighTorquesOf(*pose, force_n);
+    for (const Vec3& motion_m : {Vec3{1e-6, 0, 0}, Vec3{0, 1e-6, 0}, Vec3{0, 0, 1e-6}}) {
+      const auto before = falconPoseAt(p - motion_m);
+      const auto after = falconPoseAt(p + motion_m);
+      ASSERT_TRUE(before && after);
+      double work_j = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        work_j += torques[k] * (after->legs[k].thigh_rad - before->legs[k].thigh_rad);
+      // rounding of angles of 1 rad, and second order of the micrometre
+      EXPECT_NEAR(work_j, 2 * dot(force_n, motion_m), 1e-13);
+    }
+  });
+}
+
+TEST(FalconForces, BeyondTheLimitKeepTheirDirection) {
+  const auto pose = falconPoseAt({0, 0, 0.125});
+  ASSERT_TRUE(pose);
+  const FalconForce force = motorCountsFor(*pose, {100, 0, 0}, 1);
+  EXPECT_EQ(force.motor_counts[1], 4095);
+  // (-179, 606, -427) times 4095 / 606; the counts per newton are rounded to half of one
+  EXPECT_NEAR(force.motor_counts[0], -179 * 4095 / 606.0, 0.5 * 4095 / 606 + 2);
+  EXPECT_NEAR(force.motor_counts[2], -427 * 4095 / 606.0, 0.5 * 4095 / 606 + 4);
+  EXPECT_NEAR(force.exerted_share, 4095 / 60600.0, 1e-4);
+  EXPECT_EQ(motorCountsFor(*pose, {6, 0, 0}, 1).exerted_share, 1);
+}
+
+TEST(FalconForces, ThatAreNotFiniteAreNone) {
+  const auto pose = falconPoseAt({0, 0, 0.125});
+  ASSERT_TRUE(pose);
+  for (const double bad : {kNan, kInfinity, -kInfinity, std::numeric_limits<double>::max()}) {
+    for (const int counts : motorCountsFor(*pose, {1, bad, 1}, 1).motor_counts)
+      EXPECT_LE(std::abs(counts), 4095);
+  }
+  EXPECT_EQ(motorCountsFor(*pose, {kNan, 0, 1}, 1).motor_counts, FalconCounts{});
+}
+
+}  // namespace
+}  // namespace hapticd::drivers
