@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/ipv4_endpoint.h"
 #include "config/line_address.h"
 #include "config/parameter_table.h"
 #include "config/value_text.h"
@@ -87,6 +88,35 @@ void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
   add(conflicts, {"falcon_handle.firmware", "handle.driver"},
       "is empty, and the handle.driver falcon needs it",
       "set falcon_handle.firmware to the path of the image that Novint's driver brings");
+}
+
+void checkUdpAddress(const UdpHandleSettings& udp, std::vector<Conflict>& conflicts) {
+  const Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
+  if (!address || address->port != 0) {
+    add(conflicts, {"udp_handle.address"},
+        address ? fmt::format("{} names a port", inQuotes(udp.address)) : address.error().what,
+        "write the address as 192.0.2.1, and the port in udp_handle.port");
+  }
+  if (udp.peer.empty()) return;
+  const Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
+  constexpr std::uint32_t kFirstMulticast = 0xE0000000;
+  if (!peer || peer->address == 0 || peer->address >= kFirstMulticast) {
+    add(conflicts, {"udp_handle.peer"},
+        peer ? fmt::format("{} is no address of one computer", inQuotes(udp.peer)) : peer.error().what,
+        "write it as 192.0.2.10, or with a port as 192.0.2.10:47801");
+  } else if (address && isLoopback(*address) && !isLoopback(*peer)) {
+    add(conflicts, {"udp_handle.address", "udp_handle.peer"},
+        fmt::format("{} is reached from this computer only, and udp_handle.peer is {}", udp.address,
+                    udp.peer),
+        "set udp_handle.address to this computer's address in the peer's network, or to 0.0.0.0 for all");
+  }
+}
+
+void checkUdpHandle(const Settings& settings, std::vector<Conflict>& conflicts) {
+  checkUdpAddress(settings.handle.udp, conflicts);
+  if (settings.handle.driver != HandleDriver::udp || !settings.handle.udp.peer.empty()) return;
+  add(conflicts, {"udp_handle.peer", "handle.driver"}, "is empty, and the handle.driver udp needs it",
+      "set udp_handle.peer to the IPv4 address of the computer that holds the device");
 }
 
 struct LedLine {
@@ -177,6 +207,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   findFrameGridConflict(settings, conflicts);
   checkDirection(settings, conflicts);
   checkFalcon(settings, conflicts);
+  checkUdpHandle(settings, conflicts);
   checkLeds(settings, conflicts);
   checkSockets(settings, conflicts);
   return conflicts;

@@ -2,6 +2,7 @@
 
 #include "drivers/handle/falcon/falcon_handle.h"
 #include "drivers/handle/simulated/simulated_handle.h"
+#include "drivers/handle/udp/udp_handle.h"
 
 namespace hapticd::drivers {
 
@@ -13,6 +14,7 @@ std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
     case config::HandleDriver::falcon:
       return std::make_unique<FalconHandle>(settings, scale);
     case config::HandleDriver::udp:
+      return std::make_unique<UdpHandle>(settings, scale);
     case config::HandleDriver::hid:
       break;
   }

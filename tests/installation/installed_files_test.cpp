@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::set<std::string> kPrograms{"usr/bin/haptic-replay", "usr/bin/hapticbench", "usr/bin/hapticctl",
+const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",       "usr/bin/haptic-replay",
+                                      "usr/bin/hapticbench",         "usr/bin/hapticctl",
                                       "usr/libexec/hapticd/hapticd", "usr/sbin/hapticd-realtime-setup"};
 
 Finished install(const fs::path& prefix) {
@@ -24,6 +25,7 @@ Finished install(const fs::path& prefix) {
 TEST(Installation, PutsEveryFileInItsPlace) {
   const std::vector<std::string> expected{
       "etc/hapticd/hapticd.yaml",
+      "usr/bin/haptic-bridge",
       "usr/bin/haptic-replay",
       "usr/bin/hapticbench",
       "usr/bin/hapticctl",
@@ -43,6 +45,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/examples/60-udp-peer.conf",
       "usr/share/doc/hapticd/examples/demo.yaml",
       "usr/share/fish/vendor_completions.d/hapticctl.fish",
+      "usr/share/man/man1/haptic-bridge.1.gz",
       "usr/share/man/man1/haptic-replay.1.gz",
       "usr/share/man/man1/hapticbench.1.gz",
       "usr/share/man/man1/hapticctl.1.gz",

@@ -10,8 +10,9 @@
 namespace hapticd::test {
 namespace {
 
-const std::vector<std::string> kPages{"man1/haptic-replay.1.gz", "man1/hapticbench.1.gz",
-                                      "man1/hapticctl.1.gz", "man5/hapticd.yaml.5.gz", "man8/hapticd.8.gz"};
+const std::vector<std::string> kPages{"man1/haptic-bridge.1.gz", "man1/haptic-replay.1.gz",
+                                      "man1/hapticbench.1.gz",   "man1/hapticctl.1.gz",
+                                      "man5/hapticd.yaml.5.gz",  "man8/hapticd.8.gz"};
 
 std::string pagePath(const std::string& page) {
   return stagedRoot() / "usr/share/man" / page;
@@ -81,6 +82,10 @@ TEST(Manual, ShowsEveryCommandAndOptionOfHapticctl) {
 TEST(Manual, ShowsEveryCommandAndOptionOfHapticbench) {
   EXPECT_TRUE(commandsOf("hapticbench").contains("speed"));
   expectComplete("hapticbench", "man1/hapticbench.1.gz");
+}
+
+TEST(Manual, ShowsEveryOptionOfHapticBridge) {
+  expectComplete("haptic-bridge", "man1/haptic-bridge.1.gz");
 }
 
 TEST(Manual, ShowsEveryOptionOfHapticReplay) {

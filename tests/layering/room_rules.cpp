@@ -116,6 +116,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
       {"libusb", {"drivers"}},
+      {"nettle/", {"drivers/handle/udp"}},
       {"nlohmann/", {"daemon", "tools"}},
       {"systemd/", {"daemon"}},
       {"yaml-cpp/", {"config"}},

@@ -9,8 +9,9 @@ set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
 turns the live depth into forces on the handle, 1000 times a second.
 
 This package holds the daemon with its service, and the programs to steer it
-(hapticctl), to compute forces for recorded scenes (haptic-replay) and to
-measure the force laws (hapticbench).")
+(hapticctl), to join a device on another computer (haptic-bridge), to compute
+forces for recorded scenes (haptic-replay) and to measure the force laws
+(hapticbench).")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS

@@ -35,6 +35,7 @@ add_manual_page(hapticd.8 hapticd)
 add_manual_page(hapticd.yaml.5)
 add_manual_page(hapticd-realtime-setup.8)
 add_manual_page(hapticctl.1 hapticctl)
+add_manual_page(haptic-bridge.1 haptic-bridge)
 add_manual_page(haptic-replay.1 haptic-replay)
 add_manual_page(hapticbench.1 hapticbench)
 
@@ -52,4 +53,4 @@ list(APPEND generated_files ${HAPTICD_GENERATED}/changelog.Debian.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticctl haptic-replay hapticbench)
+add_dependencies(installable hapticd hapticctl haptic-bridge haptic-replay hapticbench)

@@ -19,12 +19,12 @@ find_service_folder(udev_folder udev udevdir lib/udev)
 set(doc_folder ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd)
 
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticctl haptic-replay hapticbench)
+foreach(program hapticd hapticctl haptic-bridge haptic-replay hapticbench)
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
 install(TARGETS hapticd RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd)
-install(TARGETS hapticctl haptic-replay hapticbench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS hapticctl haptic-bridge haptic-replay hapticbench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 
 install(FILES systemd/hapticd-status.socket systemd/hapticd-control.socket DESTINATION ${unit_folder})
 install(FILES systemd/hapticd.sysusers DESTINATION ${sysusers_folder} RENAME hapticd.conf)
@@ -39,7 +39,7 @@ install(PROGRAMS tools/realtime-setup DESTINATION ${CMAKE_INSTALL_SBINDIR} RENAM
 
 install(FILES ${HAPTICD_GENERATED}/hapticd.8.gz ${HAPTICD_GENERATED}/hapticd-realtime-setup.8.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man8)
 install(FILES ${HAPTICD_GENERATED}/hapticd.yaml.5.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man5)
-foreach(program hapticctl haptic-replay hapticbench)
+foreach(program hapticctl haptic-bridge haptic-replay hapticbench)
   install(FILES ${HAPTICD_GENERATED}/${program}.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 endforeach()
 install(FILES ${HAPTICD_GENERATED}/hapticctl

@@ -57,6 +57,41 @@ TEST(Conflicts, TheFewestPointsMayNotExceedTheMost) {
             "force.max_points to at least 101)"});
 }
 
+TEST(Conflicts, TheUdpHandleNeedsAPeer) {
+  EXPECT_EQ(textsFor({"udp_handle.peer="}), Texts{});
+  EXPECT_EQ(textsFor({"handle.driver=udp", "udp_handle.peer=127.0.0.1:47801"}), Texts{});
+  EXPECT_EQ(textsFor({"handle.driver=udp"}),
+            Texts{"udp_handle.peer: is empty, and the handle.driver udp needs it (set udp_handle.peer to the "
+                  "IPv4 address of the computer that holds the device)"});
+}
+
+TEST(Conflicts, AUdpPeerIsOneComputerThatTheAddressReaches) {
+  const auto texts = [](const std::string& address, const std::string& peer) {
+    return textsFor({"udp_handle.address=" + address, "udp_handle.peer=" + peer});
+  };
+  for (const char* peer : {"192.0.2.10", "192.0.2.10:1", "192.0.2.10:65535", "223.255.255.255"}) {
+    EXPECT_EQ(texts("192.0.2.1", peer), Texts{}) << peer;
+    EXPECT_EQ(texts("0.0.0.0", peer), Texts{}) << peer;
+  }
+  for (const char* peer :
+       {"device", "192.0.2", "192.0.2.256", "192.0.2.10:", "192.0.2.10:0", "192.0.2.10:65536",
+        "192.0.2.10:1x", "192.0.2.10: 1", " 192.0.2.10", "::1", "0.0.0.0", "224.0.0.1", "255.255.255.255"}) {
+    const Texts found = texts("192.0.2.1", peer);
+    ASSERT_EQ(found.size(), 1U) << peer;
+    EXPECT_NE(found[0].find("write it as 192.0.2.10, or with a port as 192.0.2.10:47801"), std::string::npos);
+  }
+  EXPECT_EQ(texts("127.0.0.1", "192.0.2.10"), Texts{"udp_handle.address: 127.0.0.1 is reached from this "
+                                                    "computer only, and udp_handle.peer is 192.0.2.10 "
+                                                    "(set udp_handle.address to this computer's address in "
+                                                    "the peer's network, or to 0.0.0.0 for all)"});
+  EXPECT_EQ(
+      texts("192.0.2.1:5", "192.0.2.10"),
+      Texts{
+          "udp_handle.address: \"192.0.2.1:5\" names a port (write the address as 192.0.2.1, and the port in "
+          "udp_handle.port)"});
+  EXPECT_EQ(texts("here", "").size(), 1U);
+}
+
 TEST(Conflicts, ADepthLawNeedsAValidRawValue) {
   EXPECT_EQ(
       textsFor({"camera.depth_law=custom", "camera.depth_a_per_m=-0.0029", "camera.depth_b_per_m=3.15"}),

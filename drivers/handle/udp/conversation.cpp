@@ -1,0 +1,127 @@
+#include "drivers/handle/udp/conversation.h"
+
+#include <sys/random.h>
+
+#include <algorithm>
+#include <random>
+
+namespace hapticd::drivers::udp {
+
+std::uint64_t randomSession() {
+  std::uint64_t session = 0;
+  while (session == 0) {
+    // Fails only before the kernel has gathered entropy, at boot.
+    if (::getrandom(&session, sizeof session, GRND_NONBLOCK) != sizeof session) {
+      std::random_device device;
+      session = (std::uint64_t{device()} << 32) | device();
+    }
+  }
+  return session;
+}
+
+Header Conversation::numbered(std::int64_t now_ns) {
+  Header header;
+  header.session = session_;
+  header.sequence = ++sent_;
+  header.time_ns = now_ns;
+  sent_ns_[sent_ % kRememberedSends] = now_ns;
+  ++counts_.sent;
+  return header;
+}
+
+Header Conversation::next(std::int64_t now_ns) {
+  Header header = numbered(now_ns);
+  if (peer_session_ == 0) return header;
+  header.echo = {peer_session_, newest_, static_cast<std::uint64_t>(now_ns - newest_arrived_ns_)};
+  return header;
+}
+
+Header Conversation::answerTo(const Header& heard, std::int64_t now_ns) {
+  Header header = numbered(now_ns);
+  header.echo = {heard.session, heard.sequence, 0};
+  return header;
+}
+
+Conversation::Verdict Conversation::hear(const Header& header, std::int64_t now_ns) {
+  ++counts_.received;
+  const Verdict verdict = judge(header, now_ns);
+  switch (verdict) {
+    case Verdict::duplicated:
+      ++counts_.duplicated;
+      break;
+    case Verdict::reordered:
+      ++counts_.reordered;
+      if (counts_.lost > 0) --counts_.lost;  // it was taken for lost when the newer one came
+      seen_ |= std::uint64_t{1} << (newest_ - header.sequence);
+      break;
+    case Verdict::unproven:
+      ++counts_.rejected;
+      if (header.session == peer_session_ && header.sequence > newest_) ++unproven_since_;
+      break;
+    case Verdict::fresh:
+    case Verdict::greeting:
+      break;
+  }
+  return verdict;
+}
+
+Conversation::Verdict Conversation::judge(const Header& header, std::int64_t now_ns) {
+  if (header.session == peer_session_) {
+    const Verdict order_verdict = order(header.sequence);
+    if (order_verdict != Verdict::fresh) return order_verdict;
+  }
+  if (header.echo.session == 0) return Verdict::greeting;
+  const auto loop_ns = loopNsOf(header.echo, now_ns);
+  // Packets of two sessions of the other side may overtake each other; only the later one goes on.
+  const bool later = header.session == peer_session_ || header.echo.sequence > newest_echo_;
+  if (!loop_ns || !later || header.echo.age_ns > static_cast<std::uint64_t>(*loop_ns)) {
+    return Verdict::unproven;
+  }
+  loop_ns_ = *loop_ns;
+  round_trip_.add(*loop_ns - static_cast<std::int64_t>(header.echo.age_ns));
+  takeOver(header, now_ns);
+  return Verdict::fresh;
+}
+
+Conversation::Verdict Conversation::order(std::uint64_t sequence) const {
+  if (sequence > newest_) return Verdict::fresh;
+  const std::uint64_t behind = newest_ - sequence;
+  if (behind >= kWindow) return Verdict::unproven;  // nobody remembers whether it was here
+  return ((seen_ >> behind) & 1) != 0 ? Verdict::duplicated : Verdict::reordered;
+}
+
+std::optional<std::int64_t> Conversation::loopNsOf(const Echo& echo, std::int64_t now_ns) const {
+  if (echo.session != session_ || echo.sequence > sent_ || sent_ - echo.sequence >= kRememberedSends) {
+    return std::nullopt;
+  }
+  const std::int64_t loop_ns = now_ns - sent_ns_[echo.sequence % kRememberedSends];
+  if (loop_ns < 0 || loop_ns > kFreshNs) return std::nullopt;
+  return loop_ns;
+}
+
+void Conversation::takeOver(const Header& header, std::int64_t now_ns) {
+  const std::uint64_t step = header.sequence - newest_;
+  if (header.session != peer_session_) {
+    seen_ = 1;
+  } else {
+    const std::uint64_t missing = step - 1;
+    counts_.lost += missing - std::min(missing, unproven_since_);
+    seen_ = (step < kWindow ? seen_ << step : 0) | 1;
+  }
+  peer_session_ = header.session;
+  newest_ = header.sequence;
+  newest_arrived_ns_ = now_ns;
+  newest_echo_ = std::max(newest_echo_, header.echo.sequence);
+  unproven_since_ = 0;
+}
+
+LinkStatus Conversation::link() const {
+  LinkStatus link = counts_;
+  link.round_trip_p50_ns = round_trip_.quantileNs(0.5);
+  link.round_trip_p99_ns = round_trip_.quantileNs(0.99);
+  link.round_trip_p999_ns = round_trip_.quantileNs(0.999);
+  link.round_trip_max_ns = round_trip_.maxNs();
+  return link;
+}
+
+}  // namespace hapticd::drivers::udp

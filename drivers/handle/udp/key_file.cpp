@@ -1,0 +1,53 @@
+#include "drivers/handle/udp/key_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace hapticd::drivers::udp {
+namespace {
+
+std::unexpected<config::Error> refused(const std::string& path, std::string what, const char* remedy) {
+  return std::unexpected(config::Error{fmt::format("key file {}", path), std::move(what), remedy});
+}
+
+struct OpenFile {
+  int descriptor;
+  ~OpenFile() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+};
+
+}  // namespace
+
+config::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
+  std::vector<std::byte> key;
+  if (path.empty()) return key;
+  const OpenFile file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  struct stat status {};
+  if (file.descriptor < 0 || ::fstat(file.descriptor, &status) != 0) {
+    return refused(path, std::strerror(errno),
+                   "let the program's user or group read it, or correct its path");
+  }
+  if (!S_ISREG(status.st_mode)) return refused(path, "is no file", "correct its path");
+  if ((status.st_mode & S_IRWXO) != 0) {
+    return refused(path, "others may read or write it", "chmod o= it, and make a new key if they were there");
+  }
+  key.resize(kMostKeyBytes + 1);
+  const ssize_t size = ::read(file.descriptor, key.data(), key.size());
+  if (size < 0) return refused(path, std::strerror(errno), "");
+  key.resize(static_cast<std::size_t>(size));
+  if (key.size() < kFewestKeyBytes || key.size() > kMostKeyBytes) {
+    return refused(
+        path,
+        fmt::format("has {} bytes, allowed are {} to {}", status.st_size, kFewestKeyBytes, kMostKeyBytes),
+        "make one with: openssl rand 32");
+  }
+  return key;
+}
+
+}  // namespace hapticd::drivers::udp

@@ -1,0 +1,265 @@
+#include "drivers/handle/udp/packet.h"
+
+#include <nettle/hmac.h>
+#include <nettle/memops.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace hapticd::drivers::udp {
+namespace {
+
+using rt::Vec3;
+using Bytes = std::span<const std::byte>;
+using PacketArray = std::array<std::byte, kAuthenticatedBytes>;
+
+enum class Kind : std::uint8_t { state = 1, command = 2 };
+
+constexpr std::uint32_t kMagic = 0x43545048;  // "HPTC" in the order of the bytes
+constexpr std::uint8_t kVersion = 1;
+
+// Flags
+constexpr std::uint16_t kAuthenticated = 1;
+constexpr std::uint16_t kVelocityValid = 2;
+constexpr std::uint16_t kCalibrated = 4;
+constexpr std::uint16_t kFault = 8;
+
+// Offsets of the fields
+constexpr std::size_t kMagicAt = 0;
+constexpr std::size_t kVersionAt = 4;
+constexpr std::size_t kKindAt = 5;
+constexpr std::size_t kFlagsAt = 6;
+constexpr std::size_t kSessionAt = 8;
+constexpr std::size_t kSequenceAt = 16;
+constexpr std::size_t kTimeAt = 24;
+constexpr std::size_t kEchoSessionAt = 32;
+constexpr std::size_t kEchoSequenceAt = 40;
+constexpr std::size_t kEchoAgeAt = 48;
+constexpr std::size_t kFirstVectorAt = 56;
+constexpr std::size_t kSecondVectorAt = 80;
+constexpr std::size_t kButtonsOrModeAt = 104;
+constexpr std::size_t kCrcAt = 108;
+static_assert(kCrcAt + sizeof(std::uint32_t) == kPlainBytes);
+static_assert(kPlainBytes + SHA256_DIGEST_SIZE == kAuthenticatedBytes);
+
+// Differences of two such numbers never overflow.
+constexpr std::uint64_t kMostHeaderNumber = std::uint64_t{1} << 62;
+
+template <typename Number>
+void put(PacketArray& bytes, std::size_t at, Number number) {
+  for (std::size_t i = 0; i < sizeof number; ++i) bytes[at + i] = static_cast<std::byte>(number >> (8 * i));
+}
+
+void put(PacketArray& bytes, std::size_t at, const Vec3& vector) {
+  put(bytes, at, std::bit_cast<std::uint64_t>(vector.x));
+  put(bytes, at + 8, std::bit_cast<std::uint64_t>(vector.y));
+  put(bytes, at + 16, std::bit_cast<std::uint64_t>(vector.z));
+}
+
+template <typename Number>
+Number get(Bytes bytes, std::size_t at) {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < sizeof(Number); ++i) {
+    number |= std::to_integer<std::uint64_t>(bytes[at + i]) << (8 * i);
+  }
+  return static_cast<Number>(number);
+}
+
+Vec3 getVector(Bytes bytes, std::size_t at) {
+  const auto coordinate = [&](std::size_t i) {
+    return std::bit_cast<double>(get<std::uint64_t>(bytes, at + 8 * i));
+  };
+  return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+void putHeader(PacketArray& bytes, Kind kind, std::uint16_t flags, const Header& header) {
+  put(bytes, kMagicAt, kMagic);
+  put(bytes, kVersionAt, kVersion);
+  put(bytes, kKindAt, static_cast<std::uint8_t>(kind));
+  put(bytes, kFlagsAt, flags);
+  put(bytes, kSessionAt, header.session);
+  put(bytes, kSequenceAt, header.sequence);
+  put(bytes, kTimeAt, static_cast<std::uint64_t>(header.time_ns));
+  put(bytes, kEchoSessionAt, header.echo.session);
+  put(bytes, kEchoSequenceAt, header.echo.sequence);
+  put(bytes, kEchoAgeAt, header.echo.age_ns);
+}
+
+Header getHeader(Bytes bytes) {
+  Header header;
+  header.session = get<std::uint64_t>(bytes, kSessionAt);
+  header.sequence = get<std::uint64_t>(bytes, kSequenceAt);
+  header.time_ns = get<std::int64_t>(bytes, kTimeAt);
+  header.echo.session = get<std::uint64_t>(bytes, kEchoSessionAt);
+  header.echo.sequence = get<std::uint64_t>(bytes, kEchoSequenceAt);
+  header.echo.age_ns = get<std::uint64_t>(bytes, kEchoAgeAt);
+  return header;
+}
+
+bool isPossible(const Header& header) {
+  const bool echoes_nobody = header.echo.session == 0;
+  return header.session != 0 && header.sequence != 0 && header.sequence <= kMostHeaderNumber &&
+         header.time_ns >= 0 && static_cast<std::uint64_t>(header.time_ns) <= kMostHeaderNumber &&
+         echoes_nobody == (header.echo.sequence == 0) && header.echo.sequence <= kMostHeaderNumber &&
+         header.echo.age_ns <= kMostHeaderNumber;
+}
+
+std::array<std::byte, SHA256_DIGEST_SIZE> authenticationOf(Bytes bytes, Bytes key) {
+  hmac_sha256_ctx context;
+  hmac_sha256_set_key(&context, key.size(), reinterpret_cast<const std::uint8_t*>(key.data()));
+  hmac_sha256_update(&context, bytes.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()));
+  std::array<std::byte, SHA256_DIGEST_SIZE> digest{};
+  hmac_sha256_digest(&context, digest.size(), reinterpret_cast<std::uint8_t*>(digest.data()));
+  return digest;
+}
+
+/// What is wrong with the envelope, from what costs least to what costs most.
+std::expected<void, Refusal> checkEnvelope(Bytes bytes, Kind kind, std::uint16_t known_flags, Bytes key) {
+  if (bytes.size() != kPlainBytes && bytes.size() != kAuthenticatedBytes)
+    return std::unexpected(Refusal::wrong_size);
+  if (get<std::uint32_t>(bytes, kMagicAt) != kMagic) return std::unexpected(Refusal::not_this_protocol);
+  if (get<std::uint8_t>(bytes, kVersionAt) != kVersion) return std::unexpected(Refusal::other_version);
+  if (get<std::uint32_t>(bytes, kCrcAt) != crc32c(bytes.first(kCrcAt)))
+    return std::unexpected(Refusal::damaged);
+  const auto flags = get<std::uint16_t>(bytes, kFlagsAt);
+  const bool authenticated = (flags & kAuthenticated) != 0;
+  if (authenticated != (bytes.size() == kAuthenticatedBytes)) return std::unexpected(Refusal::wrong_size);
+  if (authenticated && key.empty()) return std::unexpected(Refusal::authenticated_without_key);
+  if (!authenticated && !key.empty()) return std::unexpected(Refusal::not_authenticated);
+  if (authenticated) {
+    const auto expected = authenticationOf(bytes.first(kPlainBytes), key);
+    if (memeql_sec(expected.data(), bytes.data() + kPlainBytes, expected.size()) == 0)
+      return std::unexpected(Refusal::wrong_key);
+  }
+  if (get<std::uint8_t>(bytes, kKindAt) != static_cast<std::uint8_t>(kind))
+    return std::unexpected(Refusal::other_kind);
+  if ((flags & ~known_flags) != 0) return std::unexpected(Refusal::unknown_flags);
+  if (!isPossible(getHeader(bytes))) return std::unexpected(Refusal::impossible_header);
+  return {};
+}
+
+std::expected<void, Refusal> checkLength(const Vec3& vector, double most) {
+  if (!isFinite(vector)) return std::unexpected(Refusal::not_finite);
+  if (norm(vector) > most) return std::unexpected(Refusal::out_of_range);
+  return {};
+}
+
+constexpr std::array<std::uint32_t, 256> kCrcTable = [] {
+  std::array<std::uint32_t, 256> table{};
+  for (std::uint32_t i = 0; i < table.size(); ++i) {
+    std::uint32_t remainder = i;
+    for (int bit = 0; bit < 8; ++bit) {
+      remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0x82F63B78 : 0);
+    }
+    table[i] = remainder;
+  }
+  return table;
+}();
+
+}  // namespace
+
+std::uint32_t crc32c(Bytes bytes) {
+  std::uint32_t crc = ~std::uint32_t{0};
+  for (const std::byte byte : bytes) {
+    crc = (crc >> 8) ^ kCrcTable[(crc ^ std::to_integer<std::uint32_t>(byte)) & 255];
+  }
+  return ~crc;
+}
+
+PacketBytes sealed(PacketArray bytes, Bytes key) {
+  if (!key.empty()) {
+    put(bytes, kFlagsAt, static_cast<std::uint16_t>(get<std::uint16_t>(bytes, kFlagsAt) | kAuthenticated));
+  }
+  put(bytes, kCrcAt, crc32c(Bytes(bytes).first(kCrcAt)));
+  PacketBytes packet;
+  packet.size_ = key.empty() ? kPlainBytes : kAuthenticatedBytes;
+  if (!key.empty()) {
+    std::ranges::copy(authenticationOf(Bytes(bytes).first(kPlainBytes), key), bytes.begin() + kPlainBytes);
+  }
+  packet.bytes_ = bytes;
+  return packet;
+}
+
+PacketBytes encode(const StatePacket& packet, Bytes key) {
+  PacketArray bytes{};
+  const int flags = (packet.velocity_valid ? kVelocityValid : 0) | (packet.calibrated ? kCalibrated : 0) |
+                    (packet.fault ? kFault : 0);
+  putHeader(bytes, Kind::state, static_cast<std::uint16_t>(flags), packet.header);
+  put(bytes, kFirstVectorAt, packet.position_m_in_handle);
+  put(bytes, kSecondVectorAt, packet.velocity_m_per_s_in_handle);
+  put(bytes, kButtonsOrModeAt, packet.buttons);
+  return sealed(bytes, key);
+}
+
+PacketBytes encode(const CommandPacket& packet, Bytes key) {
+  PacketArray bytes{};
+  putHeader(bytes, Kind::command, 0, packet.header);
+  put(bytes, kFirstVectorAt, packet.force_n_in_handle);
+  put(bytes, kButtonsOrModeAt, std::uint32_t{packet.active ? 1U : 0U});
+  return sealed(bytes, key);
+}
+
+std::expected<StatePacket, Refusal> decodeState(Bytes bytes, Bytes key) {
+  constexpr std::uint16_t kKnownFlags = kAuthenticated | kVelocityValid | kCalibrated | kFault;
+  if (auto ok = checkEnvelope(bytes, Kind::state, kKnownFlags, key); !ok) return std::unexpected(ok.error());
+  const auto flags = get<std::uint16_t>(bytes, kFlagsAt);
+  StatePacket packet;
+  packet.header = getHeader(bytes);
+  packet.position_m_in_handle = getVector(bytes, kFirstVectorAt);
+  packet.velocity_m_per_s_in_handle = getVector(bytes, kSecondVectorAt);
+  packet.velocity_valid = (flags & kVelocityValid) != 0;
+  packet.calibrated = (flags & kCalibrated) != 0;
+  packet.fault = (flags & kFault) != 0;
+  packet.buttons = get<std::uint32_t>(bytes, kButtonsOrModeAt);
+  if (auto ok = checkLength(packet.position_m_in_handle, kMostPositionM); !ok)
+    return std::unexpected(ok.error());
+  if (auto ok = checkLength(packet.velocity_m_per_s_in_handle, kMostSpeedMPerS); !ok)
+    return std::unexpected(ok.error());
+  return packet;
+}
+
+std::expected<CommandPacket, Refusal> decodeCommand(Bytes bytes, Bytes key) {
+  if (auto ok = checkEnvelope(bytes, Kind::command, kAuthenticated, key); !ok)
+    return std::unexpected(ok.error());
+  CommandPacket packet;
+  packet.header = getHeader(bytes);
+  packet.force_n_in_handle = getVector(bytes, kFirstVectorAt);
+  const auto mode = get<std::uint32_t>(bytes, kButtonsOrModeAt);
+  if (mode > 1) return std::unexpected(Refusal::out_of_range);
+  packet.active = mode == 1;
+  if (auto ok = checkLength(packet.force_n_in_handle, kMostForceN); !ok) return std::unexpected(ok.error());
+  return packet;
+}
+
+std::string_view textOf(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::wrong_size:
+      return "wrong size (does something else send there?)";
+    case Refusal::not_this_protocol:
+      return "another protocol (does something else send there?)";
+    case Refusal::other_version:
+      return "another version of the protocol (bring both sides to the same version)";
+    case Refusal::other_kind:
+      return "of the wrong direction (is it our own packet that comes back?)";
+    case Refusal::unknown_flags:
+      return "unknown flags (bring both sides to the same version)";
+    case Refusal::damaged:
+      return "damaged on the way (check cables and network cards)";
+    case Refusal::not_authenticated:
+      return "not authenticated (give the peer the key as well)";
+    case Refusal::authenticated_without_key:
+      return "authenticated, but there is no key here (set udp_handle.key_file)";
+    case Refusal::wrong_key:
+      return "another key, or forged (give both sides the same key)";
+    case Refusal::impossible_header:
+      return "an impossible session, number or time (the sender does not follow the protocol)";
+    case Refusal::not_finite:
+      return "a value that is not finite (does the device work?)";
+    case Refusal::out_of_range:
+      return "a value out of range (metres, metres per second and newtons are meant)";
+  }
+  return "";
+}
+
+}  // namespace hapticd::drivers::udp

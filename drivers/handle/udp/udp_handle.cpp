@@ -1,0 +1,75 @@
+#include "drivers/handle/udp/udp_handle.h"
+
+#include <fmt/format.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <utility>
+
+#include "config/ipv4_endpoint.h"
+#include "drivers/handle/udp/key_file.h"
+#include "drivers/handle/udp/udp_worker.h"
+#include "drivers/start_thread.h"
+
+namespace hapticd::drivers {
+namespace {
+
+config::Error at(const char* parameter, config::Error error) {
+  error.where = parameter;
+  return error;
+}
+
+config::Result<udp::WorkerSettings> workerSettingsFrom(const config::HandleSettings& settings) {
+  udp::WorkerSettings worker;
+  const auto local = config::ipv4EndpointFrom(settings.udp.address);
+  if (!local) return std::unexpected(at("udp_handle.address", local.error()));
+  worker.local = {local->address, static_cast<std::uint16_t>(settings.udp.port)};
+  const auto peer = config::ipv4EndpointFrom(settings.udp.peer);
+  if (!peer) return std::unexpected(at("udp_handle.peer", peer.error()));
+  worker.peer = *peer;
+  auto key = udp::keyFrom(settings.udp.key_file);
+  if (!key) return std::unexpected(key.error());
+  worker.key = std::move(*key);
+  return worker;
+}
+
+}  // namespace
+
+UdpHandle::UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
+    : settings_(settings), scale_(scale) {}
+
+config::Result<void> UdpHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(config::Error{"udp handle", "is running already", ""});
+  auto worker_settings = workerSettingsFrom(settings_);
+  if (!worker_settings) return std::unexpected(worker_settings.error());
+  stop_event_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  if (stop_event_ < 0) {
+    return std::unexpected(
+        config::Error{"udp handle", std::strerror(errno), "raise the limit of open files"});
+  }
+  board_.reset("udp " + settings_.udp.peer);
+  auto worker =
+      std::make_unique<udp::UdpWorker>(*worker_settings, HandleFrame(settings_, scale_), channels, board_);
+  worker->openSocket();  // where that fails, run() tries again
+  auto thread = startThread(
+      "handle", [worker = std::move(worker), stop_event = stop_event_] { worker->run(stop_event); });
+  if (!thread) {
+    ::close(stop_event_);
+    return std::unexpected(thread.error());
+  }
+  thread_ = std::move(*thread);
+  return {};
+}
+
+void UdpHandle::stop() {
+  if (!thread_.joinable()) return;
+  ::eventfd_write(stop_event_, 1);
+  thread_.join();
+  ::close(stop_event_);
+  board_.set(HandlePresence::absent, "not started");
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <thread>
+
+#include "config/settings.h"
+#include "drivers/handle/handle.h"
+#include "drivers/handle/handle_status_board.h"
+
+namespace hapticd::drivers {
+
+/// A handle on another computer, behind the packets of protocol.md: present while a bridge there sends valid
+/// states, lost 100 ms after the last one. Nobody but the configured peer is listened to.
+///
+/// The thread has no real-time priority: packets of strangers must not be able to keep a CPU from others.
+class UdpHandle final : public Handle {
+ public:
+  UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);
+  ~UdpHandle() override { stop(); }
+  UdpHandle(const UdpHandle&) = delete;
+  UdpHandle& operator=(const UdpHandle&) = delete;
+
+  /// Errors: an address or peer that is none, a key file that cannot be used, no thread. An address or port
+  /// that is not there is none of them: the driver tries again each second.
+  config::Result<void> start(HandleChannels& channels) override;
+  void stop() override;
+  HandleStatus status() const override { return board_.snapshot(); }
+
+ private:
+  config::HandleSettings settings_;
+  rt::HandleScaleParameters scale_;
+  HandleStatusBoard board_;
+  int stop_event_ = -1;  // eventfd; readable: the thread is to end
+  std::thread thread_;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,263 @@
+#include "drivers/handle/udp/udp_worker.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "drivers/monotonic_clock.h"
+
+namespace hapticd::drivers::udp {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kLostNs = 100 * kMs;
+constexpr std::int64_t kForceLoopHangsNs = 20 * kMs;
+constexpr std::int64_t kCommandIntervalNs = 5 * kMs;  // where no state asks for one
+constexpr std::int64_t kAnswerIntervalNs = 5 * kMs;   // what is not proven must not multiply packets
+constexpr std::int64_t kReportIntervalNs = 100 * kMs;
+constexpr std::int64_t kRetryNs = 1000 * kMs;
+constexpr std::int64_t kRefusalConcernsNs = 10'000 * kMs;
+constexpr int kMostPacketsAtOnce = 256;  // then commands and the end get their turn
+constexpr std::size_t kReceiveBytes = 256;
+constexpr int kGoodbyes = 5;
+
+/// Waits until `stop_event` or `other` (-1: none) is readable, or the time is over; true for stop_event.
+bool stopsWithin(std::int64_t wait_ns, int stop_event, int other) {
+  std::array<pollfd, 2> files{{{stop_event, POLLIN, 0}, {other, POLLIN, 0}}};
+  const std::int64_t bounded_ns = std::max<std::int64_t>(wait_ns, 0);
+  const timespec timeout{bounded_ns / kNsPerSecond, bounded_ns % kNsPerSecond};
+  return ::ppoll(files.data(), files.size(), &timeout, nullptr) > 0 && files[0].revents != 0;
+}
+
+bool comesFrom(const config::Ipv4Endpoint& from, const config::Ipv4Endpoint& peer) {
+  return from.address == peer.address && (peer.port == 0 || from.port == peer.port);
+}
+
+}  // namespace
+
+void UdpWorker::run(int stop_event) {
+  while (true) {
+    if (!socket_.isOpen() && !openSocket()) {
+      if (stopsWithin(kRetryNs, stop_event, -1)) break;
+      continue;
+    }
+    if (stopsWithin(nextDueNs() - monotonicNs(), stop_event, socket_.descriptor())) break;
+    watchForceLoop(monotonicNs());
+    receiveAll();
+    const std::int64_t now_ns = monotonicNs();
+    if (!isAlive(now_ns) && presence_ != HandlePresence::absent) become(HandlePresence::lost, now_ns);
+    if (isAlive(now_ns) && now_ns - command_sent_ns_ >= kCommandIntervalNs) sendCommand(now_ns);
+    if (now_ns - reported_ns_ >= kReportIntervalNs) report(now_ns);
+  }
+  sendGoodbye();
+  report(monotonicNs());
+}
+
+bool UdpWorker::openSocket() {
+  auto opened = UdpSocket::boundTo(settings_.local);
+  if (opened) socket_ = std::move(*opened);
+  bind_failure_ = opened ? std::string() : opened.error().text();
+  report(monotonicNs());
+  return socket_.isOpen();
+}
+
+std::int64_t UdpWorker::nextDueNs() const {
+  const std::int64_t report_ns = reported_ns_ + kReportIntervalNs;
+  return isAlive(monotonicNs()) ? std::min(report_ns, command_sent_ns_ + kCommandIntervalNs) : report_ns;
+}
+
+/// Of states that have queued up only the newest is a measurement of now; all are judged and counted.
+void UdpWorker::receiveAll() {
+  std::array<std::byte, kReceiveBytes> buffer;
+  for (int i = 0; i < kMostPacketsAtOnce; ++i) {
+    const auto datagram = socket_.receive(buffer);
+    if (!datagram) break;
+    take(*datagram, monotonicNs());
+  }
+  if (newest_) publishNewest();
+}
+
+void UdpWorker::take(const UdpSocket::Datagram& datagram, std::int64_t now_ns) {
+  const auto& [bytes, from] = datagram;
+  if (!comesFrom(from, settings_.peer)) {
+    conversation_.countRejected();
+    return noteRefusal(fmt::format("from {}, which is not udp_handle.peer", textOf(from)), now_ns);
+  }
+  const auto packet = decodeState(bytes, settings_.key);
+  if (!packet) {
+    conversation_.countRejected();
+    return noteRefusal(std::string(textOf(packet.error())), now_ns);
+  }
+  switch (conversation_.hear(packet->header, now_ns)) {
+    case Conversation::Verdict::fresh:
+      return takeOver(*packet, from, now_ns);
+    case Conversation::Verdict::unproven:
+      noteRefusal("replayed or held up, or our packets do not reach the peer within 100 ms", now_ns);
+      return answerUnproven(packet->header, from, now_ns);
+    case Conversation::Verdict::greeting:
+      return answerUnproven(packet->header, from, now_ns);
+    case Conversation::Verdict::duplicated:
+    case Conversation::Verdict::reordered:
+      return;
+  }
+}
+
+void UdpWorker::takeOver(const StatePacket& packet, const config::Ipv4Endpoint& from, std::int64_t now_ns) {
+  constexpr std::int64_t kSmoothing = 16;  // states
+  const bool is_new = conversation_.peerSession() != session_of_frame_ || presence_ == HandlePresence::lost;
+  if (is_new && !session_began_ && !packet.fault) beginSession();
+  if (isAlive(now_ns)) state_interval_ns_ += (now_ns - fresh_ns_ - state_interval_ns_) / kSmoothing;
+  fresh_ns_ = now_ns;
+  from_ = from;
+  delay_.add(conversation_.loopNs());
+  newest_ = {packet, peer_clock_.ourTimeNs(packet.header.time_ns, now_ns)};
+}
+
+void UdpWorker::noteRefusal(std::string why, std::int64_t now_ns) {
+  refusal_ = std::move(why);
+  refused_ns_ = now_ns;
+}
+
+/// Lets the sender show that it runs now: its next packet echoes this one.
+void UdpWorker::answerUnproven(const Header& heard, const config::Ipv4Endpoint& from, std::int64_t now_ns) {
+  if (now_ns - answered_ns_ < kAnswerIntervalNs) return;
+  answered_ns_ = now_ns;
+  send({conversation_.answerTo(heard, now_ns), {}, false}, from);
+}
+
+void UdpWorker::publishNewest() {
+  const auto [packet, time_ns] = *std::exchange(newest_, std::nullopt);
+  if (packet.fault) {
+    become(HandlePresence::lost, fresh_ns_);
+    return sendCommand(fresh_ns_);
+  }
+  HandleMeasurement measurement;
+  measurement.position_m_in_handle = packet.position_m_in_handle;
+  measurement.time_ns = time_ns;
+  measurement.buttons = packet.buttons;
+  measurement.calibrated = packet.calibrated;
+  if (packet.velocity_valid) measurement.velocity_m_per_s_in_handle = packet.velocity_m_per_s_in_handle;
+  // The force that answers a state leaves with the answer to the one after it.
+  measurement.delay_s = static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_) * 1e-9;
+  channels_.state.write(frame_.stateOf(measurement));
+  ++measurements_;
+
+  watchForceLoop(fresh_ns_);
+  if (std::exchange(session_began_, false))
+    first_tick_of_session_ = tick_ + 2;  // the one after tick_ may have begun before the state
+  become(packet.calibrated ? HandlePresence::present : HandlePresence::calibrating, fresh_ns_);
+  sendCommand(fresh_ns_);
+}
+
+void UdpWorker::beginSession() {
+  frame_.beginSession();
+  peer_clock_.reset();
+  delay_.reset();
+  session_began_ = true;
+  session_of_frame_ = conversation_.peerSession();
+  refusal_.clear();  // it belongs to how the session came about
+}
+
+bool UdpWorker::isAlive(std::int64_t now_ns) const {
+  return conversation_.peerSession() != 0 && now_ns - fresh_ns_ <= kLostNs;
+}
+
+void UdpWorker::watchForceLoop(std::int64_t now_ns) {
+  channels_.command.refresh();
+  const std::uint64_t tick = channels_.command.front().tick;
+  if (tick == tick_) return;
+  tick_ = tick;
+  tick_changed_ns_ = now_ns;
+}
+
+bool UdpWorker::mayExert(std::int64_t now_ns) const {
+  return presence_ == HandlePresence::present && tick_ != 0 && tick_ >= first_tick_of_session_ &&
+         now_ns - tick_changed_ns_ <= kForceLoopHangsNs;
+}
+
+void UdpWorker::sendCommand(std::int64_t now_ns) {
+  watchForceLoop(now_ns);
+  CommandPacket packet{conversation_.next(now_ns), {}, mayExert(now_ns)};
+  if (packet.active) {
+    packet.force_n_in_handle = frame_.forceInHandle(channels_.command.front().force_n_in_world);
+  }
+  command_sent_ns_ = now_ns;
+  send(packet, from_);
+}
+
+void UdpWorker::send(const CommandPacket& packet, const config::Ipv4Endpoint& to) {
+  const PacketBytes bytes = encode(packet, settings_.key);
+  send_failure_ = socket_.send(bytes.bytes(), to);
+}
+
+/// More than one, because each may be lost; apart from each other, because losses come in bursts.
+void UdpWorker::sendGoodbye() {
+  if (!socket_.isOpen() || conversation_.peerSession() == 0) return;
+  for (int i = 0; i < kGoodbyes; ++i) {
+    const std::int64_t now_ns = monotonicNs();
+    send({conversation_.next(now_ns), {}, false}, from_);
+    timespec pause{0, kMs};
+    ::nanosleep(&pause, nullptr);
+  }
+}
+
+void UdpWorker::become(HandlePresence presence, std::int64_t now_ns) {
+  if (std::exchange(presence_, presence) != presence) report(now_ns);
+}
+
+void UdpWorker::report(std::int64_t now_ns) {
+  reported_ns_ = now_ns;
+  if (now_ns - refused_ns_ > kRefusalConcernsNs) refusal_.clear();
+  board_.update([this](HandleStatus& status) {
+    status.state = presence_;
+    status.detail = detail();
+    status.advice = advice();
+    status.measurements = measurements_;
+    status.link = conversation_.link();
+    status.rejected = status.link->rejected;
+  });
+}
+
+std::string UdpWorker::detail() const {
+  if (!bind_failure_.empty()) return bind_failure_;
+  const std::string peer = textOf(settings_.peer);
+  std::string text;
+  switch (presence_) {
+    case HandlePresence::present:
+      return text;
+    case HandlePresence::calibrating:
+      return fmt::format("the device of {} does not know yet where it is (calibrate it as the bridge asks)",
+                         peer);
+    case HandlePresence::lost:
+      text =
+          isAlive(reported_ns_)
+              ? fmt::format("the device of {} reports a fault (look at it and at the bridge)", peer)
+              : fmt::format("no valid packet from {} for 100 ms (does the bridge run? is the network there?)",
+                            peer);
+      break;
+    case HandlePresence::absent:
+      text = fmt::format(
+          "no valid packet from {} yet (does the bridge run there and send to {}? do the firewalls and "
+          "IPAddressAllow= of the unit let packets pass?)",
+          peer, textOf(settings_.local));
+      break;
+  }
+  const std::string doubt = advice();
+  return doubt.empty() ? text : text + "; " + doubt;
+}
+
+std::string UdpWorker::advice() const {
+  if (send_failure_ != 0) {
+    return fmt::format(
+        "cannot send to the peer: {} (does IPAddressAllow= of the unit name it? is there a route?)",
+        std::strerror(send_failure_));
+  }
+  return refusal_.empty() ? std::string() : fmt::format("packets are refused, the last one: {}", refusal_);
+}
+
+}  // namespace hapticd::drivers::udp

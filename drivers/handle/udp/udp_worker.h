@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/ipv4_endpoint.h"
+#include "drivers/handle/handle.h"
+#include "drivers/handle/handle_frame.h"
+#include "drivers/handle/handle_status_board.h"
+#include "drivers/handle/udp/conversation.h"
+#include "drivers/handle/udp/delay_estimate.h"
+#include "drivers/handle/udp/packet.h"
+#include "drivers/handle/udp/peer_clock.h"
+#include "drivers/handle/udp/udp_socket.h"
+
+namespace hapticd::drivers::udp {
+
+struct WorkerSettings {
+  config::Ipv4Endpoint local;
+  config::Ipv4Endpoint peer;   ///< without a port: any port of that address
+  std::vector<std::byte> key;  ///< empty: packets are not authenticated
+};
+
+/// What the thread of a UdpHandle does: takes states over, answers each with the newest command, and judges
+/// whether the peer is there.
+/// Thread: one.
+class UdpWorker {
+ public:
+  UdpWorker(const WorkerSettings& settings, HandleFrame frame, HandleChannels& channels,
+            HandleStatusBoard& board)
+      : settings_(settings), frame_(frame), channels_(channels), board_(board) {}
+
+  /// Binds the socket: what arrives from then on is kept until run() takes it. True if it is bound.
+  bool openSocket();
+
+  /// Runs until `stop_event` (an eventfd) is readable, then tells the peer to exert nothing.
+  void run(int stop_event);
+
+ private:
+  struct Arrived {
+    StatePacket packet;
+    std::int64_t time_ns = 0;
+  };
+
+  std::int64_t nextDueNs() const;
+
+  void receiveAll();
+  void take(const UdpSocket::Datagram& datagram, std::int64_t now_ns);
+  void takeOver(const StatePacket& packet, const config::Ipv4Endpoint& from, std::int64_t now_ns);
+  void noteRefusal(std::string why, std::int64_t now_ns);
+  void answerUnproven(const Header& heard, const config::Ipv4Endpoint& from, std::int64_t now_ns);
+  void publishNewest();
+  void beginSession();
+  bool isAlive(std::int64_t now_ns) const;
+
+  void watchForceLoop(std::int64_t now_ns);
+  bool mayExert(std::int64_t now_ns) const;
+  void sendCommand(std::int64_t now_ns);
+  void send(const CommandPacket& packet, const config::Ipv4Endpoint& to);
+  void sendGoodbye();
+
+  void become(HandlePresence presence, std::int64_t now_ns);
+  void report(std::int64_t now_ns);
+  std::string detail() const;
+  std::string advice() const;
+
+  WorkerSettings settings_;
+  HandleFrame frame_;
+  HandleChannels& channels_;
+  HandleStatusBoard& board_;
+  UdpSocket socket_;
+  Conversation conversation_;
+
+  HandlePresence presence_ = HandlePresence::absent;
+  config::Ipv4Endpoint from_;           // where the newest state came from
+  std::uint64_t session_of_frame_ = 0;  // the peer's session that the frame's session stands for
+  bool session_began_ = false;          // of the frame, and nothing is published in it yet
+  std::optional<Arrived> newest_;       // fresh, not published yet
+  std::int64_t fresh_ns_ = 0;           // arrival of the newest fresh state
+  std::int64_t state_interval_ns_ = 0;  // between states, smoothed
+  PeerClock peer_clock_;
+  DelayEstimate delay_;
+  std::uint64_t measurements_ = 0;
+
+  std::uint64_t tick_ = 0;  // of the force loop
+  std::int64_t tick_changed_ns_ = 0;
+  std::uint64_t first_tick_of_session_ = 0;  // earlier ones do not know of the session
+
+  std::int64_t command_sent_ns_ = 0;
+  std::int64_t answered_ns_ = 0;  // when something unproven was
+  std::string bind_failure_;
+  int send_failure_ = 0;  // errno
+  std::string refusal_;   // of the newest refused packet
+  std::int64_t refused_ns_ = 0;
+  std::int64_t reported_ns_ = 0;
+};
+
+}  // namespace hapticd::drivers::udp

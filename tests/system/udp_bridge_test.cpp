@@ -1,0 +1,234 @@
+// The daemon and haptic-bridge over the loopback network: what is exerted is looked at in the bridge's own
+// log, at the far end of the wire.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "tests/system/daemon_under_test.h"
+
+namespace hapticd::test {
+namespace {
+
+// What the bridge promises of its own is 20 ms; the rest is for a tick of its own that comes late.
+constexpr std::int64_t kDeadManNs = 50'000'000;
+
+/// A row of the bridge's log.
+struct Row {
+  std::int64_t time_ns = 0;
+  std::uint64_t sequence = 0;
+  std::int64_t age_ns = 0;
+  bool active = false;
+  Vector commanded_n{};
+  Vector exerted_n{};
+  Vector position_m{};
+};
+
+std::vector<Row> rowsOf(const std::filesystem::path& log) {
+  std::ifstream file(log);
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(
+      line,
+      "t_ns,command_sequence,command_age_ns,mode,fx_n,fy_n,fz_n,exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,"
+      "z_m");
+  std::vector<Row> rows;
+  while (std::getline(file, line)) {
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream fields(line);
+    Row row;
+    std::string mode;
+    fields >> row.time_ns >> row.sequence >> row.age_ns >> mode;
+    for (Vector* vector : {&row.commanded_n, &row.exerted_n, &row.position_m}) {
+      for (double& coordinate : *vector) fields >> coordinate;
+    }
+    EXPECT_TRUE(fields) << line;
+    row.active = mode == "active";
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+double length(const Vector& vector) {
+  return distanceBetween(vector, {});
+}
+
+/// Addresses of the loopback network that no other test has.
+std::string ownLoopback(int host) {
+  const int pid = ::getpid();
+  return "127." + std::to_string(64 + (pid >> 14) % 128) + "." + std::to_string((pid >> 6) & 255) + "." +
+         std::to_string(((pid & 63) << 2) + host);
+}
+
+/// A wall 1 m away, for a hand of the bridge that stays within 35 mm of it.
+std::string udpYaml(const std::string& key_file) {
+  return "safety: {handle_timeout_s: 1, depth_timeout_s: 5}\n"
+         "camera: {driver: synthetic}\n"
+         "synthetic: {scene: plane, noise: off, distance_m: 1}\n"
+         "handle: {driver: udp}\n"
+         "udp_handle: {address: " +
+         ownLoopback(1) + ", peer: '" + ownLoopback(2) + ":47801', key_file: " + key_file +
+         "}\ncontrol: {engage_at_start: true}\n";
+}
+
+class UdpBridge : public testing::Test {
+ protected:
+  UdpBridge() {
+    key_ = folder_.write("key", "0123456789abcdef0123456789abcdef");
+    ::chmod(key_.c_str(), 0600);
+  }
+
+  std::vector<std::string> bridgeCommand(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> command{HAPTIC_BRIDGE_PROGRAM,
+                                     "--peer",
+                                     ownLoopback(1) + ":47800",
+                                     "--local",
+                                     ownLoopback(2) + ":47801",
+                                     "--key-file",
+                                     key_,
+                                     "--start",
+                                     "0,0,-0.97",
+                                     "--travel",
+                                     "0.02",
+                                     "--log",
+                                     log()};
+    command.insert(command.end(), more.begin(), more.end());
+    return command;
+  }
+  std::string log() const { return folder_.path() / "log.csv"; }
+
+  bool forceIsFelt(Daemon& daemon) {
+    return daemon.reaches([](const nlohmann::json& status) {
+      return status.at("handle").at("state") == "present" &&
+             lengthOf(status.at("tick").at("commandForceNInWorld")) > 1;
+    });
+  }
+
+  TemporaryFolder folder_;
+  std::string key_;
+  DaemonHome home_;
+};
+
+/// The newest command comes to an end in the middle of a contact, and the force with it.
+void expectForceEndsWithTheCommands(const std::vector<Row>& rows) {
+  ASSERT_FALSE(rows.empty());
+  const Row& end = rows.back();
+  ASSERT_GT(end.age_ns, kDeadManNs) << "the test ended too early to see it";
+  const std::int64_t last_command_ns = end.time_ns - end.age_ns;
+  EXPECT_TRUE(end.active) << "nobody said goodbye";
+  EXPECT_GT(length(end.commanded_n), 0.5);
+  EXPECT_TRUE(std::ranges::any_of(rows, [](const Row& row) { return length(row.exerted_n) > 0.5; }));
+  for (const Row& row : rows) {
+    if (row.time_ns < last_command_ns + kDeadManNs) continue;
+    EXPECT_EQ(length(row.exerted_n), 0) << row.time_ns;
+  }
+}
+
+TEST_F(UdpBridge, CarriesTheForceOverACleanNetworkWithoutLosingAPacket) {
+  Daemon daemon(home_, udpYaml(key_));
+  ASSERT_TRUE(daemon.answers());
+  const Finished bridge = runToEnd(bridgeCommand({"--duration", "3"}));
+  ASSERT_EQ(bridge.ending, exitedWith(0)) << bridge.errors;
+  ASSERT_TRUE(
+      daemon.reaches([](const nlohmann::json& status) { return status.at("handle").at("state") == "lost"; }));
+
+  const nlohmann::json handle = daemon.status().at("handle");
+  const nlohmann::json& link = handle.at("link");
+  const std::vector<Row> rows = rowsOf(log());
+  EXPECT_EQ(link.at("lost"), 0) << bridge.output;
+  // Refused at most where the machine itself held packets up for 100 ms.
+  EXPECT_LT(link.at("rejected"), rows.size() / 20) << bridge.output;
+  EXPECT_EQ(link.at("duplicated"), 0);
+  EXPECT_EQ(link.at("reordered"), 0);
+  EXPECT_EQ(link.at("received"), rows.size()) << "one state each tick";
+  EXPECT_TRUE(contains(bridge.output, "lost 0, duplicated 0, reordered 0"));
+  EXPECT_GT(link.at("roundTrip").at("p50Ns"), 0);
+  // The hand presses with 2 N, and the wall holds it: half of that is far from rounding and from nothing.
+  EXPECT_GT(std::ranges::count_if(rows, [](const Row& row) { return row.exerted_n[2] > 1; }), 100);
+  for (const Row& row : rows) EXPECT_TRUE(std::isfinite(length(row.exerted_n)));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST_F(UdpBridge, LetsGoWhenTheDaemonIsKilled) {
+  Program bridge(bridgeCommand());
+  {
+    Daemon daemon(home_, udpYaml(key_));
+    ASSERT_TRUE(daemon.answers());
+    ASSERT_TRUE(forceIsFelt(daemon));
+    daemon.signal(SIGKILL);
+    daemon.wait();
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // of silence; only that is asserted
+  bridge.signal(SIGTERM);
+  ASSERT_EQ(bridge.wait(), exitedWith(0));
+  expectForceEndsWithTheCommands(rowsOf(log()));
+}
+
+TEST_F(UdpBridge, LetsGoWhenTheDaemonStandsStill) {
+  Program bridge(bridgeCommand());
+  Daemon daemon(home_, udpYaml(key_));
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(forceIsFelt(daemon));
+  daemon.signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  bridge.signal(SIGTERM);
+  ASSERT_EQ(bridge.wait(), exitedWith(0));
+  expectForceEndsWithTheCommands(rowsOf(log()));
+}
+
+TEST_F(UdpBridge, IsToldToLetGoWhenTheDaemonStops) {
+  Program bridge(bridgeCommand());
+  Daemon daemon(home_, udpYaml(key_));
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(forceIsFelt(daemon));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  bridge.signal(SIGTERM);
+  ASSERT_EQ(bridge.wait(), exitedWith(0));
+  const std::vector<Row> rows = rowsOf(log());
+  ASSERT_FALSE(rows.empty());
+  EXPECT_TRUE(std::ranges::any_of(rows, [](const Row& row) { return length(row.exerted_n) > 0.5; }));
+  EXPECT_FALSE(rows.back().active);
+  EXPECT_EQ(length(rows.back().exerted_n), 0);
+}
+
+TEST_F(UdpBridge, NamesEachAccidentOfABadNetworkAndGoesOn) {
+  Daemon daemon(home_, udpYaml(key_));
+  ASSERT_TRUE(daemon.answers());
+  const Finished bridge =
+      runToEnd(bridgeCommand({"--duration", "3", "--delay-ms", "2", "--loss", "0.05", "--duplicate", "0.05",
+                              "--reorder", "0.05", "--corrupt", "0.05", "--seed", "7"}));
+  ASSERT_EQ(bridge.ending, exitedWith(0)) << bridge.errors;
+  const nlohmann::json link = daemon.status().at("handle").at("link");
+  // Each accident comes to about 150 of 3000 packets; a machine that leaves ticks out brings fewer.
+  for (const char* accident : {"lost", "duplicated", "reordered", "rejected"})
+    EXPECT_GT(link.at(accident), 10) << accident;
+  EXPECT_GT(link.at("roundTrip").at("p50Ns"), 4'000'000) << "2 ms there and 2 ms back";
+  const std::vector<Row> rows = rowsOf(log());
+  EXPECT_GT(std::ranges::count_if(rows, [](const Row& row) { return length(row.exerted_n) > 0.5; }), 100);
+  EXPECT_TRUE(daemon.ticks());
+}
+
+TEST_F(UdpBridge, RefusesOptionsThatCannotWorkWithItsExitStatus) {
+  const auto endingOf = [](const std::vector<std::string>& arguments) {
+    std::vector<std::string> command{HAPTIC_BRIDGE_PROGRAM};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return runToEnd(command).ending;
+  };
+  EXPECT_EQ(endingOf({}), exitedWith(64));
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1"}), exitedWith(64)) << "no port";
+  EXPECT_EQ(endingOf({"--peer", "somewhere:1"}), exitedWith(64));
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--direction", "0,0,0"}), exitedWith(64));
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--loss", "2"}), exitedWith(64));
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--key-file", "/nonexistent"}), exitedWith(66));
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--local", "192.0.2.1:1024"}), exitedWith(69)) << "not ours";
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--log", "/nonexistent/log"}), exitedWith(73));
+}
+
+}  // namespace
+}  // namespace hapticd::test

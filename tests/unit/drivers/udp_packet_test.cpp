@@ -1,0 +1,323 @@
+// The packets of the UDP handle and the conversation that they make up, without sockets and clocks.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+
+#include "drivers/handle/udp/conversation.h"
+#include "drivers/handle/udp/delay_estimate.h"
+#include "drivers/handle/udp/packet.h"
+#include "drivers/handle/udp/peer_clock.h"
+#include "udp_test_peer.h"
+
+namespace hapticd::drivers::udp {
+namespace {
+
+using test::Bytes;
+using test::RawState;
+using Verdict = Conversation::Verdict;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr const char* kKey = "0123456789abcdef";
+
+std::span<const std::byte> spanOf(const Bytes& bytes) {
+  return std::as_bytes(std::span(bytes));
+}
+
+std::span<const std::byte> keyOf(const std::string& key) {
+  return std::as_bytes(std::span(key));
+}
+
+Bytes vectorOf(const PacketBytes& packet) {
+  Bytes bytes;
+  for (const std::byte byte : packet.bytes()) bytes.push_back(std::to_integer<std::uint8_t>(byte));
+  return bytes;
+}
+
+RawState someState() {
+  return {0x1122334455667788, 42,         5'000'000'000, 0x99AA, 7, 123'456, {0.1, -0.2, 9},
+          {1, -99, 0.5},      0x80000005, 2 | 4};
+}
+
+std::optional<Refusal> refusalOf(const Bytes& bytes, const std::string& key = {}) {
+  const auto packet = decodeState(spanOf(bytes), keyOf(key));
+  return packet ? std::nullopt : std::optional(packet.error());
+}
+
+TEST(UdpPacket, CrcIsThatOfRfc3720) {
+  constexpr std::string_view kCheck = "123456789";
+  EXPECT_EQ(crc32c(std::as_bytes(std::span(kCheck))), 0xE3069283);
+  EXPECT_EQ(crc32c({}), 0U);
+}
+
+TEST(UdpPacket, AStateIsReadAndWrittenAsTheDocumentSays) {
+  for (const std::string key : {"", kKey}) {
+    const RawState raw = someState();
+    const Bytes bytes = test::bytesOf(raw, key);
+    const auto packet = decodeState(spanOf(bytes), keyOf(key));
+    ASSERT_TRUE(packet) << textOf(packet.error());
+    EXPECT_EQ(packet->header.session, raw.session);
+    EXPECT_EQ(packet->header.sequence, raw.sequence);
+    EXPECT_EQ(packet->header.time_ns, raw.time_ns);
+    EXPECT_EQ(packet->header.echo.session, raw.echo_session);
+    EXPECT_EQ(packet->header.echo.sequence, raw.echo_sequence);
+    EXPECT_EQ(packet->header.echo.age_ns, raw.echo_age_ns);
+    EXPECT_EQ(packet->position_m_in_handle, raw.position_m);
+    EXPECT_EQ(packet->velocity_m_per_s_in_handle, raw.velocity_m_per_s);
+    EXPECT_EQ(packet->buttons, raw.buttons);
+    EXPECT_TRUE(packet->velocity_valid && packet->calibrated && !packet->fault);
+    EXPECT_EQ(vectorOf(encode(*packet, keyOf(key))), bytes);
+  }
+  EXPECT_EQ(test::getAt<std::uint32_t>(test::bytesOf(someState()), 108), 0x88317B0A)
+      << "the example of protocol.md";
+}
+
+TEST(UdpPacket, ACommandIsReadAndWrittenAsTheDocumentSays) {
+  CommandPacket command;
+  command.header = {3, 4, 5, {6, 7, 8}};
+  command.force_n_in_handle = {1, -2, 3.5};
+  command.active = true;
+  for (const std::string key : {"", kKey}) {
+    const PacketBytes packet = encode(command, keyOf(key));
+    const Bytes bytes = vectorOf(packet);
+    EXPECT_EQ(bytes, test::sealedAgain(bytes, key));
+    const test::RawCommand raw = test::commandIn(bytes);
+    EXPECT_EQ(bytes[5], 2) << "kind";
+    EXPECT_EQ(raw.session, 3U);
+    EXPECT_EQ(raw.sequence, 4U);
+    EXPECT_EQ(raw.echo_session, 6U);
+    EXPECT_EQ(raw.echo_sequence, 7U);
+    EXPECT_EQ(raw.force_n, command.force_n_in_handle);
+    EXPECT_EQ(raw.mode, 1U);
+    const auto read = decodeCommand(packet.bytes(), keyOf(key));
+    ASSERT_TRUE(read) << textOf(read.error());
+    EXPECT_EQ(read->force_n_in_handle, command.force_n_in_handle);
+    EXPECT_TRUE(read->active);
+    EXPECT_EQ(refusalOf(bytes, key), Refusal::other_kind);
+  }
+}
+
+TEST(UdpPacket, EachRefusalHasItsReason) {
+  const Bytes good = test::bytesOf(someState());
+  const auto changed = [&](std::size_t at, auto number) {
+    Bytes bytes = good;
+    test::putAt(bytes, at, number);
+    return test::sealedAgain(bytes);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  constexpr std::uint64_t kHuge = std::uint64_t{1} << 63;
+  EXPECT_EQ(refusalOf(good), std::nullopt);
+  EXPECT_EQ(refusalOf({}), Refusal::wrong_size);
+  EXPECT_EQ(refusalOf(Bytes(good.begin(), good.end() - 1)), Refusal::wrong_size);
+  EXPECT_EQ(refusalOf(Bytes(145)), Refusal::wrong_size);
+  EXPECT_EQ(refusalOf(changed(0, std::uint8_t{'h'})), Refusal::not_this_protocol);
+  EXPECT_EQ(refusalOf(changed(4, std::uint8_t{2})), Refusal::other_version);
+  EXPECT_EQ(refusalOf(changed(5, std::uint8_t{2})), Refusal::other_kind);
+  EXPECT_EQ(refusalOf(changed(5, std::uint8_t{0})), Refusal::other_kind);
+  EXPECT_EQ(refusalOf(changed(6, std::uint16_t{16})), Refusal::unknown_flags);
+  EXPECT_EQ(refusalOf(changed(8, std::uint64_t{0})), Refusal::impossible_header);
+  EXPECT_EQ(refusalOf(changed(16, std::uint64_t{0})), Refusal::impossible_header);
+  EXPECT_EQ(refusalOf(changed(16, kHuge)), Refusal::impossible_header);
+  EXPECT_EQ(refusalOf(changed(24, std::int64_t{-1})), Refusal::impossible_header);
+  EXPECT_EQ(refusalOf(changed(24, std::numeric_limits<std::int64_t>::max())), Refusal::impossible_header);
+  EXPECT_EQ(refusalOf(changed(32, std::uint64_t{0})), Refusal::impossible_header) << "a number of nobody";
+  EXPECT_EQ(refusalOf(changed(48, kHuge)), Refusal::impossible_header);
+  for (std::size_t at = 56; at < 104; at += 8) {
+    EXPECT_EQ(refusalOf(changed(at, nan)), Refusal::not_finite);
+    EXPECT_EQ(refusalOf(changed(at, -infinity)), Refusal::not_finite);
+    EXPECT_EQ(refusalOf(changed(at, 1e308)), Refusal::out_of_range);
+    EXPECT_EQ(refusalOf(changed(at, at < 80 ? 10.1 : -100.1)), Refusal::out_of_range);
+  }
+}
+
+TEST(UdpPacket, EachWrongBitIsNoticed) {
+  const Bytes good = test::bytesOf(someState());
+  for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
+    Bytes bytes = good;
+    bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1U << (bit % 8)));
+    EXPECT_NE(refusalOf(bytes), std::nullopt) << "bit " << bit;
+  }
+}
+
+TEST(UdpPacket, TheKeyDecidesWhoIsBelieved) {
+  const Bytes plain = test::bytesOf(someState());
+  const Bytes authenticated = test::bytesOf(someState(), kKey);
+  EXPECT_EQ(refusalOf(plain, kKey), Refusal::not_authenticated);
+  EXPECT_EQ(refusalOf(authenticated), Refusal::authenticated_without_key);
+  EXPECT_EQ(refusalOf(authenticated, "0123456789abcdeF"), Refusal::wrong_key);
+  Bytes forged = authenticated;
+  forged.back() ^= 1;
+  EXPECT_EQ(refusalOf(forged, kKey), Refusal::wrong_key);
+  forged = authenticated;
+  forged[56] ^= 1;
+  test::putAt(forged, 108, test::slowCrc32c(forged.data(), 108));
+  EXPECT_EQ(refusalOf(forged, kKey), Refusal::wrong_key) << "a position changed by one who knows the CRC";
+  EXPECT_EQ(refusalOf(Bytes(authenticated.begin(), authenticated.begin() + 112), kKey), Refusal::wrong_size);
+}
+
+TEST(UdpPacket, NoRandomBytesAreTakenForAPacketOrHurt) {
+  std::mt19937 random(1);
+  const Bytes good = test::bytesOf(someState(), kKey);
+  for (int i = 0; i < 20'000; ++i) {
+    Bytes bytes = i % 2 == 0 ? Bytes(random() % 300) : good;
+    for (int change = 0; change < (i % 2 == 0 ? 300 : 4); ++change) {
+      if (!bytes.empty()) bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random() % 256);
+    }
+    if (bytes == good) continue;
+    EXPECT_NE(refusalOf(bytes, kKey), std::nullopt);
+    EXPECT_FALSE(decodeCommand(spanOf(bytes), keyOf(kKey)));
+    decodeState(spanOf(test::sealedAgain(bytes)), {});  // whatever numbers it holds
+  }
+}
+
+/// Two sides with a way of 1 ms between them.
+struct TwoSides {
+  std::optional<Conversation> box{std::in_place, 100};
+  std::optional<Conversation> bridge{std::in_place, 200};
+  std::int64_t now_ns = 10'000 * kMs;
+
+  Verdict toBox(const Header& header) {
+    now_ns += kMs;
+    return box->hear(header, now_ns);
+  }
+  Verdict toBridge(const Header& header) {
+    now_ns += kMs;
+    return bridge->hear(header, now_ns);
+  }
+  void meet() {
+    const Header greeting = bridge->next(now_ns);
+    ASSERT_EQ(toBox(greeting), Verdict::greeting);
+    ASSERT_EQ(toBridge(box->answerTo(greeting, now_ns)), Verdict::fresh);
+    ASSERT_EQ(toBox(bridge->next(now_ns)), Verdict::fresh);
+  }
+};
+
+TEST(UdpConversation, BothSidesMeetInThreePacketsAndMeasureTheWay) {
+  TwoSides sides;
+  sides.meet();
+  EXPECT_EQ(sides.box->peerSession(), 200U);
+  EXPECT_EQ(sides.bridge->peerSession(), 100U);
+  const Header command = sides.box->next(sides.now_ns);
+  ASSERT_EQ(sides.toBridge(command), Verdict::fresh);
+  sides.now_ns += 7 * kMs;  // the bridge's own time is part of the loop, not of the round trip
+  ASSERT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
+  EXPECT_EQ(sides.box->loopNs(), 9 * kMs);
+  EXPECT_EQ(sides.box->link().round_trip_max_ns, 2'000'000U);
+  EXPECT_EQ(sides.bridge->link().round_trip_max_ns, 2'000'000U);
+}
+
+TEST(UdpConversation, CountsWhatIsLostDoubledAndOvertaken) {
+  TwoSides sides;
+  sides.meet();
+  std::vector<Header> packets;
+  for (int i = 0; i < 8; ++i) packets.push_back(sides.bridge->next(sides.now_ns));
+  EXPECT_EQ(sides.toBox(packets[0]), Verdict::fresh);
+  EXPECT_EQ(sides.toBox(packets[0]), Verdict::duplicated);
+  EXPECT_EQ(sides.toBox(packets[3]), Verdict::fresh);
+  EXPECT_EQ(sides.box->link().lost, 2U);
+  EXPECT_EQ(sides.toBox(packets[1]), Verdict::reordered);
+  EXPECT_EQ(sides.toBox(packets[1]), Verdict::duplicated);
+  EXPECT_EQ(sides.toBox(packets[7]), Verdict::fresh);
+  const LinkStatus link = sides.box->link();
+  EXPECT_EQ(link.lost, 4U) << "2, 4, 5, 6";
+  EXPECT_EQ(link.duplicated, 2U);
+  EXPECT_EQ(link.reordered, 1U);
+  EXPECT_EQ(link.rejected, 0U);
+  EXPECT_EQ(link.received, 8U) << "2 of meeting, 6 here";
+}
+
+TEST(UdpConversation, APacketThatNobodyRemembersIsNotTakenForNew) {
+  TwoSides sides;
+  sides.meet();
+  std::vector<Header> packets;
+  for (int i = 0; i < 70; ++i) packets.push_back(sides.bridge->next(sides.now_ns));
+  ASSERT_EQ(sides.toBox(packets[69]), Verdict::fresh);
+  EXPECT_EQ(sides.toBox(packets[6]), Verdict::reordered) << "63 before the newest";
+  EXPECT_EQ(sides.toBox(packets[5]), Verdict::unproven) << "64 before the newest";
+}
+
+TEST(UdpConversation, RefusesPacketsOfAnEarlierStartOfItself) {
+  TwoSides sides;
+  sides.meet();
+  const Header old = sides.bridge->next(sides.now_ns);
+  sides.box.emplace(101);
+  EXPECT_EQ(sides.toBox(old), Verdict::unproven);
+  EXPECT_EQ(sides.box->peerSession(), 0U);
+  EXPECT_EQ(sides.toBridge(sides.box->answerTo(old, sides.now_ns)), Verdict::fresh);
+  EXPECT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
+}
+
+TEST(UdpConversation, GoesOnWithAPeerThatStartsAgainAndNeverBack) {
+  TwoSides sides;
+  sides.meet();
+  const Header recorded = sides.bridge->next(sides.now_ns);
+  const Header greeting_before = {200, 1, sides.now_ns, {}};
+  sides.bridge.emplace(201);
+  sides.meet();
+  EXPECT_EQ(sides.box->peerSession(), 201U);
+  EXPECT_EQ(sides.toBox(recorded), Verdict::unproven);
+  EXPECT_EQ(sides.toBox(greeting_before), Verdict::greeting);
+  EXPECT_EQ(sides.box->peerSession(), 201U);
+  EXPECT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
+}
+
+TEST(UdpConversation, RefusesWhatIsHeldUpAndRecoversByAnAnswer) {
+  TwoSides sides;
+  sides.meet();
+  const Header in_time = sides.bridge->next(sides.now_ns);
+  const Header late = sides.bridge->next(sides.now_ns);
+  const std::int64_t echoed_ns = sides.now_ns - 2 * kMs;  // when the box sent what both echo
+  EXPECT_EQ(sides.box->hear(in_time, echoed_ns + kFreshNs), Verdict::fresh);
+  EXPECT_EQ(sides.box->hear(late, echoed_ns + kFreshNs + 1), Verdict::unproven);
+  sides.now_ns = echoed_ns + kFreshNs + 1;
+  EXPECT_EQ(sides.toBridge(sides.box->answerTo(late, sides.now_ns)), Verdict::fresh);
+  EXPECT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
+  EXPECT_EQ(sides.box->link().lost, 0U) << "the late one was refused, not lost";
+}
+
+TEST(UdpConversation, BelievesNoEchoOfWhatWasNotSentOrCannotBeThatOld) {
+  TwoSides sides;
+  sides.meet();
+  Header header = sides.bridge->next(sides.now_ns);
+  header.echo.sequence += 1;
+  EXPECT_EQ(sides.toBox(header), Verdict::unproven);
+  header = sides.bridge->next(sides.now_ns);
+  header.echo.age_ns = 50 * kMs;
+  EXPECT_EQ(sides.toBox(header), Verdict::unproven);
+}
+
+TEST(UdpConversation, SessionsAreNeverZeroAndDifferEachTime) {
+  std::set<std::uint64_t> sessions{0};
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(sessions.insert(randomSession()).second);
+}
+
+TEST(DelayEstimate, IsTheNinetyFifthPercentileOfTheNewest) {
+  DelayEstimate delay;
+  EXPECT_EQ(delay.ninetyFifthPercentileNs(), 0);
+  for (int i = 0; i < 1000; ++i) delay.add(1'000'000);
+  for (int i = 1; i <= 256; ++i) delay.add(i);
+  EXPECT_EQ(delay.ninetyFifthPercentileNs(), 243);  // rank floor(255 * 0.95) = 242 of 0..255
+}
+
+TEST(PeerClock, KeepsTheirSpacingThroughJitterAndShowsWhatIsLateAsOld) {
+  PeerClock clock;
+  constexpr std::int64_t kOffset = 777 * kMs;
+  EXPECT_EQ(clock.ourTimeNs(1000 * kMs, 1000 * kMs + kOffset), 1000 * kMs + kOffset);
+  EXPECT_EQ(clock.ourTimeNs(1001 * kMs, 1004 * kMs + kOffset), 1001 * kMs + kOffset);
+  EXPECT_EQ(clock.ourTimeNs(1002 * kMs, 1002 * kMs + kOffset - 10), 1002 * kMs + kOffset - 10);
+  // clocks that drift apart: 100 ppm, 1 packet each 10 ms; never more behind than 2 s of drift
+  PeerClock drifting;
+  for (std::int64_t ms = 10; ms < 60'000; ms += 10) {
+    const std::int64_t arrived_ns = ms * kMs + ms * 100 + kOffset;
+    const std::int64_t ours_ns = drifting.ourTimeNs(ms * kMs, arrived_ns);
+    EXPECT_LE(ours_ns, arrived_ns);
+    EXPECT_LE(arrived_ns - ours_ns, 200'000 + 1000);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::drivers::udp

@@ -1,0 +1,139 @@
+#include "tools/haptic-bridge/bridge.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+
+#include "rt/periodic_clock.h"
+#include "tools/haptic-bridge/dead_man.h"
+
+namespace hapticd::tools {
+
+namespace udp = drivers::udp;
+
+Bridge::Bridge(const BridgeOptions& options, udp::UdpSocket& socket, Device& device, DeviceLog* log)
+    : options_(options),
+      socket_(socket),
+      device_(device),
+      log_(log),
+      out_(options.impairments, 0),
+      in_(options.impairments, 1) {}
+
+Bridge::~Bridge() {
+  device_.setForce({});
+}
+
+void Bridge::run(const std::function<bool(double)>& ends) {
+  began_ns_ = rt::monotonicNow_ns();
+  ticked_ns_ = began_ns_;
+  rt::PeriodicClock clock(kTickNs);
+  clock.start(began_ns_);
+  while (!ends(static_cast<double>(ticked_ns_ - began_ns_) * 1e-9)) {
+    receiveUntil(clock.planned_ns());
+    rt::sleepUntil(clock.planned_ns());
+    tick(rt::monotonicNow_ns());
+    summary_.skipped_ticks += clock.advance(rt::monotonicNow_ns());
+  }
+}
+
+/// A packet that waited in the socket would count as one that the network held up.
+void Bridge::receiveUntil(std::int64_t when_ns) {
+  constexpr std::int64_t kRestNs = 100'000;  // is slept precisely
+  for (std::int64_t now_ns = rt::monotonicNow_ns(); when_ns - now_ns > kRestNs;
+       now_ns = rt::monotonicNow_ns()) {
+    pollfd watched{socket_.descriptor(), POLLIN, 0};
+    const timespec rest{0, static_cast<long>(std::min(when_ns - now_ns, kTickNs) - kRestNs)};
+    if (::ppoll(&watched, 1, &rest, nullptr) > 0) receive(rt::monotonicNow_ns());
+  }
+}
+
+void Bridge::tick(std::int64_t now_ns) {
+  receive(now_ns);
+  const rt::Vec3 exerted_n = forceAt(now_ns);
+  device_.setForce(exerted_n);
+  const DeviceReading reading = device_.read();
+  sendState(reading, now_ns);
+  account(reading, exerted_n, now_ns);
+  ticked_ns_ = now_ns;
+}
+
+void Bridge::receive(std::int64_t now_ns) {
+  std::array<std::byte, 256> buffer;
+  while (const auto datagram = socket_.receive(buffer)) {
+    const bool from_peer = datagram->from == options_.peer;
+    if (from_peer) in_.push(datagram->bytes, now_ns);
+    if (from_peer) continue;
+    conversation_.countRejected();
+    summary_.last_refusal = fmt::format("from {}, which is not --peer", textOf(datagram->from));
+  }
+  while (const auto packet = in_.pop(now_ns)) take(*packet, now_ns);
+}
+
+void Bridge::take(std::span<const std::byte> bytes, std::int64_t now_ns) {
+  const auto packet = udp::decodeCommand(bytes, options_.key);
+  if (!packet) {
+    conversation_.countRejected();
+    summary_.last_refusal = textOf(packet.error());
+    return;
+  }
+  // States are sent at each tick anyway, so what is not proven needs no answer of its own.
+  if (conversation_.hear(packet->header, now_ns) != udp::Conversation::Verdict::fresh) return;
+  command_ = *packet;
+  command_ns_ = now_ns;
+}
+
+rt::Vec3 Bridge::forceAt(std::int64_t now_ns) {
+  if (!command_ || !command_->active) return {};
+  const double share = deadManShare(now_ns - command_ns_);
+  if (share < 1) ++summary_.dead_man_ticks;
+  const double length_n = norm(command_->force_n_in_handle);
+  const double kept = length_n > options_.max_force_n ? options_.max_force_n / length_n : 1;
+  return share * kept * command_->force_n_in_handle;
+}
+
+void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {
+  const auto mute_ns = static_cast<std::int64_t>(options_.mute_after_s * 1e9);
+  if (mute_ns > 0 && now_ns - began_ns_ >= mute_ns) return;
+  udp::StatePacket packet;
+  packet.header = conversation_.next(now_ns);
+  packet.position_m_in_handle = reading.position_m;
+  packet.velocity_m_per_s_in_handle = reading.velocity_m_per_s;
+  packet.velocity_valid = reading.velocity_valid;
+  packet.calibrated = reading.calibrated;
+  packet.fault = reading.fault;
+  packet.buttons = reading.buttons;
+  out_.push(udp::encode(packet, options_.key).bytes(), now_ns);
+  // A network that refuses packets for a while is the same as one that loses them.
+  while (const auto bytes = out_.pop(now_ns)) socket_.send(*bytes, options_.peer);
+}
+
+void Bridge::account(const DeviceReading& reading, const rt::Vec3& exerted_n, std::int64_t now_ns) {
+  const double force_n = norm(exerted_n);
+  ++summary_.ticks;
+  if (force_n > 0) ++summary_.active_ticks;
+  summary_.most_force_n = std::max(summary_.most_force_n, force_n);
+  summary_.energy_j +=
+      dot(exerted_n, reading.velocity_m_per_s) * static_cast<double>(now_ns - ticked_ns_) * 1e-9;
+  if (log_ == nullptr) return;
+  DeviceTick row;
+  row.time_ns = now_ns;
+  row.command_age_ns = command_ ? now_ns - command_ns_ : -1;
+  row.exerted_n = exerted_n;
+  row.position_m = reading.position_m;
+  if (command_) {
+    row.command_sequence = command_->header.sequence;
+    row.active = command_->active;
+    row.commanded_n = command_->force_n_in_handle;
+  }
+  log_->add(row);
+}
+
+BridgeSummary Bridge::summary() const {
+  BridgeSummary summary = summary_;
+  summary.link = conversation_.link();
+  return summary;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/ipv4_endpoint.h"
+#include "drivers/handle/udp/conversation.h"
+#include "drivers/handle/udp/packet.h"
+#include "drivers/handle/udp/udp_socket.h"
+#include "tools/haptic-bridge/device.h"
+#include "tools/haptic-bridge/device_log.h"
+#include "tools/haptic-bridge/impaired_way.h"
+
+namespace hapticd::tools {
+
+struct BridgeOptions {
+  config::Ipv4Endpoint peer;   ///< hapticd
+  config::Ipv4Endpoint local;  ///< zero: any
+  std::vector<std::byte> key;  ///< empty: packets are not authenticated
+  double max_force_n = 10;     ///< what the device bears; more is cut to that length
+  double mute_after_s = 0;     ///< from then on no states are sent; 0: never
+  Impairments impairments;
+};
+
+/// What has happened so far.
+struct BridgeSummary {
+  std::uint64_t ticks = 0;
+  std::uint64_t skipped_ticks = 0;   ///< the bridge woke too late for them
+  std::uint64_t active_ticks = 0;    ///< with a force
+  std::uint64_t dead_man_ticks = 0;  ///< exerted less than commanded, because the command was old
+  double most_force_n = 0;           ///< exerted
+  double energy_j = 0;               ///< given to the hand (above zero) or taken from it
+  drivers::LinkStatus link;
+  std::string last_refusal;
+};
+
+/// Stands between a device and hapticd: sends what the device measures and has it exert what hapticd
+/// commands, 1000 times a second, as drivers/handle/udp/protocol.md says. Nothing is exerted without a valid
+/// command of the last 20 ms. Thread: one.
+class Bridge {
+ public:
+  static constexpr std::int64_t kTickNs = 1'000'000;
+
+  /// `log`: may be null. All three outlive the bridge.
+  Bridge(const BridgeOptions& options, drivers::udp::UdpSocket& socket, Device& device, DeviceLog* log);
+  /// Leaves the device without force.
+  ~Bridge();
+  Bridge(const Bridge&) = delete;
+  Bridge& operator=(const Bridge&) = delete;
+
+  /// Runs until `ends(seconds since the start)`.
+  void run(const std::function<bool(double)>& ends);
+
+  BridgeSummary summary() const;
+
+ private:
+  void receiveUntil(std::int64_t when_ns);
+  void tick(std::int64_t now_ns);
+  void receive(std::int64_t now_ns);
+  void take(std::span<const std::byte> bytes, std::int64_t now_ns);
+  rt::Vec3 forceAt(std::int64_t now_ns);
+  void sendState(const DeviceReading& reading, std::int64_t now_ns);
+  void account(const DeviceReading& reading, const rt::Vec3& exerted_n, std::int64_t now_ns);
+
+  BridgeOptions options_;
+  drivers::udp::UdpSocket& socket_;
+  Device& device_;
+  DeviceLog* log_;
+  drivers::udp::Conversation conversation_;
+  ImpairedWay out_;
+  ImpairedWay in_;
+  std::optional<drivers::udp::CommandPacket> command_;  // the newest valid one
+  std::int64_t command_ns_ = 0;                         // when it arrived
+  std::int64_t began_ns_ = 0;
+  std::int64_t ticked_ns_ = 0;
+  BridgeSummary summary_;
+};
+
+}  // namespace hapticd::tools

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "config/error.h"
+#include "rt/vec3.h"
+
+namespace hapticd::tools {
+
+/// What happened at the far end of the wire in one tick of the device.
+struct DeviceTick {
+  std::int64_t time_ns = 0;            ///< CLOCK_MONOTONIC
+  std::uint64_t command_sequence = 0;  ///< of the newest valid command; 0: none yet
+  std::int64_t command_age_ns = 0;     ///< since its arrival; -1: none yet
+  bool active = false;                 ///< its mode
+  rt::Vec3 commanded_n;
+  rt::Vec3 exerted_n;
+  rt::Vec3 position_m;
+};
+
+/// One CSV row per tick: t_ns, command_sequence, command_age_ns, mode (zero or active), commanded force,
+/// exerted force, position. Thread: one.
+class DeviceLog {
+ public:
+  /// Errors: the file cannot be made.
+  static config::Result<DeviceLog> at(const std::string& path);
+
+  void add(const DeviceTick& tick);
+  /// Errors: not all could be written.
+  config::Result<void> finish();
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  DeviceLog(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;
+};
+
+}  // namespace hapticd::tools

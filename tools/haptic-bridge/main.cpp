@@ -1,0 +1,171 @@
+#include <fmt/format.h>
+#include <sysexits.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/handle/udp/key_file.h"
+#include "tools/child/interrupt.h"
+#include "tools/haptic-bridge/bridge.h"
+#include "tools/haptic-bridge/bridge_report.h"
+#include "tools/haptic-bridge/simulated_device.h"
+
+namespace hapticd::tools {
+namespace {
+
+struct Options {
+  BridgeOptions bridge;
+  std::string peer;
+  std::string local;
+  std::string key_file;
+  std::string log;
+  double duration_s = 0;
+  config::SimulatedHandleSettings hand;
+  std::vector<double> start;
+  std::vector<double> direction;
+};
+
+int fail(const config::Error& error, int status) {
+  fmt::print(stderr, "haptic-bridge: {}\n", error.text());
+  return status;
+}
+
+config::Result<void> readEndpoint(const std::string& text, const char* option, config::Ipv4Endpoint& into) {
+  auto endpoint = config::ipv4EndpointFrom(text);
+  if (endpoint && endpoint->port == 0) {
+    return std::unexpected(config::Error{option, fmt::format("\"{}\" names no port", text), ""});
+  }
+  if (!endpoint) {
+    return std::unexpected(config::Error{option, endpoint.error().what, endpoint.error().remedy});
+  }
+  into = *endpoint;
+  return {};
+}
+
+rt::Vec3 vectorOf(const std::vector<double>& xyz) {
+  return {xyz[0], xyz[1], xyz[2]};
+}
+
+/// The options as CLI11 could not check them by itself.
+config::Result<void> complete(Options& options) {
+  if (auto ok = readEndpoint(options.peer, "--peer", options.bridge.peer); !ok) return ok;
+  if (!options.local.empty()) {
+    if (auto ok = readEndpoint(options.local, "--local", options.bridge.local); !ok) return ok;
+  }
+  if (!options.start.empty()) options.hand.start_m_in_world = vectorOf(options.start);
+  if (!options.direction.empty()) options.hand.direction_in_world = vectorOf(options.direction);
+  if (norm(options.hand.direction_in_world) > 0) return {};
+  return std::unexpected(config::Error{"--direction", "(0, 0, 0) is no direction", ""});
+}
+
+int bridge(Options& options) {
+  if (auto ok = complete(options); !ok) return fail(ok.error(), EX_USAGE);
+  auto key = drivers::udp::keyFrom(options.key_file);
+  if (!key) return fail(key.error(), EX_NOINPUT);
+  options.bridge.key = std::move(*key);
+  auto socket = drivers::udp::UdpSocket::boundTo(options.bridge.local);
+  if (!socket) return fail(socket.error(), EX_UNAVAILABLE);
+  std::optional<DeviceLog> log;
+  if (!options.log.empty()) {
+    auto opened = DeviceLog::at(options.log);
+    if (!opened) return fail(opened.error(), EX_CANTCREAT);
+    log = std::move(*opened);
+  }
+
+  const Interrupt interrupt;
+  SimulatedDevice device(options.hand);
+  Bridge bridge(options.bridge, *socket, device, log ? &*log : nullptr);
+  bridge.run([&](double seconds) {
+    return interrupt.requested() || (options.duration_s > 0 && seconds >= options.duration_s);
+  });
+  fmt::print("{}", bridgeTable(bridge.summary()));
+  if (log) {
+    if (auto finished = log->finish(); !finished) return fail(finished.error(), EX_CANTCREAT);
+  }
+  return EX_OK;
+}
+
+void addImpairments(CLI::App& app, Impairments& impairments) {
+  const auto addShare = [&app](const char* name, double& share, const char* what) {
+    app.add_option(name, share, what)->type_name("SHARE")->check(CLI::Range(0.0, 1.0));
+  };
+  app.add_option("--delay-ms", impairments.delay_ms, "each packet comes that much later, each way (0)")
+      ->type_name("MS")
+      ->check(CLI::Range(0.0, 1000.0));
+  addShare("--loss", impairments.loss, "share of packets that are lost, each way (0)");
+  addShare("--duplicate", impairments.duplicate, "share of packets that come twice, each way (0)");
+  addShare("--reorder", impairments.reorder, "share of packets that others overtake, each way (0)");
+  addShare("--corrupt", impairments.corrupt, "share of packets with a wrong bit, each way (0)");
+  app.add_option("--seed", impairments.seed, "of these accidents (1)");
+}
+
+void addHand(CLI::App& app, Options& options) {
+  config::SimulatedHandleSettings& hand = options.hand;
+  app.add_option("--start", options.start, "where the simulated hand begins, handle frame (0,0,-0.8)")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::Range(-10.0, 10.0));
+  app.add_option("--direction", options.direction, "where it moves (0,0,-1)")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::Range(-1.0, 1.0));
+  app.add_option("--travel", hand.travel_m, "how far, metres (0.4)")
+      ->type_name("METRES")
+      ->check(CLI::Range(0.0, 10.0));
+  app.add_option("--speed", hand.speed_m_per_s, "how fast, m/s (0.1)")
+      ->type_name("SPEED")
+      ->check(CLI::Range(0.001, 5.0));
+  app.add_option("--press-force", hand.press_force_n, "how hard it presses, N (2)")
+      ->type_name("NEWTONS")
+      ->check(CLI::Range(0.0, 50.0));
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "haptic-bridge: stands between a haptic device and a hapticd with `handle.driver: udp` on another\n"
+      "computer. The device here is a simulated hand that moves forward until it feels the press force,\n"
+      "strokes, and goes back; for another device write the two functions of tools/haptic-bridge/device.h.\n"
+      "At the end it prints how the packets fared: run it for a minute to measure a network."};
+  app.footer(
+      "Ctrl-C ends it, with the table. Without --duration it runs until then.\n"
+      "Exit status: 0 done, 64 usage, 66 no key, 69 the local address cannot be used, 73 no log.");
+  Options options;
+  app.add_option("--peer", options.peer, "where hapticd waits")->required()->type_name("ADDRESS:PORT");
+  app.add_option("--local", options.local, "where packets are sent from (any free port)")
+      ->type_name("ADDRESS:PORT");
+  app.add_option("--key-file", options.key_file, "with the key of udp_handle.key_file (no authentication)")
+      ->type_name("FILE");
+  app.add_option("--duration", options.duration_s, "seconds to run")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.001, 1e6));
+  app.add_option("--log", options.log,
+                 "one row per tick: newest command and its age, exerted force, position")
+      ->type_name("CSV");
+  app.add_option("--max-force", options.bridge.max_force_n, "what the device bears, N (10)")
+      ->type_name("NEWTONS")
+      ->check(CLI::Range(0.0, 100.0));
+  app.add_option("--mute-after", options.bridge.mute_after_s, "send no states after that many seconds")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.001, 1e6));
+  addHand(app, options);
+  addImpairments(app, options.bridge.impairments);
+  app.set_version_flag("--version", std::string("haptic-bridge ") + HAPTICD_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+  }
+  return bridge(options);
+}
+
+}  // namespace
+}  // namespace hapticd::tools
+
+int main(int argc, char** argv) {
+  return hapticd::tools::run(argc, argv);
+}

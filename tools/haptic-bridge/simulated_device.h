@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/handle/simulated/simulated_hand.h"
+#include "tools/haptic-bridge/device.h"
+
+namespace hapticd::tools {
+
+/// A drivers::SimulatedHand that lives with the clock: between two readings it moves by the time that has
+/// passed, at most kMostCatchUpNs.
+class SimulatedDevice final : public Device {
+ public:
+  static constexpr std::int64_t kMostCatchUpNs = 50'000'000;
+
+  /// The settings are taken to be in the device's frame.
+  explicit SimulatedDevice(const config::SimulatedHandleSettings& settings) : hand_(settings) {}
+
+  DeviceReading read() override;
+  void setForce(const rt::Vec3& force_n) override { force_n_ = force_n; }
+
+ private:
+  drivers::SimulatedHand hand_;
+  rt::Vec3 force_n_;
+  std::int64_t read_ns_ = 0;
+};
+
+}  // namespace hapticd::tools
