@@ -47,6 +47,8 @@ class Daemon : public Program {
  public:
   explicit Daemon(const DaemonHome& home, const std::string& yaml = kWallYaml,
                   const std::vector<std::string>& set = {}, const ProgramOptions& options = {});
+  /// `command`: as of DaemonHome::command(), with more behind it.
+  Daemon(const DaemonHome& home, const std::vector<std::string>& command) : Program(command), home_(home) {}
 
   /// Waits until it answers on its sockets; if it ends before that, the test fails with what it said.
   bool answers();

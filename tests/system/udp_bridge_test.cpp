@@ -11,6 +11,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/system/bridge_log.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd::test {
@@ -19,56 +20,9 @@ namespace {
 // What the bridge promises of its own is 20 ms; the rest is for a tick of its own that comes late.
 constexpr std::int64_t kDeadManNs = 50'000'000;
 
-/// A row of the bridge's log.
-struct Row {
-  std::int64_t time_ns = 0;
-  std::uint64_t sequence = 0;
-  std::int64_t age_ns = 0;
-  bool active = false;
-  Vector commanded_n{};
-  Vector exerted_n{};
-  Vector position_m{};
-};
-
-std::vector<Row> rowsOf(const std::filesystem::path& log) {
-  std::ifstream file(log);
-  std::string line;
-  std::getline(file, line);
-  EXPECT_EQ(
-      line,
-      "t_ns,command_sequence,command_age_ns,mode,fx_n,fy_n,fz_n,exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,"
-      "z_m");
-  std::vector<Row> rows;
-  while (std::getline(file, line)) {
-    std::ranges::replace(line, ',', ' ');
-    std::istringstream fields(line);
-    Row row;
-    std::string mode;
-    fields >> row.time_ns >> row.sequence >> row.age_ns >> mode;
-    for (Vector* vector : {&row.commanded_n, &row.exerted_n, &row.position_m}) {
-      for (double& coordinate : *vector) fields >> coordinate;
-    }
-    EXPECT_TRUE(fields) << line;
-    row.active = mode == "active";
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-double length(const Vector& vector) {
-  return distanceBetween(vector, {});
-}
-
-/// Addresses of the loopback network that no other test has.
-std::string ownLoopback(int host) {
-  const int pid = ::getpid();
-  return "127." + std::to_string(64 + (pid >> 14) % 128) + "." + std::to_string((pid >> 6) & 255) + "." +
-         std::to_string(((pid & 63) << 2) + host);
-}
-
 /// A wall 1 m away, for a hand of the bridge that stays within 35 mm of it.
 std::string udpYaml(const std::string& key_file) {
-  return "safety: {handle_timeout_s: 1, depth_timeout_s: 5}\n"
+  return "safety: {handle_timeout_s: 1, depth_timeout_s: 5, engage_inside: true}\n"
          "camera: {driver: synthetic}\n"
          "synthetic: {scene: plane, noise: off, distance_m: 1}\n"
          "handle: {driver: udp}\n"
@@ -116,15 +70,15 @@ class UdpBridge : public testing::Test {
 };
 
 /// The newest command comes to an end in the middle of a contact, and the force with it.
-void expectForceEndsWithTheCommands(const std::vector<Row>& rows) {
+void expectForceEndsWithTheCommands(const std::vector<BridgeRow>& rows) {
   ASSERT_FALSE(rows.empty());
-  const Row& end = rows.back();
+  const BridgeRow& end = rows.back();
   ASSERT_GT(end.age_ns, kDeadManNs) << "the test ended too early to see it";
   const std::int64_t last_command_ns = end.time_ns - end.age_ns;
   EXPECT_TRUE(end.active) << "nobody said goodbye";
   EXPECT_GT(length(end.commanded_n), 0.5);
-  EXPECT_TRUE(std::ranges::any_of(rows, [](const Row& row) { return length(row.exerted_n) > 0.5; }));
-  for (const Row& row : rows) {
+  EXPECT_TRUE(std::ranges::any_of(rows, [](const BridgeRow& row) { return length(row.exerted_n) > 0.5; }));
+  for (const BridgeRow& row : rows) {
     if (row.time_ns < last_command_ns + kDeadManNs) continue;
     EXPECT_EQ(length(row.exerted_n), 0) << row.time_ns;
   }
@@ -140,7 +94,7 @@ TEST_F(UdpBridge, CarriesTheForceOverACleanNetworkWithoutLosingAPacket) {
 
   const nlohmann::json handle = daemon.status().at("handle");
   const nlohmann::json& link = handle.at("link");
-  const std::vector<Row> rows = rowsOf(log());
+  const std::vector<BridgeRow> rows = bridgeRows(log());
   EXPECT_EQ(link.at("lost"), 0) << bridge.output;
   // Refused at most where the machine itself held packets up for 100 ms.
   EXPECT_LT(link.at("rejected"), rows.size() / 20) << bridge.output;
@@ -150,8 +104,8 @@ TEST_F(UdpBridge, CarriesTheForceOverACleanNetworkWithoutLosingAPacket) {
   EXPECT_TRUE(contains(bridge.output, "lost 0, duplicated 0, reordered 0"));
   EXPECT_GT(link.at("roundTrip").at("p50Ns"), 0);
   // The hand presses with 2 N, and the wall holds it: half of that is far from rounding and from nothing.
-  EXPECT_GT(std::ranges::count_if(rows, [](const Row& row) { return row.exerted_n[2] > 1; }), 100);
-  for (const Row& row : rows) EXPECT_TRUE(std::isfinite(length(row.exerted_n)));
+  EXPECT_GT(std::ranges::count_if(rows, [](const BridgeRow& row) { return row.exerted_n[2] > 1; }), 100);
+  for (const BridgeRow& row : rows) EXPECT_TRUE(std::isfinite(length(row.exerted_n)));
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
@@ -167,7 +121,7 @@ TEST_F(UdpBridge, LetsGoWhenTheDaemonIsKilled) {
   std::this_thread::sleep_for(std::chrono::milliseconds(200));  // of silence; only that is asserted
   bridge.signal(SIGTERM);
   ASSERT_EQ(bridge.wait(), exitedWith(0));
-  expectForceEndsWithTheCommands(rowsOf(log()));
+  expectForceEndsWithTheCommands(bridgeRows(log()));
 }
 
 TEST_F(UdpBridge, LetsGoWhenTheDaemonStandsStill) {
@@ -179,7 +133,7 @@ TEST_F(UdpBridge, LetsGoWhenTheDaemonStandsStill) {
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   bridge.signal(SIGTERM);
   ASSERT_EQ(bridge.wait(), exitedWith(0));
-  expectForceEndsWithTheCommands(rowsOf(log()));
+  expectForceEndsWithTheCommands(bridgeRows(log()));
 }
 
 TEST_F(UdpBridge, IsToldToLetGoWhenTheDaemonStops) {
@@ -190,9 +144,9 @@ TEST_F(UdpBridge, IsToldToLetGoWhenTheDaemonStops) {
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
   bridge.signal(SIGTERM);
   ASSERT_EQ(bridge.wait(), exitedWith(0));
-  const std::vector<Row> rows = rowsOf(log());
+  const std::vector<BridgeRow> rows = bridgeRows(log());
   ASSERT_FALSE(rows.empty());
-  EXPECT_TRUE(std::ranges::any_of(rows, [](const Row& row) { return length(row.exerted_n) > 0.5; }));
+  EXPECT_TRUE(std::ranges::any_of(rows, [](const BridgeRow& row) { return length(row.exerted_n) > 0.5; }));
   EXPECT_FALSE(rows.back().active);
   EXPECT_EQ(length(rows.back().exerted_n), 0);
 }
@@ -209,8 +163,9 @@ TEST_F(UdpBridge, NamesEachAccidentOfABadNetworkAndGoesOn) {
   for (const char* accident : {"lost", "duplicated", "reordered", "rejected"})
     EXPECT_GT(link.at(accident), 10) << accident;
   EXPECT_GT(link.at("roundTrip").at("p50Ns"), 4'000'000) << "2 ms there and 2 ms back";
-  const std::vector<Row> rows = rowsOf(log());
-  EXPECT_GT(std::ranges::count_if(rows, [](const Row& row) { return length(row.exerted_n) > 0.5; }), 100);
+  const std::vector<BridgeRow> rows = bridgeRows(log());
+  EXPECT_GT(std::ranges::count_if(rows, [](const BridgeRow& row) { return length(row.exerted_n) > 0.5; }),
+            100);
   EXPECT_TRUE(daemon.ticks());
 }
 

@@ -7,15 +7,10 @@
 namespace hapticd::tools {
 
 DeviceReading SimulatedDevice::read() {
-  constexpr std::int64_t kStepNs = 1'000'000;
   const std::int64_t now_ns = drivers::monotonicNs();
-  std::int64_t left_ns = read_ns_ == 0 ? 0 : std::min(now_ns - read_ns_, kMostCatchUpNs);
-  read_ns_ = now_ns;
-  while (left_ns > 0) {
-    const std::int64_t step_ns = std::min(left_ns, kStepNs);
-    hand_.step(static_cast<double>(step_ns) * 1e-9, force_n_);
-    left_ns -= step_ns;
-  }
+  if (moved_to_ns_ == 0) moved_to_ns_ = now_ns;
+  moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMostCatchUpNs);
+  for (; now_ns - moved_to_ns_ >= kStepNs; moved_to_ns_ += kStepNs) hand_.step(force_n_);
   DeviceReading reading;
   reading.position_m = hand_.position_m_in_world();
   reading.velocity_m_per_s = hand_.velocity_m_per_s_in_world();

@@ -7,14 +7,16 @@
 
 namespace hapticd::tools {
 
-/// A drivers::SimulatedHand that lives with the clock: between two readings it moves by the time that has
-/// passed, at most kMostCatchUpNs.
+/// A drivers::SimulatedHand that lives with the clock: between two readings it moves by the whole steps that
+/// have passed, at most kMostCatchUpNs.
 class SimulatedDevice final : public Device {
  public:
+  static constexpr std::int64_t kStepNs = 250'000;
   static constexpr std::int64_t kMostCatchUpNs = 50'000'000;
 
   /// The settings are taken to be in the device's frame.
-  explicit SimulatedDevice(const config::SimulatedHandleSettings& settings) : hand_(settings) {}
+  explicit SimulatedDevice(const config::SimulatedHandleSettings& settings)
+      : hand_(settings, static_cast<double>(kStepNs) * 1e-9) {}
 
   DeviceReading read() override;
   void setForce(const rt::Vec3& force_n) override { force_n_ = force_n; }
@@ -22,7 +24,7 @@ class SimulatedDevice final : public Device {
  private:
   drivers::SimulatedHand hand_;
   rt::Vec3 force_n_;
-  std::int64_t read_ns_ = 0;
+  std::int64_t moved_to_ns_ = 0;
 };
 
 }  // namespace hapticd::tools

@@ -1,0 +1,47 @@
+#include "tests/system/bridge_log.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+namespace hapticd::test {
+
+std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log) {
+  std::ifstream file(log);
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(
+      line,
+      "t_ns,command_sequence,command_age_ns,mode,fx_n,fy_n,fz_n,exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,"
+      "z_m");
+  std::vector<BridgeRow> rows;
+  while (std::getline(file, line)) {
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream fields(line);
+    BridgeRow row;
+    std::string mode;
+    fields >> row.time_ns >> row.sequence >> row.age_ns >> mode;
+    for (Vector* vector : {&row.commanded_n, &row.exerted_n, &row.position_m}) {
+      for (double& coordinate : *vector) fields >> coordinate;
+    }
+    EXPECT_TRUE(fields) << line;
+    row.active = mode == "active";
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+double length(const Vector& vector) {
+  return distanceBetween(vector, {});
+}
+
+std::string ownLoopback(int host) {
+  const int pid = ::getpid();
+  return "127." + std::to_string(64 + (pid >> 14) % 128) + "." + std::to_string((pid >> 6) & 255) + "." +
+         std::to_string(((pid & 63) << 2) + host);
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/brute_force.h"
+
+/// What haptic-bridge writes down at the far end of the wire.
+namespace hapticd::test {
+
+/// A row of its log, one per tick of the device.
+struct BridgeRow {
+  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
+  std::uint64_t sequence = 0;
+  std::int64_t age_ns = 0;  ///< of the newest command
+  bool active = false;
+  Vector commanded_n{};
+  Vector exerted_n{};
+  Vector position_m{};
+};
+
+/// The whole log; a test fails where it is none.
+std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log);
+
+double length(const Vector& vector);
+
+/// Addresses of the loopback network that no other test has at the moment.
+std::string ownLoopback(int host);
+
+}  // namespace hapticd::test
