@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/hid_id.h"
 #include "config/ipv4_endpoint.h"
 #include "config/line_address.h"
 #include "config/parameter_table.h"
@@ -169,6 +170,11 @@ void checkLeds(const Settings& settings, std::vector<Conflict>& conflicts) {
   }
 }
 
+void checkHidHandle(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const Result<HidId> id = hidIdFrom(settings.handle.hid.device);
+  if (!id) add(conflicts, {"hid_handle.device"}, id.error().what, id.error().remedy);
+}
+
 void checkSocketPath(std::string_view name, const std::string& path, std::vector<Conflict>& conflicts) {
   if (path.empty()) {
     add(conflicts, {name}, "is empty", "give the path of the socket");
@@ -206,6 +212,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   findWindowConflict(settings, conflicts);
   findFrameGridConflict(settings, conflicts);
   checkDirection(settings, conflicts);
+  checkHidHandle(settings, conflicts);
   checkFalcon(settings, conflicts);
   checkUdpHandle(settings, conflicts);
   checkLeds(settings, conflicts);

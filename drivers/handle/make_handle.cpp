@@ -1,6 +1,8 @@
 #include "drivers/handle/make_handle.h"
 
 #include "drivers/handle/falcon/falcon_handle.h"
+#include "drivers/handle/hid/hid_handle.h"
+#include "drivers/handle/hid/hidapi_port.h"
 #include "drivers/handle/simulated/simulated_handle.h"
 #include "drivers/handle/udp/udp_handle.h"
 
@@ -11,12 +13,12 @@ std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
   switch (settings.driver) {
     case config::HandleDriver::simulated:
       return std::make_unique<SimulatedHandle>(settings.simulated);
-    case config::HandleDriver::falcon:
-      return std::make_unique<FalconHandle>(settings, scale);
     case config::HandleDriver::udp:
       return std::make_unique<UdpHandle>(settings, scale);
     case config::HandleDriver::hid:
-      break;
+      return std::make_unique<HidHandle>(settings, scale, openThroughHidapi);
+    case config::HandleDriver::falcon:
+      return std::make_unique<FalconHandle>(settings, scale);
   }
   return nullptr;  // no other value passes the configuration
 }

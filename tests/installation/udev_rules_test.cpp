@@ -63,6 +63,7 @@ TEST(UdevRules, GiveTheGroupOnlyTheHidDevicesThatAreNamed) {
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw0", "0003:046D:C626.0001")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw1", "0003:256F:C62E.0002")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw2", "0003:16C0:0486.0003")), kOurs);
+  EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw2", "0003:1209:0001.0003")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw3", "0003:046D:C31C.0004")), kUntouched);
 }
 

@@ -238,5 +238,12 @@ TEST(Conflicts, NumbersThatAreNotFiniteViolateTheRules) {
   EXPECT_EQ(checkTogether(settings).size(), 3U);
 }
 
+TEST(Conflicts, AHidHandleIsNamedByVendorAndProduct) {
+  EXPECT_EQ(textsFor({"hid_handle.device=046D:c626"}), Texts{});
+  EXPECT_EQ(textsFor({"hid_handle.device=spacemouse"}),
+            Texts{"hid_handle.device: \"spacemouse\" names no USB vendor and product (write them as lsusb "
+                  "shows them, four hexadecimal digits each: 046d:c626)"});
+}
+
 }  // namespace
 }  // namespace hapticd::config

@@ -398,11 +398,17 @@ TEST_F(DoctorsKinect, SharesItsBusWithAFewOnly) {
   EXPECT_TRUE(says(named("kinect bus"), Verdict::warn, "4 other devices on bus 1", "another controller"));
 }
 
-TEST_F(Doctor, LooksAtTheHandlesThatItKnowsOnly) {
-  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "SpaceNavigator at /dev/hidraw0", ""));
+TEST_F(Doctor, LooksAtTheHidDevicesThatAUdevRuleGivesToTheGroup) {
+  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "3Dconnexion SpaceNavigator at /dev/hidraw0", ""));
   files.setMode("dev/hidraw0", 0600);
   EXPECT_TRUE(says(only(checkHid), Verdict::fail, "keeps the group hapticd out", "udevadm trigger"));
-  files.set("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000046D:0000C31C");
+  files.set("sys/class/hidraw/hidraw0/device/uevent",
+            "HID_ID=0003:0000CAFE:00004001\nHID_NAME=My controller");
+  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+  files.set("etc/udev/rules.d/73-handle.rules",
+            "SUBSYSTEM==\"hidraw\", KERNELS==\"0003:CAFE:4001.*\", GROUP=\"hapticd\", MODE=\"0660\"");
+  EXPECT_TRUE(says(only(checkHid), Verdict::fail, "My controller", "udevadm trigger"));
+  files.set("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000CAFE:0000400");
   EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
 }
 

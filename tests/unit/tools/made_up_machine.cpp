@@ -53,7 +53,9 @@ void addAccountsAndRules(const MadeUpMachine& machine) {
   machine.set("etc/passwd",
               "root:x:0:0::/root:/bin/sh\nhapticd:x:990:990::/var/lib/hapticd:/usr/sbin/nologin");
   machine.set("usr/lib/udev/rules.d/72-hapticd.rules",
-              R"(ATTR{idVendor}=="045e", ATTR{idProduct}=="02ae|02bf", GROUP="hapticd", MODE="0660")");
+              R"(ATTR{idVendor}=="045e", ATTR{idProduct}=="02ae|02bf", GROUP="hapticd", MODE="0660")"
+              "\n"
+              R"(KERNELS=="0003:046D:C626.*|0003:256F:C62E.*", GROUP="hapticd", MODE="0660")");
   machine.set("usr/lib/udev/rules.d/60-libfreenect0.5.rules",
               R"(SUBSYSTEM=="usb", ATTR{idVendor}=="045e", ATTR{idProduct}=="02ae", MODE="0666")");
 }
@@ -71,7 +73,8 @@ void addDevices(const MadeUpMachine& machine) {
   machine.link(camera + "1-1.1:1.0/driver", "../../../../bus/usb/drivers/gspca_kinect");
   machine.set("dev/bus/usb/001/007", "");
   machine.setMode("dev/bus/usb/001/007", 0660);
-  machine.set("sys/class/hidraw/hidraw0/device/uevent", "DRIVER=hid-generic\nHID_ID=0003:0000046D:0000C626");
+  machine.set("sys/class/hidraw/hidraw0/device/uevent",
+              "DRIVER=hid-generic\nHID_ID=0003:0000046D:0000C626\nHID_NAME=3Dconnexion SpaceNavigator");
   machine.set("dev/hidraw0", "");
   machine.setMode("dev/hidraw0", 0660);
   machine.set("dev/gpiochip0", "");

@@ -1,5 +1,6 @@
 """The emulated devices that checks plug in. A new kind of device is one more class here."""
 
+import json
 import os
 import socket
 import subprocess
@@ -9,21 +10,20 @@ from lab import LAB, Failure, expect, must, read, wait_for, write
 RECORDING = LAB + "/recording"
 
 
-class Kinect:
-    """A Kinect v1 on the USB level: our own program behind vhci_hcd, driven by libfreenect over libusb and usbfs."""
+class Emulator:
+    """One of our own programs that plays a device and takes commands on a socket."""
 
-    def __init__(self, serial="A00000000000001A", name="kinect", options=()):
-        must("modprobe", "vhci-hcd")
+    def __init__(self, program, name, *options):
+        self.program = program
         self.control = f"/run/{name}.control"
         self.log = open(f"{LAB}/{name}.log", "a")
-        self.process = subprocess.Popen(
-            [LAB + "/bin/emulated-kinect", "--recording", RECORDING, "--serial", serial, "--control", self.control,
-             *options], stdout=self.log, stderr=self.log)
-        wait_for("the emulated Kinect listens", lambda: os.path.exists(self.control) or self._ended())
+        self.process = subprocess.Popen([f"{LAB}/bin/{program}", "--control", self.control, *options], stdout=self.log,
+                                        stderr=self.log)
+        wait_for(f"{program} listens", lambda: os.path.exists(self.control) or self._ended())
 
     def _ended(self):
         if self.process.poll() is not None:
-            raise Failure(f"emulated-kinect ended with {self.process.returncode}: " + read(self.log.name)[-400:])
+            raise Failure(f"{self.program} ended with {self.process.returncode}: " + read(self.log.name)[-400:])
         return False
 
     def tell(self, command):
@@ -33,7 +33,7 @@ class Kinect:
             connection.connect(self.control)
             connection.sendall(command.encode() + b"\n")
             answer = connection.makefile().readline().strip()
-        expect(not answer.startswith("error"), f"emulated-kinect: {answer}")
+        expect(not answer.startswith("error"), f"{self.program}: {answer}")
         return answer
 
     def end(self):
@@ -45,6 +45,63 @@ class Kinect:
                 self.process.kill()
                 self.process.wait()
         self.log.close()
+
+
+class Kinect(Emulator):
+    """A Kinect v1 on the USB level: our own program behind vhci_hcd, driven by libfreenect over libusb and usbfs."""
+
+    def __init__(self, serial="A00000000000001A", name="kinect", options=()):
+        must("modprobe", "vhci-hcd")
+        super().__init__("emulated-kinect", name, "--recording", RECORDING, "--serial", serial, *options)
+
+
+class HidHandle(Emulator):
+    """A controller in a hand, or a SpaceMouse, on the HID level through uhid; driven by hidapi over hidraw."""
+
+    def __init__(self, serial="T1", name="handle", options=()):
+        must("modprobe", "uhid")
+        super().__init__("emulated-hid-handle", name, "--serial", serial, *options)
+
+    def stats(self):
+        return json.loads(self.tell("stats"))
+
+
+class HidGadget(HidHandle):
+    """The controller as a USB device: a gadget with a HID function on the dummy host controller."""
+
+    FOLDER = "/sys/kernel/config/usb_gadget/handle"
+    # As drivers/handle/hid/reports.md has it.
+    DESCRIPTOR = bytes.fromhex("06ABFF0A0002A101750815 0026FF0095400901810295400902 9102C0")
+
+    def __init__(self, serial="G1"):
+        for module in ("dummy_hcd", "libcomposite", "usb_f_hid"):
+            must("modprobe", module)
+        function = self.FOLDER + "/functions/hid.usb0"
+        for folder in ("/strings/0x409", "/configs/c.1", "/functions/hid.usb0"):
+            os.makedirs(self.FOLDER + folder)
+        for name, value in (("idVendor", "0x1209"), ("idProduct", "0x0001"), ("strings/0x409/serialnumber", serial),
+                            ("strings/0x409/product", "hapticd test controller"), ("functions/hid.usb0/protocol", "0"),
+                            ("functions/hid.usb0/subclass", "0"), ("functions/hid.usb0/report_length", "64")):
+            write(f"{self.FOLDER}/{name}", value)
+        with open(function + "/report_desc", "wb") as file:
+            file.write(self.DESCRIPTOR)
+        os.symlink(function, self.FOLDER + "/configs/c.1/hid.usb0")
+        self.plug()
+        wait_for("the gadget's node", lambda: os.path.exists("/dev/hidg0"))
+        super().__init__(serial, "gadget", ("--gadget", "/dev/hidg0"))
+
+    def plug(self):
+        write(self.FOLDER + "/UDC", os.listdir("/sys/class/udc")[0])
+
+    def unplug(self):
+        write(self.FOLDER + "/UDC", "\n")
+
+    def end(self):
+        super().end()
+        self.unplug()
+        os.remove(self.FOLDER + "/configs/c.1/hid.usb0")
+        for folder in ("/configs/c.1", "/functions/hid.usb0", "/strings/0x409", ""):
+            os.rmdir(self.FOLDER + folder)
 
 
 class GpioChip:

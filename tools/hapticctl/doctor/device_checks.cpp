@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <sstream>
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/say.h"
@@ -13,23 +13,13 @@ namespace {
 constexpr const char* kOwnRules = "72-hapticd.rules";
 constexpr const char* kRulesFolder = "usr/lib/udev/rules.d";
 
-struct HidDevice {
-  const char* id;  ///< vendor and product as the kernel writes them
-  const char* name;
-};
-
-/// Those that systemd/72-hapticd.rules names.
-constexpr std::array kHidDevices{
-    HidDevice{"0000046D:0000C626", "SpaceNavigator"},
-    HidDevice{"0000256F:0000C62E", "SpaceMouse Wireless"},
-    HidDevice{"000016C0:00000486", "Teensy RawHID"},
-};
-
-/// What a node of hidraw belongs to, of the devices above; null for others.
-const HidDevice* hidDeviceOf(const std::string& uevent) {
-  const auto found = std::ranges::find_if(
-      kHidDevices, [&](const HidDevice& device) { return uevent.find(device.id) != std::string::npos; });
-  return found == kHidDevices.end() ? nullptr : &*found;
+/// The value of a variable in a uevent file; empty if it is not there.
+std::string variableOf(const std::string& uevent, const std::string& name) {
+  std::istringstream lines(uevent);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(name + "=")) return line.substr(name.size() + 1);
+  }
+  return {};
 }
 
 }  // namespace
@@ -72,19 +62,25 @@ Findings checkOtherRules(const Examination& box) {
   return findings;
 }
 
+/// Of all HID devices those that a udev rule gives to the group hapticd: what is a handle is said there only.
 Findings checkHid(const Examination& box) {
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
   if (!names && !names.error().absent()) return {unreadable("hid", "sys/class/hidraw", names.error())};
+  const std::vector<RulesFile> files = rulesFiles(box.machine).value_or(std::vector<RulesFile>{});
   Findings findings;
   for (const std::string& name : names.value_or(Names{})) {
-    const Reading<std::string> uevent = box.machine.read("sys/class/hidraw/" + name + "/device/uevent");
-    const HidDevice* device = uevent ? hidDeviceOf(*uevent) : nullptr;
-    if (!device) continue;
-    const Findings wrong = accessFindings(box, "hid", device->name, "dev/" + name);
+    const std::string uevent = box.machine.read("sys/class/hidraw/" + name + "/device/uevent").value_or("");
+    const std::string id = variableOf(uevent, "HID_ID");
+    if (std::ranges::none_of(files,
+                             [&](const RulesFile& file) { return givesHidDevice(box.machine, file, id); })) {
+      continue;
+    }
+    const std::string device = variableOf(uevent, "HID_NAME");
+    const Findings wrong = accessFindings(box, "hid", device, "dev/" + name);
     findings.insert(findings.end(), wrong.begin(), wrong.end());
-    if (wrong.empty()) findings.push_back(good("hid", fmt::format("{} at /dev/{}", device->name, name)));
+    if (wrong.empty()) findings.push_back(good("hid", fmt::format("{} at /dev/{}", device, name)));
   }
-  if (findings.empty()) findings.push_back(good("hid", "no handle that hapticd knows is on hidraw"));
+  if (findings.empty()) findings.push_back(good("hid", "no handle that udev gives to hapticd is on hidraw"));
   return findings;
 }
 

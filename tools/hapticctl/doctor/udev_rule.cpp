@@ -53,6 +53,15 @@ bool namesAKinect(const std::string& rule) {
   });
 }
 
+/// "0003:046d:c626.", how the name on the HID bus begins; empty for what is no id.
+std::string busNameFrom(const std::string& id) {
+  constexpr std::size_t kLength = 22;  // bus, vendor, product: 4, 8 and 8 digits
+  if (id.size() != kLength) return {};
+  std::string name = id.substr(0, 5) + id.substr(9, 5) + id.substr(18) + '.';
+  std::ranges::transform(name, name.begin(), [](unsigned char letter) { return std::tolower(letter); });
+  return name;
+}
+
 }  // namespace
 
 Reading<std::vector<RulesFile>> rulesFiles(const Machine& machine) {
@@ -80,6 +89,15 @@ std::vector<OpenRule> openKinectRules(const Machine& machine, const RulesFile& f
     if (mode && givesEveryoneARight(*mode)) open.push_back({file.path, final_mode.has_value()});
   }
   return open;
+}
+
+bool givesHidDevice(const Machine& machine, const RulesFile& file, const std::string& id) {
+  const std::string name = busNameFrom(id);
+  return !name.empty() &&
+         std::ranges::any_of(rulesIn(machine.read(file.path).value_or("")), [&](const std::string& rule) {
+           const auto names = valueOf(rule, "kernels==\"");
+           return names && names->find(name) != std::string::npos && valueOf(rule, "group=\"") == "hapticd";
+         });
 }
 
 }  // namespace hapticd::tools

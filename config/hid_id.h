@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "config/error.h"
+
+namespace hapticd::config {
+
+/// Vendor and product of a HID device.
+struct HidId {
+  std::uint16_t vendor = 0;
+  std::uint16_t product = 0;
+
+  bool operator==(const HidId&) const = default;
+};
+
+/// From "vvvv:pppp", four hexadecimal digits each, as lsusb shows them.
+/// Errors (without a place): another form, vendor 0000.
+Result<HidId> hidIdFrom(std::string_view text);
+
+/// "046d:c626".
+std::string textOf(const HidId& id);
+
+}  // namespace hapticd::config

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+namespace hapticd::drivers {
+
+/// When a device measured, in this computer's time: by its own clock, because reports arrive late by as much
+/// as this computer is busy. The report that took the shortest way sets the difference of the two clocks;
+/// it is let grow by 0.1 %, more than two crystals differ, so that it follows their drift.
+/// Thread: one.  RT: safe.
+class DeviceClock {
+ public:
+  /// A report may be held up by so much; a time that is further off is the device's mistake.
+  static constexpr std::int64_t kLongestDelayNs = 50'000'000;
+
+  void reset() { last_us_.reset(); }
+
+  /// The time of a measurement, at most `arrival_ns`. `device_us` wraps.
+  std::int64_t timeOf(std::uint32_t device_us, std::int64_t arrival_ns) {
+    if (last_us_) {
+      const std::int64_t step_ns = std::int64_t{1000} * static_cast<std::int32_t>(device_us - *last_us_);
+      device_ns_ += step_ns;
+      difference_ns_ += std::max<std::int64_t>(0, step_ns) / 1000;
+    }
+    const std::int64_t difference_ns = arrival_ns - device_ns_;
+    if (!last_us_ || difference_ns - difference_ns_ > kLongestDelayNs) difference_ns_ = difference_ns;
+    last_us_ = device_us;
+    difference_ns_ = std::min(difference_ns_, difference_ns);
+    return device_ns_ + difference_ns_;
+  }
+
+ private:
+  std::optional<std::uint32_t> last_us_;  // nothing before the first report
+  std::int64_t device_ns_ = 0;            // its clock, without the wrapping
+  std::int64_t difference_ns_ = 0;        // to this computer's
+};
+
+}  // namespace hapticd::drivers

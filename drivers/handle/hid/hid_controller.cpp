@@ -1,0 +1,166 @@
+#include "drivers/handle/hid/hid_controller.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "drivers/monotonic_clock.h"
+
+namespace hapticd::drivers {
+namespace {
+
+/// Further than this ahead, or behind by more than the kernel queues (64 reports), is a new count.
+constexpr std::int32_t kFarthestAhead = 1000;
+constexpr std::int32_t kFarthestBehind = 64;
+
+constexpr double kLongestDelayS = 0.1;
+constexpr double kDelaySmoothing = 1.0 / 32;
+
+constexpr const char* kWaiting = "it is open and has not sent a valid report yet";
+
+}  // namespace
+
+void HidController::opened(std::int64_t now_ns) {
+  in_session_ = false;
+  last_valid_ns_ = now_ns;
+  last_refusal_.reset();
+  if (presence_ != HandlePresence::absent) presence_ = HandlePresence::lost;
+  detail_ = kWaiting;
+}
+
+void HidController::lose(std::string detail) {
+  in_session_ = false;
+  if (presence_ != HandlePresence::absent) presence_ = HandlePresence::lost;
+  detail_ = std::move(detail);
+}
+
+std::optional<rt::HandleState> HidController::take(ReportBytes report, std::int64_t arrival_ns) {
+  const auto input = inputFrom(report);
+  if (!input) {
+    ++link_.rejected;
+    last_refusal_ = input.error();
+    idle(arrival_ns);
+    return std::nullopt;
+  }
+  if (in_session_ && !isNext(input->sequence)) return std::nullopt;
+  ++link_.received;
+  last_valid_ns_ = arrival_ns;
+  last_refusal_.reset();
+  if (input->fault_code != 0) {
+    presence_ = HandlePresence::lost;
+    lose(fmt::format("it reports the fault {} (see its own manual)", input->fault_code));
+    return std::nullopt;
+  }
+  if (!in_session_) beginSession(*input);
+  measureRoundTrip(*input, arrival_ns);
+  return publish(*input, arrival_ns);
+}
+
+void HidController::idle(std::int64_t now_ns) {
+  if (now_ns - last_valid_ns_ <= kSilenceNs) return;
+  if (last_refusal_) {
+    lose(
+        fmt::format("its reports are refused: they are {} (load firmware that sends those of "
+                    "drivers/handle/hid/reports.md)",
+                    textOf(*last_refusal_)));
+  } else if (in_session_) {
+    lose("it is connected and sends no reports (reset it, or unplug it and plug it in again)");
+  }
+}
+
+/// Judges the sequence number of a report within a session; false if the report is to be left out.
+bool HidController::isNext(std::uint32_t sequence) {
+  const auto step = static_cast<std::int32_t>(sequence - last_input_);
+  if (step == 0) {
+    ++link_.duplicated;
+    return false;
+  }
+  if (step < 0 && step >= -kFarthestBehind) {
+    ++link_.reordered;
+    return false;
+  }
+  if (step < 0 || step > kFarthestAhead) {
+    in_session_ = false;  // it was reset
+    return true;
+  }
+  link_.lost += static_cast<std::uint64_t>(step - 1);
+  return true;
+}
+
+void HidController::beginSession(const InputReport& input) {
+  in_session_ = true;
+  frame_.beginSession();
+  clock_.reset();
+  first_tick_.reset();
+  last_echo_ = input.echo;
+  delay_s_ = kUnmeasuredDelayS;
+}
+
+rt::HandleState HidController::publish(const InputReport& input, std::int64_t arrival_ns) {
+  last_input_ = input.sequence;
+  calibrated_ = input.calibrated && !input.homing;
+  presence_ = calibrated_ ? HandlePresence::present : HandlePresence::calibrating;
+  detail_ = calibrated_    ? ""
+            : input.homing ? "it is finding its origin (leave it alone until it has)"
+                           : "it does not know where it is (move it to its reference, as its manual says)";
+  ++measurements_;
+  HandleMeasurement measurement;
+  measurement.position_m_in_handle = input.position_m;
+  measurement.time_ns = clock_.timeOf(input.time_us, arrival_ns);
+  measurement.buttons = input.buttons;
+  measurement.calibrated = calibrated_;
+  measurement.velocity_m_per_s_in_handle = input.velocity_m_per_s;
+  measurement.delay_s = delay_s_;
+  return frame_.stateOf(measurement);
+}
+
+/// From writing an output to reading its echo, without the time that it lay in the device: the way there and
+/// back, which is also what lies between a motion and the force that answers it.
+void HidController::measureRoundTrip(const InputReport& input, std::int64_t arrival_ns) {
+  if (input.echo == last_echo_) return;
+  last_echo_ = input.echo;
+  const Sent& sent = sent_[input.echo % kRemembered];
+  const std::int64_t round_trip_ns = arrival_ns - sent.time_ns - std::int64_t{1000} * input.echo_age_us;
+  if (input.echo == 0 || sent.sequence != input.echo || round_trip_ns < 0) return;
+  round_trips_.add(round_trip_ns);
+  const double seconds = static_cast<double>(round_trip_ns) / static_cast<double>(kNsPerSecond);
+  delay_s_ += kDelaySmoothing * (std::min(seconds, kLongestDelayS) - delay_s_);
+}
+
+Report HidController::answer(const rt::HandleCommand& command, std::int64_t now_ns) {
+  const bool fresh = isFresh(command, now_ns);
+  const bool exert = fresh && in_session_ && calibrated_;
+  return output(exert, exert ? frame_.forceInHandle(command.force_n_in_world) : rt::Vec3{}, now_ns);
+}
+
+/// The tick after the one seen at a session's beginning may have read the handle before that.
+bool HidController::isFresh(const rt::HandleCommand& command, std::int64_t now_ns) {
+  if (command.tick != last_tick_ || ticked_ns_ == 0) {
+    last_tick_ = command.tick;
+    ticked_ns_ = now_ns;
+  }
+  if (!first_tick_) first_tick_ = command.tick + 2;
+  return command.tick >= *first_tick_ && now_ns - ticked_ns_ <= kCommandLifeNs;
+}
+
+Report HidController::farewell(std::int64_t now_ns) {
+  return output(false, {}, now_ns);
+}
+
+Report HidController::output(bool exert, const rt::Vec3& force_n, std::int64_t now_ns) {
+  if (++output_sequence_ == 0) ++output_sequence_;
+  sent_[output_sequence_ % kRemembered] = {output_sequence_, now_ns};
+  ++link_.sent;
+  return encode(OutputReport{exert, output_sequence_, force_n});
+}
+
+LinkStatus HidController::link() const {
+  LinkStatus link = link_;
+  link.round_trip_p50_ns = round_trips_.quantileNs(0.5);
+  link.round_trip_p99_ns = round_trips_.quantileNs(0.99);
+  link.round_trip_p999_ns = round_trips_.quantileNs(0.999);
+  link.round_trip_max_ns = round_trips_.maxNs();
+  return link;
+}
+
+}  // namespace hapticd::drivers

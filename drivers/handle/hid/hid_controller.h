@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/handle/handle.h"
+#include "drivers/handle/handle_frame.h"
+#include "drivers/handle/hid/device_clock.h"
+#include "drivers/handle/hid/report.h"
+#include "rt/latency_histogram.h"
+
+namespace hapticd::drivers {
+
+/// A controller as its reports show it (reports.md): judges what it says and decides what to answer; neither
+/// waits nor reads or writes. Times are CLOCK_MONOTONIC of this computer. A session begins with the first
+/// report after opened(), after a silence or a fault, and where the sequence number tells of a reset.
+/// Thread: one; counts() and advice need it too.
+class HidController {
+ public:
+  /// Without a valid report for that long it is lost.
+  static constexpr std::int64_t kSilenceNs = 200'000'000;
+  /// A command that many nanoseconds old is not exerted: the force loop stands.
+  static constexpr std::int64_t kCommandLifeNs = 20'000'000;
+
+  HidController(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
+      : frame_(settings, scale) {}
+
+  /// The device was opened.
+  void opened(std::int64_t now_ns);
+
+  /// An input report: the state to publish, if it may be published.
+  std::optional<rt::HandleState> take(ReportBytes report, std::int64_t arrival_ns);
+
+  /// Time has passed without a report.
+  void idle(std::int64_t now_ns);
+
+  /// The output report for the newest command: force zero if it is no longer fresh, or from before this
+  /// session.
+  Report answer(const rt::HandleCommand& command, std::int64_t now_ns);
+
+  /// The output report that switches the motors off.
+  Report farewell(std::int64_t now_ns);
+
+  HandlePresence presence() const { return presence_; }
+  const std::string& detail() const { return detail_; }
+  std::uint64_t measurements() const { return measurements_; }
+  std::uint64_t rejected() const { return link_.rejected; }
+  LinkStatus link() const;
+
+ private:
+  struct Sent {
+    std::uint32_t sequence = 0;  // 0: none
+    std::int64_t time_ns = 0;
+  };
+  static constexpr std::size_t kRemembered = 64;  // outputs on their way to the device and back
+  // One input and one output interval, until the round trip has been measured.
+  static constexpr double kUnmeasuredDelayS = 0.002;
+
+  bool isNext(std::uint32_t sequence);
+  void beginSession(const InputReport& input);
+  rt::HandleState publish(const InputReport& input, std::int64_t arrival_ns);
+  void measureRoundTrip(const InputReport& input, std::int64_t arrival_ns);
+  bool isFresh(const rt::HandleCommand& command, std::int64_t now_ns);
+  Report output(bool exert, const rt::Vec3& force_n, std::int64_t now_ns);
+  void lose(std::string detail);
+
+  HandleFrame frame_;
+  DeviceClock clock_;
+  HandlePresence presence_ = HandlePresence::absent;
+  std::string detail_;
+  std::uint64_t measurements_ = 0;
+  LinkStatus link_;
+  rt::LatencyHistogram round_trips_;
+
+  bool in_session_ = false;
+  std::int64_t last_valid_ns_ = 0;
+  std::optional<ReportRefusal> last_refusal_;  // since the last valid report
+  std::uint32_t last_input_ = 0;               // sequence number
+  bool calibrated_ = false;
+
+  std::uint32_t output_sequence_ = 0;
+  std::array<Sent, kRemembered> sent_;
+  std::uint32_t last_echo_ = 0;
+  double delay_s_ = kUnmeasuredDelayS;
+
+  std::optional<std::uint64_t> first_tick_;  // the first one that has seen this session
+  std::uint64_t last_tick_ = 0;
+  std::int64_t ticked_ns_ = 0;  // when last_tick_ was seen first
+};
+
+}  // namespace hapticd::drivers

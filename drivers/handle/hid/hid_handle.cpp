@@ -1,0 +1,53 @@
+#include "drivers/handle/hid/hid_handle.h"
+
+#include "drivers/start_thread.h"
+
+namespace hapticd::drivers {
+namespace {
+
+constexpr std::uint16_t kGenericDesktopPage = 0x01;
+constexpr std::uint16_t kMultiAxisController = 0x08;
+
+config::Result<HidSelection> selectionFrom(const config::HandleSettings& settings) {
+  const auto id = config::hidIdFrom(settings.hid.device);
+  if (!id) return std::unexpected(config::Error{"hid_handle.device", id.error().what, id.error().remedy});
+  if (settings.hid.kind == config::HidKind::spacemouse) {
+    return HidSelection{*id, kGenericDesktopPage, kMultiAxisController, settings.serial};
+  }
+  return HidSelection{*id, kControllerUsagePage, kControllerUsage, settings.serial};
+}
+
+}  // namespace
+
+config::Result<void> HidHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(config::Error{"hid handle", "is running already", ""});
+  const auto wanted = selectionFrom(settings_);
+  if (!wanted) return std::unexpected(wanted.error());
+  const auto worker = std::make_shared<HidWorker>(settings_, scale_, *wanted, open_, channels);
+  auto thread = startThread("handle", [worker] { worker->run(); });
+  if (!thread) return std::unexpected(thread.error());
+  const std::lock_guard lock(worker_mutex_);
+  worker_ = worker;
+  thread_ = std::move(*thread);
+  return {};
+}
+
+void HidHandle::stop() {
+  if (!thread_.joinable()) return;
+  if (worker_->stop(kStopLimit)) {
+    thread_.join();
+  } else {
+    thread_.detach();
+  }
+}
+
+HandleStatus HidHandle::status() const {
+  const std::lock_guard lock(worker_mutex_);
+  if (worker_) return worker_->status();
+  HandleStatus status;
+  status.identity = "hid " + settings_.hid.device;
+  status.detail = "not started";
+  return status;
+}
+
+}  // namespace hapticd::drivers

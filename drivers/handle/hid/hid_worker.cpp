@@ -1,0 +1,186 @@
+#include "drivers/handle/hid/hid_worker.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "drivers/monotonic_clock.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kRetryPeriod{500};
+constexpr milliseconds kReadLimit{20};                    // how long a stop may go unnoticed
+constexpr std::size_t kMostReportsAtOnce = 64;            // as many as the kernel queues
+constexpr std::int64_t kReportPeriodNs = 250'000'000;     // of the counts in the status
+constexpr std::int64_t kWriteHangsAfterNs = 200'000'000;  // an output report takes a millisecond
+
+constexpr milliseconds kSpaceMousePeriod{1};
+constexpr const char* kSpaceMouseAdvice = "a SpaceMouse exerts no force: forces are discarded";
+
+std::string joined(const std::string& first, const std::string& second) {
+  return first.empty() || second.empty() ? first + second : first + "; " + second;
+}
+
+}  // namespace
+
+HidWorker::HidWorker(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
+                     HidSelection wanted, HidOpener open, HandleChannels& channels)
+    : is_spacemouse_(settings.hid.kind == config::HidKind::spacemouse),
+      wanted_(std::move(wanted)),
+      open_(std::move(open)),
+      controller_(settings, scale),
+      spacemouse_(settings, scale),
+      channels_(&channels) {
+  board_.reset("hid " + textOf(wanted_.id));
+  board_.set(HandlePresence::absent, "looking for the handle");
+}
+
+void HidWorker::run() {
+  Clock::time_point next_try = Clock::now();
+  while (!stop_signal_.waitUntil(next_try)) {
+    useDeviceOnce();
+    next_try = Clock::now() + kRetryPeriod;
+  }
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+  changed_.notify_all();
+}
+
+bool HidWorker::stop(milliseconds limit) {
+  stop_signal_.raise();
+  std::unique_lock lock(mutex_);
+  const bool ended = changed_.wait_for(lock, limit, [this] { return ended_; });
+  channels_ = nullptr;
+  return ended;
+}
+
+HandleStatus HidWorker::status() const {
+  HandleStatus status = board_.snapshot();
+  const std::int64_t since_ns = writing_since_ns_;
+  if (since_ns != 0 && monotonicNs() - since_ns > kWriteHangsAfterNs) {
+    status.state = HandlePresence::lost;
+    status.detail = "hidraw: the handle takes no output reports (unplug it and plug it in again)";
+  }
+  return status;
+}
+
+void HidWorker::reportMissing(const config::Error& error) {
+  reported_ = seen_ ? HandlePresence::lost : HandlePresence::absent;
+  board_.set(reported_, error.text());
+}
+
+/// At each change of state, else a few times a second.
+template <typename Fill>
+void HidWorker::report(HandlePresence presence, Fill fill) {
+  const std::int64_t now_ns = monotonicNs();
+  if (presence == reported_ && now_ns - reported_ns_ < kReportPeriodNs) return;
+  reported_ = presence;
+  reported_ns_ = now_ns;
+  seen_ = seen_ || presence != HandlePresence::absent;
+  board_.update([&](HandleStatus& status) {
+    status.state = presence;
+    fill(status);
+  });
+}
+
+void HidWorker::useDeviceOnce() {
+  auto opened = open_(wanted_);
+  if (!opened) return reportMissing(opened.error());
+  board_.update([&](HandleStatus& status) {
+    status.identity = "hid " + textOf(wanted_.id) + (opened->serial.empty() ? "" : " " + opened->serial);
+    status.advice = joined(is_spacemouse_ ? kSpaceMouseAdvice : "", opened->advice);
+    status.exerts_force = !is_spacemouse_;
+  });
+  const auto used = is_spacemouse_ ? useSpaceMouse(*opened->port) : useController(*opened->port);
+  if (!used) reportMissing(used.error());
+}
+
+/// False once the channels are taken away.
+bool HidWorker::publish(const rt::HandleState& state) {
+  const std::lock_guard lock(mutex_);
+  if (channels_ != nullptr) channels_->state.write(state);
+  return channels_ != nullptr;
+}
+
+rt::HandleCommand HidWorker::newestCommand() {
+  const std::lock_guard lock(mutex_);
+  if (channels_ == nullptr) return {};
+  channels_->command.refresh();
+  return channels_->command.front();
+}
+
+// --- a controller
+
+config::Result<void> HidWorker::useController(HidPort& port) {
+  controller_.opened(monotonicNs());
+  while (!stop_signal_.raised()) {
+    const auto taken = takeReports(port);
+    if (!taken) return std::unexpected(taken.error());
+    if (*taken) {
+      const Report report = controller_.answer(newestCommand(), monotonicNs());
+      if (auto written = write(port, report); !written) return written;
+    } else {
+      controller_.idle(monotonicNs());
+    }
+    report(controller_.presence(), [this](HandleStatus& status) {
+      status.detail = controller_.detail();
+      status.measurements = controller_.measurements();
+      status.rejected = controller_.rejected();
+      status.link = controller_.link();
+    });
+  }
+  return write(port, controller_.farewell(monotonicNs()));
+}
+
+/// Takes over all reports that have arrived, after waiting for the first one; true if one was published.
+config::Result<bool> HidWorker::takeReports(HidPort& port) {
+  std::array<std::uint8_t, kReportBytes + 1>
+      buffer{};  // one more, so that a longer report is not taken for one of ours
+  bool any = false;
+  milliseconds wait = kReadLimit;
+  for (std::size_t count = 0; count < kMostReportsAtOnce; ++count) {
+    const auto size = port.read(buffer, wait);
+    if (!size) return std::unexpected(size.error());
+    if (*size == 0) break;
+    const auto state = controller_.take(ReportBytes(buffer).first(*size), monotonicNs());
+    if (state) any = publish(*state);
+    wait = milliseconds(0);
+  }
+  return any;
+}
+
+config::Result<void> HidWorker::write(HidPort& port, const Report& report) {
+  writing_since_ns_ = monotonicNs();
+  auto written = port.write(report);
+  writing_since_ns_ = 0;
+  return written;
+}
+
+// --- a SpaceMouse
+
+/// Its reports come only while the cap is deflected, so the device is there as long as it can be read.
+config::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
+  std::array<std::uint8_t, kReportBytes> buffer{};
+  spacemouse_.opened(monotonicNs());
+  for (Clock::time_point due = Clock::now(); !stop_signal_.waitUntil(due); due += kSpaceMousePeriod) {
+    for (std::size_t count = 0; count < kMostReportsAtOnce; ++count) {
+      const auto size = port.read(buffer, milliseconds(0));
+      if (!size) return std::unexpected(size.error());
+      if (*size == 0) break;
+      spacemouse_.take(ReportBytes(buffer).first(*size));
+    }
+    publish(spacemouse_.state(monotonicNs()));
+    report(HandlePresence::present, [this](HandleStatus& status) {
+      status.detail.clear();
+      status.measurements = spacemouse_.measurements();
+      status.rejected = spacemouse_.rejected();
+    });
+    due = std::max(due, Clock::now() - kSpaceMousePeriod);  // periods that were slept over are left out
+  }
+  return {};
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "drivers/handle/hid/report.h"
+#include "rt/vec3.h"
+#include "tests/vm/emulators/hid/hid_device.h"
+
+namespace hapticd::test::hid {
+
+/// A controller with the firmware of drivers/handle/hid/reports.md, in a hand: a mass on a spring and a
+/// damper that hold it where the hand aims, which moves at kHandSpeedMPerS at most. Commands: `aim X Y Z`
+/// (metres), `button N` (toggles it), `fault N`, `home` (toggles homing), `reset` (as after a power failure).
+class Controller final : public HidDevice {
+ public:
+  static constexpr double kHandSpeedMPerS = 0.3;
+
+  /// `log`: path of a CSV file that gets a line per tick; empty: none.
+  Controller(const std::string& serial, const std::string& log);
+
+  const Identity& identity() const override { return identity_; }
+  std::optional<Bytes> tick(std::int64_t now_ns) override;
+  void take(std::span<const std::uint8_t> report, std::int64_t now_ns) override;
+  std::string command(std::string_view line) override;
+  std::string stats(std::int64_t now_ns) const override;
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  bool isSilent(std::int64_t now_ns) const;
+  void moveHand();
+  void count(std::int64_t now_ns);
+
+  Identity identity_;
+  std::unique_ptr<std::FILE, CloseFile> log_;
+  drivers::InputReport input_;
+  drivers::OutputReport output_;  // the last valid one
+  std::int64_t output_ns_ = 0;    // when it came; 0: none yet
+  rt::Vec3 target_m_;             // where the aim goes
+  rt::Vec3 aim_m_;
+  rt::Vec3 velocity_m_per_s_;
+  rt::Vec3 exerted_n_;
+
+  std::uint64_t sent_ = 0;
+  std::uint64_t received_ = 0;
+  std::uint64_t invalid_ = 0;
+  std::uint64_t lost_ = 0;
+  double most_force_n_ = 0;
+  std::int64_t last_force_ns_ = 0;  // newest tick with a force other than zero
+};
+
+}  // namespace hapticd::test::hid

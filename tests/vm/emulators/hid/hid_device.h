@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hapticd::test::hid {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// What the kernel is told of a device.
+struct Identity {
+  std::string name;
+  std::string serial;
+  std::uint16_t vendor = 0;
+  std::uint16_t product = 0;
+  Bytes descriptor;  ///< of the reports
+};
+
+/// A HID device without its connection: what its firmware does. Times are CLOCK_MONOTONIC.  Thread: one.
+class HidDevice {
+ public:
+  virtual ~HidDevice() = default;
+  virtual const Identity& identity() const = 0;
+  /// A millisecond has passed: the input report to send, if there is one.
+  virtual std::optional<Bytes> tick(std::int64_t now_ns) = 0;
+  /// An output report, without an id.
+  virtual void take(std::span<const std::uint8_t> report, std::int64_t now_ns) = 0;
+  /// "ok", or "error: " and why.
+  virtual std::string command(std::string_view line) = 0;
+  /// Members of a JSON object, without its braces.
+  virtual std::string stats(std::int64_t now_ns) const = 0;
+};
+
+}  // namespace hapticd::test::hid

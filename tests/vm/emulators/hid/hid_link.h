@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "config/error.h"
+#include "tests/vm/emulators/hid/hid_device.h"
+
+namespace hapticd::test::hid {
+
+/// How an emulated device reaches a kernel.  Thread: one.
+class HidLink {
+ public:
+  virtual ~HidLink() = default;
+  /// Readable when receive() has something to do.
+  virtual int file() const = 0;
+  virtual config::Result<void> plug(const Identity& identity) = 0;
+  virtual config::Result<void> unplug() = 0;
+  /// False if the kernel takes no report now: nobody listens, or not fast enough.
+  virtual bool send(std::span<const std::uint8_t> report) = 0;
+  /// One output report, without an id, if the next thing that has come is one. Does not wait.
+  virtual std::optional<Bytes> receive() = 0;
+};
+
+}  // namespace hapticd::test::hid
