@@ -107,6 +107,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
         "safety.stiffness_limit", kLive, "", {}, "",
         "what to do where the stiffness is above what the handle's delay lets be stable"),
+    row<HAPTICD_MEMBER(live.safety.overrun_burst)>(
+        "safety.overrun_burst", kLive, "", {1, 65}, "",
+        "late ticks of the last 64 with which the force goes to zero for a second; 65: never"),
     row<HAPTICD_MEMBER(live.safety.workspace_radius_m)>(
         "safety.workspace_radius_m", kLive, "m", {0.01, 20}, "",
         "farther than this from the world's origin nothing is felt"),

@@ -79,6 +79,7 @@ struct SafetyParameters {
   bool passivity_control = true;
   double passivity_max_damping_n_s_per_m = 5;  ///< the most that passivity control brings in
   StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
+  int overrun_burst = 5;  ///< late ticks of the last 64 that are a burst; 65: never
   double workspace_radius_m = 20;       ///< about the world's origin; beyond it nothing is felt
   double max_handle_speed_m_per_s = 5;  ///< of the hand; faster ones are taken for a fault; 0: no limit
 };

@@ -12,8 +12,6 @@ namespace {
 constexpr double kLeap_m = 0.01;
 /// A handle that leapt is not trusted for that long.
 constexpr std::int64_t kDistrust_ns = 100'000'000;
-/// That many late ticks of the last 64 are a burst.
-constexpr int kOverrunBurst = 5;
 /// After a burst the loop has to keep its time that long.
 constexpr std::int64_t kOverrunPause_ns = 1'000'000'000;
 
@@ -72,7 +70,8 @@ Cause Supervisor::handleTrouble(const Input& input) HAPTICD_RT {
 
 bool Supervisor::isOverrunning(const Input& input) HAPTICD_RT {
   overruns_ = overruns_ << 1U | (input.overran ? 1U : 0U);
-  if (std::popcount(overruns_) >= kOverrunBurst) overrunning_until_ns_ = input.now_ns + kOverrunPause_ns;
+  if (std::popcount(overruns_) >= input.directive.parameters.safety.overrun_burst)
+    overrunning_until_ns_ = input.now_ns + kOverrunPause_ns;
   return input.now_ns < overrunning_until_ns_;
 }
 

@@ -17,7 +17,7 @@ namespace hapticd::test {
 /// A camera that sees a wall 1 m away, and a hand that stays within 35 mm of it: there is contact from the
 /// first frame to the last. Time limits are wide, so that only what a test stops becomes stale.
 inline constexpr const char* kWallYaml =
-    "safety: {handle_timeout_s: 1, depth_timeout_s: 5, engage_inside: true}\n"
+    "safety: {handle_timeout_s: 1, depth_timeout_s: 5, engage_inside: true, overrun_burst: 65}\n"
     "camera: {driver: synthetic}\n"
     "synthetic: {scene: plane, noise: off, distance_m: 1}\n"
     "simulated_handle: {start_z_m: -0.97, travel_m: 0.02, stroke_m: 0.01}\n";

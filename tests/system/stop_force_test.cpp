@@ -21,6 +21,7 @@ config::Settings pressing() {
   settings.live.safety.handle_timeout_s = 1;
   settings.live.safety.depth_timeout_s = 5;
   settings.live.safety.engage_inside = true;
+  settings.live.safety.overrun_burst = 65;
   settings.control.engage_at_start = true;
   return settings;
 }

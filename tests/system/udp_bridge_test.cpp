@@ -22,7 +22,7 @@ constexpr std::int64_t kDeadManNs = 50'000'000;
 
 /// A wall 1 m away, for a hand of the bridge that stays within 35 mm of it.
 std::string udpYaml(const std::string& key_file) {
-  return "safety: {handle_timeout_s: 1, depth_timeout_s: 5, engage_inside: true}\n"
+  return "safety: {handle_timeout_s: 1, depth_timeout_s: 5, engage_inside: true, overrun_burst: 65}\n"
          "camera: {driver: synthetic}\n"
          "synthetic: {scene: plane, noise: off, distance_m: 1}\n"
          "handle: {driver: udp}\n"

@@ -6,11 +6,11 @@ import time
 
 import devices
 import installation
-from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, HANDLE_TIMEOUT_S, check, configure, counted, engage, expect, force_n,
+from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, SAFETY, check, configure, counted, engage, expect, force_n,
                  is_active, main_pid, monitor, must, reaches, read, status, wait_for, write)
 
 # On the surface of a thing on the desk, 0.52 m from the camera; the hand goes in and out of it.
-HAND = f"""safety: {{depth_timeout_s: {DEPTH_TIMEOUT_S}, handle_timeout_s: {HANDLE_TIMEOUT_S}, engage_inside: true}}
+HAND = f"""safety: {{depth_timeout_s: {DEPTH_TIMEOUT_S}, {SAFETY}}}
 simulated_handle:
   {{start_x_m: -0.1214, start_y_m: -0.0502, start_z_m: -0.50, travel_m: 0.03, stroke_m: 0.01, press_s: 0.5, press_force_n: 6}}
 force: {{law: nearest_springs}}

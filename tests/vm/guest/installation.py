@@ -2,14 +2,14 @@
 
 import os
 
-from lab import (HANDLE_TIMEOUT_S, LAB, check, counted, expect, is_active, must, read, reaches, run, status, unit_property,
+from lab import (LAB, SAFETY, check, counted, expect, is_active, must, read, reaches, run, status, unit_property,
                  wait_for, write)
 
 MARK = "/var/lib/lab-installed"
 PACKAGE = LAB + "/hapticd.deb"
 # Without devices, and with few frames, which cost an emulated CPU much.
 SIMPLE = ("camera: {driver: synthetic}\nsynthetic: {noise: off, frame_rate_hz: 2}\n"
-          f"safety: {{depth_timeout_s: 5, handle_timeout_s: {HANDLE_TIMEOUT_S}, engage_inside: true}}\n")
+          f"safety: {{depth_timeout_s: 5, {SAFETY}}}\n")
 
 
 def prepare():

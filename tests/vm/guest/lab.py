@@ -27,6 +27,9 @@ def counted():
 # they count as stale.
 HANDLE_TIMEOUT_S = 0.01 if counted() else 1
 DEPTH_TIMEOUT_S = 0.5 if counted() else 3
+# The same holds for the force thread: there, late ticks are no reason to let go.
+SAFETY = (f"handle_timeout_s: {HANDLE_TIMEOUT_S}, engage_inside: true"
+          + ("" if counted() else ", overrun_burst: 65"))
 
 CHECKS = []
 
