@@ -137,10 +137,13 @@ void Supervisor::decide(const Input& input, const Obstacle& obstacle, bool felt)
 
 void Supervisor::moveGain(const Input& input, const Obstacle& obstacle) HAPTICD_RT {
   const SafetyParameters& limits = input.directive.parameters.safety;
+  // Down by the clock, also where ticks are left out; up by the ticks that were felt.
+  const double elapsed_s = std::max(input.period_s, static_cast<double>(input.now_ns - last_ns_) * 1e-9);
+  last_ns_ = input.now_ns;
   if (mode_ == Mode::engaged) {
     gain_ = std::min(1.0, gain_ + input.period_s / limits.engage_ramp_s);
   } else if (mode_ == Mode::holding && obstacle.feels) {
-    gain_ = std::max(0.0, gain_ - input.period_s / limits.depth_ramp_s);
+    gain_ = std::max(0.0, gain_ - elapsed_s / limits.depth_ramp_s);
   } else {
     gain_ = 0;
   }

@@ -69,6 +69,7 @@ class Supervisor {
   Mode mode_ = Mode::starting;
   Cause cause_ = Cause::none;
   double gain_ = 0;
+  std::int64_t last_ns_ = 0;  ///< when the gain was moved last
   std::uint64_t request_ = 0;  ///< the newest one that was decided on
   bool accepted_ = false;      ///< it has been engaged
   bool refused_ = false;       ///< it was refused, and stays so

@@ -17,7 +17,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr int kVariantsPerFile = 20'000;
+constexpr int kVariantsPerFile = 2'000;
 constexpr std::size_t kLongest = 4096;
 
 void tryOut(const Bytes& bytes) {

@@ -169,6 +169,34 @@ TEST_F(UdpBridge, NamesEachAccidentOfABadNetworkAndGoesOn) {
   EXPECT_TRUE(daemon.ticks());
 }
 
+/// Energy that the box gives to the hand within 6 s over 5 ms of delay each way, with losses and overtaking,
+/// mJ.
+double energyOverABadNetwork(const DaemonHome& home, const std::string& yaml,
+                             const std::vector<std::string>& set, std::vector<std::string> bridge_command) {
+  Daemon daemon(home, yaml, set);
+  EXPECT_TRUE(daemon.answers());
+  const std::vector<std::string> network{"--duration", "6",         "--delay-ms", "5",      "--loss",
+                                         "0.05",       "--reorder", "0.05",       "--seed", "3"};
+  bridge_command.insert(bridge_command.end(), network.begin(), network.end());
+  const Finished bridge = runToEnd(bridge_command);
+  EXPECT_EQ(bridge.ending, exitedWith(0)) << bridge.errors;
+  const std::string label = "energy to the hand, mJ";
+  const std::size_t at = bridge.output.find(label);
+  EXPECT_NE(at, std::string::npos) << bridge.output;
+  return at == std::string::npos ? 0 : std::stod(bridge.output.substr(at + label.size()));
+}
+
+// 10 ms there and back let (4 N s/m) / (0.5 ms + 11 ms or more) of 500 N/m be stable. The hand taps and
+// presses with 2 N on a wall that yields by some mm: a few mJ each time; an oscillation gives watts.
+TEST_F(UdpBridge, StaysStableOverABadNetworkWithTheStiffnessThatItsDelayAllows) {
+  const double limited_mj = energyOverABadNetwork(home_, udpYaml(key_), {}, bridgeCommand());
+  const double free_mj = energyOverABadNetwork(
+      home_, udpYaml(key_), {"safety.stiffness_limit=off", "safety.passivity_control=false"},
+      bridgeCommand());
+  EXPECT_LT(limited_mj, 100);
+  EXPECT_GT(free_mj, 500) << "what it is protected from";
+}
+
 TEST_F(UdpBridge, RefusesOptionsThatCannotWorkWithItsExitStatus) {
   const auto endingOf = [](const std::vector<std::string>& arguments) {
     std::vector<std::string> command{HAPTIC_BRIDGE_PROGRAM};
