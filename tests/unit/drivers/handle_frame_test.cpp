@@ -1,0 +1,169 @@
+#include "drivers/handle/handle_frame.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+namespace hapticd::drivers {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kRounding = 1e-12;
+constexpr std::int64_t kPeriodNs = 1'000'000;
+
+/// A frame on settings that a test has changed.
+HandleFrame frameOf(const config::HandleSettings& settings, double motion_scale = 1) {
+  rt::HandleScaleParameters scale;
+  scale.motion_scale = motion_scale;
+  return HandleFrame(settings, scale);
+}
+
+HandleMeasurement at(const Vec3& position_m, std::int64_t tick, std::uint32_t buttons = 0) {
+  HandleMeasurement measurement;
+  measurement.position_m_in_handle = position_m;
+  measurement.time_ns = tick * kPeriodNs;
+  measurement.buttons = buttons;
+  return measurement;
+}
+
+// A quarter turn about z takes the handle's x to the world's y.
+TEST(HandleFrame, TurnsScalesAndMovesPositionsIntoTheWorld) {
+  config::HandleSettings settings;
+  settings.pose.yaw_rad = std::numbers::pi / 2;
+  settings.pose.position_m = {1, 2, 3};
+  HandleFrame frame = frameOf(settings, 2);
+  const rt::HandleState state = frame.stateOf(at({0.1, 0, 0.05}, 1));
+  EXPECT_LT(norm(state.position_m_in_world - Vec3{1, 2.2, 3.1}), kRounding);
+}
+
+// Roll is first about the world's x, then pitch about y, then yaw about z: each turns what the ones before
+// have.
+TEST(HandleFrame, AppliesRollPitchAndYawInTheOrderOfTheCamera) {
+  config::HandleSettings settings;
+  settings.pose.roll_rad = std::numbers::pi / 2;   // y to z
+  settings.pose.pitch_rad = std::numbers::pi / 2;  // z to x
+  settings.pose.yaw_rad = std::numbers::pi / 2;    // x to y
+  HandleFrame frame = frameOf(settings);
+  EXPECT_LT(norm(frame.stateOf(at({0, 0.3, 0}, 1)).position_m_in_world - Vec3{0, 0.3, 0}), kRounding);
+  EXPECT_LT(norm(frame.stateOf(at({0, 0, 0.3}, 2)).position_m_in_world - Vec3{0.3, 0, 0}), kRounding)
+      << "z to -y, which y's turn leaves, to x";
+}
+
+TEST(HandleFrame, BringsForcesBackByTheSameRotation) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> angle(-3, 3);
+  for (int i = 0; i < 100; ++i) {
+    config::HandleSettings settings;
+    settings.pose.roll_rad = angle(random);
+    settings.pose.pitch_rad = angle(random);
+    settings.pose.yaw_rad = angle(random);
+    HandleFrame frame = frameOf(settings, 3);
+    const Vec3 motion{angle(random), angle(random), angle(random)};
+    const Vec3 force{angle(random), angle(random), angle(random)};
+    const Vec3 moved = frame.stateOf(at(motion, 1)).position_m_in_world;
+    // the power is the same in both frames but for the scale of the motion
+    EXPECT_NEAR(dot(moved, force), 3 * dot(motion, frame.forceInHandle(force)), 100 * kRounding);
+  }
+}
+
+TEST(HandleFrame, HasNoForceThatIsNotFinite) {
+  const HandleFrame frame = frameOf({});
+  EXPECT_EQ(frame.forceInHandle({1, std::numeric_limits<double>::quiet_NaN(), 1}), Vec3{});
+}
+
+TEST(HandleFrame, KeepsTheHipWhereItIsWhileTheClutchIsHeldAndGoesOnFromThere) {
+  config::HandleSettings settings;
+  settings.clutch_button = 2;
+  HandleFrame frame = frameOf(settings);
+  constexpr std::uint32_t kClutch = 1U << 2;
+  frame.stateOf(at({0.1, 0, 0}, 1));
+  EXPECT_EQ(frame.stateOf(at({0.1, 0, 0}, 2, 1U)).condition, rt::HandleCondition::ready) << "another button";
+  for (int tick = 3; tick < 10; ++tick) {
+    const rt::HandleState held = frame.stateOf(at({0.1 - 0.01 * tick, 0.02, 0}, tick, kClutch));
+    EXPECT_EQ(held.condition, rt::HandleCondition::clutched);
+    EXPECT_EQ(held.velocity_m_per_s_in_world, Vec3{});
+    // held where it was when the clutch was taken
+    EXPECT_LT(norm(held.position_m_in_world - Vec3{0.07, 0.02, 0}), kRounding);
+  }
+  const rt::HandleState back = frame.stateOf(at({0.01, 0.02, 0}, 10));
+  EXPECT_EQ(back.condition, rt::HandleCondition::ready);
+  EXPECT_LT(norm(back.position_m_in_world - Vec3{0.07, 0.02, 0}), kRounding) << "no leap";
+  EXPECT_LT(norm(frame.stateOf(at({0.02, 0.02, 0}, 11)).position_m_in_world - Vec3{0.08, 0.02, 0}),
+            kRounding);
+}
+
+TEST(HandleFrame, CountsMeasurementsAndSessionsAndPassesOnWhatTheDeviceSays) {
+  HandleFrame frame = frameOf({});
+  frame.beginSession();
+  HandleMeasurement measurement = at({}, 1, 5);
+  measurement.calibrated = false;
+  measurement.delay_s = 0.003;
+  const rt::HandleState first = frame.stateOf(measurement);
+  EXPECT_EQ(first.condition, rt::HandleCondition::not_calibrated);
+  EXPECT_EQ(first.buttons, 5U);
+  EXPECT_EQ(first.delay_s, 0.003);
+  EXPECT_EQ(first.sequence, 1U);
+  EXPECT_EQ(first.session, 1U);
+  frame.beginSession();
+  const rt::HandleState second = frame.stateOf(at({}, 2));
+  EXPECT_EQ(second.sequence, 2U);
+  EXPECT_EQ(second.session, 2U);
+}
+
+// ---- velocity
+
+/// The estimates of a motion, sampled at 1 kHz and rounded to `quantum_m`.
+template <typename Motion>
+std::vector<double> estimates(double quantum_m, int samples, Motion motion) {
+  VelocityEstimator estimator(quantum_m);
+  std::vector<double> velocities;
+  for (int i = 0; i < samples; ++i) {
+    const double x = std::round(motion(i * 1e-3) / quantum_m) * quantum_m;
+    velocities.push_back(estimator.add({0, x, 0}, i * kPeriodNs).y);
+  }
+  return velocities;
+}
+
+TEST(VelocityEstimator, HasNoBiasAtConstantVelocity) {
+  for (const double speed : {0.001, 0.03, 0.5}) {
+    const std::vector<double> found = estimates(1e-9, 100, [&](double t) { return speed * t; });
+    EXPECT_NEAR(found.back(), speed, 1e-5) << "a rounding of 1 nm over 15 ms at most";
+  }
+}
+
+// Rounded positions are off by up to half a quantum: the slope of 16 of them by at most 6 * 0.5 q / (16 T) in
+// the worst pattern, where a raw difference is off by q / T.
+TEST(VelocityEstimator, IsQuietOnASlowHandWhereARawDifferenceIsNot) {
+  constexpr double kQuantum = 5e-5;
+  const std::vector<double> found = estimates(kQuantum, 2000, [](double t) { return 0.0071 * t; });
+  double worst = 0;
+  for (std::size_t i = 20; i < found.size(); ++i) worst = std::max(worst, std::abs(found[i] - 0.0071));
+  EXPECT_LT(worst, 6 * 0.5 * kQuantum / 0.016);
+  EXPECT_LT(worst, 0.2 * kQuantum / 1e-3) << "of the raw difference";
+}
+
+// While the window is cut to what the line fits, it lags by less than the longest window's half.
+TEST(VelocityEstimator, FollowsAnAccelerationWithinItsStatedLag) {
+  constexpr double kAcceleration = 20;  // of a hand that jerks
+  const std::vector<double> found = estimates(5e-5, 60, [](double t) { return 0.5 * kAcceleration * t * t; });
+  for (std::size_t i = 30; i < found.size(); ++i) {
+    const double lag_s = static_cast<double>(i) * 1e-3 - found[i] / kAcceleration;
+    EXPECT_LT(lag_s, 7.5e-3);
+    EXPECT_GT(lag_s, -1e-3) << "rounding over a short window";
+  }
+}
+
+TEST(VelocityEstimator, ForgetsThePauseOfADeviceAndSamplesThatDoNotComeLater) {
+  VelocityEstimator estimator(5e-5);
+  estimator.add({0, 0, 0}, 0);
+  EXPECT_EQ(estimator.add({1, 0, 0}, 1'000 * kPeriodNs), Vec3{}) << "a second later";
+  EXPECT_EQ(estimator.add({1.1, 0, 0}, 1'000 * kPeriodNs), Vec3{}) << "at the same time: it replaces";
+  EXPECT_NEAR(estimator.add({1.101, 0, 0}, 1'001 * kPeriodNs).x, 1, 1e-9);
+}
+
+}  // namespace
+}  // namespace hapticd::drivers
