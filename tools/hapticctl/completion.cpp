@@ -88,6 +88,7 @@ _hapticctl() {{
     local options="{options}"
     [[ "$command" == watch ]] && options="$options --interval --count --seconds --line --summary"
     [[ "$command" == doctor ]] && options="$options --root"
+    [[ "$command" == engage ]] && options="$options --inside"
     COMPREPLY=($(compgen -W "$options" -- "$current"))
   elif [[ -z "$command" ]]; then
     COMPREPLY=($(compgen -W "{commands}" -- "$current"))
@@ -134,6 +135,7 @@ _hapticctl() {{
         get) compadd -- {names} ;;
         completion) compadd -- bash zsh fish ;;
         watch) _arguments '--interval[milliseconds]:milliseconds' '--count[how many]:number' '--seconds[how long]:number' '--line[one short line]' '--summary[close with a summary]' ;;
+        engage) _arguments '--inside[also where something is felt at once]' ;;
         doctor) _arguments '--root[folder that stands for the machine]:folder:_files -/' ;;
         set)
           case "$PREFIX" in
@@ -167,6 +169,8 @@ std::string fishScript() {
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l seconds -x -d 'how long'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l line -d 'one short line'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l summary -d 'close with a summary'\n"
+      "complete -c hapticctl -n '__fish_seen_subcommand_from engage' -l inside -d 'also where something is "
+      "felt'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from doctor' -l root -r -F -d 'folder for the "
       "machine'\n"
       "complete -c hapticctl -n '__fish_seen_subcommand_from completion' -a 'bash zsh fish'\n";

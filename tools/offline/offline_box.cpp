@@ -15,8 +15,7 @@ OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::Po
   directive_ = {
       .generation = 1, .engage = true, .engage_inside = true, .engage_request = 1, .parameters = {}};
   rt::SafetyParameters& safety = directive_.parameters.safety;
-  safety.engage_ramp_s = 0;             // for a person's comfort only
-  safety.max_handle_speed_m_per_s = 0;  // positions come from the caller, who may jump
+  safety.engage_ramp_s = 0;  // for a person's comfort only
 }
 
 void OfflineBox::show(const rt::DepthFrame& frame) noexcept {
@@ -46,6 +45,7 @@ void OfflineBox::modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept {
 rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
                           const rt::Vec3& velocity_m_per_s_in_world) noexcept {
   modelIfNeeded(hip_m_in_world);
+  directive_.parameters.safety.max_handle_speed_m_per_s = 0;  // the caller may jump
   now_ns_ += std::llround(period_s * 1e9);
   scene_.frame_time_ns = now_ns_;
   const rt::HandleState handle{hip_m_in_world, velocity_m_per_s_in_world, ++samples_, now_ns_};

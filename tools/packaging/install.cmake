@@ -50,5 +50,7 @@ install(FILES ${HAPTICD_GENERATED}/hapticctl.fish
 
 install(FILES README.md tools/packaging/copyright ${HAPTICD_GENERATED}/changelog.Debian.gz
         DESTINATION ${doc_folder})
+install(FILES drivers/handle/udp/protocol.md DESTINATION ${doc_folder} RENAME udp-protocol.md)
+install(FILES drivers/handle/hid/reports.md DESTINATION ${doc_folder} RENAME hid-reports.md)
 install(FILES config/demo.yaml systemd/examples/50-cpu.conf systemd/examples/60-udp-peer.conf
         DESTINATION ${doc_folder}/examples)
