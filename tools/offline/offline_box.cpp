@@ -14,8 +14,7 @@ OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::Po
   storage_.attachTo(scene_);
   directive_ = {
       .generation = 1, .engage = true, .engage_inside = true, .engage_request = 1, .parameters = {}};
-  rt::SafetyParameters& safety = directive_.parameters.safety;
-  safety.engage_ramp_s = 0;  // for a person's comfort only
+  directive_.parameters.safety.engage_ramp_s = 0;  // for a person's comfort only
 }
 
 void OfflineBox::show(const rt::DepthFrame& frame) noexcept {
