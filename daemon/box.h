@@ -56,6 +56,8 @@ struct LawStatus {
   double expected_error_n = 0;  ///< measured for this law, resolution and distance; 0: not known
   double max_error_n = 0;       ///< that the law auto may make
   double distance_m = 0;        ///< of what is felt, from the camera; 0: not known
+  /// k_s times motion and force scale, as far as the handle's delay allows: what the hand feels.
+  double hand_stiffness_n_per_m = 0;
 };
 
 /// How an LED shines; isLit() (indicators.h) has the times.

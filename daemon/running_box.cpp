@@ -168,7 +168,7 @@ void RunningBox::adaptToDistance() {
   sendDirective();
 }
 
-LawStatus RunningBox::lawStatus() const {
+LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
   const rt::LiveParameters& live = directive_.parameters;
   LawStatus status;
   status.law = live.law;
@@ -176,6 +176,8 @@ LawStatus RunningBox::lawStatus() const {
   status.filtered = !live.filter.isOff();
   status.max_error_n = settings_.force.effectiveMaxError_n(settings_.live.safety);
   status.distance_m = distance_m_;
+  status.hand_stiffness_n_per_m = loop.tick.stiffness_gain * live.springs.stiffness_n_per_m *
+                                  live.handle.motion_scale * live.handle.force_scale;
   if (settings_.force.law != config::LawChoice::automatic) {
     status.reason = "named in force.law";
     return status;
@@ -273,7 +275,7 @@ BoxStatus RunningBox::status() {
   status.wakeup_latency = summaryOf(control_->wakeup_latency);
   status.compute_time = summaryOf(control_->compute_time);
   status.trace_ticks_dropped = control_->ticks.dropped();
-  status.law = lawStatus();
+  status.law = lawStatus(status.loop);
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
   return status;
 }
@@ -300,7 +302,6 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
         "lower the stiffness)",
         stiffness, tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : ""));
   }
-  if (!status.handle.exerts_force) list.push_back("the handle exerts no force: it is an input device");
   if (!status.handle.advice.empty()) list.push_back("handle: " + status.handle.advice);
   const bool leds_missing = status.leds.panel.state == drivers::LedState::absent ||
                             status.leds.panel.state == drivers::LedState::lost;

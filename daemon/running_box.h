@@ -77,7 +77,7 @@ class RunningBox final : public Box {
   rt::LiveParameters live() const;
   void decideLaw();
   void adaptToDistance();
-  LawStatus lawStatus() const;
+  LawStatus lawStatus(const rt::LoopState& loop) const;
   const rt::LoopState& loopState();
   std::optional<std::uint64_t> pageFaultsSinceStart() const;
   void sampleRate();

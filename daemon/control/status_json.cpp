@@ -107,14 +107,16 @@ OrderedJson sceneJson(const SceneStatus& scene) {
 }
 
 OrderedJson lawJson(const LawStatus& law) {
-  const auto& [chosen, reason, voxel_edge_m, filtered, expected_error_n, max_error_n, distance_m] = law;
+  const auto& [chosen, reason, voxel_edge_m, filtered, expected_error_n, max_error_n, distance_m,
+               hand_stiffness_n_per_m] = law;
   return {{"chosen", config::nameOf(chosen)},
           {"reason", reason},
           {"voxelEdgeM", voxel_edge_m},
           {"filtered", filtered},
           {"expectedErrorN", expected_error_n > 0 ? OrderedJson(expected_error_n) : OrderedJson()},
           {"maxErrorN", max_error_n},
-          {"distanceM", distance_m > 0 ? OrderedJson(distance_m) : OrderedJson()}};
+          {"distanceM", distance_m > 0 ? OrderedJson(distance_m) : OrderedJson()},
+          {"handStiffnessNPerM", hand_stiffness_n_per_m}};
 }
 
 OrderedJson linkJson(const drivers::LinkStatus& link) {

@@ -41,6 +41,20 @@ TEST(BadConfiguration, EveryValueOutOfRangeIsListedWithItsLineAndRange) {
   EXPECT_TRUE(contains(errors, "0..40 N"));
 }
 
+TEST(BadConfiguration, FaultsAreNotMadeUpWhereThatIsNotAllowedNorFromABadScript) {
+  const DaemonHome home;
+  const test::TemporaryFolder folder;
+  const auto refusal = [&](const std::string& script, const std::string& yaml) {
+    std::vector<std::string> command = home.command(yaml);
+    command.insert(command.end(), {"--inject", folder.write("faults", script)});
+    const Finished finished = test::runToEnd(command);
+    EXPECT_EQ(finished.ending, exitedWith(kConfiguration)) << finished.errors;
+    return finished.errors;
+  };
+  EXPECT_TRUE(contains(refusal("1 1 nan_pose\n", "{}"), "control.allow_fault_injection"));
+  EXPECT_TRUE(contains(refusal("1 1 nonsense\n", "control: {allow_fault_injection: true}"), "faults:1"));
+}
+
 TEST(BadConfiguration, AFileThatIsNoYamlIsRefusedWithTheLine) {
   const DaemonHome home;
   EXPECT_TRUE(

@@ -149,7 +149,8 @@ std::string safetyText(const Json& status) {
                                     {{"passivityTicks", "ticks damped for passivity"},
                                      {"thermallyLimitedTicks", "warm"},
                                      {"stiffnessLimitedTicks", "softened for delay"}}) +
-                           fmt::format(", stiffness limit {} N/m",
+                           fmt::format(", {} N/m at the hand, of the springs {} are stable",
+                                       fixed(numberAt(status, "law.handStiffnessNPerM"), 0),
                                        fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
 }
 

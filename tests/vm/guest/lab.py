@@ -52,7 +52,11 @@ def expect(condition, what):
         raise Failure(what)
 
 
-def run(*command, user=None, timeout=60, stdin=None):
+# For programs that are to end by themselves; an emulated CPU in real time takes its time.
+PATIENCE_S = 60 if counted() else 300
+
+
+def run(*command, user=None, timeout=PATIENCE_S, stdin=None):
     """Runs a program to its end; never raises for its exit status."""
     if user:
         command = ("/usr/sbin/runuser", "-u", user, "--", *command)
