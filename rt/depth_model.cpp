@@ -1,20 +1,13 @@
 #include "rt/depth_model.h"
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "rt/pose.h"
+
 namespace hapticd::rt {
 namespace {
-
-Eigen::Matrix3d rotationOf(const PoseParameters& pose) {
-  return (Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(pose.pitch_rad, Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(pose.roll_rad, Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
-}
 
 DepthModel::SingleRay single(double x, double y, double z) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
@@ -45,9 +38,9 @@ void clipToImage(double first, double last, int count, int& pixel_first, int& pi
 }  // namespace
 
 DepthModel::DepthModel(const DepthModelParameters& parameters, const PoseParameters& T_world_camera)
-    : parameters_(parameters), camera_position_(T_world_camera.position_m) {
-  const Eigen::Matrix3d rotation = rotationOf(T_world_camera);
-  for (int i = 0; i < 9; ++i) rotation_world_camera_[static_cast<std::size_t>(i)] = rotation(i / 3, i % 3);
+    : parameters_(parameters),
+      rotation_world_camera_(rotationOf(T_world_camera)),
+      camera_position_(T_world_camera.position_m) {
   tabulateDepth();
   tabulateRays();
   computeBounds();

@@ -69,7 +69,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   publish(tick);
 }
 
-/// Ends in time for the clock's bound: monotonicNow_ns() moves on by itself.
+/// Bounded by kLongestStall_ns of the clock.
 void ForceLoop::stall(std::int64_t since_ns) const HAPTICD_RT {
   const std::int64_t asked_ns = channels_.stall_ns->load(std::memory_order_relaxed);
   if (asked_ns <= 0 || state_.counters.ticks % 2 == 0) return;

@@ -2,15 +2,9 @@
 
 #include <algorithm>
 
+#include "rt/force_limit.h"
+
 namespace hapticd::rt {
-namespace {
-
-/// `v`, shortened to `limit` if it is longer.
-Vec3 shortened(const Vec3& v, double length, double limit) noexcept {
-  return length > limit ? (limit / length) * v : v;
-}
-
-}  // namespace
 
 SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const SafetyParameters& parameters,
                                        double period_s, const Motion& motion) HAPTICD_RT {
@@ -28,33 +22,15 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   out.passivity_acted = passive.acted;
   const Vec3 aim = low_pass_.apply(passive.force_n, parameters.force_filter_hz, period_s);
 
-  const Vec3 limited = limit(aim, parameters, period_s, out);
-  last_ = isFinite(limited) ? limited : Vec3{};
+  const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
+  const LimitedForce limited = limitForce(last_, aim, parameters.max_slew_n_per_s * period_s, allowed_n);
+  out.slew_limited = limited.slewed;
+  out.magnitude_clamped = limited.clamped;
+  out.thermally_limited = allowed_n < parameters.max_force_n;
+  last_ = isFinite(limited.force_n) ? limited.force_n : Vec3{};
   thermal_.heat(norm(last_), parameters.thermal_time_s, period_s);
   out.force_n_in_world = last_;
   return out;
-}
-
-/// Slew limit and magnitude clamp. A lowered limit draws the force inwards first; what that leaves of the
-/// step goes towards the aim.
-Vec3 SafetyChain::limit(const Vec3& aim, const SafetyParameters& parameters, double period_s,
-                        Output& out) HAPTICD_RT {
-  const double max_step_n = parameters.max_slew_n_per_s * period_s;
-  const double last_n = norm(last_);
-  const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
-  out.thermally_limited = allowed_n < parameters.max_force_n;
-  const double limit_n = std::max(allowed_n, last_n - max_step_n);
-  const Vec3 from = shortened(last_, last_n, limit_n);
-  const double step_left_n = max_step_n - std::max(0.0, last_n - limit_n);
-
-  const Vec3 step = aim - from;
-  const double step_length = norm(step);
-  out.slew_limited = step_length > step_left_n;
-  const Vec3 slewed = from + shortened(step, step_length, step_left_n);
-
-  const double slewed_length = norm(slewed);
-  out.magnitude_clamped = slewed_length > limit_n;
-  return shortened(slewed, slewed_length, limit_n);
 }
 
 SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, double period_s) HAPTICD_RT {

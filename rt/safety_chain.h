@@ -56,8 +56,6 @@ class SafetyChain {
   double energy_j() const noexcept { return passivity_.energy_j(); }
 
  private:
-  Vec3 limit(const Vec3& aim, const SafetyParameters& parameters, double period_s, Output& out) HAPTICD_RT;
-
   Passivity passivity_;
   LowPass low_pass_;
   ThermalLimit thermal_;

@@ -1,29 +1,16 @@
 #include "drivers/handle/handle_frame.h"
 
-#include <cmath>
+#include "rt/pose.h"
 
 namespace hapticd::drivers {
 namespace {
 
 using rt::Vec3;
 
-/// Rows of Rz(yaw) Ry(pitch) Rx(roll).
-std::array<Vec3, 3> rotationOf(const rt::PoseParameters& pose) {
-  const double cr = std::cos(pose.roll_rad);
-  const double sr = std::sin(pose.roll_rad);
-  const double cp = std::cos(pose.pitch_rad);
-  const double sp = std::sin(pose.pitch_rad);
-  const double cy = std::cos(pose.yaw_rad);
-  const double sy = std::sin(pose.yaw_rad);
-  return {{{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
-           {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
-           {-sp, cp * sr, cp * cr}}};
-}
-
 }  // namespace
 
 HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
-    : rows_(rotationOf(settings.pose)),
+    : rotation_world_handle_(rt::rotationOf(settings.pose)),
       origin_m_in_world_(settings.pose.position_m),
       motion_scale_(scale.motion_scale),
       clutch_button_(settings.clutch_button),
@@ -36,7 +23,9 @@ void HandleFrame::beginSession() {
 }
 
 Vec3 HandleFrame::toWorldAxes(const Vec3& v) const {
-  return {dot(rows_[0], v), dot(rows_[1], v), dot(rows_[2], v)};
+  const auto& r = rotation_world_handle_;
+  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
+          r[6] * v.x + r[7] * v.y + r[8] * v.z};
 }
 
 rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
@@ -71,10 +60,10 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
 
 Vec3 HandleFrame::forceInHandle(const Vec3& force_n_in_world) const {
   if (!isFinite(force_n_in_world)) return {};
-  const auto& [rx, ry, rz] = rows_;
+  const auto& r = rotation_world_handle_;
   const Vec3& f = force_n_in_world;
-  return {rx.x * f.x + ry.x * f.y + rz.x * f.z, rx.y * f.x + ry.y * f.y + rz.y * f.z,
-          rx.z * f.x + ry.z * f.y + rz.z * f.z};
+  return {r[0] * f.x + r[3] * f.y + r[6] * f.z, r[1] * f.x + r[4] * f.y + r[7] * f.z,
+          r[2] * f.x + r[5] * f.y + r[8] * f.z};
 }
 
 }  // namespace hapticd::drivers

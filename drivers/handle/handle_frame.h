@@ -43,7 +43,7 @@ class HandleFrame {
  private:
   rt::Vec3 toWorldAxes(const rt::Vec3& v) const;
 
-  std::array<rt::Vec3, 3> rows_;  // of the rotation from the handle's axes to the world's
+  std::array<double, 9> rotation_world_handle_;  // row by row
   rt::Vec3 origin_m_in_world_;
   double motion_scale_;
   int clutch_button_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "rt/force_limit.h"
 #include "rt/low_pass.h"
 #include "rt/passivity.h"
 #include "rt/safety_chain.h"
@@ -46,6 +47,30 @@ TEST(LowPass, PassesEverythingOnWhenItIsOffAndStartsFromThereWhenItIsSwitchedOn)
   rt::LowPass filter;
   EXPECT_EQ(filter.apply({1, 2, 3}, 0, kPeriod_s), (Vec3{1, 2, 3}));
   EXPECT_EQ(filter.apply({1, 2, 3}, 10, kPeriod_s), (Vec3{1, 2, 3}));
+}
+
+// ---- slew limit and magnitude clamp
+
+TEST(ForceLimit, ReachesAnAimWithinAStepAndGoesAStepTowardsAFartherOne) {
+  const rt::LimitedForce near = rt::limitForce({0, 0, 1}, {0, 0.3, 1.4}, 0.5, 4);
+  EXPECT_EQ(near.force_n, (Vec3{0, 0.3, 1.4})) << "a step of exactly half a newton";
+  EXPECT_FALSE(near.slewed || near.clamped);
+  const rt::LimitedForce far = rt::limitForce({0, 0, 1}, {0, 3, 5}, 0.5, 4);
+  EXPECT_LT(norm(far.force_n - Vec3{0, 0.3, 1.4}), 1e-15);
+  EXPECT_TRUE(far.slewed);
+  EXPECT_FALSE(far.clamped);
+}
+
+TEST(ForceLimit, CutsToTheLargestForceAndKeepsTheDirection) {
+  const rt::LimitedForce cut = rt::limitForce({}, {3, 0, 4}, 100, 2);
+  EXPECT_LT(norm(cut.force_n - Vec3{1.2, 0, 1.6}), 1e-15);
+  EXPECT_TRUE(cut.clamped);
+  EXPECT_FALSE(cut.slewed);
+}
+
+TEST(ForceLimit, DrawsAForceOverALoweredMaximumInwardsByNoMoreThanTheStep) {
+  EXPECT_EQ(rt::limitForce({0, 0, 4}, {0, 0, 4}, 0.5, 1).force_n, (Vec3{0, 0, 3.5}));
+  EXPECT_EQ(rt::limitForce({0, 0, 1.2}, {0, 0, 4}, 0.5, 1).force_n, (Vec3{0, 0, 1}));
 }
 
 // ---- thermal limit

@@ -61,7 +61,7 @@ void HidController::idle(std::int64_t now_ns) {
   if (last_refusal_) {
     lose(
         fmt::format("its reports are refused: they are {} (load firmware that sends those of "
-                    "drivers/handle/hid/reports.md)",
+                    "hid-reports.md, /usr/share/doc/hapticd)",
                     textOf(*last_refusal_)));
   } else if (in_session_) {
     lose("it is connected and sends no reports (reset it, or unplug it and plug it in again)");

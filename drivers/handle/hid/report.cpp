@@ -4,6 +4,8 @@
 #include <cmath>
 #include <concepts>
 
+#include "drivers/handle/crc32.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -115,12 +117,7 @@ const char* textOf(ReportRefusal refusal) {
 }
 
 std::uint32_t crc32(ReportBytes bytes) {
-  std::uint32_t crc = 0xFFFFFFFF;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1) != 0 ? 0xEDB88320 : 0);
-  }
-  return ~crc;
+  return crc32Of<0xEDB88320>(std::as_bytes(bytes));
 }
 
 Report encode(const InputReport& input) {

@@ -7,6 +7,8 @@
 #include <bit>
 #include <cmath>
 
+#include "drivers/handle/crc32.h"
+
 namespace hapticd::drivers::udp {
 namespace {
 
@@ -145,26 +147,10 @@ std::expected<void, Refusal> checkLength(const Vec3& vector, double most) {
   return {};
 }
 
-constexpr std::array<std::uint32_t, 256> kCrcTable = [] {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < table.size(); ++i) {
-    std::uint32_t remainder = i;
-    for (int bit = 0; bit < 8; ++bit) {
-      remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0x82F63B78 : 0);
-    }
-    table[i] = remainder;
-  }
-  return table;
-}();
-
 }  // namespace
 
 std::uint32_t crc32c(Bytes bytes) {
-  std::uint32_t crc = ~std::uint32_t{0};
-  for (const std::byte byte : bytes) {
-    crc = (crc >> 8) ^ kCrcTable[(crc ^ std::to_integer<std::uint32_t>(byte)) & 255];
-  }
-  return ~crc;
+  return crc32Of<0x82F63B78>(bytes);
 }
 
 PacketBytes sealed(PacketArray bytes, Bytes key) {

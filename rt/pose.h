@@ -1,0 +1,13 @@
+#pragma once
+
+#include <array>
+
+#include "rt/parameters.h"
+
+namespace hapticd::rt {
+
+/// The rotation of T_world_x: roll about the world's x axis first, then pitch about y, then yaw about z. Row
+/// by row: rows are world axes.  RT: not safe (for constructors).
+std::array<double, 9> rotationOf(const PoseParameters& pose);
+
+}  // namespace hapticd::rt
