@@ -80,7 +80,7 @@ config::Result<void> RunningBox::startForceThread() {
   loop_ = std::make_unique<rt::ForceLoop>(
       loop_parameters, scene_thread_.pointCapacity(),
       rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_,
-                            faults_ ? &stall_ns_ : nullptr});
+                            faults_ ? &stall_ns_ : nullptr, &core_memory_});
   idle_latency_.emplace();
   // Memory is locked before the thread exists, so that its stack is locked too.
   const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();

@@ -95,6 +95,7 @@ class RunningBox final : public Box {
   rt::TripleBuffer<rt::Vec3> focus_;
   drivers::HandleChannels handle_channels_;
   std::unique_ptr<rt::ControlChannels> control_;
+  rt::CoreMemoryChannel core_memory_;
   SceneThread scene_thread_;
   std::unique_ptr<drivers::Camera> camera_;
   std::unique_ptr<drivers::Handle> handle_;

@@ -29,6 +29,9 @@ class DisparityFilter {
   const float* apply(const DepthFrame& frame, const PixelWindow& window,
                      const FilterParameters& parameters) noexcept;
 
+  /// The next frame starts all means anew.
+  void forget() noexcept { tiles_ = {}; }
+
   /// The same, rounded to raw values, in the layout of a frame: for what reads integers.
   const std::uint16_t* rounded(const PixelWindow& window) noexcept;
 

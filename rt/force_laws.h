@@ -32,6 +32,17 @@ class ForceLaws {
   /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
   void release() HAPTICD_RT { proxy_ = {}; }
 
+  /// What the next force depends on.
+  struct Memory {
+    ProxyMemory proxy;
+    ForceLaw law = ForceLaw::nearest_springs;
+  };
+  Memory memory() const HAPTICD_RT { return {proxy_, law_}; }
+  void restore(const Memory& memory) HAPTICD_RT {
+    proxy_ = memory.proxy;
+    law_ = memory.law;
+  }
+
  private:
   SearchMemory search_;
   ProxyMemory proxy_;

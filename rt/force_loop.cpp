@@ -49,9 +49,11 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   Directive directive = channels_.control.directive.front();
   if (stopping_) directive.engage = false;
 
+  answerSnapshotRequest();
   Tick tick = core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive, overran_});
   tick.number = state_.counters.ticks + 1;
   tick.planned_ns = planned_ns;
+  tick.trace_dropped = channels_.control.trace.dropped();
   tick.wakeup_latency_ns = woke_ns - planned_ns;
   channels_.handle_command.write({tick.command_force_n_in_world, tick.number});
   channels_.focus.write(core_.focus_m_in_world(handle.position_m_in_world));
@@ -67,6 +69,14 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   noteTransition(tick, woke_ns);
   count(tick);
   publish(tick);
+}
+
+void ForceLoop::answerSnapshotRequest() HAPTICD_RT {
+  if (channels_.core_memory == nullptr) return;
+  const std::uint64_t request = channels_.core_memory->request.load(std::memory_order_relaxed);
+  if (request == snapshot_request_) return;
+  snapshot_request_ = request;
+  channels_.core_memory->snapshot.write({request, state_.counters.ticks + 1, core_.memory()});
 }
 
 /// Bounded by kLongestStall_ns of the clock.
@@ -110,6 +120,7 @@ void ForceLoop::publish(const Tick& tick) HAPTICD_RT {
   state_.tick = tick;
   channels_.control.state.write(state_);
   channels_.control.ticks.push(tick);
+  channels_.control.trace.push(tick);
   channels_.control.wakeup_latency.add(tick.wakeup_latency_ns);
   channels_.control.compute_time.add(tick.compute_ns);
 }

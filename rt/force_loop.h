@@ -8,8 +8,22 @@
 #include "rt/loop_state.h"
 #include "rt/periodic_clock.h"
 #include "rt/realtime_thread.h"
+#include "rt/triple_buffer.h"
 
 namespace hapticd::rt {
+
+/// What the core remembered before a tick; from there on the ticks can be computed again.
+struct CoreSnapshot {
+  std::uint64_t request = 0;  ///< the one that it answers
+  std::uint64_t tick = 0;     ///< number of the tick that it was taken before
+  HapticCore::Memory memory;
+};
+
+/// Snapshots of the core's memory, taken on request.
+struct CoreMemoryChannel {
+  std::atomic<std::uint64_t> request{0};  ///< trace thread: +1 asks for one; relaxed: it orders nothing
+  TripleBuffer<CoreSnapshot> snapshot;    ///< force thread writes
+};
 
 /// The channels that the force loop reads and writes; all outlive it.
 struct ForceLoopChannels {
@@ -20,6 +34,8 @@ struct ForceLoopChannels {
   ControlChannels& control;              ///< reads directives, writes the rest
   /// Fault injection, normally null: every second tick takes that much longer, at most kLongestStall_ns.
   const std::atomic<std::int64_t>* stall_ns = nullptr;
+  /// Where snapshots are asked for and go; null: nobody asks.
+  CoreMemoryChannel* core_memory = nullptr;
 };
 
 inline constexpr std::int64_t kLongestStall_ns = 20'000'000;
@@ -47,6 +63,7 @@ class ForceLoop {
  private:
   void tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT;
   void publish(const Tick& tick) HAPTICD_RT;
+  void answerSnapshotRequest() HAPTICD_RT;
   void stall(std::int64_t since_ns) const HAPTICD_RT;
   void noteTransition(const Tick& tick, std::int64_t now_ns) HAPTICD_RT;
   void count(const Tick& tick) HAPTICD_RT;
@@ -60,7 +77,8 @@ class ForceLoop {
   double period_s_;
   std::atomic<bool> stop_{false};  // relaxed: a flag, it orders nothing
   bool stopping_ = false;
-  bool overran_ = false;  ///< the tick before ended late
+  bool overran_ = false;                ///< the tick before ended late
+  std::uint64_t snapshot_request_ = 0;  ///< the last one that was answered
   LoopState state_;
 };
 

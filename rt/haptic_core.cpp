@@ -33,14 +33,14 @@ Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
   tick.proxy_m_in_world = sample.proxy_m_in_world;
   tick.outside_model = sample.outside_model;
   if (sample.outside_model) {
-    outside_model_s_ += input.period_s;
-    if (outside_model_s_ > kMaxHold_s) held_force_n_in_world_ = {};
-    return held_force_n_in_world_;
+    memory_.outside_model_s += input.period_s;
+    if (memory_.outside_model_s > kMaxHold_s) memory_.held_force_n_in_world = {};
+    return memory_.held_force_n_in_world;
   }
-  outside_model_s_ = 0;
+  memory_.outside_model_s = 0;
   tick.points_used = sample.points_used;
   tick.law_force_n_in_world = sample.force_n_in_world;
-  held_force_n_in_world_ = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
+  memory_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
   return sample.force_n_in_world;
 }
 
@@ -49,12 +49,12 @@ Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
 double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
   if (!hasProxy(laws_.law())) return 0;
   const LiveParameters& parameters = input.directive.parameters;
-  const double way_m = norm(input.handle.position_m_in_world - before_.hip_m_in_world);
+  const double way_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
   const double speed_change =
-      norm(input.handle.velocity_m_per_s_in_world - before_.velocity_m_per_s_in_world);
+      norm(input.handle.velocity_m_per_s_in_world - memory_.before.velocity_m_per_s_in_world);
   const double explained_n =
       parameters.springs.stiffness_n_per_m * way_m + parameters.contact.damping_n_s_per_m * speed_change;
-  return std::max(0.0, norm(force_n_in_world - before_.force_n_in_world) - explained_n);
+  return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
 }
 
 /// Carries the force over a change of scene, law or parameters. It is cut to the limit first, so that what is
@@ -70,12 +70,14 @@ Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
   const double most_n =
       parameters.springs.stiffness_n_per_m * parameters.blend.max_surface_speed_m_per_s * input.period_s;
   const double unexplained = unexplained_n(input, cut);
-  changed_ = origin_.model != 0 && now != origin_;
-  const bool changed = changed_ || (origin_.model != 0 && unexplained > most_n);
-  origin_ = now;
-  before_ = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut, before_.gain};
-  const Vec3 blended = blend_.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m,
-                                    input.period_s, changed ? 0 : unexplained);
+  memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
+  const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > most_n);
+  memory_.origin = now;
+  memory_.before = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut,
+                    memory_.before.gain};
+  const Vec3 blended =
+      memory_.blend.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m,
+                          input.period_s, changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
   tick.blended_force_n_in_world = blended;
   return blended;
@@ -95,9 +97,9 @@ double HapticCore::stiffnessGain(const Input& input, Tick& tick) HAPTICD_RT {
       parameters.springs.stiffness_n_per_m > tick.stiffness_limit_n_per_m) {
     wanted = tick.stiffness_limit_n_per_m / parameters.springs.stiffness_n_per_m;
   }
-  stiffness_gain_ = std::clamp(wanted, stiffness_gain_ - kGainFall_per_s * input.period_s,
-                               stiffness_gain_ + kGainRise_per_s * input.period_s);
-  return tick.stiffness_gain = stiffness_gain_;
+  memory_.stiffness_gain = std::clamp(wanted, memory_.stiffness_gain - kGainFall_per_s * input.period_s,
+                                      memory_.stiffness_gain + kGainRise_per_s * input.period_s);
+  return tick.stiffness_gain = memory_.stiffness_gain;
 }
 
 /// What passivity control needs to know of this tick. The energy of a spring under a force F that is exerted
@@ -108,7 +110,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   const HandleScaleParameters& scale = parameters.handle;
   const double to_hand = 1 / scale.motion_scale;
   const double stiffness = parameters.springs.stiffness_n_per_m;
-  const double gain = before_.gain;
+  const double gain = memory_.before.gain;
   SafetyChain::Motion motion;
   motion.hand_m = to_hand * (input.handle.position_m_in_world - before.hip_m_in_world);
   motion.velocity_m_per_s = to_hand * input.handle.velocity_m_per_s_in_world;
@@ -116,9 +118,9 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
   motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
   if (stiffness > 0) {
-    const double now_n2 = dot(before_.force_n_in_world, before_.force_n_in_world);
+    const double now_n2 = dot(memory_.before.force_n_in_world, memory_.before.force_n_in_world);
     const double before_n2 = dot(before.force_n_in_world, before.force_n_in_world);
-    const double moved = changed_ ? before.gain * (now_n2 - before_n2) : 0;
+    const double moved = memory_.changed ? before.gain * (now_n2 - before_n2) : 0;
     motion.surface_work_j =
         (moved + (gain - before.gain) * now_n2) * scale.force_scale * to_hand / (2 * stiffness);
   }
@@ -129,51 +131,58 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
 SafetyChain::Output HapticCore::exert(const Input& input, const Supervisor::Obstacle& obstacle,
                                       Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
-  const Before before = before_;
-  const bool comparable = origin_.model != 0;
+  const Before before = memory_.before;
+  const bool comparable = memory_.origin.model != 0;
   const Vec3 felt = blend(input, feel(input, tick), tick);
-  supervisor_.decide(input, obstacle, norm(tick.law_force_n_in_world) > 0);
-  const double gain = supervisor_.gain() * stiffnessGain(input, tick);
-  before_.gain = gain;
+  memory_.supervisor.decide(input, obstacle, norm(tick.law_force_n_in_world) > 0);
+  const double gain = memory_.supervisor.gain() * stiffnessGain(input, tick);
+  memory_.before.gain = gain;
   const SafetyChain::Motion motion = comparable ? motionSince(before, input) : SafetyChain::Motion{};
-  return safety_.apply(gain * parameters.handle.force_scale * felt, parameters.safety, input.period_s,
-                       motion);
+  tick.gain = gain;
+  tick.scaled_force_n_in_world = gain * parameters.handle.force_scale * felt;
+  return memory_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
 }
 
 Tick HapticCore::step(const Input& input) HAPTICD_RT {
   Tick tick;
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
+  tick.handle = input.handle;
+  tick.directive_generation = input.directive.generation;
+  tick.after_overrun = input.overran;
   tick.scene_frame = input.scene.frame;
+  tick.scene_model = input.scene.model;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
   // The law is felt in every mode whose inputs are good, so that status shows contact before engaging.
   const SafetyParameters& safety = input.directive.parameters.safety;
-  const Supervisor::Obstacle obstacle = supervisor_.look(input);
+  const Supervisor::Obstacle obstacle = memory_.supervisor.look(input);
   SafetyChain::Output out;
   if (obstacle.feels) {
     out = exert(input, obstacle, tick);
   } else {
     laws_.release();  // where the proxy is has no meaning any more
-    blend_.reset();
-    origin_ = {};
-    supervisor_.decide(input, obstacle, false);
+    memory_.blend.reset();
+    memory_.origin = {};
+    memory_.supervisor.decide(input, obstacle, false);
     tick.released = obstacle.releases;
-    out = obstacle.releases ? safety_.release(safety, input.period_s)
-                            : safety_.apply({}, safety, input.period_s);
+    out = obstacle.releases ? memory_.safety.release(safety, input.period_s)
+                            : memory_.safety.apply({}, safety, input.period_s);
   }
   if (out.not_finite) {
-    supervisor_.fault();
-    held_force_n_in_world_ = {};
+    memory_.supervisor.fault();
+    memory_.held_force_n_in_world = {};
   }
-  tick.mode = supervisor_.mode();
-  tick.cause = supervisor_.cause();
+  tick.mode = memory_.supervisor.mode();
+  tick.cause = memory_.supervisor.cause();
   tick.slew_limited = out.slew_limited;
   tick.magnitude_clamped = out.magnitude_clamped;
   tick.not_finite = out.not_finite;
   tick.passivity_acted = out.passivity_acted;
   tick.thermally_limited = out.thermally_limited;
-  tick.energy_j = safety_.energy_j();
+  tick.energy_j = memory_.safety.energy_j();
+  tick.passive_force_n_in_world = out.passive_n_in_world;
+  tick.filtered_force_n_in_world = out.filtered_n_in_world;
   tick.command_force_n_in_world = out.force_n_in_world;
   return tick;
 }

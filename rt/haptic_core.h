@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "rt/force_blend.h"
 #include "rt/force_laws.h"
@@ -25,24 +26,6 @@ class HapticCore {
 
   using Input = Supervisor::Input;
 
-  /// Fills everything of a Tick but its number and its timing.
-  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the pace that README.md
-  /// says.
-  Tick step(const Input& input) HAPTICD_RT;
-
-  /// The law's force at a HIP, whatever the mode, before any safety stage.
-  ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world,
-                       const LiveParameters& parameters) HAPTICD_RT;
-
-  /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
-  void release() HAPTICD_RT { laws_.release(); }
-
-  /// Around this place the next tick needs the scene modelled: the proxy of a constraint law, else the HIP.
-  Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
-    return laws_.focus_m_in_world(hip_m_in_world);
-  }
-
- private:
   /// What the force before came from; a change of it is blended.
   struct Origin {
     std::uint64_t model = 0;  ///< 0: there was none
@@ -59,7 +42,50 @@ class HapticCore {
     Vec3 force_n_in_world;
     double gain = 0;
   };
+  /// All that a tick leaves to the next one and that the force depends on. A core that is given the memory of
+  /// another one goes on as that one would have.
+  struct Memory {
+    ForceLaws::Memory laws;
+    ForceBlend blend;
+    Origin origin;
+    Before before;
+    SafetyChain safety;
+    Supervisor supervisor;
+    double stiffness_gain = 1;
+    bool changed = false;  ///< the force comes from another scene, law or parameter set than the one before
+    Vec3 held_force_n_in_world;  ///< of the last tick whose neighbourhood was modelled
+    double outside_model_s = 0;  ///< since then
+  };
+  static_assert(std::is_trivially_copyable_v<Memory>);
 
+  /// Fills everything of a Tick but its number and its timing.
+  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the pace that README.md
+  /// says.
+  Tick step(const Input& input) HAPTICD_RT;
+
+  /// The law's force at a HIP, whatever the mode, before any safety stage.
+  ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world,
+                       const LiveParameters& parameters) HAPTICD_RT;
+
+  /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
+  void release() HAPTICD_RT { laws_.release(); }
+
+  Memory memory() const HAPTICD_RT {
+    Memory memory = memory_;
+    memory.laws = laws_.memory();
+    return memory;
+  }
+  void restore(const Memory& memory) HAPTICD_RT {
+    memory_ = memory;
+    laws_.restore(memory.laws);
+  }
+
+  /// Around this place the next tick needs the scene modelled: the proxy of a constraint law, else the HIP.
+  Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
+    return laws_.focus_m_in_world(hip_m_in_world);
+  }
+
+ private:
   Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
   Vec3 blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
   double unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
@@ -68,15 +94,7 @@ class HapticCore {
   SafetyChain::Output exert(const Input& input, const Supervisor::Obstacle& obstacle, Tick& tick) HAPTICD_RT;
 
   ForceLaws laws_;
-  ForceBlend blend_;
-  Origin origin_;
-  Before before_;
-  SafetyChain safety_;
-  Supervisor supervisor_;
-  double stiffness_gain_ = 1;
-  bool changed_ = false;  ///< the force comes from another scene, law or parameter set than the one before
-  Vec3 held_force_n_in_world_;  ///< of the last tick whose neighbourhood was modelled
-  double outside_model_s_ = 0;  ///< since then
+  Memory memory_;
 };
 
 }  // namespace hapticd::rt

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "rt/force_law.h"
+#include "rt/handle_channel.h"
 #include "rt/latency_histogram.h"
 #include "rt/parameters.h"
 #include "rt/spsc_ring.h"
@@ -58,6 +59,8 @@ struct Tick {
   std::int64_t planned_ns = 0;  ///< CLOCK_MONOTONIC, on the loop's grid
   std::int64_t wakeup_latency_ns = 0;
   std::int64_t compute_ns = 0;
+  std::uint64_t directive_generation = 0;  ///< of the Directive that it obeyed
+  std::uint64_t trace_dropped = 0;         ///< ticks that the ring to the trace had no room for, so far
   Mode mode = Mode::starting;
   Cause cause = Cause::none;
   bool slew_limited = false;
@@ -67,20 +70,27 @@ struct Tick {
   bool passivity_acted = false;              ///< damping was brought in
   bool thermally_limited = false;            ///< the device is warm: less than the largest force is allowed
   bool outside_model = false;                ///< the HIP's neighbourhood was not modelled completely
+  bool after_overrun = false;                ///< the tick before ended late
   bool blending = false;                     ///< a change of scene, law or parameters is still coming in
   ForceLaw law = ForceLaw::nearest_springs;  ///< whose force it is
   ContactState contact = ContactState::free;
   std::uint32_t points_used = 0;  ///< N of eq. (11)
   std::uint64_t scene_frame = 0;  ///< sequence number of the frame felt, 0: none
+  std::uint64_t scene_model = 0;  ///< number of the scene felt, 0: none
   std::int64_t scene_age_ns = 0;
+  HandleState handle;  ///< what the tick read
   Vec3 hip_m_in_world;
   Vec3 proxy_m_in_world;  ///< the HIP where the law has no proxy
+  double gain = 0;        ///< share of the blended force that is exerted: the ramp times stiffness_gain
   double energy_j = 0;    ///< that the hand has given to the box more than it got back (passivity.h)
   double stiffness_limit_n_per_m = 0;  ///< of the springs, for what the handle's delay allows
   double stiffness_gain = 1;           ///< share of the law's force that this leaves
   Vec3 law_force_n_in_world;
-  Vec3 blended_force_n_in_world;  ///< cut to the force limit, and carried over from the scene before
-  Vec3 command_force_n_in_world;  ///< newtons at the hand
+  Vec3 blended_force_n_in_world;   ///< cut to the force limit, and carried over from the scene before
+  Vec3 scaled_force_n_in_world;    ///< at the hand: with the ramp, for the handle's delay, by the force scale
+  Vec3 passive_force_n_in_world;   ///< after passivity control
+  Vec3 filtered_force_n_in_world;  ///< after the low-pass
+  Vec3 command_force_n_in_world;   ///< newtons at the hand: after slew limit, clamp and finite check
 };
 
 /// What has been counted since the start of the loop.
@@ -128,6 +138,7 @@ struct ControlChannels {
   TripleBuffer<Directive> directive;        ///< control thread writes
   TripleBuffer<LoopState> state;            ///< force thread writes
   SpscRing<Tick, kTickRingCapacity> ticks;  ///< force thread pushes
+  SpscRing<Tick, kTickRingCapacity> trace;  ///< force thread pushes the same, for the trace thread
   LatencyHistogram wakeup_latency;          ///< force thread adds
   LatencyHistogram compute_time;            ///< force thread adds
 };

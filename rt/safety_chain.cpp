@@ -20,7 +20,9 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
        motion.device_damping_n_s_per_m, motion.max_surface_speed_m_per_s, period_s},
       parameters);
   out.passivity_acted = passive.acted;
+  out.passive_n_in_world = passive.force_n;
   const Vec3 aim = low_pass_.apply(passive.force_n, parameters.force_filter_hz, period_s);
+  out.filtered_n_in_world = aim;
 
   const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
   const LimitedForce limited = limitForce(last_, aim, parameters.max_slew_n_per_s * period_s, allowed_n);

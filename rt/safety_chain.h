@@ -32,7 +32,9 @@ class SafetyChain {
   };
 
   struct Output {
-    Vec3 force_n_in_world;
+    Vec3 passive_n_in_world;   ///< after passivity control
+    Vec3 filtered_n_in_world;  ///< after the low-pass
+    Vec3 force_n_in_world;     ///< after slew limit, clamp and finite check
     bool slew_limited = false;
     bool magnitude_clamped = false;
     bool not_finite = false;  ///< the input was not; zero was aimed at instead

@@ -50,6 +50,12 @@ class SceneBuilder {
   void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene,
              const SceneNeeds& needs = {}) noexcept;
 
+  /// The next scene depends on its own frame only, not on those before: filter and fusion start anew.
+  void forget() noexcept {
+    filter_.forget();
+    field_builder_.forget();
+  }
+
  private:
   void buildPoints(const DepthFrame& frame, const SceneNeeds& needs, Scene& scene) noexcept;
   void buildField(const DepthFrame& frame, const SceneNeeds& needs, const Vec3& centre_m_in_world,

@@ -34,6 +34,9 @@ class SurfaceFieldBuilder {
   void build(const float* disparity, const Vec3& centre_m_in_world, double radius_m,
              const SurfaceParameters& parameters, std::uint64_t frame, SurfaceField& field) noexcept;
 
+  /// The next field is fused with none before.
+  void forget() noexcept { fused_frame_ = 0; }
+
  private:
   // Of 32 nodes; a sample reads one node before and two after it, and the window's middle is a rounded place.
   static constexpr double kLargestRadius_voxels = 13.4;

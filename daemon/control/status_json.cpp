@@ -80,10 +80,20 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"pointsUsed", tick.points_used},
           {"sceneFrame", tick.scene_frame},
           {"sceneAgeNs", tick.scene_age_ns},
+          {"directiveGeneration", tick.directive_generation},
+          {"sceneModel", tick.scene_model},
+          {"afterOverrun", tick.after_overrun},
+          {"gain", tick.gain},
+          {"hipVelocityMPerSInWorld", vectorJson(tick.handle.velocity_m_per_s_in_world)},
+          {"buttons", tick.handle.buttons},
+          {"handleDelayS", tick.handle.delay_s},
           {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
           {"proxyMInWorld", vectorJson(tick.proxy_m_in_world)},
           {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
           {"blendedForceNInWorld", vectorJson(tick.blended_force_n_in_world)},
+          {"scaledForceNInWorld", vectorJson(tick.scaled_force_n_in_world)},
+          {"passiveForceNInWorld", vectorJson(tick.passive_force_n_in_world)},
+          {"filteredForceNInWorld", vectorJson(tick.filtered_force_n_in_world)},
           {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
 }
 
