@@ -37,6 +37,8 @@ template <>
 inline constexpr std::array<std::string_view, 3> kWords<rt::StiffnessLimit>{"off", "warn", "reduce"};
 template <>
 inline constexpr std::array<std::string_view, 2> kWords<LedDriver>{"none", "gpiod"};
+template <>
+inline constexpr std::array<std::string_view, 2> kWords<TraceCompression>{"none", "zstd"};
 
 template <typename Member>
 constexpr Kind kindOf() {

@@ -395,6 +395,33 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(control.allow_fault_injection)>(
         "control.allow_fault_injection", kRestart, "", {}, "",
         "let hapticd --inject make up faults, for tests of a box that nobody holds"),
+    row<HAPTICD_MEMBER(state.folder)>(
+        "state.folder", kRestart, "", {}, "",
+        "folder of traces, profiles and the registration"),
+    row<HAPTICD_MEMBER(trace.at_start)>(
+        "trace.at_start", kRestart, "", {}, "",
+        "write a trace from the start on, without waiting for a command"),
+    row<HAPTICD_MEMBER(trace.depth)>(
+        "trace.depth", kRestart, "", {}, "",
+        "record raw depth beside each trace (18 MB/s), so that haptic-replay --trace can compute its forces again"),
+    row<HAPTICD_MEMBER(trace.compression)>(
+        "trace.compression", kRestart, "", {}, "",
+        "of the chunks of a trace"),
+    row<HAPTICD_MEMBER(trace.max_file_mb)>(
+        "trace.max_file_mb", kRestart, "MB", {1, 100'000}, "",
+        "a larger trace goes on in another file"),
+    row<HAPTICD_MEMBER(trace.max_file_s)>(
+        "trace.max_file_s", kRestart, "s", {5, 1e6}, "",
+        "an older trace goes on in another file"),
+    row<HAPTICD_MEMBER(trace.max_folder_mb)>(
+        "trace.max_folder_mb", kRestart, "MB", {1, 1e8}, "",
+        "with more in the folder the oldest finished traces are deleted"),
+    row<HAPTICD_MEMBER(trace.min_free_mb)>(
+        "trace.min_free_mb", kRestart, "MB", {0, 1e6}, "",
+        "with less free space on the disk nothing is written until there is more"),
+    row<HAPTICD_MEMBER(trace.flight_recorder_s)>(
+        "trace.flight_recorder_s", kRestart, "s", {0, 60}, "",
+        "the newest ticks that are kept in memory and written out on a fault or by hapticctl trace dump; 0: none"),
 });
 // clang-format on
 

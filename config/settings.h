@@ -16,6 +16,7 @@ enum class HandleDriver { simulated, udp, hid, falcon };
 enum class HandScript { stroke, tap, lean, mixed };
 enum class HidKind { controller, spacemouse };
 enum class LedDriver { none, gpiod };
+enum class TraceCompression { none, zstd };
 
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
 struct ForceSettings {
@@ -126,6 +127,23 @@ struct ControlSettings {
   bool allow_fault_injection = false;
 };
 
+/// What the box keeps from one start to the next, below one folder: `traces`, `profiles`,
+/// `registration.yaml`.
+struct StateSettings {
+  std::string folder = "/var/lib/hapticd";
+};
+
+struct TraceSettings {
+  bool at_start = false;
+  bool depth = false;  ///< raw depth beside each trace, for haptic-replay
+  TraceCompression compression = TraceCompression::zstd;
+  double max_file_mb = 1000;      ///< a larger trace goes on in another file
+  double max_file_s = 3600;       ///< as does an older one
+  double max_folder_mb = 20'000;  ///< above that the oldest finished traces are deleted
+  double min_free_mb = 500;       ///< with less free space nothing is written
+  double flight_recorder_s = 10;
+};
+
 /// Everything that can be configured. The parameter table (parameter_table.h) names each member, its unit,
 /// range and default.
 struct Settings {
@@ -138,6 +156,8 @@ struct Settings {
   HandleSettings handle;
   LedSettings leds;
   ControlSettings control;
+  StateSettings state;
+  TraceSettings trace;
 
   /// `live` with the law that `force` names.
   rt::LiveParameters effectiveLive() const;

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <future>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +16,8 @@
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
+#include "drivers/trace/trace_folder.h"
+#include "rt/depth_frame.h"
 #include "rt/loop_state.h"
 
 namespace hapticd::daemon {
@@ -71,6 +75,48 @@ struct IndicatorStatus {
   LedPatterns patterns{};  ///< of the LEDs that are configured, the others show nothing
 };
 
+enum class TraceState {
+  off,      ///< no trace is wanted
+  writing,  ///< ticks go into a file
+  waiting,  ///< a trace is wanted, but cannot be written now; it goes on by itself, in another file
+};
+
+/// What is written of the force loop's ticks.
+struct TraceStatus {
+  TraceState state = TraceState::off;
+  std::string detail;                       ///< why it waits, and what to do; may be empty
+  std::string name;                         ///< of the trace being written; empty: none
+  std::uint64_t ticks = 0;                  ///< in it
+  std::uint64_t bytes = 0;                  ///< of it, on the disk
+  double duration_s = 0;                    ///< since its begin
+  std::uint64_t ticks_lost = 0;             ///< since the start, while a trace was wanted: not in any file
+  std::uint64_t records_lost = 0;           ///< models and events that there was no room for, since the start
+  std::uint64_t depth_frames = 0;           ///< recorded beside it
+  std::uint64_t depth_frames_lost = 0;      ///< since the start: not recorded, because the disk was too slow
+  std::uint64_t traces = 0;                 ///< finished since the start
+  std::uint64_t deleted = 0;                ///< by trace.max_folder_mb, since the start
+  std::uint64_t recovered = 0;              ///< left open by a crash and finished at the start
+  std::uint64_t dumps = 0;                  ///< of the flight recorder, since the start
+  std::string last_dump;                    ///< name of the newest one; empty: none
+  double flight_recorder_s = 0;             ///< of ticks that it holds now
+  std::uint64_t folder_bytes = 0;           ///< of all traces
+  std::optional<std::uint64_t> free_bytes;  ///< on their disk; nothing: not known
+};
+
+/// What a trace is to be.
+struct TraceRequest {
+  std::string label;  ///< behind the time in its name; may be empty
+  bool depth = false;
+};
+
+/// What the camera sees and where the HIP is, at one moment.
+struct SceneSnapshot {
+  std::unique_ptr<rt::DepthFrame> frame;
+  rt::DepthModelParameters depth_model;
+  rt::PoseParameters T_world_camera;
+  rt::Tick tick;  ///< the newest one
+};
+
 /// Everything that the outside may know of the box at one moment.
 struct BoxStatus {
   rt::LoopState loop;
@@ -88,6 +134,7 @@ struct BoxStatus {
   double uptime_s = 0;
   LawStatus law;
   IndicatorStatus leds;
+  TraceStatus trace;
 };
 
 /// The running box as the control API sees it.
@@ -105,6 +152,21 @@ class Box {
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;
   /// The newest generation that the force loop has taken over.
   virtual std::uint64_t acknowledgedGeneration() = 0;
+
+  // What takes as long as the disk or the camera takes. Each begins at once and returns; the future gets the
+  // outcome. They follow each other in the order of the calls.
+
+  /// Begins a trace; its name. Errors: one is being written, the folder cannot be written, no space.
+  virtual std::future<config::Result<std::string>> startTrace(const TraceRequest& request) = 0;
+  /// Finishes the trace; its name. Errors: none is being written.
+  virtual std::future<config::Result<std::string>> stopTrace() = 0;
+  /// Writes out what the flight recorder holds; the trace's name. Errors: it is switched off or empty, the
+  /// folder cannot be written, no space.
+  virtual std::future<config::Result<std::string>> dumpTrace() = 0;
+  virtual std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() = 0;
+  virtual std::future<config::Result<void>> deleteTrace(const std::string& name) = 0;
+  /// The newest frame. Errors: there is none yet.
+  virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
 };
 
 }  // namespace hapticd::daemon

@@ -336,4 +336,36 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   return list;
 }
 
+namespace {
+
+template <typename T>
+std::future<config::Result<T>> notYet() {
+  std::promise<config::Result<T>> promise;
+  promise.set_value(std::unexpected(config::Error{"traces", "are not written yet", ""}));
+  return promise.get_future();
+}
+
+}  // namespace
+
+std::future<config::Result<std::string>> RunningBox::startTrace(const TraceRequest&) {
+  return notYet<std::string>();
+}
+std::future<config::Result<std::string>> RunningBox::stopTrace() {
+  return notYet<std::string>();
+}
+std::future<config::Result<std::string>> RunningBox::dumpTrace() {
+  return notYet<std::string>();
+}
+std::future<config::Result<std::vector<drivers::TraceEntry>>> RunningBox::listTraces() {
+  return notYet<std::vector<drivers::TraceEntry>>();
+}
+std::future<config::Result<void>> RunningBox::deleteTrace(const std::string&) {
+  return notYet<void>();
+}
+std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
+  return notYet<SceneSnapshot>();
+}
+
+void RunningBox::onEvent(const JournalEntry&) {}
+
 }  // namespace hapticd::daemon

@@ -17,6 +17,7 @@
 #include "daemon/box.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
+#include "daemon/journal_entry.h"
 #include "daemon/scene_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
@@ -61,6 +62,14 @@ class RunningBox final : public Box {
   std::uint64_t apply(const config::Settings& settings) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   std::uint64_t acknowledgedGeneration() override;
+  std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
+  std::future<config::Result<std::string>> stopTrace() override;
+  std::future<config::Result<std::string>> dumpTrace() override;
+  std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
+  std::future<config::Result<void>> deleteTrace(const std::string& name) override;
+  std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
+  /// Goes into the trace.
+  void onEvent(const JournalEntry& entry);
 
  private:
   /// Ticks counted at a time, for the rate.

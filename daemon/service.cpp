@@ -33,8 +33,8 @@ Service::Service(const config::Settings& settings, ConfigurationSource source,
                  std::unique_ptr<FaultInjector> faults)
     : source_(std::move(source)),
       box_(settings, std::move(faults)),
-      control_(box_, {.log = writeToJournal}),
-      events_(writeToJournal) {}
+      control_(box_, {.log = [this](const JournalEntry& entry) { tell(entry); }}),
+      events_([this](const JournalEntry& entry) { tell(entry); }) {}
 
 void Service::requestStop() noexcept {
   stop_requested_ = true;
@@ -81,6 +81,12 @@ config::Result<void> Service::openSockets() {
   return {};
 }
 
+void Service::tell(const JournalEntry& entry) {
+  writeToJournal(entry);
+  control_.onEvent(entry);
+  box_.onEvent(entry);
+}
+
 void Service::periodic() {
   const Clock::time_point now = Clock::now();
   box_.drainTicks([this, now](const rt::Tick& tick) {
@@ -117,13 +123,12 @@ void Service::applyReload(const config::Settings& loaded) {
   if (!reload) return refuseReload(reload.error());
   box_.apply(reload->settings);
   for (const Reload::Change& change : reload->changes) {
-    writeToJournal(
-        {Priority::notice,
-         fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
-         {{"EVENT", "parameter"},
-          {"PARAMETER", std::string(change.name)},
-          {"OLD", change.old_value},
-          {"NEW", change.new_value}}});
+    tell({Priority::notice,
+          fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
+          {{"EVENT", "parameter"},
+           {"PARAMETER", std::string(change.name)},
+           {"OLD", change.old_value},
+           {"NEW", change.new_value}}});
   }
   std::vector<std::string> notices;
   if (!reload->waiting.empty()) {
@@ -131,16 +136,15 @@ void Service::applyReload(const config::Settings& loaded) {
                                   fmt::join(reload->waiting, ", "), source_.file.string()));
   }
   box_.setNotices(std::move(notices));
-  writeToJournal(
-      {Priority::notice,
-       fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
-                   source_.file.string(), reload->changes.size(), reload->waiting.size()),
-       {{"EVENT", "reload"}}});
+  tell({Priority::notice,
+        fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
+                    source_.file.string(), reload->changes.size(), reload->waiting.size()),
+        {{"EVENT", "reload"}}});
 }
 
 void Service::refuseReload(const std::vector<config::Error>& errors) {
   for (const config::Error& error : errors) {
-    writeToJournal({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
+    tell({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
   }
   box_.setNotices(
       {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",

@@ -46,6 +46,8 @@ class Service {
 
   config::Result<void> openSockets();
   std::expected<void, RunningBox::StartFailure> startBox();
+  /// To the journal, the clients and the trace.
+  void tell(const JournalEntry& entry);
   void periodic();
   void reload();
   void applyReload(const config::Settings& loaded);

@@ -140,6 +140,8 @@ void ControlService::onTick(const rt::Tick& tick) {
   for (Stream& stream : streams_) addTick(tick, stream.window);
 }
 
+void ControlService::onEvent(const JournalEntry&) {}
+
 void ControlService::periodic(Replies& replies) {
   answerWaiting(replies);
   feedStreams(replies);

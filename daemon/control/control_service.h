@@ -31,6 +31,8 @@ class ControlService final : public CallHandler {
 
   /// To be called with every tick of the force loop, for the windows of the Monitor streams.
   void onTick(const rt::Tick& tick);
+  /// To be called with every entry of the journal, for the streams of events.
+  void onEvent(const JournalEntry& entry);
   /// To be called every few milliseconds: answers what has waited for the force loop, and feeds the streams.
   void periodic(Replies& replies);
 

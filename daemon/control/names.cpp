@@ -42,6 +42,18 @@ const char* nameOf(drivers::LedState state) {
   return "none";
 }
 
+const char* nameOf(TraceState state) {
+  switch (state) {
+    case TraceState::off:
+      return "off";
+    case TraceState::writing:
+      return "writing";
+    case TraceState::waiting:
+      return "waiting";
+  }
+  return "off";
+}
+
 const char* nameOf(LedPattern pattern) {
   switch (pattern) {
     case LedPattern::off:

@@ -8,6 +8,7 @@ namespace hapticd::daemon {
 const char* nameOf(drivers::CameraState state);
 const char* nameOf(drivers::HandlePresence state);
 const char* nameOf(drivers::LedState state);
+const char* nameOf(TraceState state);
 const char* nameOf(LedPattern pattern);
 const char* nameOf(rt::ContactState state);
 const char* nameOf(rt::Mode mode);

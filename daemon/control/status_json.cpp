@@ -169,6 +169,30 @@ OrderedJson ledsJson(const IndicatorStatus& leds) {
           {"fault", patternOf(drivers::Led::fault)}};
 }
 
+OrderedJson traceJson(const TraceStatus& trace) {
+  const auto& [state, detail, name, ticks, bytes, duration_s, ticks_lost, records_lost, depth_frames,
+               depth_frames_lost, traces, deleted, recovered, dumps, last_dump, flight_recorder_s,
+               folder_bytes, free_bytes] = trace;
+  return {{"state", nameOf(state)},
+          {"detail", detail},
+          {"name", name},
+          {"ticks", ticks},
+          {"bytes", bytes},
+          {"durationS", duration_s},
+          {"ticksLost", ticks_lost},
+          {"recordsLost", records_lost},
+          {"depthFrames", depth_frames},
+          {"depthFramesLost", depth_frames_lost},
+          {"traces", traces},
+          {"deleted", deleted},
+          {"recovered", recovered},
+          {"dumps", dumps},
+          {"lastDump", last_dump},
+          {"flightRecorderS", flight_recorder_s},
+          {"folderBytes", folder_bytes},
+          {"freeBytes", free_bytes ? OrderedJson(*free_bytes) : OrderedJson()}};
+}
+
 OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
   const auto& [realtime_scheduling, memory_locked, cpu] = privileges;
   return {{"realtimeScheduling", realtime_scheduling},
@@ -180,7 +204,7 @@ OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
 
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
-               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds] = status;
+               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace] = status;
   const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause] =
       loop_state;
 
@@ -197,7 +221,7 @@ OrderedJson statusJson(const BoxStatus& status) {
   return {{"mode", nameOf(tick.mode)},    {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
           {"uptimeS", uptime_s},          {"loop", std::move(loop)},     {"tick", tickJson(tick)},
           {"camera", cameraJson(camera)}, {"scene", sceneJson(scene)},   {"handle", handleJson(handle)},
-          {"law", lawJson(law)},          {"leds", ledsJson(leds)}};
+          {"law", lawJson(law)},          {"leds", ledsJson(leds)},      {"trace", traceJson(trace)}};
 }
 
 OrderedJson windowJson(const WindowSummary& window) {

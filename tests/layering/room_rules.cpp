@@ -120,6 +120,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"nlohmann/", {"daemon", "tools"}},
       {"systemd/", {"daemon"}},
       {"yaml-cpp/", {"config"}},
+      {"zstd", {"drivers/trace"}},
   };
   return all;
 }

@@ -112,7 +112,7 @@ const std::vector<Refusal> kNames{
      {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, contact, surface, filter, blend, "
       "safety, camera, synthetic, grid, "
       "loop, "
-      "handle, udp_handle, hid_handle, falcon_handle, simulated_handle, leds, control)"}},
+      "handle, udp_handle, hid_handle, falcon_handle, simulated_handle, leds, control, state, trace)"}},
     {"DottedName",
      "force.radius_m: 0.05",
      {"bad.yaml:1: force.radius_m: stands outside its group (write it as `force: {radius_m: 0.05}`)"}},

@@ -87,4 +87,34 @@ std::uint64_t FakeBox::generation() const {
   return generation_;
 }
 
+namespace {
+
+template <typename T>
+std::future<config::Result<T>> notYet() {
+  std::promise<config::Result<T>> promise;
+  promise.set_value(std::unexpected(config::Error{"traces", "are not written yet", ""}));
+  return promise.get_future();
+}
+
+}  // namespace
+
+std::future<config::Result<std::string>> FakeBox::startTrace(const TraceRequest&) {
+  return notYet<std::string>();
+}
+std::future<config::Result<std::string>> FakeBox::stopTrace() {
+  return notYet<std::string>();
+}
+std::future<config::Result<std::string>> FakeBox::dumpTrace() {
+  return notYet<std::string>();
+}
+std::future<config::Result<std::vector<drivers::TraceEntry>>> FakeBox::listTraces() {
+  return notYet<std::vector<drivers::TraceEntry>>();
+}
+std::future<config::Result<void>> FakeBox::deleteTrace(const std::string&) {
+  return notYet<void>();
+}
+std::future<config::Result<SceneSnapshot>> FakeBox::takeSnapshot() {
+  return notYet<SceneSnapshot>();
+}
+
 }  // namespace hapticd::daemon::test

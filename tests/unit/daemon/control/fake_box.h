@@ -19,6 +19,12 @@ class FakeBox final : public Box {
   std::uint64_t apply(const config::Settings& settings) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   std::uint64_t acknowledgedGeneration() override;
+  std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
+  std::future<config::Result<std::string>> stopTrace() override;
+  std::future<config::Result<std::string>> dumpTrace() override;
+  std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
+  std::future<config::Result<void>> deleteTrace(const std::string& name) override;
+  std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
 
   /// From now on changes wait for acknowledge().
   void holdAcknowledgements();

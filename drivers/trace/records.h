@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rt/force_loop.h"
+#include "rt/loop_state.h"
+#include "rt/vec3.h"
+
+/// What a trace holds, one structure per channel. Ticks are rt::Tick. Times are CLOCK_MONOTONIC in
+/// nanoseconds; a trace carries the offset of its clock to CLOCK_REALTIME.
+namespace hapticd::drivers {
+
+/// A scene that the scene thread has built, and the frame that it is of.
+struct ModelRecord {
+  std::uint64_t model = 0;         ///< number of the scene: Tick::scene_model
+  std::int64_t time_ns = 0;        ///< when it was built
+  std::int64_t build_ns = 0;       ///< how long that took
+  std::uint64_t frame = 0;         ///< sequence number of the depth frame
+  std::int64_t frame_time_ns = 0;  ///< of its arrival
+  std::uint32_t device_ticks = 0;  ///< of the camera's own clock
+  rt::Vec3 centre_m_in_world;      ///< around which it was modelled
+  double radius_m = 0;             ///< that was asked for
+  std::uint64_t generation = 0;    ///< of the Directive whose needs it meets
+  bool forgot = false;             ///< filter and fusion began anew with it
+  bool depth_recorded = false;     ///< the raw frame is in the recording beside the trace
+  std::uint32_t points = 0;
+  std::uint32_t points_over_capacity = 0;
+  std::uint64_t frames = 0;          ///< taken over so far
+  std::uint64_t skipped_frames = 0;  ///< replaced by a newer one before they were modelled, so far
+  std::uint64_t damaged_frames = 0;  ///< not delivered by the camera, so far
+};
+
+/// What the force loop was told from a generation on.
+struct DirectiveRecord {
+  std::int64_t time_ns = 0;
+  std::uint64_t generation = 0;
+  bool engage = false;
+  bool engage_inside = false;
+  std::uint64_t engage_request = 0;
+  /// All live parameters by name, in the form that reads back as the same value. They name the law in use,
+  /// also where force.law is auto.
+  std::vector<std::pair<std::string, std::string>> parameters;
+};
+
+/// Something that happened, as the journal has it.
+struct EventRecord {
+  std::int64_t time_ns = 0;
+  std::string kind;  ///< mode, camera, handle, parameter, engage, warning, trace, ...
+  std::string text;  ///< one line for people
+  std::vector<std::pair<std::string, std::string>> fields;
+};
+
+/// What the core remembered before a tick; for the same version of hapticd only.
+struct SnapshotRecord {
+  std::int64_t time_ns = 0;
+  rt::CoreSnapshot snapshot;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/error.h"
+#include "drivers/trace/records.h"
+#include "drivers/trace/trace_writer.h"
+
+namespace hapticd::drivers {
+
+/// Names and values.
+using TraceText = std::vector<std::pair<std::string, std::string>>;
+
+/// What a trace says of itself.
+struct TraceInfo {
+  std::uint64_t bytes = 0;
+  std::uint64_t ticks = 0;
+  std::uint64_t ticks_dropped = 0;  ///< missing between the first and the last one
+  std::uint64_t models = 0;
+  std::uint64_t directives = 0;
+  std::uint64_t events = 0;
+  std::uint64_t snapshots = 0;
+  std::uint64_t chunks = 0;
+  std::int64_t first_ns = 0;  ///< CLOCK_REALTIME of the first message
+  std::int64_t last_ns = 0;
+  std::int64_t realtime_offset_ns = 0;  ///< CLOCK_REALTIME minus CLOCK_MONOTONIC
+  bool complete = false;                ///< closed properly: summary and footer are there
+  TraceText metadata;
+  std::vector<TraceAttachment> attachments;
+};
+
+/// Gets what a trace holds, in the order of the file; what is not set is skipped. False ends the reading.
+struct TraceVisitor {
+  std::function<bool(const rt::Tick&)> tick = {};
+  std::function<bool(const ModelRecord&)> model = {};
+  std::function<bool(const DirectiveRecord&)> directive = {};
+  std::function<bool(const EventRecord&)> event = {};
+  std::function<bool(const SnapshotRecord&)> snapshot = {};
+  /// Share of the file that has been read, 0..1, now and then.
+  std::function<void(double)> progress = {};
+};
+
+/// Reads a trace from its begin to its end with all checksums; metadata and attachments are in the result.
+/// Errors: no such file, no MCAP file, no trace of hapticd, of a version that this one does not read, a
+/// checksum that does not fit (with the place), cut off (a ".part" or a damaged end: what was whole has been
+/// visited by then; recover it).
+/// Thread: any.
+config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
+
+}  // namespace hapticd::drivers
