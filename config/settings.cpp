@@ -25,6 +25,20 @@ rt::ForceLaw ForceSettings::namedLaw() const {
   return rt::ForceLaw::surface;
 }
 
+LawChoice choiceOf(rt::ForceLaw law) {
+  switch (law) {
+    case rt::ForceLaw::nearest_springs:
+      return LawChoice::nearest_springs;
+    case rt::ForceLaw::smooth_springs:
+      return LawChoice::smooth_springs;
+    case rt::ForceLaw::proxy:
+      return LawChoice::proxy;
+    case rt::ForceLaw::surface:
+      break;
+  }
+  return LawChoice::surface;
+}
+
 rt::LiveParameters Settings::effectiveLive() const {
   rt::LiveParameters effective = live;
   effective.law = force.namedLaw();

@@ -18,6 +18,8 @@ enum class HidKind { controller, spacemouse };
 enum class LedDriver { none, gpiod };
 enum class TraceCompression { none, zstd };
 
+LawChoice choiceOf(rt::ForceLaw law);
+
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
 struct ForceSettings {
   LawChoice law = LawChoice::automatic;

@@ -238,4 +238,11 @@ std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::
   return std::move(loading).finish();
 }
 
+std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name) {
+  Loading loading(name);
+  loading.take(readYaml(text));
+  loading.checkRules();
+  return std::move(loading).finish();
+}
+
 }  // namespace hapticd::config

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/error.h"
@@ -18,5 +19,8 @@ namespace hapticd::config {
 /// half applied.
 std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
                                                          std::span<const std::string> overrides = {});
+
+/// The same of `text`, which messages call `name`.
+std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name);
 
 }  // namespace hapticd::config

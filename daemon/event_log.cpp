@@ -70,12 +70,40 @@ void EventLog::onStatus(const BoxStatus& status) {
                        status.handle.detail),
             {{"EVENT", "handle"}, {"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
   }
+  tellTrace(status.trace);
   std::set<std::string> warnings;
   for (const std::string& warning : status.warnings) {
     const auto [key, is_new] = warnings.insert(withoutNumbers(warning));
     if (is_new && !warnings_.contains(*key)) write_({Priority::warning, warning, {{"EVENT", "warning"}}});
   }
   warnings_ = std::move(warnings);
+}
+
+void EventLog::tellTrace(const TraceStatus& trace) {
+  const auto tell = [&](Priority priority, std::string text, const std::string& name) {
+    write_({priority, std::move(text), {{"EVENT", "trace"}, {"TRACE", name}}});
+  };
+  if (trace.state == TraceState::writing && trace.name != trace_.name) {
+    tell(Priority::notice, fmt::format("trace {} is written", trace.name), trace.name);
+  } else if (trace.state == TraceState::waiting && trace_.state != TraceState::waiting) {
+    tell(Priority::error, "the trace waits: " + trace.detail, trace_.name);
+  } else if (trace.state == TraceState::off && trace_.state != TraceState::off) {
+    tell(Priority::notice, fmt::format("trace {} has ended", trace_.name), trace_.name);
+  }
+  if (trace.last_dump != trace_.last_dump) {
+    tell(Priority::notice, fmt::format("flight recorder written to {}", trace.last_dump), trace.last_dump);
+  }
+  if (trace.recovered != trace_.recovered) {
+    tell(Priority::warning,
+         fmt::format("{} traces that a crash had left open were finished", trace.recovered), "");
+  }
+  if (trace.deleted != trace_.deleted) {
+    tell(Priority::notice,
+         fmt::format("{} old traces were deleted, trace.max_folder_mb is reached",
+                     trace.deleted - trace_.deleted),
+         "");
+  }
+  trace_ = trace;
 }
 
 }  // namespace hapticd::daemon

@@ -26,6 +26,7 @@ class EventLog {
   void onStatus(const BoxStatus& status);
 
  private:
+  void tellTrace(const TraceStatus& trace);
   void tellMode(const rt::Tick& tick, Clock::time_point now);
 
   Write write_;
@@ -36,6 +37,7 @@ class EventLog {
   int untold_ = 0;
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
+  TraceStatus trace_;
   std::set<std::string> warnings_;  // without their numbers, which may change all the time
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <pthread.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "config/parameter_table.h"
 #include "daemon/control/names.h"
 #include "daemon/isolated_cpu.h"
 #include "daemon/thread_faults.h"
@@ -36,6 +38,24 @@ LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
           histogram.maxNs()};
 }
 
+/// Names the law in use, also where the settings leave the choice.
+drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::Settings& settings) {
+  drivers::DirectiveRecord record;
+  record.time_ns = rt::monotonicNow_ns();
+  record.generation = directive.generation;
+  record.engage = directive.engage;
+  record.engage_inside = directive.engage_inside;
+  record.engage_request = directive.engage_request;
+  config::Settings used = settings;
+  used.live = directive.parameters;
+  used.force.law = config::choiceOf(directive.parameters.law);
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    if (parameter.effect != config::Effect::live) continue;
+    record.parameters.emplace_back(parameter.name, config::toText(parameter.get(used)));
+  }
+  return record;
+}
+
 }  // namespace
 
 RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultInjector> faults)
@@ -47,7 +67,9 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
                     focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle, settings.live.handle)),
-      leds_(drivers::makeLedPanel(settings.leds)) {
+      leds_(drivers::makeLedPanel(settings.leds)),
+      trace_(settings, {control_->trace, scene_thread_, core_memory_, [this] { return describeTrace(); },
+                        [this] { return camera_->status().damaged_frames; }}) {
   if (faults_) {
     camera_ = faults_->around(std::move(camera_));
     handle_ = faults_->around(std::move(handle_));
@@ -69,6 +91,7 @@ std::expected<void, RunningBox::StartFailure> RunningBox::start() {
   scene_thread_.start();
   if (auto started = handle_->start(handle_channels_); !started) return failure(started, true);
   if (auto started = startForceThread(); !started) return failure(started, false);
+  if (auto started = trace_.start(); !started) return failure(started, false);
   if (auto started = camera_->start(scene_thread_); !started) return failure(started, true);
   if (auto ticked = waitForFirstTick(); !ticked) return failure(ticked, false);
   return {};
@@ -121,6 +144,7 @@ void RunningBox::stop() {
     force_thread_.join();
     idle_latency_.reset();
   }
+  trace_.stop();
   handle_->stop();
   leds_->stop();
   camera_->stop();
@@ -129,9 +153,10 @@ void RunningBox::stop() {
 
 std::uint64_t RunningBox::sendDirective() {
   directive_.parameters = live();
-  scene_thread_.setNeeds(rt::SceneNeeds::of(directive_.parameters));
   ++directive_.generation;
+  scene_thread_.setNeeds(rt::SceneNeeds::of(directive_.parameters), directive_.generation);
   control_->directive.write(directive_);
+  trace_.add(recordOf(directive_, settings_));
   return directive_.generation;
 }
 
@@ -257,6 +282,7 @@ BoxStatus RunningBox::condition() {
   status.scene = scene_thread_.status();
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};
+  status.trace = trace_.status();
   status.warnings = warnings(status);
   return status;
 }
@@ -274,10 +300,25 @@ BoxStatus RunningBox::status() {
   status.rate_hz = rate_hz();
   status.wakeup_latency = summaryOf(control_->wakeup_latency);
   status.compute_time = summaryOf(control_->compute_time);
-  status.trace_ticks_dropped = control_->ticks.dropped();
+  status.trace_ticks_dropped = control_->trace.dropped();
   status.law = lawStatus(status.loop);
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
   return status;
+}
+
+drivers::TraceOptions RunningBox::describeTrace() const {
+  drivers::TraceOptions options;
+  utsname kernel{};
+  ::uname(&kernel);
+  options.metadata = {{"hapticd_version", HAPTICD_VERSION},
+                      {"kernel", fmt::format("{} {} {}", kernel.sysname, kernel.release, kernel.version)},
+                      {"host", kernel.nodename},
+                      {"machine", kernel.machine},
+                      {"camera", camera_->status().identity},
+                      {"handle", handle_->status().identity},
+                      {"force_thread_cpu", fmt::format("{}", privileges_.cpu)},
+                      {"realtime_scheduling", privileges_.realtime_scheduling ? "yes" : "no"}};
+  return options;
 }
 
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
@@ -310,6 +351,7 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
                                status.leds.panel.state == drivers::LedState::lost ? "lost" : "absent",
                                status.leds.panel.detail));
   }
+  if (status.trace.state == TraceState::waiting) list.push_back("trace: " + status.trace.detail);
   if (!privileges_.realtime_scheduling) {
     list.push_back(
         "force thread without real-time scheduling: wake-ups may be late "
@@ -336,36 +378,51 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   return list;
 }
 
-namespace {
-
-template <typename T>
-std::future<config::Result<T>> notYet() {
-  std::promise<config::Result<T>> promise;
-  promise.set_value(std::unexpected(config::Error{"traces", "are not written yet", ""}));
-  return promise.get_future();
+std::future<config::Result<std::string>> RunningBox::startTrace(const TraceRequest& request) {
+  return trace_.startTrace(request);
 }
 
-}  // namespace
-
-std::future<config::Result<std::string>> RunningBox::startTrace(const TraceRequest&) {
-  return notYet<std::string>();
-}
 std::future<config::Result<std::string>> RunningBox::stopTrace() {
-  return notYet<std::string>();
-}
-std::future<config::Result<std::string>> RunningBox::dumpTrace() {
-  return notYet<std::string>();
-}
-std::future<config::Result<std::vector<drivers::TraceEntry>>> RunningBox::listTraces() {
-  return notYet<std::vector<drivers::TraceEntry>>();
-}
-std::future<config::Result<void>> RunningBox::deleteTrace(const std::string&) {
-  return notYet<void>();
-}
-std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
-  return notYet<SceneSnapshot>();
+  return trace_.stopTrace();
 }
 
-void RunningBox::onEvent(const JournalEntry&) {}
+std::future<config::Result<std::string>> RunningBox::dumpTrace() {
+  return trace_.dumpTrace();
+}
+
+std::future<config::Result<std::vector<drivers::TraceEntry>>> RunningBox::listTraces() {
+  return trace_.listTraces();
+}
+
+std::future<config::Result<void>> RunningBox::deleteTrace(const std::string& name) {
+  return trace_.deleteTrace(name);
+}
+
+std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
+  auto promise = std::make_shared<std::promise<config::Result<SceneSnapshot>>>();
+  auto future = promise->get_future();
+  scene_thread_.askForFrame([promise, depth_model = settings_.camera.effectiveDepthModel(),
+                             pose = settings_.camera.pose,
+                             tick = loopState().tick](std::unique_ptr<rt::DepthFrame> frame) {
+    if (frame) {
+      promise->set_value(SceneSnapshot{std::move(frame), depth_model, pose, tick});
+    } else {
+      promise->set_value(std::unexpected(
+          config::Error{"camera", "no depth frame has arrived yet", "see hapticctl status for the camera"}));
+    }
+  });
+  return future;
+}
+
+void RunningBox::onEvent(const JournalEntry& entry) {
+  drivers::EventRecord event{rt::monotonicNow_ns(), "log", entry.text, {}};
+  for (const auto& [name, value] : entry.fields) {
+    if (name == "EVENT")
+      event.kind = value;
+    else
+      event.fields.emplace_back(name, value);
+  }
+  trace_.add(std::move(event));
+}
 
 }  // namespace hapticd::daemon

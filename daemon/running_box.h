@@ -19,6 +19,7 @@
 #include "daemon/injection/fault_injector.h"
 #include "daemon/journal_entry.h"
 #include "daemon/scene_thread.h"
+#include "daemon/trace/trace_recorder.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
 #include "drivers/idle_latency.h"
@@ -94,6 +95,8 @@ class RunningBox final : public Box {
   /// What status() says apart from measurements: cheap enough for the LEDs.
   BoxStatus condition();
   void showLeds();
+  /// What a trace says of the box, beside its settings.  Thread: trace thread.
+  drivers::TraceOptions describeTrace() const;
   std::vector<std::string> warnings(const BoxStatus& status) const;
 
   config::Settings settings_;
@@ -109,6 +112,7 @@ class RunningBox final : public Box {
   std::unique_ptr<drivers::Camera> camera_;
   std::unique_ptr<drivers::Handle> handle_;
   std::unique_ptr<drivers::LedPanel> leds_;
+  TraceRecorder trace_;
   std::unique_ptr<rt::ForceLoop> loop_;
   std::thread force_thread_;
   rt::LoopPrivileges privileges_;

@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <chrono>
+#include <utility>
 
 #include "rt/haptic_core.h"
 #include "rt/periodic_clock.h"
@@ -26,7 +27,8 @@ SceneThread::SceneThread(const rt::DepthModel& model, const rt::GridParameters& 
       focus_(focus_m_in_world),
       builder_(model, parameters),
       frames_(std::make_unique<rt::FrameChannel>()),
-      needs_(needs) {
+      models_(std::make_unique<ModelRing>()),
+      wanted_{needs, 0} {
   storage_.reserve(3);
   scenes_.prepareSlots([this](rt::Scene& slot) {
     storage_.emplace_back(builder_.shape(), builder_.pointCapacity()).attachTo(slot);
@@ -47,6 +49,8 @@ void SceneThread::stop() {
   }
   wake_.notify_one();
   thread_.join();
+  const std::lock_guard lock(tap_mutex_);
+  for (const FrameReceiver& receive : std::exchange(frame_requests_, {})) receive(nullptr);
 }
 
 void SceneThread::publish() {
@@ -69,19 +73,48 @@ bool SceneThread::waitForFrame() {
 void SceneThread::run() {
   while (waitForFrame()) {
     const bool new_frame = frames_->refresh();
-    if (new_frame) countFrame(frames_->front());
+    if (new_frame) {
+      countFrame(frames_->front());
+      offerToTap(frames_->front());
+    }
     modelIfNeeded(new_frame);
+    answerFrameRequests();
   }
 }
 
-void SceneThread::setNeeds(const rt::SceneNeeds& needs) {
-  const std::lock_guard lock(needs_mutex_);
-  needs_ = needs;
+void SceneThread::setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation) {
+  const std::lock_guard lock(wanted_mutex_);
+  wanted_ = {needs, generation};
 }
 
-rt::SceneNeeds SceneThread::needs() const {
-  const std::lock_guard lock(needs_mutex_);
-  return needs_;
+void SceneThread::setTap(FrameTap tap) {
+  const std::lock_guard lock(tap_mutex_);
+  tap_ = std::move(tap);
+  tap_is_new_ = tap_ != nullptr;
+}
+
+void SceneThread::offerToTap(const rt::DepthFrame& frame) {
+  const std::lock_guard lock(tap_mutex_);
+  frame_recorded_ = tap_ && tap_(frame);
+  if (!std::exchange(tap_is_new_, false)) return;
+  builder_.forget();
+  forgot_ = true;
+}
+
+void SceneThread::askForFrame(FrameReceiver receive) {
+  {
+    const std::lock_guard lock(tap_mutex_);
+    if (thread_.joinable()) return frame_requests_.push_back(std::move(receive));
+  }
+  receive(nullptr);
+}
+
+void SceneThread::answerFrameRequests() {
+  const std::lock_guard lock(tap_mutex_);
+  const rt::DepthFrame& frame = frames_->front();
+  for (const FrameReceiver& receive : std::exchange(frame_requests_, {})) {
+    receive(frame.sequence == 0 ? nullptr : std::make_unique<rt::DepthFrame>(frame));
+  }
 }
 
 void SceneThread::modelIfNeeded(bool new_frame) {
@@ -90,7 +123,10 @@ void SceneThread::modelIfNeeded(bool new_frame) {
   focus_.refresh();
   const rt::Vec3 focus = focus_.front();
   if (!rt::inWorkspace(focus)) return;
-  const rt::SceneNeeds needs = this->needs();
+  const auto [needs, generation] = [this] {
+    const std::lock_guard lock(wanted_mutex_);
+    return wanted_;
+  }();
   const double margin = parameters_.max_hip_speed_m_per_s * parameters_.frame_margin_s;
   const double reach = needs.radius_m + parameters_.max_hip_speed_m_per_s *
                                             (parameters_.frame_period_s + parameters_.frame_margin_s);
@@ -102,7 +138,31 @@ void SceneThread::modelIfNeeded(bool new_frame) {
   builder_.build(frame, focus, reach, scene, needs);
   newest_ = scene;
   scenes_.publish();
-  countModel(newest_, new_frame, rt::monotonicNow_ns() - begin_ns);
+  const std::int64_t build_ns = rt::monotonicNow_ns() - begin_ns;
+  countModel(newest_, new_frame, build_ns);
+  tellModel(frame, focus, {reach, generation, begin_ns, build_ns});
+}
+
+void SceneThread::tellModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world,
+                            const Build& build) {
+  drivers::ModelRecord record;
+  record.model = newest_.model;
+  record.time_ns = build.begin_ns;
+  record.build_ns = build.build_ns;
+  record.frame = frame.sequence;
+  record.frame_time_ns = frame.arrival_ns;
+  record.device_ticks = frame.device_ticks;
+  record.centre_m_in_world = focus_m_in_world;
+  record.radius_m = build.reach_m;
+  record.generation = build.generation;
+  record.forgot = std::exchange(forgot_, false);
+  record.depth_recorded = frame_recorded_;
+  record.points = newest_.points;
+  record.points_over_capacity = newest_.points_over_capacity;
+  const SceneStatus status = this->status();
+  record.frames = status.frames;
+  record.skipped_frames = status.skipped_frames;
+  models_->push(record);
 }
 
 void SceneThread::countFrame(const rt::DepthFrame& frame) {

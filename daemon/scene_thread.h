@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -9,8 +10,10 @@
 
 #include "daemon/box.h"
 #include "drivers/camera/camera.h"
+#include "drivers/trace/records.h"
 #include "rt/depth_model.h"
 #include "rt/scene_builder.h"
+#include "rt/spsc_ring.h"
 
 namespace hapticd::daemon {
 
@@ -30,9 +33,24 @@ class SceneThread final : public drivers::FrameSink {
   /// Harmless when not started.
   void stop();
 
-  /// What the force law in use reads; the newest frame is modelled again if its model does not hold it.
-  /// Thread: any.
-  void setNeeds(const rt::SceneNeeds& needs);
+  /// What the force law in use reads, from a generation of the Directive on; the newest frame is modelled
+  /// again if its model does not hold it. Thread: any.
+  void setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation);
+
+  /// Gets each frame before it is modelled; must not block. False: it could not take the frame.
+  using FrameTap = std::function<bool(const rt::DepthFrame&)>;
+  /// From the next frame on `tap` gets all frames, and what is modelled depends on these alone: filter and
+  /// fusion begin anew. Empty: no more; the tap before is not called after this returns. Thread: any.
+  void setTap(FrameTap tap);
+
+  /// Gets a copy of the newest frame; null while there is none, or when the thread ends.
+  using FrameReceiver = std::function<void(std::unique_ptr<rt::DepthFrame>)>;
+  /// Thread: any, but `receive` is called by the scene thread, or by who stops it.
+  void askForFrame(FrameReceiver receive);
+
+  /// Every scene that is built. Thread of pop(): one.
+  using ModelRing = rt::SpscRing<drivers::ModelRecord, 1024>;
+  ModelRing& models() noexcept { return *models_; }
 
   std::size_t pointCapacity() const noexcept { return builder_.pointCapacity(); }
   /// Thread: any.
@@ -44,8 +62,17 @@ class SceneThread final : public drivers::FrameSink {
  private:
   void run();
   bool waitForFrame();
+  void offerToTap(const rt::DepthFrame& frame);
+  void answerFrameRequests();
   void modelIfNeeded(bool new_frame);
-  rt::SceneNeeds needs() const;
+  /// How a scene was built.
+  struct Build {
+    double reach_m;
+    std::uint64_t generation;
+    std::int64_t begin_ns;
+    std::int64_t build_ns;
+  };
+  void tellModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world, const Build& build);
   void countFrame(const rt::DepthFrame& frame);
   void countModel(const rt::Scene& scene, bool new_frame, std::int64_t model_ns);
 
@@ -56,8 +83,23 @@ class SceneThread final : public drivers::FrameSink {
   std::vector<rt::SceneStorage> storage_;
   std::unique_ptr<rt::FrameChannel> frames_;
   rt::Scene newest_;  // a view of the last published scene, for what it covers only
-  mutable std::mutex needs_mutex_;
-  rt::SceneNeeds needs_;
+  std::unique_ptr<ModelRing> models_;
+
+  struct Wanted {
+    rt::SceneNeeds needs;
+    std::uint64_t generation = 0;
+  };
+  mutable std::mutex wanted_mutex_;
+  Wanted wanted_;
+
+  std::mutex tap_mutex_;
+  FrameTap tap_;
+  bool tap_is_new_ = false;
+  std::vector<FrameReceiver> frame_requests_;
+
+  // Of the newest frame; scene thread only.
+  bool frame_recorded_ = false;
+  bool forgot_ = false;
 
   std::mutex wake_mutex_;
   std::condition_variable wake_;

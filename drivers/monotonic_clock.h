@@ -15,4 +15,11 @@ inline std::int64_t monotonicNs() noexcept {
   return std::int64_t{now.tv_sec} * kNsPerSecond + now.tv_nsec;
 }
 
+/// CLOCK_REALTIME in nanoseconds.  Thread: any.  RT: safe.
+inline std::int64_t realtimeNs() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  return std::int64_t{now.tv_sec} * kNsPerSecond + now.tv_nsec;
+}
+
 }  // namespace hapticd::drivers

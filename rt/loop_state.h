@@ -133,15 +133,16 @@ struct Directive {
 };
 
 inline constexpr std::size_t kTickRingCapacity = 4096;
+using TickRing = SpscRing<Tick, kTickRingCapacity>;
 
 /// What joins the force thread and the control thread.
 struct ControlChannels {
-  TripleBuffer<Directive> directive;        ///< control thread writes
-  TripleBuffer<LoopState> state;            ///< force thread writes
-  SpscRing<Tick, kTickRingCapacity> ticks;  ///< force thread pushes
-  SpscRing<Tick, kTickRingCapacity> trace;  ///< force thread pushes the same, for the trace thread
-  LatencyHistogram wakeup_latency;          ///< force thread adds
-  LatencyHistogram compute_time;            ///< force thread adds
+  TripleBuffer<Directive> directive;  ///< control thread writes
+  TripleBuffer<LoopState> state;      ///< force thread writes
+  TickRing ticks;                     ///< force thread pushes
+  TickRing trace;                     ///< force thread pushes the same, for the trace thread
+  LatencyHistogram wakeup_latency;    ///< force thread adds
+  LatencyHistogram compute_time;      ///< force thread adds
 };
 
 /// What the loop could set up of what it was asked for. Written once, before the first tick.

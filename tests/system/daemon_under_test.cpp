@@ -32,8 +32,11 @@ std::vector<std::string> hapticReplayCommand(std::vector<std::string> arguments)
 std::vector<std::string> DaemonHome::command(const std::string& yaml,
                                              const std::vector<std::string>& set) const {
   std::vector<std::string> arguments{
-      "--config", folder_.write("hapticd.yaml", yaml).string(),
-      "--set=control.status_socket=" + statusSocket(), "--set=control.control_socket=" + controlSocket(),
+      "--config",
+      folder_.write("hapticd.yaml", yaml).string(),
+      "--set=control.status_socket=" + statusSocket(),
+      "--set=control.control_socket=" + controlSocket(),
+      "--set=state.folder=" + stateFolder().string(),
       "--set=force.law=nearest_springs"};  // forces to be compared are the paper's
   for (const std::string& assignment : set) arguments.push_back("--set=" + assignment);
   return hapticdCommand(arguments);

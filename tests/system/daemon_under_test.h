@@ -28,6 +28,9 @@ class DaemonHome {
   const std::filesystem::path& path() const { return folder_.path(); }
   std::string statusSocket() const { return path() / "Status"; }
   std::string controlSocket() const { return path() / "Control"; }
+  /// Of a daemon that is started here; made when it writes something.
+  std::filesystem::path stateFolder() const { return path() / "state"; }
+  std::filesystem::path traceFolder() const { return stateFolder() / "traces"; }
   /// Writes hapticd.yaml and returns the command that starts hapticd with it on the sockets here; `set`:
   /// further assignments for --set.
   std::vector<std::string> command(const std::string& yaml, const std::vector<std::string>& set = {}) const;

@@ -12,11 +12,13 @@
 #include "config/parameter_table.h"
 #include "config/yaml_loader.h"
 #include "tools/haptic-replay/replay.h"
+#include "tools/haptic-replay/trace_replay.h"
 
 namespace hapticd::tools {
 namespace {
 
 struct Options {
+  std::string trace;
   std::string config;
   std::vector<std::string> overrides;
   std::string depth;
@@ -94,28 +96,86 @@ int replayFile(const Options& options) {
   return EX_OK;
 }
 
+/// One line per tick that was computed again.
+class ForceTable {
+ public:
+  void add(const rt::Tick& recorded, const rt::Tick& computed) {
+    const rt::Vec3& was = recorded.command_force_n_in_world;
+    const rt::Vec3& is = computed.command_force_n_in_world;
+    fmt::format_to(std::back_inserter(text_), "{},{:.9f},{},{},{},{},{},{},{}\n", recorded.number,
+                   static_cast<double>(recorded.planned_ns) * 1e-9, was.x, was.y, was.z, is.x, is.y, is.z,
+                   rt::norm(is - was));
+  }
+  std::string text() const {
+    return "tick,t_s,recorded_fx_n,recorded_fy_n,recorded_fz_n,fx_n,fy_n,fz_n,difference_n\n" +
+           fmt::to_string(text_);
+  }
+
+ private:
+  fmt::memory_buffer text_;
+};
+
+void print(const TraceComparison& comparison) {
+  const std::string where =
+      comparison.worst_tick == 0 ? "" : fmt::format(" at tick {}", comparison.worst_tick);
+  std::fputs(fmt::format("{} ticks computed again ({} in contact, {} scenes modelled), {} not covered\n"
+                         "different: {} ticks\n"
+                         "largest difference: {:g} N of the commanded force{}, {:g} N of the law's\n",
+                         comparison.ticks, comparison.in_contact, comparison.models, comparison.not_covered,
+                         comparison.different, comparison.largest_difference_n, where,
+                         comparison.largest_law_difference_n)
+                 .c_str(),
+             stdout);
+}
+
+int replayTrace(const Options& options) {
+  const std::filesystem::path depth = options.depth.empty()
+                                          ? std::filesystem::path(options.trace).replace_extension(".depth")
+                                          : std::filesystem::path(options.depth);
+  auto replay = TraceReplay::open(options.trace, depth);
+  if (!replay) return fail({replay.error()}, EX_NOINPUT);
+  ForceTable table;
+  TraceReplay::OnTick on_tick;
+  if (!options.out.empty()) {
+    on_tick = [&table](const rt::Tick& recorded, const rt::Tick& computed) { table.add(recorded, computed); };
+  }
+  const auto comparison = replay->run(on_tick);
+  if (!comparison) return fail({comparison.error()}, EX_DATAERR);
+  if (!options.out.empty() && !writeFile(options.out, table.text())) {
+    return fail({{options.out, "cannot be written", "check --out and the free space"}}, EX_CANTCREAT);
+  }
+  print(*comparison);
+  return comparison->different == 0 ? EX_OK : EXIT_FAILURE;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{
       "haptic-replay: the forces that hapticd's core computes for a recorded scene and given HIP positions.\n"
       "Times count from the first depth frame. A single image holds for all times. At the stage `command`\n"
-      "the replay begins engaged, and each sample is one step of the safety chain."};
+      "the replay begins engaged, and each sample is one step of the safety chain.\n"
+      "With --trace: computes the ticks of a trace again from the depth recorded beside it, and compares."};
   app.footer(
-      "Exit status: 0 done, 64 usage, 65 bad HIP file or depth frame, 66 no depth, 73 no output, 78 "
-      "configuration.");
+      "Exit status: 0 done, 1 a force differs from the trace's, 64 usage, 65 bad HIP file, depth frame or\n"
+      "trace, 66 no depth or trace, 73 no output, 78 configuration.");
   Options options;
   const std::map<std::string, Stage> stages{{"law", Stage::law}, {"command", Stage::command}};
-  app.add_option("-c,--config", options.config, "configuration file (YAML)")->required()->type_name("FILE");
+  CLI::Option* const trace =
+      app.add_option("--trace", options.trace, "trace with depth beside it; its settings are taken from it")
+          ->type_name("FILE");
+  CLI::Option* const config =
+      app.add_option("-c,--config", options.config, "configuration file (YAML)")->type_name("FILE");
   app.add_option("-s,--set", options.overrides, "set a parameter; may be repeated")
       ->type_name("NAME=VALUE")
       ->take_all()
       ->allow_extra_args(false);
-  app.add_option("--depth", options.depth, "folder of a recording, or one .pgm file")
-      ->required()
+  app.add_option("--depth", options.depth,
+                 "folder of a recording, or one .pgm file; with --trace by default the folder beside it")
       ->type_name("DIR_OR_PGM");
-  app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")
-      ->required()
-      ->type_name("CSV");
-  app.add_option("--out", options.out, "where the forces go")->required()->type_name("CSV");
+  CLI::Option* const hip =
+      app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")
+          ->type_name("CSV");
+  app.add_option("--out", options.out, "where the forces go; needed without --trace")->type_name("CSV");
+  trace->excludes(config)->excludes(hip);
   app.add_option("--stage", options.stage, "law (default) or command")
       ->type_name("STAGE")
       ->transform(CLI::CheckedTransformer(stages));
@@ -125,6 +185,14 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+  }
+  if (!options.trace.empty()) return replayTrace(options);
+  for (const auto& [name, given] : {std::pair{"--config", options.config},
+                                    {"--depth", options.depth},
+                                    {"--hip", options.hip},
+                                    {"--out", options.out}}) {
+    if (given.empty())
+      return fail({{name, "is required without --trace", "see haptic-replay --help"}}, EX_USAGE);
   }
   return replayFile(options);
 }

@@ -28,6 +28,7 @@ std::vector<std::string> commandOf(const fs::path& program, const fs::path& fold
                                    const std::vector<std::string>& assignments) {
   std::vector<std::string> command{program.string(), "--config", (folder / "hapticd.yaml").string()};
   for (const std::string& assignment : assignments) command.push_back("--set=" + assignment);
+  command.push_back("--set=state.folder=" + (folder / "state").string());
   command.push_back("--set=control.status_socket=" + (folder / "Status").string());
   command.push_back("--set=control.control_socket=" + (folder / "Control").string());
   return command;

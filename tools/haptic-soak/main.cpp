@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 
+#include "tools/haptic-soak/load_study.h"
 #include "tools/haptic-soak/soak_report.h"
 
 namespace hapticd::tools {
@@ -32,17 +33,32 @@ void showTime(double now_s, double seconds) {
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:.0f} of {:.0f} s ", now_s, seconds);
 }
 
+bool writeJson(const std::string& file, const std::string& text) {
+  if (file.empty()) return true;
+  std::ofstream out(file);
+  out << text << std::flush;
+  if (out) return true;
+  fail({file, "cannot be written", "check --json"}, EX_CANTCREAT);
+  return false;
+}
+
+int compareLoads(const LoadOptions& options, const std::string& json_file) {
+  const Interrupt interrupt;
+  const double seconds = options.round_s * options.rounds * static_cast<double>(kLoads);
+  const auto result = studyLoad(options, interrupt, [&](double now_s) { showTime(now_s, seconds); });
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<30}\r", "");
+  if (!result) return fail(result.error(), EX_UNAVAILABLE);
+  fmt::print("{}", loadTable(*result));
+  return writeJson(json_file, loadJson(*result)) ? EX_OK : EX_CANTCREAT;
+}
+
 int report(const SoakResult& result, const SoakLimits& limits, const std::string& json_file) {
   const auto findings = findingsOf(result, limits);
   fmt::print("{}", soakTable(result, findings));
   const auto broken = std::ranges::count_if(findings, &SoakFinding::broken);
   fmt::print("\nhaptic-soak: {}{}\n", result.interrupted ? "ended early; " : "",
              broken == 0 ? "all limits kept" : fmt::format("{} limits broken", broken));
-  if (!json_file.empty()) {
-    std::ofstream out(json_file);
-    out << soakJson(result, findings) << std::flush;
-    if (!out) return fail({json_file, "cannot be written", "check --json"}, EX_CANTCREAT);
-  }
+  if (!writeJson(json_file, soakJson(result, findings))) return EX_CANTCREAT;
   return broken == 0 ? EX_OK : 1;
 }
 
@@ -84,6 +100,20 @@ int run(int argc, char** argv) {
                  "beyond the noise (1024, per 10 minutes in longer runs)")
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--max-memory-kb", limits.memory_kb, "at any time (no limit)")->check(CLI::Range(0.0, 1e9));
+  LoadOptions load;
+  bool compare = false;
+  auto* const compare_loads =
+      app.add_flag("--compare-loads", compare,
+                   "instead: how late ticks begin without load, under clients, and while tracing");
+  app.add_option("--clients", load.clients, "of --compare-loads (30)")
+      ->check(CLI::Range(1, 1000))
+      ->needs(compare_loads);
+  app.add_option("--round", load.round_s, "seconds of one round of --compare-loads (10)")
+      ->check(CLI::Range(1.0, 60.0))
+      ->needs(compare_loads);
+  app.add_option("--rounds", load.rounds, "of each load (4)")
+      ->check(CLI::Range(1, 10'000))
+      ->needs(compare_loads);
   app.add_option("--json", json_file, "write the result there too")->type_name("FILE");
   app.footer(
       "Ctrl-C ends it early, with the table. Exit status: 0 all limits kept, 1 a limit is broken, 64 usage,\n"
@@ -92,6 +122,10 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+  }
+  if (compare) {
+    load.soak = options;
+    return compareLoads(load, json_file);
   }
   options.seconds = seconds > 0 ? seconds : minutes * 60;
   fmt::print("haptic-soak: {:.0f} s, --seed {}\n", options.seconds, options.seed);

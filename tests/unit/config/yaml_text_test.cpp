@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "config/yaml_loader.h"
-#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
@@ -30,9 +29,7 @@ config::Value unusual(const Parameter& parameter) {
 }
 
 Settings readBack(const std::string& text) {
-  const TemporaryFolder folder;
-  folder.write("all.yaml", text);
-  const auto loaded = config::loadSettings(folder.path() / "all.yaml");
+  const auto loaded = config::settingsFromText(text, "all.yaml");
   EXPECT_TRUE(loaded.has_value()) << loaded.error().front().text() << "\n" << text;
   return loaded.value_or(Settings{});
 }
@@ -46,9 +43,7 @@ TEST(YamlText, EachParameterReadsBackAsItWas) {
       parameter.set(settings, unusual(parameter));
     }
     const auto only = [&](const Parameter& other) { return other.name == parameter.name; };
-    const TemporaryFolder folder;
-    folder.write("one.yaml", config::yamlText(settings, only));
-    const auto loaded = config::loadSettings(folder.path() / "one.yaml");
+    const auto loaded = config::settingsFromText(config::yamlText(settings, only), "one.yaml");
     if (!loaded) continue;  // alone it does not fit the defaults of the others
     EXPECT_EQ(parameter.get(*loaded), parameter.get(settings)) << parameter.name;
   }

@@ -1,0 +1,74 @@
+#include "daemon/trace/flight_recorder.h"
+
+#include <cmath>
+
+namespace hapticd::daemon {
+namespace {
+
+/// Records come slowly; whoever floods the box with changes gets the newest ones recorded.
+constexpr std::size_t kMostRecords = 10'000;
+
+template <typename Record>
+void limit(std::deque<Record>& records) {
+  while (records.size() > kMostRecords) records.pop_front();
+}
+
+}  // namespace
+
+FlightRecorder::FlightRecorder(double duration_s, double rate_hz)
+    : rate_hz_(rate_hz), ticks_(static_cast<std::size_t>(std::llround(duration_s * rate_hz))) {}
+
+void FlightRecorder::add(const rt::Tick& tick) {
+  if (ticks_.empty()) return;
+  ticks_[next_] = tick;
+  next_ = (next_ + 1) % ticks_.size();
+  if (held_ < ticks_.size()) ++held_;
+}
+
+void FlightRecorder::add(const drivers::ModelRecord& model) {
+  if (ticks_.empty()) return;
+  forgetOldRecords();
+  models_.push_back(model);
+  limit(models_);
+}
+
+void FlightRecorder::add(const drivers::DirectiveRecord& directive) {
+  if (ticks_.empty()) return;
+  forgetOldRecords();
+  directives_.push_back(directive);
+  limit(directives_);
+}
+
+void FlightRecorder::add(const drivers::EventRecord& event) {
+  if (ticks_.empty()) return;
+  forgetOldRecords();
+  events_.push_back(event);
+  limit(events_);
+}
+
+void FlightRecorder::forgetOldRecords() {
+  if (held_ == 0) return;
+  const rt::Tick& oldest = this->oldest();
+  while (!models_.empty() && models_.front().model < oldest.scene_model) models_.pop_front();
+  while (directives_.size() > 1 && directives_[1].generation <= oldest.directive_generation) {
+    directives_.pop_front();
+  }
+  while (!events_.empty() && events_.front().time_ns < oldest.planned_ns) events_.pop_front();
+}
+
+config::Result<void> FlightRecorder::writeTo(drivers::TraceWriter& writer) const {
+  config::Result<void> result;
+  const auto writeAll = [&](const auto& records) {
+    for (auto record = records.begin(); record != records.end() && result; ++record)
+      result = writer.write(*record);
+  };
+  writeAll(directives_);
+  writeAll(models_);
+  writeAll(events_);
+  for (std::size_t i = 0; i < held_ && result; ++i) {
+    result = writer.write(ticks_[(next_ + ticks_.size() - held_ + i) % ticks_.size()]);
+  }
+  return result;
+}
+
+}  // namespace hapticd::daemon

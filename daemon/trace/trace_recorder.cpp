@@ -1,0 +1,366 @@
+#include "daemon/trace/trace_recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+
+#include "config/yaml_text.h"
+#include "drivers/monotonic_clock.h"
+#include "drivers/start_thread.h"
+#include "drivers/trace/trace_recovery.h"
+
+namespace hapticd::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using drivers::kNsPerSecond;
+
+/// How often the rings are emptied, which hold several seconds.
+constexpr std::chrono::milliseconds kPeriod{20};
+constexpr std::int64_t kLookPeriod_ns = kNsPerSecond;
+constexpr std::int64_t kLimitPeriod_ns = 60 * kNsPerSecond;
+/// What follows on a fault is written too.
+constexpr std::int64_t kAfterFault_ns = kNsPerSecond;
+/// That clients and events may be ahead of the trace thread.
+constexpr std::size_t kMostWaitingRecords = 4096;
+
+constexpr double kBytesPerMb = 1e6;
+
+std::uint64_t bytesOf(double megabytes) {
+  return static_cast<std::uint64_t>(megabytes * kBytesPerMb);
+}
+
+}  // namespace
+
+TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
+    : folder_(fs::path(settings.state.folder) / "traces"),
+      settings_(settings.trace),
+      settings_yaml_(config::yamlText(settings)),
+      sources_(std::move(sources)),
+      wanted_(settings.trace.at_start),
+      request_{"", settings.trace.depth},
+      flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz) {}
+
+TraceRecorder::~TraceRecorder() {
+  stop();
+}
+
+config::Result<void> TraceRecorder::start() {
+  std::vector<drivers::TraceEntry> left_open;
+  if (auto entries = drivers::listTraces(folder_)) {
+    std::ranges::copy_if(*entries, std::back_inserter(left_open), &drivers::TraceEntry::open);
+  }
+  auto thread = drivers::startThread("hapticd-trace", [this] { run(); });
+  if (!thread) return std::unexpected(thread.error());
+  thread_ = std::move(*thread);
+  if (left_open.empty()) return {};
+  auto recovery = drivers::startThread("trace-recovery", [this, left_open] { recoverLeftovers(left_open); });
+  if (!recovery) return std::unexpected(recovery.error());
+  recovery_ = std::move(*recovery);
+  return {};
+}
+
+void TraceRecorder::stop() {
+  if (thread_.joinable()) {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+  if (recovery_.joinable()) recovery_.join();
+}
+
+void TraceRecorder::recoverLeftovers(const std::vector<drivers::TraceEntry>& entries) {
+  for (const drivers::TraceEntry& entry : entries) {
+    const auto recovered = drivers::recoverTrace(folder_ / (entry.name + ".mcap.part"));
+    if (recovered) recovered_.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+void TraceRecorder::add(drivers::DirectiveRecord directive) {
+  const std::lock_guard lock(mutex_);
+  if (directives_.size() >= kMostWaitingRecords) {
+    ++records_refused_;
+  } else {
+    directives_.push_back(std::move(directive));
+  }
+}
+
+void TraceRecorder::add(drivers::EventRecord event) {
+  const std::lock_guard lock(mutex_);
+  if (events_.size() >= kMostWaitingRecords) {
+    ++records_refused_;
+  } else {
+    events_.push_back(std::move(event));
+  }
+}
+
+template <typename T>
+std::future<config::Result<T>> TraceRecorder::post(std::function<config::Result<T>()> work) {
+  auto task = std::make_shared<std::packaged_task<config::Result<T>()>>(std::move(work));
+  auto future = task->get_future();
+  {
+    const std::lock_guard lock(mutex_);
+    work_.emplace_back([task] { (*task)(); });
+  }
+  wake_.notify_one();
+  return future;
+}
+
+std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRequest& request) {
+  return post<std::string>([this, request]() -> config::Result<std::string> {
+    if (wanted_) {
+      return std::unexpected(config::Error{"trace", "one is being written already", "stop it first"});
+    }
+    request_ = request;
+    if (auto begun = beginSession(); !begun) return std::unexpected(begun.error());
+    wanted_ = true;
+    return session_->name();
+  });
+}
+
+std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
+  return post<std::string>([this]() -> config::Result<std::string> {
+    if (!std::exchange(wanted_, false)) {
+      return std::unexpected(config::Error{"trace", "none is being written", "start one first"});
+    }
+    own_status_.detail.clear();
+    if (session_) return endSession();
+    return own_status_.name;
+  });
+}
+
+std::future<config::Result<std::string>> TraceRecorder::dumpTrace() {
+  return post<std::string>([this] { return dump("dump"); });
+}
+
+std::future<config::Result<std::vector<drivers::TraceEntry>>> TraceRecorder::listTraces() {
+  return post<std::vector<drivers::TraceEntry>>([this] { return drivers::listTraces(folder_); });
+}
+
+std::future<config::Result<void>> TraceRecorder::deleteTrace(const std::string& name) {
+  return post<void>([this, name] { return drivers::deleteTrace(folder_, name); });
+}
+
+TraceStatus TraceRecorder::status() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+void TraceRecorder::run() {
+  bool stopping = false;
+  while (!stopping) {
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, kPeriod, [this] { return stop_ || !work_.empty(); });
+      stopping = stop_;
+    }
+    step();
+  }
+  if (session_) endSession();
+  publishStatus();
+}
+
+void TraceRecorder::step() {
+  const std::int64_t now_ns = drivers::monotonicNs();
+  if (now_ns >= next_look_ns_) lookAtDisk(now_ns);
+  takeRecords();
+  takeTicks();
+  if (session_) {
+    if (auto written = session_->writeSnapshot(); !written) suspend(written.error());
+  }
+  if (dump_due_ns_ != 0 && now_ns >= dump_due_ns_) {
+    dump_due_ns_ = 0;
+    dump(dump_label_);
+  }
+  std::deque<std::function<void()>> work;
+  {
+    const std::lock_guard lock(mutex_);
+    work = std::exchange(work_, {});
+  }
+  for (const auto& item : work) item();
+  publishStatus();
+}
+
+/// To the trace, if one is being written, and to the flight recorder.
+template <typename Record>
+void TraceRecorder::write(const Record& record) {
+  flight_recorder_.add(record);
+  if (!session_) return;
+  if (auto written = session_->write(record); !written) suspend(written.error());
+}
+
+void TraceRecorder::takeRecords() {
+  std::deque<drivers::DirectiveRecord> directives;
+  std::deque<drivers::EventRecord> events;
+  {
+    const std::lock_guard lock(mutex_);
+    directives = std::exchange(directives_, {});
+    events = std::exchange(events_, {});
+    own_status_.records_lost = records_refused_ + sources_.scene_thread.models().dropped();
+  }
+  for (const drivers::DirectiveRecord& directive : directives) {
+    directive_ = directive;
+    write(directive);
+  }
+  for (const drivers::EventRecord& event : events) write(event);
+  drivers::ModelRecord model;
+  while (sources_.scene_thread.models().pop(model)) {
+    model.damaged_frames = sources_.damaged_frames();
+    write(model);
+  }
+}
+
+void TraceRecorder::takeTicks() {
+  rt::Tick tick;
+  // bounded: the loop may push while this pops
+  for (std::size_t i = 0; i < rt::kTickRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
+}
+
+void TraceRecorder::take(const rt::Tick& tick) {
+  if (wanted_) {
+    own_status_.ticks_lost += tick.trace_dropped - last_tick_.trace_dropped;
+    if (!session_) ++own_status_.ticks_lost;
+  }
+  watchForFaults(tick);
+  last_tick_ = tick;
+  write(tick);
+}
+
+void TraceRecorder::watchForFaults(const rt::Tick& tick) {
+  const bool faulted = tick.mode == rt::Mode::faulted && last_tick_.mode != rt::Mode::faulted;
+  const bool burst = tick.cause == rt::Cause::overrun_burst && last_tick_.cause != rt::Cause::overrun_burst;
+  if (dump_due_ns_ != 0 || settings_.flight_recorder_s <= 0 || !(faulted || burst)) return;
+  dump_label_ = faulted ? "fault" : "overrun-burst";
+  dump_due_ns_ = tick.planned_ns + kAfterFault_ns;
+}
+
+void TraceRecorder::lookAtDisk(std::int64_t now_ns) {
+  next_look_ns_ = now_ns + kLookPeriod_ns;
+  if (now_ns >= next_limit_ns_) limitFolder();
+  if (session_ && session_->vanished()) {
+    suspend({session_->writer().file().string(), "was taken away while it was written", ""});
+  }
+  const auto space = checkSpace();
+  if (!space && session_) suspend(space.error());
+  if (wanted_ && !session_) {
+    const auto begun = space ? beginSession() : space;
+    if (!begun) own_status_.detail = begun.error().text();
+  }
+  rotateIfDue(now_ns);
+}
+
+/// Nothing is wrong where the space is not known: then the attempt to write says why.
+config::Result<void> TraceRecorder::checkSpace() {
+  std::error_code failure;
+  const fs::space_info space = fs::space(folder_.parent_path(), failure);
+  own_status_.free_bytes = failure ? std::nullopt : std::optional<std::uint64_t>(space.available);
+  if (failure || space.available >= bytesOf(settings_.min_free_mb)) return {};
+  return std::unexpected(
+      config::Error{folder_.string(),
+                    fmt::format("only {:.0f} MB are free, less than trace.min_free_mb = {:.0f}",
+                                static_cast<double>(space.available) / kBytesPerMb, settings_.min_free_mb),
+                    "delete traces (hapticctl trace list, trace delete), or lower trace.min_free_mb"});
+}
+
+void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
+  if (!session_) return;
+  const auto age_s = static_cast<double>(now_ns - session_->beginNs()) / static_cast<double>(kNsPerSecond);
+  if (session_->writer().bytes() < bytesOf(settings_.max_file_mb) && age_s < settings_.max_file_s) return;
+  endSession();
+  if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
+}
+
+drivers::TraceOptions TraceRecorder::options() const {
+  drivers::TraceOptions options = sources_.describe();
+  options.compress = settings_.compression == config::TraceCompression::zstd;
+  options.realtime_offset_ns = drivers::realtimeNs() - drivers::monotonicNs();
+  options.attachments.push_back({"settings.yaml", "application/yaml", settings_yaml_});
+  return options;
+}
+
+config::Result<void> TraceRecorder::beginSession() {
+  if (auto space = checkSpace(); !space) return space;
+  TraceSession::Plan plan{folder_, request_.label, request_.depth, options()};
+  auto session = TraceSession::begin(plan, sources_.scene_thread, sources_.core_memory);
+  if (!session) return std::unexpected(session.error());
+  session_ = std::move(*session);
+  own_status_.detail.clear();
+  own_status_.name = session_->name();
+  if (directive_.generation == 0) return {};
+  auto written = session_->write(directive_);
+  if (!written) suspend(written.error());
+  return written;
+}
+
+config::Result<std::string> TraceRecorder::endSession() {
+  const std::unique_ptr<TraceSession> session = std::move(session_);
+  const auto ended = session->end();
+  ++own_status_.traces;
+  if (const auto* recording = session->recording()) own_status_.depth_frames_lost += recording->lost();
+  next_limit_ns_ = 0;
+  if (!ended) return std::unexpected(ended.error());
+  return session->name();
+}
+
+void TraceRecorder::suspend(const config::Error& error) {
+  own_status_.ticks_lost += session_->writer().ticksPending();
+  endSession();
+  own_status_.detail = error.text();
+}
+
+config::Result<std::string> TraceRecorder::dump(const std::string& label) {
+  if (flight_recorder_.empty()) {
+    return std::unexpected(config::Error{"flight recorder", "it holds nothing",
+                                         "set trace.flight_recorder_s above 0 and restart hapticd"});
+  }
+  const TraceSession::Plan plan{folder_, label, false, options()};
+  auto session = TraceSession::begin(plan, sources_.scene_thread, sources_.core_memory);
+  if (!session) return std::unexpected(session.error());
+  const auto written = flight_recorder_.writeTo((*session)->writer());
+  const auto ended = (*session)->end();
+  if (!written) return std::unexpected(written.error());
+  if (!ended) return std::unexpected(ended.error());
+  ++own_status_.dumps;
+  own_status_.last_dump = (*session)->name();
+  next_limit_ns_ = 0;
+  return own_status_.last_dump;
+}
+
+void TraceRecorder::limitFolder() {
+  next_limit_ns_ = drivers::monotonicNs() + kLimitPeriod_ns;
+  if (auto deleted = drivers::limitFolder(folder_, bytesOf(settings_.max_folder_mb))) {
+    own_status_.deleted += deleted->size();
+  }
+  const auto entries = drivers::listTraces(folder_);
+  own_status_.folder_bytes = 0;
+  if (!entries) return;
+  for (const drivers::TraceEntry& entry : *entries) own_status_.folder_bytes += entry.bytes;
+}
+
+void TraceRecorder::publishStatus() {
+  TraceStatus status = own_status_;
+  status.state = session_ ? TraceState::writing : wanted_ ? TraceState::waiting : TraceState::off;
+  if (session_) {
+    const drivers::TraceWriter& writer = session_->writer();
+    status.ticks = writer.ticks() + writer.ticksPending();
+    status.bytes = writer.bytes();
+    status.duration_s = static_cast<double>(drivers::monotonicNs() - session_->beginNs()) * 1e-9;
+    if (const auto* recording = session_->recording()) {
+      status.depth_frames = recording->frames();
+      status.depth_frames_lost += recording->lost();
+      if (const auto failure = recording->failure()) status.detail = failure->text();
+    }
+  } else {
+    status.name.clear();
+  }
+  status.recovered = recovered_.load(std::memory_order_relaxed);
+  status.flight_recorder_s = flight_recorder_.duration_s();
+  const std::lock_guard lock(status_mutex_);
+  status_ = std::move(status);
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "config/settings.h"
+#include "daemon/box.h"
+#include "daemon/trace/flight_recorder.h"
+#include "daemon/trace/trace_session.h"
+#include "drivers/trace/trace_folder.h"
+
+namespace hapticd::daemon {
+
+/// Takes every tick out of the force loop and writes it where it is wanted: into a trace, and into memory,
+/// from where the newest ones are written out on a fault, on an overrun burst and on request.
+///
+/// A thread of normal priority does all of it, so nothing else ever waits for the disk. When the disk is
+/// full, the folder is gone or may not be written, the trace waits and goes on in another file by itself;
+/// what is lost meanwhile is counted. Thread: control thread, where nothing else is said.
+class TraceRecorder {
+ public:
+  /// All of it outlives the recorder.
+  struct Sources {
+    rt::TickRing& ticks;
+    SceneThread& scene_thread;
+    rt::CoreMemoryChannel& core_memory;
+    /// What a trace that begins now says of the box: metadata, attachments.  Thread: trace thread.
+    std::function<drivers::TraceOptions()> describe;
+    /// Counted by the camera.  Thread: trace thread.
+    std::function<std::uint64_t()> damaged_frames;
+  };
+
+  TraceRecorder(const config::Settings& settings, Sources sources);
+  /// Like stop().
+  ~TraceRecorder();
+  TraceRecorder(const TraceRecorder&) = delete;
+  TraceRecorder& operator=(const TraceRecorder&) = delete;
+
+  /// Starts the thread, and another one that finishes what a crash left in the folder.
+  /// Errors: the system gives no more threads.
+  config::Result<void> start();
+  /// Takes the last ticks and finishes the trace. Harmless when not started.
+  void stop();
+
+  /// What is written from now on holds them.
+  void add(drivers::DirectiveRecord directive);
+  void add(drivers::EventRecord event);
+
+  // As of Box.
+  std::future<config::Result<std::string>> startTrace(const TraceRequest& request);
+  std::future<config::Result<std::string>> stopTrace();
+  std::future<config::Result<std::string>> dumpTrace();
+  std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces();
+  std::future<config::Result<void>> deleteTrace(const std::string& name);
+
+  TraceStatus status() const;
+
+ private:
+  template <typename T>
+  std::future<config::Result<T>> post(std::function<config::Result<T>()> work);
+
+  // Everything from here on: trace thread, where nothing else is said.
+  void run();
+  void step();
+  void takeRecords();
+  void takeTicks();
+  void take(const rt::Tick& tick);
+  void watchForFaults(const rt::Tick& tick);
+  /// Once a second: space, rotation, retention, a new attempt.
+  void lookAtDisk(std::int64_t now_ns);
+  config::Result<void> checkSpace();
+  void rotateIfDue(std::int64_t now_ns);
+  config::Result<void> beginSession();
+  config::Result<std::string> endSession();
+  /// Gives the session up; another one is begun later.
+  void suspend(const config::Error& error);
+  template <typename Record>
+  void write(const Record& record);
+  config::Result<std::string> dump(const std::string& label);
+  void limitFolder();
+  drivers::TraceOptions options() const;
+  void recoverLeftovers(const std::vector<drivers::TraceEntry>& entries);  // a thread of its own
+  void publishStatus();
+
+  const std::filesystem::path folder_;
+  const config::TraceSettings settings_;
+  const std::string settings_yaml_;  // all settings at the start
+  Sources sources_;
+
+  std::mutex mutex_;  // of the next five
+  std::condition_variable wake_;
+  std::deque<std::function<void()>> work_;
+  std::deque<drivers::DirectiveRecord> directives_;
+  std::deque<drivers::EventRecord> events_;
+  bool stop_ = false;
+  std::uint64_t records_refused_ = 0;
+
+  bool wanted_ = false;
+  TraceRequest request_;
+  std::unique_ptr<TraceSession> session_;
+  FlightRecorder flight_recorder_;
+  drivers::DirectiveRecord directive_;  // the newest one: each trace begins with it
+  rt::Tick last_tick_;
+  std::int64_t dump_due_ns_ = 0;  // 0: none is
+  std::string dump_label_;
+  std::int64_t next_look_ns_ = 0;
+  std::int64_t next_limit_ns_ = 0;
+  std::atomic<std::uint64_t> recovered_{0};
+  TraceStatus own_status_;
+
+  mutable std::mutex status_mutex_;
+  TraceStatus status_;
+
+  std::thread thread_;
+  std::thread recovery_;
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/error.h"
+#include "daemon/scene_thread.h"
+#include "drivers/camera/recorded/recording_writer.h"
+#include "drivers/trace/trace_writer.h"
+#include "rt/force_loop.h"
+
+namespace hapticd::daemon {
+
+/// One trace while it is written, and the depth recording beside it.
+///
+/// With depth the trace can be computed again: from the first frame of the recording on the scenes depend on
+/// recorded frames alone, and from the first snapshot of the core's memory that follows the ticks depend on
+/// what the trace holds. Snapshots follow every kSnapshotPeriod_ns, so that a gap does not end that. Thread:
+/// trace thread.
+class TraceSession {
+ public:
+  struct Plan {
+    std::filesystem::path folder;
+    std::string label;
+    bool depth = false;
+    drivers::TraceOptions options;
+  };
+  static constexpr std::int64_t kSnapshotPeriod_ns = 10'000'000'000;
+
+  /// Makes the folder where it is missing. `scene_thread` and `core_memory` outlive the session.
+  /// Errors: the folder cannot be made or written, no space.
+  static config::Result<std::unique_ptr<TraceSession>> begin(const Plan& plan, SceneThread& scene_thread,
+                                                             rt::CoreMemoryChannel& core_memory);
+  /// Leaves an unfinished trace.
+  ~TraceSession();
+  TraceSession(const TraceSession&) = delete;
+  TraceSession& operator=(const TraceSession&) = delete;
+
+  // Errors: the disk's; nothing more is written then.
+  config::Result<void> write(const rt::Tick& tick);
+  config::Result<void> write(const drivers::ModelRecord& model);
+  config::Result<void> write(const drivers::DirectiveRecord& directive) { return writer_->write(directive); }
+  config::Result<void> write(const drivers::EventRecord& event) { return writer_->write(event); }
+  /// The answer to a request for a snapshot, when it is there.
+  config::Result<void> writeSnapshot();
+
+  /// Finishes trace and recording.
+  config::Result<void> end();
+
+  /// Whether somebody has taken the file away.
+  bool vanished() const;
+
+  std::string name() const { return writer_->file().stem().string(); }
+  drivers::TraceWriter& writer() noexcept { return *writer_; }
+  /// Null without depth.
+  const drivers::RecordingWriter* recording() const noexcept { return recording_.get(); }
+  std::int64_t beginNs() const noexcept { return begin_ns_; }
+
+ private:
+  TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneThread& scene_thread,
+               rt::CoreMemoryChannel& core_memory);
+  config::Result<void> recordDepth(std::int64_t realtime_offset_ns);
+
+  std::unique_ptr<drivers::TraceWriter> writer_;
+  std::unique_ptr<drivers::RecordingWriter> recording_;
+  SceneThread& scene_thread_;
+  rt::CoreMemoryChannel& core_memory_;
+  std::int64_t begin_ns_;
+  std::uint64_t first_model_ = 0;  // that depends on recorded frames alone; 0: not known yet
+  std::uint64_t request_ = 0;      // for a snapshot, not answered yet; 0: none
+  std::int64_t next_snapshot_ns_ = 0;
+};
+
+}  // namespace hapticd::daemon

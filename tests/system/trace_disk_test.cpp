@@ -1,0 +1,179 @@
+// Traces on a disk that is full, a folder that may not be written, and one that goes away: the force goes on.
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "drivers/trace/trace_folder.h"
+#include "drivers/trace/trace_reader.h"
+#include "tests/system/daemon_under_test.h"
+
+namespace hapticd {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::contains;
+using test::Daemon;
+using test::DaemonHome;
+using test::exitedWith;
+using test::Finished;
+
+bool waits(const json& status) {
+  return status.at("trace").at("state") == "waiting";
+}
+
+bool writes(const json& status) {
+  return status.at("trace").at("state") == "writing" && status.at("trace").at("ticks") > 0;
+}
+
+/// The hand feels the wall, and no tick was late to be felt.
+void expectForceGoesOn(Daemon& daemon) {
+  EXPECT_TRUE(daemon.ticks());
+  EXPECT_TRUE(daemon.reaches([](const json& status) {
+    return status.at("mode") == "engaged" &&
+           test::lengthOf(status.at("tick").at("commandForceNInWorld")) > 0.1;
+  }));
+}
+
+std::string detailOf(Daemon& daemon) {
+  const json status = daemon.status();
+  EXPECT_TRUE(contains(status.at("warnings").dump(), "trace: "));
+  return status.at("trace").at("detail");
+}
+
+void expectAllReadable(const fs::path& folder) {
+  const auto entries = drivers::listTraces(folder);
+  ASSERT_TRUE(entries) << entries.error().text();
+  for (const drivers::TraceEntry& entry : *entries) {
+    if (entry.open) continue;
+    const auto info = drivers::readTrace(folder / (entry.name + ".mcap"));
+    EXPECT_TRUE(info && info->complete) << entry.name << (info ? "" : ": " + info.error().text());
+  }
+}
+
+const std::vector<std::string> kTracing{"trace.at_start=true", "trace.min_free_mb=0",
+                                        "control.engage_at_start=true"};
+
+TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root for a small file system of its own";
+  const DaemonHome home;
+  fs::create_directory(home.stateFolder());
+  // In a mount namespace of its own, which goes with the process.
+  std::vector<std::string> command{"/usr/bin/unshare",
+                                   "--mount",
+                                   "/bin/sh",
+                                   "-c",
+                                   "mount -t tmpfs -o size=2m none \"$0\" && exec \"$@\"",
+                                   home.stateFolder().string()};
+  const std::vector<std::string> hapticd = home.command(test::kWallYaml, kTracing);
+  command.insert(command.end(), hapticd.begin(), hapticd.end());
+  Daemon daemon(home, command);
+  if (!test::becomesTrue([&] { return !daemon.running() || fs::exists(home.controlSocket()); }) ||
+      !daemon.running()) {
+    GTEST_SKIP() << "no mount namespace here: " << daemon.errors();
+  }
+  ASSERT_TRUE(daemon.answers());
+  const fs::path inside =
+      fs::path("/proc") / std::to_string(daemon.pid()) / "root" / home.traceFolder().relative_path();
+  ASSERT_TRUE(daemon.reaches(waits));
+  EXPECT_TRUE(contains(detailOf(daemon), "No space left"));
+  expectForceGoesOn(daemon);
+  expectAllReadable(inside);
+
+  for (const auto& entry : fs::directory_iterator(inside)) fs::remove_all(entry.path());
+  ASSERT_TRUE(daemon.reaches(writes));
+  EXPECT_GT(daemon.status().at("trace").at("ticksLost"), 0);
+  EXPECT_EQ(daemon.status().at("loop").at("traceTicksDropped"), 0);
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST(TraceDisk, LittleFreeSpaceIsSaidBeforeItRunsOut) {
+  const DaemonHome home;
+  std::vector<std::string> set = kTracing;
+  set[1] = "trace.min_free_mb=1000000";
+  Daemon daemon(home, test::kWallYaml, set);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches(waits));
+  EXPECT_TRUE(contains(detailOf(daemon), "trace.min_free_mb"));
+  expectForceGoesOn(daemon);
+}
+
+TEST(TraceDisk, AFolderThatMayNotBeWrittenIsWaitedFor) {
+  const DaemonHome home;
+  constexpr uid_t kNobody = 65534;
+  const bool root = ::geteuid() == 0;
+  if (root) home.giveTo(kNobody);
+  fs::create_directories(home.traceFolder());
+  ASSERT_EQ(::chmod(home.traceFolder().c_str(), 0555), 0);
+  Daemon daemon(home, test::kWallYaml, kTracing,
+                {.user = root ? std::optional<uid_t>(kNobody) : std::nullopt});
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches(waits));
+  EXPECT_TRUE(contains(detailOf(daemon), "ermission denied"));
+  expectForceGoesOn(daemon);
+  ASSERT_EQ(::chmod(home.traceFolder().c_str(), 0777), 0);
+  ASSERT_TRUE(daemon.reaches(writes));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  expectAllReadable(home.traceFolder());
+}
+
+TEST(TraceDisk, AFolderThatVanishesIsMadeAgain) {
+  const DaemonHome home;
+  Daemon daemon(home, test::kWallYaml, kTracing);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches(writes));
+  const std::string first = daemon.status().at("trace").at("name");
+  fs::remove_all(home.traceFolder());
+  ASSERT_TRUE(
+      daemon.reaches([&](const json& status) { return writes(status) && fs::exists(home.traceFolder()); }));
+  expectForceGoesOn(daemon);
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  expectAllReadable(home.traceFolder());
+  EXPECT_FALSE(drivers::listTraces(home.traceFolder())->empty());
+}
+
+TEST(TraceDisk, TheOldestTracesGoWhenTheFolderIsFull) {
+  const DaemonHome home;
+  std::vector<std::string> set = kTracing;
+  set.insert(set.end(), {"trace.max_file_mb=1", "trace.max_folder_mb=2", "trace.compression=none"});
+  Daemon daemon(home, test::kWallYaml, set);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status.at("trace").at("deleted") > 0; }));
+  EXPECT_LE(daemon.status().at("trace").at("folderBytes"), 3'000'000);
+  EXPECT_EQ(daemon.status().at("trace").at("ticksLost"), 0);
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  expectAllReadable(home.traceFolder());
+}
+
+TEST(FlightRecorder, IsWrittenOnRequestAndOnAnOverrunBurst) {
+  const DaemonHome home;
+  const auto faults = home.path() / "faults.txt";
+  std::ofstream(faults) << "3 1 late_ticks\n";
+  std::vector<std::string> command = home.command(
+      test::kWallYaml,
+      {"safety.overrun_burst=5", "control.engage_at_start=true", "control.allow_fault_injection=true"});
+  command.insert(command.end(), {"--inject", faults.string()});
+  Daemon daemon(home, command);
+  ASSERT_TRUE(daemon.answers());
+  const Finished dumped = home.control({"--json", "trace", "dump"});
+  EXPECT_EQ(dumped.ending, exitedWith(0)) << dumped.errors;
+  ASSERT_TRUE(daemon.reaches([](const json& status) {
+    return status.at("trace").at("lastDump").get<std::string>().ends_with("overrun-burst");
+  }));
+  const std::string name = daemon.status().at("trace").at("lastDump");
+  bool burst = false;
+  drivers::TraceVisitor visitor;
+  visitor.tick = [&](const rt::Tick& tick) {
+    burst = burst || tick.cause == rt::Cause::overrun_burst;
+    return true;
+  };
+  const auto info = drivers::readTrace(home.traceFolder() / (name + ".mcap"), visitor);
+  ASSERT_TRUE(info) << info.error().text();
+  EXPECT_TRUE(burst);
+  EXPECT_GT(info->ticks, 500U);
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+}  // namespace
+}  // namespace hapticd

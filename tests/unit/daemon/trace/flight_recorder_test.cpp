@@ -1,0 +1,104 @@
+#include "daemon/trace/flight_recorder.h"
+
+#include <gtest/gtest.h>
+
+#include "drivers/trace/trace_reader.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+using daemon::FlightRecorder;
+
+rt::Tick tickAt(std::uint64_t number) {
+  rt::Tick tick;
+  tick.number = number;
+  tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
+  tick.scene_model = number / 33;
+  tick.directive_generation = number / 1000;
+  return tick;
+}
+
+/// Numbers of what a trace holds.
+struct Numbers {
+  std::vector<std::uint64_t> ticks;
+  std::vector<std::uint64_t> models;
+  std::vector<std::uint64_t> directives;
+  std::vector<std::int64_t> events_ns;
+};
+
+Numbers written(const FlightRecorder& recorder) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "dump.mcap";
+  auto writer = drivers::TraceWriter::create(file, {});
+  EXPECT_TRUE(writer && recorder.writeTo(**writer) && (*writer)->close());
+  Numbers numbers;
+  drivers::TraceVisitor visitor;
+  visitor.tick = [&](const rt::Tick& tick) { return numbers.ticks.push_back(tick.number), true; };
+  visitor.model = [&](const drivers::ModelRecord& model) {
+    return numbers.models.push_back(model.model), true;
+  };
+  visitor.directive = [&](const drivers::DirectiveRecord& directive) {
+    return numbers.directives.push_back(directive.generation), true;
+  };
+  visitor.event = [&](const drivers::EventRecord& event) {
+    return numbers.events_ns.push_back(event.time_ns), true;
+  };
+  const auto info = drivers::readTrace(file, visitor);
+  EXPECT_TRUE(info) << info.error().text();
+  return numbers;
+}
+
+/// Ticks 1 to `last` with what belongs to them.
+void record(FlightRecorder& recorder, std::uint64_t last) {
+  for (std::uint64_t number = 1; number <= last; ++number) {
+    const rt::Tick tick = tickAt(number);
+    if (number % 33 == 0) recorder.add(drivers::ModelRecord{.model = tick.scene_model});
+    if (number % 1000 == 0 || number == 1) {
+      recorder.add(drivers::DirectiveRecord{.generation = tick.directive_generation});
+    }
+    if (number % 100 == 0) recorder.add(drivers::EventRecord{.time_ns = tick.planned_ns});
+    recorder.add(tick);
+  }
+}
+
+TEST(FlightRecorder, HoldsTheNewestTicksInTheirOrder) {
+  FlightRecorder recorder(2, 1000);
+  EXPECT_TRUE(recorder.empty());
+  record(recorder, 10'000);
+  EXPECT_DOUBLE_EQ(recorder.duration_s(), 2);
+  const Numbers numbers = written(recorder);
+  ASSERT_EQ(numbers.ticks.size(), 2000U);
+  for (std::size_t i = 0; i < numbers.ticks.size(); ++i) ASSERT_EQ(numbers.ticks[i], 8001 + i);
+}
+
+TEST(FlightRecorder, KeepsWhatItsTicksReferTo) {
+  FlightRecorder recorder(2, 1000);
+  record(recorder, 10'000);
+  const Numbers numbers = written(recorder);
+  ASSERT_FALSE(numbers.models.empty());
+  EXPECT_LE(numbers.models.front(), tickAt(8001).scene_model);
+  EXPECT_LT(numbers.models.size(), 100U);
+  ASSERT_FALSE(numbers.directives.empty());
+  EXPECT_EQ(numbers.directives.front(), tickAt(8001).directive_generation);
+  EXPECT_EQ(numbers.directives.back(), 10U);
+  ASSERT_FALSE(numbers.events_ns.empty());
+  EXPECT_LT(numbers.events_ns.size(), 30U);
+}
+
+TEST(FlightRecorder, HoldsAllWhileItIsNotFull) {
+  FlightRecorder recorder(2, 1000);
+  record(recorder, 150);
+  EXPECT_DOUBLE_EQ(recorder.duration_s(), 0.15);
+  EXPECT_EQ(written(recorder).ticks.size(), 150U);
+  EXPECT_EQ(written(recorder).ticks.size(), 150U) << "it stays held";
+}
+
+TEST(FlightRecorder, OfNoDurationHoldsNothing) {
+  FlightRecorder recorder(0, 1000);
+  record(recorder, 2000);
+  EXPECT_TRUE(recorder.empty());
+}
+
+}  // namespace
+}  // namespace hapticd::test
