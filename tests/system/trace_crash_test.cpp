@@ -71,7 +71,7 @@ TEST_P(TraceCrash, LosesAtMostTheOpenChunk) {
   constexpr int kKills = 25;
   constexpr std::int64_t kMostLost_ns = 4'000'000'000;  // a chunk of a second, and what a busy disk adds
   std::mt19937 random(GetParam());
-  std::uniform_int_distribution<int> life_ms(0, 1500);
+  std::uniform_int_distribution<int> life_ms(0, 2000);
   const DaemonHome home;
   std::vector<Killed> killed;
   for (int i = 0; i < kKills; ++i) {

@@ -1,0 +1,90 @@
+"""Traces of the service: who may read them, what a crash leaves, what they cost."""
+
+import json
+import os
+import pwd
+import signal
+import subprocess
+
+import devices
+import installation
+from lab import check, configure, expect, main_pid, must, reaches, run, status
+
+FOLDER = "/var/lib/hapticd/traces"
+BOX = "camera: {driver: freenect}\n"
+kinect = None
+
+
+def prepare():
+    global kinect
+    configure(BOX)
+    kinect = devices.Kinect(name="traces-kinect")
+    reaches("frames", lambda now: now["camera"]["state"] == "streaming", 20)
+
+
+def finish():
+    kinect.end()
+    configure(installation.SIMPLE)
+
+
+def answer(*arguments):
+    return json.loads(must("hapticctl", "--json", *arguments))
+
+
+def record(ticks):
+    name = answer("trace", "start", "--label", "lab")["name"]
+    reaches("ticks in the trace", lambda now: now["trace"]["ticks"] >= ticks, 60)
+    return name
+
+
+@check("a trace belongs to hapticd and its group haptic; members read it, others do not", only_counted=True)
+def rights():
+    name = record(1500)
+    answer("trace", "stop")
+    path = f"{FOLDER}/{name}.mcap"
+    file = os.stat(path)
+    expect(pwd.getpwuid(file.st_uid).pw_name == "hapticd", str(file))
+    expect(oct(file.st_mode & 0o777) == "0o640", oct(file.st_mode))
+    members = run("setpriv", "--reuid=65534", "--regid=nogroup", "--groups=haptic", "cat", path)
+    others = run("setpriv", "--reuid=65534", "--regid=nogroup", "--clear-groups", "cat", path)
+    expect(members.returncode == 0, members.stderr)
+    expect(others.returncode != 0, "everybody can read it")
+    info = must("hapticctl", "trace", "info", path)
+    expect("1" in info and "ticks" in info, info)
+    return f"{file.st_size} bytes"
+
+
+@check("kill -9 while tracing: the next start finishes the trace, and it can be read", only_counted=True)
+def killed():
+    name = record(2500)
+    os.kill(main_pid(), signal.SIGKILL)
+    now = reaches("recovered trace", lambda now: now["trace"]["recovered"] >= 1, 60)
+    info = answer("trace", "info", f"{FOLDER}/{name}.mcap")
+    expect(info, "no info")
+    return f"recovered {now['trace']['recovered']}"
+
+
+def late_us(seconds=10):
+    """p50 and p99.9 of the wake-up latency over that time, and the ticks."""
+    lines = must("hapticctl", "--json", "watch", "--interval", str(1000 * seconds), "--count", "2", timeout=300)
+    window = json.loads(lines.strip().splitlines()[-1])["window"]
+    latency = window["wakeupLatency"]
+    return latency["p50Ns"] / 1000, latency["p999Ns"] / 1000, window["ticks"]
+
+
+@check("tracing beside watching clients makes no tick later and loses none", only_counted=True)
+def cost():
+    without = late_us()
+    before = status()["trace"]
+    record(10)
+    watchers = [subprocess.Popen(["hapticctl", "--json", "watch", "--interval", "100"], stdout=subprocess.DEVNULL)
+                for _ in range(3)]
+    traced = late_us()
+    for watcher in watchers:
+        watcher.terminate()
+        watcher.wait()
+    after = answer("status")["status"]["trace"]
+    answer("trace", "stop")
+    expect(after["ticksLost"] == before["ticksLost"], str(after))
+    expect(traced[1] <= 1.1 * without[1] + 1, f"p99.9 {without[1]} us without, {traced[1]} us with")
+    return f"p99.9 {without[1]:.1f} us without, {traced[1]:.1f} us with"
