@@ -52,6 +52,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   answerSnapshotRequest();
   Tick tick = core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive, overran_});
   tick.number = state_.counters.ticks + 1;
+  tick.stopping = stopping_;
   tick.planned_ns = planned_ns;
   tick.trace_dropped = channels_.control.trace.dropped();
   tick.wakeup_latency_ns = woke_ns - planned_ns;

@@ -70,6 +70,7 @@ struct Tick {
   bool passivity_acted = false;              ///< damping was brought in
   bool thermally_limited = false;            ///< the device is warm: less than the largest force is allowed
   bool outside_model = false;                ///< the HIP's neighbourhood was not modelled completely
+  bool stopping = false;                     ///< the loop is to end: nobody is engaged any more
   bool after_overrun = false;                ///< the tick before ended late
   bool blending = false;                     ///< a change of scene, law or parameters is still coming in
   ForceLaw law = ForceLaw::nearest_springs;  ///< whose force it is

@@ -21,7 +21,7 @@ struct ModelRecord {
   std::uint64_t frame = 0;         ///< sequence number of the depth frame
   std::int64_t frame_time_ns = 0;  ///< of its arrival
   std::uint32_t device_ticks = 0;  ///< of the camera's own clock
-  rt::Vec3 centre_m_in_world;      ///< around which it was modelled
+  rt::Vec3 centre_m_in_world = {};      ///< around which it was modelled
   double radius_m = 0;             ///< that was asked for
   std::uint64_t generation = 0;    ///< of the Directive whose needs it meets
   bool forgot = false;             ///< filter and fusion began anew with it
@@ -42,21 +42,21 @@ struct DirectiveRecord {
   std::uint64_t engage_request = 0;
   /// All live parameters by name, in the form that reads back as the same value. They name the law in use,
   /// also where force.law is auto.
-  std::vector<std::pair<std::string, std::string>> parameters;
+  std::vector<std::pair<std::string, std::string>> parameters = {};
 };
 
 /// Something that happened, as the journal has it.
 struct EventRecord {
   std::int64_t time_ns = 0;
-  std::string kind;  ///< mode, camera, handle, parameter, engage, warning, trace, ...
-  std::string text;  ///< one line for people
-  std::vector<std::pair<std::string, std::string>> fields;
+  std::string kind = {};  ///< mode, camera, handle, parameter, engage, warning, trace, ...
+  std::string text = {};  ///< one line for people
+  std::vector<std::pair<std::string, std::string>> fields = {};
 };
 
 /// What the core remembered before a tick; for the same version of hapticd only.
 struct SnapshotRecord {
   std::int64_t time_ns = 0;
-  rt::CoreSnapshot snapshot;
+  rt::CoreSnapshot snapshot = {};
 };
 
 }  // namespace hapticd::drivers

@@ -25,8 +25,8 @@ struct TraceOptions {
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC at the start of the trace.
   std::int64_t realtime_offset_ns = 0;
   /// Name-value pairs of the metadata record "hapticd": versions, serial numbers, kernel, ...
-  std::vector<std::pair<std::string, std::string>> metadata;
-  std::vector<TraceAttachment> attachments;
+  std::vector<std::pair<std::string, std::string>> metadata = {};
+  std::vector<TraceAttachment> attachments = {};
 };
 
 /// Writes one trace: an MCAP file with ros2msg schemas and CDR messages (README.md has channels and fields).

@@ -101,4 +101,17 @@ config::Result<void> readDepthPgm(const std::filesystem::path& file, rt::DepthFr
   return {};
 }
 
+config::Result<void> writeDepthPgm(const std::filesystem::path& file, const rt::DepthFrame& frame) {
+  const File stream(std::fopen(file.c_str(), "wbe"));
+  bool whole = stream != nullptr;
+  whole = whole && std::fwrite(kHeader.data(), 1, kHeader.size(), stream.get()) == kHeader.size();
+  whole = whole && std::fwrite(frame.raw, 1, kPixelBytes, stream.get()) == kPixelBytes;
+  whole = whole && std::fflush(stream.get()) == 0;
+  if (whole) return {};
+  const int problem = errno;
+  std::error_code ignored;
+  if (stream) std::filesystem::remove(file, ignored);
+  return refuse(file, fmt::format("cannot be written: {}", std::strerror(problem)), "check the disk");
+}
+
 }  // namespace hapticd::drivers

@@ -14,4 +14,8 @@ namespace hapticd::drivers {
 /// Thread: any, one at a time per frame.  RT: not safe.
 config::Result<void> readDepthPgm(const std::filesystem::path& file, rt::DepthFrame& frame);
 
+/// Writes `frame.raw` in that form. A file of that name is replaced.
+/// Errors: it cannot be written, or not wholly; then nothing of it is left.
+config::Result<void> writeDepthPgm(const std::filesystem::path& file, const rt::DepthFrame& frame);
+
 }  // namespace hapticd::drivers

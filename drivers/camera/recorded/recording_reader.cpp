@@ -59,7 +59,7 @@ std::optional<RecordedFrame> parseDepthName(std::string_view name) {
   const auto host_ns = decimalSecondsInNs(numbers.substr(0, dash));
   const auto ticks = wholeNumber<std::uint32_t>(numbers.substr(dash + 1));
   if (!host_ns || !ticks) return std::nullopt;
-  return RecordedFrame{std::string(name), *host_ns, *ticks};
+  return RecordedFrame{std::string(name), *host_ns, *host_ns, *ticks};
 }
 
 config::Result<std::string> readIndex(const std::filesystem::path& folder) {

@@ -13,8 +13,10 @@ namespace hapticd::drivers {
 
 /// One depth frame of a recording.
 struct RecordedFrame {
-  std::string file;                ///< its name in the recording's folder
-  std::int64_t host_ns = 0;        ///< host time since the recording's first depth frame; never decreases
+  std::string file;          ///< its name in the recording's folder
+  std::int64_t host_ns = 0;  ///< host time since the recording's first depth frame; never decreases
+  std::int64_t realtime_ns =
+      0;  ///< the same, as it stands in the name: CLOCK_REALTIME, where that was recorded
   std::uint32_t device_ticks = 0;  ///< the camera's own counter
 };
 

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace hapticd::drivers {
+
+/// zstd with buffers that are kept. Thread: one.  RT: not safe.
+class Compressor {
+ public:
+  Compressor();
+  ~Compressor();
+  Compressor(const Compressor&) = delete;
+  Compressor& operator=(const Compressor&) = delete;
+
+  /// `to`: `bytes` as one zstd frame. False: that is not shorter (or there is no memory for it).
+  bool compress(std::string_view bytes, std::string& to);
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;
+};
+
+/// `to`: exactly `length` bytes out of a zstd frame. False: it is none, or of another length.
+bool decompress(std::string_view bytes, std::size_t length, std::string& to);
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <concepts>
+#include <type_traits>
+
+#include "drivers/trace/records.h"
+
+/// The fields of each record, once for all that goes through them: messages, schemas, exports.
+/// visitFields(record, visit) calls visit(name, field) in the order of the message. Names end in their units.
+/// A structure that gets a new member does not compile here until it is named.
+namespace hapticd::drivers {
+
+template <typename Type, typename Record>
+concept MaybeConst = std::same_as<std::remove_const_t<Type>, Record>;
+
+template <MaybeConst<rt::HandleState> Handle>
+void visitHandleFields(Handle& handle, auto& visit) {
+  auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s] = handle;
+  visit("handle_position_m_in_world", position);
+  visit("handle_velocity_m_per_s_in_world", velocity);
+  visit("handle_sequence", sequence);
+  visit("handle_time_ns", time_ns);
+  visit("handle_session", session);
+  visit("handle_condition", condition);
+  visit("handle_buttons", buttons);
+  visit("handle_delay_s", delay_s);
+}
+
+template <MaybeConst<rt::Tick> Tick>
+void visitFields(Tick& tick, auto&& visit) {
+  auto& [number, planned_ns, wakeup_latency_ns, compute_ns, directive_generation, trace_dropped, mode, cause,
+         slew_limited, magnitude_clamped, not_finite, released, passivity_acted, thermally_limited,
+         outside_model, stopping, after_overrun, blending, law, contact, points_used, scene_frame,
+         scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit, stiffness_gain,
+         law_force, blended_force, scaled_force, passive_force, filtered_force, command_force] = tick;
+  visit("number", number);
+  visit("planned_ns", planned_ns);
+  visit("wakeup_latency_ns", wakeup_latency_ns);
+  visit("compute_ns", compute_ns);
+  visit("directive_generation", directive_generation);
+  visit("trace_dropped", trace_dropped);
+  visit("mode", mode);
+  visit("cause", cause);
+  visit("slew_limited", slew_limited);
+  visit("magnitude_clamped", magnitude_clamped);
+  visit("not_finite", not_finite);
+  visit("released", released);
+  visit("passivity_acted", passivity_acted);
+  visit("thermally_limited", thermally_limited);
+  visit("outside_model", outside_model);
+  visit("stopping", stopping);
+  visit("after_overrun", after_overrun);
+  visit("blending", blending);
+  visit("law", law);
+  visit("contact", contact);
+  visit("points_used", points_used);
+  visit("scene_frame", scene_frame);
+  visit("scene_model", scene_model);
+  visit("scene_age_ns", scene_age_ns);
+  visitHandleFields(handle, visit);
+  visit("hip_m_in_world", hip);
+  visit("proxy_m_in_world", proxy);
+  visit("gain", gain);
+  visit("energy_j", energy_j);
+  visit("stiffness_limit_n_per_m", stiffness_limit);
+  visit("stiffness_gain", stiffness_gain);
+  visit("law_force_n_in_world", law_force);
+  visit("blended_force_n_in_world", blended_force);
+  visit("scaled_force_n_in_world", scaled_force);
+  visit("passive_force_n_in_world", passive_force);
+  visit("filtered_force_n_in_world", filtered_force);
+  visit("command_force_n_in_world", command_force);
+}
+
+template <MaybeConst<ModelRecord> Model>
+void visitFields(Model& model_record, auto&& visit) {
+  auto& [model, time_ns, build_ns, frame, frame_time_ns, device_ticks, centre, radius_m, generation, forgot,
+         depth_recorded, points, points_over_capacity, frames, skipped_frames, damaged_frames] = model_record;
+  visit("model", model);
+  visit("time_ns", time_ns);
+  visit("build_ns", build_ns);
+  visit("frame", frame);
+  visit("frame_time_ns", frame_time_ns);
+  visit("device_ticks", device_ticks);
+  visit("centre_m_in_world", centre);
+  visit("radius_m", radius_m);
+  visit("generation", generation);
+  visit("forgot", forgot);
+  visit("depth_recorded", depth_recorded);
+  visit("points", points);
+  visit("points_over_capacity", points_over_capacity);
+  visit("frames", frames);
+  visit("skipped_frames", skipped_frames);
+  visit("damaged_frames", damaged_frames);
+}
+
+template <MaybeConst<DirectiveRecord> Directive>
+void visitFields(Directive& directive, auto&& visit) {
+  auto& [time_ns, generation, engage, engage_inside, engage_request, parameters] = directive;
+  visit("time_ns", time_ns);
+  visit("generation", generation);
+  visit("engage", engage);
+  visit("engage_inside", engage_inside);
+  visit("engage_request", engage_request);
+  visit("parameters", parameters);
+}
+
+template <MaybeConst<EventRecord> Event>
+void visitFields(Event& event, auto&& visit) {
+  auto& [time_ns, kind, text, fields] = event;
+  visit("time_ns", time_ns);
+  visit("kind", kind);
+  visit("text", text);
+  visit("fields", fields);
+}
+
+template <MaybeConst<SnapshotRecord> Record>
+void visitFields(Record& record, auto&& visit) {
+  auto& [time_ns, snapshot] = record;
+  auto& [request, tick, memory] = snapshot;
+  visit("time_ns", time_ns);
+  visit("request", request);
+  visit("tick", tick);
+  visit("memory", memory);
+}
+
+/// CLOCK_MONOTONIC of a record.
+inline std::int64_t timeOf(const rt::Tick& tick) {
+  return tick.planned_ns;
+}
+inline std::int64_t timeOf(const auto& record) {
+  return record.time_ns;
+}
+
+}  // namespace hapticd::drivers

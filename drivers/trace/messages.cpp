@@ -1,0 +1,183 @@
+#include "drivers/trace/messages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <iterator>
+#include <type_traits>
+
+#include "drivers/monotonic_clock.h"
+#include "drivers/trace/cdr.h"
+#include "drivers/trace/fields.h"
+#include "drivers/trace/names.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+using CoreMemory = rt::HapticCore::Memory;
+
+/// To be raised when members of CoreMemory change their meaning but not their size.
+constexpr std::uint32_t kMemoryLayout = 1;
+
+constexpr std::string_view kTimeSchema = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+constexpr std::string_view kNamedTextSchema = "MSG: hapticd_msgs/NamedText\nstring name\nstring value\n";
+
+std::string inCapitals(std::string_view text) {
+  std::string capitals(text);
+  std::ranges::transform(capitals, capitals.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return capitals;
+}
+
+template <typename Number>
+constexpr std::string_view kNumberType{};
+template <>
+constexpr std::string_view kNumberType<bool> = "bool";
+template <>
+constexpr std::string_view kNumberType<std::uint32_t> = "uint32";
+template <>
+constexpr std::string_view kNumberType<std::uint64_t> = "uint64";
+template <>
+constexpr std::string_view kNumberType<std::int64_t> = "int64";
+template <>
+constexpr std::string_view kNumberType<double> = "float64";
+
+/// Writes the line of each field that it visits.
+struct SchemaOfFields {
+  std::string text = "builtin_interfaces/Time stamp\n";
+  bool named_texts = false;
+
+  void line(std::string_view type, std::string_view name) {
+    fmt::format_to(std::back_inserter(text), "{} {}\n", type, name);
+  }
+  template <CdrNumber Number>
+  void operator()(std::string_view name, const Number&) {
+    static_assert(!kNumberType<Number>.empty());
+    line(kNumberType<Number>, name);
+  }
+  template <NamedEnumeration Enumeration>
+  void operator()(std::string_view name, const Enumeration&) {
+    int value = 0;
+    for (const std::string_view word : kNames<Enumeration>) {
+      fmt::format_to(std::back_inserter(text), "uint8 {}_{}={}\n", inCapitals(name), inCapitals(word),
+                     value++);
+    }
+    line("uint8", name);
+  }
+  void operator()(std::string_view name, const rt::Vec3&) { line("float64[3]", name); }
+  void operator()(std::string_view name, const std::string&) { line("string", name); }
+  void operator()(std::string_view name, const Pairs&) {
+    line("hapticd_msgs/NamedText[]", name);
+    named_texts = true;
+  }
+  void operator()(std::string_view name, const CoreMemory&) {
+    line("uint32", fmt::format("{}_layout", name));
+    line("uint8[]", name);
+  }
+};
+
+struct EncodeFields {
+  CdrWriter& to;
+
+  void operator()(std::string_view, const CdrNumber auto& value) { to.number(value); }
+  template <NamedEnumeration Enumeration>
+  void operator()(std::string_view, const Enumeration& value) {
+    to.number(static_cast<std::uint8_t>(value));
+  }
+  void operator()(std::string_view, const rt::Vec3& vector) {
+    for (const double component : {vector.x, vector.y, vector.z}) to.number(component);
+  }
+  void operator()(std::string_view, const std::string& text) { to.text(text); }
+  void operator()(std::string_view, const Pairs& pairs) {
+    to.number(static_cast<std::uint32_t>(pairs.size()));
+    for (const auto& [name, value] : pairs) {
+      to.text(name);
+      to.text(value);
+    }
+  }
+  void operator()(std::string_view, const CoreMemory& memory) {
+    to.number(kMemoryLayout);
+    to.bytes({reinterpret_cast<const char*>(&memory), sizeof memory});
+  }
+};
+
+struct DecodeFields {
+  CdrReader& from;
+
+  template <CdrNumber Number>
+  void operator()(std::string_view, Number& value) {
+    value = from.number<Number>();
+  }
+  template <NamedEnumeration Enumeration>
+  void operator()(std::string_view, Enumeration& value) {
+    const auto number = from.number<std::uint8_t>();
+    if (number >= kNames<Enumeration>.size()) return from.refuse();
+    value = static_cast<Enumeration>(number);
+  }
+  void operator()(std::string_view, rt::Vec3& vector) {
+    for (double* const component : {&vector.x, &vector.y, &vector.z}) *component = from.number<double>();
+  }
+  void operator()(std::string_view, std::string& text) { text = from.text(); }
+  void operator()(std::string_view, Pairs& pairs) {
+    constexpr std::size_t kLeastPairBytes = 10;  // two lengths and two ends
+    const auto count = from.number<std::uint32_t>();
+    if (count > from.left() / kLeastPairBytes) return from.refuse();
+    pairs.clear();
+    for (std::uint32_t i = 0; i < count && from.good(); ++i) {
+      std::string name(from.text());
+      pairs.emplace_back(std::move(name), from.text());
+    }
+  }
+  void operator()(std::string_view, CoreMemory& memory) {
+    const bool same_layout = from.number<std::uint32_t>() == kMemoryLayout;
+    const std::string_view bytes = from.bytes();
+    if (!same_layout || bytes.size() != sizeof memory) return from.refuse();
+    std::memcpy(&memory, bytes.data(), sizeof memory);
+  }
+};
+
+}  // namespace
+
+template <typename Record>
+std::string schemaOf() {
+  SchemaOfFields schema;
+  const Record record{};
+  visitFields(record, schema);
+  const std::string line(80, '=');
+  schema.text += line + "\n" + std::string(kTimeSchema);
+  if (schema.named_texts) schema.text += line + "\n" + std::string(kNamedTextSchema);
+  return schema.text;
+}
+
+template <typename Record>
+void encode(const Record& record, std::uint64_t realtime_ns, std::string& to) {
+  CdrWriter writer(to);
+  writer.number(static_cast<std::int32_t>(realtime_ns / kNsPerSecond));
+  writer.number(static_cast<std::uint32_t>(realtime_ns % kNsPerSecond));
+  visitFields(record, EncodeFields{writer});
+}
+
+template <typename Record>
+bool decode(std::string_view message, Record& record) {
+  CdrReader reader(message);
+  reader.number<std::int32_t>();  // the time: it is in the record too
+  reader.number<std::uint32_t>();
+  visitFields(record, DecodeFields{reader});
+  return reader.complete();
+}
+
+#define HAPTICD_MESSAGES_OF(Record)                                         \
+  template std::string schemaOf<Record>();                                  \
+  template void encode<Record>(const Record&, std::uint64_t, std::string&); \
+  template bool decode<Record>(std::string_view, Record&)
+HAPTICD_MESSAGES_OF(rt::Tick);
+HAPTICD_MESSAGES_OF(ModelRecord);
+HAPTICD_MESSAGES_OF(DirectiveRecord);
+HAPTICD_MESSAGES_OF(EventRecord);
+HAPTICD_MESSAGES_OF(SnapshotRecord);
+#undef HAPTICD_MESSAGES_OF
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,143 @@
+#include "drivers/trace/trace_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace hapticd::drivers {
+namespace {
+
+constexpr mode_t kMode = 0644;
+
+std::string remedyFor(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+      return "make room: delete old traces, or lower trace.max_folder_mb";
+    case EFBIG:
+      return "the system limits the size of files: see ulimit -f and LimitFSIZE=";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "check the permissions of the folder and the user";
+    case ENOENT:
+      return "check the path";
+    case EIO:
+      return "the disk fails: look into the kernel's log";
+  }
+  return "";
+}
+
+std::unexpected<config::Error> systemError(const std::filesystem::path& path, std::string_view doing) {
+  const int error = errno;
+  return std::unexpected(config::Error{
+      path.string(), fmt::format("cannot be {}: {}", doing, std::strerror(error)), remedyFor(error)});
+}
+
+}  // namespace
+
+config::Result<TraceFile> TraceFile::open(const std::filesystem::path& path, int flags) {
+  const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC, kMode);
+  if (descriptor < 0) return systemError(path, (flags & O_CREAT) != 0 ? "created" : "opened");
+  return TraceFile(path, descriptor);
+}
+
+config::Result<TraceFile> TraceFile::create(const std::filesystem::path& path) {
+  return open(path, O_RDWR | O_CREAT | O_EXCL);
+}
+
+config::Result<TraceFile> TraceFile::openToRead(const std::filesystem::path& path) {
+  return open(path, O_RDONLY);
+}
+
+config::Result<TraceFile> TraceFile::openToMend(const std::filesystem::path& path) {
+  return open(path, O_RDWR);
+}
+
+TraceFile::TraceFile(TraceFile&& other) noexcept
+    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+TraceFile::~TraceFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::unexpected<config::Error> TraceFile::failure(std::string_view doing) const {
+  return systemError(path_, doing);
+}
+
+config::Result<std::uint64_t> TraceFile::size() const {
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0) return failure("examined");
+  if (!S_ISREG(status.st_mode)) {
+    return std::unexpected(config::Error{path_.string(), "is no file", "give the path of a trace"});
+  }
+  return static_cast<std::uint64_t>(status.st_size);
+}
+
+config::Result<void> TraceFile::writeAt(std::uint64_t offset, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return failure("written");
+    offset += static_cast<std::uint64_t>(written);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return {};
+}
+
+config::Result<void> TraceFile::readAt(std::uint64_t offset, std::size_t length, std::string& to) const {
+  to.resize(length);
+  std::size_t done = 0;
+  while (done < length) {
+    const ssize_t got =
+        ::pread(descriptor_, to.data() + done, length - done, static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return failure("read");
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  to.resize(done);
+  return {};
+}
+
+config::Result<void> TraceFile::truncate(std::uint64_t size) {
+  if (::ftruncate(descriptor_, static_cast<off_t>(size)) != 0) return failure("truncated");
+  return {};
+}
+
+config::Result<void> TraceFile::synchronise() {
+  if (::fdatasync(descriptor_) != 0) return failure("written to the disk");
+  return {};
+}
+
+std::filesystem::path partOf(const std::filesystem::path& file) {
+  return file.string() + ".part";
+}
+
+config::Result<void> synchroniseFolder(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder.empty() ? "." : folder;
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return systemError(path, "opened");
+  const bool done = ::fsync(descriptor) == 0;
+  const config::Result<void> result =
+      done ? config::Result<void>{} : systemError(path, "written to the disk");
+  ::close(descriptor);
+  return result;
+}
+
+config::Result<void> renameDurably(const std::filesystem::path& part, const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) {
+    return std::unexpected(config::Error{part.string(), fmt::format("{} is there already", file.string()),
+                                         "rename or delete one of them"});
+  }
+  if (::rename(part.c_str(), file.c_str()) != 0) return systemError(part, "renamed");
+  return synchroniseFolder(file.parent_path());
+}
+
+}  // namespace hapticd::drivers

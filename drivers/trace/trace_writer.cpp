@@ -1,0 +1,184 @@
+#include "drivers/trace/trace_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "drivers/trace/fields.h"
+#include "drivers/trace/mcap_writer.h"
+#include "drivers/trace/messages.h"
+#include "drivers/trace/trace_format.h"
+
+namespace hapticd::drivers {
+namespace {
+
+struct OpenChannel {
+  std::uint16_t id = 0;
+  std::uint32_t messages = 0;
+};
+
+config::Result<void> checkAttachments(const TraceOptions& options) {
+  constexpr std::size_t kMostBytes = mcap::kMostRecordBytes / 2;
+  for (const TraceAttachment& attachment : options.attachments) {
+    if (attachment.data.size() <= kMostBytes) continue;
+    return std::unexpected(
+        config::Error{attachment.name,
+                      fmt::format("has {} bytes; a trace takes {}", attachment.data.size(), kMostBytes), ""});
+  }
+  return {};
+}
+
+}  // namespace
+
+class TraceWriter::Implementation {
+ public:
+  Implementation(TraceFile part, const std::filesystem::path& file, const TraceOptions& options)
+      : file_(std::move(part), file, options.compress),
+        chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.chunk_ns, 0))),
+        offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)) {}
+
+  config::Result<void> begin(const TraceOptions& options) {
+    const std::vector<std::pair<std::string, std::string>> trace{
+        {std::string(kVersionKey), std::string(kTraceVersion)},
+        {std::string(kOffsetKey), std::to_string(options.realtime_offset_ns)}};
+    file_.addMetadata(kTraceMetadata, trace);
+    file_.addMetadata(kOwnerMetadata, options.metadata);
+    open<rt::Tick>(ticks_channel_);
+    open<ModelRecord>(models_channel_);
+    open<DirectiveRecord>(directives_channel_);
+    open<EventRecord>(events_channel_);
+    open<SnapshotRecord>(snapshots_channel_);
+    for (const TraceAttachment& attachment : options.attachments) {
+      file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
+    }
+    return file_.begin();
+  }
+
+  config::Result<void> write(const rt::Tick& tick) {
+    auto written = add(ticks_channel_, tick);
+    if (written) ++ticks_pending_;
+    return written;
+  }
+  config::Result<void> write(const ModelRecord& model) { return add(models_channel_, model); }
+  config::Result<void> write(const DirectiveRecord& directive) { return add(directives_channel_, directive); }
+  config::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
+  config::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
+
+  config::Result<void> flush() { return counted(file_.flush()); }
+  config::Result<void> close() {
+    const bool failed_before = file_.failure().has_value();
+    auto closed = file_.finish();
+    return file_.failure() && !failed_before ? counted(std::unexpected(*file_.failure())) : counted(closed);
+  }
+
+  const mcap::Writer& file() const { return file_; }
+  std::uint64_t ticks() const { return ticks_; }
+  std::uint64_t ticksPending() const { return ticks_pending_; }
+
+ private:
+  template <typename Record>
+  void open(OpenChannel& channel) {
+    const ChannelName& name = kChannelName<Record>;
+    channel.id = file_.addChannel(name.topic, name.schema, schemaOf<Record>());
+  }
+
+  template <typename Record>
+  config::Result<void> add(OpenChannel& channel, const Record& record) {
+    // wraps instead of overflowing, whatever the record says
+    const std::uint64_t time_ns = static_cast<std::uint64_t>(timeOf(record)) + offset_ns_;
+    message_.clear();
+    encode(record, time_ns, message_);
+    if (message_.size() > mcap::kMostMessageBytes) {
+      return std::unexpected(config::Error{
+          std::string(kChannelName<Record>.topic),
+          fmt::format("a message of {} bytes; a trace takes {}", message_.size(), mcap::kMostMessageBytes),
+          ""});
+    }
+    if (auto written = makeRoom(time_ns); !written) return written;
+    if (file_.pendingBytes() == 0) chunk_begin_ns_ = time_ns;
+    file_.addMessage(channel.id, channel.messages++, time_ns, message_);
+    return {};
+  }
+
+  /// Writes the open chunk if it is long enough for a message of that time to begin the next one.
+  config::Result<void> makeRoom(std::uint64_t time_ns) {
+    if (file_.failure()) return std::unexpected(*file_.failure());
+    const std::uint64_t age_ns =
+        time_ns > chunk_begin_ns_ ? time_ns - chunk_begin_ns_ : chunk_begin_ns_ - time_ns;
+    const bool long_enough = age_ns >= chunk_ns_ || file_.pendingBytes() >= mcap::kMostMessageBytes;
+    return long_enough && file_.pendingBytes() > 0 ? flush() : config::Result<void>{};
+  }
+
+  config::Result<void> counted(config::Result<void> written) {
+    if (written) ticks_ += ticks_pending_;
+    ticks_pending_ = 0;
+    return written;
+  }
+
+  mcap::Writer file_;
+  std::uint64_t chunk_ns_;
+  std::uint64_t offset_ns_;
+  std::uint64_t chunk_begin_ns_ = 0;
+  OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t ticks_pending_ = 0;
+  std::string message_;
+};
+
+config::Result<std::unique_ptr<TraceWriter>> TraceWriter::create(const std::filesystem::path& file,
+                                                                 const TraceOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) {
+    return std::unexpected(config::Error{file.string(), "is there already", "choose another name"});
+  }
+  if (auto checked = checkAttachments(options); !checked) return std::unexpected(checked.error());
+  auto part = TraceFile::create(partOf(file));
+  if (!part) return std::unexpected(part.error());
+  auto implementation = std::make_unique<Implementation>(std::move(*part), file, options);
+  if (auto begun = implementation->begin(options); !begun) {
+    std::filesystem::remove(partOf(file), ignored);
+    return std::unexpected(begun.error());
+  }
+  return std::unique_ptr<TraceWriter>(new TraceWriter(std::move(implementation)));
+}
+
+TraceWriter::TraceWriter(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+TraceWriter::~TraceWriter() = default;
+
+config::Result<void> TraceWriter::write(const rt::Tick& tick) {
+  return implementation_->write(tick);
+}
+config::Result<void> TraceWriter::write(const ModelRecord& model) {
+  return implementation_->write(model);
+}
+config::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
+  return implementation_->write(directive);
+}
+config::Result<void> TraceWriter::write(const EventRecord& event) {
+  return implementation_->write(event);
+}
+config::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
+  return implementation_->write(snapshot);
+}
+config::Result<void> TraceWriter::flush() {
+  return implementation_->flush();
+}
+config::Result<void> TraceWriter::close() {
+  return implementation_->close();
+}
+
+const std::filesystem::path& TraceWriter::file() const noexcept {
+  return implementation_->file().file();
+}
+std::uint64_t TraceWriter::bytes() const noexcept {
+  return implementation_->file().bytes();
+}
+std::uint64_t TraceWriter::ticks() const noexcept {
+  return implementation_->ticks();
+}
+std::uint64_t TraceWriter::ticksPending() const noexcept {
+  return implementation_->ticksPending();
+}
+
+}  // namespace hapticd::drivers
