@@ -9,11 +9,17 @@
 
 namespace hapticd::test {
 
+/// Where files need not reach a disk, for tests that synchronise often; some other folder where there is none.
+inline std::filesystem::path memoryFolder() {
+  const std::filesystem::path folder = "/dev/shm";
+  return std::filesystem::is_directory(folder) ? folder : std::filesystem::temp_directory_path();
+}
+
 /// A fresh folder that goes away with its content, also when the test fails.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "hapticd-test-XXXXXX").string();
+  explicit TemporaryFolder(const std::filesystem::path& parent = std::filesystem::temp_directory_path()) {
+    std::string name = (parent / "hapticd-test-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot create " + name);
     path_ = name;
   }

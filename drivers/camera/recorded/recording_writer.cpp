@@ -113,17 +113,23 @@ class RecordingWriter::Implementation {
   }
 
   /// The image first, then its line: whoever reads the index finds what it names.
-  config::Result<void> write(const rt::DepthFrame& frame) const {
+  config::Result<void> write(const rt::DepthFrame& frame) {
     const std::string name = nameOf(frame, realtime_offset_ns_);
     if (auto image = writeDepthPgm(folder_ / name, frame); !image) return image;
     const std::string line = name + "\n";
-    if (::write(index_, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return {};
-    return std::unexpected(diskError(folder_ / "INDEX.txt"));
+    if (::write(index_, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
+      auto error = diskError(folder_ / "INDEX.txt");
+      (void)::ftruncate(index_, index_bytes_);  // half a line would make the index unreadable
+      return std::unexpected(std::move(error));
+    }
+    index_bytes_ += static_cast<off_t>(line.size());
+    return {};
   }
 
   const std::filesystem::path folder_;
   const int index_;
   const std::int64_t realtime_offset_ns_;
+  off_t index_bytes_ = 0;  // of whole lines; the writing thread only
   std::vector<rt::DepthFrame> frames_;
   mutable std::mutex mutex_;  // of the next five
   std::condition_variable wake_;

@@ -9,9 +9,11 @@
 #include "child_process.h"
 #include "drivers/camera/freenect/freenect_camera.h"
 #include "drivers/camera/recorded/recording_reader.h"
+#include "drivers/camera/recorded/recording_writer.h"
 #include "frame_collector.h"
 #include "tests/support/real_recording.h"
 #include "tests/support/scratch_recording.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -55,6 +57,22 @@ TEST(Fakenect, DeliversTheBytesOfAMadeUpRecordingAndIsLostAtItsEnd) {
   test::ScratchRecording recording;
   test::fillRecording(recording, 12);
   EXPECT_EQ(playInChild(recording.path()), 0);
+}
+
+TEST(Fakenect, DeliversTheBytesOfARecordingThatWeMade) {
+  if (test::isChild()) return expectEveryFrameOfTheRecording();
+  const test::TemporaryFolder folder;
+  auto writer = RecordingWriter::create(folder.path() / "a.depth", 1'700'000'000'000'000'000);
+  ASSERT_TRUE(writer) << writer.error().text();
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::uint32_t number = 0; number < 12; ++number) {
+    for (std::size_t i = 0; i < rt::kFramePixels; ++i) frame->raw[i] = test::madeUpPixel(number, i);
+    frame->arrival_ns = 1'000'000 * (std::int64_t{number} + 1);
+    frame->device_ticks = 1000 + number;
+    ASSERT_TRUE(test::eventually([&] { return (*writer)->offer(*frame); }));
+  }
+  ASSERT_TRUE((*writer)->close());
+  EXPECT_EQ(playInChild(folder.path() / "a.depth"), 0);
 }
 
 TEST(Fakenect, DeliversTheBytesOfARealRecordingAndIsLostAtItsEnd) {

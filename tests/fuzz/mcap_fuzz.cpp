@@ -1,0 +1,101 @@
+// Whatever a trace file may hold: the bytes as a file, as the records of a chunk in a file that is right
+// otherwise, and as a message of each channel.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "drivers/trace/mcap_format.h"
+#include "drivers/trace/messages.h"
+#include "drivers/trace/trace_reader.h"
+#include "drivers/trace/trace_recovery.h"
+#include "drivers/trace/trace_writer.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace drivers = hapticd::drivers;
+namespace mcap = hapticd::drivers::mcap;
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+const fs::path& folder() {
+  static const hapticd::test::TemporaryFolder own(hapticd::test::memoryFolder());
+  return own.path();
+}
+
+void readAndRecover(std::string_view bytes) {
+  const fs::path file = folder() / "input.mcap";
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  stream << bytes << std::flush;
+  require(stream.good());
+  const auto info = drivers::readTrace(file);
+  if (info) require(info->complete && info->bytes == bytes.size());
+  const auto first = drivers::recoverTrace(file);
+  if (info) require(first && first->bytes_cut == 0 && first->chunks == info->chunks);
+  if (!first) return;
+  const auto second = drivers::recoverTrace(file);
+  require(second && second->bytes_cut == 0 && second->chunks == first->chunks);
+}
+
+/// All that is in front of the chunks of a trace.
+const std::string& head() {
+  static const std::string bytes = [] {
+    const auto writer = drivers::TraceWriter::create(folder() / "head.mcap", {});
+    require(writer.has_value());
+    std::ifstream stream(folder() / "head.mcap.part", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  }();
+  return bytes;
+}
+
+/// Most inputs would end at the checksums: the same bytes as a chunk with right ones.
+std::string asChunk(std::string_view records) {
+  mcap::ChunkContent content;
+  mcap::ChunkContent::of(records, content);
+  std::string file = head();
+  mcap::ByteWriter writer(file);
+  mcap::addRecord(file, mcap::Opcode::chunk, [&] {
+    writer.number(content.start_ns);
+    writer.number(content.end_ns);
+    writer.number(std::uint64_t{records.size()});
+    writer.number(mcap::crcOf(records));
+    writer.text("");
+    writer.sized<std::uint64_t>([&] { writer.raw(records); });
+  });
+  file += content.indexRecords();
+  return file + mcap::Summary().ending(file.size(), mcap::crcOf(file));
+}
+
+template <typename Record>
+void takeMessage(std::string_view bytes) {
+  Record record;
+  if (!drivers::decode(bytes, record)) return;
+  std::string once, twice;
+  drivers::encode(record, 0, once);
+  require(drivers::decode(once, record));
+  drivers::encode(record, 0, twice);
+  require(once == twice);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  readAndRecover(bytes);
+  readAndRecover(asChunk(bytes));
+  takeMessage<hapticd::rt::Tick>(bytes);
+  takeMessage<drivers::ModelRecord>(bytes);
+  takeMessage<drivers::DirectiveRecord>(bytes);
+  takeMessage<drivers::EventRecord>(bytes);
+  takeMessage<drivers::SnapshotRecord>(bytes);
+  return 0;
+}

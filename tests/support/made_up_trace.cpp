@@ -1,0 +1,219 @@
+#include "tests/support/made_up_trace.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+namespace hapticd::test {
+namespace {
+
+using Random = std::mt19937_64;
+
+/// Any integer or truth value.
+struct Any {
+  Random& random;
+  operator std::uint64_t() const { return random(); }
+  operator std::int64_t() const { return static_cast<std::int64_t>(random()); }
+  operator std::uint32_t() const { return static_cast<std::uint32_t>(random()); }
+  operator bool() const { return (random() & 1) != 0; }
+};
+
+/// Of a record; two of them are less than the longest chunk apart.
+std::int64_t anyTime_ns(Random& random) {
+  return static_cast<std::int64_t>(random() >> 2);
+}
+
+double anyDouble(Random& random) {
+  const std::uint64_t bits = random();
+  const auto value = std::bit_cast<double>(bits);
+  if (bits % 16 == 0) return std::numeric_limits<double>::infinity();
+  if (bits % 16 == 1) return -0.0;
+  if (bits % 16 == 2) return std::numeric_limits<double>::denorm_min();
+  return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value;
+}
+
+rt::Vec3 anyVector(Random& random) {
+  const double x = anyDouble(random), y = anyDouble(random), z = anyDouble(random);
+  return {x, y, z};
+}
+
+template <typename Enumeration>
+Enumeration anyOf(Random& random, unsigned count) {
+  return static_cast<Enumeration>(random() % count);
+}
+
+std::string anyText(Random& random) {
+  std::string text = "ä \"quoted\", 'more'\n\t";
+  for (std::size_t i = random() % 20; i > 0; --i) text.push_back(static_cast<char>('!' + random() % 90));
+  return text;
+}
+
+std::vector<std::pair<std::string, std::string>> anyPairs(Random& random) {
+  std::vector<std::pair<std::string, std::string>> pairs{{"", ""}};
+  for (std::size_t i = random() % 5; i > 0; --i) {
+    std::string name = "name." + std::to_string(i);
+    pairs.emplace_back(std::move(name), anyText(random));
+  }
+  return pairs;
+}
+
+rt::HandleState anyHandle(Random& random) {
+  rt::HandleState handle;
+  handle.position_m_in_world = anyVector(random);
+  handle.velocity_m_per_s_in_world = anyVector(random);
+  handle.sequence = Any{random};
+  handle.time_ns = Any{random};
+  handle.session = Any{random};
+  handle.condition = anyOf<rt::HandleCondition>(random, 3);
+  handle.buttons = Any{random};
+  handle.delay_s = anyDouble(random);
+  return handle;
+}
+
+void setFlags(rt::Tick& tick, const Any& any) {
+  tick.slew_limited = any;
+  tick.magnitude_clamped = any;
+  tick.not_finite = any;
+  tick.released = any;
+  tick.passivity_acted = any;
+  tick.thermally_limited = any;
+  tick.outside_model = any;
+  tick.stopping = any;
+  tick.after_overrun = any;
+  tick.blending = any;
+}
+
+void setForces(rt::Tick& tick, Random& random) {
+  tick.law_force_n_in_world = anyVector(random);
+  tick.blended_force_n_in_world = anyVector(random);
+  tick.scaled_force_n_in_world = anyVector(random);
+  tick.passive_force_n_in_world = anyVector(random);
+  tick.filtered_force_n_in_world = anyVector(random);
+  tick.command_force_n_in_world = anyVector(random);
+}
+
+void check(const config::Result<void>& done) {
+  if (!done) throw std::runtime_error(done.error().text());
+}
+
+}  // namespace
+
+rt::Tick madeUpTick(Random& random, std::uint64_t number) {
+  const Any any{random};
+  rt::Tick tick;
+  tick.number = number;
+  tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
+  tick.wakeup_latency_ns = any;
+  tick.compute_ns = any;
+  tick.directive_generation = any;
+  tick.trace_dropped = any;
+  tick.mode = anyOf<rt::Mode>(random, rt::kModeCount);
+  tick.cause = anyOf<rt::Cause>(random, rt::kCauseCount);
+  setFlags(tick, any);
+  tick.law = anyOf<rt::ForceLaw>(random, 4);
+  tick.contact = anyOf<rt::ContactState>(random, 3);
+  tick.points_used = any;
+  tick.scene_frame = any;
+  tick.scene_model = any;
+  tick.scene_age_ns = any;
+  tick.handle = anyHandle(random);
+  tick.hip_m_in_world = anyVector(random);
+  tick.proxy_m_in_world = anyVector(random);
+  tick.gain = anyDouble(random);
+  tick.energy_j = anyDouble(random);
+  tick.stiffness_limit_n_per_m = anyDouble(random);
+  tick.stiffness_gain = anyDouble(random);
+  setForces(tick, random);
+  return tick;
+}
+
+drivers::ModelRecord madeUpModel(Random& random) {
+  const Any any{random};
+  drivers::ModelRecord model;
+  model.model = any;
+  model.time_ns = anyTime_ns(random);
+  model.build_ns = any;
+  model.frame = any;
+  model.frame_time_ns = any;
+  model.device_ticks = any;
+  model.centre_m_in_world = anyVector(random);
+  model.radius_m = anyDouble(random);
+  model.generation = any;
+  model.forgot = any;
+  model.depth_recorded = any;
+  model.points = any;
+  model.points_over_capacity = any;
+  model.frames = any;
+  model.skipped_frames = any;
+  model.damaged_frames = any;
+  return model;
+}
+
+drivers::DirectiveRecord madeUpDirective(Random& random) {
+  const Any any{random};
+  drivers::DirectiveRecord directive;
+  directive.time_ns = anyTime_ns(random);
+  directive.generation = any;
+  directive.engage = any;
+  directive.engage_inside = any;
+  directive.engage_request = any;
+  directive.parameters = anyPairs(random);
+  return directive;
+}
+
+drivers::EventRecord madeUpEvent(Random& random) {
+  drivers::EventRecord event;
+  event.time_ns = anyTime_ns(random);
+  event.kind = "kind";
+  event.text = anyText(random);
+  event.fields = anyPairs(random);
+  return event;
+}
+
+drivers::SnapshotRecord madeUpSnapshot(Random& random) {
+  drivers::SnapshotRecord record;
+  record.time_ns = anyTime_ns(random);
+  record.snapshot.request = Any{random};
+  record.snapshot.tick = Any{random};
+  std::string bytes;
+  while (bytes.size() < sizeof record.snapshot.memory) bytes.push_back(static_cast<char>(random()));
+  std::memcpy(&record.snapshot.memory, bytes.data(), bytes.size());
+  return record;
+}
+
+MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, unsigned seed) {
+  Random random(seed);
+  MadeUpRecords records;
+  for (std::size_t i = 1; i <= chunks * ticks_per_chunk; ++i) records.ticks.push_back(madeUpTick(random, i));
+  for (int i = 0; i < 3; ++i) {
+    records.models.push_back(madeUpModel(random));
+    records.directives.push_back(madeUpDirective(random));
+    records.events.push_back(madeUpEvent(random));
+    records.snapshots.push_back(madeUpSnapshot(random));
+  }
+  return records;
+}
+
+void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
+                const drivers::TraceOptions& options) {
+  drivers::TraceOptions ours = options;
+  ours.chunk_ns = std::numeric_limits<std::int64_t>::max();  // by flush()
+  auto writer = drivers::TraceWriter::create(file, ours);
+  if (!writer) throw std::runtime_error(writer.error().text());
+  const auto writeAll = [&writer](const auto& several) {
+    for (const auto& record : several) check((*writer)->write(record));
+  };
+  writeAll(records.models);
+  writeAll(records.directives);
+  writeAll(records.events);
+  writeAll(records.snapshots);
+  for (std::size_t i = 0; i < records.ticks.size(); ++i) {
+    if (i > 0 && i % ticks_per_chunk == 0) check((*writer)->flush());
+    check((*writer)->write(records.ticks[i]));
+  }
+  check((*writer)->close());
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/trace/fields.h"
+#include "drivers/trace/records.h"
+#include "drivers/trace/trace_writer.h"
+
+namespace hapticd::test {
+
+/// Ticks with random bits in every member: all integers, all finite and infinite doubles and NaN. Planned
+/// times grow by a millisecond.
+rt::Tick madeUpTick(std::mt19937_64& random, std::uint64_t number);
+drivers::ModelRecord madeUpModel(std::mt19937_64& random);
+drivers::DirectiveRecord madeUpDirective(std::mt19937_64& random);
+drivers::EventRecord madeUpEvent(std::mt19937_64& random);
+drivers::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
+
+/// What is written into a trace.
+struct MadeUpRecords {
+  std::vector<rt::Tick> ticks;
+  std::vector<drivers::ModelRecord> models;
+  std::vector<drivers::DirectiveRecord> directives;
+  std::vector<drivers::EventRecord> events;
+  std::vector<drivers::SnapshotRecord> snapshots;
+};
+
+/// `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk.
+MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, unsigned seed = 1);
+
+/// Writes and closes a trace of them.
+void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
+                const drivers::TraceOptions& options = {});
+
+/// The names of a record's fields and their bits as text, to compare records by.
+template <typename Record>
+std::vector<std::pair<std::string, std::string>> bitsOf(const Record& record) {
+  std::vector<std::pair<std::string, std::string>> bits;
+  const auto bytesOf = [](const auto& value) {
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  drivers::visitFields(record, [&]<typename Field>(std::string_view name, const Field& field) {
+    std::string text;
+    if constexpr (std::is_same_v<Field, std::string>) {
+      text = field;
+    } else if constexpr (std::is_trivially_copyable_v<Field>) {
+      text = bytesOf(field);
+    } else {
+      for (const auto& [key, value] : field) text += key + "\1" + value + "\2";
+    }
+    bits.emplace_back(name, text);
+  });
+  return bits;
+}
+
+}  // namespace hapticd::test

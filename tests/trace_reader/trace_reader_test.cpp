@@ -1,0 +1,366 @@
+// Traces as the reader of the MCAP project sees them, through the schemas that are in the file: nothing of
+// drivers/trace but the writer takes part.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "drivers/trace/trace_recovery.h"
+#include "drivers/trace/trace_writer.h"
+#include "tests/support/made_up_trace.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr std::size_t kTicksPerChunk = 20;
+constexpr std::int64_t kRealtimeOffset_ns = 1'700'000'000'123'456'789;
+
+/// What read_trace.mjs says of a file.
+struct Read {
+  Finished finished;
+  std::map<std::string, std::map<std::string, std::vector<Json>>> messages;  ///< by reader and topic
+  std::map<std::string, Json> constants;                                     ///< by topic
+  std::vector<Json> others;
+};
+
+Read readTrace(const fs::path& file) {
+  Read read;
+  read.finished = runToEnd({NODE_PROGRAM, READ_TRACE, file.string()});
+  std::istringstream lines(read.finished.output);
+  for (std::string line; std::getline(lines, line);) {
+    Json json = Json::parse(line);
+    if (json.contains("reader")) {
+      read.messages[json["reader"]][json["topic"]].push_back(std::move(json));
+    } else if (json.contains("channel")) {
+      read.constants[json["channel"]] = json["constants"];
+    } else {
+      read.others.push_back(std::move(json));
+    }
+  }
+  return read;
+}
+
+std::string text(std::uint64_t value) {
+  return std::to_string(value);
+}
+std::string text(std::int64_t value) {
+  return std::to_string(value);
+}
+
+/// The same bits, but for those of a NaN.
+bool isNumber(const Json& json, double value) {
+  const double read = std::strtod(json.get<std::string>().c_str(), nullptr);
+  return std::isnan(value) ? std::isnan(read) : std::memcmp(&read, &value, sizeof read) == 0;
+}
+
+/// Compares the members of one message; what is not compared is told by end().
+class Members {
+ public:
+  explicit Members(const Json& message) : message_(message) {}
+
+  void number(const std::string& name, std::uint64_t value) { EXPECT_EQ(take(name), text(value)) << name; }
+  void number(const std::string& name, std::int64_t value) { EXPECT_EQ(take(name), text(value)) << name; }
+  void number(const std::string& name, std::uint32_t value) { number(name, std::uint64_t{value}); }
+  void number(const std::string& name, double value) { EXPECT_TRUE(isNumber(take(name), value)) << name; }
+  void flag(const std::string& name, bool value) { EXPECT_EQ(take(name), value) << name; }
+  void string(const std::string& name, const std::string& value) { EXPECT_EQ(take(name), value) << name; }
+  template <typename Enumeration>
+  void enumerator(const std::string& name, Enumeration value) {
+    number(name, std::uint64_t{static_cast<std::uint8_t>(value)});
+  }
+  void vector(const std::string& name, const rt::Vec3& value) {
+    const Json json = take(name);
+    ASSERT_EQ(json.size(), 3U) << name;
+    EXPECT_TRUE(isNumber(json[0], value.x) && isNumber(json[1], value.y) && isNumber(json[2], value.z))
+        << name << " " << json;
+  }
+  void pairs(const std::string& name, const std::vector<std::pair<std::string, std::string>>& value) {
+    const Json json = take(name);
+    ASSERT_EQ(json.size(), value.size()) << name;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      EXPECT_EQ(json[i], Json({{"name", value[i].first}, {"value", value[i].second}})) << name;
+    }
+  }
+  void time(std::int64_t monotonic_ns) {
+    const std::uint64_t realtime_ns =
+        static_cast<std::uint64_t>(monotonic_ns) + static_cast<std::uint64_t>(kRealtimeOffset_ns);
+    EXPECT_EQ(take("stamp"),
+              Json({{"sec", std::to_string(static_cast<std::int32_t>(realtime_ns / 1'000'000'000))},
+                    {"nanosec", text(realtime_ns % 1'000'000'000)}}));
+  }
+  void bytes(const std::string& name, const void* data, std::size_t size) {
+    const Json json = take(name);
+    ASSERT_EQ(json.size(), size) << name;
+    for (std::size_t i = 0; i < size; ++i) {
+      EXPECT_EQ(json[i], std::to_string(static_cast<const unsigned char*>(data)[i])) << name << " " << i;
+    }
+  }
+  void end() const { EXPECT_TRUE(message_.empty()) << message_; }
+
+ private:
+  Json take(const std::string& name) {
+    const auto found = message_.find(name);
+    if (found == message_.end()) {
+      ADD_FAILURE() << "no member " << name;
+      return Json("");
+    }
+    Json json = std::move(*found);
+    message_.erase(found);
+    return json;
+  }
+
+  Json message_;
+};
+
+void expectHandle(Members& members, const rt::HandleState& handle) {
+  members.vector("handle_position_m_in_world", handle.position_m_in_world);
+  members.vector("handle_velocity_m_per_s_in_world", handle.velocity_m_per_s_in_world);
+  members.number("handle_sequence", handle.sequence);
+  members.number("handle_time_ns", handle.time_ns);
+  members.number("handle_session", handle.session);
+  members.enumerator("handle_condition", handle.condition);
+  members.number("handle_buttons", handle.buttons);
+  members.number("handle_delay_s", handle.delay_s);
+}
+
+void expectFlags(Members& members, const rt::Tick& tick) {
+  members.flag("slew_limited", tick.slew_limited);
+  members.flag("magnitude_clamped", tick.magnitude_clamped);
+  members.flag("not_finite", tick.not_finite);
+  members.flag("released", tick.released);
+  members.flag("passivity_acted", tick.passivity_acted);
+  members.flag("thermally_limited", tick.thermally_limited);
+  members.flag("outside_model", tick.outside_model);
+  members.flag("stopping", tick.stopping);
+  members.flag("after_overrun", tick.after_overrun);
+  members.flag("blending", tick.blending);
+}
+
+void expectForces(Members& members, const rt::Tick& tick) {
+  members.vector("law_force_n_in_world", tick.law_force_n_in_world);
+  members.vector("blended_force_n_in_world", tick.blended_force_n_in_world);
+  members.vector("scaled_force_n_in_world", tick.scaled_force_n_in_world);
+  members.vector("passive_force_n_in_world", tick.passive_force_n_in_world);
+  members.vector("filtered_force_n_in_world", tick.filtered_force_n_in_world);
+  members.vector("command_force_n_in_world", tick.command_force_n_in_world);
+}
+
+void expectMembers(Members& members, const rt::Tick& tick) {
+  members.time(tick.planned_ns);
+  members.number("number", tick.number);
+  members.number("planned_ns", tick.planned_ns);
+  members.number("wakeup_latency_ns", tick.wakeup_latency_ns);
+  members.number("compute_ns", tick.compute_ns);
+  members.number("directive_generation", tick.directive_generation);
+  members.number("trace_dropped", tick.trace_dropped);
+  members.enumerator("mode", tick.mode);
+  members.enumerator("cause", tick.cause);
+  expectFlags(members, tick);
+  members.enumerator("law", tick.law);
+  members.enumerator("contact", tick.contact);
+  members.number("points_used", tick.points_used);
+  members.number("scene_frame", tick.scene_frame);
+  members.number("scene_model", tick.scene_model);
+  members.number("scene_age_ns", tick.scene_age_ns);
+  expectHandle(members, tick.handle);
+  members.vector("hip_m_in_world", tick.hip_m_in_world);
+  members.vector("proxy_m_in_world", tick.proxy_m_in_world);
+  members.number("gain", tick.gain);
+  members.number("energy_j", tick.energy_j);
+  members.number("stiffness_limit_n_per_m", tick.stiffness_limit_n_per_m);
+  members.number("stiffness_gain", tick.stiffness_gain);
+  expectForces(members, tick);
+}
+
+void expectMembers(Members& members, const drivers::ModelRecord& model) {
+  members.time(model.time_ns);
+  members.number("model", model.model);
+  members.number("time_ns", model.time_ns);
+  members.number("build_ns", model.build_ns);
+  members.number("frame", model.frame);
+  members.number("frame_time_ns", model.frame_time_ns);
+  members.number("device_ticks", model.device_ticks);
+  members.vector("centre_m_in_world", model.centre_m_in_world);
+  members.number("radius_m", model.radius_m);
+  members.number("generation", model.generation);
+  members.flag("forgot", model.forgot);
+  members.flag("depth_recorded", model.depth_recorded);
+  members.number("points", model.points);
+  members.number("points_over_capacity", model.points_over_capacity);
+  members.number("frames", model.frames);
+  members.number("skipped_frames", model.skipped_frames);
+  members.number("damaged_frames", model.damaged_frames);
+}
+
+void expectMembers(Members& members, const drivers::DirectiveRecord& directive) {
+  members.time(directive.time_ns);
+  members.number("time_ns", directive.time_ns);
+  members.number("generation", directive.generation);
+  members.flag("engage", directive.engage);
+  members.flag("engage_inside", directive.engage_inside);
+  members.number("engage_request", directive.engage_request);
+  members.pairs("parameters", directive.parameters);
+}
+
+void expectMembers(Members& members, const drivers::EventRecord& event) {
+  members.time(event.time_ns);
+  members.number("time_ns", event.time_ns);
+  members.string("kind", event.kind);
+  members.string("text", event.text);
+  members.pairs("fields", event.fields);
+}
+
+void expectMembers(Members& members, const drivers::SnapshotRecord& record) {
+  members.time(record.time_ns);
+  members.number("time_ns", record.time_ns);
+  members.number("request", record.snapshot.request);
+  members.number("tick", record.snapshot.tick);
+  members.number("memory_layout", std::uint64_t{1});
+  members.bytes("memory", &record.snapshot.memory, sizeof record.snapshot.memory);
+}
+
+/// The indexed reader gives messages by their times, and those of one time in any order.
+template <typename Record>
+void expectRecords(std::vector<Json> messages, std::vector<Record> records) {
+  ASSERT_EQ(messages.size(), records.size());
+  const auto timeOfMessage = [](const Json& json) { return std::stoull(json["logTime"].get<std::string>()); };
+  std::ranges::sort(messages, {}, timeOfMessage);
+  std::ranges::sort(records, {}, [](const Record& record) { return drivers::timeOf(record); });
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(timeOfMessage(messages[i]), static_cast<std::uint64_t>(drivers::timeOf(records[i])) +
+                                              static_cast<std::uint64_t>(kRealtimeOffset_ns));
+    Members members(messages[i]["message"]);
+    expectMembers(members, records[i]);
+    members.end();
+  }
+}
+
+void expectAll(Read& read, const MadeUpRecords& records) {
+  EXPECT_EQ(read.finished.ending, exitedWith(0)) << read.finished.errors;
+  for (const char* reader : {"indexed", "stream"}) {
+    SCOPED_TRACE(reader);
+    auto& messages = read.messages[reader];
+    expectRecords(messages["/hapticd/tick"], records.ticks);
+    expectRecords(messages["/hapticd/model"], records.models);
+    expectRecords(messages["/hapticd/directive"], records.directives);
+    expectRecords(messages["/hapticd/event"], records.events);
+    expectRecords(messages["/hapticd/core_snapshot"], records.snapshots);
+    EXPECT_EQ(messages.size(), 5U);
+  }
+}
+
+std::string contentOf(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class TraceReader : public testing::Test {
+ protected:
+  /// A closed trace of three chunks.
+  fs::path writeTrace(bool compress) {
+    const fs::path file = folder_.path() / "a.mcap";
+    test::writeTrace(file, records_, kTicksPerChunk,
+                     {.compress = compress,
+                      .realtime_offset_ns = kRealtimeOffset_ns,
+                      .metadata = {{"version", "1.2"}, {"kernel", "ä"}},
+                      .attachments = {{"hapticd.yaml", "application/yaml", "a: 1\n"}}});
+    return file;
+  }
+
+  TemporaryFolder folder_;
+  MadeUpRecords records_ = madeUpRecords(3, kTicksPerChunk, 7);
+};
+
+TEST_F(TraceReader, ReadsEveryMemberOfEveryMessage) {
+  for (const bool compress : {true, false}) {
+    SCOPED_TRACE(compress);
+    const fs::path file = writeTrace(compress);
+    Read read = readTrace(file);
+    expectAll(read, records_);
+    fs::remove(file);
+  }
+}
+
+TEST_F(TraceReader, ReadsOrdinaryTicksToo) {
+  records_ = {};
+  rt::Tick tick;  // as the loop leaves it at first
+  tick.number = 1;
+  records_.ticks.push_back(tick);
+  tick.number = 2;
+  tick.planned_ns = 1'000'000;
+  tick.mode = rt::Mode::engaged;
+  tick.cause = rt::Cause::requested;
+  tick.command_force_n_in_world = {0.1, -2.5, 1e-300};
+  tick.handle.position_m_in_world = {0.01, 0.02, -0.7};
+  records_.ticks.push_back(tick);
+  Read read = readTrace(writeTrace(true));
+  ASSERT_EQ(read.finished.ending, exitedWith(0)) << read.finished.errors;
+  expectRecords(read.messages["indexed"]["/hapticd/tick"], records_.ticks);
+}
+
+TEST_F(TraceReader, FindsTheNamesOfTheModesInTheSchema) {
+  const Read read = readTrace(writeTrace(true));
+  const Json& constants = read.constants.at("/hapticd/tick");
+  EXPECT_EQ(constants["MODE_STARTING"], text(std::uint64_t{static_cast<std::uint8_t>(rt::Mode::starting)}));
+  EXPECT_EQ(constants["MODE_FAULTED"], text(std::uint64_t{static_cast<std::uint8_t>(rt::Mode::faulted)}));
+  EXPECT_EQ(constants["CAUSE_OVERRUN_BURST"],
+            text(std::uint64_t{static_cast<std::uint8_t>(rt::Cause::overrun_burst)}));
+  EXPECT_EQ(constants["LAW_SURFACE"], text(std::uint64_t{static_cast<std::uint8_t>(rt::ForceLaw::surface)}));
+  EXPECT_EQ(constants["CONTACT_CONTACT"],
+            text(std::uint64_t{static_cast<std::uint8_t>(rt::ContactState::contact)}));
+  EXPECT_EQ(constants["HANDLE_CONDITION_NOT_CALIBRATED"],
+            text(std::uint64_t{static_cast<std::uint8_t>(rt::HandleCondition::not_calibrated)}));
+  EXPECT_EQ(constants.size(), rt::kModeCount + rt::kCauseCount + 4 + 3 + 3);
+}
+
+TEST_F(TraceReader, FindsMetadataAndAttachments) {
+  const Read read = readTrace(writeTrace(true));
+  const std::vector<Json> expected{
+      {{"metadata", "hapticd_trace"},
+       {"values", {{"version", "1"}, {"realtime_offset_ns", text(kRealtimeOffset_ns)}}}},
+      {{"metadata", "hapticd"}, {"values", {{"version", "1.2"}, {"kernel", "ä"}}}},
+      {{"attachment", "hapticd.yaml"}, {"mediaType", "application/yaml"}, {"data", "a: 1\n"}}};
+  EXPECT_EQ(read.others, expected);
+}
+
+TEST_F(TraceReader, RefusesAFlippedBit) {
+  const std::string whole = contentOf(writeTrace(true));
+  const std::size_t in_a_chunk = whole.size() / 2;
+  std::string flipped = whole;
+  flipped[in_a_chunk] = static_cast<char>(flipped[in_a_chunk] ^ 4);
+  const Read read = readTrace(folder_.write("flipped.mcap", flipped));
+  EXPECT_EQ(read.finished.ending, exitedWith(1));
+  for (const char* reader : {"indexed: ", "stream: "}) {
+    EXPECT_NE(read.finished.errors.find(reader), std::string::npos) << read.finished.errors;
+  }
+}
+
+TEST_F(TraceReader, ReadsWhatWasRecovered) {
+  const std::string whole = contentOf(writeTrace(true));
+  const fs::path part = folder_.write("b.mcap.part", whole.substr(0, whole.size() * 6 / 10));
+  EXPECT_EQ(readTrace(part).finished.ending, exitedWith(1)) << "before that it is cut off";
+  const auto recovered = drivers::recoverTrace(part);
+  ASSERT_TRUE(recovered) << recovered.error().text();
+  ASSERT_EQ(recovered->chunks, 1U);
+  MadeUpRecords expected = records_;
+  expected.ticks.resize(kTicksPerChunk);
+  Read read = readTrace(recovered->file);
+  expectAll(read, expected);
+}
+
+}  // namespace
+}  // namespace hapticd::test

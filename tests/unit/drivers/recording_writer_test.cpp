@@ -1,0 +1,157 @@
+#include "drivers/camera/recorded/recording_writer.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+
+#include "drivers/camera/recorded/recording_reader.h"
+#include "tests/support/made_up_pixel.h"
+#include "tests/support/program.h"
+#include "tests/support/rerun.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::drivers {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kRealtimeOffset_ns = 1'700'000'000'000'000'000;
+constexpr std::int64_t kFirst_ns = 12'000'000'007;
+
+std::unique_ptr<rt::DepthFrame> madeUpFrame(std::uint32_t number) {
+  auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+    frame->raw[pixel] = test::madeUpPixel(number % 100, pixel);
+  }
+  frame->sequence = number + 1;
+  frame->arrival_ns = kFirst_ns + std::int64_t{number} * 33'000'001;
+  frame->device_ticks = 4'294'967'290U + number;  // wraps
+  return frame;
+}
+
+/// Offers a frame until it is taken.
+void add(RecordingWriter& writer, const rt::DepthFrame& frame) {
+  ASSERT_TRUE(test::becomesTrue([&] { return writer.offer(frame); }));
+}
+
+void expectFrame(const RecordingReader& reader, std::uint32_t number) {
+  const auto expected = madeUpFrame(number), read = std::make_unique<rt::DepthFrame>();
+  const auto readable = reader.read(number, *read);
+  ASSERT_TRUE(readable) << readable.error().text();
+  EXPECT_TRUE(std::ranges::equal(read->raw, expected->raw)) << number;
+  EXPECT_EQ(read->device_ticks, expected->device_ticks);
+  EXPECT_EQ(reader.frames()[number].realtime_ns, expected->arrival_ns + kRealtimeOffset_ns);
+  EXPECT_EQ(reader.frames()[number].host_ns, expected->arrival_ns - kFirst_ns);
+}
+
+TEST(RecordingWriter, WhatItWroteReadsBackToThePixelAndNanosecond) {
+  const test::TemporaryFolder folder;
+  auto writer = RecordingWriter::create(folder.path() / "a.depth", kRealtimeOffset_ns);
+  ASSERT_TRUE(writer) << writer.error().text();
+  for (std::uint32_t number = 0; number < 20; ++number) add(**writer, *madeUpFrame(number));
+  ASSERT_TRUE((*writer)->close());
+  EXPECT_EQ((*writer)->frames(), 20U);
+  EXPECT_FALSE((*writer)->failure());
+  const auto reader = RecordingReader::open(folder.path() / "a.depth");
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_EQ(reader->frames().size(), 20U);
+  for (std::uint32_t number = 0; number < 20; ++number) expectFrame(*reader, number);
+}
+
+TEST(RecordingWriter, TakesNoFolderThatIsThereOrCannotBeMade) {
+  const test::TemporaryFolder folder;
+  folder.write("mine", "mine");
+  EXPECT_FALSE(RecordingWriter::create(folder.path(), 0));
+  EXPECT_FALSE(RecordingWriter::create(folder.path() / "mine", 0));
+  EXPECT_FALSE(RecordingWriter::create(folder.path() / "nowhere" / "a.depth", 0));
+}
+
+TEST(RecordingWriter, RefusesAndCountsWhatASlowDiskHasNoRoomFor) {
+  const test::TemporaryFolder folder;
+  auto writer = RecordingWriter::create(folder.path() / "a.depth", kRealtimeOffset_ns);
+  ASSERT_TRUE(writer);
+  // the disk is a pipe in place of the first image, which nobody reads yet
+  const fs::path image = folder.path() / "a.depth" / "d-1700000012.000000007-4294967290.pgm";
+  ASSERT_EQ(::mkfifo(image.c_str(), 0600), 0);
+  std::uint32_t number = 0;
+  while (number < 100 && (*writer)->offer(*madeUpFrame(number))) ++number;
+  EXPECT_EQ(number, 8U) << "that many it holds";
+  EXPECT_EQ((*writer)->lost(), 1U);
+  EXPECT_EQ((*writer)->frames(), 0U);
+
+  std::ifstream disk(image, std::ios::binary);
+  const std::string first{std::istreambuf_iterator<char>(disk), {}};
+  EXPECT_EQ(first.size(), 614'417U);
+  ASSERT_TRUE((*writer)->close());
+  EXPECT_EQ((*writer)->frames(), 8U);
+  fs::remove(image);
+  std::ofstream(image, std::ios::binary) << first;
+  const auto reader = RecordingReader::open(folder.path() / "a.depth");
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_EQ(reader->frames().size(), 8U);
+  for (std::uint32_t frame = 0; frame < 8; ++frame) expectFrame(*reader, frame);
+}
+
+/// In a child: writes until it is killed.
+void writeForever(const fs::path& folder) {
+  auto writer = RecordingWriter::create(folder, kRealtimeOffset_ns);
+  ASSERT_TRUE(writer);
+  for (std::uint32_t number = 0;; ++number) add(**writer, *madeUpFrame(number));
+}
+
+TEST(RecordingWriter, IsReadableWheneverItIsKilled) {
+  if (!test::rerunPart().empty()) return writeForever(test::rerunPart());
+  for (const std::size_t lines : {1U, 5U, 9U}) {
+    const test::TemporaryFolder folder;
+    const fs::path recording = folder.path() / "a.depth";
+    test::Program child({"/proc/self/exe", "--gtest_filter=RecordingWriter.IsReadableWheneverItIsKilled"},
+                        {.environment = {std::string(test::kRerunVariable) + "=" + recording.string()}});
+    const auto indexed = [&] {
+      std::ifstream index(recording / "INDEX.txt");
+      return static_cast<std::size_t>(std::count(std::istreambuf_iterator<char>(index), {}, '\n'));
+    };
+    ASSERT_TRUE(test::becomesTrue([&] { return indexed() >= lines; })) << child.output();
+    child.signal(SIGKILL);
+    child.wait();
+    const auto reader = RecordingReader::open(recording);
+    ASSERT_TRUE(reader) << reader.error().text();
+    EXPECT_GE(reader->frames().size(), lines);
+    for (std::uint32_t number = 0; number < reader->frames().size(); ++number) expectFrame(*reader, number);
+  }
+}
+
+/// In a child whose files may not become as large as an image.
+void writeOnAFullDisk(const fs::path& folder) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  auto writer = RecordingWriter::create(folder, kRealtimeOffset_ns);
+  ASSERT_TRUE(writer);
+  EXPECT_TRUE((*writer)->offer(*madeUpFrame(0)));
+  ASSERT_TRUE(test::becomesTrue([&] { return (*writer)->failure().has_value(); }));
+  EXPECT_FALSE((*writer)->offer(*madeUpFrame(1)));
+  EXPECT_FALSE((*writer)->close());
+  EXPECT_EQ((*writer)->frames(), 0U);
+  EXPECT_EQ((*writer)->lost(), 2U);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1) << "no half image";
+  EXPECT_EQ(fs::file_size(folder / "INDEX.txt"), 0U);
+}
+
+TEST(RecordingWriter, SaysWhenTheDiskIsFullAndLeavesNoHalfImage) {
+  if (!test::rerunPart().empty()) return writeOnAFullDisk(test::rerunPart());
+  const test::TemporaryFolder folder;
+  const auto child = test::runToEnd(
+      {"/proc/self/exe", "--gtest_filter=RecordingWriter.SaysWhenTheDiskIsFullAndLeavesNoHalfImage"},
+      {.environment = {std::string(test::kRerunVariable) + "=" + (folder.path() / "a.depth").string()},
+       .largest_file_bytes = 300'000});
+  EXPECT_EQ(child.ending, test::exitedWith(0)) << child.output;
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

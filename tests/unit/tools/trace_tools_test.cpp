@@ -1,0 +1,433 @@
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/made_up_trace.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/trace/csv_export.h"
+#include "tools/trace/hdf5_export.h"
+#include "tools/trace/peaks.h"
+#include "tools/trace/trace_plot.h"
+#include "tools/trace/trace_summary.h"
+
+namespace hapticd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Rows = std::vector<std::vector<std::string>>;
+
+constexpr std::int64_t kStart_ns = 5'000'000'000;
+constexpr std::int64_t kRealtimeOffset_ns = 1'700'000'000'000'000'001;
+
+std::string contentOf(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Fields as RFC 4180 has them.
+Rows rowsOf(const fs::path& csv) {
+  Rows rows(1, {""});
+  bool quoted = false;
+  const std::string text = contentOf(csv);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"' && quoted && text[i + 1] == '"') {
+      rows.back().back() += text[i++];
+    } else if (text[i] == '"') {
+      quoted = !quoted;
+    } else if (text[i] == ',' && !quoted) {
+      rows.back().emplace_back();
+    } else if (text[i] == '\n' && !quoted) {
+      rows.emplace_back(1, "");
+    } else {
+      rows.back().back() += text[i];
+    }
+  }
+  rows.pop_back();  // behind the last line's end
+  return rows;
+}
+
+/// The value of a row by the name of its column.
+std::string cell(const Rows& rows, std::size_t row, const std::string& column) {
+  const auto found = std::ranges::find(rows.at(0), column);
+  if (found == rows[0].end()) return "no column " + column;
+  return rows.at(row).at(static_cast<std::size_t>(found - rows[0].begin()));
+}
+
+double number(const Rows& rows, std::size_t row, const std::string& column) {
+  return std::strtod(cell(rows, row, column).c_str(), nullptr);
+}
+
+bool same(double a, double b) {
+  return (std::isnan(a) && std::isnan(b)) || std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+/// Ticks 1 ms apart from kStart_ns on; tick n has force n mod 7, and 9 where there is a peak.
+rt::Tick plainTick(std::uint64_t number, const std::vector<std::uint64_t>& peaks) {
+  rt::Tick tick;
+  tick.number = number;
+  tick.planned_ns = kStart_ns + static_cast<std::int64_t>(number - 1) * 1'000'000;
+  const bool peak = std::ranges::find(peaks, number) != peaks.end();
+  tick.command_force_n_in_world = {0, 0, peak ? -9.0 : static_cast<double>(number % 7)};
+  tick.wakeup_latency_ns = static_cast<std::int64_t>(number) * 1000;
+  tick.compute_ns = 2 * tick.wakeup_latency_ns;
+  return tick;
+}
+
+class TraceTools : public testing::Test {
+ protected:
+  fs::path path(const std::string& name) const { return folder_.path() / name; }
+
+  fs::path write(const test::MadeUpRecords& records, const std::string& name = "a.mcap") {
+    test::writeTrace(path(name), records, 1000,
+                     {.realtime_offset_ns = kRealtimeOffset_ns, .metadata = {{"kernel", "6.1"}}});
+    return path(name);
+  }
+  fs::path writePlain(std::uint64_t ticks, const std::vector<std::uint64_t>& peaks = {}) {
+    test::MadeUpRecords records;
+    for (std::uint64_t number = 1; number <= ticks; ++number)
+      records.ticks.push_back(plainTick(number, peaks));
+    return write(records);
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST(Peaks, KeepTheLeastAndTheLargestOfEachStretchInOrder) {
+  std::vector<int> kept;
+  const std::vector<double> values{3, 1, 2, 9, 5, 5, 5, 5, 0, 7, 8, 4};
+  Peaks<int> peaks(values.size(), 6, [&kept](int index) { kept.push_back(index); });
+  for (int i = 0; i < 12; ++i) peaks.add(values[static_cast<std::size_t>(i)], i);
+  peaks.finish();
+  EXPECT_EQ(kept, (std::vector<int>{1, 3, 4, 8, 10}));  // 1 and 9, 5 for all, 0 and 8
+}
+
+TEST(Peaks, LoseNoValueThatIsNoNumberAndAreNeverTooMany) {
+  for (const std::size_t most : {2U, 3U, 10U, 99U, 100U, 1000U}) {
+    std::vector<double> kept;
+    Peaks<double> peaks(100, most, [&kept](double value) { kept.push_back(value); });
+    for (int i = 0; i < 100; ++i) {
+      const double value = i == 57 ? std::nan("") : static_cast<double>(i * 37 % 100);
+      peaks.add(value, value);
+    }
+    peaks.finish();
+    EXPECT_LE(kept.size(), most);
+    EXPECT_TRUE(std::ranges::any_of(kept, [](double value) { return std::isnan(value); })) << most;
+    EXPECT_TRUE(std::ranges::find(kept, 0.0) != kept.end()) << most;
+  }
+}
+
+TEST_F(TraceTools, CsvHasEveryTickAsItWasWritten) {
+  const test::MadeUpRecords records = test::madeUpRecords(1, 50);
+  const auto written = exportCsv(write(records), path("a.csv"), TraceChannel::ticks);
+  ASSERT_TRUE(written) << written.error().text();
+  EXPECT_EQ(*written, 50U);
+  const Rows rows = rowsOf(path("a.csv"));
+  ASSERT_EQ(rows.size(), 51U);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const rt::Tick& tick = records.ticks[i];
+    const std::size_t row = i + 1;
+    ASSERT_EQ(rows[row].size(), rows[0].size());
+    EXPECT_EQ(cell(rows, row, "number"), std::to_string(tick.number));
+    EXPECT_EQ(cell(rows, row, "wakeup_latency_ns"), std::to_string(tick.wakeup_latency_ns));
+    EXPECT_EQ(cell(rows, row, "handle_buttons"), std::to_string(tick.handle.buttons));
+    EXPECT_EQ(cell(rows, row, "slew_limited"), tick.slew_limited ? "1" : "0");
+    EXPECT_TRUE(same(number(rows, row, "energy_j"), tick.energy_j));
+    EXPECT_TRUE(same(number(rows, row, "command_force_n_in_world_x"), tick.command_force_n_in_world.x));
+    EXPECT_TRUE(same(number(rows, row, "command_force_n_in_world_z"), tick.command_force_n_in_world.z));
+    EXPECT_TRUE(same(number(rows, row, "handle_velocity_m_per_s_in_world_y"),
+                     tick.handle.velocity_m_per_s_in_world.y));
+  }
+}
+
+TEST_F(TraceTools, CsvSaysTimesExactlyAndEnumeratorsByName) {
+  test::MadeUpRecords records;
+  records.ticks = {plainTick(1, {}), plainTick(2, {})};
+  records.ticks[1].mode = rt::Mode::engaged;
+  records.ticks[1].cause = rt::Cause::overrun_burst;
+  records.ticks[1].law = rt::ForceLaw::surface;
+  ASSERT_TRUE(exportCsv(write(records), path("a.csv"), TraceChannel::ticks));
+  const Rows rows = rowsOf(path("a.csv"));
+  EXPECT_EQ(cell(rows, 1, "time_s"), "0.000000000");
+  EXPECT_EQ(cell(rows, 2, "time_s"), "0.001000000");
+  EXPECT_EQ(cell(rows, 2, "realtime_s"), "1700000005.001000001");
+  EXPECT_EQ(cell(rows, 1, "mode"), "starting");
+  EXPECT_EQ(cell(rows, 2, "mode"), "engaged");
+  EXPECT_EQ(cell(rows, 2, "cause"), "overrun_burst");
+  EXPECT_EQ(cell(rows, 2, "law"), "surface");
+}
+
+TEST_F(TraceTools, CsvHasTheOtherChannels) {
+  test::MadeUpRecords records;
+  drivers::EventRecord event;
+  event.time_ns = kStart_ns - 500'000'000;
+  event.kind = "warning";
+  event.text = "a \"quoted\", long\nline";
+  event.fields = {{"A", "1"}, {"B", "x, y"}};
+  records.events = {event};
+  drivers::ModelRecord model;
+  model.centre_m_in_world = {0.5, 0, -1.25};
+  records.models = {model, model};
+  records.directives.emplace_back().parameters = {{"force.law", "surface"}};
+  records.ticks = {plainTick(1, {})};
+  const fs::path trace = write(records);
+  ASSERT_TRUE(exportCsv(trace, path("events.csv"), TraceChannel::events));
+  const Rows events = rowsOf(path("events.csv"));
+  EXPECT_EQ(cell(events, 1, "time_s"), "-0.500000000");  // before the first tick
+  EXPECT_EQ(cell(events, 1, "text"), event.text);
+  EXPECT_EQ(cell(events, 1, "fields"), "A=1; B=x, y");
+  EXPECT_EQ(exportCsv(trace, path("models.csv"), TraceChannel::models).value(), 2U);
+  EXPECT_EQ(cell(rowsOf(path("models.csv")), 2, "centre_m_in_world_z"), "-1.25");
+  EXPECT_EQ(exportCsv(trace, path("directives.csv"), TraceChannel::directives).value(), 1U);
+  EXPECT_EQ(cell(rowsOf(path("directives.csv")), 1, "parameters"), "force.law=surface");
+}
+
+TEST_F(TraceTools, OnlyTheSelectedTimeIsExported) {
+  const fs::path trace = writePlain(100);
+  const auto written = exportCsv(trace, path("a.csv"), TraceChannel::ticks, {.from_s = 0.0095, .to_s = 0.02});
+  ASSERT_TRUE(written) << written.error().text();
+  const Rows rows = rowsOf(path("a.csv"));
+  EXPECT_EQ(*written, 11U);
+  EXPECT_EQ(cell(rows, 1, "number"), "11");
+  EXPECT_EQ(cell(rows, 11, "number"), "21");
+}
+
+TEST_F(TraceTools, FewerRowsKeepEveryPeak) {
+  const std::vector<std::uint64_t> peaks{1, 137, 500, 999, 1000};
+  const auto written =
+      exportCsv(writePlain(1000, peaks), path("a.csv"), TraceChannel::ticks, {.most_ticks = 40});
+  ASSERT_TRUE(written) << written.error().text();
+  EXPECT_LE(*written, 40U);
+  EXPECT_GE(*written, 38U);
+  const Rows rows = rowsOf(path("a.csv"));
+  std::vector<std::uint64_t> found;
+  std::uint64_t before = 0;
+  for (std::size_t row = 1; row < rows.size(); ++row) {
+    const std::uint64_t tick = std::stoull(cell(rows, row, "number"));
+    EXPECT_GT(tick, before) << "in the order of time";
+    before = tick;
+    if (number(rows, row, "command_force_n_in_world_z") == -9) found.push_back(tick);
+  }
+  EXPECT_EQ(found, (std::vector<std::uint64_t>{1, 137, 500, 999}));  // the last two are of one stretch
+}
+
+TEST_F(TraceTools, NothingIsLeftOfWhatCouldNotBeExported) {
+  const fs::path trace = writePlain(5000);
+  std::string damaged = contentOf(trace);
+  damaged[damaged.size() * 6 / 10] ^= 1;
+  folder_.write("damaged.mcap", damaged);
+  const auto filesBefore = std::distance(fs::directory_iterator(folder_.path()), {});
+  for (const char* source : {"damaged.mcap", "none.mcap"}) {
+    EXPECT_FALSE(exportCsv(path(source), path("a.csv"), TraceChannel::ticks)) << source;
+    EXPECT_FALSE(exportHdf5(path(source), path("a.h5"))) << source;
+    EXPECT_FALSE(plotTrace(path(source), path("a.svg"))) << source;
+    EXPECT_FALSE(summariseTrace(path(source))) << source;
+  }
+  for (const TraceSelection& none :
+       {TraceSelection{.from_s = 2, .to_s = 1}, TraceSelection{.from_s = std::nan("")},
+        TraceSelection{.most_ticks = 1}}) {
+    EXPECT_FALSE(exportCsv(trace, path("a.csv"), TraceChannel::ticks, none));
+    EXPECT_FALSE(exportHdf5(trace, path("a.h5"), none));
+  }
+  EXPECT_FALSE(exportCsv(trace, path("nowhere/a.csv"), TraceChannel::ticks));
+  EXPECT_FALSE(exportHdf5(trace, path("nowhere/a.h5")));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), filesBefore);
+}
+
+TEST_F(TraceTools, NoFileIsOverwritten) {
+  const fs::path trace = writePlain(5);
+  for (const char* name : {"a.csv", "a.h5", "a.svg"}) folder_.write(name, "mine");
+  EXPECT_FALSE(exportCsv(trace, path("a.csv"), TraceChannel::ticks));
+  EXPECT_FALSE(exportHdf5(trace, path("a.h5")));
+  EXPECT_FALSE(plotTrace(trace, path("a.svg")));
+  for (const char* name : {"a.csv", "a.h5", "a.svg"}) EXPECT_EQ(contentOf(path(name)), "mine");
+}
+
+TEST_F(TraceTools, ProgressGrowsToTheEnd) {
+  const fs::path trace = writePlain(5000);
+  std::vector<double> shares;
+  const auto note = [&shares](double share) { shares.push_back(share); };
+  ASSERT_TRUE(exportCsv(trace, path("a.csv"), TraceChannel::ticks, {.most_ticks = 10}, note));
+  EXPECT_GT(shares.size(), 4U);
+  EXPECT_TRUE(std::ranges::is_sorted(shares));
+  EXPECT_EQ(shares.back(), 1);
+}
+
+/// An HDF5 file, read without the code that wrote it.
+class Hdf5 {
+ public:
+  explicit Hdf5(const fs::path& file) : file_(::H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)) {}
+  ~Hdf5() { ::H5Fclose(file_); }
+
+  template <typename Number>
+  std::vector<Number> numbers(const char* dataset, hid_t type) const {
+    const hid_t data = ::H5Dopen2(file_, dataset, H5P_DEFAULT);
+    const hid_t space = ::H5Dget_space(data);
+    std::vector<Number> values(static_cast<std::size_t>(::H5Sget_simple_extent_npoints(space)));
+    EXPECT_GE(::H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0) << dataset;
+    ::H5Sclose(space);
+    ::H5Dclose(data);
+    return values;
+  }
+  std::vector<std::string> texts(const char* dataset) const {
+    const hid_t data = ::H5Dopen2(file_, dataset, H5P_DEFAULT);
+    std::vector<std::string> values = textsOf(data, ::H5Dget_space(data), [&](hid_t type, void* to) {
+      return ::H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to);
+    });
+    ::H5Dclose(data);
+    return values;
+  }
+  std::vector<std::string> attribute(const char* object, const char* name) const {
+    const hid_t attribute = ::H5Aopen_by_name(file_, object, name, H5P_DEFAULT, H5P_DEFAULT);
+    std::vector<std::string> values =
+        textsOf(attribute, ::H5Aget_space(attribute),
+                [&](hid_t type, void* to) { return ::H5Aread(attribute, type, to); });
+    ::H5Aclose(attribute);
+    return values;
+  }
+
+ private:
+  template <typename Read>
+  static std::vector<std::string> textsOf(hid_t, hid_t space, Read read) {
+    const hid_t type = ::H5Tcopy(H5T_C_S1);
+    ::H5Tset_size(type, H5T_VARIABLE);
+    ::H5Tset_cset(type, H5T_CSET_UTF8);
+    std::vector<char*> pointers(static_cast<std::size_t>(::H5Sget_simple_extent_npoints(space)));
+    EXPECT_GE(read(type, pointers.data()), 0);
+    std::vector<std::string> texts(pointers.begin(), pointers.end());
+    ::H5Dvlen_reclaim(type, space, H5P_DEFAULT, pointers.data());
+    ::H5Tclose(type);
+    ::H5Sclose(space);
+    return texts;
+  }
+
+  hid_t file_;
+};
+
+TEST_F(TraceTools, Hdf5HasEveryValueAsItWasWritten) {
+  const test::MadeUpRecords records = test::madeUpRecords(1, 5000);  // more than are written at once
+  const auto written = exportHdf5(write(records), path("a.h5"));
+  ASSERT_TRUE(written) << written.error().text();
+  EXPECT_EQ(*written, 5000U + 3 * 3);
+  const Hdf5 file(path("a.h5"));
+  const auto tick_numbers = file.numbers<std::uint64_t>("ticks/number", H5T_NATIVE_UINT64);
+  const auto latencies = file.numbers<std::int64_t>("ticks/wakeup_latency_ns", H5T_NATIVE_INT64);
+  const auto buttons = file.numbers<std::uint32_t>("ticks/handle_buttons", H5T_NATIVE_UINT32);
+  const auto modes = file.numbers<std::uint8_t>("ticks/mode", H5T_NATIVE_UINT8);
+  const auto blending = file.numbers<std::uint8_t>("ticks/blending", H5T_NATIVE_UINT8);
+  const auto forces = file.numbers<double>("ticks/command_force_n_in_world", H5T_NATIVE_DOUBLE);
+  ASSERT_EQ(tick_numbers.size(), 5000U);
+  ASSERT_EQ(forces.size(), 15'000U);
+  for (std::size_t i = 0; i < 5000; ++i) {
+    const rt::Tick& tick = records.ticks[i];
+    ASSERT_EQ(tick_numbers[i], tick.number);
+    ASSERT_EQ(latencies[i], tick.wakeup_latency_ns);
+    ASSERT_EQ(buttons[i], tick.handle.buttons);
+    ASSERT_EQ(modes[i], static_cast<std::uint8_t>(tick.mode));
+    ASSERT_EQ(blending[i], tick.blending ? 1 : 0);
+    ASSERT_TRUE(same(forces[3 * i], tick.command_force_n_in_world.x));
+    ASSERT_TRUE(same(forces[3 * i + 2], tick.command_force_n_in_world.z));
+  }
+  const std::vector<std::string> texts = file.texts("events/text");
+  ASSERT_EQ(texts.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(texts[i], records.events[i].text);
+  EXPECT_EQ(file.attribute("ticks/command_force_n_in_world", "unit"), std::vector<std::string>{"N"});
+  EXPECT_EQ(file.attribute("ticks/handle_velocity_m_per_s_in_world", "unit"),
+            std::vector<std::string>{"m/s"});
+  EXPECT_EQ(file.attribute("ticks/number", "unit"), std::vector<std::string>{""});
+  EXPECT_EQ(file.attribute("ticks/mode", "names").at(2), "engaged");
+  EXPECT_EQ(file.attribute("/", "kernel"), std::vector<std::string>{"6.1"});
+}
+
+TEST_F(TraceTools, SummaryIsWhatTheTicksSay) {
+  test::MadeUpRecords records;
+  for (const std::uint64_t number : {1U, 2U, 3U, 4U, 7U, 8U, 11U})
+    records.ticks.push_back(plainTick(number, {8}));
+  records.ticks[2].mode = records.ticks[3].mode = rt::Mode::engaged;
+  records.ticks[3].contact = rt::ContactState::contact;
+  records.ticks[4].points_used = 12;
+  records.ticks[5].after_overrun = true;
+  records.events.emplace_back().kind = "mode";
+  const auto summary = summariseTrace(write(records));
+  ASSERT_TRUE(summary) << summary.error().text();
+  EXPECT_EQ(summary->info.ticks, 7U);
+  EXPECT_EQ(summary->info.ticks_dropped, 4U);
+  EXPECT_DOUBLE_EQ(summary->duration_s, 0.010);
+  EXPECT_DOUBLE_EQ(summary->rate_hz, 1000);
+  ASSERT_EQ(summary->gaps, 2U);
+  EXPECT_EQ(summary->first_gaps[1].after_tick, 8U);
+  EXPECT_EQ(summary->first_gaps[1].ticks, 2U);
+  EXPECT_DOUBLE_EQ(summary->first_gaps[1].time_s, 0.007);
+  EXPECT_EQ(summary->overruns, 1U);
+  EXPECT_EQ(summary->wakeup_latency.median_us, 4);  // of 1 2 3 4 7 8 11
+  EXPECT_EQ(summary->wakeup_latency.p99_us, 11);
+  EXPECT_EQ(summary->compute_time.max_us, 22);
+  EXPECT_EQ(summary->largest_force_n, 9);
+  EXPECT_DOUBLE_EQ(summary->largest_force_time_s, 0.007);
+  EXPECT_DOUBLE_EQ(summary->contact_share, 2.0 / 7);
+  ASSERT_EQ(summary->modes_s.size(), 2U);
+  EXPECT_EQ(summary->modes_s[0].first, "starting");
+  EXPECT_DOUBLE_EQ(summary->modes_s[0].second, 0.005);
+  EXPECT_EQ(summary->modes_s[1].first, "engaged");
+  EXPECT_DOUBLE_EQ(summary->modes_s[1].second, 0.002);
+  ASSERT_EQ(summary->events.size(), 1U);
+  EXPECT_EQ(summary->events[0].kind, "mode");
+}
+
+TEST_F(TraceTools, SummaryOfATraceWithoutTicksIsEmpty) {
+  const auto summary = summariseTrace(write({}));
+  ASSERT_TRUE(summary) << summary.error().text();
+  EXPECT_EQ(summary->duration_s, 0);
+  EXPECT_EQ(summary->rate_hz, 0);
+  EXPECT_TRUE(summary->modes_s.empty());
+}
+
+/// $PATH for the life of the object.
+class SearchPath {
+ public:
+  explicit SearchPath(const std::string& path) { ::setenv("PATH", path.c_str(), 1); }
+  ~SearchPath() { ::setenv("PATH", before_.c_str(), 1); }
+
+ private:
+  std::string before_ = std::getenv("PATH");
+};
+
+TEST_F(TraceTools, PlotsAsTheEndingSays) {
+  const fs::path trace = writePlain(3000, {1500});
+  for (const auto& [name, begin] :
+       std::map<std::string, std::string>{{"a.png", "\x89PNG"}, {"a.svg", "<?xml"}}) {
+    const auto plotted = plotTrace(trace, path(name));
+    if (!plotted && plotted.error().text().find("gnuplot-nox") != std::string::npos) {
+      GTEST_SKIP() << "no gnuplot here (Debian package gnuplot-nox)";
+    }
+    ASSERT_TRUE(plotted) << plotted.error().text();
+    EXPECT_TRUE(contentOf(path(name)).starts_with(begin)) << name;
+  }
+  EXPECT_NE(contentOf(path("a.svg")).find("force (N)"), std::string::npos);
+  EXPECT_TRUE(plotTrace(trace, path("b.svg"), {.from_s = 1, .to_s = 1})) << "one tick is enough";
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), 4) << "nothing else is left";
+}
+
+TEST_F(TraceTools, PlotSaysWhatIsMissing) {
+  const fs::path trace = writePlain(10);
+  const auto errorOf = [&](const char* image, const TraceSelection& selection) {
+    const auto plotted = plotTrace(trace, path(image), selection);
+    return plotted ? std::string() : plotted.error().text();
+  };
+  EXPECT_NE(errorOf("a.pdf", {}).find(".png or .svg"), std::string::npos);
+  EXPECT_NE(errorOf("a.svg", {.from_s = 5}).find("no ticks"), std::string::npos);
+  const SearchPath nothing(folder_.path().string());
+  EXPECT_NE(errorOf("a.svg", {}).find("gnuplot-nox"), std::string::npos) << errorOf("a.svg", {});
+  EXPECT_FALSE(fs::exists(path("a.svg")));
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace hapticd::tools {
+
+/// Leaves at most `most` of `count` items, in their order: of each stretch the one of the least and the one
+/// of the largest value. A value that is no number counts as the largest. All where there are no more than
+/// that.
+template <typename Item>
+class Peaks {
+ public:
+  using Emit = std::function<void(const Item&)>;
+
+  /// `most` >= 2.
+  Peaks(std::uint64_t count, std::size_t most, Emit emit)
+      : count_(count), stretches_(count <= most ? 0 : most / 2), emit_(std::move(emit)) {}
+
+  void add(double value, const Item& item) {
+    const std::uint64_t index = index_++;
+    if (stretches_ == 0) return emit_(item);
+    // in floating point, for the product may be larger than any integer; a rounding moves a border by one
+    // item
+    const auto stretch = static_cast<std::uint64_t>(static_cast<double>(index) / static_cast<double>(count_) *
+                                                    static_cast<double>(stretches_));
+    if (stretch != stretch_) finish();
+    stretch_ = stretch;
+    const double key = std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+    if (!least_ || key < least_->value) least_ = {index, key, item};
+    if (!largest_ || key > largest_->value) largest_ = {index, key, item};
+  }
+
+  /// After the last item.
+  void finish() {
+    if (least_) {
+      const auto& [first, second] = std::minmax(*least_, *largest_, earlier);
+      emit_(first.item);
+      if (second.index != first.index) emit_(second.item);
+    }
+    least_.reset();
+    largest_.reset();
+  }
+
+ private:
+  struct Found {
+    std::uint64_t index;
+    double value;
+    Item item;
+  };
+  static bool earlier(const Found& a, const Found& b) { return a.index < b.index; }
+
+  std::uint64_t count_;
+  std::uint64_t stretches_;
+  Emit emit_;
+  std::uint64_t index_ = 0;
+  std::uint64_t stretch_ = 0;
+  std::optional<Found> least_;
+  std::optional<Found> largest_;
+};
+
+}  // namespace hapticd::tools

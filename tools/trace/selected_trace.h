@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "config/error.h"
+#include "drivers/trace/trace_reader.h"
+#include "tools/trace/trace_selection.h"
+
+namespace hapticd::tools {
+
+/// What a selection leaves of a trace.
+class SelectedTrace {
+ public:
+  /// Errors: those of readTrace(), a selection that is none.
+  static config::Result<SelectedTrace> open(const std::filesystem::path& file,
+                                            const TraceSelection& selection);
+
+  /// CLOCK_MONOTONIC that times in seconds count from.
+  std::int64_t start_ns() const { return start_ns_; }
+  /// CLOCK_REALTIME minus CLOCK_MONOTONIC.
+  std::int64_t realtimeOffset_ns() const { return info_.realtime_offset_ns; }
+  const drivers::TraceText& metadata() const { return info_.metadata; }
+  double seconds(std::int64_t time_ns) const;
+
+  /// Ticks in the selected time, whatever their number.
+  config::Result<std::uint64_t> countTicks(const Progress& progress) const;
+  /// What is in the selected time, and no more ticks than are wanted.
+  config::Result<drivers::TraceInfo> read(drivers::TraceVisitor visitor, const Progress& progress) const;
+  /// The same with all ticks of that time.
+  config::Result<drivers::TraceInfo> readAll(drivers::TraceVisitor visitor, const Progress& progress) const;
+
+ private:
+  SelectedTrace(std::filesystem::path file, const TraceSelection& selection)
+      : file_(std::move(file)), selection_(selection) {}
+  bool holds(std::int64_t time_ns) const;
+
+  std::filesystem::path file_;
+  TraceSelection selection_;
+  std::int64_t start_ns_ = 0;
+  drivers::TraceInfo info_;  ///< of its begin
+};
+
+}  // namespace hapticd::tools

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+#include "config/error.h"
+#include "tools/trace/trace_selection.h"
+
+namespace hapticd::tools {
+
+/// Draws |commanded force|, penetration (distance from the HIP to the proxy) and wake-up latency over time
+/// with gnuplot into `image`, a PNG or SVG by its ending, which must not exist. Each curve keeps its peaks:
+/// at most selection.most_ticks values of each (0: 2000). The file is there whole or not at all.
+/// Errors: those of readTrace(), another ending, no ticks in the selection, a file that exists, no gnuplot.
+/// Thread: any.  RT: not safe.
+config::Result<void> plotTrace(const std::filesystem::path& trace, const std::filesystem::path& image,
+                               const TraceSelection& selection = {}, const Progress& progress = {});
+
+}  // namespace hapticd::tools

@@ -1,0 +1,108 @@
+#include "tools/trace/trace_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "drivers/monotonic_clock.h"
+#include "drivers/trace/names.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr std::size_t kMostGaps = 20;
+constexpr std::size_t kMostEvents = 1000;
+
+/// The nearest sample that at least `share` of all do not exceed, microseconds.
+double percentile_us(std::vector<std::int64_t>& samples_ns, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(samples_ns.size())));
+  const auto at = samples_ns.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(samples_ns.begin(), at, samples_ns.end());
+  return static_cast<double>(*at) / 1000;
+}
+
+TraceDurations durationsOf(std::vector<std::int64_t> samples_ns) {
+  if (samples_ns.empty()) return {};
+  return {percentile_us(samples_ns, 0.5), percentile_us(samples_ns, 0.99), percentile_us(samples_ns, 0.999),
+          percentile_us(samples_ns, 1)};
+}
+
+class Summing {
+ public:
+  bool addTick(const rt::Tick& tick) {
+    if (ticks_ == 0) {
+      first_ = tick;
+    } else if (tick.number > last_.number + 1) {
+      addGap(tick);
+    }
+    const double force_n = norm(tick.command_force_n_in_world);
+    if (ticks_ == 0 || force_n > summary_.largest_force_n) {
+      summary_.largest_force_n = force_n;
+      summary_.largest_force_time_s = since(tick.planned_ns);
+    }
+    wakeup_ns_.push_back(tick.wakeup_latency_ns);
+    compute_ns_.push_back(tick.compute_ns);
+    ++in_mode_[static_cast<std::size_t>(tick.mode)];
+    if (inContact(tick)) ++contacts_;
+    if (tick.after_overrun) ++summary_.overruns;
+    last_ = tick;
+    ++ticks_;
+    return true;
+  }
+
+  bool addEvent(const drivers::EventRecord& event) {
+    if (summary_.events.size() < kMostEvents) summary_.events.push_back(event);
+    return true;
+  }
+
+  TraceSummary finish(drivers::TraceInfo info) && {
+    summary_.info = std::move(info);
+    summary_.wakeup_latency = durationsOf(std::move(wakeup_ns_));
+    summary_.compute_time = durationsOf(std::move(compute_ns_));
+    if (ticks_ == 0) return std::move(summary_);
+    summary_.duration_s = since(last_.planned_ns);
+    summary_.contact_share = static_cast<double>(contacts_) / static_cast<double>(ticks_);
+    const auto periods = static_cast<double>(last_.number - first_.number);
+    if (summary_.duration_s > 0) summary_.rate_hz = periods / summary_.duration_s;
+    const double period_s = summary_.rate_hz > 0 ? 1 / summary_.rate_hz : 0;
+    for (std::size_t mode = 0; mode < in_mode_.size(); ++mode) {
+      if (in_mode_[mode] == 0) continue;
+      summary_.modes_s.emplace_back(drivers::kNames<rt::Mode>[mode],
+                                    static_cast<double>(in_mode_[mode]) * period_s);
+    }
+    return std::move(summary_);
+  }
+
+ private:
+  double since(std::int64_t time_ns) const {
+    return (static_cast<double>(time_ns) - static_cast<double>(first_.planned_ns)) /
+           static_cast<double>(drivers::kNsPerSecond);
+  }
+
+  void addGap(const rt::Tick& tick) {
+    ++summary_.gaps;
+    if (summary_.first_gaps.size() >= kMostGaps) return;
+    summary_.first_gaps.push_back({last_.number, tick.number - last_.number - 1, since(last_.planned_ns)});
+  }
+
+  TraceSummary summary_;
+  rt::Tick first_, last_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t contacts_ = 0;
+  std::array<std::uint64_t, rt::kModeCount> in_mode_{};
+  std::vector<std::int64_t> wakeup_ns_, compute_ns_;
+};
+
+}  // namespace
+
+config::Result<TraceSummary> summariseTrace(const std::filesystem::path& trace, const Progress& progress) {
+  Summing summing;
+  auto info =
+      drivers::readTrace(trace, {.tick = [&](const rt::Tick& tick) { return summing.addTick(tick); },
+                                 .event = [&](const drivers::EventRecord& e) { return summing.addEvent(e); },
+                                 .progress = progress});
+  if (!info) return std::unexpected(info.error());
+  return std::move(summing).finish(std::move(*info));
+}
+
+}  // namespace hapticd::tools

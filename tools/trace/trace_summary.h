@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/error.h"
+#include "drivers/trace/trace_reader.h"
+#include "tools/trace/trace_selection.h"
+
+namespace hapticd::tools {
+
+/// Spread of a duration, microseconds. Percentiles are of the whole trace, exact to the nearest sample.
+struct TraceDurations {
+  double median_us = 0;
+  double p99_us = 0;
+  double p999_us = 0;
+  double max_us = 0;
+};
+
+/// Ticks that are missing.
+struct TraceGap {
+  std::uint64_t after_tick = 0;  ///< number of the last tick before it
+  std::uint64_t ticks = 0;       ///< missing
+  double time_s = 0;             ///< of after_tick, since the first tick
+};
+
+struct TraceSummary {
+  drivers::TraceInfo info;
+  double duration_s = 0;  ///< from the first tick to the last one
+  double rate_hz = 0;     ///< of the loop: missing ticks are counted in
+  std::uint64_t gaps = 0;
+  std::vector<TraceGap> first_gaps;  ///< at most 20
+  std::uint64_t overruns = 0;        ///< ticks after one that ended late
+  TraceDurations wakeup_latency;
+  TraceDurations compute_time;
+  double largest_force_n = 0;                           ///< of the commanded force
+  double largest_force_time_s = 0;                      ///< when, since the first tick
+  double contact_share = 0;                             ///< of the ticks with something to feel, 0..1
+  std::vector<std::pair<std::string, double>> modes_s;  ///< each mode that occurs, and its time in seconds
+  std::vector<drivers::EventRecord> events;             ///< the first 1000
+};
+
+/// Reads the whole trace once.  Errors: those of readTrace().
+/// Thread: any.  RT: not safe (keeps 16 bytes per tick).
+config::Result<TraceSummary> summariseTrace(const std::filesystem::path& trace,
+                                            const Progress& progress = {});
+
+}  // namespace hapticd::tools
