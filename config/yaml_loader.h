@@ -2,11 +2,13 @@
 
 #include <expected>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "config/error.h"
+#include "config/parameter_table.h"
 #include "config/settings.h"
 
 namespace hapticd::config {
@@ -18,5 +20,17 @@ namespace hapticd::config {
 /// half applied.
 std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
                                                          std::span<const std::string> overrides = {});
+
+/// A parameter of the table and a value that it takes.
+struct Assignment {
+  const Parameter* parameter = nullptr;
+  Value value;
+};
+
+/// What a file of the same form sets, in its order, to be set on top of other settings: the rules between
+/// parameters (checkTogether) are the caller's to check then. `belongs`: whether a parameter may be in the
+/// file. Errors: those of a file of settings, and parameters that do not belong into it.
+std::expected<std::vector<Assignment>, std::vector<Error>> loadAssignments(
+    const std::filesystem::path& file, const std::function<bool(const Parameter&)>& belongs);
 
 }  // namespace hapticd::config

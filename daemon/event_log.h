@@ -2,8 +2,9 @@
 
 #include <chrono>
 #include <functional>
-#include <set>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "daemon/box.h"
 #include "daemon/journal_entry.h"
@@ -27,6 +28,7 @@ class EventLog {
 
  private:
   void tellMode(const rt::Tick& tick, Clock::time_point now);
+  void tellWarnings(const std::vector<std::string>& warnings);
 
   Write write_;
   rt::Mode mode_ = rt::Mode::starting;
@@ -36,7 +38,7 @@ class EventLog {
   int untold_ = 0;
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
-  std::set<std::string> warnings_;  // without their numbers, which may change all the time
+  std::map<std::string, std::string> warnings_;  // by the text without its numbers, which may always change
 };
 
 }  // namespace hapticd::daemon

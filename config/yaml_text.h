@@ -1,0 +1,15 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "config/parameter_table.h"
+#include "config/settings.h"
+
+namespace hapticd::config {
+
+/// The parameters that `chosen` is true of (all where it is empty), as a file that loadSettings() reads back
+/// to the same values.
+std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen = {});
+
+}  // namespace hapticd::config
