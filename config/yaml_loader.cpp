@@ -93,7 +93,9 @@ Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names
 // Fills Settings from a file and from overrides, and keeps what was wrong and which parameter was set where.
 class Loading {
  public:
-  explicit Loading(std::string file_name) : file_name_(std::move(file_name)) {}
+  /// `belongs`: whether the file may name a parameter; empty: any.
+  explicit Loading(std::string file_name, std::function<bool(const Parameter&)> belongs = {})
+      : file_name_(std::move(file_name)), belongs_(std::move(belongs)) {}
 
   void take(const YamlFile& file) {
     complete_ = file.complete;
@@ -128,16 +130,12 @@ class Loading {
 
   std::expected<Settings, std::vector<Error>> finish() && {
     if (errors_.empty()) return std::move(settings_);
-    std::ranges::stable_sort(errors_, {}, &std::pair<int, Error>::first);
-    std::vector<Error> errors;
-    for (auto& [line, error] : errors_) {
-      if (errors.size() == kMostErrors) {
-        errors.push_back({file_name_, fmt::format("{} more problems", errors_.size() - kMostErrors), ""});
-        break;
-      }
-      errors.push_back(std::move(error));
-    }
-    return std::unexpected(std::move(errors));
+    return std::unexpected(sortedErrors());
+  }
+
+  std::expected<std::vector<Assignment>, std::vector<Error>> finishAssignments() && {
+    if (errors_.empty()) return std::move(assignments_);
+    return std::unexpected(sortedErrors());
   }
 
  private:
@@ -147,6 +145,19 @@ class Loading {
     int line;
     std::string text;
   };
+
+  std::vector<Error> sortedErrors() {
+    std::ranges::stable_sort(errors_, {}, &std::pair<int, Error>::first);
+    std::vector<Error> errors;
+    for (auto& [line, error] : errors_) {
+      if (errors.size() == kMostErrors) {
+        errors.push_back({file_name_, fmt::format("{} more problems", errors_.size() - kMostErrors), ""});
+        break;
+      }
+      errors.push_back(std::move(error));
+    }
+    return errors;
+  }
 
   // As a message may show it, without the quotes.
   static std::string shortened(const std::string& text) {
@@ -183,6 +194,11 @@ class Loading {
       report(entry.line, unknownParameter(name));
       return;
     }
+    if (belongs_ && !belongs_(*parameter)) {
+      report(entry.line, {name, "is not one of the parameters that belong into this file",
+                          "take the line out; hapticd.yaml is the place for it"});
+      return;
+    }
     const Result<Value> value = valueOf(entry, *parameter);
     if (!value) {
       report(entry.line, value.error());
@@ -190,6 +206,7 @@ class Loading {
       return;
     }
     parameter->set(settings_, *value);
+    assignments_.push_back({parameter, *value});
     set_at_[name] = {entry.line, placeOf(entry.line)};
   }
 
@@ -217,7 +234,9 @@ class Loading {
   }
 
   std::string file_name_;
+  std::function<bool(const Parameter&)> belongs_;
   Settings settings_;
+  std::vector<Assignment> assignments_;
   bool complete_ = false;                      // the file was read to its end
   std::vector<std::pair<int, Error>> errors_;  // with the line, for the order
   std::map<std::string, Place> set_at_;
@@ -243,6 +262,15 @@ std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view te
   loading.take(readYaml(text));
   loading.checkRules();
   return std::move(loading).finish();
+}
+
+std::expected<std::vector<Assignment>, std::vector<Error>> loadAssignments(
+    const std::filesystem::path& file, const std::function<bool(const Parameter&)>& belongs) {
+  Loading loading(file.string(), belongs);
+  const Result<std::string> content = contentOf(file);
+  if (!content) return std::unexpected(std::vector{content.error()});
+  loading.take(readYaml(*content));
+  return std::move(loading).finishAssignments();
 }
 
 }  // namespace hapticd::config

@@ -2,12 +2,14 @@
 
 #include <expected>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/error.h"
+#include "config/parameter_table.h"
 #include "config/settings.h"
 
 namespace hapticd::config {
@@ -22,5 +24,17 @@ std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::
 
 /// The same of `text`, which messages call `name`.
 std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name);
+
+/// A parameter of the table and a value that it takes.
+struct Assignment {
+  const Parameter* parameter = nullptr;
+  Value value;
+};
+
+/// What a file of the same form sets, in its order, to be set on top of other settings: the rules between
+/// parameters (checkTogether) are the caller's to check then. `belongs`: whether a parameter may be in the
+/// file. Errors: those of a file of settings, and parameters that do not belong into it.
+std::expected<std::vector<Assignment>, std::vector<Error>> loadAssignments(
+    const std::filesystem::path& file, const std::function<bool(const Parameter&)>& belongs);
 
 }  // namespace hapticd::config

@@ -71,12 +71,21 @@ void EventLog::onStatus(const BoxStatus& status) {
             {{"EVENT", "handle"}, {"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
   }
   tellTrace(status.trace);
-  std::set<std::string> warnings;
-  for (const std::string& warning : status.warnings) {
-    const auto [key, is_new] = warnings.insert(withoutNumbers(warning));
-    if (is_new && !warnings_.contains(*key)) write_({Priority::warning, warning, {{"EVENT", "warning"}}});
+  tellWarnings(status.warnings);
+}
+
+void EventLog::tellWarnings(const std::vector<std::string>& warnings) {
+  std::map<std::string, std::string> now;
+  for (const std::string& warning : warnings) now.emplace(withoutNumbers(warning), warning);
+  for (const auto& [key, text] : warnings_) {
+    if (now.contains(key)) continue;
+    write_({Priority::notice, "no more: " + text, {{"EVENT", "warning"}, {"STATE", "end"}}});
   }
-  warnings_ = std::move(warnings);
+  for (const auto& [key, text] : now) {
+    if (warnings_.contains(key)) continue;
+    write_({Priority::warning, text, {{"EVENT", "warning"}, {"STATE", "begin"}}});
+  }
+  warnings_ = std::move(now);
 }
 
 void EventLog::tellTrace(const TraceStatus& trace) {

@@ -2,8 +2,9 @@
 
 #include <chrono>
 #include <functional>
-#include <set>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "daemon/box.h"
 #include "daemon/journal_entry.h"
@@ -28,6 +29,7 @@ class EventLog {
  private:
   void tellTrace(const TraceStatus& trace);
   void tellMode(const rt::Tick& tick, Clock::time_point now);
+  void tellWarnings(const std::vector<std::string>& warnings);
 
   Write write_;
   rt::Mode mode_ = rt::Mode::starting;
@@ -38,7 +40,7 @@ class EventLog {
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
   TraceStatus trace_;
-  std::set<std::string> warnings_;  // without their numbers, which may change all the time
+  std::map<std::string, std::string> warnings_;  // by the text without its numbers, which may always change
 };
 
 }  // namespace hapticd::daemon

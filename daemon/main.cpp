@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "config/yaml_loader.h"
 #include "daemon/journal.h"
 #include "daemon/service.h"
+#include "daemon/state/start_settings.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -63,10 +63,9 @@ void catchSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-int serve(const config::Settings& settings, ConfigurationSource source,
-          std::unique_ptr<FaultInjector> faults) {
+int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
   catchSignals();  // before there is a socket file that one could leave behind
-  Service service(settings, std::move(source), std::move(faults));
+  Service service(start, std::move(source), std::move(faults));
   const SteeredBySignals steered(service);
   return service.run();
 }
@@ -112,14 +111,14 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? EX_OK : EX_USAGE;
   }
 
-  const auto settings = config::loadSettings(file, overrides);
-  if (!settings) {
-    for (const config::Error& error : settings.error()) {
+  const auto start = startSettings(file, overrides);
+  if (!start) {
+    for (const config::Error& error : start.error()) {
       writeToJournal({JournalEntry::Priority::error, error.text()});
     }
     return EX_CONFIG;
   }
-  auto faults = injectorFor(script, *settings);
+  auto faults = injectorFor(script, start->settings);
   if (!faults) {
     writeToJournal({JournalEntry::Priority::error, faults.error().text()});
     return EX_CONFIG;
@@ -128,7 +127,7 @@ int run(int argc, char** argv) {
     fmt::print("{}: no problem found\n", file);
     return EX_OK;
   }
-  return serve(*settings, {file, overrides}, std::move(*faults));
+  return serve(*start, {file, overrides}, std::move(*faults));
 }
 
 }  // namespace

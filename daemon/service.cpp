@@ -7,7 +7,6 @@
 
 #include <utility>
 
-#include "config/yaml_loader.h"
 #include "daemon/control/names.h"
 #include "daemon/journal.h"
 #include "daemon/reload.h"
@@ -29,12 +28,21 @@ int fail(const config::Error& error, int status) {
 
 }  // namespace
 
-Service::Service(const config::Settings& settings, ConfigurationSource source,
+Service::Service(const StartSettings& start, ConfigurationSource source,
                  std::unique_ptr<FaultInjector> faults)
     : source_(std::move(source)),
-      box_(settings, std::move(faults)),
-      control_(box_, {.log = [this](const JournalEntry& entry) { tell(entry); }}),
-      events_([this](const JournalEntry& entry) { tell(entry); }) {}
+      pose_registered_(start.registration.has_value()),
+      notices_(start.notices),
+      box_(start.settings, std::move(faults)),
+      control_(box_, {.log = [this](const JournalEntry& entry) { tell(entry); },
+                      .calibration = {start.configured_T_world_camera, start.registration}}),
+      events_([this](const JournalEntry& entry) { tell(entry); }) {
+  if (start.boot_profile) {
+    tell({Priority::notice,
+          "starts with the boot profile " + *start.boot_profile,
+          {{"EVENT", "profile"}, {"ACTION", "start"}, {"PROFILE", *start.boot_profile}}});
+  }
+}
 
 void Service::requestStop() noexcept {
   stop_requested_ = true;
@@ -101,6 +109,7 @@ void Service::periodic() {
 
 void Service::lookAround(Clock::time_point now) {
   next_look_ = now + kLookPeriod;
+  showNotices();
   const BoxStatus status = box_.status();
   events_.onStatus(status);
   manager_.showState(
@@ -108,9 +117,15 @@ void Service::lookAround(Clock::time_point now) {
                   status.warnings.empty() ? "no warnings" : "see hapticctl status for warnings"));
 }
 
+void Service::showNotices() {
+  std::vector<std::string> notices = notices_;
+  for (std::string& warning : control_.warnings()) notices.push_back(std::move(warning));
+  box_.setNotices(std::move(notices));
+}
+
 void Service::reload() {
   manager_.reloading();
-  if (const auto loaded = config::loadSettings(source_.file, source_.overrides); loaded) {
+  if (const auto loaded = startSettings(source_.file, source_.overrides); loaded) {
     applyReload(*loaded);
   } else {
     refuseReload(loaded.error());
@@ -118,8 +133,12 @@ void Service::reload() {
   manager_.ready();
 }
 
-void Service::applyReload(const config::Settings& loaded) {
-  const auto reload = reloaded(box_.settings(), loaded);
+void Service::applyReload(const StartSettings& loaded) {
+  config::Settings settings = loaded.settings;
+  // A pose that was registered waits as a registration, which is warned of as such, not as a line of the
+  // file.
+  if (pose_registered_ || loaded.registration) settings.camera.pose = box_.settings().camera.pose;
+  const auto reload = reloaded(box_.settings(), settings);
   if (!reload) return refuseReload(reload.error());
   box_.apply(reload->settings);
   for (const Reload::Change& change : reload->changes) {
@@ -130,12 +149,12 @@ void Service::applyReload(const config::Settings& loaded) {
            {"OLD", change.old_value},
            {"NEW", change.new_value}}});
   }
-  std::vector<std::string> notices;
+  notices_ = loaded.notices;
   if (!reload->waiting.empty()) {
-    notices.push_back(fmt::format("{} of {} takes effect at the next start only (systemctl restart hapticd)",
-                                  fmt::join(reload->waiting, ", "), source_.file.string()));
+    notices_.push_back(fmt::format("{} of {} takes effect at the next start only (systemctl restart hapticd)",
+                                   fmt::join(reload->waiting, ", "), source_.file.string()));
   }
-  box_.setNotices(std::move(notices));
+  showNotices();
   tell({Priority::notice,
         fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
                     source_.file.string(), reload->changes.size(), reload->waiting.size()),
@@ -146,9 +165,9 @@ void Service::refuseReload(const std::vector<config::Error>& errors) {
   for (const config::Error& error : errors) {
     tell({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
   }
-  box_.setNotices(
-      {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
-                   errors.size(), errors.front().text())});
+  notices_ = {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
+                          errors.size(), errors.front().text())};
+  showNotices();
 }
 
 }  // namespace hapticd::daemon

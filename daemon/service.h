@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "config/settings.h"
 #include "daemon/control/control_service.h"
 #include "daemon/control/varlink_server.h"
 #include "daemon/event_log.h"
 #include "daemon/running_box.h"
 #include "daemon/service_manager.h"
+#include "daemon/state/start_settings.h"
 
 namespace hapticd::daemon {
 
@@ -27,7 +27,7 @@ struct ConfigurationSource {
 class Service {
  public:
   /// `faults`: to be made up; null: none.
-  Service(const config::Settings& settings, ConfigurationSource source,
+  Service(const StartSettings& start, ConfigurationSource source,
           std::unique_ptr<FaultInjector> faults = nullptr);
 
   /// Opens the sockets, starts the box, serves until requestStop() and brings the force to zero.
@@ -50,11 +50,15 @@ class Service {
   void tell(const JournalEntry& entry);
   void periodic();
   void reload();
-  void applyReload(const config::Settings& loaded);
+  void applyReload(const StartSettings& loaded);
   void refuseReload(const std::vector<config::Error>& errors);
   void lookAround(Clock::time_point now);
+  /// Has the status warn of what is not the box's own.
+  void showNotices();
 
   ConfigurationSource source_;
+  bool pose_registered_;              ///< the camera's pose in use is not the configuration's
+  std::vector<std::string> notices_;  ///< of the last start or reload
   ServiceManager manager_;
   RunningBox box_;
   ControlService control_;

@@ -1,14 +1,22 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "daemon/box.h"
-#include "daemon/control/varlink_server.h"
+#include "daemon/control/calibration_methods.h"
+#include "daemon/control/event_streams.h"
+#include "daemon/control/method.h"
+#include "daemon/control/method_context.h"
+#include "daemon/control/monitor_streams.h"
+#include "daemon/control/parameter_methods.h"
+#include "daemon/control/profile_methods.h"
+#include "daemon/control/snapshot_streams.h"
+#include "daemon/control/trace_methods.h"
 #include "daemon/journal_entry.h"
+#include "daemon/state/state_worker.h"
 
 namespace hapticd::daemon {
 
@@ -17,80 +25,44 @@ struct ControlServiceOptions {
   std::chrono::milliseconds apply_timeout{1000};
   /// Gets an entry for each change, with the uid of who made it. May be empty.
   std::function<void(const JournalEntry&)> log;
+  CalibrationAtStart calibration = {};
 };
 
 /// The interfaces io.hapticd.Status, io.hapticd.Control and org.varlink.service, as the .varlink files of
-/// this folder describe them. Thread: control thread only.
+/// this folder describe them: finds who answers a call, and says what is wrong with one that nobody does.
+/// Thread: control thread only.
 class ControlService final : public CallHandler {
  public:
-  /// `box` outlives the service.
-  ControlService(Box& box, ControlServiceOptions options);
+  /// `box` outlives the service. Files are below its settings' state.folder.
+  ControlService(Box& box, const ControlServiceOptions& options);
+  ControlService(const ControlService&) = delete;
+  ControlService& operator=(const ControlService&) = delete;
 
   void handle(const Call& call, const Caller& caller, Replies& replies) override;
   void closed(ConnectionId connection) override;
 
   /// To be called with every tick of the force loop, for the windows of the Monitor streams.
-  void onTick(const rt::Tick& tick);
+  void onTick(const rt::Tick& tick) { monitors_.onTick(tick); }
   /// To be called with every entry of the journal, for the streams of events.
-  void onEvent(const JournalEntry& entry);
-  /// To be called every few milliseconds: answers what has waited for the force loop, and feeds the streams.
+  void onEvent(const JournalEntry& entry) { events_.add(entry); }
+  /// To be called every few milliseconds: answers what has waited, and feeds the streams.
   void periodic(Replies& replies);
 
+  /// What the status is to warn of because of what was asked for here, each with its remedy.
+  std::vector<std::string> warnings() const { return calibration_.warnings(); }
+  const std::vector<Method>& methods() const { return methods_; }
+
  private:
-  using Clock = std::chrono::steady_clock;
-  using Answer = void (ControlService::*)(const Call&, const Caller&, Replies&);
-
-  struct Method {
-    std::string_view name;
-    Access access;
-    bool streams;
-    std::vector<std::string_view> parameters;  ///< that it knows
-    Answer answer;
-  };
-
-  /// What a change is answered with once the force loop has taken it over.
-  enum class Awaited { generation, mode, engaged };
-
-  /// A call that waits for that.
-  struct Waiting {
-    ConnectionId connection;
-    std::uint64_t generation;
-    Clock::time_point deadline;
-    Awaited awaited;
-  };
-
-  struct Stream {
-    ConnectionId connection;
-    Clock::duration interval;
-    Clock::time_point due;
-    WindowSummary window;
-    std::uint64_t dropped;
-  };
-
-  static const std::vector<Method>& methods();
-
-  void getInfo(const Call&, const Caller&, Replies&);
-  void getInterfaceDescription(const Call&, const Caller&, Replies&);
-  void getStatus(const Call&, const Caller&, Replies&);
-  void getParameters(const Call&, const Caller&, Replies&);
-  void monitor(const Call&, const Caller&, Replies&);
-  void setParameters(const Call&, const Caller&, Replies&);
-  void engage(const Call&, const Caller&, Replies&);
-  void disengage(const Call&, const Caller&, Replies&);
-
-  void answerWhenApplied(const Call& call, const Caller& caller, Replies& replies, std::uint64_t generation,
-                         Awaited awaited);
-  Reply appliedReply(const Waiting& waiting);
-  /// `fields`: of the entry, beside those that say who it was.
-  void log(const Caller& caller, const std::string& change, JournalFields fields) const;
-  void answerWaiting(Replies& replies);
-  void feedStreams(Replies& replies);
-  static Reply streamReply(const Stream& stream, const OrderedJson& status);
-
-  Box& box_;
-  ControlServiceOptions options_;
-  std::vector<Waiting> waiting_;
-  std::vector<Stream> streams_;
+  StateWorker worker_;
+  MethodContext context_;
+  MonitorStreams monitors_;
+  EventStreams events_;
+  SnapshotStreams snapshots_;
+  ParameterMethods parameters_;
+  TraceMethods traces_;
+  ProfileMethods profiles_;
+  CalibrationMethods calibration_;
+  std::vector<Method> methods_;
 };
 
 }  // namespace hapticd::daemon

@@ -106,12 +106,12 @@ config::Result<ListeningSocket> ListeningSocket::open(const ListenerOptions& opt
 config::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& options) {
   int listening = 0;
   socklen_t size = sizeof listening;
-  sockaddr_storage address{};
+  sockaddr_un address{};
   socklen_t address_size = sizeof address;
   const bool usable =
       ::getsockopt(options.descriptor, SOL_SOCKET, SO_ACCEPTCONN, &listening, &size) == 0 && listening != 0 &&
       ::getsockname(options.descriptor, reinterpret_cast<sockaddr*>(&address), &address_size) == 0 &&
-      address.ss_family == AF_UNIX;
+      address.sun_family == AF_UNIX;
   if (!usable) {
     return failure(fmt::format("descriptor {}", options.descriptor), "is not a listening Unix socket",
                    "check ListenStream= in the socket unit");
@@ -119,7 +119,16 @@ config::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& op
   const int flags = ::fcntl(options.descriptor, F_GETFL);
   ::fcntl(options.descriptor, F_SETFL, flags | O_NONBLOCK);
   ::fcntl(options.descriptor, F_SETFD, FD_CLOEXEC);
-  return ListeningSocket(Descriptor(options.descriptor), options.access);
+  ListeningSocket listener(Descriptor(options.descriptor), options.access);
+  address.sun_path[sizeof address.sun_path - 1] = '\0';
+  listener.rememberGroup(address.sun_path);
+  return listener;
+}
+
+/// Empty for a socket without a file.
+void ListeningSocket::rememberGroup(const char* path) {
+  struct stat file {};
+  if (::stat(path, &file) == 0) group_ = file.st_gid;
 }
 
 config::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& options) {
@@ -146,6 +155,7 @@ config::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& o
   if (::chmod(options.path.c_str(), options.mode) != 0) {
     return failure(options.path, "cannot set the socket's mode: " + reason(errno), "");
   }
+  listener.rememberGroup(options.path.c_str());
   if (::listen(listener.descriptor(), kBacklog) != 0) {
     return failure(options.path, "cannot listen: " + reason(errno), "");
   }

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <sys/types.h>
 
+#include <optional>
 #include <string>
 
 #include "config/error.h"
@@ -39,6 +40,8 @@ class ListeningSocket {
 
   int descriptor() const noexcept { return descriptor_.get(); }
   Access access() const noexcept { return access_; }
+  /// Of the socket file; nothing where there is none.
+  std::optional<gid_t> group() const noexcept { return group_; }
 
  private:
   ListeningSocket(Descriptor descriptor, Access access) noexcept
@@ -47,8 +50,11 @@ class ListeningSocket {
   static config::Result<ListeningSocket> adopt(const ListenerOptions& options);
   static config::Result<ListeningSocket> create(const ListenerOptions& options);
 
+  void rememberGroup(const char* path);
+
   Descriptor descriptor_;
   Access access_;
+  std::optional<gid_t> group_;
   std::string created_path_;  // empty: nothing to remove
   dev_t device_ = 0;          // of the created file
   ino_t inode_ = 0;           // of the created file

@@ -1,8 +1,12 @@
 #include "daemon/control/status_json.h"
 
+#include <sys/utsname.h>
+
 #include <algorithm>
+#include <string>
 
 #include "config/law_choice.h"
+#include "daemon/control/interface_texts.h"
 #include "daemon/control/names.h"
 
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
@@ -56,45 +60,6 @@ OrderedJson transitionsJson(const rt::LoopState& state) {
                       {"cause", nameOf(cause)}});
   }
   return {{"count", state.transition_count}, {"byCause", by_cause}, {"newest", newest}};
-}
-
-/// Mode and cause are shown at the top.
-OrderedJson tickJson(const rt::Tick& tick) {
-  return {{"number", tick.number},
-          {"plannedNs", tick.planned_ns},
-          {"wakeupLatencyNs", tick.wakeup_latency_ns},
-          {"computeNs", tick.compute_ns},
-          {"slewLimited", tick.slew_limited},
-          {"magnitudeClamped", tick.magnitude_clamped},
-          {"notFinite", tick.not_finite},
-          {"released", tick.released},
-          {"passivityActed", tick.passivity_acted},
-          {"thermallyLimited", tick.thermally_limited},
-          {"energyJ", tick.energy_j},
-          {"stiffnessLimitNPerM", tick.stiffness_limit_n_per_m},
-          {"stiffnessGain", tick.stiffness_gain},
-          {"outsideModel", tick.outside_model},
-          {"blending", tick.blending},
-          {"law", config::nameOf(tick.law)},
-          {"contact", nameOf(tick.contact)},
-          {"pointsUsed", tick.points_used},
-          {"sceneFrame", tick.scene_frame},
-          {"sceneAgeNs", tick.scene_age_ns},
-          {"directiveGeneration", tick.directive_generation},
-          {"sceneModel", tick.scene_model},
-          {"afterOverrun", tick.after_overrun},
-          {"gain", tick.gain},
-          {"hipVelocityMPerSInWorld", vectorJson(tick.handle.velocity_m_per_s_in_world)},
-          {"buttons", tick.handle.buttons},
-          {"handleDelayS", tick.handle.delay_s},
-          {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
-          {"proxyMInWorld", vectorJson(tick.proxy_m_in_world)},
-          {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
-          {"blendedForceNInWorld", vectorJson(tick.blended_force_n_in_world)},
-          {"scaledForceNInWorld", vectorJson(tick.scaled_force_n_in_world)},
-          {"passiveForceNInWorld", vectorJson(tick.passive_force_n_in_world)},
-          {"filteredForceNInWorld", vectorJson(tick.filtered_force_n_in_world)},
-          {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
 }
 
 OrderedJson cameraJson(const drivers::CameraStatus& camera) {
@@ -200,7 +165,55 @@ OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
           {"cpu", cpu >= 0 ? OrderedJson(cpu) : OrderedJson()}};
 }
 
+/// Version of the kernel, which does not change.
+const std::string& kernelRelease() {
+  static const std::string release = [] {
+    utsname names{};
+    return std::string(::uname(&names) == 0 ? names.release : "");
+  }();
+  return release;
+}
+
 }  // namespace
+
+/// Mode and cause are shown at the top.
+OrderedJson tickJson(const rt::Tick& tick) {
+  return {{"number", tick.number},
+          {"plannedNs", tick.planned_ns},
+          {"wakeupLatencyNs", tick.wakeup_latency_ns},
+          {"computeNs", tick.compute_ns},
+          {"slewLimited", tick.slew_limited},
+          {"magnitudeClamped", tick.magnitude_clamped},
+          {"notFinite", tick.not_finite},
+          {"released", tick.released},
+          {"passivityActed", tick.passivity_acted},
+          {"thermallyLimited", tick.thermally_limited},
+          {"energyJ", tick.energy_j},
+          {"stiffnessLimitNPerM", tick.stiffness_limit_n_per_m},
+          {"stiffnessGain", tick.stiffness_gain},
+          {"outsideModel", tick.outside_model},
+          {"blending", tick.blending},
+          {"law", config::nameOf(tick.law)},
+          {"contact", nameOf(tick.contact)},
+          {"pointsUsed", tick.points_used},
+          {"sceneFrame", tick.scene_frame},
+          {"sceneAgeNs", tick.scene_age_ns},
+          {"directiveGeneration", tick.directive_generation},
+          {"sceneModel", tick.scene_model},
+          {"afterOverrun", tick.after_overrun},
+          {"gain", tick.gain},
+          {"hipVelocityMPerSInWorld", vectorJson(tick.handle.velocity_m_per_s_in_world)},
+          {"buttons", tick.handle.buttons},
+          {"handleDelayS", tick.handle.delay_s},
+          {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
+          {"proxyMInWorld", vectorJson(tick.proxy_m_in_world)},
+          {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
+          {"blendedForceNInWorld", vectorJson(tick.blended_force_n_in_world)},
+          {"scaledForceNInWorld", vectorJson(tick.scaled_force_n_in_world)},
+          {"passiveForceNInWorld", vectorJson(tick.passive_force_n_in_world)},
+          {"filteredForceNInWorld", vectorJson(tick.filtered_force_n_in_world)},
+          {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
+}
 
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
@@ -218,20 +231,23 @@ OrderedJson statusJson(const BoxStatus& status) {
        {"transitions", transitionsJson(loop_state)},
        {"traceTicksDropped", trace_ticks_dropped},
        {"pageFaults", force_thread_page_faults ? OrderedJson(*force_thread_page_faults) : OrderedJson()}});
-  return {{"mode", nameOf(tick.mode)},    {"cause", nameOf(tick.cause)}, {"warnings", OrderedJson(warnings)},
-          {"uptimeS", uptime_s},          {"loop", std::move(loop)},     {"tick", tickJson(tick)},
-          {"camera", cameraJson(camera)}, {"scene", sceneJson(scene)},   {"handle", handleJson(handle)},
-          {"law", lawJson(law)},          {"leds", ledsJson(leds)},      {"trace", traceJson(trace)}};
+  return {{"mode", nameOf(tick.mode)},  {"cause", nameOf(tick.cause)},  {"warnings", OrderedJson(warnings)},
+          {"version", kProductVersion}, {"kernel", kernelRelease()},    {"uptimeS", uptime_s},
+          {"loop", std::move(loop)},    {"tick", tickJson(tick)},       {"camera", cameraJson(camera)},
+          {"scene", sceneJson(scene)},  {"handle", handleJson(handle)}, {"law", lawJson(law)},
+          {"leds", ledsJson(leds)},     {"trace", traceJson(trace)}};
 }
 
-OrderedJson windowJson(const WindowSummary& window) {
-  const auto& [ticks, contact_ticks, min_force_n, max_force_n, max_wakeup_latency_ns] = window;
+OrderedJson windowJson(const TickWindow& window) {
+  const auto& [ticks, contact_ticks, min_force_n, max_force_n, max_wakeup_latency_ns] = window.summary();
   const bool any = ticks != 0;
   return {{"ticks", ticks},
           {"contactTicks", contact_ticks},
           {"minForceN", any ? OrderedJson(min_force_n) : OrderedJson()},
           {"maxForceN", any ? OrderedJson(max_force_n) : OrderedJson()},
-          {"maxWakeupLatencyNs", any ? OrderedJson(max_wakeup_latency_ns) : OrderedJson()}};
+          {"maxWakeupLatencyNs", any ? OrderedJson(max_wakeup_latency_ns) : OrderedJson()},
+          {"wakeupLatency", any ? latencyJson(window.wakeupLatency()) : OrderedJson()},
+          {"computeTime", any ? latencyJson(window.computeTime()) : OrderedJson()}};
 }
 
 }  // namespace hapticd::daemon

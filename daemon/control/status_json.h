@@ -1,6 +1,7 @@
 #pragma once
 
 #include "daemon/box.h"
+#include "daemon/control/tick_window.h"
 #include "daemon/control/varlink_message.h"
 
 namespace hapticd::daemon {
@@ -8,6 +9,8 @@ namespace hapticd::daemon {
 /// The types `Status` and `Window` of io.hapticd.Status. Field names are those of the C++ structures in
 /// camelCase.
 OrderedJson statusJson(const BoxStatus& status);
-OrderedJson windowJson(const WindowSummary& window);
+OrderedJson windowJson(const TickWindow& window);
+/// The type `Tick`.
+OrderedJson tickJson(const rt::Tick& tick);
 
 }  // namespace hapticd::daemon

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,6 +15,8 @@ namespace hapticd::daemon {
 
 /// Never used twice in the life of a server.
 using ConnectionId = std::uint64_t;
+/// Of none: a reply to it goes nowhere.
+inline constexpr ConnectionId kNoConnection = 0;
 
 /// Who is at the other end, as the kernel knows it from the moment of connecting.
 struct Caller {
@@ -41,7 +44,9 @@ class VarlinkConnection {
 
   /// Whether the next call may be taken: none is open and its predecessor's reply is gone.
   bool readyForCall() const noexcept { return !dead && !call_open && outputEmpty(); }
-  bool outputEmpty() const noexcept { return sent_ == output_.size(); }
+  bool outputEmpty() const noexcept { return outputBytes() == 0; }
+  /// What the client has not taken yet, without what the kernel holds.
+  std::size_t outputBytes() const noexcept { return output_.size() - sent_; }
   /// The client sends no more (it may still read).
   bool inputEnded() const noexcept { return input_ended_; }
 

@@ -12,6 +12,8 @@
 #include <cstring>
 #include <utility>
 
+#include "daemon/control/peer.h"
+
 namespace hapticd::daemon {
 namespace {
 
@@ -124,11 +126,15 @@ void VarlinkServer::accept(ListeningSocket& listener) {
     if (outOfDescriptors(errno)) shedOne(listener);
     return;
   }
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  if (::getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return;
-  const Caller caller{next_id_, listener.access(), peer.uid, peer.pid};
-  if (!admits(caller)) return;
+  const auto peer = peerOf(socket.get());
+  if (!peer) return;
+  const bool control = listener.access() == Access::control && mayControl(*peer, listener.group());
+  const Caller caller{next_id_, control ? Access::control : Access::read, peer->uid, peer->pid};
+  if (const auto refusal = refusalOf(caller)) {
+    const std::string message = serialise(*refusal);
+    ::send(socket.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return;
+  }
 
   ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
   if (!watch(socket.get(), caller.connection, EPOLLIN, EPOLL_CTL_ADD)) return;
@@ -153,19 +159,31 @@ void VarlinkServer::pauseListening(bool paused) {
   }
 }
 
-bool VarlinkServer::admits(const Caller& caller) const {
+std::optional<Reply> VarlinkServer::refusalOf(const Caller& caller) const {
   const auto count = [this](auto matches) {
     return static_cast<std::size_t>(std::ranges::count_if(
         connections_, [&](const auto& entry) { return matches(entry.second->caller()); }));
   };
-  if (connections_.size() >= options_.max_connections) return false;
+  const auto tooMany = [](std::size_t limit, bool per_user) {
+    return Reply{"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
+  };
+  if (connections_.size() >= options_.max_connections) return tooMany(options_.max_connections, false);
   if (count([&](const Caller& other) { return other.uid == caller.uid; }) >=
       options_.max_connections_per_uid) {
-    return false;
+    return tooMany(options_.max_connections_per_uid, true);
   }
-  return caller.access != Access::read || count([](const Caller& other) {
-                                            return other.access == Access::read;
-                                          }) < options_.max_read_only_connections;
+  if (caller.access == Access::read && count([](const Caller& other) {
+                                         return other.access == Access::read;
+                                       }) >= options_.max_read_only_connections) {
+    return tooMany(options_.max_read_only_connections, false);
+  }
+  return std::nullopt;
+}
+
+std::size_t VarlinkServer::outputBytes() const {
+  std::size_t bytes = 0;
+  for (const auto& [id, connection] : connections_) bytes += connection->outputBytes();
+  return bytes;
 }
 
 void VarlinkServer::onEvents(VarlinkConnection& connection, std::uint32_t events) {
@@ -217,7 +235,9 @@ bool VarlinkServer::offer(ConnectionId id, const Reply& reply) {
   if (!connection || connection->dead || !connection->call_open || !connection->outputEmpty()) return false;
   touched_.push_back(id);
   const std::string message = serialise(reply);
-  if (message.size() > kMaxReplyBytes) return false;
+  if (message.size() > kMaxReplyBytes || outputBytes() + message.size() > options_.max_output_bytes) {
+    return false;
+  }
   connection->send(message);
   return true;
 }

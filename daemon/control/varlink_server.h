@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -46,11 +47,14 @@ struct ServerOptions {
   std::size_t max_connections_per_uid = 8;
   /// Of max_connections; the rest is kept for those who may control, however many watch.
   std::size_t max_read_only_connections = 24;
+  /// Of replies that clients have not read, over all connections; beyond it streams leave replies out.
+  std::size_t max_output_bytes = std::size_t{2} << 20;
 };
 
 /// Varlink over Unix sockets: one epoll loop in the thread that calls run(). Nothing a client does or leaves
 /// undone blocks it. Replies keep the order of the calls; a message that is no call ends its connection
-/// without a reply.
+/// without a reply. Who connects beyond a limit gets the error io.hapticd.Status.TooManyConnections and is
+/// closed. On a socket for control, who is no member of its file's group may only read (peer.h).
 class VarlinkServer final : public Replies {
  public:
   /// Opens the sockets. `handler` outlives the server.
@@ -81,7 +85,9 @@ class VarlinkServer final : public Replies {
   void accept(ListeningSocket& listener);
   void shedOne(ListeningSocket& listener);
   void pauseListening(bool paused);
-  bool admits(const Caller& caller) const;
+  /// The error for a client that is one too many; nothing for others.
+  std::optional<Reply> refusalOf(const Caller& caller) const;
+  std::size_t outputBytes() const;
 
   void onEvents(VarlinkConnection& connection, std::uint32_t events);
   void answerCalls(VarlinkConnection& connection);

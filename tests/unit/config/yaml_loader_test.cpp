@@ -118,5 +118,42 @@ TEST(YamlLoader, AFileOfOneMebibyteIsReadAndALongerOneRefused) {
                                                "the configuration file)");
 }
 
+bool isOfForce(const Parameter& parameter) {
+  return parameter.name.starts_with("force.");
+}
+
+TEST(YamlAssignments, AreWhatTheFileNamesInItsOrder) {
+  const test::TemporaryFolder folder;
+  const auto assignments = loadAssignments(
+      folder.write("part.yaml", "force: {radius_m: 0.03, min_points: 7, law: proxy}\n"), isOfForce);
+  ASSERT_TRUE(assignments);
+  ASSERT_EQ(assignments->size(), 3U);
+  EXPECT_EQ((*assignments)[0].parameter->name, "force.radius_m");
+  EXPECT_EQ((*assignments)[0].value, Value(0.03));
+  EXPECT_EQ((*assignments)[1].value, Value(std::int64_t{7}));
+  EXPECT_EQ((*assignments)[2].value, Value(std::string("proxy")));
+}
+
+TEST(YamlAssignments, LeaveTheRulesBetweenParametersToTheCaller) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("part.yaml", "force: {min_points: 90, max_points: 80}\n");
+  EXPECT_FALSE(loadSettings(file));
+  EXPECT_TRUE(loadAssignments(file, isOfForce));
+}
+
+TEST(YamlAssignments, AreNoneWhereOneIsWrongUnknownOrDoesNotBelongThere) {
+  const test::TemporaryFolder folder;
+  const auto assignments = loadAssignments(
+      folder.write("part.yaml", "force: {radius_m: 9, radius: 1}\ncamera: {near_m: 0.5}\n"), isOfForce);
+  ASSERT_FALSE(assignments);
+  ASSERT_EQ(assignments.error().size(), 3U);
+  EXPECT_NE(assignments.error()[0].text().find("out of range"), std::string::npos);
+  EXPECT_NE(assignments.error()[1].text().find("there is no parameter"), std::string::npos);
+  EXPECT_NE(assignments.error()[2].text().find("part.yaml:2: camera.near_m: is not one of"),
+            std::string::npos)
+      << assignments.error()[2].text();
+  EXPECT_FALSE(loadAssignments(folder.path() / "none.yaml", isOfForce));
+}
+
 }  // namespace
 }  // namespace hapticd::config

@@ -81,12 +81,26 @@ TEST_F(EventLogTest, TellsAWarningWhenItComesUpNotWhileOnlyItsNumbersMove) {
     log.onStatus(status);
   }
   EXPECT_EQ(entries.size(), 1U);
+  EXPECT_EQ(fields(0)["STATE"], "begin");
   status.warnings.clear();
   log.onStatus(status);
   status.warnings = {"9 points did not fit"};
   log.onStatus(status);
-  ASSERT_EQ(entries.size(), 2U);
-  EXPECT_EQ(entries[1].text, "9 points did not fit");
+  ASSERT_EQ(entries.size(), 3U);
+  EXPECT_EQ(entries[2].text, "9 points did not fit");
+}
+
+TEST_F(EventLogTest, TellsThatAWarningHasEnded) {
+  BoxStatus status;
+  status.handle.state = drivers::HandlePresence::present;
+  status.warnings = {"7 points did not fit", "camera: two found"};
+  log.onStatus(status);
+  status.warnings = {"camera: two found"};
+  log.onStatus(status);
+  log.onStatus(status);
+  ASSERT_EQ(entries.size(), 3U);
+  EXPECT_EQ(entries[2].text, "no more: 7 points did not fit");
+  EXPECT_EQ(fields(2), (std::map<std::string_view, std::string>{{"EVENT", "warning"}, {"STATE", "end"}}));
 }
 
 TEST_F(EventLogTest, TellsThatTheHandleGoesAndComes) {

@@ -26,6 +26,13 @@ nlohmann::json invalidParameter(const std::string& field) {
   return errorReply("org.varlink.service.InvalidParameter", {{"parameter", field}});
 }
 
+ControlFixture::ControlFixture() {
+  config::Settings settings;
+  settings.state.folder = folder.path("state");
+  std::filesystem::create_directory(settings.state.folder);
+  box.setSettings(settings);
+}
+
 nlohmann::json ControlFixture::askStatus(const std::string& method, const std::string& parameters) const {
   RawClient client = statusClient();
   client.call(R"({"method":")" + method + R"(","parameters":)" + parameters + "}");
@@ -43,6 +50,7 @@ void ControlFixture::start() {
       {.access = Access::read, .path = statusPath(), .mode = 0666, .group = "", .descriptor = -1},
       {.access = Access::control, .path = controlPath(), .mode = 0660, .group = "", .descriptor = -1}};
   service_options.log = [this](const JournalEntry& entry) {
+    service_->onEvent(entry);
     const std::lock_guard lock(mutex_);
     log_.push_back(entry);
   };
@@ -63,11 +71,15 @@ void ControlFixture::stop() {
 
 void ControlFixture::periodic() {
   std::vector<rt::Tick> ticks;
+  std::vector<JournalEntry> events;
   {
     const std::lock_guard lock(mutex_);
     ticks.swap(ticks_);
+    events.swap(events_);
+    warnings_ = service_->warnings();
   }
   for (const rt::Tick& tick : ticks) service_->onTick(tick);
+  for (const JournalEntry& event : events) service_->onEvent(event);
   service_->periodic(*server_);
 }
 
@@ -76,9 +88,28 @@ void ControlFixture::addTicks(const std::vector<rt::Tick>& ticks) {
   ticks_.insert(ticks_.end(), ticks.begin(), ticks.end());
 }
 
+void ControlFixture::addEvent(const JournalEntry& entry) {
+  const std::lock_guard lock(mutex_);
+  events_.push_back(entry);
+}
+
+std::vector<std::string> ControlFixture::warnings() const {
+  const std::lock_guard lock(mutex_);
+  return warnings_;
+}
+
 std::vector<JournalEntry> ControlFixture::log() const {
   const std::lock_guard lock(mutex_);
   return log_;
+}
+
+std::vector<std::map<std::string_view, std::string>> ControlFixture::logged(const std::string& event) const {
+  std::vector<std::map<std::string_view, std::string>> found;
+  for (const JournalEntry& entry : log()) {
+    std::map<std::string_view, std::string> fields(entry.fields.begin(), entry.fields.end());
+    if (fields["EVENT"] == event) found.push_back(std::move(fields));
+  }
+  return found;
 }
 
 }  // namespace hapticd::daemon::test

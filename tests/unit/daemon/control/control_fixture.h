@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -36,6 +38,7 @@ nlohmann::json invalidParameter(const std::string& field);
 /// The control API on two real sockets, served by a thread of the test, in front of a fake box.
 class ControlFixture : public testing::Test {
  protected:
+  ControlFixture();
   ~ControlFixture() override { stop(); }
 
   /// Listeners are added by start().
@@ -46,6 +49,8 @@ class ControlFixture : public testing::Test {
   void stop();
   RawClient statusClient() const { return RawClient(statusPath()); }
   RawClient controlClient() const { return RawClient(controlPath()); }
+  /// Of the service, as of its last period.
+  std::vector<std::string> warnings() const;
   std::string statusPath() const { return folder.path("Status"); }
   std::string controlPath() const { return folder.path("Control"); }
 
@@ -55,16 +60,22 @@ class ControlFixture : public testing::Test {
 
   /// Hands the service ticks as the daemon does.
   void addTicks(const std::vector<rt::Tick>& ticks);
+  /// Hands the service an entry of the journal as the daemon does.
+  void addEvent(const JournalEntry& entry);
   std::vector<JournalEntry> log() const;
+  /// The fields of all entries of the log so far whose EVENT that is.
+  std::vector<std::map<std::string_view, std::string>> logged(const std::string& event) const;
 
   TemporaryFolder folder;
-  FakeBox box;
+  FakeBox box;  ///< its state.folder is folder.path("state"), which is there
 
  private:
   void periodic();
 
   mutable std::mutex mutex_;
   std::vector<rt::Tick> ticks_;
+  std::vector<JournalEntry> events_;
+  std::vector<std::string> warnings_;  // of the service, as of the last period
   std::vector<JournalEntry> log_;
   std::unique_ptr<ControlService> service_;
   std::unique_ptr<VarlinkServer> server_;

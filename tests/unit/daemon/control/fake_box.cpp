@@ -1,6 +1,9 @@
 #include "fake_box.h"
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
+#include <utility>
 
 namespace hapticd::daemon::test {
 namespace {
@@ -87,34 +90,102 @@ std::uint64_t FakeBox::generation() const {
   return generation_;
 }
 
-namespace {
+void FakeBox::holdJobs() {
+  const std::lock_guard lock(mutex_);
+  jobs_held_ = true;
+}
+
+void FakeBox::finishJobs() {
+  const std::lock_guard lock(mutex_);
+  jobs_held_ = false;
+  for (const auto& job : std::exchange(jobs_, {})) job();
+}
+
+bool FakeBox::waitForJobs(int jobs, std::chrono::seconds patience) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, patience, [&] { return jobs_begun_ >= jobs; });
+}
+
+void FakeBox::setTraces(int count) {
+  const std::lock_guard lock(mutex_);
+  traces_.clear();
+  for (int i = 0; i < count; ++i) {
+    traces_.push_back({"trace-" + std::to_string(i), 1000U + static_cast<unsigned>(i), 5'000 + i, false, false});
+  }
+}
+
+void FakeBox::setFrame(bool there) {
+  const std::lock_guard lock(mutex_);
+  frame_there_ = there;
+}
 
 template <typename T>
-std::future<config::Result<T>> notYet() {
-  std::promise<config::Result<T>> promise;
-  promise.set_value(std::unexpected(config::Error{"traces", "are not written yet", ""}));
-  return promise.get_future();
+std::future<config::Result<T>> FakeBox::begin(std::function<config::Result<T>()> job) {
+  auto task = std::make_shared<std::packaged_task<config::Result<T>()>>(std::move(job));
+  const std::lock_guard lock(mutex_);
+  ++jobs_begun_;
+  changed_.notify_all();
+  if (jobs_held_) {
+    jobs_.emplace_back([task] { (*task)(); });
+  } else {
+    (*task)();
+  }
+  return task->get_future();
 }
 
-}  // namespace
-
-std::future<config::Result<std::string>> FakeBox::startTrace(const TraceRequest&) {
-  return notYet<std::string>();
+config::Result<std::string> FakeBox::newTrace(const std::string& label, bool open, bool depth) {
+  std::string name = "trace-" + std::to_string(traces_.size());
+  if (!label.empty()) name += "-" + label;
+  traces_.push_back({name, 0, 5'000 + static_cast<std::int64_t>(traces_.size()), open, depth});
+  return name;
 }
+
+config::Result<std::string> FakeBox::closeTrace() {
+  for (drivers::TraceEntry& trace : traces_) {
+    if (!trace.open) continue;
+    trace.open = false;
+    return trace.name;
+  }
+  return std::unexpected(config::Error{"trace", "none is being written", "start one"});
+}
+
+std::future<config::Result<std::string>> FakeBox::startTrace(const TraceRequest& request) {
+  return begin<std::string>([this, request]() -> config::Result<std::string> {
+    if (std::ranges::any_of(traces_, &drivers::TraceEntry::open)) {
+      return std::unexpected(config::Error{"trace", "one is being written", "stop it first"});
+    }
+    return newTrace(request.label, true, request.depth);
+  });
+}
+
 std::future<config::Result<std::string>> FakeBox::stopTrace() {
-  return notYet<std::string>();
+  return begin<std::string>([this] { return closeTrace(); });
 }
+
 std::future<config::Result<std::string>> FakeBox::dumpTrace() {
-  return notYet<std::string>();
+  return begin<std::string>([this] { return newTrace("dump", false, false); });
 }
+
 std::future<config::Result<std::vector<drivers::TraceEntry>>> FakeBox::listTraces() {
-  return notYet<std::vector<drivers::TraceEntry>>();
+  return begin<std::vector<drivers::TraceEntry>>([this] { return traces_; });
 }
-std::future<config::Result<void>> FakeBox::deleteTrace(const std::string&) {
-  return notYet<void>();
+
+std::future<config::Result<void>> FakeBox::deleteTrace(const std::string& name) {
+  return begin<void>([this, name]() -> config::Result<void> {
+    if (std::erase_if(traces_, [&](const auto& trace) { return trace.name == name && !trace.open; }) == 1)
+      return {};
+    return std::unexpected(config::Error{"trace " + name, "there is no such finished trace", "list them"});
+  });
 }
+
 std::future<config::Result<SceneSnapshot>> FakeBox::takeSnapshot() {
-  return notYet<SceneSnapshot>();
+  return begin<SceneSnapshot>([this]() -> config::Result<SceneSnapshot> {
+    if (!frame_there_) return std::unexpected(config::Error{"camera", "no frame yet", "connect it"});
+    SceneSnapshot snapshot{std::make_unique<rt::DepthFrame>(), {}, settings_.camera.pose, status_.loop.tick};
+    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) snapshot.frame->raw[pixel] = rawAt(pixel);
+    snapshot.frame->sequence = 77;
+    return snapshot;
+  });
 }
 
 }  // namespace hapticd::daemon::test

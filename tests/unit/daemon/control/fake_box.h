@@ -1,14 +1,17 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <mutex>
+#include <vector>
 
 #include "daemon/box.h"
 
 namespace hapticd::daemon::test {
 
-/// A box without a loop: takes over changes at once or when the test says so.
+/// A box without a loop: takes over changes at once or when the test says so. Its traces are names only.
 /// Thread: any.
 class FakeBox final : public Box {
  public:
@@ -35,12 +38,31 @@ class FakeBox final : public Box {
   /// Waits in the same way until status() was called so many times since the start.
   bool waitForStatusCalls(int calls);
 
+  /// From now on what takes as long as the disk takes until finishJobs().
+  void holdJobs();
+  void finishJobs();
+  /// Waits in the same way, or for another time, until so many of them were begun since the start.
+  bool waitForJobs(int jobs, std::chrono::seconds patience = std::chrono::seconds(20));
+
   void setStatus(const BoxStatus& status);
+  /// Before the service is made.
+  void setSettings(const config::Settings& settings) { settings_ = settings; }
+  /// So many finished traces in place of those that there are.
+  void setTraces(int count);
+  /// Whether the camera has delivered a frame.
+  void setFrame(bool there);
+  /// A pixel of the frame that it has delivered.
+  static std::uint16_t rawAt(std::size_t pixel) { return static_cast<std::uint16_t>(pixel * 7 % 2048); }
   config::Settings appliedSettings() const;
   std::uint64_t generation() const;
 
  private:
   std::uint64_t newGeneration();
+  /// The future of what is done now, or with finishJobs(). `job` is called with the lock held.
+  template <typename T>
+  std::future<config::Result<T>> begin(std::function<config::Result<T>()> job);
+  config::Result<std::string> newTrace(const std::string& label, bool open, bool depth);
+  config::Result<std::string> closeTrace();
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
@@ -50,6 +72,11 @@ class FakeBox final : public Box {
   std::uint64_t generation_ = 0;
   std::uint64_t acknowledged_ = 0;
   bool held_ = false;
+  bool jobs_held_ = false;
+  int jobs_begun_ = 0;
+  std::vector<std::function<void()>> jobs_;
+  std::vector<drivers::TraceEntry> traces_;
+  bool frame_there_ = true;
 };
 
 }  // namespace hapticd::daemon::test

@@ -91,6 +91,63 @@ TEST_F(InterfaceTextTest, DescribesWhatTheStatusMethodsAnswer) {
   EXPECT_EQ("io.hapticd.Status.UnknownParameter", unknown["error"]);
 }
 
+TEST_F(InterfaceTextTest, DescribesTheStatusThatMonitorShowsAsAnObject) {
+  start();
+  addTicks(std::vector<rt::Tick>(3));
+  const InterfaceDefinition definition(textOf("io.hapticd.Status"));
+  RawClient client = statusClient();
+  client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
+  for (int i = 0; i < 2; ++i) {
+    const json reply = client.json()["parameters"];
+    EXPECT_EQ("", definition.mismatch(reply["status"], definition.types.at("Status")));
+    EXPECT_EQ("", definition.mismatch(reply["window"], definition.types.at("Window")));
+  }
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfTracesProfilesAndCalibration) {
+  start();
+  const std::string control = "io.hapticd.Control";
+  const std::string status = "io.hapticd.Status";
+  checkedReply(control, "StartTrace", {{"label", "a"}});
+  EXPECT_EQ(1U, checkedReply(status, "ListTraces")["traces"].size());
+  checkedReply(control, "StopTrace");
+  EXPECT_TRUE(checkedReply(control, "StopTrace").contains("error"));
+  checkedReply(control, "DumpTrace");
+  checkedReply(control, "DeleteTrace", {{"name", "trace-0-a"}});
+  checkedReply(control, "SaveProfile", {{"name", "a"}});
+  checkedReply(control, "SetBootProfile", {{"name", "a"}});
+  checkedReply(control, "LoadProfile", {{"name", "a"}});
+  EXPECT_EQ(1U, checkedReply(status, "ListProfiles")["profiles"].size());
+  EXPECT_TRUE(checkedReply(control, "DeleteProfile", {{"name", "a"}}).contains("error"));
+  const json pose = R"({"xM":1,"yM":0,"zM":0,"rollRad":0,"pitchRad":0,"yawRad":0})"_json;
+  EXPECT_TRUE(checkedReply(status, "GetCalibration")["calibration"]["waiting"].is_null());
+  checkedReply(control, "SetCalibration", {{"cameraPose", pose}});
+  EXPECT_EQ(1, checkedReply(status, "GetCalibration")["calibration"]["waiting"]["xM"]);
+  EXPECT_EQ("io.hapticd.Control.CalibrationFailed",
+            checkedReply(control, "SetCalibration", {{"cameraPose", [&] {
+                                                        json far = pose;
+                                                        far["xM"] = 99;
+                                                        return far;
+                                                      }()}})["error"]);
+  checkedReply(status, "GetSnapshot");
+  EXPECT_EQ("calibration", checkedReply(status, "Events", {{"kinds", {"calibration"}}})["event"]["kind"]);
+  EXPECT_EQ("io.hapticd.Status.UnknownField", checkedReply(status, "Monitor", {{"fields", {"x"}}})["error"]);
+  box.setFrame(false);
+  EXPECT_EQ("io.hapticd.Status.NoFrame", checkedReply(status, "GetSnapshot")["error"]);
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatClearingAFaultAnswers) {
+  start();
+  EXPECT_EQ("io.hapticd.Control.NotFaulted", checkedReply("io.hapticd.Control", "ClearFault")["error"]);
+  EXPECT_EQ(0U, box.generation());
+  BoxStatus status;
+  status.loop.tick.mode = rt::Mode::faulted;
+  status.loop.tick.cause = rt::Cause::overrun_burst;
+  box.setStatus(status);
+  EXPECT_EQ("idle", checkedReply("io.hapticd.Control", "ClearFault")["mode"]);
+  EXPECT_EQ("overrun_burst", logged("clear_fault").at(0).at("CAUSE"));
+}
+
 TEST_F(InterfaceTextTest, DescribesEveryPatternOfTheLeds) {
   BoxStatus status;
   status.leds.panel = {drivers::LedState::present, "", "gpiod box", drivers::LedSet("1111")};

@@ -31,10 +31,17 @@ TEST_F(MonitorTest, AcceptsIntervalsOf20To60000Milliseconds) {
     EXPECT_EQ(true, first["continues"]);
     EXPECT_EQ("idle", first["parameters"]["status"]["mode"]);
     EXPECT_EQ(0, first["parameters"]["droppedCount"]);
-    EXPECT_EQ(
-        R"({"ticks":0,"contactTicks":0,"minForceN":null,"maxForceN":null,"maxWakeupLatencyNs":null})"_json,
-        first["parameters"]["window"]);
+    EXPECT_EQ(R"({"ticks":0,"contactTicks":0,"minForceN":null,"maxForceN":null,"maxWakeupLatencyNs":null,
+                  "wakeupLatency":null,"computeTime":null})"_json,
+              first["parameters"]["window"]);
   }
+}
+
+/// The window without its percentiles.
+json sums(json window) {
+  window.erase("wakeupLatency");
+  window.erase("computeTime");
+  return window;
 }
 
 rt::Tick tickWith(double fx_n, double fy_n, std::uint32_t points, std::int64_t latency_ns) {
@@ -63,11 +70,91 @@ TEST_F(MonitorTest, SumsUpTheTicksBetweenTwoRepliesOfEachStream) {
   addTicks({tickWith(3, 4, 12, 7000), tickWith(0.5, 0, 0, 9000), tickWith(0, 1, 1, -20)});
   const json expected =
       R"({"ticks":3,"contactTicks":2,"minForceN":0.5,"maxForceN":5.0,"maxWakeupLatencyNs":9000})"_json;
-  EXPECT_EQ(expected, nextWindow(fast));
-  EXPECT_EQ(expected, nextWindow(slow));
+  EXPECT_EQ(expected, sums(nextWindow(fast)));
+  EXPECT_EQ(expected, sums(nextWindow(slow)));
   addTicks({tickWith(0, 2, 0, 1)});
   EXPECT_EQ(R"({"ticks":1,"contactTicks":0,"minForceN":2.0,"maxForceN":2.0,"maxWakeupLatencyNs":1})"_json,
-            nextWindow(fast));
+            sums(nextWindow(fast)));
+}
+
+TEST_F(MonitorTest, GivesThePercentilesOfTheTicksOfAWindowAndBeginsAnew) {
+  start();
+  RawClient client = statusClient();
+  client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");
+  client.reply();
+  // The histogram's buckets are exact below 16 ns.
+  std::vector<rt::Tick> ticks;
+  for (int i = 0; i < 1000; ++i) {
+    rt::Tick tick = tickWith(0, 0, 0, i < 500 ? 3 : i < 990 ? 7 : i < 999 ? 11 : 13);
+    tick.compute_ns = 5;
+    ticks.push_back(tick);
+  }
+  addTicks(ticks);
+  const json window = nextWindow(client);
+  ASSERT_EQ(1000, window["ticks"]);  // all in one period
+  EXPECT_EQ(R"({"p50Ns":3,"p99Ns":7,"p999Ns":11,"maxNs":13})"_json, window["wakeupLatency"]);
+  EXPECT_EQ(R"({"p50Ns":5,"p99Ns":5,"p999Ns":5,"maxNs":5})"_json, window["computeTime"]);
+  addTicks({tickWith(0, 0, 0, 2)});
+  EXPECT_EQ(R"({"p50Ns":2,"p99Ns":2,"p999Ns":2,"maxNs":2})"_json, nextWindow(client)["wakeupLatency"]);
+}
+
+class MonitorFieldsTest : public ControlFixture {
+ protected:
+  /// The first reply for these fields.
+  json first(const json& fields) {
+    RawClient client = statusClient();
+    client.call(
+        json{{"method", "io.hapticd.Status.Monitor"}, {"parameters", {{"fields", fields}}}, {"more", true}}
+            .dump());
+    return client.json();
+  }
+};
+
+TEST_F(MonitorFieldsTest, ShowsTheFieldsAskedForNestedAsInTheWholeStatus) {
+  start();
+  const json reply = first({"mode", "tick.commandForceNInWorld", "camera.state", "tick.number"});
+  EXPECT_EQ(R"({"mode":"idle","tick":{"commandForceNInWorld":{"x":0.0,"y":0.0,"z":0.0},"number":0},
+                "camera":{"state":"streaming"}})"_json,
+            reply["parameters"]["status"]);
+  EXPECT_EQ(0, reply["parameters"]["window"]["ticks"]);
+  EXPECT_EQ(true, reply["continues"]);
+}
+
+TEST_F(MonitorFieldsTest, ShowsAWholeObjectBesideAFieldOfIt) {
+  start();
+  EXPECT_EQ(first({"tick.hipMInWorld", "tick.hipMInWorld.x"})["parameters"]["status"],
+            first({"tick.hipMInWorld.x", "tick.hipMInWorld"})["parameters"]["status"]);
+}
+
+TEST_F(MonitorFieldsTest, ShowsFieldsOfAnObjectThatIsNullAsThatNull) {
+  start();
+  EXPECT_EQ(
+      R"({"handle":{"link":null,"present":true}})"_json,
+      first({"handle.link.roundTrip.p50Ns", "handle.link.sent", "handle.present"})["parameters"]["status"]);
+  BoxStatus status;
+  status.handle.link.emplace();
+  status.handle.link->sent = 9;
+  box.setStatus(status);
+  EXPECT_EQ(R"({"handle":{"link":{"sent":9}}})"_json, first({"handle.link.sent"})["parameters"]["status"]);
+}
+
+TEST_F(MonitorFieldsTest, NamesTheFieldThatThereIsNotAndTheNearest) {
+  start();
+  const json reply = first({"mode", "loop.rateHertz"});
+  EXPECT_EQ("io.hapticd.Status.UnknownField", reply["error"]);
+  EXPECT_EQ("loop.rateHertz", reply["parameters"]["field"]);
+  EXPECT_NE(std::string::npos, reply["parameters"]["reason"].get<std::string>().find("loop.rateHz")) << reply;
+  for (const char* path : {"", ".", "mode.", ".mode", "loop..rateHz", "warnings.0", "mode.x"}) {
+    EXPECT_EQ("io.hapticd.Status.UnknownField", first({path})["error"]) << path;
+  }
+}
+
+TEST_F(MonitorFieldsTest, RefusesWhatIsNoListOfPathsAndEndlessLists) {
+  start();
+  EXPECT_EQ(invalidParameter("fields"), first("mode"));
+  EXPECT_EQ(invalidParameter("fields"), first({1}));
+  EXPECT_EQ(invalidParameter("fields"), first(std::vector<std::string>(257, "mode")));
+  EXPECT_EQ(R"({})"_json, first(json::array())["parameters"]["status"]);
 }
 
 TEST_F(MonitorTest, LeavesOutRepliesForASlowReaderCountsThemAndLosesNoTick) {

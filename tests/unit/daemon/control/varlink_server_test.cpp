@@ -37,6 +37,13 @@ class VarlinkServerTest : public ControlFixture {
     expectServing();
   }
 
+  /// Connects once too often: is told so, also with a call on its way, and closed.
+  void expectRefused(const std::string& path, const nlohmann::json& parameters) {
+    RawClient client(path);
+    EXPECT_EQ(errorReply("io.hapticd.Status.TooManyConnections", parameters), client.json());
+    EXPECT_EQ(RawClient::kClosed, client.reply());
+  }
+
   /// Connects again and again until the server has noticed that somebody left.
   void expectAdmittedSoon(const std::string& path) {
     std::string answer;
@@ -210,7 +217,7 @@ TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUser) {
     client.call(kUnknown);
     EXPECT_EQ(kUnknownReply, client.reply());
   }
-  EXPECT_EQ(RawClient::kClosed, controlClient().reply());
+  expectRefused(controlPath(), {{"limit", 8}, {"perUser", true}});
   clients.front().close();
   expectAdmittedSoon(controlPath());
 }
@@ -224,7 +231,7 @@ TEST_F(VarlinkServerTest, RefusesThe33rdConnection) {
     client.call(kUnknown);
     EXPECT_EQ(kUnknownReply, client.reply());
   }
-  EXPECT_EQ(RawClient::kClosed, controlClient().reply());
+  expectRefused(controlPath(), {{"limit", 32}, {"perUser", false}});
   clients.front().close();
   expectAdmittedSoon(controlPath());
 }
@@ -238,7 +245,7 @@ TEST_F(VarlinkServerTest, KeepsPlacesForThoseWhoMayControl) {
     watcher.call(kUnknown);
     EXPECT_EQ(kUnknownReply, watcher.reply());
   }
-  EXPECT_EQ(RawClient::kClosed, statusClient().reply());
+  expectRefused(statusPath(), {{"limit", 24}, {"perUser", false}});
   RawClient control = controlClient();
   control.call(kUnknown);
   EXPECT_EQ(kUnknownReply, control.reply());
@@ -310,6 +317,27 @@ TEST_F(VarlinkServerTest, StopsReadingFromAClientThatDoesNotRead) {
   const std::size_t calls = sent / call.size();
   for (std::size_t i = 0; i < calls; ++i)
     ASSERT_TRUE(greedy.json()["parameters"]["parameters"].is_array()) << i;
+}
+
+TEST_F(VarlinkServerTest, LeavesRepliesOfStreamsOutWhileClientsTogetherHaveTooMuchUnread) {
+  server_options.max_output_bytes = 400'000;
+  BoxStatus status;
+  status.warnings = {std::string(200'000, 'w')};  // more than the kernel keeps for a socket of the server
+  box.setStatus(status);
+  start();
+  std::vector<RawClient> lazy;
+  for (int i = 0; i < 2; ++i) {
+    lazy.push_back(statusClient());
+    lazy.back().call(R"({"method":"io.hapticd.Status.GetStatus"})");
+  }
+  EXPECT_TRUE(box.waitForStatusCalls(2));
+  RawClient watcher = statusClient();
+  watcher.call(kMonitor);
+  EXPECT_TRUE(box.waitForStatusCalls(4));
+  expectServing();  // calls are answered all the same
+  EXPECT_TRUE(watcher.silent());
+  for (RawClient& client : lazy) EXPECT_TRUE(client.json()["parameters"]["status"].is_object());
+  EXPECT_LE(2, watcher.json()["parameters"]["droppedCount"]);
 }
 
 /// Lets the process open no further descriptor while it lives.

@@ -1,0 +1,131 @@
+#include "daemon/control/event_streams.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <functional>
+#include <utility>
+
+#include "daemon/control/call_fields.h"
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr std::size_t kKept = 256;
+constexpr std::size_t kShownAtTheStart = 64;
+constexpr std::size_t kMostKinds = 32;
+/// So that an event is far from the largest reply.
+constexpr std::size_t kLongestText = 4096;
+
+const char* nameOf(JournalEntry::Priority priority) {
+  switch (priority) {
+    case JournalEntry::Priority::error:
+      return "error";
+    case JournalEntry::Priority::warning:
+      return "warning";
+    case JournalEntry::Priority::notice:
+      return "notice";
+    case JournalEntry::Priority::info:
+      return "info";
+  }
+  return "info";
+}
+
+std::string inLowerCase(std::string_view name) {
+  std::string lower(name);
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+std::int64_t realtimeNow_ns() {
+  const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(since_epoch).count();
+}
+
+OrderedJson eventJson(std::uint64_t number, const std::string& kind, const JournalEntry& entry) {
+  OrderedJson fields = OrderedJson::object();
+  for (const auto& [name, value] : entry.fields) {
+    if (name != "EVENT") fields[inLowerCase(name)] = value.substr(0, kLongestText);
+  }
+  return {{"number", number},
+          {"timeNs", realtimeNow_ns()},
+          {"kind", kind},
+          {"text", entry.text.substr(0, kLongestText)},
+          {"priority", nameOf(entry.priority)},
+          {"fields", std::move(fields)}};
+}
+
+}  // namespace
+
+bool EventStreams::Stream::wants(const Event& event) const {
+  return kinds.empty() || std::ranges::find(kinds, event.kind) != kinds.end();
+}
+
+std::vector<Method> EventStreams::methods() {
+  return {{.name = "io.hapticd.Status.Events",
+           .streams = true,
+           .parameters = {"kinds"},
+           .answer = std::bind_front(&EventStreams::events, this)}};
+}
+
+void EventStreams::events(const Call& call, const Caller& caller, Replies& replies) {
+  const auto kinds = textsField(call, "kinds", kMostKinds);
+  if (!kinds) return replies.finish(caller.connection, kinds.error());
+  if (*kinds && (*kinds)->empty()) return replies.finish(caller.connection, invalidParameter("kinds"));
+  Stream stream{caller.connection, kinds->value_or(std::vector<std::string>())};
+  stream.next_number = firstFor(stream);
+  streams_.push_back(std::move(stream));
+  feed(streams_.back(), replies);
+}
+
+/// The number of the oldest event to show at the start.
+std::uint64_t EventStreams::firstFor(const Stream& stream) const {
+  std::uint64_t first = count_ + 1;
+  std::size_t shown = 0;
+  for (auto event = events_.rbegin(); event != events_.rend() && shown < kShownAtTheStart; ++event) {
+    if (!stream.wants(*event)) continue;
+    first = event->number;
+    ++shown;
+  }
+  return first;
+}
+
+void EventStreams::add(const JournalEntry& entry) {
+  const auto kind = std::ranges::find(entry.fields, "EVENT", &JournalFields::value_type::first);
+  if (kind == entry.fields.end()) return;
+  if (events_.size() == kKept) forgetOldest();
+  ++count_;
+  events_.push_back({count_, kind->second, eventJson(count_, kind->second, entry)});
+}
+
+void EventStreams::forgetOldest() {
+  const Event& oldest = events_.front();
+  for (Stream& stream : streams_) {
+    if (stream.next_number > oldest.number) continue;
+    stream.next_number = oldest.number + 1;
+    if (stream.wants(oldest)) ++stream.dropped;
+  }
+  events_.pop_front();
+}
+
+void EventStreams::feed(Replies& replies) {
+  for (Stream& stream : streams_) feed(stream, replies);
+}
+
+void EventStreams::feed(Stream& stream, Replies& replies) const {
+  const auto waiting = std::ranges::lower_bound(events_, stream.next_number, {}, &Event::number);
+  for (auto event = waiting; event != events_.end(); ++event) {
+    const bool sent = !stream.wants(*event) ||
+                      replies.offer(stream.connection,
+                                    {"", {{"event", event->json}, {"droppedCount", stream.dropped}}, true});
+    if (!sent) return;
+    stream.next_number = event->number + 1;
+  }
+}
+
+void EventStreams::closed(ConnectionId connection) {
+  std::erase_if(streams_, [=](const Stream& stream) { return stream.connection == connection; });
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "daemon/control/listening_socket.h"
+#include "daemon/control/varlink_server.h"
+
+namespace hapticd::daemon {
+
+/// A method of an interface, and who answers it.
+struct Method {
+  std::string_view name;  ///< full
+  Access access = Access::read;
+  bool streams = false;                           ///< to be called with the flag "more"
+  std::vector<std::string_view> parameters = {};  ///< that it knows
+  std::function<void(const Call&, const Caller&, Replies&)> answer;
+};
+
+}  // namespace hapticd::daemon

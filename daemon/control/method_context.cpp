@@ -1,0 +1,51 @@
+#include "daemon/control/method_context.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "config/parameter_table.h"
+
+namespace hapticd::daemon {
+
+void logChange(const MethodContext& context, const Caller& caller, const std::string& change,
+               JournalFields fields) {
+  if (!context.log) return;
+  fields.emplace_back("UID", fmt::to_string(caller.uid));
+  fields.emplace_back("PID", fmt::to_string(caller.pid));
+  context.log({JournalEntry::Priority::notice,
+               fmt::format("uid {} (pid {}) {}", caller.uid, caller.pid, change), std::move(fields)});
+}
+
+std::vector<std::string> logParameters(const MethodContext& context, const Caller& caller,
+                                       const std::string& change, const config::Settings& before,
+                                       const config::Settings& after) {
+  std::vector<std::string> changed;
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    const config::Value old_value = parameter.get(before);
+    const config::Value new_value = parameter.get(after);
+    if (parameter.effect != config::Effect::live || old_value == new_value) continue;
+    const std::string old_text = config::toText(old_value);
+    const std::string new_text = config::toText(new_value);
+    changed.emplace_back(parameter.name);
+    logChange(context, caller, fmt::format("{} {} from {} to {}", change, parameter.name, old_text, new_text),
+              {{"EVENT", "parameter"},
+               {"PARAMETER", std::string(parameter.name)},
+               {"OLD", old_text},
+               {"NEW", new_text}});
+  }
+  return changed;
+}
+
+PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
+                                 std::move_only_function<Reply()> reply) {
+  using Clock = std::chrono::steady_clock;
+  return [&context, generation, deadline = Clock::now() + context.apply_timeout,
+          reply = std::move(reply)]() mutable -> std::optional<Reply> {
+    if (context.box.acknowledgedGeneration() >= generation) return reply();
+    if (Clock::now() < deadline) return std::nullopt;
+    return Reply{"io.hapticd.Control.NotApplied", {{"generation", generation}}};
+  };
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,92 @@
+#include "daemon/control/monitor_streams.h"
+
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "daemon/control/call_fields.h"
+#include "daemon/control/status_json.h"
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr std::int64_t kShortestIntervalMs = 20;
+constexpr std::int64_t kLongestIntervalMs = 60'000;
+constexpr std::int64_t kDefaultIntervalMs = 200;
+constexpr std::size_t kMostFields = 256;
+
+/// Milliseconds; nothing when the call's value is not acceptable.
+std::optional<std::int64_t> intervalOf(const Call& call) {
+  const Json* interval = field(call, "intervalMs");
+  if (!interval) return kDefaultIntervalMs;
+  if (!interval->is_number_integer()) return std::nullopt;
+  const auto milliseconds = interval->get<std::int64_t>();
+  if (milliseconds < kShortestIntervalMs || milliseconds > kLongestIntervalMs) return std::nullopt;
+  return milliseconds;
+}
+
+std::expected<StatusFields, Reply> fieldsOf(const Call& call) {
+  const auto paths = textsField(call, "fields", kMostFields);
+  if (!paths) return std::unexpected(paths.error());
+  if (!*paths) return StatusFields();
+  return StatusFields::from(**paths);
+}
+
+}  // namespace
+
+std::vector<Method> MonitorStreams::methods() {
+  using Self = MonitorStreams;
+  return {{.name = "io.hapticd.Status.GetStatus", .answer = std::bind_front(&Self::getStatus, this)},
+          {.name = "io.hapticd.Status.Monitor",
+           .streams = true,
+           .parameters = {"intervalMs", "fields"},
+           .answer = std::bind_front(&Self::monitor, this)}};
+}
+
+void MonitorStreams::getStatus(const Call&, const Caller& caller, Replies& replies) {
+  replies.finish(caller.connection, {"", {{"status", statusJson(box_.status())}}});
+}
+
+void MonitorStreams::monitor(const Call& call, const Caller& caller, Replies& replies) {
+  const auto interval = intervalOf(call);
+  if (!interval) return replies.finish(caller.connection, invalidParameter("intervalMs"));
+  auto fields = fieldsOf(call);
+  if (!fields) return replies.finish(caller.connection, fields.error());
+  const std::chrono::milliseconds period(*interval);
+  streams_.push_back({caller.connection, period, Clock::now() + period, std::move(*fields)});
+  offer(streams_.back(), statusJson(box_.status()), replies);
+}
+
+void MonitorStreams::onTick(const rt::Tick& tick) {
+  for (Stream& stream : streams_) stream.window.add(tick);
+}
+
+void MonitorStreams::feed(Replies& replies) {
+  const Clock::time_point now = Clock::now();
+  std::optional<OrderedJson> status;  // one for all streams that are due
+  for (Stream& stream : streams_) {
+    if (now < stream.due) continue;
+    stream.due += (now - stream.due) / stream.interval * stream.interval + stream.interval;
+    if (!status) status = statusJson(box_.status());
+    offer(stream, *status, replies);
+  }
+}
+
+void MonitorStreams::offer(Stream& stream, const OrderedJson& status, Replies& replies) {
+  const Reply reply{"",
+                    {{"status", stream.fields.of(status)},
+                     {"window", windowJson(stream.window)},
+                     {"droppedCount", stream.dropped}},
+                    true};
+  if (replies.offer(stream.connection, reply)) {
+    stream.window.clear();
+  } else {
+    ++stream.dropped;  // the window goes on until somebody has read it
+  }
+}
+
+void MonitorStreams::closed(ConnectionId connection) {
+  std::erase_if(streams_, [=](const Stream& stream) { return stream.connection == connection; });
+}
+
+}  // namespace hapticd::daemon

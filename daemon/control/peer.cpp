@@ -1,0 +1,44 @@
+#include "daemon/control/peer.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+
+namespace hapticd::daemon {
+namespace {
+
+/// socket(7), SO_PEERGROUPS: of another size than the list, the buffer is refused and the size told.
+std::optional<std::vector<gid_t>> supplementaryGroupsOf(int socket) {
+  std::vector<gid_t> groups(64);
+  auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+  int result = ::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
+  if (result != 0 && errno == ERANGE) {
+    groups.resize(size / sizeof(gid_t));
+    result = ::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
+  }
+  if (result != 0) return std::nullopt;
+  groups.resize(size / sizeof(gid_t));
+  return groups;
+}
+
+}  // namespace
+
+std::optional<Peer> peerOf(int socket) {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return std::nullopt;
+  Peer peer{credentials.uid, credentials.pid, {}};
+  // Without the list nobody is a member of more than the primary group: less is permitted, not more.
+  if (auto groups = supplementaryGroupsOf(socket)) peer.groups = std::move(*groups);
+  peer.groups.push_back(credentials.gid);
+  return peer;
+}
+
+bool mayControl(const Peer& peer, std::optional<gid_t> group) {
+  if (peer.uid == 0 || peer.uid == ::geteuid()) return true;
+  return group && std::ranges::find(peer.groups, *group) != peer.groups.end();
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,148 @@
+#include "daemon/control/profile_methods.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "config/parameter_table.h"
+#include "daemon/control/call_fields.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using Unawaited = PendingAnswers::Unawaited;
+
+constexpr const char* kFailed = "io.hapticd.Control.ProfileFailed";
+
+Reply listReply(const config::Result<std::vector<ProfileEntry>>& entries) {
+  if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
+  OrderedJson profiles = OrderedJson::array();
+  for (const auto& [name, boot, time_ns] : *entries) {
+    profiles.push_back({{"name", name}, {"boot", boot}, {"timeNs", time_ns}});
+  }
+  return {"", {{"profiles", std::move(profiles)}}};
+}
+
+}  // namespace
+
+ProfileMethods::ProfileMethods(MethodContext& context, StateWorker& worker)
+    : context_(context), worker_(worker), folder_(context.box.settings().state.folder) {}
+
+std::vector<Method> ProfileMethods::methods() {
+  using enum Access;
+  using Self = ProfileMethods;
+  return {{.name = "io.hapticd.Status.ListProfiles", .answer = std::bind_front(&Self::listProfiles, this)},
+          {.name = "io.hapticd.Control.SaveProfile",
+           .access = control,
+           .parameters = {"name"},
+           .answer = std::bind_front(&Self::saveProfile, this)},
+          {.name = "io.hapticd.Control.LoadProfile",
+           .access = control,
+           .parameters = {"name"},
+           .answer = std::bind_front(&Self::loadProfile, this)},
+          {.name = "io.hapticd.Control.DeleteProfile",
+           .access = control,
+           .parameters = {"name"},
+           .answer = std::bind_front(&Self::deleteProfile, this)},
+          {.name = "io.hapticd.Control.SetBootProfile",
+           .access = control,
+           .parameters = {"name"},
+           .answer = std::bind_front(&Self::setBootProfile, this)}};
+}
+
+bool ProfileMethods::refused(const Caller& caller, Replies& replies) {
+  if (!context_.pending.full(Access::control)) return false;
+  replies.finish(caller.connection, failed(kFailed, PendingAnswers::kFullReason));
+  return true;
+}
+
+void ProfileMethods::listProfiles(const Call& call, const Caller& caller, Replies& replies) {
+  if (context_.pending.full(Access::read)) {
+    return replies.finish(caller.connection,
+                          failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason));
+  }
+  using Entries = config::Result<std::vector<ProfileEntry>>;
+  context_.pending.add(
+      call, caller, replies, Unawaited::bring_end,
+      whenReady<Entries>(worker_.run([folder = folder_] { return folder.list(); }), listReply));
+}
+
+void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies& replies) {
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  answerWhenDone(call, caller, replies,
+                 [folder = folder_, name = *name, settings = context_.box.settings()] {
+                   return folder.save(name, settings);
+                 },
+                 "saves profile " + *name, {{"EVENT", "profile"}, {"ACTION", "save"}, {"PROFILE", *name}},
+                 {{"name", *name}});
+}
+
+void ProfileMethods::deleteProfile(const Call& call, const Caller& caller, Replies& replies) {
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  answerWhenDone(call, caller, replies, [folder = folder_, name = *name] { return folder.remove(name); },
+                 "deletes profile " + *name,
+                 {{"EVENT", "profile"}, {"ACTION", "delete"}, {"PROFILE", *name}});
+}
+
+void ProfileMethods::setBootProfile(const Call& call, const Caller& caller, Replies& replies) {
+  const auto name = textField(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  answerWhenDone(call, caller, replies, [folder = folder_, name = *name] { return folder.setBoot(name); },
+                 *name ? "makes " + **name + " the boot profile" : "wants no boot profile",
+                 {{"EVENT", "profile"}, {"ACTION", "boot"}, {"PROFILE", name->value_or("")}});
+}
+
+void ProfileMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies,
+                                    std::function<config::Result<void>()> job, const std::string& change,
+                                    const JournalFields& fields, const OrderedJson& parameters) {
+  if (refused(caller, replies)) return;
+  using Outcome = config::Result<void>;
+  const auto reply = [this, caller, change, fields, parameters](const Outcome& done) {
+    if (!done) return failed(kFailed, done.error().text());
+    logChange(context_, caller, change, fields);
+    return Reply{"", parameters};
+  };
+  context_.pending.add(call, caller, replies, Unawaited::bring_end,
+                       whenReady<Outcome>(worker_.run(std::move(job)), reply));
+}
+
+void ProfileMethods::loadProfile(const Call& call, const Caller& caller, Replies& replies) {
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  if (refused(caller, replies)) return;
+  auto loading = worker_.run([folder = folder_, name = *name] { return folder.load(name); });
+  // First for the file, then for the force loop.
+  auto poll = [this, caller, name = *name, loading = std::move(loading),
+               applied = PendingAnswers::Poll()]() mutable -> std::optional<Reply> {
+    if (applied) return applied();
+    if (!isReady(loading)) return std::nullopt;
+    auto waiting = apply(caller, name, loading.get());
+    if (!waiting) return waiting.error();
+    applied = std::move(*waiting);
+    return applied();
+  };
+  context_.pending.add(call, caller, replies, Unawaited::bring_end, std::move(poll));
+}
+
+std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& caller,
+                                                                 const std::string& name,
+                                                                 const Loaded& loaded) {
+  if (!loaded) return std::unexpected(failed(kFailed, textOf(loaded.error())));
+  config::Settings settings = context_.box.settings();
+  for (const auto& [parameter, value] : *loaded) parameter->set(settings, value);
+  if (const auto errors = config::checkTogether(settings); !errors.empty()) {
+    return std::unexpected(failed(kFailed, textOf(errors)));
+  }
+  const std::vector<std::string> changed = logParameters(
+      context_, caller, fmt::format("sets, by profile {},", name), context_.box.settings(), settings);
+  logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
+            {{"EVENT", "profile"}, {"ACTION", "load"}, {"PROFILE", name}});
+  const std::uint64_t generation = context_.box.apply(settings);
+  return whenApplied(context_, generation, [generation, changed] {
+    return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};
+  });
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <expected>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/control/method.h"
+#include "daemon/control/method_context.h"
+#include "daemon/state/profile_folder.h"
+#include "daemon/state/state_worker.h"
+
+namespace hapticd::daemon {
+
+/// Sets of live parameters by name.
+/// Thread: control thread only; files are read and written by the worker.
+class ProfileMethods {
+ public:
+  ProfileMethods(MethodContext& context, StateWorker& worker);
+  std::vector<Method> methods();
+
+ private:
+  using Loaded = std::expected<std::vector<config::Assignment>, std::vector<config::Error>>;
+
+  void listProfiles(const Call&, const Caller&, Replies&);
+  void saveProfile(const Call&, const Caller&, Replies&);
+  void loadProfile(const Call&, const Caller&, Replies&);
+  void deleteProfile(const Call&, const Caller&, Replies&);
+  void setBootProfile(const Call&, const Caller&, Replies&);
+
+  /// Whether the call was refused because too many wait already.
+  bool refused(const Caller& caller, Replies& replies);
+  /// Has `job` done, then logs `change` and answers with `parameters`.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies,
+                      std::function<config::Result<void>()> job, const std::string& change,
+                      const JournalFields& fields, const OrderedJson& parameters = OrderedJson::object());
+  /// Sets what a profile names. Returns what to wait for.
+  std::expected<PendingAnswers::Poll, Reply> apply(const Caller& caller, const std::string& name,
+                                                   const Loaded& loaded);
+
+  MethodContext& context_;
+  StateWorker& worker_;
+  ProfileFolder folder_;
+};
+
+}  // namespace hapticd::daemon

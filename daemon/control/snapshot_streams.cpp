@@ -1,0 +1,113 @@
+#include "daemon/control/snapshot_streams.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "daemon/control/base64.h"
+#include "daemon/control/call_fields.h"
+#include "daemon/control/pending_answers.h"
+#include "daemon/control/pose_json.h"
+#include "daemon/control/status_json.h"
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr const char* kNoFrame = "io.hapticd.Status.NoFrame";
+/// As many as are less than 64 KiB in base64.
+constexpr int kRowsAtATime = 38;
+/// Of 600 KiB each.
+constexpr std::size_t kMostStreams = 8;
+
+OrderedJson depthModelJson(const rt::DepthModelParameters& model) {
+  const auto& [a_per_m, b_per_m, fx_px, fy_px, cx_px, cy_px, near_m, far_m] = model;
+  return {{"aPerM", a_per_m}, {"bPerM", b_per_m}, {"fxPx", fx_px},   {"fyPx", fy_px},
+          {"cxPx", cx_px},    {"cyPx", cy_px},    {"nearM", near_m}, {"farM", far_m}};
+}
+
+OrderedJson headerJson(const SceneSnapshot& snapshot) {
+  return {{"frame", snapshot.frame->sequence},
+          {"width", rt::kFrameWidth},
+          {"height", rt::kFrameHeight},
+          {"depthModel", depthModelJson(snapshot.depth_model)},
+          {"cameraPose", poseJson(snapshot.T_world_camera)},
+          {"tick", tickJson(snapshot.tick)}};
+}
+
+std::string rowsText(const rt::DepthFrame& frame, int first_row, int rows) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(static_cast<std::size_t>(rows) * rt::kFrameWidth * 2);
+  const auto begin = static_cast<std::size_t>(first_row) * rt::kFrameWidth;
+  const auto end = begin + static_cast<std::size_t>(rows) * rt::kFrameWidth;
+  for (std::size_t pixel = begin; pixel < end; ++pixel) {
+    bytes.push_back(static_cast<std::uint8_t>(frame.raw[pixel] & 0xffU));
+    bytes.push_back(static_cast<std::uint8_t>(frame.raw[pixel] >> 8));
+  }
+  return base64(bytes);
+}
+
+Reply rowsReply(const SceneSnapshot& snapshot, int first_row, int rows) {
+  return {"",
+          {{"header", first_row == 0 ? headerJson(snapshot) : OrderedJson()},
+           {"firstRow", first_row},
+           {"rows", rowsText(*snapshot.frame, first_row, rows)}},
+          first_row + rows < rt::kFrameHeight};
+}
+
+}  // namespace
+
+std::vector<Method> SnapshotStreams::methods() {
+  return {{.name = "io.hapticd.Status.GetSnapshot",
+           .streams = true,
+           .answer = std::bind_front(&SnapshotStreams::getSnapshot, this)}};
+}
+
+void SnapshotStreams::getSnapshot(const Call&, const Caller& caller, Replies& replies) {
+  if (streams_.size() >= kMostStreams) {
+    return replies.finish(caller.connection,
+                          failed(kNoFrame, "others are taking snapshots now (try again later)"));
+  }
+  streams_.push_back({caller.connection, box_.takeSnapshot(), {}});
+  if (feed(streams_.back(), replies)) streams_.pop_back();
+}
+
+void SnapshotStreams::feed(Replies& replies) {
+  std::erase_if(streams_, [&](Stream& stream) { return feed(stream, replies); });
+}
+
+bool SnapshotStreams::feed(Stream& stream, Replies& replies) {
+  if (!stream.snapshot) {
+    if (!isReady(stream.taking)) return false;
+    Taken taken = stream.taking.get();
+    if (!taken) {
+      replies.finish(stream.connection, failed(kNoFrame, taken.error().text()));
+      return true;
+    }
+    stream.snapshot = std::move(*taken);
+  }
+  if (stream.connection == kNoConnection) return true;
+  for (;;) {
+    const int rows = std::min(kRowsAtATime, rt::kFrameHeight - stream.next_row);
+    const Reply reply = rowsReply(*stream.snapshot, stream.next_row, rows);
+    if (!reply.continues) {
+      replies.finish(stream.connection, reply);
+      return true;
+    }
+    if (!replies.offer(stream.connection, reply)) return false;
+    stream.next_row += rows;
+  }
+}
+
+void SnapshotStreams::closed(ConnectionId connection) {
+  // One that is being taken keeps its place until then: who calls and leaves again and again fills them all,
+  // not the box's list of what is to be done.
+  for (Stream& stream : streams_) {
+    if (stream.connection == connection) stream.connection = kNoConnection;
+  }
+  std::erase_if(streams_,
+                [](const Stream& stream) { return stream.connection == kNoConnection && stream.snapshot; });
+}
+
+}  // namespace hapticd::daemon

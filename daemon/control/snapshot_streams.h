@@ -1,0 +1,40 @@
+#pragma once
+
+#include <future>
+#include <optional>
+#include <vector>
+
+#include "daemon/box.h"
+#include "daemon/control/method.h"
+
+namespace hapticd::daemon {
+
+/// The streams of GetSnapshot: a depth frame, some rows at a time.
+/// Thread: control thread only.
+class SnapshotStreams {
+ public:
+  explicit SnapshotStreams(Box& box) : box_(box) {}
+  std::vector<Method> methods();
+
+  void feed(Replies& replies);
+  void closed(ConnectionId connection);
+
+ private:
+  using Taken = config::Result<SceneSnapshot>;
+
+  struct Stream {
+    ConnectionId connection = 0;
+    std::future<Taken> taking;
+    std::optional<SceneSnapshot> snapshot;  ///< once it is taken
+    int next_row = 0;
+  };
+
+  void getSnapshot(const Call&, const Caller&, Replies&);
+  /// Sends what it takes; true when the stream has ended.
+  static bool feed(Stream& stream, Replies& replies);
+
+  Box& box_;
+  std::vector<Stream> streams_;
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+
+#include "daemon/box.h"
+#include "rt/latency_histogram.h"
+
+namespace hapticd::daemon {
+
+/// Sums up ticks until somebody has read the sum.
+/// Thread: one.
+class TickWindow {
+ public:
+  void add(const rt::Tick& tick);
+  void clear() { *this = TickWindow(); }
+
+  const WindowSummary& summary() const { return summary_; }
+  LatencySummary wakeupLatency() const { return percentilesOf(times_->wakeup_latency); }
+  LatencySummary computeTime() const { return percentilesOf(times_->compute_time); }
+
+ private:
+  struct Times {
+    rt::LatencyHistogram wakeup_latency;
+    rt::LatencyHistogram compute_time;
+  };
+  static LatencySummary percentilesOf(const rt::LatencyHistogram& histogram);
+
+  WindowSummary summary_;
+  std::unique_ptr<Times> times_ = std::make_unique<Times>();  // 8 KiB, and not to be moved
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,139 @@
+#include "daemon/control/trace_methods.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <utility>
+
+#include "daemon/control/call_fields.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using Unawaited = PendingAnswers::Unawaited;
+
+constexpr const char* kFailed = "io.hapticd.Control.TraceFailed";
+constexpr std::size_t kLongestLabel = 64;
+/// The rest would make the reply too long.
+constexpr std::size_t kMostListed = 1000;
+
+bool isLabel(std::string_view text) {
+  return text.size() <= kLongestLabel &&
+         text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-") ==
+             std::string_view::npos;
+}
+
+Reply listReply(const config::Result<std::vector<drivers::TraceEntry>>& entries, const std::string& folder) {
+  if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
+  const std::size_t omitted = entries->size() - std::min(entries->size(), kMostListed);
+  OrderedJson traces = OrderedJson::array();
+  for (std::size_t i = omitted; i < entries->size(); ++i) {
+    const auto& [name, bytes, time_ns, open, depth] = (*entries)[i];
+    traces.push_back(
+        {{"name", name}, {"bytes", bytes}, {"timeNs", time_ns}, {"open", open}, {"depth", depth}});
+  }
+  return {"", {{"traces", std::move(traces)}, {"folder", folder}, {"omitted", omitted}}};
+}
+
+}  // namespace
+
+std::vector<Method> TraceMethods::methods() {
+  using enum Access;
+  using Self = TraceMethods;
+  return {
+      {.name = "io.hapticd.Status.ListTraces", .answer = std::bind_front(&Self::listTraces, this)},
+      {.name = "io.hapticd.Control.StartTrace",
+       .access = control,
+       .parameters = {"label", "depth"},
+       .answer = std::bind_front(&Self::startTrace, this)},
+      {.name = "io.hapticd.Control.StopTrace",
+       .access = control,
+       .answer = std::bind_front(&Self::stopTrace, this)},
+      {.name = "io.hapticd.Control.DumpTrace",
+       .access = control,
+       .answer = std::bind_front(&Self::dumpTrace, this)},
+      {.name = "io.hapticd.Control.DeleteTrace",
+       .access = control,
+       .parameters = {"name"},
+       .answer = std::bind_front(&Self::deleteTrace, this)},
+  };
+}
+
+bool TraceMethods::refused(const Caller& caller, Replies& replies) {
+  if (!context_.pending.full(Access::control)) return false;
+  replies.finish(caller.connection, failed(kFailed, PendingAnswers::kFullReason));
+  return true;
+}
+
+void TraceMethods::listTraces(const Call& call, const Caller& caller, Replies& replies) {
+  if (context_.pending.full(Access::read)) {
+    return replies.finish(caller.connection,
+                          failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason));
+  }
+  using Entries = config::Result<std::vector<drivers::TraceEntry>>;
+  const std::string folder = std::filesystem::path(context_.box.settings().state.folder) / "traces";
+  context_.pending.add(call, caller, replies, Unawaited::bring_end,
+                       whenReady<Entries>(context_.box.listTraces(), [folder](const Entries& entries) {
+                         return listReply(entries, folder);
+                       }));
+}
+
+void TraceMethods::startTrace(const Call& call, const Caller& caller, Replies& replies) {
+  const auto label = textField(call, "label");
+  if (!label) return replies.finish(caller.connection, label.error());
+  const auto depth = flagField(call, "depth");
+  if (!depth) return replies.finish(caller.connection, depth.error());
+  const TraceRequest request{label->value_or(""), depth->value_or(context_.box.settings().trace.depth)};
+  if (!isLabel(request.label)) {
+    return replies.finish(
+        caller.connection,
+        failed(kFailed,
+               fmt::format("the label is not possible in the name of a file (take at most {} letters, "
+                           "digits, '_', '.' and '-')",
+                           kLongestLabel)));
+  }
+  if (refused(caller, replies)) return;
+  answerWhenDone(call, caller, replies, context_.box.startTrace(request), "start", "starts trace");
+}
+
+void TraceMethods::stopTrace(const Call& call, const Caller& caller, Replies& replies) {
+  if (refused(caller, replies)) return;
+  answerWhenDone(call, caller, replies, context_.box.stopTrace(), "stop", "stops trace");
+}
+
+void TraceMethods::dumpTrace(const Call& call, const Caller& caller, Replies& replies) {
+  if (refused(caller, replies)) return;
+  answerWhenDone(call, caller, replies, context_.box.dumpTrace(), "dump",
+                 "writes the flight recorder out as trace");
+}
+
+void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
+                                  const char* action, const char* change) {
+  using Name = config::Result<std::string>;
+  const auto reply = [this, caller, action, change](const Name& name) {
+    if (!name) return failed(kFailed, name.error().text());
+    logChange(context_, caller, fmt::format("{} {}", change, *name),
+              {{"EVENT", "trace"}, {"ACTION", action}, {"TRACE", *name}});
+    return Reply{"", {{"name", *name}}};
+  };
+  context_.pending.add(call, caller, replies, Unawaited::bring_end, whenReady<Name>(std::move(named), reply));
+}
+
+void TraceMethods::deleteTrace(const Call& call, const Caller& caller, Replies& replies) {
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  if (refused(caller, replies)) return;
+  using Outcome = config::Result<void>;
+  const auto reply = [this, caller, name = *name](const Outcome& deleted) {
+    if (!deleted) return failed(kFailed, deleted.error().text());
+    logChange(context_, caller, "deletes trace " + name,
+              {{"EVENT", "trace"}, {"ACTION", "delete"}, {"TRACE", name}});
+    return Reply{};
+  };
+  context_.pending.add(call, caller, replies, Unawaited::bring_end,
+                       whenReady<Outcome>(context_.box.deleteTrace(*name), reply));
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <future>
+#include <string>
+#include <vector>
+
+#include "daemon/control/method.h"
+#include "daemon/control/method_context.h"
+
+namespace hapticd::daemon {
+
+/// Starting, finishing, listing and deleting traces.
+/// Thread: control thread only.
+class TraceMethods {
+ public:
+  explicit TraceMethods(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+ private:
+  using Named = std::future<config::Result<std::string>>;
+
+  void listTraces(const Call&, const Caller&, Replies&);
+  void startTrace(const Call&, const Caller&, Replies&);
+  void stopTrace(const Call&, const Caller&, Replies&);
+  void dumpTrace(const Call&, const Caller&, Replies&);
+  void deleteTrace(const Call&, const Caller&, Replies&);
+
+  /// Whether the call was refused because too many wait already.
+  bool refused(const Caller& caller, Replies& replies);
+  /// Logs what was done and answers with the trace's name.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
+                      const char* action, const char* change);
+
+  MethodContext& context_;
+};
+
+}  // namespace hapticd::daemon

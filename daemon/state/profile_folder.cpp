@@ -1,0 +1,146 @@
+#include "daemon/state/profile_folder.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <system_error>
+
+#include "config/value_text.h"
+#include "config/yaml_text.h"
+#include "daemon/state/state_file.h"
+
+namespace hapticd::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestName = 64;
+
+bool isLive(const config::Parameter& parameter) {
+  return parameter.effect == config::Effect::live;
+}
+
+std::unexpected<config::Error> failure(std::string where, std::string what, std::string remedy) {
+  return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
+}
+
+std::int64_t changeTime_ns(const fs::path& file) {
+  std::error_code error;
+  const auto time = fs::last_write_time(file, error);
+  if (error) return 0;
+  const auto since_epoch = std::chrono::file_clock::to_sys(time).time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(since_epoch).count();
+}
+
+}  // namespace
+
+bool isProfileName(std::string_view name) {
+  return !name.empty() && name.size() <= kLongestName &&
+         name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
+             std::string_view::npos;
+}
+
+ProfileFolder::ProfileFolder(const fs::path& state_folder) : folder_(state_folder / "profiles") {}
+
+fs::path ProfileFolder::fileOf(const std::string& name) const {
+  return folder_ / (name + ".yaml");
+}
+
+bool ProfileFolder::has(const std::string& name) const {
+  std::error_code ignored;
+  return fs::symlink_status(fileOf(name), ignored).type() == fs::file_type::regular;
+}
+
+config::Result<void> ProfileFolder::checkNamed(const std::string& name) const {
+  if (!isProfileName(name)) {
+    return failure("profile " + config::inQuotes(name), "is no name of a profile",
+                   fmt::format("take 1 to {} letters, digits, '_' and '-'", kLongestName));
+  }
+  return {};
+}
+
+config::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
+  const auto boot_name = boot();
+  std::vector<ProfileEntry> entries;
+  std::error_code error;
+  fs::directory_iterator files(folder_, error);
+  for (; !error && files != fs::directory_iterator() && entries.size() < kMostProfiles;
+       files.increment(error)) {
+    const fs::path file = files->path();
+    const std::string name = file.stem().string();
+    if (file.extension() != ".yaml" || !isProfileName(name) || !has(name)) continue;
+    entries.push_back({name, boot_name && *boot_name == name, changeTime_ns(file)});
+  }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    return failure(folder_.string(), "cannot be read: " + error.message(),
+                   "give the user of hapticd the right to read it");
+  }
+  std::ranges::sort(entries, {}, &ProfileEntry::name);
+  return entries;
+}
+
+config::Result<void> ProfileFolder::save(const std::string& name, const config::Settings& settings) const {
+  if (auto named = checkNamed(name); !named) return named;
+  std::error_code error;
+  fs::create_directory(folder_, error);  // replaceFile() tells what is wrong, if anything is
+  if (!has(name)) {
+    const auto entries = list();
+    if (entries && entries->size() >= kMostProfiles) {
+      return failure(folder_.string(), fmt::format("holds {} profiles, no more are possible", kMostProfiles),
+                     "delete one that is not needed");
+    }
+  }
+  return replaceFile(fileOf(name), config::yamlText(settings, isLive));
+}
+
+std::expected<std::vector<config::Assignment>, std::vector<config::Error>> ProfileFolder::load(
+    const std::string& name) const {
+  if (auto named = checkNamed(name); !named) return std::unexpected(std::vector{named.error()});
+  if (!has(name)) {
+    return std::unexpected(std::vector{config::Error{"profile " + name, "there is no such profile",
+                                                     "hapticctl profile list shows those that there are"}});
+  }
+  return config::loadAssignments(fileOf(name), isLive);
+}
+
+config::Result<void> ProfileFolder::remove(const std::string& name) const {
+  if (auto named = checkNamed(name); !named) return named;
+  if (!has(name)) {
+    return failure("profile " + name, "there is no such profile",
+                   "hapticctl profile list shows those that there are");
+  }
+  if (const auto boot_name = boot(); boot_name && *boot_name == name) {
+    return failure("profile " + name, "is the boot profile", "choose another boot profile first, or none");
+  }
+  return removeFile(fileOf(name));
+}
+
+config::Result<std::optional<std::string>> ProfileFolder::boot() const {
+  auto content = readStateFile(bootFile());
+  if (!content || !*content) return content;
+  std::string name = **content;
+  if (name.ends_with('\n')) name.pop_back();
+  if (!isProfileName(name)) {
+    return failure(bootFile().string(), config::inQuotes(name) + " is no name of a profile",
+                   "choose the boot profile again");
+  }
+  return name;
+}
+
+config::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& name) const {
+  if (!name) return removeFile(bootFile());
+  if (const auto loaded = load(*name); !loaded) {
+    return failure("", textOf(loaded.error()), "");
+  }
+  return replaceFile(bootFile(), *name + "\n");
+}
+
+std::string textOf(const std::vector<config::Error>& errors) {
+  std::vector<std::string> texts;
+  for (const config::Error& error : errors) texts.push_back(error.text());
+  return fmt::format("{}", fmt::join(texts, "; "));
+}
+
+}  // namespace hapticd::daemon

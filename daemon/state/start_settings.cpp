@@ -1,0 +1,93 @@
+#include "daemon/state/start_settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "config/yaml_loader.h"
+#include "daemon/state/profile_folder.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using Assignments = std::vector<config::Assignment>;
+
+/// The settings of the file and the overrides while layers come between the two.
+class Layers {
+ public:
+  Layers(StartSettings& start, std::span<const std::string> overrides) : start_(start) {
+    for (const std::string& assignment : overrides) {
+      overridden_.push_back(assignment.substr(0, assignment.find('=')));
+    }
+  }
+
+  /// Sets what no override names. False, and only a notice about it, when the rules between parameters are
+  /// broken then.
+  bool add(const std::string& layer, const Assignments& assignments) {
+    config::Settings settings = start_.settings;
+    for (const auto& [parameter, value] : assignments) {
+      if (std::ranges::find(overridden_, parameter->name) == overridden_.end())
+        parameter->set(settings, value);
+    }
+    if (const auto errors = config::checkTogether(settings); !errors.empty()) {
+      leaveOut(layer, errors);
+      return false;
+    }
+    start_.settings = settings;
+    return true;
+  }
+
+  void leaveOut(const std::string& layer, const std::vector<config::Error>& errors) {
+    start_.notices.push_back(fmt::format("{} is not used: {}", layer, textOf(errors)));
+  }
+
+ private:
+  StartSettings& start_;
+  std::vector<std::string> overridden_;
+};
+
+Assignments poseAssignments(const rt::PoseParameters& pose) {
+  config::Settings settings;
+  settings.camera.pose = pose;
+  Assignments assignments;
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    if (isCameraPose(parameter)) assignments.push_back({&parameter, parameter.get(settings)});
+  }
+  return assignments;
+}
+
+void addRegistration(StartSettings& start, Layers& layers, const std::filesystem::path& folder) {
+  constexpr const char* kLayer = "the registration of the camera's pose";
+  auto registration = readRegistration(folder);
+  if (!registration) return layers.leaveOut(kLayer, registration.error());
+  if (!*registration) return;
+  if (layers.add(kLayer, poseAssignments((*registration)->T_world_camera))) {
+    start.registration = std::move(*registration);
+  }
+}
+
+void addBootProfile(StartSettings& start, Layers& layers, const ProfileFolder& profiles) {
+  const auto name = profiles.boot();
+  if (!name) return layers.leaveOut("the boot profile", {name.error()});
+  if (!*name) return;
+  const std::string layer = "the boot profile " + **name;
+  const auto assignments = profiles.load(**name);
+  if (!assignments) return layers.leaveOut(layer, assignments.error());
+  if (layers.add(layer, *assignments)) start.boot_profile = **name;
+}
+
+}  // namespace
+
+std::expected<StartSettings, std::vector<config::Error>> startSettings(
+    const std::filesystem::path& file, std::span<const std::string> overrides) {
+  auto loaded = config::loadSettings(file, overrides);
+  if (!loaded) return std::unexpected(std::move(loaded.error()));
+  StartSettings start{*loaded, loaded->camera.pose, {}, {}, {}};
+  Layers layers(start, overrides);
+  addRegistration(start, layers, loaded->state.folder);
+  addBootProfile(start, layers, ProfileFolder(loaded->state.folder));
+  return start;
+}
+
+}  // namespace hapticd::daemon

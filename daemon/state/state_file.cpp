@@ -1,0 +1,116 @@
+#include "daemon/state/state_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include "daemon/control/descriptor.h"
+
+namespace hapticd::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestFile = 64 * 1024;
+
+std::string remedyFor(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return "create the folder, or name another one in state.folder";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "give the user of hapticd the right to write there, or name another folder in state.folder";
+    case ENOSPC:
+    case EDQUOT:
+      return "make space on the disk";
+    default:
+      return "check the disk of state.folder";
+  }
+}
+
+std::unexpected<config::Error> failure(const fs::path& file, const char* what, int error) {
+  return std::unexpected(config::Error{
+      file.string(), fmt::format("{}: {}", what, std::generic_category().message(error)), remedyFor(error)});
+}
+
+bool writeAll(int descriptor, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t count = ::write(descriptor, content.data(), content.size());
+    if (count < 0 && errno != EINTR) return false;
+    if (count > 0) content.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+bool synchronise(const fs::path& folder) {
+  const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return descriptor && ::fsync(descriptor.get()) == 0;
+}
+
+/// Its bytes, one more than permitted at most. Nothing on failure, see errno.
+std::optional<std::string> contentOf(int descriptor) {
+  std::string content(kLongestFile + 1, '\0');
+  std::size_t length = 0;
+  while (length < content.size()) {
+    const ssize_t count = ::read(descriptor, content.data() + length, content.size() - length);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return std::nullopt;
+    if (count == 0) break;
+    length += static_cast<std::size_t>(count);
+  }
+  content.resize(length);
+  return content;
+}
+
+}  // namespace
+
+config::Result<void> replaceFile(const fs::path& file, std::string_view content) {
+  const fs::path temporary = file.string() + ".new";
+  ::unlink(temporary.c_str());  // of a start that crashed
+  Descriptor descriptor(
+      ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
+  if (!descriptor) return failure(file, "cannot be written", errno);
+  if (!writeAll(descriptor.get(), content) || ::fsync(descriptor.get()) != 0 ||
+      std::rename(temporary.c_str(), file.c_str()) != 0) {
+    const int error = errno;
+    ::unlink(temporary.c_str());
+    return failure(file, "cannot be written", error);
+  }
+  if (!synchronise(file.parent_path())) return failure(file, "may not survive a loss of power", errno);
+  return {};
+}
+
+config::Result<void> removeFile(const fs::path& file) {
+  if (::unlink(file.c_str()) != 0) {
+    if (errno == ENOENT) return {};
+    return failure(file, "cannot be removed", errno);
+  }
+  if (!synchronise(file.parent_path())) return failure(file, "may come back after a loss of power", errno);
+  return {};
+}
+
+config::Result<std::optional<std::string>> readStateFile(const fs::path& file) {
+  // Not blocking: a pipe would wait for its writer.
+  const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  if (!descriptor && (errno == ENOENT || errno == ENOTDIR)) return std::nullopt;
+  if (!descriptor) return failure(file, "cannot be read", errno);
+  struct stat status {};
+  if (::fstat(descriptor.get(), &status) != 0) return failure(file, "cannot be read", errno);
+  const auto unusable = [&](std::string what) {
+    return std::unexpected(config::Error{file.string(), std::move(what), "remove it, and save it again"});
+  };
+  if (!S_ISREG(status.st_mode)) return unusable("is no regular file");
+  auto content = contentOf(descriptor.get());
+  if (!content) return failure(file, "cannot be read", errno);
+  if (content->size() > kLongestFile) return unusable(fmt::format("is longer than {} bytes", kLongestFile));
+  return content;
+}
+
+}  // namespace hapticd::daemon

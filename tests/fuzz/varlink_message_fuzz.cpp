@@ -1,0 +1,92 @@
+// What a client of the control API sends: any bytes are a call or none, and a call gets at most one last
+// reply, which is a message within its bound.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "daemon/control/control_service.h"
+#include "daemon/control/varlink_message.h"
+#include "tests/unit/daemon/control/fake_box.h"
+
+namespace {
+
+using hapticd::daemon::Access;
+using hapticd::daemon::Call;
+using hapticd::daemon::Caller;
+using hapticd::daemon::ConnectionId;
+using hapticd::daemon::ControlService;
+using hapticd::daemon::Json;
+using hapticd::daemon::Reply;
+using hapticd::daemon::test::FakeBox;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+/// Takes every reply, and looks at it.
+class Client final : public hapticd::daemon::Replies {
+ public:
+  void finish(ConnectionId, const Reply& reply) override {
+    if (!open) return;
+    check(reply);
+    require(!reply.continues);
+    open = false;
+  }
+  bool offer(ConnectionId, const Reply& reply) override {
+    if (!open) return false;
+    check(reply);
+    require(reply.continues && reply.error.empty());
+    return true;
+  }
+
+  bool open = false;
+
+ private:
+  static void check(const Reply& reply) {
+    const std::string message = hapticd::daemon::serialise(reply);
+    require(message.size() <= hapticd::daemon::kMaxReplyBytes && message.back() == '\0');
+    require(message.find('\0') == message.size() - 1);
+    const Json json = Json::parse(message.begin(), message.end() - 1, nullptr, false);
+    require(json.is_object() && json["parameters"].is_object());
+  }
+};
+
+/// A box whose files are in a folder that cannot be there.
+struct Daemon {
+  Daemon() {
+    hapticd::config::Settings settings;
+    settings.state.folder = "/dev/null/none";
+    box.setSettings(settings);
+  }
+  FakeBox box;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static Daemon daemon;
+  static ControlService service(daemon.box, {});
+  daemon.box.setTraces(3);
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  Caller caller{2, Access::control, 1000, 1};
+  Client client;
+  std::size_t begin = 0;
+  while (begin <= bytes.size()) {  // as over a socket: messages, each ended by a NUL
+    const std::size_t end = std::min(bytes.find('\0', begin), bytes.size());
+    const auto call = hapticd::daemon::parseCall(bytes.substr(begin, end - begin));
+    begin = end + 1;
+    if (!call) break;
+    require(!(call->oneway && call->more) && call->parameters.is_object());
+    client.open = !call->oneway;
+    service.handle(*call, caller, client);
+    service.periodic(client);
+    if (client.open) break;  // a stream, or a file: what comes behind it waits
+  }
+  service.closed(caller.connection);
+  client.open = false;
+  service.periodic(client);
+  return 0;
+}

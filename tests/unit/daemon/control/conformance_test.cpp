@@ -1,0 +1,225 @@
+// The rules of Varlink that hold for every method alike, found from the interface texts that the daemon
+// serves.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "control_fixture.h"
+#include "interface_definition.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+const char* const kInterfaces[] = {"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"};
+constexpr const char* kUnknown = R"({"method":"io.hapticd.Status.Nope"})";
+constexpr const char* kUnknownReply =
+    R"({"error":"org.varlink.service.MethodNotFound","parameters":{"method":"io.hapticd.Status.Nope"}})";
+
+class ConformanceTest : public ControlFixture {
+ protected:
+  void SetUp() override { start(); }
+
+  InterfaceDefinition definitionOf(const std::string& interface) const {
+    const json reply =
+        askStatus("org.varlink.service.GetInterfaceDescription", json{{"interface", interface}}.dump());
+    return InterfaceDefinition(reply["parameters"]["description"].get<std::string>());
+  }
+
+  /// The full names of all methods with their inputs.
+  std::map<std::string, IdlType> methodsOfTexts() const {
+    std::map<std::string, IdlType> methods;
+    for (const std::string interface : kInterfaces) {
+      for (const auto& [name, input] : definitionOf(interface).inputs)
+        methods[interface + "." + name] = input;
+    }
+    return methods;
+  }
+
+  static json ask(RawClient client, const json& call) {
+    client.call(call.dump());
+    return client.json();
+  }
+};
+
+bool isStream(const std::string& method) {
+  static const std::set<std::string> streams{"io.hapticd.Status.Monitor", "io.hapticd.Status.Events",
+                                             "io.hapticd.Status.GetSnapshot"};
+  return streams.contains(method);
+}
+
+TEST_F(ConformanceTest, DescribesEveryMethodThatItHasWithItsParametersAndNoOthers) {
+  const std::map<std::string, IdlType> described = methodsOfTexts();
+  const ControlService service(box, {});
+  EXPECT_EQ(described.size(), service.methods().size());
+  for (const Method& method : service.methods()) {
+    const auto text = described.find(std::string(method.name));
+    ASSERT_NE(text, described.end()) << method.name;
+    std::vector<std::string_view> fields;
+    for (const auto& [name, type] : text->second.fields) fields.push_back(name);
+    EXPECT_EQ(fields, method.parameters) << method.name;
+    EXPECT_EQ(isStream(text->first), method.streams) << method.name;
+    EXPECT_EQ(text->first.starts_with("io.hapticd.Control."), method.access == Access::control)
+        << method.name;
+  }
+}
+
+TEST_F(ConformanceTest, ListsTheInterfacesThatItDescribes) {
+  EXPECT_EQ(json(kInterfaces), askStatus("org.varlink.service.GetInfo")["parameters"]["interfaces"]);
+}
+
+TEST_F(ConformanceTest, KnowsEveryMethodOfItsTextsAndNamesAParameterThatItDoesNot) {
+  for (const auto& [method, input] : methodsOfTexts()) {
+    const json call = {{"method", method}, {"parameters", {{"nobodyKnowsThis", 1}}}, {"more", true}};
+    EXPECT_EQ(invalidParameter("nobodyKnowsThis"), ask(controlClient(), call)) << method;
+  }
+  EXPECT_EQ(0U, box.generation());
+}
+
+/// A value that is not of the type, whatever the type.
+json wrongValueFor(const IdlType& type) {
+  const IdlType& inner = type.kind == IdlType::Kind::nullable ? *type.element : type;
+  const bool text = inner.kind == IdlType::Kind::basic && inner.name == "string";
+  return text ? json(7) : json("text");
+}
+
+TEST_F(ConformanceTest, NamesAParameterOfTheWrongTypeInEveryMethod) {
+  int checked = 0;
+  for (const auto& [method, input] : methodsOfTexts()) {
+    for (const auto& [name, type] : input.fields) {
+      const json call = {{"method", method}, {"parameters", {{name, wrongValueFor(type)}}}, {"more", true}};
+      EXPECT_EQ(invalidParameter(name), ask(controlClient(), call)) << method;
+      ++checked;
+    }
+  }
+  EXPECT_LE(16, checked);
+  EXPECT_EQ(0U, box.generation());
+}
+
+TEST_F(ConformanceTest, NamesAParameterThatIsMissingOrNullInEveryMethodThatNeedsOne) {
+  int checked = 0;
+  for (const auto& [method, input] : methodsOfTexts()) {
+    for (const auto& [name, type] : input.fields) {
+      if (type.kind == IdlType::Kind::nullable) continue;
+      EXPECT_EQ(invalidParameter(name), ask(controlClient(), {{"method", method}})) << method;
+      EXPECT_EQ(invalidParameter(name),
+                ask(controlClient(), {{"method", method}, {"parameters", {{name, nullptr}}}}))
+          << method;
+      ++checked;
+    }
+  }
+  EXPECT_LE(6, checked);
+}
+
+TEST_F(ConformanceTest, ExpectsMoreForStreamsAndAnswersOtherMethodsOnceWithIt) {
+  for (const auto& [method, input] : methodsOfTexts()) {
+    if (isStream(method)) {
+      EXPECT_EQ(errorReply("org.varlink.service.ExpectedMore"), ask(statusClient(), {{"method", method}}));
+      continue;
+    }
+    RawClient client = controlClient();
+    client.call(json{{"method", method}, {"more", true}}.dump());
+    client.call(kUnknown);
+    EXPECT_FALSE(client.json().contains("continues")) << method;
+    EXPECT_EQ(kUnknownReply, client.reply()) << method;
+  }
+}
+
+TEST_F(ConformanceTest, DeniesEveryChangeOnTheStatusSocket) {
+  const std::size_t before = log().size();
+  for (const auto& [name, input] : definitionOf("io.hapticd.Control").inputs) {
+    EXPECT_EQ(errorReply("org.varlink.service.PermissionDenied"),
+              ask(statusClient(), {{"method", "io.hapticd.Control." + name}}))
+        << name;
+  }
+  EXPECT_EQ(before, log().size());
+  EXPECT_EQ(0U, box.generation());
+}
+
+TEST_F(ConformanceTest, AnswersNothingToAnyOnewayCall) {
+  RawClient client = controlClient();
+  for (const auto& [method, input] : methodsOfTexts()) {
+    client.call(json{{"method", method}, {"oneway", true}}.dump());
+    client.call(json{{"method", method}, {"parameters", {{"nobodyKnowsThis", 1}}}, {"oneway", true}}.dump());
+    client.call(kUnknown);
+    EXPECT_EQ(kUnknownReply, client.reply()) << method;
+  }
+}
+
+TEST_F(ConformanceTest, UpgradesNoMethod) {
+  for (const auto& [method, input] : methodsOfTexts()) {
+    EXPECT_EQ(errorReply("org.varlink.service.MethodNotImplemented", {{"method", method}}),
+              ask(controlClient(), {{"method", method}, {"upgrade", true}}));
+  }
+}
+
+TEST_F(ConformanceTest, PutsCallsTogetherWhereverTheyAreCut) {
+  const std::string first = R"({"method":"io.hapticd.Status.A"})";
+  const std::string calls = message(first) + message(kUnknown);
+  for (std::size_t cut = 0; cut <= calls.size(); ++cut) {
+    RawClient client = statusClient();
+    client.send(calls.substr(0, cut));
+    if (cut > first.size()) {  // by then the first one is whole
+      EXPECT_EQ("io.hapticd.Status.A", client.json()["parameters"]["method"]) << cut;
+    }
+    client.send(calls.substr(cut));
+    if (cut <= first.size()) {
+      EXPECT_EQ("io.hapticd.Status.A", client.json()["parameters"]["method"]) << cut;
+    }
+    EXPECT_EQ(kUnknownReply, client.reply()) << cut;
+  }
+}
+
+TEST_F(ConformanceTest, KeepsTheOrderWhereAnEarlierCallTakesLonger) {
+  box.holdJobs();
+  RawClient client = controlClient();
+  client.call(R"({"method":"io.hapticd.Control.DumpTrace"})");
+  client.call(R"({"method":"io.hapticd.Control.SaveProfile","parameters":{"name":"a"}})");
+  client.call(R"({"method":"io.hapticd.Status.ListProfiles"})");
+  client.call(R"({"method":"io.hapticd.Control.LoadProfile","parameters":{"name":"a"}})");
+  client.call(kUnknown);
+  EXPECT_TRUE(box.waitForJobs(1));
+  box.finishJobs();
+  EXPECT_EQ("trace-0-dump", client.json()["parameters"]["name"]);
+  EXPECT_EQ("a", client.json()["parameters"]["name"]);
+  EXPECT_EQ("a", client.json()["parameters"]["profiles"][0]["name"]);
+  EXPECT_EQ(json::array(), client.json()["parameters"]["changed"]);
+  EXPECT_EQ(kUnknownReply, client.reply());
+}
+
+TEST_F(ConformanceTest, TakesSixteenLevelsOfNestingAndNotOneMore) {
+  // The call and its parameters are two.
+  const auto nested = [](int levels) {
+    return R"({"method":"io.hapticd.Status.Nope","parameters":{"x":)" +
+           std::string(static_cast<std::size_t>(levels - 2), '[') +
+           std::string(static_cast<std::size_t>(levels - 2), ']') + "}}";
+  };
+  RawClient client = statusClient();
+  client.call(nested(16));
+  EXPECT_EQ(kUnknownReply, client.reply());
+  client.call(nested(17));
+  EXPECT_EQ(RawClient::kClosed, client.reply());
+}
+
+TEST_F(ConformanceTest, GivesBackTextOfAnyLanguage) {
+  const std::string name = "io.hapticd.Status.\u00c4\u6f22\U0001F600\\u0000";
+  RawClient client = statusClient();
+  client.call(R"({"method":")" + name + "\"}");
+  EXPECT_EQ(R"({"error":"org.varlink.service.MethodNotFound","parameters":{"method":")" + name + "\"}}",
+            client.reply());
+}
+
+TEST_F(ConformanceTest, EndsEveryStreamWhenItsClientCloses) {
+  addEvent({JournalEntry::Priority::notice, "something", {{"EVENT", "mode"}}});
+  for (const std::string stream : {"Monitor", "Events", "GetSnapshot"}) {
+    const json call = {{"method", "io.hapticd.Status." + stream}, {"more", true}};
+    for (int client = 0; client < 20; ++client) {  // more than there are places for a user
+      json reply;
+      while (!reply["continues"].is_boolean()) reply = ask(statusClient(), call);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

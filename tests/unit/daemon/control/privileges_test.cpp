@@ -1,0 +1,103 @@
+// Who may change something through the control socket, besides being able to open it.
+#include <grp.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <numeric>
+
+#include "control_fixture.h"
+#include "daemon/control/peer.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+constexpr uid_t kOther = 65534;
+constexpr gid_t kGroup = 4242;
+constexpr gid_t kAnotherGroup = 4243;
+constexpr const char* kEngage = R"({"method":"io.hapticd.Control.Engage"})";
+constexpr const char* kDenied = R"({"error":"org.varlink.service.PermissionDenied","parameters":{}})";
+constexpr const char* kEngaged = R"({"parameters":{"mode":"engaged","cause":"requested"}})";
+
+TEST(MayControl, IsTrueOfRootTheOwnUserAndMembersOfTheGroup) {
+  const uid_t stranger = ::geteuid() + 1;
+  EXPECT_TRUE(mayControl({0, 1, {5}}, kGroup));
+  EXPECT_TRUE(mayControl({::geteuid(), 1, {5}}, kGroup));
+  EXPECT_TRUE(mayControl({stranger, 1, {5, kGroup}}, kGroup));
+  EXPECT_FALSE(mayControl({stranger, 1, {5, kAnotherGroup}}, kGroup));
+  EXPECT_FALSE(mayControl({stranger, 1, {}}, kGroup));
+  EXPECT_FALSE(mayControl({stranger, 1, {5}}, std::nullopt));
+}
+
+/// The control socket's file belongs to kGroup, and anybody can open it.
+class PrivilegesTest : public ControlFixture {
+ protected:
+  void SetUp() override {
+    if (::geteuid() != 0) GTEST_SKIP() << "needs root to connect as other users";
+    // What is created in a folder with the set-group-ID bit belongs to the folder's group.
+    ASSERT_EQ(0, ::chown(folder.path("").c_str(), static_cast<uid_t>(-1), kGroup));
+    std::filesystem::permissions(folder.path(""), std::filesystem::perms(02711));
+    start();
+    std::filesystem::permissions(controlPath(), std::filesystem::perms(0666));
+  }
+
+  /// The reply to a call on the control socket by another user.
+  std::string askAs(uid_t user, gid_t group, const std::vector<gid_t>& groups, const std::string& call) {
+    int ends[2];
+    if (::pipe(ends) != 0) return "no pipe";
+    const pid_t child = ::fork();
+    if (child == 0) {
+      if (::setgroups(groups.size(), groups.data()) != 0 || ::setgid(group) != 0 || ::setuid(user) != 0)
+        ::_exit(2);
+      RawClient client = controlClient();
+      client.call(call);
+      const std::string reply = client.reply();
+      ::_exit(::write(ends[1], reply.data(), reply.size()) < 0 ? 3 : 0);
+    }
+    ::close(ends[1]);
+    std::string reply;
+    char chunk[4096];
+    for (ssize_t count = 0; (count = ::read(ends[0], chunk, sizeof chunk)) > 0;) {
+      reply.append(chunk, static_cast<std::size_t>(count));
+    }
+    ::close(ends[0]);
+    int status = -1;
+    EXPECT_EQ(child, ::waitpid(child, &status, 0));
+    EXPECT_EQ(0, status);
+    return reply;
+  }
+};
+
+TEST_F(PrivilegesTest, LetsOthersReadButChangeNothingThoughTheyGotIn) {
+  EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, {}, kEngage));
+  EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, {kAnotherGroup}, kEngage));
+  const std::string info = askAs(kOther, kAnotherGroup, {}, R"({"method":"org.varlink.service.GetInfo"})");
+  EXPECT_NE(std::string::npos, info.find("hapticd")) << info;
+  EXPECT_EQ(0U, box.generation());
+  EXPECT_TRUE(log().empty());
+}
+
+TEST_F(PrivilegesTest, LetsMembersOfTheSocketsGroupChangeAndTellsThemApart) {
+  EXPECT_EQ(kEngaged, askAs(kOther, kGroup, {}, kEngage));
+  EXPECT_EQ(kEngaged, askAs(kOther, kAnotherGroup, {kAnotherGroup, kGroup}, kEngage));
+  const auto entries = logged("engage");
+  ASSERT_EQ(2U, entries.size());
+  EXPECT_EQ(std::to_string(kOther), entries[0].at("UID"));
+  EXPECT_NE(std::to_string(::getpid()), entries[0].at("PID"));
+}
+
+TEST_F(PrivilegesTest, FindsTheGroupAmongManyOthers) {
+  std::vector<gid_t> groups(300);
+  std::iota(groups.begin(), groups.end(), 5000U);
+  EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, groups, kEngage));
+  groups.back() = kGroup;
+  EXPECT_EQ(kEngaged, askAs(kOther, kAnotherGroup, groups, kEngage));
+}
+
+TEST_F(PrivilegesTest, LetsRootChangeWithoutTheGroup) {
+  EXPECT_EQ(kEngaged, askAs(0, kAnotherGroup, {}, kEngage));
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,160 @@
+// Traces as clients see them, over the real sockets.
+#include <gtest/gtest.h>
+
+#include "control_fixture.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+class TraceMethodsTest : public ControlFixture {
+ protected:
+  json ask(const std::string& method, const json& parameters = json::object()) {
+    return askControl("io.hapticd.Control." + method, parameters.dump());
+  }
+  json names() {
+    json names = json::array();
+    const json reply = askStatus("io.hapticd.Status.ListTraces");
+    for (const json& trace : reply["parameters"]["traces"]) names.push_back(trace["name"]);
+    return names;
+  }
+};
+
+TEST_F(TraceMethodsTest, StartsStopsListsAndDeletes) {
+  start();
+  EXPECT_EQ("trace-0-grip", ask("StartTrace", {{"label", "grip"}, {"depth", true}})["parameters"]["name"]);
+  const json listed = askStatus("io.hapticd.Status.ListTraces")["parameters"];
+  EXPECT_EQ(R"([{"name":"trace-0-grip","bytes":0,"timeNs":5000,"open":true,"depth":true}])"_json,
+            listed["traces"]);
+  EXPECT_EQ(json(folder.path("state/traces")), listed["folder"]);
+  EXPECT_EQ(0, listed["omitted"]);
+  EXPECT_EQ("trace-0-grip", ask("StopTrace")["parameters"]["name"]);
+  EXPECT_EQ("trace-1-dump", ask("DumpTrace")["parameters"]["name"]);
+  EXPECT_EQ(json({{"parameters", json::object()}}), ask("DeleteTrace", {{"name", "trace-0-grip"}}));
+  EXPECT_EQ(json({"trace-1-dump"}), names());
+}
+
+TEST_F(TraceMethodsTest, TakesDepthFromTheConfigurationWhereNothingIsSaid) {
+  config::Settings settings = box.settings();
+  settings.trace.depth = true;
+  box.setSettings(settings);
+  start();
+  ask("StartTrace");
+  EXPECT_EQ(true, askStatus("io.hapticd.Status.ListTraces")["parameters"]["traces"][0]["depth"]);
+}
+
+TEST_F(TraceMethodsTest, SaysWhyAndWhatToDoWhenTheBoxCannot) {
+  start();
+  const auto failure = [](const std::string& reason) {
+    return errorReply("io.hapticd.Control.TraceFailed", {{"reason", reason}});
+  };
+  EXPECT_EQ(failure("trace: none is being written (start one)"), ask("StopTrace"));
+  ask("StartTrace");
+  EXPECT_EQ(failure("trace: one is being written (stop it first)"), ask("StartTrace"));
+  EXPECT_EQ(failure("trace trace-0: there is no such finished trace (list them)"),
+            ask("DeleteTrace", {{"name", "trace-0"}}));
+}
+
+TEST_F(TraceMethodsTest, RefusesLabelsThatAreNoPartOfAName) {
+  start();
+  for (const char* label : {"../x", "a b", "a/b", "\xc3\xa9", "a\nb"}) {
+    EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("StartTrace", {{"label", label}})["error"]) << label;
+  }
+  EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("StartTrace", {{"label", std::string(65, 'a')}})["error"]);
+  EXPECT_EQ(json::array(), names());
+  EXPECT_TRUE(log().empty());
+  EXPECT_EQ(invalidParameter("label"), ask("StartTrace", {{"label", 7}}));
+  EXPECT_EQ(invalidParameter("depth"), ask("StartTrace", {{"depth", "yes"}}));
+  EXPECT_EQ(invalidParameter("name"), ask("DeleteTrace"));
+  EXPECT_TRUE(ask("StartTrace", {{"label", std::string(64, 'a')}}).contains("parameters"));
+}
+
+TEST_F(TraceMethodsTest, LogsWhatWasDoneAndByWhom) {
+  start();
+  ask("StartTrace");
+  ask("StopTrace");
+  ask("StopTrace");  // fails: nothing is done
+  ask("DumpTrace");
+  ask("DeleteTrace", {{"name", "trace-0"}});
+  const auto entries = logged("trace");
+  ASSERT_EQ(4U, entries.size());
+  const char* actions[] = {"start", "stop", "dump", "delete"};
+  const char* traces[] = {"trace-0", "trace-0", "trace-1-dump", "trace-0"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(actions[i], entries[i].at("ACTION"));
+    EXPECT_EQ(traces[i], entries[i].at("TRACE"));
+    EXPECT_EQ(std::to_string(::getuid()), entries[i].at("UID"));
+    EXPECT_EQ(std::to_string(::getpid()), entries[i].at("PID"));
+  }
+}
+
+TEST_F(TraceMethodsTest, ServesOthersWhileTheDiskTakesItsTime) {
+  start();
+  box.holdJobs();
+  RawClient starter = controlClient();
+  starter.call(R"({"method":"io.hapticd.Control.StartTrace"})");
+  EXPECT_TRUE(box.waitForJobs(1));
+  EXPECT_EQ("idle", askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
+  EXPECT_TRUE(starter.silent());
+  box.finishJobs();
+  EXPECT_EQ(R"({"parameters":{"name":"trace-0"}})"_json, starter.json());
+}
+
+TEST_F(TraceMethodsTest, FinishesAndLogsWhatAClientThatLeftHasBegun) {
+  start();
+  box.holdJobs();
+  RawClient starter = controlClient();
+  starter.call(R"({"method":"io.hapticd.Control.StartTrace"})");
+  EXPECT_TRUE(box.waitForJobs(1));
+  starter.close();
+  box.finishJobs();
+  EXPECT_EQ(json({"trace-0"}), names());
+  while (logged("trace").empty()) askStatus("io.hapticd.Status.GetStatus");
+  EXPECT_EQ(1U, logged("trace").size());
+}
+
+TEST_F(TraceMethodsTest, AnswersNoOnewayCallInThePlaceOfALaterOne) {
+  start();
+  box.holdJobs();
+  RawClient client = controlClient();
+  client.call(R"({"method":"io.hapticd.Control.DumpTrace","oneway":true})");
+  client.call(R"({"method":"io.hapticd.Control.StartTrace"})");
+  EXPECT_TRUE(box.waitForJobs(2));
+  box.finishJobs();
+  EXPECT_EQ(R"({"parameters":{"name":"trace-1"}})"_json, client.json());
+  while (logged("trace").size() < 2) askStatus("io.hapticd.Status.GetStatus");
+}
+
+TEST_F(TraceMethodsTest, RefusesWhatWouldWaitBehindTooManyOthersAndKeepsPlacesForChanges) {
+  start();
+  box.holdJobs();
+  RawClient reader = statusClient();
+  for (int i = 0; i < 100; ++i) {
+    reader.call(R"({"method":"io.hapticd.Status.ListTraces","oneway":true})");
+  }
+  EXPECT_EQ("io.hapticd.Status.ListFailed", askStatus("io.hapticd.Status.ListTraces")["error"]);
+  RawClient changer = controlClient();
+  for (int i = 0; i < 100; ++i) {
+    changer.call(R"({"method":"io.hapticd.Control.DumpTrace","oneway":true})");
+  }
+  const json refused = ask("DumpTrace");
+  EXPECT_EQ("io.hapticd.Control.TraceFailed", refused["error"]);
+  EXPECT_FALSE(box.waitForJobs(65, std::chrono::seconds(0)));
+  box.finishJobs();
+  while (logged("trace").size() < 32) askStatus("io.hapticd.Status.GetStatus");
+  EXPECT_TRUE(ask("DumpTrace").contains("parameters"));
+}
+
+TEST_F(TraceMethodsTest, ListsTheNewestThousand) {
+  box.setTraces(1234);
+  start();
+  const json listed = askStatus("io.hapticd.Status.ListTraces")["parameters"];
+  EXPECT_EQ(1000U, listed["traces"].size());
+  EXPECT_EQ("trace-234", listed["traces"].front()["name"]);
+  EXPECT_EQ("trace-1233", listed["traces"].back()["name"]);
+  EXPECT_EQ(234, listed["omitted"]);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,112 @@
+// Profiles on the disk.
+#include "daemon/state/profile_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "config/parameter_table.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ProfileFolderTest : public testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& content) {
+    fs::create_directories(folder.path() / "profiles");
+    folder.write("profiles/" + name, content);
+  }
+  std::vector<std::string> names() {
+    std::vector<std::string> names;
+    const auto entries = profiles.list();
+    if (!entries) return {entries.error().text()};
+    for (const ProfileEntry& entry : *entries) names.push_back(entry.name);
+    return names;
+  }
+
+  const test::TemporaryFolder folder;
+  const ProfileFolder profiles{folder.path()};
+};
+
+TEST(ProfileName, IsLettersDigitsUnderscoresAndDashes) {
+  for (const char* name : {"a", "A-b_9", "-", "boot"}) EXPECT_TRUE(isProfileName(name)) << name;
+  EXPECT_TRUE(isProfileName(std::string(64, 'x')));
+  EXPECT_FALSE(isProfileName(std::string(65, 'x')));
+  for (const char* name : {"", ".", "..", "a.b", "a/b", "a b", "\xc3\xa9", "a\n"}) {
+    EXPECT_FALSE(isProfileName(name)) << name;
+  }
+  EXPECT_FALSE(isProfileName(std::string_view("a\0b", 3)));
+}
+
+TEST_F(ProfileFolderTest, ReadsBackEveryLiveParameter) {
+  config::Settings settings;
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    if (parameter.effect != config::Effect::live) continue;
+    if (parameter.kind == config::Kind::number)
+      parameter.set(settings, parameter.minimum / 3 + parameter.maximum * 2 / 3);
+    if (parameter.kind == config::Kind::choice)
+      parameter.set(settings, std::string(parameter.choices.back()));
+    if (parameter.kind == config::Kind::boolean)
+      parameter.set(settings, !std::get<bool>(parameter.get(settings)));
+  }
+  ASSERT_TRUE(profiles.save("all", settings));
+  const auto loaded = profiles.load("all");
+  ASSERT_TRUE(loaded) << textOf(loaded.error());
+  config::Settings read;
+  for (const auto& [parameter, value] : *loaded) parameter->set(read, value);
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    const bool live = parameter.effect == config::Effect::live;
+    EXPECT_EQ(parameter.get(read), live ? parameter.get(settings) : parameter.defaultValue())
+        << parameter.name;
+  }
+}
+
+TEST_F(ProfileFolderTest, ListsProfilesOnlyWhateverElseIsThere) {
+  EXPECT_EQ(names(), std::vector<std::string>{});
+  write("b.yaml", "");
+  write("a.yaml", "");
+  write("no name.yaml", "");
+  write("a.yaml.new", "");
+  write("text.txt", "");
+  fs::create_directory(folder.path() / "profiles/folder.yaml");
+  fs::create_symlink(folder.path() / "profiles/a.yaml", folder.path() / "profiles/link.yaml");
+  ASSERT_TRUE(profiles.setBoot("a"));
+  EXPECT_EQ(names(), (std::vector<std::string>{"a", "b"}));
+  EXPECT_TRUE(profiles.list().value().at(0).boot);
+}
+
+TEST_F(ProfileFolderTest, ListsProfilesBesideADamagedChoiceForTheStart) {
+  write("a.yaml", "");
+  write("boot", "../../etc/passwd\n");
+  EXPECT_EQ(names(), std::vector<std::string>{"a"});
+  EXPECT_FALSE(profiles.list().value().at(0).boot);
+  const auto boot = profiles.boot();
+  ASSERT_FALSE(boot);
+  EXPECT_NE(boot.error().text().find("is no name of a profile"), std::string::npos);
+  EXPECT_TRUE(profiles.setBoot("a"));
+  EXPECT_EQ(profiles.boot().value(), "a");
+}
+
+TEST_F(ProfileFolderTest, TakesNoMoreThanItLists) {
+  for (std::size_t i = 0; i < ProfileFolder::kMostProfiles; ++i) write("p" + std::to_string(i) + ".yaml", "");
+  const auto saved = profiles.save("one-more", {});
+  ASSERT_FALSE(saved);
+  EXPECT_NE(saved.error().text().find("256"), std::string::npos) << saved.error().text();
+  EXPECT_TRUE(profiles.save("p7", {}));
+}
+
+TEST_F(ProfileFolderTest, ChoosesNoBrokenProfileForTheStart) {
+  ASSERT_TRUE(profiles.save("good", {}));
+  ASSERT_TRUE(profiles.setBoot("good"));
+  write("broken.yaml", "force: {radius_m: 99}\n");
+  const auto chosen = profiles.setBoot("broken");
+  ASSERT_FALSE(chosen);
+  EXPECT_NE(chosen.error().text().find("force.radius_m"), std::string::npos);
+  EXPECT_EQ(profiles.boot().value(), "good");
+}
+
+}  // namespace
+}  // namespace hapticd::daemon

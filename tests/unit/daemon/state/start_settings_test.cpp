@@ -1,0 +1,106 @@
+// What goes before what at the start.
+#include "daemon/state/start_settings.h"
+
+#include <gtest/gtest.h>
+
+#include "daemon/state/profile_folder.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::daemon {
+namespace {
+
+class StartSettingsTest : public testing::Test {
+ protected:
+  StartSettings start(const std::string& yaml, std::vector<std::string> overrides = {}) {
+    overrides.push_back("state.folder=" + folder.path().string());
+    const auto started = startSettings(folder.write("hapticd.yaml", yaml), overrides);
+    EXPECT_TRUE(started) << textOf(started ? std::vector<config::Error>{} : started.error());
+    return started.value_or(StartSettings{});
+  }
+  void bootProfile(const std::string& yaml) {
+    std::filesystem::create_directories(folder.path() / "profiles");
+    folder.write("profiles/mine.yaml", yaml);
+    folder.write("profiles/boot", "mine\n");
+  }
+  void registerX(double x_m) {
+    EXPECT_TRUE(writeRegistration(folder.path(), Registration{{{x_m, 0, 0}, 0, 0, 0}, {}, ""}));
+  }
+  static double stiffness(const StartSettings& start) {
+    return start.settings.live.springs.stiffness_n_per_m;
+  }
+
+  const test::TemporaryFolder folder;
+};
+
+TEST_F(StartSettingsTest, AreThoseOfTheFileWhereNothingElseIsThere) {
+  const StartSettings started = start("force: {stiffness_n_per_m: 300}\n");
+  EXPECT_EQ(stiffness(started), 300);
+  EXPECT_FALSE(started.registration);
+  EXPECT_FALSE(started.boot_profile);
+  EXPECT_TRUE(started.notices.empty());
+}
+
+TEST_F(StartSettingsTest, FollowTheBootProfileBeforeTheFileAndTheCommandLineBeforeBoth) {
+  bootProfile("force: {stiffness_n_per_m: 250, radius_m: 0.03}\n");
+  const std::string yaml = "force: {stiffness_n_per_m: 300, min_points: 7}\n";
+  const StartSettings started = start(yaml);
+  EXPECT_EQ(started.boot_profile, "mine");
+  EXPECT_EQ(stiffness(started), 250);
+  EXPECT_EQ(started.settings.live.springs.min_points, 7);
+  const StartSettings overridden = start(yaml, {"force.stiffness_n_per_m=200"});
+  EXPECT_EQ(stiffness(overridden), 200);
+  EXPECT_EQ(overridden.settings.live.springs.radius_m, 0.03);
+}
+
+TEST_F(StartSettingsTest, FollowTheRegistrationBeforeTheFileAndTheCommandLineBeforeBoth) {
+  registerX(2);
+  const std::string yaml = "camera: {position_x_m: 1, position_y_m: 1}\n";
+  const StartSettings started = start(yaml);
+  ASSERT_TRUE(started.registration);
+  EXPECT_EQ(started.settings.camera.pose.position_m.x, 2);
+  EXPECT_EQ(started.settings.camera.pose.position_m.y, 0);  // a registration is a whole pose
+  EXPECT_EQ(started.configured_T_world_camera.position_m.x, 1);
+  EXPECT_EQ(start(yaml, {"camera.position_x_m=3"}).settings.camera.pose.position_m.x, 3);
+}
+
+TEST_F(StartSettingsTest, LeaveOutABrokenBootProfileAndSayWhy) {
+  for (const char* yaml : {"force: {stiffness_n_per_m: 250, radius_m: 99}\n", "force: [\n",
+                           "force: {stiffness_n_per_m: 250, of_a_newer_version: 1}\n",
+                           "force: {stiffness_n_per_m: 250, max_points: 2}\n",  // below min_points
+                           "camera: {near_m: 0.6}\n"}) {
+    bootProfile(yaml);
+    const StartSettings started = start("force: {stiffness_n_per_m: 300, min_points: 5}\n");
+    EXPECT_EQ(stiffness(started), 300) << yaml;
+    EXPECT_FALSE(started.boot_profile) << yaml;
+    ASSERT_EQ(started.notices.size(), 1U) << yaml;
+    EXPECT_NE(started.notices[0].find("the boot profile mine is not used: "), std::string::npos);
+  }
+}
+
+TEST_F(StartSettingsTest, LeaveOutABootProfileThatIsGoneOrWasNeverNamed) {
+  bootProfile("");
+  std::filesystem::remove(folder.path() / "profiles/mine.yaml");
+  EXPECT_NE(start("").notices.at(0).find("there is no such profile"), std::string::npos);
+  folder.write("profiles/boot", "");
+  EXPECT_NE(start("").notices.at(0).find("is no name of a profile"), std::string::npos);
+}
+
+TEST_F(StartSettingsTest, LeaveOutABrokenRegistrationAndSayWhy) {
+  folder.write("registration.yaml", "camera: {position_x_m: 2}\n");
+  bootProfile("force: {stiffness_n_per_m: 250}\n");
+  const StartSettings started = start("camera: {position_x_m: 1}\n");
+  EXPECT_FALSE(started.registration);
+  EXPECT_EQ(started.settings.camera.pose.position_m.x, 1);
+  ASSERT_EQ(started.notices.size(), 1U);
+  EXPECT_NE(started.notices[0].find("the registration of the camera's pose is not used: "),
+            std::string::npos);
+  EXPECT_EQ(stiffness(started), 250);  // the profile is
+}
+
+TEST_F(StartSettingsTest, AreNoneWhereTheFileIsWrongWhateverElseIsThere) {
+  bootProfile("force: {stiffness_n_per_m: 250}\n");
+  EXPECT_FALSE(startSettings(folder.write("bad.yaml", "force: {stiffness_n_per_m: x}\n"), {}));
+}
+
+}  // namespace
+}  // namespace hapticd::daemon
