@@ -2,6 +2,7 @@
 
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "config/parameter_table.h"
@@ -10,9 +11,9 @@
 namespace hapticd::test {
 namespace {
 
-const std::vector<std::string> kPages{"man1/haptic-bridge.1.gz", "man1/haptic-replay.1.gz",
-                                      "man1/hapticbench.1.gz",   "man1/hapticctl.1.gz",
-                                      "man5/hapticd.yaml.5.gz",  "man8/hapticd.8.gz"};
+const std::vector<std::string> kPages{
+    "man1/haptic-bridge.1.gz", "man1/haptic-replay.1.gz",   "man1/hapticbench.1.gz", "man1/hapticctl.1.gz",
+    "man5/hapticd.yaml.5.gz",  "man7/hapticd-varlink.7.gz", "man8/hapticd.8.gz"};
 
 std::string pagePath(const std::string& page) {
   return stagedRoot() / "usr/share/man" / page;
@@ -27,7 +28,8 @@ std::string pageText(const std::string& page) {
 
 std::string helpOf(const std::string& program, const std::string& command = "") {
   std::vector<std::string> line{std::string(HAPTICD_PROGRAM_FOLDER) + "/" + program};
-  if (!command.empty()) line.push_back(command);
+  std::istringstream words(command);
+  for (std::string word; words >> word;) line.push_back(word);
   line.emplace_back("--help");
   return runToEnd(line).output;
 }
@@ -41,21 +43,28 @@ std::set<std::string> wordsOf(const std::string& text, const char* pattern) {
   return words;
 }
 
-std::set<std::string> commandsOf(const std::string& program) {
-  const std::string help = helpOf(program);
+std::set<std::string> commandsOf(const std::string& program, const std::string& above = "") {
+  const std::string help = helpOf(program, above);
   const std::size_t begin = help.find("Subcommands:\n");
   return begin == std::string::npos ? std::set<std::string>{}
                                     : wordsOf(help.substr(begin), "\n  ([a-z][a-z-]*)(?= )");
 }
 
+/// The help of all commands of a program, and of those below them; the page must have a heading for each.
+std::string helpBelow(const std::string& program, const std::string& above, const std::string& page_text) {
+  std::string help;
+  for (const std::string& name : commandsOf(program, above)) {
+    const std::string command = above.empty() ? name : above + " " + name;
+    EXPECT_NE(page_text.find("\n.SS " + command + "\n"), std::string::npos) << command;
+    help += helpOf(program, command) + helpBelow(program, command, page_text);
+  }
+  return help;
+}
+
 /// Whether the page has a heading for each command, and every option that any help shows.
 void expectComplete(const std::string& program, const std::string& page) {
   const std::string text = pageText(page);
-  std::string help = helpOf(program);
-  for (const std::string& command : commandsOf(program)) {
-    EXPECT_NE(text.find("\n.SS " + command + "\n"), std::string::npos) << command;
-    help += helpOf(program, command);
-  }
+  const std::string help = helpOf(program) + helpBelow(program, "", text);
   const std::set<std::string> options = wordsOf(help, "\n  (?:-[a-z],)?(--[a-z][a-z-]*)");
   EXPECT_TRUE(options.contains("--help"));
   for (const std::string& option : options) EXPECT_NE(text.find(option), std::string::npos) << option;
@@ -77,6 +86,23 @@ TEST(Manual, ShowsEveryParameterWithRangeAndDefault) {
 TEST(Manual, ShowsEveryCommandAndOptionOfHapticctl) {
   EXPECT_TRUE(commandsOf("hapticctl").contains("status"));
   expectComplete("hapticctl", "man1/hapticctl.1.gz");
+}
+
+TEST(Manual, ShowsEveryMethodTypeAndErrorOfTheInterfaces) {
+  const std::string text = pageText("man7/hapticd-varlink.7.gz");
+  int items = 0;
+  for (const char* file : {"io.hapticd.Status", "io.hapticd.Control", "org.varlink.service"}) {
+    const std::string definition = contentOf(std::filesystem::path(HAPTICD_SOURCE_FOLDER) / "daemon/control" /
+                                             (std::string(file) + ".varlink"));
+    for (const std::string& item : wordsOf(definition, "\n((?:type|method|error) [A-Za-z]+)")) {
+      EXPECT_NE(text.find("\n.SS " + item + "\n"), std::string::npos) << item;
+      ++items;
+    }
+    for (const std::string& field : wordsOf(definition, "\n  ([A-Za-z0-9]+: [^,\n(]+)")) {
+      EXPECT_NE(text.find("\\fB" + field + "\\fR\n"), std::string::npos) << field;
+    }
+  }
+  EXPECT_GT(items, 20);
 }
 
 TEST(Manual, ShowsEveryCommandAndOptionOfHapticbench) {

@@ -30,9 +30,16 @@ class UnitCopies {
       service.replace(place, program.size(), "ExecStart=" + (stagedRoot() / "usr/libexec").string());
     }
     folder_.write("hapticd.service", service);
-    for (const std::string socket : {"hapticd-status.socket", "hapticd-control.socket"}) {
+    for (const std::string socket :
+         {"hapticd-status.socket", "hapticd-control.socket", "hapticd-metrics.socket"}) {
       folder_.write(socket, unit(socket));
     }
+    std::string metrics = unit("hapticd-metrics@.service");
+    const std::string tool = "ExecStart=/usr/bin";
+    if (const std::size_t found = metrics.find(tool); found != std::string::npos) {
+      metrics.replace(found, tool.size(), "ExecStart=" + (stagedRoot() / "usr/bin").string());
+    }
+    folder_.write("hapticd-metrics@.service", metrics);
   }
   std::string path(const std::string& name) const { return folder_.path() / name; }
 
@@ -45,7 +52,8 @@ TEST(Units, HaveNothingThatSystemdComplainsAbout) {
   const UnitCopies copies;
   const Finished finished = runTool(
       "systemd-analyze", {"verify", "--man=no", copies.path("hapticd.service"),
-                          copies.path("hapticd-status.socket"), copies.path("hapticd-control.socket")});
+                          copies.path("hapticd-status.socket"), copies.path("hapticd-control.socket"),
+                          copies.path("hapticd-metrics.socket"), copies.path("hapticd-metrics@.service")});
   EXPECT_EQ(finished.ending, exitedWith(0));
   EXPECT_EQ(finished.output + finished.errors, "");
 }
@@ -56,6 +64,21 @@ TEST(Units, ExposeTheServiceLessThanTwo) {
   const Finished finished = runTool(
       "systemd-analyze", {"security", "--offline=true", "--threshold=19", copies.path("hapticd.service")});
   EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+}
+
+TEST(Units, ExposeTheMetricsLessThanOne) {
+  HAPTICD_NEEDS("systemd-analyze");
+  const UnitCopies copies;
+  const Finished finished = runTool("systemd-analyze", {"security", "--offline=true", "--threshold=10",
+                                                        copies.path("hapticd-metrics@.service")});
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+}
+
+TEST(Units, AnswerMetricsOnThisHostOnlyThroughTheReadingSocket) {
+  EXPECT_EQ(unitSetting(unit("hapticd-metrics.socket"), "ListenStream"), "127.0.0.1:9477");
+  EXPECT_EQ(unitSetting(unit("hapticd-metrics.socket"), "Accept"), "yes");
+  EXPECT_EQ(unitSetting(unit("hapticd-metrics@.service"), "ExecStart"),
+            "/usr/bin/hapticctl --socket " + config::Settings().control.status_socket + " metrics --http");
 }
 
 TEST(Units, NameProgramAndConfigurationThatAreInstalled) {

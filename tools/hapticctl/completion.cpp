@@ -1,38 +1,24 @@
 #include "tools/hapticctl/completion.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <array>
+#include <algorithm>
+#include <map>
+#include <memory>
 
 #include "config/parameter_table.h"
+#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/command_words.h"
+#include "tools/hapticctl/error_text.h"
 
 namespace hapticd::tools {
 namespace {
 
-struct Word {
-  std::string_view word;
-  std::string_view help;
-};
+using Kind = Takes::Kind;
+using Commands = std::vector<CommandWords>;
 
-constexpr std::array<Word, 9> kCommands{{
-    {"status", "the whole state"},
-    {"watch", "the state, again and again"},
-    {"get", "values of parameters"},
-    {"set", "change parameters"},
-    {"engage", "command force"},
-    {"disengage", "end all force"},
-    {"params", "the table of parameters"},
-    {"doctor", "what is wrong with this machine"},
-    {"completion", "completion script of a shell"},
-}};
-
-constexpr std::string_view kOptions = "--json --socket --help --version";
-
-std::string commandNames() {
-  std::string names;
-  for (const Word& command : kCommands) names += fmt::format("{}{}", names.empty() ? "" : " ", command.word);
-  return names;
-}
+// --- parameters
 
 /// Names separated by blanks, with `suffix` behind each.
 std::string parameterNames(bool live_only, std::string_view suffix) {
@@ -44,29 +30,131 @@ std::string parameterNames(bool live_only, std::string_view suffix) {
   return names;
 }
 
-std::string wordsOf(const config::Parameter& parameter) {
-  if (parameter.kind == config::Kind::boolean) return "true false";
-  std::string words;
-  for (const std::string_view choice : parameter.choices)
-    words += fmt::format("{}{}", words.empty() ? "" : " ", choice);
-  return words;
+std::vector<std::string> wordsOf(const config::Parameter& parameter) {
+  if (parameter.kind == config::Kind::boolean) return {"true", "false"};
+  return {parameter.choices.begin(), parameter.choices.end()};
 }
 
 /// For each live parameter that takes words, `line` with its name and them.
 std::string choiceLines(const char* line) {
   std::string lines;
   for (const config::Parameter& parameter : config::parameterTable()) {
-    const std::string words = wordsOf(parameter);
-    if (parameter.effect == config::Effect::live && !words.empty()) {
-      lines += fmt::format(fmt::runtime(line), fmt::arg("name", parameter.name), fmt::arg("words", words));
-    }
+    const auto words = wordsOf(parameter);
+    if (parameter.effect != config::Effect::live || words.empty()) continue;
+    lines += fmt::format(fmt::runtime(line), fmt::arg("name", parameter.name),
+                         fmt::arg("words", fmt::join(words, " ")));
   }
   return lines;
 }
 
-std::string bashScript() {
-  return fmt::format(
-      R"sh(# bash completion of hapticctl. Load it with: source <(hapticctl completion bash)
+// --- commands
+
+/// What each option takes, by its name; no two commands mean different things by one name.
+std::map<std::string, Takes> valueOptions(const Commands& commands) {
+  std::map<std::string, Takes> options;
+  for (const CommandWords& command : commands) {
+    for (const OptionWord& option : command.options) {
+      if (option.takes.kind != Kind::nothing) options[option.name] = option.takes;
+    }
+  }
+  return options;
+}
+
+/// "--interval|--count", of the options that take such a value.
+std::string optionPattern(const Commands& commands, bool (*chosen)(Kind)) {
+  std::vector<std::string> names;
+  for (const auto& [name, takes] : valueOptions(commands)) {
+    if (chosen(takes.kind)) names.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(names, "|"));
+}
+
+bool isFiles(Kind kind) {
+  return kind == Kind::files;
+}
+bool isValue(Kind kind) {
+  return kind != Kind::nothing;
+}
+
+/// In single quotes of a shell.
+std::string quoted(std::string text) {
+  for (std::size_t place = 0; (place = text.find('\'', place)) != std::string::npos; place += 4) {
+    text.replace(place, 1, "'\\''");
+  }
+  return "'" + text + "'";
+}
+
+const CommandWords& commandAt(const Commands& commands, const std::string& path) {
+  return *std::ranges::find(commands, path, &CommandWords::path);
+}
+
+std::string below(const CommandWords& command, const std::string& name) {
+  return command.path.empty() ? name : command.path + " " + name;
+}
+
+// --- bash
+
+/// Lines of a `case` over the command, with `words` of each.
+template <typename Words>
+std::string bashCases(const Commands& commands, Words words) {
+  std::string lines;
+  for (const CommandWords& command : commands) {
+    const std::string listed = words(command);
+    if (!listed.empty()) lines += fmt::format("    \"{}\") echo \"{}\" ;;\n", command.path, listed);
+  }
+  return lines;
+}
+
+std::string optionNames(const CommandWords& command) {
+  std::string names;
+  for (const OptionWord& option : command.options) names += (names.empty() ? "" : " ") + option.name;
+  return names;
+}
+
+std::string bashArgument(const CommandWords& command) {
+  switch (command.argument.kind) {
+    case Kind::files:
+      return "@files";
+    case Kind::words:
+      return fmt::format("{}", fmt::join(command.argument.words, " "));
+    case Kind::parameters:
+      return parameterNames(false, "");
+    case Kind::assignments:
+      return "@assignments";
+    case Kind::nothing:
+    case Kind::anything:
+      break;
+  }
+  return "";
+}
+
+std::string bashOptionWords(const Commands& commands) {
+  std::string lines;
+  for (const auto& [name, takes] : valueOptions(commands)) {
+    if (takes.kind != Kind::words) continue;
+    lines += fmt::format("    {}) echo \"{}\" ;;\n", name, fmt::join(takes.words, " "));
+  }
+  return lines;
+}
+
+constexpr std::string_view kBashScript =
+    R"sh(# bash completion of hapticctl. Load it with: source <(hapticctl completion bash)
+_hapticctl_commands() {{
+  case "$1" in
+{subcommands}  esac
+}}
+_hapticctl_options() {{
+  case "$1" in
+{options}  esac
+}}
+_hapticctl_argument() {{
+  case "$1" in
+{arguments}  esac
+}}
+_hapticctl_words() {{
+  case "$1" in
+{words}  esac
+}}
 _hapticctl_values() {{
   case "$1" in
 {values}    *) ;;
@@ -77,26 +165,24 @@ _hapticctl() {{
   COMPREPLY=()
   for ((index = 1; index < COMP_CWORD; index++)); do
     case "${{COMP_WORDS[index]}}" in
-      --socket) ((index++)) ;;
+      {value_options}) ((index++)) ;;
       -*) ;;
-      *) command="${{COMP_WORDS[index]}}"; break ;;
+      *) [[ " $(_hapticctl_commands "$command") " == *" ${{COMP_WORDS[index]}} "* ]] &&
+           command="${{command:+$command }}${{COMP_WORDS[index]}}" ;;
     esac
   done
-  if [[ "$previous" == "--socket" || "$previous" == "--root" ]]; then
+  case "$previous" in
+    {file_options}) COMPREPLY=($(compgen -f -- "$current")); return ;;
+    {value_options}) COMPREPLY=($(compgen -W "$(_hapticctl_words "$previous")" -- "$current")); return ;;
+  esac
+  local argument="$(_hapticctl_argument "$command")"
+  if [[ "$current" == -* ]]; then
+    local options="$(_hapticctl_options "")"
+    [[ -n "$command" ]] && options="$options $(_hapticctl_options "$command")"
+    COMPREPLY=($(compgen -W "$options" -- "$current" | sort -u))
+  elif [[ "$argument" == "@files" ]]; then
     COMPREPLY=($(compgen -f -- "$current"))
-  elif [[ "$current" == -* ]]; then
-    local options="{options}"
-    [[ "$command" == watch ]] && options="$options --interval --count --seconds --line --summary"
-    [[ "$command" == doctor ]] && options="$options --root"
-    [[ "$command" == engage ]] && options="$options --inside"
-    COMPREPLY=($(compgen -W "$options" -- "$current"))
-  elif [[ -z "$command" ]]; then
-    COMPREPLY=($(compgen -W "{commands}" -- "$current"))
-  elif [[ "$command" == get ]]; then
-    COMPREPLY=($(compgen -W "{names}" -- "$current"))
-  elif [[ "$command" == completion ]]; then
-    COMPREPLY=($(compgen -W "bash zsh fish" -- "$current"))
-  elif [[ "$command" == set ]]; then
+  elif [[ "$argument" == "@assignments" ]]; then
     # bash makes '=' a word of its own.
     if [[ "$current" == "=" ]]; then
       COMPREPLY=($(compgen -W "$(_hapticctl_values "$previous")" -- ""))
@@ -106,43 +192,131 @@ _hapticctl() {{
       COMPREPLY=($(compgen -W "{assignments}" -- "$current"))
       compopt -o nospace 2>/dev/null
     fi
+  else
+    COMPREPLY=($(compgen -W "$(_hapticctl_commands "$command") $argument" -- "$current"))
   fi
 }}
 complete -F _hapticctl hapticctl
-)sh",
-      fmt::arg("values", choiceLines("    {name}) echo \"{words}\" ;;\n")), fmt::arg("options", kOptions),
-      fmt::arg("commands", commandNames()), fmt::arg("names", parameterNames(false, "")),
+)sh";
+
+std::string bashScript(const Commands& commands) {
+  return fmt::format(
+      kBashScript,
+      fmt::arg("subcommands", bashCases(commands,
+                                        [](const CommandWords& command) {
+                                          return fmt::format("{}", fmt::join(command.subcommands, " "));
+                                        })),
+      fmt::arg("options", bashCases(commands, optionNames)),
+      fmt::arg("arguments", bashCases(commands, bashArgument)), fmt::arg("words", bashOptionWords(commands)),
+      fmt::arg("values", choiceLines("    {name}) echo \"{words}\" ;;\n")),
+      fmt::arg("value_options", optionPattern(commands, isValue)),
+      fmt::arg("file_options", optionPattern(commands, isFiles)),
       fmt::arg("assignments", parameterNames(true, "=")));
 }
 
-std::string zshScript() {
-  std::string commands;
-  for (const Word& command : kCommands) commands += fmt::format("    '{}:{}'\n", command.word, command.help);
-  return fmt::format(
-      R"sh(#compdef hapticctl
+// --- zsh
+
+/// "'name:help'", with the colons of the help escaped.
+std::string zshWord(const std::string& name, std::string help) {
+  for (std::size_t place = 0; (place = help.find(':', place)) != std::string::npos; place += 2) {
+    help.insert(place, "\\");
+  }
+  return quoted(name + ":" + help);
+}
+
+std::string zshOptions(const Commands& commands) {
+  std::string lines;
+  for (const CommandWords& command : commands) {
+    lines += fmt::format("    ({}) options+=(", quoted(command.path));
+    for (const OptionWord& option : command.options) lines += zshWord(option.name, option.help) + " ";
+    lines += ") ;;\n";
+  }
+  return lines;
+}
+
+std::string zshArgument(const Commands& commands, const CommandWords& command) {
+  switch (command.argument.kind) {
+    case Kind::files:
+      return "_files";
+    case Kind::words:
+      return fmt::format("compadd -- {}", fmt::join(command.argument.words, " "));
+    case Kind::parameters:
+      return "compadd -- " + parameterNames(false, "");
+    case Kind::assignments:
+      return "_hapticctl_assignments";
+    case Kind::nothing:
+    case Kind::anything:
+      break;
+  }
+  if (command.subcommands.empty()) return "";
+  std::string words = "subcommands=(";
+  for (const std::string& name : command.subcommands) {
+    words += zshWord(name, commandAt(commands, below(command, name)).help) + " ";
+  }
+  return words + "); _describe command subcommands";
+}
+
+std::string zshArguments(const Commands& commands) {
+  std::string lines;
+  for (const CommandWords& command : commands) {
+    lines += fmt::format("    ({}) {} ;;\n", quoted(command.path), zshArgument(commands, command));
+  }
+  return lines;
+}
+
+std::string zshOptionWords(const Commands& commands) {
+  std::string lines;
+  for (const auto& [name, takes] : valueOptions(commands)) {
+    if (takes.kind != Kind::words) continue;
+    lines += fmt::format("    ({}) compadd -- {}; return ;;\n", name, fmt::join(takes.words, " "));
+  }
+  return lines;
+}
+
+/// "':status'|'trace:start'": a command and what may follow it.
+std::string zshSteps(const Commands& commands) {
+  std::vector<std::string> steps;
+  for (const CommandWords& command : commands) {
+    for (const std::string& name : command.subcommands) steps.push_back(quoted(command.path + ":" + name));
+  }
+  return fmt::format("{}", fmt::join(steps, "|"));
+}
+
+constexpr std::string_view kZshScript =
+    R"sh(#compdef hapticctl
 # zsh completion of hapticctl. Load it with: source <(hapticctl completion zsh)
-_hapticctl() {{
-  local -a commands
-  commands=(
-{commands}  )
-  local line state
-  _arguments -C '--json[JSON output]' '--socket[socket of the daemon]:socket:_files' '--help[help]' \
-    '--version[version]' '1:command:->command' '*::argument:->argument'
-  case "$state" in
-    command) _describe command commands ;;
-    argument)
-      case "$line[1]" in
-        get) compadd -- {names} ;;
-        completion) compadd -- bash zsh fish ;;
-        watch) _arguments '--interval[milliseconds]:milliseconds' '--count[how many]:number' '--seconds[how long]:number' '--line[one short line]' '--summary[close with a summary]' ;;
-        engage) _arguments '--inside[also where something is felt at once]' ;;
-        doctor) _arguments '--root[folder that stands for the machine]:folder:_files -/' ;;
-        set)
-          case "$PREFIX" in
-{values}            *) compadd -S '' -- {assignments} ;;
-          esac ;;
-      esac ;;
+_hapticctl_assignments() {{
+  case "$PREFIX" in
+{values}    (*) compadd -S '' -- {assignments} ;;
   esac
+}}
+_hapticctl() {{
+  local command="" word index
+  local -a subcommands options
+  for ((index = 2; index < CURRENT; index++)); do
+    word="$words[index]"
+    case "$word" in
+      ({value_options}) ((index++)) ;;
+      (-*) ;;
+      (*) case "$command:$word" in
+            ({steps}) command="${{command:+$command }}$word" ;;
+          esac ;;
+    esac
+  done
+  case "$words[CURRENT-1]" in
+    ({file_options}) _files; return ;;
+{words}    ({value_options}) return ;;
+  esac
+  if [[ "$PREFIX" == -* ]]; then
+    for word in "" "$command"; do
+      case "$word" in
+{options}      esac
+    done
+    _describe option options
+    return
+  fi
+  case "$command" in
+{arguments}  esac
 }}
 # zsh calls the file itself, as a function, when it finds it in fpath
 if [[ "${{funcstack[1]}}" == _hapticctl ]]; then
@@ -150,56 +324,120 @@ if [[ "${{funcstack[1]}}" == _hapticctl ]]; then
 elif (( $+functions[compdef] )); then
   compdef _hapticctl hapticctl
 fi
-)sh",
-      fmt::arg("commands", commands), fmt::arg("names", parameterNames(false, "")),
-      fmt::arg("values", choiceLines("            {name}=*) compset -P '*='; compadd -- {words} ;;\n")),
-      fmt::arg("assignments", parameterNames(true, "=")));
+)sh";
+
+std::string zshScript(const Commands& commands) {
+  return fmt::format(
+      kZshScript, fmt::arg("values", choiceLines("    ({name}=*) compset -P '*='; compadd -- {words} ;;\n")),
+      fmt::arg("assignments", parameterNames(true, "=")),
+      fmt::arg("value_options", optionPattern(commands, isValue)),
+      fmt::arg("file_options", optionPattern(commands, isFiles)), fmt::arg("steps", zshSteps(commands)),
+      fmt::arg("words", zshOptionWords(commands)), fmt::arg("options", zshOptions(commands)),
+      fmt::arg("arguments", zshArguments(commands)));
 }
 
-std::string fishScript() {
-  std::string script =
-      "# fish completion of hapticctl. Load it with: hapticctl completion fish | source\n"
-      "complete -c hapticctl -f\n"
-      "complete -c hapticctl -l json -d 'JSON output'\n"
-      "complete -c hapticctl -l socket -r -F -d 'socket of the daemon'\n"
-      "complete -c hapticctl -l help -d help\n"
-      "complete -c hapticctl -l version -d version\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l interval -x -d milliseconds\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l count -x -d 'how many'\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l seconds -x -d 'how long'\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l line -d 'one short line'\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from watch' -l summary -d 'close with a summary'\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from engage' -l inside -d 'also where something is "
-      "felt'\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from doctor' -l root -r -F -d 'folder for the "
-      "machine'\n"
-      "complete -c hapticctl -n '__fish_seen_subcommand_from completion' -a 'bash zsh fish'\n";
-  for (const Word& command : kCommands) {
-    script += fmt::format("complete -c hapticctl -n __fish_use_subcommand -a {} -d '{}'\n", command.word,
-                          command.help);
+// --- fish
+
+/// When fish is to offer what belongs to a command: each word of its path has been typed.
+std::string fishCondition(const CommandWords& command) {
+  if (command.path.empty()) return "";
+  std::string condition = "__fish_seen_subcommand_from " + command.path;
+  const std::size_t blank = command.path.find(' ');
+  if (blank != std::string::npos) {
+    condition = fmt::format("__fish_seen_subcommand_from {}; and __fish_seen_subcommand_from {}",
+                            command.path.substr(0, blank), command.path.substr(blank + 1));
   }
-  script += fmt::format("complete -c hapticctl -n '__fish_seen_subcommand_from get' -a '{}'\n",
-                        parameterNames(false, ""));
-  script += fmt::format("complete -c hapticctl -n '__fish_seen_subcommand_from set' -a '{}'\n",
-                        parameterNames(true, "="));
+  return " -n " + quoted(condition);
+}
+
+std::string fishOptions(const CommandWords& command) {
+  std::string lines;
+  for (const OptionWord& option : command.options) {
+    const bool long_name = option.name.starts_with("--");
+    std::string value = option.takes.kind == Kind::nothing ? ""
+                        : option.takes.kind == Kind::files ? " -r -F"
+                                                           : " -x";
+    if (option.takes.kind == Kind::words)
+      value += fmt::format(" -a '{}'", fmt::join(option.takes.words, " "));
+    lines +=
+        fmt::format("complete -c hapticctl{} -{} {}{} -d {}\n", fishCondition(command), long_name ? "l" : "s",
+                    option.name.substr(long_name ? 2 : 1), value, quoted(option.help));
+  }
+  return lines;
+}
+
+std::string fishAssignments(const std::string& condition) {
+  std::string lines = fmt::format("complete -c hapticctl{} -a '{}'\n", condition, parameterNames(true, "="));
   for (const config::Parameter& parameter : config::parameterTable()) {
     if (parameter.effect != config::Effect::live) continue;
-    const std::string words = wordsOf(parameter);
-    for (std::size_t begin = 0; begin < words.size();) {
-      const std::size_t end = std::min(words.find(' ', begin), words.size());
-      script += fmt::format("complete -c hapticctl -n '__fish_seen_subcommand_from set' -a '{}={}'\n",
-                            parameter.name, words.substr(begin, end - begin));
-      begin = end + 1;
+    for (const std::string& word : wordsOf(parameter)) {
+      lines += fmt::format("complete -c hapticctl{} -a '{}={}'\n", condition, parameter.name, word);
     }
+  }
+  return lines;
+}
+
+std::string fishArgument(const CommandWords& command) {
+  const std::string condition = fishCondition(command);
+  switch (command.argument.kind) {
+    case Kind::files:
+      return fmt::format("complete -c hapticctl{} -F\n", condition);
+    case Kind::words:
+      return fmt::format("complete -c hapticctl{} -a '{}'\n", condition,
+                         fmt::join(command.argument.words, " "));
+    case Kind::parameters:
+      return fmt::format("complete -c hapticctl{} -a '{}'\n", condition, parameterNames(false, ""));
+    case Kind::assignments:
+      return fishAssignments(condition);
+    case Kind::nothing:
+    case Kind::anything:
+      break;
+  }
+  return "";
+}
+
+std::string fishSubcommands(const Commands& commands, const CommandWords& command) {
+  const std::string condition =
+      command.path.empty()
+          ? "__fish_use_subcommand"
+          : quoted(fmt::format("__fish_seen_subcommand_from {}; and not __fish_seen_subcommand_from {}",
+                               command.path, fmt::join(command.subcommands, " ")));
+  std::string lines;
+  for (const std::string& name : command.subcommands) {
+    lines += fmt::format("complete -c hapticctl -n {} -a {} -d {}\n", condition, name,
+                         quoted(commandAt(commands, below(command, name)).help));
+  }
+  return lines;
+}
+
+std::string fishScript(const Commands& commands) {
+  std::string script =
+      "# fish completion of hapticctl. Load it with: hapticctl completion fish | source\n"
+      "complete -c hapticctl -f\n";
+  for (const CommandWords& command : commands) {
+    script += fishOptions(command) + fishSubcommands(commands, command) + fishArgument(command);
   }
   return script;
 }
 
 }  // namespace
 
-std::string completionScript(std::string_view shell) {
-  if (shell == "zsh") return zshScript();
-  return shell == "fish" ? fishScript() : bashScript();
+std::string completionScript(std::string_view shell, const CLI::App& app) {
+  const Commands commands = commandWordsOf(app);
+  if (shell == "zsh") return zshScript(commands);
+  return shell == "fish" ? fishScript(commands) : bashScript(commands);
+}
+
+void addCompletionCommand(CommandLine& line) {
+  const auto shell = std::make_shared<std::string>();
+  line.add("completion", "Print the completion script of a shell: source <(hapticctl completion bash)",
+           [&line, shell] {
+             fmt::print("{}", completionScript(*shell, line.app()));
+             return static_cast<int>(kOk);
+           })
+      .add_option("SHELL", *shell, "bash, zsh or fish")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
 }  // namespace hapticd::tools

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <string>
 #include <string_view>
 
 namespace hapticd::tools {
 
-/// A script that makes `shell` ("bash", "zsh" or "fish") complete hapticctl's commands, options, parameter
-/// names and the values of choices. The names are those of the parameter table that this program was built
-/// with; completing asks no daemon.
-std::string completionScript(std::string_view shell);
+/// The completion script of a shell ("bash", "zsh" or "fish") for a command line of one or two levels of
+/// subcommands: their names, options, and what the options and arguments take, all from `app` and the
+/// parameter table. What is taken is told by the option's type: FILE, PATH and FOLDER, PARAMETER,
+/// PARAMETER=VALUE, or the words that it is checked for.
+std::string completionScript(std::string_view shell, const CLI::App& app);
 
 }  // namespace hapticd::tools

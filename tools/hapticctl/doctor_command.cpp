@@ -1,13 +1,24 @@
-#include "tools/hapticctl/doctor_command.h"
-
 #include <fmt/format.h>
 
+#include <memory>
+
+#include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
 
 namespace hapticd::tools {
 namespace {
+
+constexpr const char* kFooter =
+    "Each line is 'ok', 'warn' or 'fail', what was looked at, what was found, and what to do about it.\n"
+    "Exit status: 0 done, nothing fails, 1 something fails, 2 wrong usage.\n";
+
+struct DoctorOptions {
+  /// Folder that stands for "/"; with another the service manager is not asked, and the daemon only where the
+  /// socket is named.
+  std::string root = "/";
+};
 
 DaemonView silentDaemon(const ClientError& error) {
   DaemonView view;
@@ -22,8 +33,6 @@ DaemonView viewOf(const Json& status) {
   if (cpu && cpu->is_number_integer()) view.cpu = cpu->get<int>();
   view.memory_locked = flagAt(status, "loop.memoryLocked");
   view.complaints = complaints(status);
-  if (textAt(status, "mode") == "faulted")
-    view.complaints.push_back(modeText(status) + "; hapticctl disengage clears it");
   return view;
 }
 
@@ -56,16 +65,30 @@ DaemonView daemonView(const CommandOptions& options, const Examination& box, boo
   return silent;
 }
 
-}  // namespace
-
+/// Prints what is right and wrong with this machine; returns 0, or 1 when something fails.
 int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
   const bool this_machine = doctor.root == "/";
-  Examination box{Machine(doctor.root), thisCaller(), std::nullopt, {}};
+  Examination box{Machine(doctor.root), thisCaller(), std::nullopt, {}, readConfiguration(doctor.root)};
   if (this_machine) box.unit = askServiceManager();
   box.daemon = daemonView(options, box, this_machine);
   const Findings findings = examine(box);
   fmt::print("{}", options.json ? jsonOf(findings) : textOf(findings));
   return exitStatus(findings);
+}
+
+}  // namespace
+
+void addDoctorCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto doctor = std::make_shared<DoctorOptions>();
+  CLI::App& command = line.add(
+      "doctor",
+      "Look at kernel, CPUs, rights, devices, traces and service, and say what to do; needs no daemon",
+      [&options, doctor] { return runDoctor(options, *doctor); });
+  command.footer(kFooter);
+  command.add_option("--root", doctor->root, "Look at the files below this folder, not at this machine's")
+      ->type_name("FOLDER")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
 }
 
 }  // namespace hapticd::tools

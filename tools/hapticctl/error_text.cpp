@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <string_view>
 
@@ -24,37 +26,77 @@ std::string restartText(const Json& parameters) {
   return text + "\nset them in hapticd's configuration file, then 'systemctl restart hapticd'";
 }
 
+/// What the refusals of the daemon that say no more than their name mean.
+struct Meaning {
+  std::string_view error;
+  std::string_view text;
+};
+constexpr std::array<Meaning, 3> kMeanings{{
+    {"io.hapticd.Control.NotApplied",
+     "the force loop has not taken over the change in time; it will when it runs again\n"
+     "'hapticctl status' shows what holds it up"},
+    {"io.hapticd.Control.NotFaulted",
+     "there is no fault to clear\n'hapticctl disengage' ends force, 'hapticctl status' shows the mode"},
+    {"org.varlink.service.PermissionDenied",
+     "this socket is read only\n"
+     "use the control socket (--socket /run/hapticd/io.hapticd.Control); members of the group haptic may"},
+}};
+
+std::string refusalText(const Json& parameters) {
+  const std::string cause = textAt(parameters, "cause");
+  if (cause == "inside_surface") {
+    return "not engaged: something would be felt at once\n"
+           "take the handle out of the surface, or allow it: hapticctl engage --inside";
+  }
+  return "not engaged: " + cause + "\n'hapticctl status' shows what to do about it";
+}
+
+std::string connectionsText(const Json& parameters) {
+  return fmt::format(
+      "too many connections: hapticd serves {} {}at once\n"
+      "end a program that is connected, such as 'hapticctl watch'",
+      countAt(parameters, "limit"), flagAt(parameters, "perUser") ? "of each user " : "");
+}
+
+/// An older daemon lacks methods and fields that this program knows.
+std::string olderDaemonText(const std::string& what) {
+  return fmt::format(
+      "this hapticd does not know {}: it is older than hapticctl\n"
+      "install the same version of both and 'systemctl restart hapticd'; 'hapticctl version' "
+      "shows them",
+      what);
+}
+
 std::string replyText(const ClientError& error) {
   const std::string_view name = error.what;
+  const Json& parameters = error.parameters;
+  const auto meaning = std::ranges::find(kMeanings, name, &Meaning::error);
+  if (meaning != kMeanings.end()) return std::string(meaning->text);
   if (name == "io.hapticd.Control.InvalidValue") {
-    return "nothing was changed:" + problemLines(listAt(error.parameters, "problems")) +
+    return "nothing was changed:" + problemLines(listAt(parameters, "problems")) +
            "\n'hapticctl params' shows what is allowed";
   }
   if (name == "io.hapticd.Status.UnknownParameter") {
-    return "unknown parameter:" + problemLines(listAt(error.parameters, "problems")) +
+    return "unknown parameter:" + problemLines(listAt(parameters, "problems")) +
            "\n'hapticctl params' lists the names";
   }
-  if (name == "io.hapticd.Control.RestartRequired") return restartText(error.parameters);
-  if (name == "io.hapticd.Control.Refused") {
-    const std::string cause = textAt(error.parameters, "cause");
-    if (cause == "inside_surface") {
-      return "not engaged: something would be felt at once\n"
-             "take the handle out of the surface, or allow it: hapticctl engage --inside";
-    }
-    return "not engaged: " + cause;
+  if (name == "io.hapticd.Control.RestartRequired") return restartText(parameters);
+  if (name == "io.hapticd.Control.Refused") return refusalText(parameters);
+  if (name == "io.hapticd.Status.TooManyConnections") return connectionsText(parameters);
+  if (name == "io.hapticd.Status.UnknownField") {
+    return fmt::format("the status has no field '{}'\n'hapticctl status --json' shows all of them",
+                       textAt(parameters, "field"));
   }
-  if (name == "io.hapticd.Control.NotApplied") {
-    return "the force loop has not taken over the change in time; it will when it runs again\n"
-           "'hapticctl status' shows what holds it up";
+  if (name == "org.varlink.service.MethodNotFound") return olderDaemonText(textAt(parameters, "method"));
+  if (name == "org.varlink.service.InvalidParameter") {
+    return olderDaemonText(fmt::format("the field '{}' of this call", textAt(parameters, "parameter")));
   }
-  if (name == "org.varlink.service.PermissionDenied") {
-    return "this socket is read only\n"
-           "use the control socket (--socket /run/hapticd/io.hapticd.Control); members of the group haptic "
-           "may";
-  }
-  const std::string parameters = error.parameters.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return fmt::format("hapticd answered {} {}\nis it of another version than hapticctl? See --version",
-                     printable(name), printable(parameters));
+  // NoFrame, TraceFailed, ProfileFailed, CalibrationFailed: the daemon says what to do
+  if (fieldAt(parameters, "reason")) return textAt(parameters, "reason");
+  const std::string shown = parameters.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return fmt::format(
+      "hapticd answered {} {}\nis it of another version than hapticctl? See 'hapticctl version'",
+      printable(name), printable(shown));
 }
 
 }  // namespace
@@ -66,14 +108,25 @@ std::string errorText(const ClientError& error) {
 
 int report(const ClientError& error, bool json) {
   const bool reply = error.kind == ClientError::Kind::error_reply;
-  if (json && reply) {
-    const Json document = {
-        {"error", error.what}, {"parameters", error.parameters}, {"message", errorText(error)}};
+  if (json) {
+    const Json document = {{"error", reply ? error.what : "NoConnection"},
+                           {"parameters", reply ? error.parameters : Json::object()},
+                           {"message", errorText(error)}};
     fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
   } else {
     fmt::print(stderr, "hapticctl: {}\n", errorText(error));
   }
-  return reply ? kErrorReply : kNoConnection;
+  return reply ? kFailed : kNoConnection;
+}
+
+int report(const config::Error& error, bool json) {
+  if (json) {
+    const Json document = {{"error", "Failed"}, {"parameters", Json::object()}, {"message", error.text()}};
+    fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+  } else {
+    fmt::print(stderr, "hapticctl: {}\n", printable(error.text()));
+  }
+  return kFailed;
 }
 
 }  // namespace hapticd::tools

@@ -33,12 +33,6 @@ std::string causeText(const std::string& cause) {
   return cause == "none" || cause == "requested" || cause == "-" ? "" : cause;
 }
 
-std::string uptimeText(double seconds) {
-  if (std::isnan(seconds) || seconds < 120) return fixed(seconds, 0) + " s";
-  if (seconds < 7200) return fmt::format("{:.0f} min", std::floor(seconds / 60));
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
-
 std::string privilegesText(const Json& status) {
   const Json* cpu = fieldAt(status, "loop.cpu");
   return fmt::format("{}, {}, memory {}", cpu && cpu->is_number() ? "CPU " + valueText(*cpu) : "not pinned",
@@ -168,18 +162,6 @@ std::string handleText(const Json& status) {
          linkText(status);
 }
 
-/// Nothing for a box without LEDs, or a daemon that knows none.
-std::string ledsText(const Json& status) {
-  const std::string state = textAt(status, "leds.state");
-  if (state == "none" || state == "-") return "";
-  std::string patterns;
-  for (const char* led : {"power", "camera", "contact", "fault"}) {
-    const std::string pattern = textAt(status, std::string("leds.") + led);
-    if (pattern != "-") patterns += fmt::format("{}{} {}", patterns.empty() ? "" : ", ", led, pattern);
-  }
-  return row("leds", fmt::format("{}, {}: {}", state, textAt(status, "leds.identity"), patterns));
-}
-
 std::string rangeText(const Json& parameter) {
   const Json* minimum = fieldAt(parameter, "minimum");
   const Json* maximum = fieldAt(parameter, "maximum");
@@ -207,6 +189,52 @@ std::string modeText(const Json& status) {
   return textAt(status, "mode") + (cause.empty() ? "" : ": " + cause);
 }
 
+std::string uptimeText(double seconds) {
+  if (std::isnan(seconds) || seconds < 120) return fixed(seconds, 0) + " s";
+  if (seconds < 7200) return fmt::format("{:.0f} min", std::floor(seconds / 60));
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+std::string bytesText(double bytes) {
+  if (std::isnan(bytes)) return "-";
+  return bytes < 1e9 ? fmt::format("{:.1f} MB", bytes / 1e6) : fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+std::string traceText(const Json& status) {
+  const std::string state = textAt(status, "trace.state");
+  if (state == "-") return "not known to this hapticd";
+  std::string text = state;
+  if (state == "writing") {
+    text +=
+        fmt::format(" {}, {} in {}", textAt(status, "trace.name"), bytesText(numberAt(status, "trace.bytes")),
+                    uptimeText(numberAt(status, "trace.durationS")));
+  } else if (state == "waiting") {
+    text += ": " + textAt(status, "trace.detail");
+  }
+  text += fmt::format(", {} traces", countAt(status, "trace.traces"));
+  const double free_bytes = numberAt(status, "trace.freeBytes");
+  if (!std::isnan(free_bytes)) text += fmt::format(", {} free", bytesText(free_bytes));
+  if (numberAt(status, "trace.ticksLost") > 0)
+    text += ", " + countAt(status, "trace.ticksLost") + " ticks lost";
+  return text;
+}
+
+std::string ledsText(const Json& status) {
+  const std::string state = textAt(status, "leds.state");
+  if (state == "none" || state == "-") return "";
+  std::string patterns;
+  for (const char* led : {"power", "camera", "contact", "fault"}) {
+    const std::string pattern = textAt(status, std::string("leds.") + led);
+    if (pattern != "-") patterns += fmt::format("{}{} {}", patterns.empty() ? "" : ", ", led, pattern);
+  }
+  return fmt::format("{}, {}: {}", state, textAt(status, "leds.identity"), patterns);
+}
+
+std::string versionsText(const Json& status) {
+  return fmt::format("hapticd {}, hapticctl {}, kernel {}", textAt(status, "version"), HAPTICD_VERSION,
+                     textAt(status, "kernel"));
+}
+
 std::vector<std::string> complaints(const Json& status) {
   std::vector<std::string> lines;
   const auto add = [&](std::string line) {
@@ -216,12 +244,16 @@ std::vector<std::string> complaints(const Json& status) {
     const std::string detail = textAt(status, path);
     return detail.empty() || detail == "-" ? text : text + ": " + detail;
   };
+  if (textAt(status, "mode") == "faulted") {
+    add("faulted: " + causeText(textAt(status, "cause")) + " (mend that, then: hapticctl clear-fault)");
+  }
   if (const std::string state = textAt(status, "camera.state"); state != "streaming") {
     add(withDetail("camera " + state, "camera.detail"));
   }
   if (const std::string state = textAt(status, "handle.state"); state != "present") {
     add(withDetail("handle " + state, "handle.detail"));
   }
+  if (textAt(status, "trace.state") == "waiting") add(withDetail("trace waits", "trace.detail"));
   for (const Json& warning : listAt(status, "warnings")) add(valueText(warning));
   return lines;
 }
@@ -231,8 +263,11 @@ std::string statusText(const Json& status) {
   for (const std::string& line : complaints(status)) text += "! " + line + "\n";
   text += row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
   text += loopText(status) + lawText(status) + forceText(status) + safetyText(status) + cameraText(status) +
-          sceneText(status) + handleText(status) + ledsText(status);
-  text += row("trace", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+          sceneText(status) + handleText(status);
+  if (const std::string leds = ledsText(status); !leds.empty()) text += row("leds", leds);
+  text += row("trace", traceText(status));
+  text += row("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+  text += row("versions", versionsText(status));
   return text;
 }
 

@@ -10,9 +10,24 @@ namespace hapticd::tools {
 /// "engaged", "holding: the depth is stale": the mode and, where it says more, its cause.
 std::string modeText(const Json& status);
 
-/// What is wrong first: the camera if it does not stream, the handle if it is absent, then the daemon's
-/// warnings.
+/// What is wrong first: a fault, the camera if it does not stream, the handle if it is absent, then the
+/// daemon's warnings.
 std::vector<std::string> complaints(const Json& status);
+
+/// "57 s", "12 min", "3.4 h".
+std::string uptimeText(double seconds);
+
+/// "writing NAME, 12.0 MB in 57 s", "off, 3 traces": what is written of the ticks.
+std::string traceText(const Json& status);
+
+/// "present, gpiod box: power on, camera off"; empty for a box without LEDs, or a daemon that knows none.
+std::string ledsText(const Json& status);
+
+/// "hapticd 1.2, kernel 6.1, hapticctl 1.2".
+std::string versionsText(const Json& status);
+
+/// "12.3 MB"; "-" for NaN.
+std::string bytesText(double bytes);
 
 /// The whole status for people: what is wrong, what is going on, every counter.
 std::string statusText(const Json& status);

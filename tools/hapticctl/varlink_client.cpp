@@ -14,6 +14,8 @@
 #include <cstring>
 #include <utility>
 
+#include "tools/hapticctl/reply_reader.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -89,16 +91,18 @@ VarlinkClient::VarlinkClient(VarlinkClient&& other) noexcept
     : socket_(std::exchange(other.socket_, -1)),
       path_(std::move(other.path_)),
       input_(std::move(other.input_)),
-      interrupt_(other.interrupt_) {}
+      interrupt_(other.interrupt_),
+      promises_more_(other.promises_more_) {}
 
 VarlinkClient::~VarlinkClient() {
   if (socket_ >= 0) ::close(socket_);
 }
 
-ClientResult<Json> VarlinkClient::call(const std::string& method, const Json& parameters) {
+ClientResult<Json> VarlinkClient::call(const std::string& method, const Json& parameters,
+                                       std::chrono::milliseconds limit) {
   auto sent = send({{"method", method}, {"parameters", parameters}});
   if (!sent) return std::unexpected(sent.error());
-  return next(kTimeLimit);
+  return next(limit);
 }
 
 ClientResult<void> VarlinkClient::subscribe(const std::string& method, const Json& parameters) {
@@ -110,6 +114,7 @@ ClientResult<Json> VarlinkClient::next(std::chrono::milliseconds limit) {
   if (!message) return std::unexpected(message.error());
   Json reply = Json::parse(*message, nullptr, /*allow_exceptions=*/false);
   if (!reply.is_object()) return std::unexpected(broken("the answer is not a Varlink reply"));
+  promises_more_ = flagAt(reply, "continues");
   if (reply.contains("error") && reply["error"].is_string()) return std::unexpected(errorReply(reply));
   if (!reply.contains("parameters") || !reply["parameters"].is_object()) return Json::object();
   return std::move(reply["parameters"]);
@@ -158,9 +163,17 @@ ClientResult<void> VarlinkClient::waitForInput(Clock::time_point deadline) const
       return std::unexpected(ClientError{ClientError::Kind::interrupted, "interrupted", "", {}, 0});
     }
     if (ready > 0) return {};
-    if (ready == 0) return std::unexpected(broken("no answer in time"));
+    if (ready == 0) return std::unexpected(noAnswer());
     if (errno != EINTR) return std::unexpected(broken(std::strerror(errno)));
   }
+}
+
+ClientError VarlinkClient::noAnswer() const {
+  return {ClientError::Kind::no_answer,
+          fmt::format("{}: no answer in time", path_),
+          "hapticd may be starting or busy: try again, or see 'systemctl status hapticd'",
+          {},
+          0};
 }
 
 ClientError VarlinkClient::broken(std::string what) const {

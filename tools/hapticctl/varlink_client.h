@@ -13,7 +13,8 @@ using Json = nlohmann::ordered_json;
 /// Why there is no result.
 struct ClientError {
   enum class Kind {
-    no_connection,  ///< nobody there, no permission, no answer in time, or no sense in the answer
+    no_connection,  ///< nobody there, no permission, or no sense in the answer
+    no_answer,      ///< none within the limit; the connection is as it was
     error_reply,    ///< the service answered with an error
     interrupted,    ///< the interrupt descriptor became readable
   };
@@ -40,12 +41,15 @@ class VarlinkClient {
   ~VarlinkClient();
 
   /// The reply's parameters.
-  ClientResult<Json> call(const std::string& method, const Json& parameters = Json::object());
+  ClientResult<Json> call(const std::string& method, const Json& parameters = Json::object(),
+                          std::chrono::milliseconds limit = kTimeLimit);
 
   /// Begins a stream of replies; next() takes them. There is no way back but to drop the client.
   ClientResult<void> subscribe(const std::string& method, const Json& parameters);
   /// The next reply's parameters, waited for at most `limit`.
   ClientResult<Json> next(std::chrono::milliseconds limit);
+  /// Whether the reply that next() gave last promised another one.
+  bool promisesMore() const noexcept { return promises_more_; }
   /// Makes next() give up when `descriptor` becomes readable.
   void interruptBy(int descriptor) noexcept { interrupt_ = descriptor; }
 
@@ -55,12 +59,14 @@ class VarlinkClient {
   ClientResult<void> send(const Json& call);
   ClientResult<std::string> receiveMessage(std::chrono::milliseconds limit);
   ClientResult<void> waitForInput(std::chrono::steady_clock::time_point deadline) const;
+  ClientError noAnswer() const;
   ClientError broken(std::string what) const;
 
   int socket_;
   std::string path_;
   std::string input_;
   int interrupt_ = -1;
+  bool promises_more_ = false;
 };
 
 }  // namespace hapticd::tools

@@ -5,6 +5,8 @@
 #include <sstream>
 
 #include "tools/manual/help_text.h"
+#include "tools/manual/interface_section.h"
+#include "tools/manual/interface_text.h"
 #include "tools/manual/parameter_section.h"
 #include "tools/manual/roff.h"
 
@@ -52,24 +54,41 @@ std::vector<HelpEntry> ownOptions(const HelpText& help) {
   return own;
 }
 
-Result<std::string> commandSections(const std::string& program, const HelpText& help) {
+/// A section for each of a program's commands, and for those below them. `above`: "trace " in front of its
+/// own.
+Result<std::string> commandSections(const std::string& program, const HelpText& help,
+                                    const std::string& above) {
   std::string roff;
   for (const HelpEntry& command : help.commands) {
-    const Result<HelpText> own = helpOf(program, command.name);
+    const std::string name = above + command.name;
+    const Result<HelpText> own = helpOf(program, name);
     if (!own) return std::unexpected(own.error());
-    roff += ".SS " + plainRoff(command.name) + "\n" + synopsis(*own) + ".PP\n" + plainRoff(command.text) +
-            "\n" + entries(own->arguments) + entries(ownOptions(*own));
+    const Result<std::string> below = commandSections(program, *own, name + " ");
+    if (!below) return below;
+    roff += ".SS " + plainRoff(name) + "\n" + synopsis(*own) + ".PP\n" + plainRoff(command.text) + "\n" +
+            entries(own->arguments) + entries(ownOptions(*own)) + *below;
+  }
+  return roff;
+}
+
+Result<std::string> interfaceSections(const std::vector<std::string>& texts) {
+  std::string roff;
+  for (const std::string& text : texts) {
+    const Result<InterfaceText> interface = parseInterface(text);
+    if (!interface) return std::unexpected(interface.error());
+    roff += interfaceSection(*interface);
   }
   return roff;
 }
 
 /// The roff that stands for a placeholder line; the line itself where it is none.
-Result<std::string> filled(const std::string& line, const std::string& program, const HelpText& help) {
+Result<std::string> filled(const std::string& line, const PageSource& source, const HelpText& help) {
   if (line == "@PARAMETERS@") return parameterSection();
+  if (line == "@INTERFACES@") return interfaceSections(source.interfaces);
   if (line == "@SYNOPSIS@") return synopsis(help);
   if (line == "@OPTIONS@") return entries(help.arguments) + entries(help.options);
   if (line == "@EXIT_STATUS@") return entries(help.exit_statuses);
-  if (line == "@COMMANDS@") return commandSections(program, help);
+  if (line == "@COMMANDS@") return commandSections(source.program, help, "");
   return line + "\n";
 }
 
@@ -88,10 +107,11 @@ Result<std::string> manualPage(const PageSource& source) {
   std::string page;
   std::istringstream lines(source.template_text);
   for (std::string line; std::getline(lines, line);) {
-    const Result<std::string> roff = filled(withVersion(line, source.version), source.program, *help);
+    const Result<std::string> roff = filled(withVersion(line, source.version), source, *help);
     if (!roff) return std::unexpected(roff.error());
     if (roff->empty()) {
-      return std::unexpected(Error{line, "stands for nothing", "give --program, or take the line out"});
+      return std::unexpected(
+          Error{line, "stands for nothing", "give --program or --interface, or take the line out"});
     }
     page += *roff;
   }

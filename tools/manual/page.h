@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/error.h"
 
@@ -11,10 +12,12 @@ struct PageSource {
   std::string template_text;
   std::string program;  ///< path of the program that the page describes; empty when it describes none
   std::string version;
+  std::vector<std::string> interfaces = {};  ///< texts of the Varlink interfaces that the page describes
 };
 
 /// The finished page.
-/// Errors: the program does not answer to --help, the template asks for what nobody knows.
+/// Errors: the program does not answer to --help, a text is no interface, the template asks for what nobody
+/// knows.
 config::Result<std::string> manualPage(const PageSource& source);
 
 }  // namespace hapticd::tools

@@ -4,18 +4,22 @@ set(HAPTICD_GENERATED ${CMAKE_BINARY_DIR}/generated)
 file(MAKE_DIRECTORY ${HAPTICD_GENERATED})
 set(generated_files)
 
-# add_manual_page(page [program that it describes])
+# add_manual_page(page [PROGRAM program that it describes] [INTERFACES Varlink interfaces that it describes])
 function(add_manual_page page)
+  cmake_parse_arguments(PARSE_ARGV 1 PAGE "" "PROGRAM" "INTERFACES")
   set(template ${CMAKE_SOURCE_DIR}/tools/manual/${page}.in)
-  set(program_option)
-  if(ARGN)
-    set(program_option --program $<TARGET_FILE:${ARGN}>)
+  set(options)
+  if(PAGE_PROGRAM)
+    list(APPEND options --program $<TARGET_FILE:${PAGE_PROGRAM}>)
+  endif()
+  if(PAGE_INTERFACES)
+    list(APPEND options --interface ${PAGE_INTERFACES})
   endif()
   add_custom_command(
     OUTPUT ${HAPTICD_GENERATED}/${page} ${HAPTICD_GENERATED}/${page}.gz
-    COMMAND manual-page --template ${template} --out ${HAPTICD_GENERATED}/${page} ${program_option}
+    COMMAND manual-page --template ${template} --out ${HAPTICD_GENERATED}/${page} ${options}
     COMMAND ${GZIP} -9nkf ${HAPTICD_GENERATED}/${page}
-    DEPENDS manual-page ${ARGN} ${template}
+    DEPENDS manual-page ${PAGE_PROGRAM} ${PAGE_INTERFACES} ${template}
     COMMENT "Manual page ${page}"
     VERBATIM)
   set(generated_files ${generated_files} ${HAPTICD_GENERATED}/${page}.gz PARENT_SCOPE)
@@ -31,13 +35,17 @@ function(add_completion shell file)
   set(generated_files ${generated_files} ${HAPTICD_GENERATED}/${file} PARENT_SCOPE)
 endfunction()
 
-add_manual_page(hapticd.8 hapticd)
+add_manual_page(hapticd.8 PROGRAM hapticd)
 add_manual_page(hapticd.yaml.5)
 add_manual_page(hapticd-realtime-setup.8)
-add_manual_page(hapticctl.1 hapticctl)
-add_manual_page(haptic-bridge.1 haptic-bridge)
-add_manual_page(haptic-replay.1 haptic-replay)
-add_manual_page(hapticbench.1 hapticbench)
+add_manual_page(hapticd-varlink.7 INTERFACES
+  ${CMAKE_SOURCE_DIR}/daemon/control/io.hapticd.Status.varlink
+  ${CMAKE_SOURCE_DIR}/daemon/control/io.hapticd.Control.varlink
+  ${CMAKE_SOURCE_DIR}/daemon/control/org.varlink.service.varlink)
+add_manual_page(hapticctl.1 PROGRAM hapticctl)
+add_manual_page(haptic-bridge.1 PROGRAM haptic-bridge)
+add_manual_page(haptic-replay.1 PROGRAM haptic-replay)
+add_manual_page(hapticbench.1 PROGRAM hapticbench)
 
 add_completion(bash hapticctl)
 add_completion(zsh _hapticctl)

@@ -1,5 +1,5 @@
 # Runs at installation: only then the prefix is known, which `cmake --install --prefix` and packaging choose.
-# Set before: source_folder, unit_folder, daemon_folder.
+# Set before: source_folder, unit_folder, daemon_folder, program_folder.
 if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   set(configuration_folder /etc/hapticd)
 else()
@@ -8,11 +8,14 @@ endif()
 
 set(HAPTICD_PROGRAM ${CMAKE_INSTALL_PREFIX}/${daemon_folder}/hapticd)
 set(HAPTICD_CONFIGURATION ${configuration_folder}/hapticd.yaml)
-set(unit ${CMAKE_INSTALL_PREFIX}/${unit_folder}/hapticd.service)
-message(STATUS "Installing: $ENV{DESTDIR}${unit}")
-configure_file(${source_folder}/systemd/hapticd.service.in $ENV{DESTDIR}${unit} @ONLY
-               FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
-list(APPEND CMAKE_INSTALL_MANIFEST_FILES ${unit})
+set(HAPTICCTL_PROGRAM ${CMAKE_INSTALL_PREFIX}/${program_folder}/hapticctl)
+foreach(name hapticd.service hapticd-metrics@.service)
+  set(unit ${CMAKE_INSTALL_PREFIX}/${unit_folder}/${name})
+  message(STATUS "Installing: $ENV{DESTDIR}${unit}")
+  configure_file(${source_folder}/systemd/${name}.in $ENV{DESTDIR}${unit} @ONLY
+                 FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  list(APPEND CMAKE_INSTALL_MANIFEST_FILES ${unit})
+endforeach()
 
 if(EXISTS $ENV{DESTDIR}${HAPTICD_CONFIGURATION})
   message(STATUS "Kept: $ENV{DESTDIR}${HAPTICD_CONFIGURATION}")

@@ -50,8 +50,8 @@ void addCpus(const MadeUpMachine& machine) {
 void addAccountsAndRules(const MadeUpMachine& machine) {
   // the made-up devices belong to the group of the test
   machine.set("etc/group", "root:x:0:\nhaptic:x:4242:anna\nhapticd:x:" + std::to_string(::getegid()) + ":");
-  machine.set("etc/passwd",
-              "root:x:0:0::/root:/bin/sh\nhapticd:x:990:990::/var/lib/hapticd:/usr/sbin/nologin");
+  machine.set("etc/passwd", "root:x:0:0::/root:/bin/sh\nhapticd:x:" + std::to_string(::geteuid()) +
+                                ":990::/var/lib/hapticd:/usr/sbin/nologin");
   machine.set("usr/lib/udev/rules.d/72-hapticd.rules",
               R"(ATTR{idVendor}=="045e", ATTR{idProduct}=="02ae|02bf", GROUP="hapticd", MODE="0660")"
               "\n"
@@ -77,6 +77,8 @@ void addDevices(const MadeUpMachine& machine) {
               "DRIVER=hid-generic\nHID_ID=0003:0000046D:0000C626\nHID_NAME=3Dconnexion SpaceNavigator");
   machine.set("dev/hidraw0", "");
   machine.setMode("dev/hidraw0", 0660);
+  machine.makeFolder("var/lib/hapticd/traces");
+  machine.set("usr/bin/gnuplot", "");
   machine.set("dev/gpiochip0", "");
   machine.setMode("dev/gpiochip0", 0660);
 }

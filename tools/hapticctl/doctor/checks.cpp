@@ -5,11 +5,11 @@
 namespace hapticd::tools {
 
 Findings examine(const Examination& box) {
-  static constexpr std::array kChecks{checkKernel,     checkClock,      checkThrottling, checkIsolation,
-                                      checkInterrupts, checkSibling,    checkGovernor,   checkIdleStates,
-                                      checkMemory,     checkLimits,     checkAccounts,   checkCaller,
-                                      checkUdevRules,  checkOtherRules, checkKinect,     checkHid,
-                                      checkGpio,       checkService,    checkDaemon};
+  static constexpr std::array kChecks{
+      checkKernel,    checkClock,      checkThrottling, checkIsolation, checkInterrupts, checkSibling,
+      checkGovernor,  checkIdleStates, checkMemory,     checkLimits,    checkAccounts,   checkCaller,
+      checkUdevRules, checkOtherRules, checkKinect,     checkHid,       checkGpio,       checkHandle,
+      checkTraces,    checkGnuplot,    checkService,    checkDaemon};
   Findings all;
   for (const auto check : kChecks) {
     for (Finding& finding : check(box)) all.push_back(std::move(finding));

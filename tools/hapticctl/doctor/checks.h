@@ -34,6 +34,13 @@ Findings checkHid(const Examination& box);
 // kinect_check.cpp
 Findings checkKinect(const Examination& box);
 
+// handle_check.cpp
+Findings checkHandle(const Examination& box);
+
+// trace_checks.cpp
+Findings checkTraces(const Examination& box);
+Findings checkGnuplot(const Examination& box);
+
 // service_checks.cpp
 Findings checkService(const Examination& box);
 Findings checkDaemon(const Examination& box);

@@ -1,26 +1,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <sstream>
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/say.h"
 #include "tools/hapticctl/doctor/udev_rule.h"
+#include "tools/hapticctl/doctor/uevent.h"
 
 namespace hapticd::tools {
 namespace {
 
 constexpr const char* kOwnRules = "72-hapticd.rules";
 constexpr const char* kRulesFolder = "usr/lib/udev/rules.d";
-
-/// The value of a variable in a uevent file; empty if it is not there.
-std::string variableOf(const std::string& uevent, const std::string& name) {
-  std::istringstream lines(uevent);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with(name + "=")) return line.substr(name.size() + 1);
-  }
-  return {};
-}
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/hapticctl/doctor/configuration.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
@@ -42,6 +43,7 @@ struct Examination {
   Caller caller;
   std::optional<UnitProperties> unit;  ///< nothing: the service manager cannot be asked
   DaemonView daemon;
+  Configuration configuration = {};
 };
 
 /// The process's own user.

@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -84,6 +85,12 @@ Reading<Access> Machine::access(const std::string& path) const {
   struct stat status {};
   if (::stat((root_ / path).c_str(), &status) != 0) return unread(errno);
   return Access{status.st_mode & 07777U, status.st_uid, status.st_gid};
+}
+
+Reading<std::uint64_t> Machine::freeBytes(const std::string& path) const {
+  struct statvfs disk {};
+  if (::statvfs((root_ / path).c_str(), &disk) != 0) return unread(errno);
+  return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 
 bool Machine::exists(const std::string& path) const {

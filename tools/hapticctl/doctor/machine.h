@@ -50,6 +50,8 @@ class Machine {
   /// Names in a folder, shorter ones first, so that numbers stand in their order.
   Reading<Names> list(const std::string& path) const;
   Reading<Access> access(const std::string& path) const;
+  /// That programs without privileges may use, on the disk that holds the path.
+  Reading<std::uint64_t> freeBytes(const std::string& path) const;
   bool exists(const std::string& path) const;
   /// Last part of what a link points to; empty if it is none.
   std::string linkedName(const std::string& path) const;

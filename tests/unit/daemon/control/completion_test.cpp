@@ -27,17 +27,35 @@ std::vector<std::string> completions(const std::vector<std::string>& words) {
 
 using Words = std::vector<std::string>;
 
-TEST(Completion, OffersTheCommands) {
-  EXPECT_EQ((Words{"status", "watch", "get", "set", "engage", "disengage", "params", "doctor", "completion"}),
-            completions({"hapticctl", ""}));
+TEST(Completion, OffersTheCommandsOfTheHelp) {
+  const Words offered = completions({"hapticctl", ""});
+  const std::string help = runProcess({HAPTICCTL, "--help"}).output;
+  const std::string listed = help.substr(help.find("Subcommands:"));
+  EXPECT_EQ(
+      std::count(listed.begin(), listed.begin() + static_cast<std::ptrdiff_t>(listed.find("\n\n")), '\n'),
+      std::ssize(offered));
+  for (const std::string& command : offered) {
+    EXPECT_NE(std::string::npos, listed.find("\n  " + command + " ")) << command;
+  }
   EXPECT_EQ((Words{"set"}), completions({"hapticctl", "--json", "se"}));
   EXPECT_EQ((Words{"disengage", "doctor"}), completions({"hapticctl", "--socket", "/x", "d"}));
+}
+
+TEST(Completion, OffersTheCommandsOfAGroup) {
+  EXPECT_EQ((Words{"start", "stop"}), completions({"hapticctl", "trace", "st"}));
+  EXPECT_EQ((Words{"--label"}), completions({"hapticctl", "--json", "trace", "start", "--la"}));
 }
 
 TEST(Completion, OffersTheOptions) {
   EXPECT_EQ((Words{"--socket"}), completions({"hapticctl", "--s"}));
   EXPECT_EQ((Words{"--interval"}), completions({"hapticctl", "watch", "--i"}));
   EXPECT_EQ((Words{"--root"}), completions({"hapticctl", "doctor", "--r"}));
+}
+
+TEST(Completion, OffersWhatAnOptionTakes) {
+  EXPECT_EQ((Words{"csv", "hdf5"}), completions({"hapticctl", "trace", "export", "--format", ""}));
+  EXPECT_EQ((Words{"/usr/bin"}), completions({"hapticctl", "snapshot", "--png", "/usr/bi"}));
+  EXPECT_EQ((Words{""}), completions({"hapticctl", "watch", "--interval", ""}));
 }
 
 TEST(Completion, OffersEveryParameterToGet) {

@@ -1,12 +1,11 @@
-#include "tools/hapticctl/commands.h"
+#include "tools/hapticctl/command_line.h"
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
+#include <memory>
 
 #include "config/parameter_table.h"
 #include "tools/hapticctl/error_text.h"
@@ -17,29 +16,6 @@ namespace hapticd::tools {
 namespace {
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
-
-void printJson(const Json& document) {
-  fmt::print("{}\n", document.dump(2, ' ', false, Json::error_handler_t::replace));
-}
-
-ClientResult<Json> callOnce(const CommandOptions& options, bool may_change, const std::string& method,
-                            const Json& parameters = Json::object()) {
-  auto client = connectTo(options, may_change);
-  if (!client) return std::unexpected(client.error());
-  return client->call(method, parameters);
-}
-
-/// Calls Engage or Disengage and prints the mode that follows.
-int showMode(const CommandOptions& options, const std::string& method, const Json& parameters) {
-  const auto reply = callOnce(options, true, method, parameters);
-  if (!reply) return report(reply.error(), options.json);
-  if (options.json) {
-    printJson(*reply);
-  } else {
-    fmt::print("{}\n", modeText(*reply));
-  }
-  return kOk;
-}
 
 int usageError(const std::string& text) {
   fmt::print(stderr, "hapticctl: {}\nRun 'hapticctl set --help' for more.\n", text);
@@ -122,59 +98,6 @@ void printChanges(const Json& before, const Json& after, const Json& generation,
   if (json) printJson({{"generation", generation}, {"changes", changes}});
 }
 
-}  // namespace
-
-ClientResult<VarlinkClient> connectTo(const CommandOptions& options, bool may_change) {
-  if (!options.socket.empty()) return VarlinkClient::connect(options.socket);
-  const char* environment = std::getenv("HAPTICD_SOCKET");
-  if (environment && *environment) return VarlinkClient::connect(environment);
-
-  const config::ControlSettings defaults;
-  auto client = VarlinkClient::connect(defaults.control_socket);
-  if (client || may_change) return client;
-  auto status_client = VarlinkClient::connect(defaults.status_socket);
-  const bool control_is_missing = client.error().system_error == ENOENT;
-  const bool both_are_missing =
-      control_is_missing && !status_client && status_client.error().system_error == ENOENT;
-  return status_client || (control_is_missing && !both_are_missing) ? std::move(status_client)
-                                                                    : std::move(client);
-}
-
-int runStatus(const CommandOptions& options) {
-  const auto reply = callOnce(options, false, "io.hapticd.Status.GetStatus");
-  if (!reply) return report(reply.error(), options.json);
-  if (options.json) {
-    printJson(*reply);
-  } else {
-    const Json* status = fieldAt(*reply, "status");
-    fmt::print("{}", statusText(status ? *status : Json()));
-  }
-  return kOk;
-}
-
-int runParameterTable(const CommandOptions& options) {
-  const auto reply = callOnce(options, false, "io.hapticd.Status.GetParameters");
-  if (!reply) return report(reply.error(), options.json);
-  if (options.json) {
-    printJson(*reply);
-  } else {
-    fmt::print("{}", parameterTableText(listAt(*reply, "parameters")));
-  }
-  return kOk;
-}
-
-int runGet(const CommandOptions& options, const std::vector<std::string>& names) {
-  const Json parameters = names.empty() ? Json::object() : Json{{"names", Json(names)}};
-  const auto reply = callOnce(options, false, "io.hapticd.Status.GetParameters", parameters);
-  if (!reply) return report(reply.error(), options.json);
-  if (options.json) {
-    printJson(*reply);
-  } else {
-    for (const Json& parameter : listAt(*reply, "parameters")) fmt::print("{}\n", parameterLine(parameter));
-  }
-  return kOk;
-}
-
 int runSet(const CommandOptions& options, const std::vector<std::string>& texts) {
   const auto assignments = split(texts);
   if (!assignments) return usageError(assignments.error());
@@ -196,12 +119,71 @@ int runSet(const CommandOptions& options, const std::vector<std::string>& texts)
   return kOk;
 }
 
-int runEngage(const CommandOptions& options, bool inside_surface) {
-  return showMode(options, "io.hapticd.Control.Engage", {{"insideSurface", inside_surface}});
+std::string parameterLines(const Json& reply) {
+  std::string lines;
+  for (const Json& parameter : listAt(reply, "parameters")) lines += parameterLine(parameter) + "\n";
+  return lines;
 }
 
-int runDisengage(const CommandOptions& options) {
-  return showMode(options, "io.hapticd.Control.Disengage", Json::object());
+std::string modeLine(const Json& reply) {
+  return modeText(reply) + "\n";
+}
+
+/// A mode in which there will be no force until a person has done something is no success.
+bool comesToForce(const Json& reply) {
+  const std::string mode = textAt(reply, "mode");
+  return mode == "engaged" || mode == "holding";
+}
+
+int runEngage(const CommandOptions& options, bool inside) {
+  const Json parameters = inside ? Json{{"insideSurface", true}} : Json::object();
+  const auto reply = callOnce(options, {"io.hapticd.Control.Engage", parameters, true});
+  if (!reply) return report(reply.error(), options.json);
+  if (!options.json && !comesToForce(*reply)) {
+    return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status says what to do"},
+                  false);
+  }
+  if (options.json) {
+    printJson(*reply);
+  } else {
+    fmt::print("{}", modeLine(*reply));
+  }
+  return comesToForce(*reply) ? kOk : kFailed;
+}
+
+}  // namespace
+
+void addControlCommands(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto names = std::make_shared<std::vector<std::string>>();
+  line.add("get", "Show values of parameters",
+           [=, &options] {
+             const Json parameters = names->empty() ? Json::object() : Json{{"names", Json(*names)}};
+             return callAndPrint(options, {"io.hapticd.Status.GetParameters", parameters}, parameterLines);
+           })
+      .add_option("NAME", *names, "Names of parameters; none: all")
+      ->type_name("PARAMETER");
+
+  const auto assignments = std::make_shared<std::vector<std::string>>();
+  line.add("set", "Change parameters that are live: all of them, or none if one is refused",
+           [=, &options] { return runSet(options, *assignments); })
+      .add_option("ASSIGNMENT", *assignments, "New values, NAME=VALUE each")
+      ->required()
+      ->type_name("PARAMETER=VALUE");
+
+  const auto inside = std::make_shared<bool>(false);
+  line.add("engage", "Ask for force", [=, &options] { return runEngage(options, *inside); })
+      .add_flag("--inside", *inside, "Also where something is felt at once");
+  line.add("disengage", "End all force, clear a fault", [&] {
+    return callAndPrint(options, {"io.hapticd.Control.Disengage", Json::object(), true}, modeLine);
+  });
+  line.add("clear-fault", "Clear a fault; refused where there is none", [&] {
+    return callAndPrint(options, {"io.hapticd.Control.ClearFault", Json::object(), true}, modeLine);
+  });
+  line.add("params", "Show the table of parameters", [&] {
+    return callAndPrint(options, {"io.hapticd.Status.GetParameters"},
+                        [](const Json& reply) { return parameterTableText(listAt(reply, "parameters")); });
+  });
 }
 
 }  // namespace hapticd::tools

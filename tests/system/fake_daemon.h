@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace hapticd::test {
+
+/// What a fake daemon says to a call.
+struct FakeAnswer {
+  std::vector<nlohmann::json> replies = {};  ///< parameters; all but the last promise another
+  std::string error = {};                    ///< not empty: this error behind the replies
+  nlohmann::json error_parameters = nlohmann::json::object();
+  bool in_turn = false;   ///< each call gets the next reply only, and the last one from then on
+  bool endless = false;   ///< the last reply promises another too
+  bool hangs_up = false;  ///< the connection is closed behind the replies
+};
+
+/// A Varlink service on a real socket that answers what a test tells it to, and MethodNotFound to all else.
+/// It stands for daemons that are hard to come by: starting, faulted, of another version.
+class FakeDaemon {
+ public:
+  explicit FakeDaemon(const std::filesystem::path& socket);
+  ~FakeDaemon();
+  FakeDaemon(const FakeDaemon&) = delete;
+  FakeDaemon& operator=(const FakeDaemon&) = delete;
+
+  /// An empty method stands for all that have no answer of their own.
+  void answer(const std::string& method, FakeAnswer answer);
+  /// One reply.
+  void answer(const std::string& method, const nlohmann::json& parameters);
+  void refuse(const std::string& method, const std::string& error, const nlohmann::json& parameters);
+
+  /// The calls so far, each as it came.
+  std::vector<nlohmann::json> calls() const;
+  /// Parameters of the newest call of a method; null when there was none.
+  nlohmann::json newestCall(const std::string& method) const;
+
+ private:
+  struct Client {
+    int socket;
+    std::string input;
+  };
+  void serve();
+  void accept();
+  /// False when the connection is to be closed.
+  bool receive(Client& client);
+  bool reply(int socket, const std::string& message);
+  FakeAnswer answerTo(const nlohmann::json& call);
+
+  mutable std::mutex mutex_;
+  std::map<std::string, FakeAnswer> answers_;
+  std::vector<nlohmann::json> calls_;
+  std::vector<Client> clients_;
+  int listener_ = -1;
+  int end_ = -1;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::test

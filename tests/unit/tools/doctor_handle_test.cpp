@@ -1,0 +1,148 @@
+// What `hapticctl doctor` says of the configured handle and of the traces, over made-up files.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "made_up_machine.h"
+#include "tools/hapticctl/doctor/checks.h"
+
+namespace hapticd::tools {
+namespace {
+
+class DoctorOfHandles : public testing::Test {
+ protected:
+  DoctorOfHandles() { test::fillWithAGoodBox(files); }
+
+  config::HandleSettings& handle() { return box.configuration.settings.handle; }
+
+  test::MadeUpMachine files;
+  Examination box{Machine(files.root()),
+                  {"anna", 1000, {1000, 4242}, 80, kNoLimit},
+                  test::goodUnit(),
+                  {true, "", 3, true, {}},
+                  {}};
+};
+
+/// Whether one of the findings says that.
+testing::AssertionResult says(const Findings& findings, Verdict verdict, const std::string& fact,
+                              const std::string& remedy = "") {
+  for (const Finding& finding : findings) {
+    if (finding.verdict == verdict && finding.fact.find(fact) != std::string::npos &&
+        finding.remedy.find(remedy) != std::string::npos) {
+      return testing::AssertionSuccess();
+    }
+  }
+  return testing::AssertionFailure() << textOf(findings);
+}
+
+TEST_F(DoctorOfHandles, HasNothingToLookForWithASimulatedHandle) {
+  EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "simulated"));
+}
+
+TEST_F(DoctorOfHandles, FailsOnAConfigurationThatCannotBeUsed) {
+  files.set("etc/hapticd/hapticd.yaml", "handle: {driver: telepathy}");
+  box.configuration = readConfiguration(files.root());
+  EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "telepathy", "--check"));
+}
+
+TEST_F(DoctorOfHandles, ReadsTheConfigurationBelowTheRoot) {
+  files.set("etc/hapticd/hapticd.yaml", "handle: {driver: hid}");
+  EXPECT_EQ(readConfiguration(files.root()).settings.handle.driver, config::HandleDriver::hid);
+  files.remove("etc/hapticd/hapticd.yaml");
+  EXPECT_EQ(readConfiguration(files.root()).settings.handle.driver, config::HandleDriver::simulated);
+  EXPECT_EQ(readConfiguration(files.root()).problem, "");
+}
+
+TEST_F(DoctorOfHandles, LooksWhoHasTheUdpPort) {
+  handle().driver = config::HandleDriver::udp;
+  const std::string head = "  sl  local_address rem_address   st\n";
+  const std::string ours = "  51: 0100007F:BAB8 00000000:0000 07\n";  // 47800
+  files.set("proc/net/udp", head + ours);
+  EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "UDP port 47800 is hapticd's"));
+  box.daemon.answers = false;
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "UDP port 47800 is in use", "ss -ulpn"));
+  files.set("proc/net/udp", head);
+  EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "is free"));
+  box.daemon.answers = true;
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "nobody listens on UDP port 47800", "restart"));
+}
+
+TEST_F(DoctorOfHandles, LooksForTheKeyAndWhoMayReadIt) {
+  handle().driver = config::HandleDriver::udp;
+  handle().udp.key_file = "/etc/hapticd/key";
+  files.set("proc/net/udp", "");
+  EXPECT_TRUE(
+      says(checkHandle(box), Verdict::fail, "there is no key /etc/hapticd/key", "udp_handle.key_file"));
+  files.set("etc/hapticd/key", "secret");
+  files.setMode("etc/hapticd/key", 0644);
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "everyone may read the key", "chmod o="));
+  files.setMode("etc/hapticd/key", 0640);
+  EXPECT_EQ(checkHandle(box).size(), 1U);
+}
+
+TEST_F(DoctorOfHandles, LooksForTheConfiguredHidDeviceAndItsRights) {
+  handle().driver = config::HandleDriver::hid;
+  EXPECT_TRUE(
+      says(checkHandle(box), Verdict::warn, "the HID device 1209:0001 is not there", "hid_handle.device"));
+  handle().hid.device = "046d:c626";
+  EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "046d:c626 at /dev/hidraw0"));
+  files.setMode("dev/hidraw0", 0600);
+  EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "keeps the group hapticd out"));
+}
+
+TEST_F(DoctorOfHandles, LooksForAFalconAndItsFirmware) {
+  handle().driver = config::HandleDriver::falcon;
+  EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "no firmware is configured", "falcon_handle.firmware"));
+  handle().falcon.firmware = "/var/lib/hapticd/falcon.bin";
+  EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "there is no firmware /var/lib/hapticd/falcon.bin"));
+  files.set("var/lib/hapticd/falcon.bin", "");
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "there is no Falcon on USB"));
+  const std::string device = "sys/bus/usb/devices/1-1.2/";
+  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{{"idVendor", "0403"},
+                                                                                    {"idProduct", "cb48"},
+                                                                                    {"bDeviceClass", "00"},
+                                                                                    {"busnum", "1"},
+                                                                                    {"devnum", "9"}}) {
+    files.set(device + name, value);
+  }
+  files.set("dev/bus/usb/001/009", "");
+  files.setMode("dev/bus/usb/001/009", 0660);
+  EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "Falcon 0403:cb48 at 1-1.2"));
+}
+
+// --- traces
+
+TEST_F(DoctorOfHandles, FindsTracesThatTheDaemonMayWrite) {
+  const Findings findings = checkTraces(box);
+  EXPECT_TRUE(says(findings, Verdict::ok, "hapticd may write to /var/lib/hapticd/traces"));
+  EXPECT_TRUE(says(findings, Verdict::ok, "MB free at /var/lib/hapticd"));
+}
+
+TEST_F(DoctorOfHandles, NamesATraceFolderOfAnotherUser) {
+  files.set("etc/passwd", "hapticd:x:" + std::to_string(::geteuid() + 1) + ":990::/:/bin/false");
+  EXPECT_TRUE(says(checkTraces(box), Verdict::fail, "may not write to /var/lib/hapticd/traces", "chown"));
+  files.remove("var/lib/hapticd/traces");
+  EXPECT_TRUE(says(checkTraces(box), Verdict::fail, "may not write to /var/lib/hapticd", "chown"));
+  files.remove("var/lib/hapticd");
+  EXPECT_TRUE(says(checkTraces(box), Verdict::warn, "there is no /var/lib/hapticd yet", "first start"));
+}
+
+TEST_F(DoctorOfHandles, NamesATraceFolderThatIsNotWritable) {
+  files.setMode("var/lib/hapticd/traces", 0555);
+  EXPECT_TRUE(
+      says(checkTraces(box), Verdict::fail, "may not write to /var/lib/hapticd/traces", "chmod u+rwx"));
+}
+
+TEST_F(DoctorOfHandles, WarnsBeforeTheDiskIsTooFullForTraces) {
+  box.configuration.settings.trace.min_free_mb = 1e12;
+  EXPECT_TRUE(says(checkTraces(box), Verdict::warn, "less than trace.min_free_mb = 1000000000000",
+                   "hapticctl trace delete"));
+}
+
+TEST_F(DoctorOfHandles, SaysHowToGetGnuplot) {
+  EXPECT_TRUE(says(checkGnuplot(box), Verdict::ok, "/usr/bin/gnuplot"));
+  files.remove("usr/bin/gnuplot");
+  EXPECT_TRUE(says(checkGnuplot(box), Verdict::warn, "not installed", "apt install gnuplot"));
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,133 @@
+#include "tools/hapticctl/open_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "tools/hapticctl/http_reply.h"
+
+namespace hapticd::tools {
+namespace {
+
+const Json kStatus = Json::parse(R"({
+  "mode": "holding", "cause": "depth_stale", "warnings": ["a", "b"], "uptimeS": 60.5,
+  "version": "1.2\"3", "kernel": "6.1",
+  "loop": {"rateHz": 999.5, "counters": {"ticks": 12345678901, "overruns": 2},
+           "wakeupLatency": {"p50Ns": 3100, "p99Ns": 8000, "p999Ns": 12000, "maxNs": 4560000},
+           "transitions": {"count": 2, "byCause": {"requested": 2}}},
+  "tick": {"commandForceNInWorld": {"x": 3, "y": 0, "z": 4}, "hipMInWorld": {"x": 0.1, "y": 0, "z": null}},
+  "camera": {"state": "melting"}, "trace": {"state": "off", "freeBytes": null}})");
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+bool has(const std::string& text, const std::string& line) {
+  return ("\n" + text).find("\n" + line + "\n") != std::string::npos;
+}
+
+TEST(OpenMetrics, GivesValuesInBaseUnits) {
+  const std::string text = openMetricsOf(kStatus);
+  for (const char* line :
+       {"hapticd_up 1", "hapticd_uptime_seconds 60.5", "hapticd_warnings 2",
+        "hapticd_loop_ticks_total 12345678901", "hapticd_loop_overruns_total 2",
+        "hapticd_tick_force_newtons{stage=\"command\"} 5", "hapticd_tick_hip_metres{axis=\"x\"} 0.1",
+        "hapticd_loop_transitions_by_cause_total{cause=\"requested\"} 2",
+        "hapticd_build_info{version=\"1.2\\\"3\",kernel=\"6.1\",law=\"-\"} 1"}) {
+    EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
+  }
+  const std::regex median("hapticd_loop_wakeup_latency_seconds\\{quantile=\"0.5\"\\} (\\S+)\n");
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(text, found, median));
+  EXPECT_DOUBLE_EQ(std::stod(found[1]), 3.1e-6);
+}
+
+TEST(OpenMetrics, ShowsStatesAsStateSetsAlsoThoseOfANewerDaemon) {
+  const std::string text = openMetricsOf(kStatus);
+  EXPECT_TRUE(has(text, "# TYPE hapticd_mode stateset"));
+  EXPECT_TRUE(has(text, "hapticd_mode{hapticd_mode=\"holding\"} 1"));
+  EXPECT_TRUE(has(text, "hapticd_mode{hapticd_mode=\"idle\"} 0"));
+  EXPECT_TRUE(has(text, "hapticd_camera_state{hapticd_camera_state=\"melting\"} 1"));
+  EXPECT_TRUE(has(text, "hapticd_camera_state{hapticd_camera_state=\"streaming\"} 0"));
+}
+
+TEST(OpenMetrics, LeavesOutWhatTheDaemonDoesNotKnow) {
+  const std::string text = openMetricsOf(kStatus);
+  EXPECT_EQ(text.find("free_bytes"), std::string::npos);
+  EXPECT_EQ(text.find("axis=\"z\""), std::string::npos);
+  EXPECT_EQ(text.find("nan"), std::string::npos);
+}
+
+TEST(OpenMetrics, SaysThatADaemonIsDown) {
+  const std::string text = openMetricsOf(Json());
+  EXPECT_TRUE(has(text, "hapticd_up 0"));
+  EXPECT_TRUE(text.ends_with("# EOF\n"));
+}
+
+// The rules of the OpenMetrics specification that a text can break: each family once, TYPE before its
+// samples, samples of no other family between them, counters with _total, units as the end of the name, "#
+// EOF" last.
+TEST(OpenMetrics, KeepsTheRulesOfTheStandard) {
+  const std::vector<std::string> lines = linesOf(openMetricsOf(kStatus));
+  ASSERT_EQ(lines.back(), "# EOF");
+  std::set<std::string> families;
+  std::string family;
+  std::string type;
+  const std::regex sample(
+      R"re(([a-z][a-z0-9_]*)(\{[a-z_]+="([^"\\]|\\.)*"(,[a-z_]+="([^"\\]|\\.)*")*\})? \S+)re");
+  for (std::size_t i = 0; i + 1 < lines.size(); ++i) {
+    std::istringstream words(lines[i]);
+    std::string hash, kind, name, value;
+    words >> hash >> kind >> name >> value;
+    if (hash == "#" && kind == "TYPE") {
+      family = name;
+      type = value;
+      EXPECT_TRUE(families.insert(family).second) << family;
+      continue;
+    }
+    if (hash == "#") {
+      EXPECT_EQ(name, family) << lines[i];
+      if (kind == "UNIT") {
+        EXPECT_TRUE(family.ends_with("_" + value)) << lines[i];
+      }
+      continue;
+    }
+    std::smatch match;
+    ASSERT_TRUE(std::regex_match(lines[i], match, sample)) << lines[i];
+    const std::string end = type == "counter" ? "_total" : type == "info" ? "_info" : "";
+    EXPECT_EQ(match[1].str(), family + end) << lines[i];
+  }
+}
+
+TEST(HttpReply, GivesMetricsToGetAndTheirHeadToHead) {
+  const auto metrics = [] { return std::string("# EOF\n"); };
+  const std::string got = httpReply("GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n", metrics);
+  EXPECT_TRUE(
+      got.starts_with("HTTP/1.1 200 OK\r\nContent-Type: application/openmetrics-text; version=1.0.0"));
+  EXPECT_NE(got.find("\r\nContent-Length: 6\r\n"), std::string::npos);
+  EXPECT_TRUE(got.ends_with("\r\n\r\n# EOF\n"));
+  const std::string head = httpReply("HEAD /metrics?x=1 HTTP/1.0\r\n\r\n", metrics);
+  EXPECT_NE(head.find("\r\nContent-Length: 6\r\n"), std::string::npos);
+  EXPECT_TRUE(head.ends_with("\r\n\r\n"));
+}
+
+TEST(HttpReply, RefusesAllElseWithoutAskingTheDaemon) {
+  const auto never = []() -> std::string {
+    ADD_FAILURE() << "asked";
+    return "";
+  };
+  EXPECT_TRUE(httpReply("GET / HTTP/1.1\r\n\r\n", never).starts_with("HTTP/1.1 404 "));
+  EXPECT_TRUE(httpReply("POST /metrics HTTP/1.1\r\n\r\n", never).starts_with("HTTP/1.1 405 "));
+  for (const std::string bad : {"", "\r\n\r\n", "GET /metrics\r\n\r\n", "hello world\n\n",
+                                "GET /metrics HTTP/1.1\r\n", "GET HTTP/1.1\r\n\r\n"}) {
+    EXPECT_TRUE(httpReply(bad, never).starts_with("HTTP/1.1 400 ")) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,84 @@
+#include "tools/registration/point_files.h"
+
+#include <gtest/gtest.h>
+
+#include "rt/depth_frame.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/registration/landmark_depth.h"
+
+namespace hapticd::tools {
+namespace {
+
+using test::TemporaryFolder;
+
+TEST(PointFiles, ReadsPairsWithCommentsEmptyLinesAndCarriageReturns) {
+  const TemporaryFolder folder;
+  const auto pairs = readPointPairs(folder.write(
+      "pairs.csv", std::string("# by tape measure\r\n") + kPairsHeader + "\r\n\r\ncorner, 1,2,-3,4,5,6\r\n"));
+  ASSERT_TRUE(pairs) << pairs.error().front().text();
+  ASSERT_EQ(pairs->size(), 1U);
+  EXPECT_EQ(pairs->front().name, "corner");
+  EXPECT_EQ(pairs->front().camera_m, (rt::Vec3{1, 2, -3}));
+  EXPECT_EQ(pairs->front().world_m, (rt::Vec3{4, 5, 6}));
+}
+
+TEST(PointFiles, NamesEveryBadLine) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("pairs.csv", std::string(kPairsHeader) +
+                                                  "\na,1,2,3,4,5,x\na,1,2,3,4,5,6\n,1,2,3,4,5,6\nb,1,2\n"
+                                                  "c,nan,2,3,4,5,21\n");
+  const auto pairs = readPointPairs(file);
+  ASSERT_FALSE(pairs);
+  std::string all;
+  for (const config::Error& error : pairs.error()) all += error.text() + "\n";
+  for (const char* part : {":2: world_z_m: 'x' is no number (allowed: -20..20)", ":3: 'a' is there twice",
+                           ":4: the name is missing", ":5: 3 columns where 7 are expected",
+                           ":6: camera_x_m: 'nan' is out of range", ":6: world_z_m: '21' is out of range"}) {
+    EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
+  }
+}
+
+TEST(PointFiles, SaysWhichHeaderIsMissing) {
+  const TemporaryFolder folder;
+  const auto landmarks = readLandmarks(folder.write("marks.csv", "corner,1,2\n"));
+  ASSERT_FALSE(landmarks);
+  EXPECT_NE(landmarks.error().front().what.find("name,column_px,row_px"), std::string::npos);
+  EXPECT_FALSE(readLandmarks(folder.write("empty.csv", "")));
+  EXPECT_FALSE(readLandmarks(folder.path() / "nothing"));
+}
+
+TEST(PointFiles, RefusesPixelsOutsideThePicture) {
+  const TemporaryFolder folder;
+  const auto landmarks = readLandmarks(
+      folder.write("marks.csv", std::string(kLandmarksHeader) + "\na,640,0\nb,0,480\nc,639,479\n"));
+  ASSERT_FALSE(landmarks);
+  EXPECT_EQ(landmarks.error().size(), 2U);
+}
+
+TEST(LandmarkDepth, TakesTheMedianOfThePixelsAboutIt) {
+  const rt::DepthModelParameters model;
+  std::vector<std::uint16_t> frame(rt::kFramePixels, rt::kRawNoMeasurement);
+  // 13 of 25 pixels measure: seven the surface, six something far behind it
+  for (int i = 0; i < 13; ++i) {
+    const int row = 100 - 2 + i / 5;
+    const int column = 200 - 2 + i % 5;
+    frame[static_cast<std::size_t>(row * rt::kFrameWidth + column)] = i < 7 ? 700 : 900;
+  }
+  const auto seen = positionInCamera({"mark", 200, 100}, frame, model);
+  ASSERT_TRUE(seen) << seen.error().text();
+  const double depth_m = 1 / (model.a_per_m * 700 + model.b_per_m);
+  EXPECT_NEAR(seen->z, -depth_m, 1e-12);
+  EXPECT_NEAR(seen->x, depth_m * (200 - model.cx_px) / model.fx_px, 1e-12);
+  EXPECT_NEAR(seen->y, -depth_m * (100 - model.cy_px) / model.fy_px, 1e-12);
+}
+
+TEST(LandmarkDepth, RefusesAPlaceWithoutDepth) {
+  std::vector<std::uint16_t> frame(rt::kFramePixels, rt::kRawNoMeasurement);
+  const auto seen = positionInCamera({"mark", 0, 0}, frame, rt::DepthModelParameters());
+  ASSERT_FALSE(seen);
+  EXPECT_EQ(seen.error().where, "mark");
+  EXPECT_NE(seen.error().what.find("0 of 9 pixels"), std::string::npos) << seen.error().what;
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,56 @@
+#include "tools/hapticctl/command_line.h"
+
+#include "tools/hapticctl/error_text.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr const char* kFooter =
+    "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no connection to the daemon.\n"
+    "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control, for commands that only "
+    "read\n"
+    "also /run/hapticd/io.hapticd.Status.\n";
+
+}  // namespace
+
+CommandLine::CommandLine() : app_("Queries and tunes a running hapticd", "hapticctl") {
+  app_.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
+  app_.add_flag("--json", options_.json, "Print what the daemon answered, as JSON");
+  app_.add_option("--socket", options_.socket, "Socket of the daemon")->type_name("PATH");
+  app_.add_option("--color", options_.color,
+                  "Colours: auto (on a terminal, unless NO_COLOR is set), always or never")
+      ->type_name("WHEN")
+      ->check(CLI::IsMember({"auto", "always", "never"}));
+  app_.require_subcommand(1);
+  app_.fallthrough();
+  app_.footer(kFooter);
+}
+
+CLI::App& CommandLine::add(const std::string& name, const std::string& help, Action action) {
+  return add(app_, name, help, std::move(action));
+}
+
+CLI::App& CommandLine::addGroup(const std::string& name, const std::string& help) {
+  CLI::App* group = app_.add_subcommand(name, help);
+  group->require_subcommand(1);
+  group->footer(kFooter);
+  return *group;
+}
+
+CLI::App& CommandLine::add(CLI::App& group, const std::string& name, const std::string& help, Action action) {
+  CLI::App* command = group.add_subcommand(name, help);
+  command->footer(kFooter);
+  command->callback([this, action = std::move(action)] { action_ = action; });
+  return *command;
+}
+
+int CommandLine::run(int argc, char** argv) {
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app_.exit(error) == 0 ? kOk : kUsage;
+  }
+  return action_();
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,62 @@
+#include "tools/hapticctl/command_words.h"
+
+#include <algorithm>
+
+namespace hapticd::tools {
+namespace {
+
+/// The words of "TYPE:{csv,hdf5}".
+std::vector<std::string> wordsIn(const std::string& type) {
+  std::vector<std::string> words;
+  const std::size_t open = type.find('{');
+  const std::size_t close = type.find('}');
+  if (open == std::string::npos || close == std::string::npos) return words;
+  for (std::size_t begin = open + 1; begin < close;) {
+    const std::size_t end = std::min(type.find(',', begin), close);
+    words.push_back(type.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return words;
+}
+
+Takes takenBy(const CLI::Option& option) {
+  using Kind = Takes::Kind;
+  if (option.get_items_expected_max() == 0) return {};
+  const std::string type = option.get_type_name();
+  std::vector<std::string> words = wordsIn(type);
+  if (!words.empty()) return {Kind::words, std::move(words)};
+  if (type == "PARAMETER") return {Kind::parameters, {}};
+  if (type == "PARAMETER=VALUE") return {Kind::assignments, {}};
+  const bool file = type == "FILE" || type == "PATH" || type == "FOLDER";
+  return {file ? Kind::files : Kind::anything, {}};
+}
+
+void addWords(const CLI::App& app, const std::string& path, std::vector<CommandWords>& all) {
+  CommandWords own{path, app.get_description(), {}, {}, {}};
+  for (const CLI::Option* option : app.get_options({})) {
+    const Takes takes = takenBy(*option);
+    if (option->get_positional()) own.argument = takes;
+    for (const std::string& name : option->get_lnames()) {
+      own.options.push_back({"--" + name, option->get_description(), takes});
+    }
+    for (const std::string& name : option->get_snames()) {
+      own.options.push_back({"-" + name, option->get_description(), takes});
+    }
+  }
+  const std::vector<const CLI::App*> below = app.get_subcommands({});
+  for (const CLI::App* subcommand : below) own.subcommands.push_back(subcommand->get_name());
+  all.push_back(std::move(own));
+  for (const CLI::App* subcommand : below) {
+    addWords(*subcommand, path.empty() ? subcommand->get_name() : path + " " + subcommand->get_name(), all);
+  }
+}
+
+}  // namespace
+
+std::vector<CommandWords> commandWordsOf(const CLI::App& app) {
+  std::vector<CommandWords> all;
+  addWords(app, "", all);
+  return all;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace hapticd::tools {
+
+/// What a shell can offer for an option's value or an argument.
+struct Takes {
+  enum class Kind { nothing, anything, files, words, parameters, assignments };
+  Kind kind = Kind::nothing;
+  std::vector<std::string> words;
+};
+
+struct OptionWord {
+  std::string name;  ///< "--interval" or "-n"
+  std::string help;
+  Takes takes;
+};
+
+/// A command, a group of commands, or the program itself.
+struct CommandWords {
+  std::string path;  ///< "trace start"; empty for the program
+  std::string help;
+  std::vector<std::string> subcommands;
+  std::vector<OptionWord> options;  ///< its own
+  Takes argument;
+};
+
+/// The program and all that is below it, each before what it holds.
+std::vector<CommandWords> commandWordsOf(const CLI::App& app);
+
+}  // namespace hapticd::tools

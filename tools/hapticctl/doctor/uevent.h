@@ -1,0 +1,16 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/hid_id.h"
+
+namespace hapticd::tools {
+
+/// The value of a variable in a uevent file; empty if it is not there.
+std::string variableOf(const std::string& uevent, const std::string& name);
+
+/// Vendor and product of a HID device's uevent, "HID_ID=0003:0000046D:0000C626"; nothing if there are none.
+std::optional<config::HidId> hidIdIn(const std::string& uevent);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/hapticctl/reply_reader.h"
+#include "tools/hapticctl/terminal_text.h"
+
+namespace hapticd::tools {
+
+/// How a glance is drawn.
+struct GlanceStyle {
+  TerminalSize size;  ///< nothing is wider, and it takes one row less, for the prompt
+  bool colours = false;
+};
+
+/// The state on one screen: what is wrong and what to do about it, then the most important of each part. What
+/// does not fit is left out, the complaints last; statusText() has all of it.
+std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style);
+
+}  // namespace hapticd::tools

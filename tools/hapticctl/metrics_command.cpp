@@ -1,0 +1,70 @@
+#include "tools/hapticctl/metrics_command.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/http_reply.h"
+#include "tools/hapticctl/open_metrics.h"
+#include "tools/hapticctl/reply_reader.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr std::chrono::seconds kRequestLimit{5};
+const Call kGetStatus{"io.hapticd.Status.GetStatus"};
+
+Json statusIn(const Json& reply) {
+  const Json* status = fieldAt(reply, "status");
+  return status ? *status : Json::object();
+}
+
+/// The head of a request, as far as it comes in time.
+std::string receiveRequest() {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + kRequestLimit;
+  std::string received;
+  std::array<char, 1024> bytes;
+  while (!isWholeRequest(received) && received.size() < kMaxRequestBytes) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (left.count() <= 0 || ::poll(&input, 1, static_cast<int>(left.count())) <= 0) break;
+    const ssize_t count = ::read(STDIN_FILENO, bytes.data(), bytes.size());
+    if (count <= 0) break;
+    received.append(bytes.data(), static_cast<std::size_t>(count));
+  }
+  return received;
+}
+
+bool sendAll(std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t count = ::write(STDOUT_FILENO, text.data(), text.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+}  // namespace
+
+int runMetrics(const CommandOptions& options) {
+  return callAndPrint(options, kGetStatus, [](const Json& reply) { return openMetricsOf(statusIn(reply)); });
+}
+
+int runMetricsOverHttp(const CommandOptions& options) {
+  ::signal(SIGPIPE, SIG_IGN);  // who asked may be gone
+  const std::string answer = httpReply(receiveRequest(), [&] {
+    const auto reply = callOnce(options, kGetStatus);
+    return openMetricsOf(reply ? statusIn(*reply) : Json());
+  });
+  return sendAll(answer) ? kOk : kFailed;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,260 @@
+#include "tools/hapticctl/open_metrics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace hapticd::tools {
+namespace {
+
+constexpr double kPerNanosecond = 1e-9;
+
+enum class Type { gauge, counter };
+
+/// A family of one sample.
+struct Number {
+  const char* name;  ///< without "hapticd_" and "_total"
+  Type type;
+  const char* unit;  ///< the end of the name, or empty
+  const char* path;  ///< in the status
+  const char* help;
+  double scale = 1;  ///< from the status's unit
+};
+
+constexpr std::array kNumbers{
+    Number{"uptime_seconds", Type::gauge, "seconds", "uptimeS", "Since the start of the daemon."},
+    Number{"loop_rate_hertz", Type::gauge, "hertz", "loop.rateHz", "Ticks per second over the last second."},
+    Number{"loop_ticks", Type::counter, "", "loop.counters.ticks", "Ticks of the force loop."},
+    Number{"loop_overruns", Type::counter, "", "loop.counters.overruns",
+           "Ticks that ended after the next one was due."},
+    Number{"loop_skipped_periods", Type::counter, "", "loop.counters.skippedPeriods",
+           "Whole periods left out because of overruns."},
+    Number{"loop_contact_ticks", Type::counter, "", "loop.counters.contactTicks",
+           "Ticks with something to feel."},
+    Number{"loop_outside_model_ticks", Type::counter, "", "loop.counters.outsideModelTicks",
+           "Ticks with a neighbourhood that was not modelled completely."},
+    Number{"loop_slew_limited_ticks", Type::counter, "", "loop.counters.slewLimitedTicks",
+           "Ticks with a force kept from stepping."},
+    Number{"loop_magnitude_clamped_ticks", Type::counter, "", "loop.counters.magnitudeClampedTicks",
+           "Ticks with a force kept below the largest permitted one."},
+    Number{"loop_not_finite_ticks", Type::counter, "", "loop.counters.notFiniteTicks",
+           "Ticks with a force that was not finite."},
+    Number{"loop_depth_stale_ticks", Type::counter, "", "loop.counters.depthStaleTicks",
+           "Ticks with depth that was too old."},
+    Number{"loop_handle_stale_ticks", Type::counter, "", "loop.counters.handleStaleTicks",
+           "Ticks with a measurement of the handle that was too old."},
+    Number{"loop_handle_invalid_ticks", Type::counter, "", "loop.counters.handleInvalidTicks",
+           "Ticks with an impossible position of the handle."},
+    Number{"loop_passivity_ticks", Type::counter, "", "loop.counters.passivityTicks",
+           "Ticks damped by passivity control."},
+    Number{"loop_thermally_limited_ticks", Type::counter, "", "loop.counters.thermallyLimitedTicks",
+           "Ticks with less force because the device is warm."},
+    Number{"loop_stiffness_limited_ticks", Type::counter, "", "loop.counters.stiffnessLimitedTicks",
+           "Ticks with a force reduced for the delay of the handle."},
+    Number{"loop_releases", Type::counter, "", "loop.counters.releases",
+           "Times that the force was dropped for a fault of the handle."},
+    Number{"loop_page_faults", Type::counter, "", "loop.pageFaults",
+           "Pages that the force loop had to wait for."},
+    Number{"loop_trace_ticks_dropped", Type::counter, "", "loop.traceTicksDropped",
+           "Ticks lost on their way out of the loop."},
+    Number{"loop_transitions", Type::counter, "", "loop.transitions.count",
+           "Changes of the mode or its cause."},
+    Number{"tick_energy_joules", Type::gauge, "joules", "tick.energyJ",
+           "Energy that the hand has given to the box more than it got back."},
+    Number{"tick_stiffness_limit_newtons_per_metre", Type::gauge, "newtons_per_metre",
+           "tick.stiffnessLimitNPerM", "Largest stiffness that the delay of the handle allows."},
+    Number{"tick_points", Type::gauge, "", "tick.pointsUsed", "Points that the newest force comes from."},
+    Number{"tick_scene_age_seconds", Type::gauge, "seconds", "tick.sceneAgeNs",
+           "Age of the depth that is felt.", kPerNanosecond},
+    Number{"camera_frames", Type::counter, "", "camera.frames", "Frames that the camera has delivered."},
+    Number{"camera_damaged_frames", Type::counter, "", "camera.damagedFrames",
+           "Frames not delivered because their data could not be trusted."},
+    Number{"scene_frame_rate_hertz", Type::gauge, "hertz", "scene.frameRateHz", "Depth frames per second."},
+    Number{"scene_models", Type::counter, "", "scene.models", "Models of the scene built."},
+    Number{"scene_skipped_frames", Type::counter, "", "scene.skippedFrames",
+           "Frames that a newer one replaced before they were modelled."},
+    Number{"scene_points", Type::gauge, "", "scene.points", "Points in the newest model."},
+    Number{"scene_model_seconds", Type::gauge, "seconds", "scene.lastModelNs",
+           "Time it took to build the newest model.", kPerNanosecond},
+    Number{"handle_measurements", Type::counter, "", "handle.measurements", "Measurements of the handle."},
+    Number{"handle_rejected", Type::counter, "", "handle.rejected",
+           "Measurements of the handle that could not be trusted."},
+    Number{"link_sent_messages", Type::counter, "", "handle.link.sent", "Messages sent to the handle."},
+    Number{"link_received_messages", Type::counter, "", "handle.link.received", "Messages of the handle."},
+    Number{"link_lost_messages", Type::counter, "", "handle.link.lost", "Messages that never came."},
+    Number{"link_duplicated_messages", Type::counter, "", "handle.link.duplicated",
+           "Messages that came twice."},
+    Number{"link_reordered_messages", Type::counter, "", "handle.link.reordered",
+           "Messages that came after a newer one."},
+    Number{"link_rejected_messages", Type::counter, "", "handle.link.rejected",
+           "Messages that were damaged, forged or of somebody else."},
+    Number{"trace_ticks_lost", Type::counter, "", "trace.ticksLost",
+           "Ticks that are in no file though a trace was wanted."},
+    Number{"trace_records_lost", Type::counter, "", "trace.recordsLost",
+           "Models and events that a trace had no room for."},
+    Number{"trace_depth_frames_lost", Type::counter, "", "trace.depthFramesLost",
+           "Depth frames not recorded because the disk was too slow."},
+    Number{"trace_dumps", Type::counter, "", "trace.dumps",
+           "Times that the flight recorder was written out."},
+    Number{"trace_files", Type::gauge, "", "trace.traces", "Finished traces."},
+    Number{"trace_folder_bytes", Type::gauge, "bytes", "trace.folderBytes", "Size of all traces."},
+    Number{"trace_free_bytes", Type::gauge, "bytes", "trace.freeBytes",
+           "Free space on the disk of the traces."},
+};
+
+/// Families of durations, as summaries.
+struct Durations {
+  const char* name;
+  const char* path;
+  const char* help;
+};
+constexpr std::array kDurations{
+    Durations{"loop_wakeup_latency_seconds", "loop.wakeupLatency",
+              "From the planned to the actual begin of a tick."},
+    Durations{"loop_compute_seconds", "loop.computeTime", "From the begin to the end of a tick."},
+    Durations{"link_round_trip_seconds", "handle.link.roundTrip",
+              "From sending to the handle to its answer."},
+};
+
+struct Quantile {
+  const char* label;
+  const char* field;
+};
+constexpr std::array<Quantile, 4> kQuantiles{
+    {{"0.5", "p50Ns"}, {"0.99", "p99Ns"}, {"0.999", "p999Ns"}, {"1", "maxNs"}}};
+
+constexpr std::array<const char*, 5> kModes{"starting", "idle", "engaged", "holding", "faulted"};
+constexpr std::array<const char*, 3> kCameraStates{"absent", "streaming", "lost"};
+constexpr std::array<const char*, 4> kHandleStates{"absent", "calibrating", "present", "lost"};
+constexpr std::array<const char*, 3> kTraceStates{"off", "writing", "waiting"};
+
+/// A word that is one of several, as a StateSet.
+struct States {
+  const char* name;
+  const char* path;
+  const char* help;
+  std::span<const char* const> known;
+};
+constexpr std::array kStates{
+    States{"mode", "mode", "What the force loop does.", kModes},
+    States{"camera_state", "camera.state", "State of the depth camera.", kCameraStates},
+    States{"handle_state", "handle.state", "State of the haptic handle.", kHandleStates},
+    States{"trace_state", "trace.state", "State of the trace.", kTraceStates},
+};
+
+std::string head(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
+  std::string text = fmt::format("# TYPE hapticd_{} {}\n", name, type);
+  if (!unit.empty()) text += fmt::format("# UNIT hapticd_{} {}\n", name, unit);
+  return text + fmt::format("# HELP hapticd_{} {}\n", name, help);
+}
+
+std::string familyOf(const Number& number, const Json& status) {
+  const double value = numberAt(status, number.path);
+  if (std::isnan(value)) return "";
+  const bool counter = number.type == Type::counter;
+  return head(number.name, counter ? "counter" : "gauge", number.unit, number.help) +
+         fmt::format("hapticd_{}{} {}\n", number.name, counter ? "_total" : "", value * number.scale);
+}
+
+std::string familyOf(const Durations& durations, const Json& status) {
+  std::string samples;
+  for (const Quantile& quantile : kQuantiles) {
+    const double value = numberAt(status, fmt::format("{}.{}", durations.path, quantile.field));
+    if (std::isnan(value)) continue;
+    samples += fmt::format("hapticd_{}{{quantile=\"{}\"}} {}\n", durations.name, quantile.label,
+                           value * kPerNanosecond);
+  }
+  return samples.empty() ? "" : head(durations.name, "summary", "seconds", durations.help) + samples;
+}
+
+std::string familyOf(const States& states, const Json& status) {
+  const std::string now = textAt(status, states.path);
+  if (now == "-") return "";
+  std::string text = head(states.name, "stateset", "", states.help);
+  const auto sample = [&](std::string_view state) {
+    text += fmt::format("hapticd_{0}{{hapticd_{0}=\"{1}\"}} {2}\n", states.name, labelValue(state),
+                        state == now ? 1 : 0);
+  };
+  for (const char* state : states.known) sample(state);
+  // a newer daemon may know more states
+  if (std::ranges::find(states.known, std::string_view(now)) == states.known.end()) sample(now);
+  return text;
+}
+
+/// Transitions by cause: a family of several samples.
+std::string transitionCauses(const Json& status) {
+  const Json* causes = fieldAt(status, "loop.transitions.byCause");
+  if (!causes || !causes->is_object() || causes->empty()) return "";
+  std::string text = head("loop_transitions_by_cause", "counter", "", "Changes of the mode, by their cause.");
+  for (const auto& [cause, count] : causes->items()) {
+    if (!count.is_number()) continue;
+    text += fmt::format("hapticd_loop_transitions_by_cause_total{{cause=\"{}\"}} {}\n", labelValue(cause),
+                        count.get<double>());
+  }
+  return text;
+}
+
+std::string forces(const Json& status) {
+  const double law_n = lengthAt(status, "tick.lawForceNInWorld");
+  const double command_n = lengthAt(status, "tick.commandForceNInWorld");
+  std::string samples;
+  if (!std::isnan(law_n)) samples += fmt::format("hapticd_tick_force_newtons{{stage=\"law\"}} {}\n", law_n);
+  if (!std::isnan(command_n)) {
+    samples += fmt::format("hapticd_tick_force_newtons{{stage=\"command\"}} {}\n", command_n);
+  }
+  if (samples.empty()) return "";
+  return head("tick_force_newtons", "gauge", "newtons", "Magnitude of the newest force.") + samples;
+}
+
+std::string hip(const Json& status) {
+  std::string samples;
+  for (const char* axis : {"x", "y", "z"}) {
+    const double position_m = numberAt(status, fmt::format("tick.hipMInWorld.{}", axis));
+    if (std::isnan(position_m)) continue;
+    samples += fmt::format("hapticd_tick_hip_metres{{axis=\"{}\"}} {}\n", axis, position_m);
+  }
+  if (samples.empty()) return "";
+  return head("tick_hip_metres", "gauge", "metres", "The haptic interaction point in the world.") + samples;
+}
+
+std::string information(const Json& status) {
+  return head("build", "info", "", "Versions and force law in use.") +
+         fmt::format("hapticd_build_info{{version=\"{}\",kernel=\"{}\",law=\"{}\"}} 1\n",
+                     labelValue(textAt(status, "version")), labelValue(textAt(status, "kernel")),
+                     labelValue(textAt(status, "law.chosen")));
+}
+
+std::string warnings(const Json& status) {
+  return head("warnings", "gauge", "", "Things that are not as they should be.") +
+         fmt::format("hapticd_warnings {}\n", listAt(status, "warnings").size());
+}
+
+}  // namespace
+
+std::string labelValue(std::string_view text) {
+  std::string escaped;
+  for (const char character : text) {
+    if (character == '\\' || character == '"') escaped += '\\';
+    escaped += character == '\n' ? std::string("\\n") : std::string(1, character);
+  }
+  return escaped;
+}
+
+std::string openMetricsOf(const Json& status) {
+  const bool up = status.is_object();
+  std::string text =
+      head("up", "gauge", "", "Whether the daemon answers.") + fmt::format("hapticd_up {}\n", up ? 1 : 0);
+  if (up) {
+    text += information(status) + warnings(status);
+    for (const States& states : kStates) text += familyOf(states, status);
+    for (const Number& number : kNumbers) text += familyOf(number, status);
+    for (const Durations& durations : kDurations) text += familyOf(durations, status);
+    text += transitionCauses(status) + forces(status) + hip(status);
+  }
+  return text + "# EOF\n";
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,88 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/events.h"
+#include "tools/hapticctl/reply_reader.h"
+
+namespace hapticd::tools {
+namespace {
+
+struct ProfileOptions {
+  std::string remove;
+  std::string boot;
+  bool no_boot = false;
+};
+
+std::string profilesText(const Json& reply) {
+  std::string text;
+  for (const Json& profile : listAt(reply, "profiles")) {
+    text += fmt::format("{:<30}  {}{}\n", textAt(profile, "name"), localTime(numberAt(profile, "timeNs")),
+                        flagAt(profile, "boot") ? "  loaded at each start" : "");
+  }
+  return text.empty() ? "there are none; 'hapticctl save NAME' makes one\n" : text;
+}
+
+std::string loadedText(const Json& reply) {
+  const Json& changed = listAt(reply, "changed");
+  if (changed.empty()) return "loaded, nothing differed\n";
+  std::string text = "loaded, changed:\n";
+  for (const Json& name : changed) text += "  " + valueText(name) + "\n";
+  return text;
+}
+
+int runProfiles(const CommandOptions& options, const ProfileOptions& wanted) {
+  const auto change = [&](const char* method, const Json& name, const std::string& said) {
+    return callAndPrint(options, {method, {{"name", name}}, true}, [&](const Json&) { return said + "\n"; });
+  };
+  if (!wanted.remove.empty()) {
+    return change("io.hapticd.Control.DeleteProfile", wanted.remove, "deleted " + printable(wanted.remove));
+  }
+  if (!wanted.boot.empty()) {
+    return change("io.hapticd.Control.SetBootProfile", wanted.boot,
+                  printable(wanted.boot) + " is loaded at each start");
+  }
+  if (wanted.no_boot)
+    return change("io.hapticd.Control.SetBootProfile", Json(), "no profile is loaded at the start");
+  return callAndPrint(options, {"io.hapticd.Status.ListProfiles"}, profilesText);
+}
+
+/// A subcommand with one name that must be given.
+void addNamed(CommandLine& line, const char* command, const char* help, const char* method,
+              std::function<std::string(const Json&)> text) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  line.add(command, help,
+           [&options, name, method, text = std::move(text)] {
+             return callAndPrint(options, {method, {{"name", *name}}, true}, text);
+           })
+      .add_option("NAME", *name, "Name of the profile")
+      ->type_name("PROFILE")
+      ->required();
+}
+
+}  // namespace
+
+void addProfileCommands(CommandLine& line) {
+  addNamed(line, "save", "Save all live parameters as they are now, as a profile",
+           "io.hapticd.Control.SaveProfile",
+           [](const Json& reply) { return "saved " + textAt(reply, "name") + "\n"; });
+  addNamed(line, "load", "Set all live parameters as a profile has them", "io.hapticd.Control.LoadProfile",
+           loadedText);
+
+  const CommandOptions& options = line.options();
+  const auto wanted = std::make_shared<ProfileOptions>();
+  CLI::App& profiles =
+      line.add("profiles", "List the profiles, delete one, or choose the one that each start loads",
+               [&options, wanted] { return runProfiles(options, *wanted); });
+  auto* remove = profiles.add_option("--delete", wanted->remove, "Delete this profile")->type_name("PROFILE");
+  auto* boot =
+      profiles.add_option("--boot", wanted->boot, "Load this profile at each start")->type_name("PROFILE");
+  auto* no_boot = profiles.add_flag("--no-boot", wanted->no_boot, "Load no profile at the start");
+  remove->excludes(boot)->excludes(no_boot);
+  boot->excludes(no_boot);
+}
+
+}  // namespace hapticd::tools

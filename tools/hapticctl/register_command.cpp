@@ -1,0 +1,286 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <numbers>
+
+#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/fetch_snapshot.h"
+#include "tools/hapticctl/reply_reader.h"
+#include "tools/registration/landmark_depth.h"
+#include "tools/registration/point_files.h"
+#include "tools/registration/rigid_fit.h"
+
+namespace hapticd::tools {
+namespace {
+
+using config::Error;
+using config::Result;
+
+/// Readings of the handle for one touch, and how far apart they may be: a hand that rests moves less.
+constexpr int kReadings = 10;
+constexpr double kSteady_m = 0.005;
+
+struct RegisterOptions {
+  std::string points;
+  std::string landmarks;
+  double max_residual_m = 0.01;
+  bool force = false;
+  bool dry_run = false;
+  bool show = false;
+  bool reset = false;
+};
+
+/// Pairs, or the exit code when the error has been printed.
+using Pairs = std::expected<std::vector<PointPair>, int>;
+
+int reportAll(const std::vector<Error>& errors, bool json) {
+  int code = kFailed;
+  for (const Error& error : errors) code = report(error, json);
+  return code;
+}
+
+double degrees(double rad) {
+  return rad * 180 / std::numbers::pi;
+}
+
+Json poseJson(const rt::PoseParameters& pose) {
+  return {{"xM", pose.position_m.x},  {"yM", pose.position_m.y},    {"zM", pose.position_m.z},
+          {"rollRad", pose.roll_rad}, {"pitchRad", pose.pitch_rad}, {"yawRad", pose.yaw_rad}};
+}
+
+std::string poseText(const Json& pose) {
+  const auto metres = [&](const char* name) { return fixed(numberAt(pose, name), 4); };
+  const auto angle = [&](const char* name) { return fixed(degrees(numberAt(pose, name)), 2); };
+  return fmt::format("at ({}, {}, {}) m, roll {}, pitch {}, yaw {} degrees", metres("xM"), metres("yM"),
+                     metres("zM"), angle("rollRad"), angle("pitchRad"), angle("yawRad"));
+}
+
+// --- what the person does with the handle
+
+/// Where the HIP is now. Errors: no daemon, no handle.
+ClientResult<rt::Vec3> readHip(VarlinkClient& client) {
+  const auto reply = client.call("io.hapticd.Status.GetStatus");
+  if (!reply) return std::unexpected(reply.error());
+  const rt::Vec3 hip{numberAt(*reply, "status.tick.hipMInWorld.x"),
+                     numberAt(*reply, "status.tick.hipMInWorld.y"),
+                     numberAt(*reply, "status.tick.hipMInWorld.z")};
+  const std::string state = textAt(*reply, "status.handle.state");
+  if (state == "present" && rt::isFinite(hip)) return hip;
+  return std::unexpected(ClientError{ClientError::Kind::error_reply,
+                                     "io.hapticd.Status.NoHandle",
+                                     "",
+                                     {{"reason", "the handle is " + state +
+                                                     ": nothing can be touched with it; "
+                                                     "'hapticctl status' says what to do"}},
+                                     0});
+}
+
+/// The mean of several readings, and how far the farthest is from it.
+struct Touch {
+  rt::Vec3 mean_m_in_world;
+  double unrest_m = 0;
+};
+
+ClientResult<Touch> readTouch(VarlinkClient& client) {
+  std::array<rt::Vec3, kReadings> readings;
+  Touch touch;
+  for (rt::Vec3& reading : readings) {
+    const auto hip = readHip(client);
+    if (!hip) return std::unexpected(hip.error());
+    reading = *hip;
+    touch.mean_m_in_world += (1.0 / kReadings) * reading;
+  }
+  for (const rt::Vec3& reading : readings) {
+    touch.unrest_m = std::max(touch.unrest_m, rt::norm(reading - touch.mean_m_in_world));
+  }
+  return touch;
+}
+
+/// What the person wants of a landmark.
+enum class Wish { take, skip, give_up };
+
+Wish askFor(const std::string& name) {
+  fmt::print(stderr, "touch '{}' with the handle and press Enter (s: leave it out, q: give up) ",
+             printable(name));
+  std::string line;
+  if (!std::getline(std::cin, line) || line == "q") return Wish::give_up;
+  return line == "s" ? Wish::skip : Wish::take;
+}
+
+/// The world's side of each landmark, by the hand; those left out are taken from `pairs`.
+std::expected<void, int> touchAll(const CommandOptions& options, std::vector<PointPair>& pairs) {
+  auto client = connectTo(options, false);
+  if (!client) return std::unexpected(report(client.error(), options.json));
+  for (std::size_t i = 0; i < pairs.size();) {
+    const Wish wish = askFor(pairs[i].name);
+    if (wish == Wish::give_up) {
+      return std::unexpected(report(Error{"register", "given up, nothing was changed", ""}, options.json));
+    }
+    if (wish == Wish::skip) {
+      pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(i));
+      continue;
+    }
+    const auto touch = readTouch(*client);
+    if (!touch) return std::unexpected(report(touch.error(), options.json));
+    if (touch->unrest_m > kSteady_m) {
+      fmt::print(stderr, "the handle moved by {:.1f} mm, at most {:.0f} mm: again\n", 1000 * touch->unrest_m,
+                 1000 * kSteady_m);
+      continue;
+    }
+    pairs[i++].world_m = touch->mean_m_in_world;
+  }
+  return {};
+}
+
+// --- where the pairs come from
+
+Pairs pairsByTouch(const CommandOptions& options, const std::string& file) {
+  const auto landmarks = readLandmarks(file);
+  if (!landmarks) return std::unexpected(reportAll(landmarks.error(), options.json));
+  const auto snapshot = fetchSnapshot(options);
+  if (!snapshot) return std::unexpected(snapshot.error());
+  std::vector<PointPair> pairs;
+  std::vector<Error> unseen;
+  for (const Landmark& landmark : *landmarks) {
+    const auto seen = positionInCamera(landmark, snapshot->raw, snapshot->depth_model);
+    if (!seen) unseen.push_back(seen.error());
+    pairs.push_back({landmark.name, seen.value_or(rt::Vec3()), {}});
+  }
+  if (!unseen.empty()) return std::unexpected(reportAll(unseen, options.json));
+  if (const auto touched = touchAll(options, pairs); !touched) return std::unexpected(touched.error());
+  return pairs;
+}
+
+Pairs pairsFor(const CommandOptions& options, const RegisterOptions& wanted) {
+  if (!wanted.landmarks.empty()) return pairsByTouch(options, wanted.landmarks);
+  auto pairs = readPointPairs(wanted.points);
+  if (!pairs) return std::unexpected(reportAll(pairs.error(), options.json));
+  return std::move(*pairs);
+}
+
+// --- what is said and sent
+
+Json fitJson(const std::vector<PointPair>& pairs, const RigidFit& fit) {
+  Json residuals = Json::array();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    residuals.push_back({{"name", pairs[i].name}, {"residualM", fit.residuals_m[i]}});
+  }
+  return {{"cameraPose", poseJson(fit.T_world_camera)},
+          {"rmsM", fit.rms_m},
+          {"largestM", fit.largest_m},
+          {"pairs", residuals}};
+}
+
+void showFit(const Json& fit) {
+  fmt::print("camera {}\n", poseText(fit["cameraPose"]));
+  for (const Json& pair : fit["pairs"]) {
+    fmt::print("  {:<20} {:>7} mm\n", textAt(pair, "name"), fixed(1000 * numberAt(pair, "residualM"), 2));
+  }
+  fmt::print("  {:<20} {:>7} mm\n", "root mean square", fixed(1000 * numberAt(fit, "rmsM"), 2));
+}
+
+Result<void> checkResidual(const RigidFit& fit, const RegisterOptions& wanted) {
+  if (wanted.force || fit.largest_m <= wanted.max_residual_m) return {};
+  return std::unexpected(
+      Error{"register",
+            fmt::format("nothing was changed: a point is off by {:.1f} mm, at most {:.1f} mm are allowed",
+                        1000 * fit.largest_m, 1000 * wanted.max_residual_m),
+            "measure the worst point again, or --max-residual or --force"});
+}
+
+/// Sends a pose, or null to go back to the configuration's; adds what the daemon says to `document`.
+int sendPose(const CommandOptions& options, const Json& parameters, Json document) {
+  const auto reply = callOnce(options, {"io.hapticd.Control.SetCalibration", parameters, true});
+  if (!reply) return report(reply.error(), options.json);
+  const bool restart = flagAt(*reply, "restartRequired");
+  document["restartRequired"] = restart;
+  if (options.json) {
+    printJson(document);
+  } else {
+    fmt::print("{}\n", restart ? "saved; it takes effect at the next start: systemctl restart hapticd"
+                               : "saved, and in use");
+  }
+  return kOk;
+}
+
+int registerCamera(const CommandOptions& options, const RegisterOptions& wanted) {
+  const Pairs pairs = pairsFor(options, wanted);
+  if (!pairs) return pairs.error();
+  const auto fit = fitRigid(*pairs);
+  if (!fit) return report(fit.error(), options.json);
+  const Json document = fitJson(*pairs, *fit);
+  if (!options.json) showFit(document);
+  if (const auto good = checkResidual(*fit, wanted); !good) return report(good.error(), options.json);
+  if (!wanted.dry_run) {
+    return sendPose(options, {{"cameraPose", document["cameraPose"]}, {"residualM", fit->rms_m}}, document);
+  }
+  if (options.json) printJson(document);
+  return kOk;
+}
+
+std::string calibrationText(const Json& reply) {
+  const Json* calibration = fieldAt(reply, "calibration");
+  if (!calibration) return "-\n";
+  const Json* pose = fieldAt(*calibration, "cameraPose");
+  std::string text = fmt::format("in use   {}, from the {}\n", poseText(pose ? *pose : Json()),
+                                 textAt(*calibration, "source"));
+  if (const Json* waiting = fieldAt(*calibration, "waiting"); waiting && waiting->is_object()) {
+    text += fmt::format("waiting  {}, takes effect at the next start\n", poseText(*waiting));
+  }
+  if (const double residual_m = numberAt(*calibration, "residualM"); !std::isnan(residual_m)) {
+    text += fmt::format("residual {} mm, registered {}\n", fixed(1000 * residual_m, 2),
+                        textAt(*calibration, "time"));
+  }
+  return text;
+}
+
+int runRegister(const CommandOptions& options, const RegisterOptions& wanted) {
+  if (wanted.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
+  if (wanted.reset) return sendPose(options, Json::object(), Json::object());
+  if (!wanted.points.empty() || !wanted.landmarks.empty()) return registerCamera(options, wanted);
+  fmt::print(stderr,
+             "hapticctl: one of --points, --landmarks, --show and --reset is needed\n"
+             "Run 'hapticctl register --help' for more.\n");
+  return kUsage;
+}
+
+}  // namespace
+
+void addRegisterCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto wanted = std::make_shared<RegisterOptions>();
+  CLI::App& command =
+      line.add("register", "Find out where the camera stands, from points known to it and to the world",
+               [&options, wanted] { return runRegister(options, *wanted); });
+  auto* points =
+      command
+          .add_option("--points", wanted->points,
+                      fmt::format("Points in the camera's and in the world's frame; CSV: {}", kPairsHeader))
+          ->type_name("FILE");
+  auto* landmarks =
+      command
+          .add_option("--landmarks", wanted->landmarks,
+                      fmt::format("Pixels of a snapshot, each to be touched with the handle; CSV: {}",
+                                  kLandmarksHeader))
+          ->type_name("FILE");
+  command
+      .add_option("--max-residual", wanted->max_residual_m,
+                  "Refuse a pose that leaves a point farther off (default 0.01)")
+      ->type_name("M")
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_flag("--force", wanted->force, "Take the pose, however far off the points are");
+  command.add_flag("--dry-run", wanted->dry_run, "Show the pose and do not send it");
+  auto* show = command.add_flag("--show", wanted->show, "Show the pose in use and the one that waits");
+  auto* reset = command.add_flag("--reset", wanted->reset, "Go back to the pose of the configuration file");
+  points->excludes(landmarks)->excludes(show)->excludes(reset);
+  landmarks->excludes(show)->excludes(reset);
+  show->excludes(reset);
+}
+
+}  // namespace hapticd::tools

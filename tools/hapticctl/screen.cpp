@@ -1,0 +1,34 @@
+#include "tools/hapticctl/screen.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <cstdio>
+
+namespace hapticd::tools {
+
+bool Screen::show(const std::vector<std::string>& lines) {
+  std::string text = "\033[H";
+  // cleared before it is written: behind a line that fills the terminal the cursor still stands on its end
+  for (std::size_t i = 0; i < lines.size(); ++i) text += (i == 0 ? "\033[K" : "\r\n\033[K") + lines[i];
+  fmt::print("{}\033[J", text);
+  return std::fflush(stdout) == 0;
+}
+
+void Screen::stop() {
+  leave();
+  ::raise(SIGSTOP);
+  enter();
+}
+
+void Screen::enter() {
+  fmt::print("\033[?1049h\033[?25l\033[2J");
+  std::fflush(stdout);
+}
+
+void Screen::leave() {
+  fmt::print("\033[?25h\033[?1049l");
+  std::fflush(stdout);
+}
+
+}  // namespace hapticd::tools

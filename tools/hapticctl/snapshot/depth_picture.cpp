@@ -1,0 +1,68 @@
+#include "tools/hapticctl/snapshot/depth_picture.h"
+
+#include <png.h>
+
+#include <cmath>
+
+#include "rt/depth_model.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr int kCrossReach_px = 8;
+
+void drawCross(std::vector<Rgb>& picture, int column, int row) {
+  const auto dot = [&](int u, int v) {
+    if (u < 0 || u >= rt::kFrameWidth || v < 0 || v >= rt::kFrameHeight) return;
+    picture[static_cast<std::size_t>(v * rt::kFrameWidth + u)] = kHipColour;
+  };
+  for (int reach = -kCrossReach_px; reach <= kCrossReach_px; ++reach) {
+    dot(column + reach, row);
+    dot(column, row + reach);
+  }
+}
+
+void markHip(std::vector<Rgb>& picture, const Snapshot& snapshot, const rt::DepthModel& model) {
+  if (!rt::isFinite(snapshot.hip_m_in_world)) return;
+  const rt::Vec3 hip_in_camera = model.positionInCamera(snapshot.hip_m_in_world);
+  if (hip_in_camera.z >= 0) return;  // behind the camera, which looks along -z
+  const rt::DepthModelParameters& m = snapshot.depth_model;
+  const double column = m.cx_px - m.fx_px * hip_in_camera.x / hip_in_camera.z;
+  const double row = m.cy_px + m.fy_px * hip_in_camera.y / hip_in_camera.z;
+  // far outside the picture the numbers would not fit into pixels
+  if (std::abs(column) > 2 * rt::kFrameWidth || std::abs(row) > 2 * rt::kFrameWidth) return;
+  drawCross(picture, static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
+}
+
+}  // namespace
+
+std::vector<Rgb> depthPicture(const Snapshot& snapshot) {
+  const rt::DepthModel model(snapshot.depth_model, snapshot.T_world_camera);
+  std::vector<Rgb> picture(rt::kFramePixels, kNoDepthColour);
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    const std::uint16_t raw = snapshot.raw[i];
+    if (raw >= rt::kRawValues || model.depth_m(raw) <= 0) continue;
+    picture[i] = colourOfDepth(model.depth_m(raw), snapshot.depth_model.near_m, snapshot.depth_model.far_m);
+  }
+  markHip(picture, snapshot, model);
+  return picture;
+}
+
+config::Result<std::string> pngOf(const Snapshot& snapshot) {
+  static_assert(sizeof(Rgb) == 3, "rows are handed to libpng as they are");
+  const std::vector<Rgb> picture = depthPicture(snapshot);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = rt::kFrameWidth;
+  image.height = rt::kFrameHeight;
+  image.format = PNG_FORMAT_RGB;
+  png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string file(bytes, '\0');
+  if (!png_image_write_to_memory(&image, file.data(), &bytes, 0, picture.data(), 0, nullptr)) {
+    return std::unexpected(config::Error{"png", image.message, "free memory and try again"});
+  }
+  file.resize(bytes);
+  return file;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "rt/depth_frame.h"
+#include "rt/parameters.h"
+#include "rt/vec3.h"
+#include "tools/hapticctl/reply_reader.h"
+
+namespace hapticd::tools {
+
+/// One depth frame, the camera that saw it, and where the hand was then.
+struct Snapshot {
+  std::int64_t frame = 0;          ///< number of the frame
+  std::vector<std::uint16_t> raw;  ///< kFramePixels raw disparities, row by row
+  rt::DepthModelParameters depth_model;
+  rt::PoseParameters T_world_camera;
+  rt::Vec3 hip_m_in_world;
+  rt::Vec3 proxy_m_in_world;
+};
+
+/// Puts a frame together from the replies of GetSnapshot.
+/// Errors: what the replies lack, or that does not fit a Kinect's frame.
+class SnapshotAssembler {
+ public:
+  config::Result<void> add(const Json& reply);
+  /// Rows that have come so far, of kFrameHeight.
+  int rows() const noexcept { return rows_; }
+  config::Result<Snapshot> finish();
+
+ private:
+  config::Result<void> addHeader(const Json& header);
+
+  Snapshot snapshot_;
+  bool has_header_ = false;
+  int rows_ = 0;
+};
+
+}  // namespace hapticd::tools

@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "rt/parameters.h"
+#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/fetch_snapshot.h"
+#include "tools/hapticctl/reply_reader.h"
+#include "tools/hapticctl/snapshot/depth_picture.h"
+#include "tools/hapticctl/snapshot/point_cloud.h"
+#include "tools/hapticctl/snapshot/whole_file.h"
+
+namespace hapticd::tools {
+namespace {
+
+struct SnapshotOptions {
+  std::string ply;
+  std::string png;
+  bool force = false;
+};
+
+/// Radius of the HIP's neighbourhood; the default one where the daemon does not say.
+double neighbourhood_m(const CommandOptions& options) {
+  const auto reply = callOnce(options, {"io.hapticd.Status.GetParameters", {{"names", {"force.radius_m"}}}});
+  const Json rows = reply ? listAt(*reply, "parameters") : Json::array();
+  const double radius_m = rows.empty() ? std::nan("") : numberAt(rows.front(), "value");
+  return std::isnan(radius_m) ? rt::SpringParameters().radius_m : radius_m;
+}
+
+config::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& wanted, double radius_m) {
+  if (!wanted.ply.empty()) {
+    const auto written = writeWholeFile(wanted.ply, plyOf(snapshot, radius_m), wanted.force);
+    if (!written) return written;
+  }
+  if (wanted.png.empty()) return {};
+  const auto png = pngOf(snapshot);
+  if (!png) return std::unexpected(png.error());
+  return writeWholeFile(wanted.png, *png, wanted.force);
+}
+
+void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& wanted, bool json) {
+  const auto measured =
+      std::ranges::count_if(snapshot.raw, [](auto raw) { return raw < rt::kRawNoMeasurement; });
+  Json files = Json::array();
+  for (const std::string& file : {wanted.ply, wanted.png}) {
+    if (!file.empty()) files.push_back(file);
+  }
+  if (json) return printJson({{"frame", snapshot.frame}, {"measuredPixels", measured}, {"files", files}});
+  fmt::print("frame {}: {} of {} pixels measured\n", snapshot.frame, measured, rt::kFramePixels);
+  for (const Json& file : files) fmt::print("{}\n", printable(file.get<std::string>()));
+}
+
+int runSnapshot(const CommandOptions& options, const SnapshotOptions& wanted) {
+  for (const std::string& file : {wanted.ply, wanted.png}) {
+    const auto good = file.empty() ? config::Result<void>() : mayWrite(file, wanted.force);
+    if (!good) return report(good.error(), options.json);
+  }
+  const auto snapshot = fetchSnapshot(options);
+  if (!snapshot) return snapshot.error();
+  const double radius_m = wanted.ply.empty() ? 0 : neighbourhood_m(options);
+  const auto written = writeFiles(*snapshot, wanted, radius_m);
+  if (!written) return report(written.error(), options.json);
+  showSnapshot(*snapshot, wanted, options.json);
+  return kOk;
+}
+
+}  // namespace
+
+void addSnapshotCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto wanted = std::make_shared<SnapshotOptions>();
+  CLI::App& command = line.add("snapshot", "Save what the camera sees now, with the HIP marked",
+                               [&options, wanted] { return runSnapshot(options, *wanted); });
+  command.add_option("--ply", wanted->ply, "Points in the world, in metres, for MeshLab and others")
+      ->type_name("FILE");
+  command.add_option("--png", wanted->png, "The depth image, light where it is near")->type_name("FILE");
+  command.add_flag("--force", wanted->force, "Replace files that exist");
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,118 @@
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include <memory>
+
+#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/events.h"
+#include "tools/hapticctl/glance_text.h"
+#include "tools/hapticctl/metrics_command.h"
+#include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/watch.h"
+
+namespace hapticd::tools {
+namespace {
+
+int runStatus(const CommandOptions& options, bool all) {
+  return callAndPrint(options, {"io.hapticd.Status.GetStatus"}, [&](const Json& reply) {
+    const Json* field = fieldAt(reply, "status");
+    const Json status = field ? *field : Json();
+    if (all) return statusText(status);
+    std::string text;
+    const GlanceStyle style{terminalSize(), wantsColours(options.color)};
+    for (const std::string& line : glanceLines(status, style)) text += line + "\n";
+    return text;
+  });
+}
+
+/// The daemon's version, also of one that does not show it in its status.
+ClientResult<Json> versionOfDaemon(const CommandOptions& options) {
+  auto client = connectTo(options, false);
+  if (!client) return std::unexpected(client.error());
+  auto info = client->call("org.varlink.service.GetInfo");
+  if (!info) return info;
+  const auto status = client->call("io.hapticd.Status.GetStatus");
+  const Json* kernel = status ? fieldAt(*status, "status.kernel") : nullptr;
+  return Json{{"hapticd", textAt(*info, "version")}, {"kernel", kernel ? *kernel : Json()}};
+}
+
+void showVersions(const Json& versions, bool json) {
+  if (json) return printJson(versions);
+  const std::string daemon = textAt(versions, "hapticd");
+  fmt::print("hapticctl  {}\nhapticd    {}\nkernel     {}\n", HAPTICD_VERSION, daemon,
+             textAt(versions, "kernel"));
+  if (daemon != "-" && daemon != HAPTICD_VERSION) {
+    fmt::print(
+        "! hapticd is of another version than hapticctl (install the same, then systemctl restart "
+        "hapticd)\n");
+  }
+}
+
+int runVersion(const CommandOptions& options) {
+  const auto daemon = versionOfDaemon(options);
+  Json versions{{"hapticctl", HAPTICD_VERSION}, {"hapticd", Json()}, {"kernel", Json()}};
+  if (daemon) versions.update(*daemon);
+  utsname system{};
+  if (versions["kernel"].is_null() && ::uname(&system) == 0) versions["kernel"] = system.release;
+  showVersions(versions, options.json);
+  return daemon ? kOk : report(daemon.error(), options.json);
+}
+
+void addWatch(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto watch = std::make_shared<WatchOptions>();
+  CLI::App& command = line.add("watch", "Show the state again and again, until Ctrl-C",
+                               [&options, watch] { return runWatch(options, *watch); });
+  command
+      .add_option("--interval", watch->interval_ms, "Time between two states, 20 to 60000 ms (default 200)")
+      ->type_name("MS")
+      ->check(CLI::Range(20, 60000));
+  command.add_option("--count", watch->count, "End after that many states")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000'000));
+  command.add_option("--seconds", watch->seconds, "End after that time")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      .add_option("--fields", watch->fields,
+                  "With --json: these fields of the status only, such as loop.rateHz")
+      ->type_name("FIELD")
+      ->delimiter(',');
+  command.add_flag("--line", watch->line, "One short line instead of the table");
+  command.add_flag("--summary", watch->summary, "Close with a summary, also after Ctrl-C");
+}
+
+void addEvents(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto events = std::make_shared<EventOptions>();
+  CLI::App& command = line.add("events", "Show what has happened: changes of mode, devices, parameters",
+                               [&options, events] { return runEvents(options, *events); });
+  command.add_flag("-f,--follow", events->follow, "Go on with what happens, until Ctrl-C");
+  command.add_option("-n,--number", events->count, "Past events to show, 0 to 64 (default 20)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 64));
+  command.add_option("--kind", events->kinds, "Only these kinds, such as mode, camera, handle or parameter")
+      ->type_name("KIND")
+      ->delimiter(',');
+}
+
+}  // namespace
+
+void addStateCommands(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto all = std::make_shared<bool>(false);
+  line.add("status", "Show the state on one screen, what is wrong first",
+           [&options, all] { return runStatus(options, *all); })
+      .add_flag("--all", *all, "Every counter, on more than one screen");
+  addWatch(line);
+  addEvents(line);
+  const auto http = std::make_shared<bool>(false);
+  line.add("metrics", "Print the state as OpenMetrics text, for Prometheus and others",
+           [&options, http] { return *http ? runMetricsOverHttp(options) : runMetrics(options); })
+      .add_flag("--http", *http, "Answer one HTTP request on stdin and stdout, for a socket unit");
+  line.add("version", "Show the versions of hapticctl, of the daemon and of the kernel",
+           [&options] { return runVersion(options); });
+}
+
+}  // namespace hapticd::tools

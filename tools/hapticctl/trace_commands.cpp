@@ -1,0 +1,164 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "config/settings.h"
+#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/events.h"
+#include "tools/hapticctl/reply_reader.h"
+#include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/trace_file_commands.h"
+
+namespace hapticd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A disk may take its time over the end of a file.
+constexpr std::chrono::seconds kDiskLimit{15};
+
+std::string tracesText(const Json& reply) {
+  std::string text;
+  for (const Json& trace : listAt(reply, "traces")) {
+    text += fmt::format("{}  {:>9}  {}{}{}\n", localTime(numberAt(trace, "timeNs")),
+                        bytesText(numberAt(trace, "bytes")), textAt(trace, "name"),
+                        flagAt(trace, "open") ? ", being written" : "",
+                        flagAt(trace, "depth") ? ", with depth" : "");
+  }
+  return text.empty() ? fmt::format("there are none in {}\n", textAt(reply, "folder")) : text;
+}
+
+/// Where the daemon keeps its traces; the default place where it does not say.
+fs::path traceFolder(const CommandOptions& options) {
+  const auto reply = callOnce(options, {"io.hapticd.Status.ListTraces"});
+  const Json* folder = reply ? fieldAt(*reply, "folder") : nullptr;
+  if (folder && folder->is_string()) return folder->get<std::string>();
+  return fs::path(config::StateSettings().folder) / "traces";
+}
+
+/// A path as it is; a name that is none as the daemon's trace of that name, finished or not.
+fs::path traceFile(const CommandOptions& options, const std::string& text) {
+  std::error_code ignored;
+  if (text.find('/') != std::string::npos || fs::exists(text, ignored)) return text;
+  const fs::path file = traceFolder(options) / (text.ends_with(".mcap") ? text : text + ".mcap");
+  const fs::path open = file.string() + ".part";
+  return !fs::exists(file, ignored) && fs::exists(open, ignored) ? open : file;
+}
+
+void addRecording(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  const auto label = std::make_shared<std::string>();
+  const auto depth = std::make_shared<bool>(false);
+  CLI::App& start =
+      line.add(group, "start", "Write all ticks into a trace from now on", [&options, label, depth] {
+        Json parameters = Json::object();
+        if (!label->empty()) parameters["label"] = *label;
+        if (*depth) parameters["depth"] = true;
+        return callAndPrint(options, {"io.hapticd.Control.StartTrace", parameters, true, kDiskLimit},
+                            [](const Json& reply) { return "writing " + textAt(reply, "name") + "\n"; });
+      });
+  start.add_option("--label", *label, "Part of the trace's name, to know it again")->type_name("LABEL");
+  start.add_flag("--depth", *depth, "Record the raw depth too, for haptic-replay");
+
+  const auto finish = [&](const char* name, const char* help, const char* method, const char* done) {
+    line.add(group, name, help, [&options, method, done] {
+      return callAndPrint(options, {method, Json::object(), true, kDiskLimit}, [&](const Json& reply) {
+        return fmt::format("{} {}\n", done, textAt(reply, "name"));
+      });
+    });
+  };
+  finish("stop", "End the trace that is written", "io.hapticd.Control.StopTrace", "finished");
+  finish("dump", "Write out the last seconds that the flight recorder holds", "io.hapticd.Control.DumpTrace",
+         "wrote");
+}
+
+void addFolder(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  line.add(group, "list", "List the traces, the oldest first",
+           [&options] { return callAndPrint(options, {"io.hapticd.Status.ListTraces"}, tracesText); });
+  const auto name = std::make_shared<std::string>();
+  line.add(group, "delete", "Delete a finished trace and its depth recording",
+           [&options, name] {
+             const Call call{"io.hapticd.Control.DeleteTrace", {{"name", *name}}, true, kDiskLimit};
+             return callAndPrint(options, call,
+                                 [&](const Json&) { return "deleted " + printable(*name) + "\n"; });
+           })
+      .add_option("NAME", *name, "Name of the trace")
+      ->type_name("TRACE")
+      ->required();
+}
+
+/// A subcommand for one trace file.
+CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const char* help,
+                     std::function<int(const fs::path&)> action) {
+  const CommandOptions& options = line.options();
+  const auto file = std::make_shared<std::string>();
+  CLI::App& command = line.add(group, name, help, [&options, file, action = std::move(action)] {
+    return action(traceFile(options, *file));
+  });
+  command.add_option("FILE", *file, "A trace: its path, or its name in the daemon's folder")
+      ->type_name("FILE")
+      ->required();
+  return command;
+}
+
+void addTimes(CLI::App& command, TraceSelection& selection) {
+  command.add_option("--from", selection.from_s, "Begin so many seconds after the first tick")
+      ->type_name("S");
+  command.add_option("--to", selection.to_s, "End so many seconds after the first tick")->type_name("S");
+}
+
+void addFiles(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  addForFile(line, group, "info", "Check a trace and show what is in it",
+             [&options](const fs::path& file) { return runTraceInfo(options, file); });
+
+  const auto wanted = std::make_shared<ExportOptions>();
+  CLI::App& exported =
+      addForFile(line, group, "export", "Write a trace in a form that other programs read",
+                 [&options, wanted](const fs::path& file) { return runTraceExport(options, file, *wanted); });
+  exported.add_option("--format", wanted->format, "csv or hdf5 (default: by the ending of --out, else csv)")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"csv", "hdf5"}));
+  exported
+      .add_option("--channel", wanted->channel,
+                  "What a CSV holds: ticks (default), models, directives, events")
+      ->type_name("CHANNEL")
+      ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
+  exported
+      .add_option("--out", wanted->out,
+                  "The file to write, which must not exist (default: the trace's name here)")
+      ->type_name("FILE");
+  exported
+      .add_option("--rows", wanted->selection.most_ticks,
+                  "At most that many ticks; all peaks of the force are kept")
+      ->type_name("N")
+      ->check(CLI::Range(2, 1'000'000'000));
+  addTimes(exported, wanted->selection);
+
+  addForFile(line, group, "recover", "Make a trace readable that was cut off or never closed",
+             [&options](const fs::path& file) { return runTraceRecover(options, file); });
+
+  const auto plot = std::make_shared<PlotOptions>();
+  CLI::App& plotted =
+      addForFile(line, group, "plot", "Draw force, penetration and lateness of a trace with gnuplot",
+                 [&options, plot](const fs::path& file) { return runTracePlot(options, file, *plot); });
+  plotted
+      .add_option("--out", plot->out,
+                  "The .png or .svg to write, which must not exist (default: the trace's name here)")
+      ->type_name("FILE");
+  addTimes(plotted, plot->selection);
+}
+
+}  // namespace
+
+void addTraceCommands(CommandLine& line) {
+  CLI::App& group = line.addGroup("trace", "Record what the force loop does, and work with the recordings");
+  addRecording(line, group);
+  addFolder(line, group);
+  addFiles(line, group);
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,178 @@
+#include "tools/hapticctl/trace_file_commands.h"
+
+#include <fmt/format.h>
+
+#include "drivers/trace/trace_reader.h"
+#include "drivers/trace/trace_recovery.h"
+#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/events.h"
+#include "tools/hapticctl/progress.h"
+#include "tools/hapticctl/reply_reader.h"
+#include "tools/hapticctl/status_text.h"
+#include "tools/trace/csv_export.h"
+#include "tools/trace/hdf5_export.h"
+#include "tools/trace/trace_plot.h"
+#include "tools/trace/trace_summary.h"
+
+namespace hapticd::tools {
+namespace {
+
+Json durationsJson(const TraceDurations& durations) {
+  const auto& [median_us, p99_us, p999_us, max_us] = durations;
+  return {{"p50Us", median_us}, {"p99Us", p99_us}, {"p999Us", p999_us}, {"maxUs", max_us}};
+}
+
+Json infoJson(const TraceSummary& summary) {
+  const drivers::TraceInfo& info = summary.info;
+  Json metadata = Json::object();
+  for (const auto& [name, value] : info.metadata) metadata[name] = value;
+  Json attachments = Json::array();
+  for (const drivers::TraceAttachment& attachment : info.attachments) attachments.push_back(attachment.name);
+  Json modes = Json::object();
+  for (const auto& [mode, seconds] : summary.modes_s) modes[mode] = seconds;
+  return {{"bytes", info.bytes},
+          {"complete", info.complete},
+          {"firstNs", info.first_ns},
+          {"lastNs", info.last_ns},
+          {"durationS", summary.duration_s},
+          {"rateHz", summary.rate_hz},
+          {"ticks", info.ticks},
+          {"ticksMissing", info.ticks_dropped},
+          {"gaps", summary.gaps},
+          {"overruns", summary.overruns},
+          {"wakeupLatency", durationsJson(summary.wakeup_latency)},
+          {"computeTime", durationsJson(summary.compute_time)},
+          {"largestForceN", summary.largest_force_n},
+          {"largestForceTimeS", summary.largest_force_time_s},
+          {"contactShare", summary.contact_share},
+          {"modesS", modes},
+          {"models", info.models},
+          {"directives", info.directives},
+          {"events", info.events},
+          {"snapshots", info.snapshots},
+          {"chunks", info.chunks},
+          {"metadata", metadata},
+          {"attachments", attachments}};
+}
+
+void showDurations(const char* name, const TraceDurations& durations) {
+  fmt::print("{:<12} p50 {} us, p99 {} us, p99.9 {} us, longest {} us\n", name, fixed(durations.median_us, 1),
+             fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
+}
+
+void showInfo(const TraceSummary& summary) {
+  const drivers::TraceInfo& info = summary.info;
+  fmt::print("time         {}, {} s\n", localTime(static_cast<double>(info.first_ns)),
+             fixed(summary.duration_s, 3));
+  fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
+             fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
+  for (const TraceGap& gap : summary.first_gaps) {
+    fmt::print("gap          {} ticks after tick {}, at {} s\n", gap.ticks, gap.after_tick,
+               fixed(gap.time_s, 3));
+  }
+  showDurations("woken late", summary.wakeup_latency);
+  showDurations("computing", summary.compute_time);
+  fmt::print("force        at most {} N, at {} s; in contact {} % of the time\n",
+             fixed(summary.largest_force_n, 3), fixed(summary.largest_force_time_s, 3),
+             fixed(100 * summary.contact_share, 1));
+  for (const auto& [mode, seconds] : summary.modes_s) {
+    fmt::print("mode         {} for {} s\n", mode, fixed(seconds, 1));
+  }
+  fmt::print("records      {} models, {} parameter sets, {} events, {} snapshots\n", info.models,
+             info.directives, info.events, info.snapshots);
+  fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
+             info.complete ? "complete" : "not closed: hapticctl trace recover");
+  for (const auto& [name, value] : info.metadata) {
+    fmt::print("{:<12} {}\n", printable(name), printable(value));
+  }
+  for (const drivers::TraceAttachment& attachment : info.attachments) {
+    fmt::print("holds        {} ({} bytes)\n", printable(attachment.name), attachment.data.size());
+  }
+}
+
+/// The trace's name with that ending, here.
+std::filesystem::path besideHere(const std::filesystem::path& trace, const std::string& ending) {
+  return trace.filename().replace_extension(ending);
+}
+
+constexpr std::pair<const char*, TraceChannel> kChannels[] = {{"ticks", TraceChannel::ticks},
+                                                              {"models", TraceChannel::models},
+                                                              {"directives", TraceChannel::directives},
+                                                              {"events", TraceChannel::events}};
+
+TraceChannel channelOf(const std::string& name) {
+  for (const auto& [word, channel] : kChannels) {
+    if (name == word) return channel;
+  }
+  return TraceChannel::ticks;
+}
+
+}  // namespace
+
+int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file) {
+  ProgressLine progress("reading");
+  const auto summary = summariseTrace(file, [&](double share) { progress.show(share); });
+  progress.end();
+  if (!summary) return report(summary.error(), options.json);
+  if (options.json) {
+    printJson(infoJson(*summary));
+  } else {
+    showInfo(*summary);
+  }
+  return kOk;
+}
+
+int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file) {
+  ProgressLine progress("recovering");
+  const auto recovered = drivers::recoverTrace(file, [&](double share) { progress.show(share); });
+  progress.end();
+  if (!recovered) return report(recovered.error(), options.json);
+  if (options.json) {
+    printJson({{"file", recovered->file.string()},
+               {"chunks", recovered->chunks},
+               {"bytesCut", recovered->bytes_cut}});
+  } else if (recovered->file.empty()) {
+    fmt::print("nothing whole was in it; it was removed\n");
+  } else {
+    fmt::print("{}: {} chunks kept, {} bytes cut\n", printable(recovered->file.string()), recovered->chunks,
+               recovered->bytes_cut);
+  }
+  return kOk;
+}
+
+int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
+                   const ExportOptions& wanted) {
+  const bool hdf5 = wanted.format == "hdf5" || (wanted.format.empty() && wanted.out.ends_with(".h5"));
+  const std::filesystem::path out =
+      wanted.out.empty() ? besideHere(file, hdf5 ? ".h5" : ".csv") : std::filesystem::path(wanted.out);
+  ProgressLine progress("exporting");
+  const auto show = [&](double share) { progress.show(share); };
+  const auto rows = hdf5 ? exportHdf5(file, out, wanted.selection, show)
+                         : exportCsv(file, out, channelOf(wanted.channel), wanted.selection, show);
+  progress.end();
+  if (!rows) return report(rows.error(), options.json);
+  if (options.json) {
+    printJson({{"file", out.string()}, {"rows", *rows}});
+  } else {
+    fmt::print("{}: {} rows\n", printable(out.string()), *rows);
+  }
+  return kOk;
+}
+
+int runTracePlot(const CommandOptions& options, const std::filesystem::path& file,
+                 const PlotOptions& wanted) {
+  const std::filesystem::path out =
+      wanted.out.empty() ? besideHere(file, ".png") : std::filesystem::path(wanted.out);
+  ProgressLine progress("drawing");
+  const auto drawn = plotTrace(file, out, wanted.selection, [&](double share) { progress.show(share); });
+  progress.end();
+  if (!drawn) return report(drawn.error(), options.json);
+  if (options.json) {
+    printJson({{"file", out.string()}});
+  } else {
+    fmt::print("{}\n", printable(out.string()));
+  }
+  return kOk;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tools/hapticctl/calls.h"
+#include "tools/trace/trace_selection.h"
+
+namespace hapticd::tools {
+
+/// What `trace export` makes of a trace.
+struct ExportOptions {
+  std::string format;             ///< csv or hdf5; empty: by the ending of `out`, else csv
+  std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
+  std::string out;                ///< empty: the trace's name with another ending, in this folder
+  TraceSelection selection;
+};
+
+/// What `trace plot` makes of a trace.
+struct PlotOptions {
+  std::string out;  ///< .png or .svg; empty: the trace's name with .png, in this folder
+  TraceSelection selection;
+};
+
+// Each works on a file, without the daemon, prints its result on stdout or its error on stderr, shows its
+// progress on stderr where that is a terminal, and returns the exit code.
+
+int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file);
+int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file);
+int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
+                   const ExportOptions& wanted);
+int runTracePlot(const CommandOptions& options, const std::filesystem::path& file, const PlotOptions& wanted);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "rt/parameters.h"
+#include "rt/vec3.h"
+
+namespace hapticd::tools {
+
+/// The same point, as the camera and as the world has it.
+struct PointPair {
+  std::string name;
+  rt::Vec3 camera_m;  ///< camera frame: x right, y up, looking along -z
+  rt::Vec3 world_m;   ///< world frame
+};
+
+/// The rigid motion that fits pairs best.
+struct RigidFit {
+  rt::PoseParameters T_world_camera;
+  std::vector<double> residuals_m;  ///< of each pair: distance between the point moved and where it should be
+  double rms_m = 0;
+  double largest_m = 0;
+};
+
+/// Pairs that a fit takes; two leave a turn about their line open.
+inline constexpr std::size_t kFewestPairs = 3;
+/// Root mean square distance of the points from the line through them that the fit needs, so that a
+/// millimetre of noise turns it by some degrees at most.
+inline constexpr double kFewestSpread_m = 0.01;
+
+/// T_world_camera with the least sum of squared residuals, a turn and a shift without scale or reflection.
+/// Errors: fewer than kFewestPairs, a number that is not finite, points on or nearly on a line.
+/// Source: Umeyama, Least-squares estimation of transformation parameters between two point patterns, 1991,
+/// eq. (39)-(41) with c = 1.
+config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs);
+
+}  // namespace hapticd::tools
