@@ -18,6 +18,7 @@
 #include "drivers/led/led_panel.h"
 #include "drivers/trace/trace_folder.h"
 #include "rt/depth_frame.h"
+#include "rt/latency_histogram.h"
 #include "rt/loop_state.h"
 
 namespace hapticd::daemon {
@@ -41,6 +42,11 @@ struct LatencySummary {
   std::uint64_t p999_ns = 0;
   std::uint64_t max_ns = 0;
 };
+
+inline LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
+  return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
+          histogram.maxNs()};
+}
 
 /// Force and contact over the ticks since the last summary.
 struct WindowSummary {

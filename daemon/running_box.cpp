@@ -33,11 +33,6 @@ std::unexpected<RunningBox::StartFailure> failure(const config::Result<void>& st
   return std::unexpected(RunningBox::StartFailure{started.error(), permanent});
 }
 
-LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
-  return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
-          histogram.maxNs()};
-}
-
 /// Names the law in use, also where the settings leave the choice.
 drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::Settings& settings) {
   drivers::DirectiveRecord record;

@@ -1,6 +1,17 @@
 #include "daemon/control/names.h"
 
+#include "drivers/trace/names.h"
+
 namespace hapticd::daemon {
+namespace {
+
+/// As traces have it.
+template <typename Enumeration>
+const char* wordOf(Enumeration value) {
+  return drivers::kNames<Enumeration>.at(static_cast<std::size_t>(value)).data();  // a string literal
+}
+
+}  // namespace
 
 const char* nameOf(drivers::CameraState state) {
   switch (state) {
@@ -71,65 +82,15 @@ const char* nameOf(LedPattern pattern) {
 }
 
 const char* nameOf(rt::ContactState state) {
-  switch (state) {
-    case rt::ContactState::free:
-      return "free";
-    case rt::ContactState::contact:
-      return "contact";
-    case rt::ContactState::entrenched:
-      return "entrenched";
-  }
-  return "free";
+  return wordOf(state);
 }
 
 const char* nameOf(rt::Mode mode) {
-  switch (mode) {
-    case rt::Mode::starting:
-      return "starting";
-    case rt::Mode::idle:
-      return "idle";
-    case rt::Mode::engaged:
-      return "engaged";
-    case rt::Mode::holding:
-      return "holding";
-    case rt::Mode::faulted:
-      return "faulted";
-  }
-  return "faulted";
+  return wordOf(mode);
 }
 
 const char* nameOf(rt::Cause cause) {
-  switch (cause) {
-    case rt::Cause::none:
-      return "none";
-    case rt::Cause::requested:
-      return "requested";
-    case rt::Cause::no_scene:
-      return "no_scene";
-    case rt::Cause::depth_stale:
-      return "depth_stale";
-    case rt::Cause::handle_stale:
-      return "handle_stale";
-    case rt::Cause::handle_invalid:
-      return "handle_invalid";
-    case rt::Cause::force_not_finite:
-      return "force_not_finite";
-    case rt::Cause::handle_too_fast:
-      return "handle_too_fast";
-    case rt::Cause::handle_clutched:
-      return "handle_clutched";
-    case rt::Cause::handle_not_calibrated:
-      return "handle_not_calibrated";
-    case rt::Cause::handle_replaced:
-      return "handle_replaced";
-    case rt::Cause::outside_workspace:
-      return "outside_workspace";
-    case rt::Cause::inside_surface:
-      return "inside_surface";
-    case rt::Cause::overrun_burst:
-      return "overrun_burst";
-  }
-  return "none";
+  return wordOf(cause);
 }
 
 }  // namespace hapticd::daemon

@@ -16,9 +16,4 @@ void TickWindow::add(const rt::Tick& tick) {
   times_->compute_time.add(tick.compute_ns);
 }
 
-LatencySummary TickWindow::percentilesOf(const rt::LatencyHistogram& histogram) {
-  return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
-          histogram.maxNs()};
-}
-
 }  // namespace hapticd::daemon

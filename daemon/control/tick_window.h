@@ -15,15 +15,14 @@ class TickWindow {
   void clear() { *this = TickWindow(); }
 
   const WindowSummary& summary() const { return summary_; }
-  LatencySummary wakeupLatency() const { return percentilesOf(times_->wakeup_latency); }
-  LatencySummary computeTime() const { return percentilesOf(times_->compute_time); }
+  LatencySummary wakeupLatency() const { return summaryOf(times_->wakeup_latency); }
+  LatencySummary computeTime() const { return summaryOf(times_->compute_time); }
 
  private:
   struct Times {
     rt::LatencyHistogram wakeup_latency;
     rt::LatencyHistogram compute_time;
   };
-  static LatencySummary percentilesOf(const rt::LatencyHistogram& histogram);
 
   WindowSummary summary_;
   std::unique_ptr<Times> times_ = std::make_unique<Times>();  // 8 KiB, and not to be moved

@@ -43,10 +43,10 @@ class CallHandler {
 
 struct ServerOptions {
   std::vector<ListenerOptions> listeners;
-  std::size_t max_connections = 32;
-  std::size_t max_connections_per_uid = 8;
+  std::size_t max_connections = 64;
+  std::size_t max_connections_per_uid = 40;
   /// Of max_connections; the rest is kept for those who may control, however many watch.
-  std::size_t max_read_only_connections = 24;
+  std::size_t max_read_only_connections = 48;
   /// Of replies that clients have not read, over all connections; beyond it streams leave replies out.
   std::size_t max_output_bytes = std::size_t{2} << 20;
 };

@@ -100,7 +100,7 @@ std::expected<std::vector<config::Assignment>, std::vector<config::Error>> Profi
   if (auto named = checkNamed(name); !named) return std::unexpected(std::vector{named.error()});
   if (!has(name)) {
     return std::unexpected(std::vector{config::Error{"profile " + name, "there is no such profile",
-                                                     "hapticctl profile list shows those that there are"}});
+                                                     "hapticctl profiles shows those that there are"}});
   }
   return config::loadAssignments(fileOf(name), isLive);
 }
@@ -109,7 +109,7 @@ config::Result<void> ProfileFolder::remove(const std::string& name) const {
   if (auto named = checkNamed(name); !named) return named;
   if (!has(name)) {
     return failure("profile " + name, "there is no such profile",
-                   "hapticctl profile list shows those that there are");
+                   "hapticctl profiles shows those that there are");
   }
   if (const auto boot_name = boot(); boot_name && *boot_name == name) {
     return failure("profile " + name, "is the boot profile", "choose another boot profile first, or none");

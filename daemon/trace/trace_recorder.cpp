@@ -25,6 +25,9 @@ constexpr std::int64_t kAfterFault_ns = kNsPerSecond;
 /// That clients and events may be ahead of the trace thread.
 constexpr std::size_t kMostWaitingRecords = 4096;
 
+/// Traces whose ending did not fit on the disk.
+constexpr std::size_t kMostUnfinished = 16;
+
 constexpr double kBytesPerMb = 1e6;
 
 std::uint64_t bytesOf(double megabytes) {
@@ -241,6 +244,7 @@ void TraceRecorder::watchForFaults(const rt::Tick& tick) {
 void TraceRecorder::lookAtDisk(std::int64_t now_ns) {
   next_look_ns_ = now_ns + kLookPeriod_ns;
   if (now_ns >= next_limit_ns_) limitFolder();
+  finishUnfinished();
   if (session_ && session_->vanished()) {
     suspend({session_->writer().file().string(), "was taken away while it was written", ""});
   }
@@ -291,19 +295,35 @@ config::Result<void> TraceRecorder::beginSession() {
   own_status_.detail.clear();
   own_status_.name = session_->name();
   if (directive_.generation == 0) return {};
-  auto written = session_->write(directive_);
+  drivers::DirectiveRecord in_force = directive_;
+  in_force.time_ns = drivers::monotonicNs();  // else the trace would seem to begin when it was given
+  auto written = session_->write(in_force);
   if (!written) suspend(written.error());
   return written;
 }
 
 config::Result<std::string> TraceRecorder::endSession() {
-  const std::unique_ptr<TraceSession> session = std::move(session_);
+  std::unique_ptr<TraceSession> session = std::move(session_);
   const auto ended = session->end();
-  ++own_status_.traces;
+  const std::string name = session->name();
   if (const auto* recording = session->recording()) own_status_.depth_frames_lost += recording->lost();
   next_limit_ns_ = 0;
-  if (!ended) return std::unexpected(ended.error());
-  return session->name();
+  if (!ended) {
+    unfinished_.push_back(std::move(session));
+    if (unfinished_.size() > kMostUnfinished) unfinished_.pop_front();  // the next start recovers it
+    return std::unexpected(ended.error());
+  }
+  ++own_status_.traces;
+  return name;
+}
+
+/// A full disk has no room for a trace's ending either; later it may have.
+void TraceRecorder::finishUnfinished() {
+  std::erase_if(unfinished_, [this](const std::unique_ptr<TraceSession>& session) {
+    const bool over = session->vanished() || session->end();
+    if (over) ++own_status_.traces;
+    return over;
+  });
 }
 
 void TraceRecorder::suspend(const config::Error& error) {

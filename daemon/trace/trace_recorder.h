@@ -84,6 +84,7 @@ class TraceRecorder {
   void rotateIfDue(std::int64_t now_ns);
   config::Result<void> beginSession();
   config::Result<std::string> endSession();
+  void finishUnfinished();
   /// Gives the session up; another one is begun later.
   void suspend(const config::Error& error);
   template <typename Record>
@@ -110,6 +111,7 @@ class TraceRecorder {
   bool wanted_ = false;
   TraceRequest request_;
   std::unique_ptr<TraceSession> session_;
+  std::deque<std::unique_ptr<TraceSession>> unfinished_;  // the oldest first
   FlightRecorder flight_recorder_;
   drivers::DirectiveRecord directive_;  // the newest one: each trace begins with it
   rt::Tick last_tick_;

@@ -40,7 +40,7 @@ TraceSession::TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneTh
       begin_ns_(rt::monotonicNow_ns()) {}
 
 TraceSession::~TraceSession() {
-  if (recording_) scene_thread_.setTap({});
+  endRecording();
 }
 
 config::Result<void> TraceSession::recordDepth(std::int64_t realtime_offset_ns) {
@@ -77,12 +77,15 @@ config::Result<void> TraceSession::writeSnapshot() {
   return writer_->write(drivers::SnapshotRecord{rt::monotonicNow_ns(), snapshot});
 }
 
+/// Once: the tap may be another session's by then.
+config::Result<void> TraceSession::endRecording() {
+  if (!recording_ || std::exchange(recording_ended_, true)) return {};
+  scene_thread_.setTap({});
+  return recording_->close();
+}
+
 config::Result<void> TraceSession::end() {
-  config::Result<void> recorded;
-  if (recording_) {
-    scene_thread_.setTap({});
-    recorded = recording_->close();
-  }
+  const auto recorded = endRecording();
   if (auto closed = writer_->close(); !closed) return closed;
   return recorded;
 }

@@ -47,7 +47,7 @@ class TraceSession {
   /// The answer to a request for a snapshot, when it is there.
   config::Result<void> writeSnapshot();
 
-  /// Finishes trace and recording.
+  /// Finishes trace and recording. Where the trace's end does not fit on the disk it may be called again.
   config::Result<void> end();
 
   /// Whether somebody has taken the file away.
@@ -62,10 +62,12 @@ class TraceSession {
  private:
   TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneThread& scene_thread,
                rt::CoreMemoryChannel& core_memory);
+  config::Result<void> endRecording();
   config::Result<void> recordDepth(std::int64_t realtime_offset_ns);
 
   std::unique_ptr<drivers::TraceWriter> writer_;
   std::unique_ptr<drivers::RecordingWriter> recording_;
+  bool recording_ended_ = false;
   SceneThread& scene_thread_;
   rt::CoreMemoryChannel& core_memory_;
   std::int64_t begin_ns_;

@@ -185,8 +185,6 @@ struct ClientKind {
   void (*work)(Work&);
 };
 
-/// Together they stay below the eight connections that hapticd grants one user, also where it has not yet
-/// seen that one has hung up.
 constexpr ClientKind kClients[] = {
     {"stream, quick", watchQuickly},         {"stream, too slow", watchSlowly},
     {"hapticctl watch", watchWithHapticctl}, {"parameters", askParameters},

@@ -37,7 +37,7 @@ def record(ticks):
     return name
 
 
-@check("a trace belongs to hapticd and its group haptic; members read it, others do not", only_counted=True)
+@check("a trace belongs to hapticd and its group haptic; members read it, others do not")
 def rights():
     name = record(1500)
     answer("trace", "stop")
@@ -54,7 +54,7 @@ def rights():
     return f"{file.st_size} bytes"
 
 
-@check("kill -9 while tracing: the next start finishes the trace, and it can be read", only_counted=True)
+@check("kill -9 while tracing: the next start finishes the trace, and it can be read")
 def killed():
     name = record(2500)
     os.kill(main_pid(), signal.SIGKILL)
@@ -72,7 +72,7 @@ def late_us(seconds=10):
     return latency["p50Ns"] / 1000, latency["p999Ns"] / 1000, window["ticks"]
 
 
-@check("tracing beside watching clients makes no tick later and loses none", only_counted=True)
+@check("tracing beside watching clients makes no tick later and loses none")
 def cost():
     without = late_us()
     before = status()["trace"]
