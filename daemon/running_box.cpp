@@ -63,8 +63,9 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle, settings.live.handle)),
       leds_(drivers::makeLedPanel(settings.leds)),
-      trace_(settings, {control_->trace, scene_thread_, core_memory_, [this] { return describeTrace(); },
-                        [this] { return camera_->status().damaged_frames; }}) {
+      trace_(settings,
+             {control_->trace, scene_thread_, core_memory_, [this] { return describeTrace(); },
+              faults_ ? &trace_deaf_ : nullptr, [this] { return camera_->status().damaged_frames; }}) {
   if (faults_) {
     camera_ = faults_->around(std::move(camera_));
     handle_ = faults_->around(std::move(handle_));
@@ -239,6 +240,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
 void RunningBox::injectFaults() {
   if (!faults_) return;
   constexpr std::int64_t kStall_ns = 3'000'000;
+  trace_deaf_.store(faults_->isOn(Fault::channel_overflow), std::memory_order_relaxed);
   stall_ns_.store(faults_->isOn(Fault::late_ticks) ? kStall_ns : 0, std::memory_order_relaxed);
 }
 

@@ -102,6 +102,7 @@ class RunningBox final : public Box {
   config::Settings settings_;
   const std::unique_ptr<FaultInjector> faults_;  // outlives the devices that it is between
   std::atomic<std::int64_t> stall_ns_{0};  // that the force loop is to make up; relaxed: it orders nothing
+  std::atomic<bool> trace_deaf_{false};    // that the trace thread is to make up; relaxed likewise
   rt::DepthModel depth_model_;
   rt::SceneChannel scenes_;
   rt::TripleBuffer<rt::Vec3> focus_;

@@ -36,11 +36,13 @@ class ForceLaws {
   struct Memory {
     ProxyMemory proxy;
     ForceLaw law = ForceLaw::nearest_springs;
+    SearchMemory::Guess guess;
   };
-  Memory memory() const HAPTICD_RT { return {proxy_, law_}; }
+  Memory memory() const HAPTICD_RT { return {proxy_, law_, search_.guess()}; }
   void restore(const Memory& memory) HAPTICD_RT {
     proxy_ = memory.proxy;
     law_ = memory.law;
+    search_.setGuess(memory.guess);
   }
 
  private:

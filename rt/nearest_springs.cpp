@@ -50,8 +50,9 @@ class NearestSearch {
 
  private:
   bool isKnownToBeFree() const noexcept {
-    return memory_.free_model_ == scene_.model &&
-           norm(hip_ - memory_.free_centre_m_in_world_) + parameters_.radius_m <= memory_.free_radius_m_;
+    return memory_.guess_.free_model == scene_.model &&
+           norm(hip_ - memory_.guess_.free_centre_m_in_world) + parameters_.radius_m <=
+               memory_.guess_.free_radius_m;
   }
 
   /// Finds all points whose exact distance is at most `radius_m`, and perhaps some a little farther.
@@ -69,18 +70,18 @@ class NearestSearch {
     const double limit = parameters_.radius_m;
     // A ball that held N_max points holds them still when it grows by the way that the HIP went, if the scene
     // is the same. Whether it does is counted, so a wrong guess costs time only.
-    double guess = memory_.last_radius_m_ == 0
+    double guess = memory_.guess_.last_radius_m == 0
                        ? limit / 3
-                       : memory_.last_radius_m_ + kSlack_m +
-                             std::min(norm(hip_ - memory_.last_hip_m_in_world_), kMaxMovement_m);
-    memory_.last_hip_m_in_world_ = hip_;
+                       : memory_.guess_.last_radius_m + kSlack_m +
+                             std::min(norm(hip_ - memory_.guess_.last_hip_m_in_world), kMaxMovement_m);
+    memory_.guess_.last_hip_m_in_world = hip_;
     for (; guess < limit; guess *= kGrowth) {
       find(guess);
       if (countWithin(candidates_, squared(guess - error_m_)) >= wanted_) return true;
     }
     find(limit);
     if (countWithin(candidates_, squared(limit - error_m_)) >= wanted_) return true;
-    memory_.last_radius_m_ = limit;
+    memory_.guess_.last_radius_m = limit;
     if (candidates_.count == 0) rememberFreeSpace();
     return false;
   }
@@ -93,9 +94,9 @@ class NearestSearch {
       candidates_.count = 0;
       return;
     }
-    memory_.free_model_ = scene_.model;
-    memory_.free_centre_m_in_world_ = hip_;
-    memory_.free_radius_m_ = radius;
+    memory_.guess_.free_model = scene_.model;
+    memory_.guess_.free_centre_m_in_world = hip_;
+    memory_.guess_.free_radius_m = radius;
   }
 
   /// All candidates within D_thresh, eq. (7), or none, eq. (8); there are hardly more than N_max.
@@ -115,7 +116,7 @@ class NearestSearch {
   /// The N_max nearest of more candidates than that, eq. (6).
   ForceSample forceOfNearest() noexcept {
     const Bracket bracket = bracketOfRank();
-    memory_.last_radius_m_ = std::sqrt(static_cast<double>(bracket.above_m2)) + error_m_;
+    memory_.guess_.last_radius_m = std::sqrt(static_cast<double>(bracket.above_m2)) + error_m_;
     const double surely_near = std::sqrt(static_cast<double>(bracket.below_m2)) - 2 * error_m_;
     const double maybe_near = std::sqrt(static_cast<double>(bracket.above_m2)) + 2 * error_m_;
     const std::uint32_t between = takeBetween(candidates_, surely_near > 0 ? squared(surely_near) : -1.0F,

@@ -13,9 +13,9 @@
 
 namespace hapticd::rt {
 
-/// Working memory of a search, and what the last search of the same thread learned. It makes searches faster,
-/// never different.
-/// Thread: one.
+/// Working memory of a search, and what the last search of the same thread learned. It makes searches faster;
+/// it changes a force by rounding at most, as the points are found, and summed, in another order. Thread:
+/// one.
 class SearchMemory {
  public:
   /// `point_capacity`: of the scenes to be searched.  RT: not safe (allocates).
@@ -25,6 +25,17 @@ class SearchMemory {
   Candidates candidates() noexcept { return {distance_squared_m2_.get(), pixel_.get(), 0}; }
   /// Working memory for as many points.  RT: safe.
   WorkVector* work() noexcept { return work_.get(); }
+
+  /// What the last search learned.
+  struct Guess {
+    Vec3 last_hip_m_in_world;
+    double last_radius_m = 0;      ///< that held N_max points, or was not enough; 0: no search yet
+    std::uint64_t free_model = 0;  ///< the scene that free_radius_m is of
+    Vec3 free_centre_m_in_world;
+    double free_radius_m = 0;  ///< no point is nearer to free_centre
+  };
+  const Guess& guess() const noexcept { return guess_; }
+  void setGuess(const Guess& guess) noexcept { guess_ = guess; }
 
  private:
   friend ForceSample nearestSprings(const Scene& scene, const Vec3& hip_m_in_world,
@@ -41,11 +52,7 @@ class SearchMemory {
   std::unique_ptr<Ranked[]> ranked_;
   std::unique_ptr<WorkVector[]> work_;
 
-  Vec3 last_hip_m_in_world_;
-  double last_radius_m_ = 0;      ///< that held N_max points, or was not enough; 0: no search yet
-  std::uint64_t free_model_ = 0;  ///< the scene that free_radius_m_ is of
-  Vec3 free_centre_m_in_world_;
-  double free_radius_m_ = 0;  ///< no point is nearer to free_centre
+  Guess guess_;
 };
 
 /// Force of the paper's law, eq. (6)-(11): the mean of springs k_s (D_thresh - s) from the N_max nearest of

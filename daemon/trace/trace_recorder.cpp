@@ -218,6 +218,7 @@ void TraceRecorder::takeRecords() {
 }
 
 void TraceRecorder::takeTicks() {
+  if (sources_.deaf != nullptr && sources_.deaf->load(std::memory_order_relaxed)) return;
   rt::Tick tick;
   // bounded: the loop may push while this pops
   for (std::size_t i = 0; i < rt::kTickRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);

@@ -38,6 +38,8 @@ class TraceRecorder {
     rt::CoreMemoryChannel& core_memory;
     /// What a trace that begins now says of the box: metadata, attachments.  Thread: trace thread.
     std::function<drivers::TraceOptions()> describe;
+    /// Fault injection, normally null: while it is true no ticks are taken.
+    const std::atomic<bool>* deaf;
     /// Counted by the camera.  Thread: trace thread.
     std::function<std::uint64_t()> damaged_frames;
   };

@@ -135,15 +135,22 @@ TEST(Units, AreMadeForUsersThatSysusersCreates) {
   EXPECT_TRUE(groups.starts_with("haptic:x:") || groups.find("\nhaptic:x:") != std::string::npos) << groups;
 }
 
-TEST(Units, FindTheSocketsFolderThatTmpfilesCreates) {
+TEST(Units, FindTheFoldersThatTmpfilesCreates) {
   HAPTICD_NEEDS("systemd-tmpfiles");
+  HAPTICD_NEEDS("systemd-sysusers");
   if (::geteuid() != 0) GTEST_SKIP() << "systemd-tmpfiles gives folders to root only as root";
   const TemporaryFolder root;
+  fs::create_directory(root.path() / "etc");
+  const Finished users = runTool(
+      "systemd-sysusers",
+      {"--root=" + root.path().string(), (stagedRoot() / "usr/lib/sysusers.d/hapticd.conf").string()});
+  ASSERT_EQ(users.ending, exitedWith(0)) << users.errors;
   const Finished finished =
       runTool("systemd-tmpfiles", {"--create", "--root=" + root.path().string(),
                                    (stagedRoot() / "usr/lib/tmpfiles.d/hapticd.conf").string()});
   ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
   EXPECT_EQ(static_cast<unsigned>(fs::status(root.path() / "run/hapticd").permissions()), 0755U);
+  EXPECT_EQ(static_cast<unsigned>(fs::status(root.path() / "var/lib/hapticd/traces").permissions()), 02750U);
 }
 
 }  // namespace

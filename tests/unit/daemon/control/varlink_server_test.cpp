@@ -209,7 +209,8 @@ TEST_F(VarlinkServerTest, TreatsNoParametersNullAndAnEmptyObjectAlike) {
   EXPECT_EQ(expected, answerTo(R"({"method":"org.varlink.service.GetInfo","more":true})"));
 }
 
-TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUser) {
+TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUserWhoMayHaveEight) {
+  server_options.max_connections_per_uid = 8;
   start();
   std::vector<RawClient> clients;
   for (int i = 0; i < 8; ++i) clients.push_back(i % 2 == 0 ? statusClient() : controlClient());
@@ -222,7 +223,8 @@ TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUser) {
   expectAdmittedSoon(controlPath());
 }
 
-TEST_F(VarlinkServerTest, RefusesThe33rdConnection) {
+TEST_F(VarlinkServerTest, RefusesThe33rdConnectionOf32) {
+  server_options.max_connections = 32;
   server_options.max_connections_per_uid = 100;
   start();
   std::vector<RawClient> clients;
@@ -237,6 +239,7 @@ TEST_F(VarlinkServerTest, RefusesThe33rdConnection) {
 }
 
 TEST_F(VarlinkServerTest, KeepsPlacesForThoseWhoMayControl) {
+  server_options.max_read_only_connections = 24;
   server_options.max_connections_per_uid = 100;
   start();
   std::vector<RawClient> watchers;
@@ -253,6 +256,7 @@ TEST_F(VarlinkServerTest, KeepsPlacesForThoseWhoMayControl) {
 
 TEST_F(VarlinkServerTest, CountsConnectionsForEachUserByItself) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root to connect as another user";
+  server_options.max_connections_per_uid = 8;
   start();
   std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
   std::vector<RawClient> clients;
