@@ -24,7 +24,6 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # systemd: for the users too, also where it does not run. udev: what has no devices can do without.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS systemd)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS gnuplot-nox)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS udev)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "gnuplot-nox, rt-tests, stress-ng")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
