@@ -90,7 +90,9 @@ enum class TraceState {
 /// What is written of the force loop's ticks.
 struct TraceStatus {
   TraceState state = TraceState::off;
-  std::string detail;                       ///< why it waits, and what to do; may be empty
+  std::string detail;  ///< why it waits, and what to do; may be empty
+  /// What failed beside it: a dump, the recovery, the recording of depth; with what to do.
+  std::vector<std::string> problems;
   std::string name;                         ///< of the trace being written; empty: none
   std::uint64_t ticks = 0;                  ///< in it
   std::uint64_t bytes = 0;                  ///< of it, on the disk

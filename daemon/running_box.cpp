@@ -348,7 +348,8 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
                                status.leds.panel.state == drivers::LedState::lost ? "lost" : "absent",
                                status.leds.panel.detail));
   }
-  if (status.trace.state == TraceState::waiting) list.push_back("trace: " + status.trace.detail);
+  if (status.trace.state == TraceState::waiting) list.push_back("trace waits: " + status.trace.detail);
+  for (const std::string& problem : status.trace.problems) list.push_back("traces: " + problem);
   if (!privileges_.realtime_scheduling) {
     list.push_back(
         "force thread without real-time scheduling: wake-ups may be late "

@@ -135,11 +135,12 @@ OrderedJson ledsJson(const IndicatorStatus& leds) {
 }
 
 OrderedJson traceJson(const TraceStatus& trace) {
-  const auto& [state, detail, name, ticks, bytes, duration_s, ticks_lost, records_lost, depth_frames,
-               depth_frames_lost, traces, deleted, recovered, dumps, last_dump, flight_recorder_s,
-               folder_bytes, free_bytes] = trace;
+  const auto& [state, detail, problems, name, ticks, bytes, duration_s, ticks_lost, records_lost,
+               depth_frames, depth_frames_lost, traces, deleted, recovered, dumps, last_dump,
+               flight_recorder_s, folder_bytes, free_bytes] = trace;
   return {{"state", nameOf(state)},
           {"detail", detail},
+          {"problems", OrderedJson(problems)},
           {"name", name},
           {"ticks", ticks},
           {"bytes", bytes},

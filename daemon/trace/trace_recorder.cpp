@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <system_error>
 
 #include "config/yaml_text.h"
@@ -79,7 +80,13 @@ void TraceRecorder::stop() {
 void TraceRecorder::recoverLeftovers(const std::vector<drivers::TraceEntry>& entries) {
   for (const drivers::TraceEntry& entry : entries) {
     const auto recovered = drivers::recoverTrace(folder_ / (entry.name + ".mcap.part"));
-    if (recovered) recovered_.fetch_add(1, std::memory_order_relaxed);
+    if (recovered && recovered->file.empty()) {  // what was recorded beside it is of no use either
+      std::error_code ignored;
+      fs::remove_all(folder_ / (entry.name + ".depth"), ignored);
+    }
+    const std::lock_guard lock(recovery_mutex_);
+    if (!recovered) recovery_outcome_.problems.push_back("recovery: " + recovered.error().text());
+    if (recovered && !recovered->file.empty()) ++recovery_outcome_.recovered;
   }
 }
 
@@ -177,7 +184,7 @@ void TraceRecorder::step() {
   }
   if (dump_due_ns_ != 0 && now_ns >= dump_due_ns_) {
     dump_due_ns_ = 0;
-    dump(dump_label_);
+    note("flight recorder", dump(dump_label_));
   }
   std::deque<std::function<void()>> work;
   {
@@ -275,7 +282,7 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
   if (!session_) return;
   const auto age_s = static_cast<double>(now_ns - session_->beginNs()) / static_cast<double>(kNsPerSecond);
   if (session_->writer().bytes() < bytesOf(settings_.max_file_mb) && age_s < settings_.max_file_s) return;
-  endSession();
+  note("end of the trace", endSession());
   if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
 }
 
@@ -351,11 +358,20 @@ config::Result<std::string> TraceRecorder::dump(const std::string& label) {
   return own_status_.last_dump;
 }
 
+template <typename T>
+void TraceRecorder::note(const std::string& what, const config::Result<T>& outcome) {
+  if (outcome) {
+    problems_.erase(what);
+  } else {
+    problems_[what] = outcome.error().text();
+  }
+}
+
 void TraceRecorder::limitFolder() {
   next_limit_ns_ = drivers::monotonicNs() + kLimitPeriod_ns;
-  if (auto deleted = drivers::limitFolder(folder_, bytesOf(settings_.max_folder_mb))) {
-    own_status_.deleted += deleted->size();
-  }
+  const auto deleted = drivers::limitFolder(folder_, bytesOf(settings_.max_folder_mb));
+  note("trace.max_folder_mb", deleted);
+  if (deleted) own_status_.deleted += deleted->size();
   const auto entries = drivers::listTraces(folder_);
   own_status_.folder_bytes = 0;
   if (!entries) return;
@@ -373,12 +389,17 @@ void TraceRecorder::publishStatus() {
     if (const auto* recording = session_->recording()) {
       status.depth_frames = recording->frames();
       status.depth_frames_lost += recording->lost();
-      if (const auto failure = recording->failure()) status.detail = failure->text();
+      if (const auto failure = recording->failure()) status.problems.push_back("depth: " + failure->text());
     }
   } else {
     status.name.clear();
   }
-  status.recovered = recovered_.load(std::memory_order_relaxed);
+  for (const auto& [what, problem] : problems_) status.problems.push_back(what + ": " + problem);
+  {
+    const std::lock_guard lock(recovery_mutex_);
+    status.recovered = recovery_outcome_.recovered;
+    std::ranges::copy(recovery_outcome_.problems, std::back_inserter(status.problems));
+  }
   status.flight_recorder_s = flight_recorder_.duration_s();
   const std::lock_guard lock(status_mutex_);
   status_ = std::move(status);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -92,6 +93,9 @@ class TraceRecorder {
   template <typename Record>
   void write(const Record& record);
   config::Result<std::string> dump(const std::string& label);
+  /// What went wrong beside the trace that is written stands in the status until the same succeeds.
+  template <typename T>
+  void note(const std::string& what, const config::Result<T>& outcome);
   void limitFolder();
   drivers::TraceOptions options() const;
   void recoverLeftovers(const std::vector<drivers::TraceEntry>& entries);  // a thread of its own
@@ -121,11 +125,19 @@ class TraceRecorder {
   std::string dump_label_;
   std::int64_t next_look_ns_ = 0;
   std::int64_t next_limit_ns_ = 0;
-  std::atomic<std::uint64_t> recovered_{0};
+  std::map<std::string, std::string> problems_;  // by what was tried
   TraceStatus own_status_;
 
   mutable std::mutex status_mutex_;
   TraceStatus status_;
+
+  /// What the thread of recoverLeftovers() has done.
+  struct Recovery {
+    std::uint64_t recovered = 0;
+    std::vector<std::string> problems;
+  };
+  std::mutex recovery_mutex_;
+  Recovery recovery_outcome_;
 
   std::thread thread_;
   std::thread recovery_;

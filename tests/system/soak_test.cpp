@@ -44,6 +44,27 @@ TEST_F(Soak, OfAFewSecondsKeepsAllLimitsAndShowsThem) {
     EXPECT_EQ(finding.at("broken"), false) << finding.dump();
 }
 
+TEST_F(Soak, ComparesLoadsInTurns) {
+  const std::string report = folder_.path() / "loads.json";
+  const Finished finished = soak({"--compare-loads", "--rounds", "2", "--round", "1", "--clients", "5",
+                                  "--set", "trace.min_free_mb=0", "--json", report});
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+  std::ifstream file(report);
+  const json document = json::parse(file);
+  std::vector<std::string> loads;
+  for (const json& round : document.at("rounds")) {
+    loads.push_back(round.at("load"));
+    EXPECT_GT(round.at("ticks"), 0);
+    EXPECT_GT(round.at("wakeupP999Us"), 0);
+  }
+  EXPECT_EQ(loads,
+            (std::vector<std::string>{"none", "hammering", "tracing", "none", "hammering", "tracing"}));
+  EXPECT_GT(document.at("calls"), 10);
+  EXPECT_EQ(document.at("unanswered"), 0);
+  EXPECT_EQ(document.at("status").at("trace").at("traces"), 2);
+  EXPECT_GT(document.at("traceBytesPerHour"), 0);
+}
+
 TEST_F(Soak, FailsWithTheLimitThatIsBroken) {
   const Finished finished = soak({"--seconds", "1", "--max-memory-kb", "1"});
   EXPECT_EQ(finished.ending, exitedWith(1));

@@ -38,7 +38,7 @@ void expectForceGoesOn(Daemon& daemon) {
 
 std::string detailOf(Daemon& daemon) {
   const json status = daemon.status();
-  EXPECT_TRUE(contains(status.at("warnings").dump(), "trace: "));
+  EXPECT_TRUE(contains(status.at("warnings").dump(), "trace waits: "));
   return status.at("trace").at("detail");
 }
 
@@ -60,12 +60,14 @@ TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
   const DaemonHome home;
   fs::create_directory(home.stateFolder());
   // In a mount namespace of its own, which goes with the process.
-  std::vector<std::string> command{"/usr/bin/unshare",
-                                   "--mount",
-                                   "/bin/sh",
-                                   "-c",
-                                   "mount -t tmpfs -o size=2m none \"$0\" && exec \"$@\"",
-                                   home.stateFolder().string()};
+  std::vector<std::string> command{
+      "/usr/bin/unshare",
+      "--mount",
+      "/bin/sh",
+      "-c",
+      "mount -t tmpfs -o size=3m none \"$0\" && head -c 1500000 /dev/zero >\"$0/ballast\" && "
+      "exec \"$@\"",
+      home.stateFolder().string()};
   const std::vector<std::string> hapticd = home.command(test::kWallYaml, kTracing);
   command.insert(command.end(), hapticd.begin(), hapticd.end());
   Daemon daemon(home, command);
@@ -76,13 +78,18 @@ TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
   ASSERT_TRUE(daemon.answers());
   const fs::path inside =
       fs::path("/proc") / std::to_string(daemon.pid()) / "root" / home.traceFolder().relative_path();
+  ASSERT_TRUE(daemon.reaches(writes));
+  const std::string first = daemon.status().at("trace").at("name");
   ASSERT_TRUE(daemon.reaches(waits));
   EXPECT_TRUE(contains(detailOf(daemon), "No space left"));
   expectForceGoesOn(daemon);
   expectAllReadable(inside);
 
-  for (const auto& entry : fs::directory_iterator(inside)) fs::remove_all(entry.path());
+  fs::remove(inside.parent_path() / "ballast");
   ASSERT_TRUE(daemon.reaches(writes));
+  EXPECT_TRUE(test::becomesTrue([&] { return fs::exists(inside / (first + ".mcap")); }))
+      << "finished by then";
+  expectAllReadable(inside);
   EXPECT_GT(daemon.status().at("trace").at("ticksLost"), 0);
   EXPECT_EQ(daemon.status().at("loop").at("traceTicksDropped"), 0);
   EXPECT_EQ(daemon.terminate(), exitedWith(0));

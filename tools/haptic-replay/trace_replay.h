@@ -37,7 +37,8 @@ struct TraceComparison {
 class TraceReplay {
  public:
   /// `depth`: the recording's folder.
-  /// Errors: trace or recording cannot be read, no snapshot, no settings, another version of hapticd.
+  /// Errors: trace or recording cannot be read (as that of a version with other fields), no snapshot of this
+  /// version's core, no settings.
   static config::Result<TraceReplay> open(const std::filesystem::path& trace,
                                           const std::filesystem::path& depth);
 

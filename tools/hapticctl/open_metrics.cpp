@@ -99,7 +99,7 @@ constexpr std::array kNumbers{
            "Depth frames not recorded because the disk was too slow."},
     Number{"trace_dumps", Type::counter, "", "trace.dumps",
            "Times that the flight recorder was written out."},
-    Number{"trace_files", Type::gauge, "", "trace.traces", "Finished traces."},
+    Number{"traces_finished", Type::counter, "", "trace.traces", "Finished traces."},
     Number{"trace_folder_bytes", Type::gauge, "bytes", "trace.folderBytes", "Size of all traces."},
     Number{"trace_free_bytes", Type::gauge, "bytes", "trace.freeBytes",
            "Free space on the disk of the traces."},
