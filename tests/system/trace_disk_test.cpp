@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <fstream>
+
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
 #include "tests/system/daemon_under_test.h"
@@ -52,6 +54,14 @@ void expectAllReadable(const fs::path& folder) {
   }
 }
 
+/// To its last byte.
+void fillTheDisk(const fs::path& file) {
+  std::ofstream stream(file, std::ios::binary);
+  const std::string block(4096, 'x');
+  for (int i = 0; i < 100'000 && stream; ++i) stream << block << std::flush;
+  EXPECT_FALSE(stream) << "the disk is not full";
+}
+
 const std::vector<std::string> kTracing{"trace.at_start=true", "trace.min_free_mb=0",
                                         "control.engage_at_start=true"};
 
@@ -60,14 +70,12 @@ TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
   const DaemonHome home;
   fs::create_directory(home.stateFolder());
   // In a mount namespace of its own, which goes with the process.
-  std::vector<std::string> command{
-      "/usr/bin/unshare",
-      "--mount",
-      "/bin/sh",
-      "-c",
-      "mount -t tmpfs -o size=3m none \"$0\" && head -c 1500000 /dev/zero >\"$0/ballast\" && "
-      "exec \"$@\"",
-      home.stateFolder().string()};
+  std::vector<std::string> command{"/usr/bin/unshare",
+                                   "--mount",
+                                   "/bin/sh",
+                                   "-c",
+                                   "mount -t tmpfs -o size=3m none \"$0\" && exec \"$@\"",
+                                   home.stateFolder().string()};
   const std::vector<std::string> hapticd = home.command(test::kWallYaml, kTracing);
   command.insert(command.end(), hapticd.begin(), hapticd.end());
   Daemon daemon(home, command);
@@ -80,12 +88,15 @@ TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
       fs::path("/proc") / std::to_string(daemon.pid()) / "root" / home.traceFolder().relative_path();
   ASSERT_TRUE(daemon.reaches(writes));
   const std::string first = daemon.status().at("trace").at("name");
+  const fs::path filler = inside.parent_path() / "filler";
+  fillTheDisk(filler);
   ASSERT_TRUE(daemon.reaches(waits));
   EXPECT_TRUE(contains(detailOf(daemon), "No space left"));
   expectForceGoesOn(daemon);
   expectAllReadable(inside);
 
-  fs::remove(inside.parent_path() / "ballast");
+  EXPECT_TRUE(fs::exists(inside / (first + ".mcap.part"))) << "its ending does not fit either";
+  fs::remove(filler);
   ASSERT_TRUE(daemon.reaches(writes));
   EXPECT_TRUE(test::becomesTrue([&] { return fs::exists(inside / (first + ".mcap")); }))
       << "finished by then";
