@@ -49,7 +49,10 @@ std::expected<Record, Fault> Scanner::next() {
   if (!head) return std::unexpected(head.error());
   if (head->size() < kRecordHeadBytes) return std::unexpected(cut(file_.path(), offset_));
   ByteReader reader(*head);
-  Record record{.opcode = static_cast<Opcode>(reader.number<std::uint8_t>()), .offset = offset_, .content = {}, .crc = crc_};
+  Record record{.opcode = static_cast<Opcode>(reader.number<std::uint8_t>()),
+                .offset = offset_,
+                .content = {},
+                .crc = crc_};
   const auto length = reader.number<std::uint64_t>();
   if (length > kMostRecordBytes) {
     return std::unexpected(

@@ -15,17 +15,17 @@ namespace hapticd::drivers {
 
 /// A scene that the scene thread has built, and the frame that it is of.
 struct ModelRecord {
-  std::uint64_t model = 0;         ///< number of the scene: Tick::scene_model
-  std::int64_t time_ns = 0;        ///< when it was built
-  std::int64_t build_ns = 0;       ///< how long that took
-  std::uint64_t frame = 0;         ///< sequence number of the depth frame
-  std::int64_t frame_time_ns = 0;  ///< of its arrival
-  std::uint32_t device_ticks = 0;  ///< of the camera's own clock
-  rt::Vec3 centre_m_in_world = {};      ///< around which it was modelled
-  double radius_m = 0;             ///< that was asked for
-  std::uint64_t generation = 0;    ///< of the Directive whose needs it meets
-  bool forgot = false;             ///< filter and fusion began anew with it
-  bool depth_recorded = false;     ///< the raw frame is in the recording beside the trace
+  std::uint64_t model = 0;          ///< number of the scene: Tick::scene_model
+  std::int64_t time_ns = 0;         ///< when it was built
+  std::int64_t build_ns = 0;        ///< how long that took
+  std::uint64_t frame = 0;          ///< sequence number of the depth frame
+  std::int64_t frame_time_ns = 0;   ///< of its arrival
+  std::uint32_t device_ticks = 0;   ///< of the camera's own clock
+  rt::Vec3 centre_m_in_world = {};  ///< around which it was modelled
+  double radius_m = 0;              ///< that was asked for
+  std::uint64_t generation = 0;     ///< of the Directive whose needs it meets
+  bool forgot = false;              ///< filter and fusion began anew with it
+  bool depth_recorded = false;      ///< the raw frame is in the recording beside the trace
   std::uint32_t points = 0;
   std::uint32_t points_over_capacity = 0;
   std::uint64_t frames = 0;          ///< taken over so far

@@ -15,6 +15,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "tests/support/exec_vector.h"
+
 extern char** environ;
 
 namespace hapticd::test {
@@ -32,13 +34,6 @@ std::vector<std::string> environmentOf(const ProgramOptions& options) {
     }
   }
   return all;
-}
-
-std::vector<char*> pointersTo(const std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (const std::string& text : texts) pointers.push_back(const_cast<char*>(text.c_str()));
-  pointers.push_back(nullptr);
-  return pointers;
 }
 
 /// A file without a name, which takes whatever is printed and never blocks the writer.
@@ -95,8 +90,8 @@ std::ostream& operator<<(std::ostream& stream, const Ending& ending) {
 Program::Program(const std::vector<std::string>& command, const ProgramOptions& options)
     : output_(nameless()), errors_(options.stderr_broken ? brokenPipe() : nameless()) {
   const std::vector<std::string> environment = environmentOf(options);
-  const std::vector<char*> arguments = pointersTo(command);
-  const std::vector<char*> variables = pointersTo(environment);
+  const std::vector<char*> arguments = execVector(command);
+  const std::vector<char*> variables = execVector(environment);
   // By descriptor, because another user may not be allowed to walk to the program.
   const int program = ::open(command.front().c_str(), O_RDONLY | O_CLOEXEC);
   const int input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);

@@ -14,15 +14,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tests/support/exec_vector.h"
+
 namespace hapticd::test {
 namespace {
-
-std::vector<char*> pointersTo(const std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (const std::string& text : texts) pointers.push_back(const_cast<char*>(text.c_str()));
-  pointers.push_back(nullptr);
-  return pointers;
-}
 
 winsize sizeOf(int rows, int columns) {
   return {static_cast<unsigned short>(rows), static_cast<unsigned short>(columns), 0, 0};
@@ -32,8 +27,8 @@ winsize sizeOf(int rows, int columns) {
 
 TerminalProgram::TerminalProgram(const std::vector<std::string>& command,
                                  const std::vector<std::string>& environment, int rows, int columns) {
-  const std::vector<char*> arguments = pointersTo(command);
-  const std::vector<char*> variables = pointersTo(environment);
+  const std::vector<char*> arguments = execVector(command);
+  const std::vector<char*> variables = execVector(environment);
   const winsize size = sizeOf(rows, columns);
   pid_ = ::forkpty(&terminal_, nullptr, nullptr, &size);
   if (pid_ == 0) {

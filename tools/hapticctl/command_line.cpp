@@ -53,4 +53,9 @@ int CommandLine::run(int argc, char** argv) {
   return action_();
 }
 
+void addForce(CLI::App& command, IfExists& if_exists) {
+  command.add_flag_callback(
+      "--force", [&if_exists] { if_exists = IfExists::replace; }, "Replace files that exist");
+}
+
 }  // namespace hapticd::tools

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tools/hapticctl/calls.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
@@ -37,6 +38,9 @@ class CommandLine {
   CommandOptions options_;
   Action action_;
 };
+
+/// --force, for a subcommand that writes files.
+void addForce(CLI::App& command, IfExists& if_exists);
 
 // Each theme's subcommands, with their options and what they do.
 void addStateCommands(CommandLine& line);      ///< status, watch, events, metrics, version

@@ -7,7 +7,8 @@
 
 namespace hapticd::tools {
 
-ProgressLine::ProgressLine(std::string doing) : doing_(std::move(doing)), terminal_(::isatty(STDERR_FILENO) == 1) {}
+ProgressLine::ProgressLine(std::string doing)
+    : doing_(std::move(doing)), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 void ProgressLine::show(double share) {
   const int percent = static_cast<int>(100 * share);

@@ -11,7 +11,7 @@
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
-#include "tools/hapticctl/snapshot/whole_file.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -19,7 +19,7 @@ namespace {
 struct SnapshotOptions {
   std::string ply;
   std::string png;
-  bool force = false;
+  IfExists if_exists = IfExists::refuse;
 };
 
 /// Radius of the HIP's neighbourhood; the default one where the daemon does not say.
@@ -32,13 +32,13 @@ double neighbourhood_m(const CommandOptions& options) {
 
 config::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& wanted, double radius_m) {
   if (!wanted.ply.empty()) {
-    const auto written = writeWholeFile(wanted.ply, plyOf(snapshot, radius_m), wanted.force);
+    const auto written = writeWholeFile(wanted.ply, plyOf(snapshot, radius_m), wanted.if_exists);
     if (!written) return written;
   }
   if (wanted.png.empty()) return {};
   const auto png = pngOf(snapshot);
   if (!png) return std::unexpected(png.error());
-  return writeWholeFile(wanted.png, *png, wanted.force);
+  return writeWholeFile(wanted.png, *png, wanted.if_exists);
 }
 
 void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& wanted, bool json) {
@@ -55,7 +55,7 @@ void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& wanted, bool 
 
 int runSnapshot(const CommandOptions& options, const SnapshotOptions& wanted) {
   for (const std::string& file : {wanted.ply, wanted.png}) {
-    const auto good = file.empty() ? config::Result<void>() : mayWrite(file, wanted.force);
+    const auto good = file.empty() ? config::Result<void>() : mayWrite(file, wanted.if_exists);
     if (!good) return report(good.error(), options.json);
   }
   const auto snapshot = fetchSnapshot(options);
@@ -77,7 +77,7 @@ void addSnapshotCommand(CommandLine& line) {
   command.add_option("--ply", wanted->ply, "Points in the world, in metres, for MeshLab and others")
       ->type_name("FILE");
   command.add_option("--png", wanted->png, "The depth image, light where it is near")->type_name("FILE");
-  command.add_flag("--force", wanted->force, "Replace files that exist");
+  addForce(command, wanted->if_exists);
 }
 
 }  // namespace hapticd::tools

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "config/settings.h"
+#include "drivers/trace/trace_file.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/events.h"
@@ -43,7 +44,7 @@ fs::path traceFile(const CommandOptions& options, const std::string& text) {
   std::error_code ignored;
   if (text.find('/') != std::string::npos || fs::exists(text, ignored)) return text;
   const fs::path file = traceFolder(options) / (text.ends_with(".mcap") ? text : text + ".mcap");
-  const fs::path open = file.string() + ".part";
+  const fs::path open = drivers::partOf(file);
   return !fs::exists(file, ignored) && fs::exists(open, ignored) ? open : file;
 }
 
@@ -127,10 +128,9 @@ void addFiles(CommandLine& line, CLI::App& group) {
                   "What a CSV holds: ticks (default), models, directives, events")
       ->type_name("CHANNEL")
       ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
-  exported
-      .add_option("--out", wanted->out,
-                  "The file to write, which must not exist (default: the trace's name here)")
+  exported.add_option("--out", wanted->out, "The file to write (default: the trace's name here)")
       ->type_name("FILE");
+  addForce(exported, wanted->if_exists);
   exported
       .add_option("--rows", wanted->selection.most_ticks,
                   "At most that many ticks; all peaks of the force are kept")
@@ -145,10 +145,9 @@ void addFiles(CommandLine& line, CLI::App& group) {
   CLI::App& plotted =
       addForFile(line, group, "plot", "Draw force, penetration and lateness of a trace with gnuplot",
                  [&options, plot](const fs::path& file) { return runTracePlot(options, file, *plot); });
-  plotted
-      .add_option("--out", plot->out,
-                  "The .png or .svg to write, which must not exist (default: the trace's name here)")
+  plotted.add_option("--out", plot->out, "The .png or .svg to write (default: the trace's name here)")
       ->type_name("FILE");
+  addForce(plotted, plot->if_exists);
   addTimes(plotted, plot->selection);
 }
 

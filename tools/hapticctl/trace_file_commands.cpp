@@ -95,6 +95,12 @@ std::filesystem::path besideHere(const std::filesystem::path& trace, const std::
   return trace.filename().replace_extension(ending);
 }
 
+config::Result<void> mayBecome(const std::filesystem::path& out, const std::filesystem::path& trace) {
+  std::error_code ignored;
+  if (!std::filesystem::equivalent(out, trace, ignored)) return {};
+  return std::unexpected(config::Error{out.string(), "is the trace itself", "give another name with --out"});
+}
+
 constexpr std::pair<const char*, TraceChannel> kChannels[] = {{"ticks", TraceChannel::ticks},
                                                               {"models", TraceChannel::models},
                                                               {"directives", TraceChannel::directives},
@@ -145,10 +151,12 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
   const bool hdf5 = wanted.format == "hdf5" || (wanted.format.empty() && wanted.out.ends_with(".h5"));
   const std::filesystem::path out =
       wanted.out.empty() ? besideHere(file, hdf5 ? ".h5" : ".csv") : std::filesystem::path(wanted.out);
+  if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   ProgressLine progress("exporting");
   const auto show = [&](double share) { progress.show(share); };
-  const auto rows = hdf5 ? exportHdf5(file, out, wanted.selection, show)
-                         : exportCsv(file, out, channelOf(wanted.channel), wanted.selection, show);
+  const auto rows =
+      hdf5 ? exportHdf5(file, out, wanted.selection, show, wanted.if_exists)
+           : exportCsv(file, out, channelOf(wanted.channel), wanted.selection, show, wanted.if_exists);
   progress.end();
   if (!rows) return report(rows.error(), options.json);
   if (options.json) {
@@ -163,8 +171,10 @@ int runTracePlot(const CommandOptions& options, const std::filesystem::path& fil
                  const PlotOptions& wanted) {
   const std::filesystem::path out =
       wanted.out.empty() ? besideHere(file, ".png") : std::filesystem::path(wanted.out);
+  if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   ProgressLine progress("drawing");
-  const auto drawn = plotTrace(file, out, wanted.selection, [&](double share) { progress.show(share); });
+  const auto drawn = plotTrace(
+      file, out, wanted.selection, [&](double share) { progress.show(share); }, wanted.if_exists);
   progress.end();
   if (!drawn) return report(drawn.error(), options.json);
   if (options.json) {

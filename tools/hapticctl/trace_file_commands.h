@@ -5,6 +5,7 @@
 
 #include "tools/hapticctl/calls.h"
 #include "tools/trace/trace_selection.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
@@ -13,12 +14,14 @@ struct ExportOptions {
   std::string format;             ///< csv or hdf5; empty: by the ending of `out`, else csv
   std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
   std::string out;                ///< empty: the trace's name with another ending, in this folder
+  IfExists if_exists = IfExists::refuse;
   TraceSelection selection;
 };
 
 /// What `trace plot` makes of a trace.
 struct PlotOptions {
   std::string out;  ///< .png or .svg; empty: the trace's name with .png, in this folder
+  IfExists if_exists = IfExists::refuse;
   TraceSelection selection;
 };
 

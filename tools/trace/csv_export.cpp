@@ -11,7 +11,6 @@
 #include "drivers/trace/names.h"
 #include "tools/trace/columns.h"
 #include "tools/trace/selected_trace.h"
-#include "tools/trace/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -126,10 +125,11 @@ config::Result<std::uint64_t> exportChannel(const SelectedTrace& trace, WholeFil
 
 config::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace_file,
                                         const std::filesystem::path& csv_file, TraceChannel channel,
-                                        const TraceSelection& selection, const Progress& progress) {
+                                        const TraceSelection& selection, const Progress& progress,
+                                        IfExists if_exists) {
   const auto trace = SelectedTrace::open(trace_file, selection);
   if (!trace) return std::unexpected(trace.error());
-  auto file = WholeFile::create(csv_file);
+  auto file = WholeFile::create(csv_file, if_exists);
   if (!file) return std::unexpected(file.error());
   using Visitor = drivers::TraceVisitor;
   switch (channel) {

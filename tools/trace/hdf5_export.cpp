@@ -12,7 +12,6 @@
 #include "tools/trace/columns.h"
 #include "tools/trace/hdf5_file.h"
 #include "tools/trace/selected_trace.h"
-#include "tools/trace/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -135,13 +134,14 @@ config::Result<std::optional<std::uint64_t>> fill(hid_t file, const SelectedTrac
 
 config::Result<std::uint64_t> exportHdf5(const std::filesystem::path& trace_file,
                                          const std::filesystem::path& hdf5_file,
-                                         const TraceSelection& selection, const Progress& progress) {
+                                         const TraceSelection& selection, const Progress& progress,
+                                         IfExists if_exists) {
   const auto trace = SelectedTrace::open(trace_file, selection);
   if (!trace) return std::unexpected(trace.error());
-  auto whole = WholeFile::create(hdf5_file);
+  auto whole = WholeFile::create(hdf5_file, if_exists);
   if (!whole) return std::unexpected(whole.error());
   ::H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // it would print what we say ourselves
-  Hdf5Handle file(::H5Fcreate(whole->part().c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), ::H5Fclose);
+  Hdf5Handle file(::H5Fcreate(whole->draft().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), ::H5Fclose);
   if (!file.good()) return std::unexpected(writeError(hdf5_file));
   const auto rows = fill(file, *trace, progress);
   if (!rows) return std::unexpected(rows.error());

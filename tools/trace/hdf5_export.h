@@ -5,17 +5,19 @@
 
 #include "config/error.h"
 #include "tools/trace/trace_selection.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
-/// Writes ticks, models, directives and events of `trace` into the HDF5 file `hdf5`, which must not exist: a
+/// Writes ticks, models, directives and events of `trace` into the HDF5 file `hdf5`: a
 /// group per channel, in it one compressed dataset per column (N, or N x 3 for vectors) with the attributes
 /// `unit` and, for enumerators, `names`. The trace's metadata are attributes of the root.
 /// Returns the number of rows of all channels. The file is there whole or not at all.
-/// Errors: those of readTrace(), a selection that is none, a file that exists or cannot be written.
-/// Thread: one at a time (libhdf5).  RT: not safe.
+/// Errors: those of readTrace(), a selection that is none, a file that exists and is not to be replaced or
+/// cannot be written. Thread: one at a time (libhdf5).  RT: not safe.
 config::Result<std::uint64_t> exportHdf5(const std::filesystem::path& trace,
                                          const std::filesystem::path& hdf5,
-                                         const TraceSelection& selection = {}, const Progress& progress = {});
+                                         const TraceSelection& selection = {}, const Progress& progress = {},
+                                         IfExists if_exists = IfExists::refuse);
 
 }  // namespace hapticd::tools

@@ -14,7 +14,6 @@
 #include "tools/hapticbench/gnuplot.h"
 #include "tools/trace/peaks.h"
 #include "tools/trace/selected_trace.h"
-#include "tools/trace/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -123,12 +122,13 @@ config::Result<std::string> terminalFor(const std::filesystem::path& image) {
 }  // namespace
 
 config::Result<void> plotTrace(const std::filesystem::path& trace_file, const std::filesystem::path& image,
-                               const TraceSelection& selection, const Progress& progress) {
+                               const TraceSelection& selection, const Progress& progress,
+                               IfExists if_exists) {
   const auto terminal = terminalFor(image);
   if (!terminal) return std::unexpected(terminal.error());
   const auto trace = SelectedTrace::open(trace_file, selection);
   if (!trace) return std::unexpected(trace.error());
-  auto file = WholeFile::create(image);
+  auto file = WholeFile::create(image, if_exists);
   if (!file) return std::unexpected(file.error());
   const auto points =
       pointsOf(*trace, selection.most_ticks == 0 ? kUsualPoints : selection.most_ticks, progress);
@@ -137,8 +137,8 @@ config::Result<void> plotTrace(const std::filesystem::path& trace_file, const st
     return std::unexpected(
         config::Error{trace_file.string(), "has no ticks in that time", "choose another stretch"});
   }
-  const std::string script = scriptOf(*points, trace_file.filename().string(), *terminal, file->part());
-  if (auto drawn = runGnuplot(script, file->part(), "The Debian package is gnuplot-nox."); !drawn)
+  const std::string script = scriptOf(*points, trace_file.filename().string(), *terminal, file->draft());
+  if (auto drawn = runGnuplot(script, file->draft(), "The Debian package is gnuplot-nox."); !drawn)
     return drawn;
   return file->finish();
 }

@@ -4,15 +4,17 @@
 
 #include "config/error.h"
 #include "tools/trace/trace_selection.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
 /// Draws |commanded force|, penetration (distance from the HIP to the proxy) and wake-up latency over time
-/// with gnuplot into `image`, a PNG or SVG by its ending, which must not exist. Each curve keeps its peaks:
+/// with gnuplot into `image`, a PNG or SVG by its ending. Each curve keeps its peaks:
 /// at most selection.most_ticks values of each (0: 2000). The file is there whole or not at all.
-/// Errors: those of readTrace(), another ending, no ticks in the selection, a file that exists, no gnuplot.
-/// Thread: any.  RT: not safe.
+/// Errors: those of readTrace(), another ending, no ticks in the selection, a file that exists and is not to
+/// be replaced, no gnuplot. Thread: any.  RT: not safe.
 config::Result<void> plotTrace(const std::filesystem::path& trace, const std::filesystem::path& image,
-                               const TraceSelection& selection = {}, const Progress& progress = {});
+                               const TraceSelection& selection = {}, const Progress& progress = {},
+                               IfExists if_exists = IfExists::refuse);
 
 }  // namespace hapticd::tools

@@ -3,19 +3,14 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
-#include "tests/support/temporary_folder.h"
 #include "tools/hapticctl/snapshot/base64.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
-#include "tools/hapticctl/snapshot/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::uint16_t kRaw = 700;
 constexpr std::size_t kVertexBytes = 15;
@@ -139,25 +134,6 @@ TEST(SnapshotAssembler, RefusesRepliesThatDoNotFit) {
   SnapshotAssembler unfinished;
   ASSERT_TRUE(unfinished.add(headerReply()));
   EXPECT_EQ(unfinished.finish().error().what, "0 rows where a frame has 480");
-}
-
-TEST(WholeFile, NeverReplacesWithoutBeingAskedTo) {
-  const test::TemporaryFolder folder;
-  const fs::path file = folder.write("picture", "old");
-  const auto refused = writeWholeFile(file, "new", false);
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().remedy.find("--force"), std::string::npos);
-  EXPECT_EQ(fs::file_size(file), 3U);
-  ASSERT_TRUE(writeWholeFile(file, "newer", true));
-  EXPECT_EQ(fs::file_size(file), 5U);
-}
-
-TEST(WholeFile, LeavesNothingBehindWhenItFails) {
-  const test::TemporaryFolder folder;
-  EXPECT_FALSE(writeWholeFile(folder.path() / "no" / "file", "bytes", false));
-  fs::create_directory(folder.path() / "folder");
-  EXPECT_FALSE(writeWholeFile(folder.path() / "folder", "bytes", true));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
 }
 
 }  // namespace

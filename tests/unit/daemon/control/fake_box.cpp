@@ -110,7 +110,8 @@ void FakeBox::setTraces(int count) {
   const std::lock_guard lock(mutex_);
   traces_.clear();
   for (int i = 0; i < count; ++i) {
-    traces_.push_back({"trace-" + std::to_string(i), 1000U + static_cast<unsigned>(i), 5'000 + i, false, false});
+    traces_.push_back(
+        {"trace-" + std::to_string(i), 1000U + static_cast<unsigned>(i), 5'000 + i, false, false});
   }
 }
 

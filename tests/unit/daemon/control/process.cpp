@@ -12,6 +12,7 @@
 #include <array>
 
 #include "daemon/control/descriptor.h"
+#include "tests/support/exec_vector.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -34,13 +35,6 @@ Stream terminalStream() {
   ::fcntl(ours, F_SETFD, FD_CLOEXEC);
   ::fcntl(its, F_SETFD, FD_CLOEXEC);
   return {Descriptor(ours), Descriptor(its)};
-}
-
-std::vector<char*> pointersTo(const std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (const std::string& text : texts) pointers.push_back(const_cast<char*>(text.c_str()));
-  pointers.push_back(nullptr);
-  return pointers;
 }
 
 /// False at the end of the stream.
@@ -77,8 +71,8 @@ ProcessResult runProcess(const std::vector<std::string>& command, const ProcessO
   Stream errors = pipeStream();
   std::vector<std::string> environment = options.environment;
   environment.push_back("PATH=/usr/bin:/bin");
-  const std::vector<char*> arguments = pointersTo(command);
-  const std::vector<char*> variables = pointersTo(environment);
+  const std::vector<char*> arguments = hapticd::test::execVector(command);
+  const std::vector<char*> variables = hapticd::test::execVector(environment);
   // By descriptor, because another user may not be allowed to walk to the program.
   const Descriptor program(::open(command.front().c_str(), O_RDONLY | O_CLOEXEC));
 

@@ -1,0 +1,99 @@
+// hapticctl trace info, export, plot and recover: on files, without a daemon.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "drivers/trace/trace_file.h"
+#include "tests/support/made_up_trace.h"
+#include "tests/system/hapticctl_home.h"
+#include "tests/system/terminal_program.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::size_t kTicks = 2000;
+
+class HapticctlTraceFiles : public testing::Test {
+ protected:
+  HapticctlTraceFiles() { writeTrace(trace, madeUpRecords(2, kTicks / 2), kTicks / 2); }
+
+  std::string file(const std::string& name) const { return (home.path() / name).string(); }
+  static std::string contentOf(const fs::path& path) {
+    std::ostringstream content;
+    content << std::ifstream(path, std::ios::binary).rdbuf();
+    return content.str();
+  }
+  /// Without the end that closing writes, and half a chunk too.
+  void cutOff() const { fs::resize_file(trace, fs::file_size(trace) * 6 / 10); }
+
+  HapticctlHome home;
+  std::string trace = (home.path() / "a.mcap").string();
+};
+
+TEST_F(HapticctlTraceFiles, ExportSaysHowManyRowsItWroteAndWhere) {
+  const Finished csv = home.run({"trace", "export", trace, "--out", file("a.csv")});
+  EXPECT_EQ(csv.ending, exitedWith(0)) << csv.errors;
+  EXPECT_EQ(csv.output, file("a.csv") + ": 2000 rows\n");
+  EXPECT_EQ(csv.errors, "") << "progress is for terminals";
+  const Finished hdf5 = home.run({"--json", "trace", "export", trace, "--out", file("a.h5")});
+  EXPECT_EQ(json::parse(hdf5.output).at("file"), file("a.h5"));
+  EXPECT_TRUE(contentOf(file("a.h5")).starts_with("\x89HDF"));
+}
+
+TEST_F(HapticctlTraceFiles, ExportReplacesFilesOnlyWithForce) {
+  const std::string old = home.folder().write("old.csv", "old");
+  const Finished refused = home.run({"trace", "export", trace, "--out", old});
+  EXPECT_EQ(refused.ending, exitedWith(1));
+  EXPECT_TRUE(has(refused.errors, "--force")) << refused.errors;
+  EXPECT_EQ(contentOf(old), "old");
+  EXPECT_EQ(home.run({"trace", "export", trace, "--out", old, "--force"}).ending, exitedWith(0));
+  EXPECT_TRUE(contentOf(old).starts_with("time_s,"));
+}
+
+TEST_F(HapticctlTraceFiles, NothingReplacesTheTraceItself) {
+  const std::string before = contentOf(trace);
+  const std::string picture = file("a.png");
+  fs::create_symlink(trace, picture);
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"export", trace, "--out", trace}, {"plot", trace, "--out", picture}}) {
+    std::vector<std::string> arguments{"trace", "--force"};
+    arguments.insert(arguments.begin() + 1, command.begin(), command.end());
+    const Finished refused = home.run(arguments);
+    EXPECT_EQ(refused.ending, exitedWith(1));
+    EXPECT_TRUE(has(refused.errors, "is the trace itself")) << refused.errors;
+  }
+  EXPECT_EQ(contentOf(trace), before);
+}
+
+TEST_F(HapticctlTraceFiles, RecoverSaysWhatItKeptAndInfoThenReads) {
+  cutOff();
+  fs::rename(trace, drivers::partOf(trace));
+  const Finished broken = home.run({"trace", "info", drivers::partOf(trace)});
+  EXPECT_TRUE(has(broken.output + broken.errors, "trace recover")) << broken.output << broken.errors;
+  const Finished recovered = home.run({"--json", "trace", "recover", drivers::partOf(trace)});
+  ASSERT_EQ(recovered.ending, exitedWith(0)) << recovered.errors;
+  const json said = json::parse(recovered.output);
+  EXPECT_EQ(said.at("file"), trace);
+  EXPECT_EQ(said.at("chunks"), 1);
+  EXPECT_GT(said.at("bytesCut"), 0);
+  const Finished info = home.run({"--json", "trace", "info", trace});
+  EXPECT_EQ(json::parse(info.output).at("complete"), true);
+  EXPECT_EQ(json::parse(info.output).at("ticks"), kTicks / 2);
+}
+
+TEST_F(HapticctlTraceFiles, LongWorkShowsHowFarItIsOnATerminal) {
+  TerminalProgram program(home.command({"trace", "export", trace, "--out", file("a.csv")}), {"TERM=xterm"},
+                          24, 80);
+  EXPECT_EQ(program.wait(), exitedWith(0));
+  EXPECT_TRUE(has(program.output(), "exporting")) << program.output();
+  EXPECT_TRUE(has(program.output(), "2000 rows")) << program.output();
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+
+#include "config/error.h"
+
+namespace hapticd::tools {
+
+enum class IfExists { refuse, replace };
+
+/// A file that is there whole or not at all, also after a crash or on a full disk: it is written as a draft
+/// of another name in the same folder, which goes away with the object unless finish() succeeded.
+/// Thread: one.  RT: not safe.
+class WholeFile {
+ public:
+  /// Errors: the file exists and is not to be replaced, the folder is missing or not writable.
+  static config::Result<WholeFile> create(const std::filesystem::path& file,
+                                          IfExists if_exists = IfExists::refuse);
+  WholeFile(WholeFile&& other) noexcept;
+  WholeFile& operator=(WholeFile&&) = delete;
+  ~WholeFile();
+
+  /// An empty file, for a library or program that opens by name what it writes.
+  const std::filesystem::path& draft() const { return draft_; }
+  /// Errors: the disk's.
+  config::Result<void> append(std::string_view bytes);
+  /// Gives the file its name.  Errors: the disk's, somebody has made one of that name meanwhile.
+  config::Result<void> finish();
+
+ private:
+  WholeFile(std::filesystem::path file, std::filesystem::path draft, int descriptor, IfExists if_exists)
+      : file_(std::move(file)), draft_(std::move(draft)), descriptor_(descriptor), if_exists_(if_exists) {}
+
+  std::filesystem::path file_;
+  std::filesystem::path draft_;
+  int descriptor_;  ///< of the draft; -1 from finish() on
+  IfExists if_exists_;
+};
+
+/// The same for bytes that are all there.
+config::Result<void> writeWholeFile(const std::filesystem::path& file, std::string_view bytes,
+                                    IfExists if_exists);
+
+/// create()'s check of an existing file, beforehand, for work that takes long.
+config::Result<void> mayWrite(const std::filesystem::path& file, IfExists if_exists);
+
+}  // namespace hapticd::tools
