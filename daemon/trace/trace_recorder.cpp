@@ -9,6 +9,7 @@
 #include "config/yaml_text.h"
 #include "drivers/monotonic_clock.h"
 #include "drivers/start_thread.h"
+#include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_recovery.h"
 
 namespace hapticd::daemon {
@@ -79,7 +80,7 @@ void TraceRecorder::stop() {
 
 void TraceRecorder::recoverLeftovers(const std::vector<drivers::TraceEntry>& entries) {
   for (const drivers::TraceEntry& entry : entries) {
-    const auto recovered = drivers::recoverTrace(folder_ / (entry.name + ".mcap.part"));
+    const auto recovered = drivers::recoverTrace(drivers::partOf(folder_ / (entry.name + ".mcap")));
     if (recovered && recovered->file.empty()) {  // what was recorded beside it is of no use either
       std::error_code ignored;
       fs::remove_all(folder_ / (entry.name + ".depth"), ignored);

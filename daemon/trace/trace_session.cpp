@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_folder.h"
 #include "rt/periodic_clock.h"
 
@@ -92,7 +93,7 @@ config::Result<void> TraceSession::end() {
 
 bool TraceSession::vanished() const {
   struct stat file {};
-  return ::stat((writer_->file().string() + ".part").c_str(), &file) != 0;
+  return ::stat(drivers::partOf(writer_->file()).c_str(), &file) != 0;
 }
 
 }  // namespace hapticd::daemon

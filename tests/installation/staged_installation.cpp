@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <sstream>
 
@@ -16,12 +15,6 @@ fs::path stagedRoot() {
   const fs::path root = HAPTICD_STAGED_FOLDER;
   EXPECT_TRUE(fs::exists(root)) << "run these tests by ctest, which stages the installation first";
   return root;
-}
-
-std::string contentOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  EXPECT_TRUE(stream.is_open()) << file;
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 std::vector<std::string> filesBelow(const fs::path& root) {

@@ -6,13 +6,12 @@
 
 #include "tests/support/program.h"
 
+#include "tests/support/file_content.h"
+
 namespace hapticd::test {
 
 /// The root of the installation that ctest has staged, for the prefix /usr.
 std::filesystem::path stagedRoot();
-
-/// All of a file; a failed test where it cannot be read.
-std::string contentOf(const std::filesystem::path& file);
 
 /// The files below `root`, relative to it and sorted.
 std::vector<std::string> filesBelow(const std::filesystem::path& root);

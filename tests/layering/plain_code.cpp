@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
-#include <fstream>
 #include <iterator>
 #include <regex>
 #include <stdexcept>
@@ -73,12 +72,6 @@ class Stripper {
 };
 
 }  // namespace
-
-std::string contentOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::runtime_error("cannot read " + file.string());
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::vector<std::string> plainLines(std::string_view text) {
   std::vector<std::string> lines(1);

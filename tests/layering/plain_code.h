@@ -5,10 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace hapticd::test {
+#include "tests/support/file_content.h"
 
-/// The whole content of a file.
-std::string contentOf(const std::filesystem::path& file);
+namespace hapticd::test {
 
 /// The lines of a C++ text, without comments and without what stands in string and character literals.
 /// Includes are left as they are.

@@ -14,7 +14,8 @@ namespace hapticd::test {
 struct BridgeRow {
   std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
   std::uint64_t sequence = 0;
-  std::int64_t age_ns = 0;  ///< of the newest command
+  std::int64_t made_ns = 0;  ///< when the newest command was made, by the daemon's clock
+  std::int64_t age_ns = 0;   ///< of the newest command
   bool active = false;
   Vector commanded_n{};
   Vector exerted_n{};

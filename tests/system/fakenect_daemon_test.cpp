@@ -22,8 +22,8 @@ using test::exitedWith;
 using test::Finished;
 using test::Vector;
 
-constexpr std::uint16_t kWallRaw = 760;  // 1.003 m
-constexpr double kTolerance_n = 1e-4;    // what is asked of the core
+constexpr std::uint16_t kWallRaw = 760;    // 1.003 m
+constexpr double kCoreTolerance_n = 1e-4;  // what is asked of the core
 
 test::ProgramOptions fakenect(const std::filesystem::path& recording) {
   const std::string player = HAPTICD_FAKENECT_FOLDER;
@@ -76,7 +76,7 @@ class FakenectDaemon : public testing::Test {
     const test::BruteForce expected(points_, test::vectorOf(tick.at("hipMInWorld")),
                                     {.stiffness_n_per_m = stiffness_n_per_m});
     EXPECT_EQ(tick.at("pointsUsed"), expected.points());
-    EXPECT_LT(expected.error_n(test::vectorOf(tick.at("lawForceNInWorld"))), kTolerance_n) << tick.dump();
+    EXPECT_LT(expected.error_n(test::vectorOf(tick.at("lawForceNInWorld"))), kCoreTolerance_n) << tick.dump();
     EXPECT_GT(test::distanceBetween(expected.force_n(), {}), 0.1);  // there is something to compare
   }
 
@@ -249,7 +249,7 @@ TEST(FakenectDaemonOnARealRecording, FeelsThePaperForceOfTheFrameThatItNames) {
     const auto points = test::pointsOf(test::rawPixelsOf(images.at(frame % images.size())));
     const test::BruteForce expected(points, test::vectorOf(tick.at("hipMInWorld")));
     EXPECT_EQ(tick.at("pointsUsed"), expected.points());
-    EXPECT_LT(expected.error_n(test::vectorOf(tick.at("lawForceNInWorld"))), kTolerance_n) << tick.dump();
+    EXPECT_LT(expected.error_n(test::vectorOf(tick.at("lawForceNInWorld"))), kCoreTolerance_n) << tick.dump();
     return ++compared == 10;
   }));
   EXPECT_EQ(daemon.terminate(), exitedWith(0));

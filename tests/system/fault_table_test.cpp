@@ -124,16 +124,17 @@ class FaultTable : public testing::Test {
   }
 
   /// No step above the slew limit, for the time and the ticks of the force loop that may lie between two
-  /// rows: those of the time between, one at each end, and what a command waited on its way. Steps that end
-  /// in zero at once are releases, which take three ticks.
+  /// rows: those between the commands that they are of, and one at each end; where the bridge reduced an old
+  /// command, what it waited too. Steps that end in zero at once are releases, which take three ticks.
   void expectSlewLimited() const {
     constexpr std::size_t kRelease_rows = 10;  // three ticks of the force loop, and late rows
     for (std::size_t i = 1; i < rows_.size(); ++i) {
       const BridgeRow& before = rows_[i - 1];
       const BridgeRow& row = rows_[i];
       const double step_n = distanceBetween(row.exerted_n, before.exerted_n);
+      const std::int64_t at_device_ns = row.time_ns - before.time_ns + std::max(row.age_ns, before.age_ns);
       const double between_s =
-          1e-9 * static_cast<double>(row.time_ns - before.time_ns + std::max(row.age_ns, before.age_ns));
+          1e-9 * static_cast<double>(std::max(at_device_ns, row.made_ns - before.made_ns));
       const bool releases =
           std::any_of(rows_.begin() + static_cast<std::ptrdiff_t>(i),
                       rows_.begin() + static_cast<std::ptrdiff_t>(std::min(i + kRelease_rows, rows_.size())),

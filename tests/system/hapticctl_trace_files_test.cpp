@@ -2,11 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "drivers/trace/trace_file.h"
+#include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/system/hapticctl_home.h"
 #include "tests/system/terminal_program.h"
@@ -24,11 +23,6 @@ class HapticctlTraceFiles : public testing::Test {
   HapticctlTraceFiles() { writeTrace(trace, madeUpRecords(2, kTicks / 2), kTicks / 2); }
 
   std::string file(const std::string& name) const { return (home.path() / name).string(); }
-  static std::string contentOf(const fs::path& path) {
-    std::ostringstream content;
-    content << std::ifstream(path, std::ios::binary).rdbuf();
-    return content.str();
-  }
   /// Without the end that closing writes, and half a chunk too.
   void cutOff() const { fs::resize_file(trace, fs::file_size(trace) * 6 / 10); }
 

@@ -23,7 +23,7 @@ namespace {
 using test::Vector;
 
 constexpr std::size_t kPositions = 2000;
-constexpr double kTolerance_n = 1e-4;  // what is asked of haptic-replay
+constexpr double kReplayTolerance_n = 1e-4;  // what is asked of haptic-replay
 
 struct Image {
   std::filesystem::path file;
@@ -185,7 +185,7 @@ TEST_P(ReplayOfRecordings, IsTheBruteForceOverAllPixelsAt2000PositionsNearAndOnS
     }
     const test::BruteForce expected(points, queries[i].hip);
     const double error_n = expected.error_n(answers[i].force_n);
-    EXPECT_LT(error_n, kTolerance_n) << "at " << queries[i].text;
+    EXPECT_LT(error_n, kReplayTolerance_n) << "at " << queries[i].text;
     EXPECT_EQ(answers[i].points, expected.points()) << "at " << queries[i].text;
     EXPECT_EQ(answers[i].frame, image) << "at " << queries[i].text;
     EXPECT_EQ(answers[i].input, queries[i].text);

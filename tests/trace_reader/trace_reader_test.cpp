@@ -6,7 +6,6 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 
 #include "drivers/trace/trace_recovery.h"
 #include "drivers/trace/trace_writer.h"
+#include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -261,11 +261,6 @@ void expectAll(Read& read, const MadeUpRecords& records) {
     expectRecords(messages["/hapticd/core_snapshot"], records.snapshots);
     EXPECT_EQ(messages.size(), 5U);
   }
-}
-
-std::string contentOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 class TraceReader : public testing::Test {

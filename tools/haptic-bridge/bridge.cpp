@@ -124,6 +124,7 @@ void Bridge::account(const DeviceReading& reading, const rt::Vec3& exerted_n, st
   row.position_m = reading.position_m;
   if (command_) {
     row.command_sequence = command_->header.sequence;
+    row.command_made_ns = command_->header.time_ns;
     row.active = command_->active;
     row.commanded_n = command_->force_n_in_handle;
   }

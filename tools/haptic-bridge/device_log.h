@@ -14,6 +14,7 @@ namespace hapticd::tools {
 struct DeviceTick {
   std::int64_t time_ns = 0;            ///< CLOCK_MONOTONIC
   std::uint64_t command_sequence = 0;  ///< of the newest valid command; 0: none yet
+  std::int64_t command_made_ns = 0;    ///< by the clock of its sender
   std::int64_t command_age_ns = 0;     ///< since its arrival; -1: none yet
   bool active = false;                 ///< its mode
   rt::Vec3 commanded_n;
@@ -21,8 +22,8 @@ struct DeviceTick {
   rt::Vec3 position_m;
 };
 
-/// One CSV row per tick: t_ns, command_sequence, command_age_ns, mode (zero or active), commanded force,
-/// exerted force, position. Thread: one.
+/// One CSV row per tick: t_ns, command_sequence, command_made_ns, command_age_ns, mode (zero or active),
+/// commanded force, exerted force, position. Thread: one.
 class DeviceLog {
  public:
   /// Errors: the file cannot be made.

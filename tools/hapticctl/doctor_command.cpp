@@ -10,7 +10,7 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDoctorFooter =
     "Each line is 'ok', 'warn' or 'fail', what was looked at, what was found, and what to do about it.\n"
     "Exit status: 0 done, nothing fails, 1 something fails, 2 wrong usage.\n";
 
@@ -85,7 +85,7 @@ void addDoctorCommand(CommandLine& line) {
       "doctor",
       "Look at kernel, CPUs, rights, devices, traces and service, and say what to do; needs no daemon",
       [&options, doctor] { return runDoctor(options, *doctor); });
-  command.footer(kFooter);
+  command.footer(kDoctorFooter);
   command.add_option("--root", doctor->root, "Look at the files below this folder, not at this machine's")
       ->type_name("FOLDER")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""));

@@ -19,10 +19,6 @@ Colour colourOfMode(const std::string& mode) {
   return mode == "holding" || mode == "starting" ? Colour::yellow : Colour::plain;
 }
 
-std::string row(std::string_view title, const std::string& text) {
-  return fmt::format("{:<14}{}", title, text);
-}
-
 void addLinesOf(std::vector<std::string>& lines, const std::string& text) {
   std::size_t begin = 0;
   while (begin < text.size()) {
@@ -50,67 +46,68 @@ std::vector<std::string> complaintLines(const Json& status, std::size_t columns)
 }
 
 std::string loopRow(const Json& status) {
-  return row("force loop",
-             fmt::format("{} Hz, {} ticks, {} overruns, {}{}", fixed(numberAt(status, "loop.rateHz"), 1),
-                         countAt(status, "loop.counters.ticks"), countAt(status, "loop.counters.overruns"),
-                         flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real time",
-                         flagAt(status, "loop.memoryLocked") ? ", locked" : ""));
+  return statusRow(
+      "force loop",
+      fmt::format("{} Hz, {} ticks, {} overruns, {}{}", fixed(numberAt(status, "loop.rateHz"), 1),
+                  countAt(status, "loop.counters.ticks"), countAt(status, "loop.counters.overruns"),
+                  flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real time",
+                  flagAt(status, "loop.memoryLocked") ? ", locked" : ""));
 }
 
 std::string forceRow(const Json& status) {
-  return row("force", fmt::format("{} N of {} N by the law, {} points, delay limit {} N/m",
-                                  fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
-                                  fixed(lengthAt(status, "tick.lawForceNInWorld"), 2),
-                                  countAt(status, "tick.pointsUsed"),
-                                  fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
+  return statusRow("force", fmt::format("{} N of {} N by the law, {} points, delay limit {} N/m",
+                                        fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
+                                        fixed(lengthAt(status, "tick.lawForceNInWorld"), 2),
+                                        countAt(status, "tick.pointsUsed"),
+                                        fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
 }
 
 std::string hipRow(const Json& status) {
   const auto at = [&](const char* axis) {
     return fixed(numberAt(status, std::string("tick.hipMInWorld.") + axis), 3);
   };
-  return row("HIP", fmt::format("({}, {}, {}) m in the world", at("x"), at("y"), at("z")));
+  return statusRow("HIP", fmt::format("({}, {}, {}) m in the world", at("x"), at("y"), at("z")));
 }
 
 std::string cameraRow(const Json& status) {
-  return row("camera",
-             fmt::format("{}, {} fps, {} frames, {} damaged, {}", textAt(status, "camera.state"),
-                         fixed(numberAt(status, "scene.frameRateHz"), 1), countAt(status, "camera.frames"),
-                         countAt(status, "camera.damagedFrames"), textAt(status, "camera.identity")));
+  return statusRow(
+      "camera", fmt::format("{}, {} fps, {} frames, {} damaged, {}", textAt(status, "camera.state"),
+                            fixed(numberAt(status, "scene.frameRateHz"), 1), countAt(status, "camera.frames"),
+                            countAt(status, "camera.damagedFrames"), textAt(status, "camera.identity")));
 }
 
 std::string sceneRow(const Json& status) {
-  return row("scene",
-             fmt::format("{} points, modelled in {}, felt at an age of {}", countAt(status, "scene.points"),
-                         duration(numberAt(status, "scene.lastModelNs")),
-                         duration(numberAt(status, "tick.sceneAgeNs"))));
+  return statusRow(
+      "scene", fmt::format("{} points, modelled in {}, felt at an age of {}", countAt(status, "scene.points"),
+                           duration(numberAt(status, "scene.lastModelNs")),
+                           duration(numberAt(status, "tick.sceneAgeNs"))));
 }
 
 std::string handleRow(const Json& status) {
-  return row("handle",
-             fmt::format("{}{}, {} measurements, {}", textAt(status, "handle.state"),
-                         flagAt(status, "handle.exertsForce") ? "" : " without force",
-                         countAt(status, "handle.measurements"), textAt(status, "handle.identity")));
+  return statusRow("handle",
+                   fmt::format("{}{}, {} measurements, {}", textAt(status, "handle.state"),
+                               flagAt(status, "handle.exertsForce") ? "" : " without force",
+                               countAt(status, "handle.measurements"), textAt(status, "handle.identity")));
 }
 
 /// The rows below the complaints, the most important first.
 std::vector<std::string> rows(const Json& status) {
   std::vector<std::string> lines{
       loopRow(status),
-      row("wake-up", latencyText(status, "loop.wakeupLatency")),
+      statusRow("wake-up", latencyText(status, "loop.wakeupLatency")),
       forceRow(status),
       cameraRow(status),
       handleRow(status),
-      row("trace", traceText(status)),
+      statusRow("trace", traceText(status)),
       sceneRow(status),
-      row("law", textAt(status, "law.chosen") + ": " + textAt(status, "law.reason")),
-      row("compute", latencyText(status, "loop.computeTime")),
+      statusRow("law", textAt(status, "law.chosen") + ": " + textAt(status, "law.reason")),
+      statusRow("compute", latencyText(status, "loop.computeTime")),
       hipRow(status),
-      row("versions", versionsText(status))};
-  if (const std::string leds = ledsText(status); !leds.empty()) lines.push_back(row("leds", leds));
+      statusRow("versions", versionsText(status))};
+  if (const std::string leds = ledsText(status); !leds.empty()) lines.push_back(statusRow("leds", leds));
   const Json* link = fieldAt(status, "handle.link");
   if (link && link->is_object())
-    lines.push_back(row("round trip", latencyText(status, "handle.link.roundTrip")));
+    lines.push_back(statusRow("round trip", latencyText(status, "handle.link.roundTrip")));
   return lines;
 }
 
@@ -123,7 +120,7 @@ std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& styl
     lines.push_back(painted(line, Colour::red, style.colours));
   }
   const std::string mode =
-      row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
+      statusRow("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
   lines.push_back(painted(cutTo(mode, columns), colourOfMode(textAt(status, "mode")), style.colours));
   for (const std::string& line : rows(status)) lines.push_back(cutTo(line, columns));
   const std::size_t most = std::max<std::size_t>(style.size.rows, 2) - 1;

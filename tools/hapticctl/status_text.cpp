@@ -57,18 +57,18 @@ std::string countersText(const Json& status, const std::string& group,
   return text;
 }
 
-std::string row(std::string_view title, const std::string& text) {
-  return fmt::format("{:<14}{}\n", title, text);
+std::string line(std::string_view title, const std::string& text) {
+  return statusRow(title, text) + "\n";
 }
 
 std::string loopText(const Json& status) {
-  return row("force loop", fixed(numberAt(status, "loop.rateHz"), 1) + " Hz, " + privilegesText(status)) +
-         row("", countersText(
-                     status, "loop.counters.",
-                     {{"ticks", "ticks"}, {"overruns", "overruns"}, {"skippedPeriods", "skipped periods"}}) +
-                     ", " + countAt(status, "loop.pageFaults") + " page faults") +
-         row("wake-up", latencyText(status, "loop.wakeupLatency")) +
-         row("compute", latencyText(status, "loop.computeTime"));
+  return line("force loop", fixed(numberAt(status, "loop.rateHz"), 1) + " Hz, " + privilegesText(status)) +
+         line("", countersText(
+                      status, "loop.counters.",
+                      {{"ticks", "ticks"}, {"overruns", "overruns"}, {"skippedPeriods", "skipped periods"}}) +
+                      ", " + countAt(status, "loop.pageFaults") + " page faults") +
+         line("wake-up", latencyText(status, "loop.wakeupLatency")) +
+         line("compute", latencyText(status, "loop.computeTime"));
 }
 
 /// What the law feels: "from 100 points", or where the proxy is.
@@ -81,15 +81,16 @@ std::string contactText(const Json& status) {
 
 std::string forceText(const Json& status) {
   const std::string force = "tick.commandForceNInWorld";
-  return row("force", fmt::format("{} N {}, by the law {} N, {}", fixed(lengthAt(status, force), 3),
-                                  vectorText(status, force, 3),
-                                  fixed(lengthAt(status, "tick.lawForceNInWorld"), 3), contactText(status))) +
-         row("", "at " + vectorText(status, "tick.hipMInWorld", 4) + " m in the world") +
-         row("", countersText(status, "loop.counters.",
-                              {{"contactTicks", "ticks in contact"},
-                               {"slewLimitedTicks", "slew limited"},
-                               {"magnitudeClampedTicks", "clamped"},
-                               {"notFiniteTicks", "not finite"}}));
+  return line("force",
+              fmt::format("{} N {}, by the law {} N, {}", fixed(lengthAt(status, force), 3),
+                          vectorText(status, force, 3), fixed(lengthAt(status, "tick.lawForceNInWorld"), 3),
+                          contactText(status))) +
+         line("", "at " + vectorText(status, "tick.hipMInWorld", 4) + " m in the world") +
+         line("", countersText(status, "loop.counters.",
+                               {{"contactTicks", "ticks in contact"},
+                                {"slewLimitedTicks", "slew limited"},
+                                {"magnitudeClampedTicks", "clamped"},
+                                {"notFiniteTicks", "not finite"}}));
 }
 
 std::string lawText(const Json& status) {
@@ -98,67 +99,67 @@ std::string lawText(const Json& status) {
   if (law == "surface")
     text += fmt::format(", {} mm voxels", fixed(1000 * numberAt(status, "law.voxelEdgeM"), 1));
   if (flagAt(status, "law.filtered")) text += ", filtered depth";
-  return row("law", text + ": " + textAt(status, "law.reason"));
+  return line("law", text + ": " + textAt(status, "law.reason"));
 }
 
 std::string cameraText(const Json& status) {
-  return row("camera",
-             fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
-         row("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}}));
+  return line("camera",
+              fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
+         line("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}}));
 }
 
 std::string sceneText(const Json& status) {
-  return row("scene",
-             fmt::format("{} frames per second, {} points, modelled in {}, felt at an age of {}",
-                         fixed(numberAt(status, "scene.frameRateHz"), 1), countAt(status, "scene.points"),
-                         duration(numberAt(status, "scene.lastModelNs")),
-                         duration(numberAt(status, "tick.sceneAgeNs")))) +
-         row("", countersText(status, "scene.",
-                              {{"frames", "frames"},
-                               {"skippedFrames", "skipped"},
-                               {"models", "models"},
-                               {"remodels", "of them remodelled"},
-                               {"pointsOverCapacity", "points over capacity"}})) +
-         row("", countersText(status, "loop.counters.",
-                              {{"outsideModelTicks", "ticks outside the model"},
-                               {"depthStaleTicks", "with stale depth"}}));
+  return line("scene",
+              fmt::format("{} frames per second, {} points, modelled in {}, felt at an age of {}",
+                          fixed(numberAt(status, "scene.frameRateHz"), 1), countAt(status, "scene.points"),
+                          duration(numberAt(status, "scene.lastModelNs")),
+                          duration(numberAt(status, "tick.sceneAgeNs")))) +
+         line("", countersText(status, "scene.",
+                               {{"frames", "frames"},
+                                {"skippedFrames", "skipped"},
+                                {"models", "models"},
+                                {"remodels", "of them remodelled"},
+                                {"pointsOverCapacity", "points over capacity"}})) +
+         line("", countersText(status, "loop.counters.",
+                               {{"outsideModelTicks", "ticks outside the model"},
+                                {"depthStaleTicks", "with stale depth"}}));
 }
 
 /// Nothing for a handle without a measured connection.
 std::string linkText(const Json& status) {
   const Json* link = fieldAt(status, "handle.link");
   if (!link || link->is_null()) return "";
-  return row("link", countersText(status, "handle.link.",
-                                  {{"sent", "sent"},
-                                   {"received", "received"},
-                                   {"lost", "lost"},
-                                   {"duplicated", "twice"},
-                                   {"reordered", "late"},
-                                   {"rejected", "rejected"}})) +
-         row("round trip", latencyText(status, "handle.link.roundTrip"));
+  return line("link", countersText(status, "handle.link.",
+                                   {{"sent", "sent"},
+                                    {"received", "received"},
+                                    {"lost", "lost"},
+                                    {"duplicated", "twice"},
+                                    {"reordered", "late"},
+                                    {"rejected", "rejected"}})) +
+         line("round trip", latencyText(status, "handle.link.roundTrip"));
 }
 
 std::string safetyText(const Json& status) {
-  return row("safety", countersText(status, "loop.counters.",
-                                    {{"passivityTicks", "ticks damped for passivity"},
-                                     {"thermallyLimitedTicks", "warm"},
-                                     {"stiffnessLimitedTicks", "softened for delay"}}) +
-                           fmt::format(", {} N/m at the hand, of the springs {} are stable",
-                                       fixed(numberAt(status, "law.handStiffnessNPerM"), 0),
-                                       fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
+  return line("safety", countersText(status, "loop.counters.",
+                                     {{"passivityTicks", "ticks damped for passivity"},
+                                      {"thermallyLimitedTicks", "warm"},
+                                      {"stiffnessLimitedTicks", "softened for delay"}}) +
+                            fmt::format(", {} N/m at the hand, of the springs {} are stable",
+                                        fixed(numberAt(status, "law.handStiffnessNPerM"), 0),
+                                        fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
 }
 
 std::string handleText(const Json& status) {
-  return row("handle",
-             fmt::format("{}, {}{}", textAt(status, "handle.state"), textAt(status, "handle.identity"),
-                         flagAt(status, "handle.exertsForce") ? "" : ", exerts no force")) +
-         row("",
-             countersText(status, "handle.", {{"measurements", "measurements"}, {"rejected", "rejected"}}) +
-                 ", " +
-                 countersText(status, "loop.counters.",
-                              {{"handleStaleTicks", "ticks stale"},
-                               {"handleInvalidTicks", "ticks invalid"},
-                               {"releases", "releases"}})) +
+  return line("handle",
+              fmt::format("{}, {}{}", textAt(status, "handle.state"), textAt(status, "handle.identity"),
+                          flagAt(status, "handle.exertsForce") ? "" : ", exerts no force")) +
+         line("",
+              countersText(status, "handle.", {{"measurements", "measurements"}, {"rejected", "rejected"}}) +
+                  ", " +
+                  countersText(status, "loop.counters.",
+                               {{"handleStaleTicks", "ticks stale"},
+                                {"handleInvalidTicks", "ticks invalid"},
+                                {"releases", "releases"}})) +
          linkText(status);
 }
 
@@ -183,6 +184,10 @@ std::string fieldText(const Json& parameter, const char* name) {
 }
 
 }  // namespace
+
+std::string statusRow(std::string_view title, const std::string& text) {
+  return fmt::format("{:<14}{}", title, text);
+}
 
 std::string modeText(const Json& status) {
   const std::string cause = causeText(textAt(status, "cause"));
@@ -261,13 +266,13 @@ std::vector<std::string> complaints(const Json& status) {
 std::string statusText(const Json& status) {
   std::string text;
   for (const std::string& line : complaints(status)) text += "! " + line + "\n";
-  text += row("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
+  text += line("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
   text += loopText(status) + lawText(status) + forceText(status) + safetyText(status) + cameraText(status) +
           sceneText(status) + handleText(status);
-  if (const std::string leds = ledsText(status); !leds.empty()) text += row("leds", leds);
-  text += row("trace", traceText(status));
-  text += row("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
-  text += row("versions", versionsText(status));
+  if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);
+  text += line("trace", traceText(status));
+  text += line("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+  text += line("versions", versionsText(status));
   return text;
 }
 

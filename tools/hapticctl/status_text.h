@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/hapticctl/varlink_client.h"
@@ -47,6 +48,9 @@ std::string parameterTableText(const Json& parameters);
 
 /// "force.stiffness_n_per_m = 500 N/m".
 std::string parameterLine(const Json& parameter);
+
+/// "force loop    1000.0 Hz": one row of a status, without a line's end.
+std::string statusRow(std::string_view title, const std::string& text);
 
 /// "500 N/m".
 std::string withUnit(const std::string& value, const Json& parameter);

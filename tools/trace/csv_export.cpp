@@ -30,7 +30,7 @@ struct HeaderOfFields {
   }
 };
 
-struct RowOfFields {
+struct CsvRow {
   std::string& line;
 
   void operator()(std::string_view, const std::integral auto& value) {
@@ -81,7 +81,7 @@ class CsvFile {
     const std::int64_t time_ns = drivers::timeOf(record);
     text_ += secondsText(sum(time_ns, sum(0, -trace_.start_ns()))) + "," +
              secondsText(sum(time_ns, trace_.realtimeOffset_ns()));
-    drivers::visitFields(record, RowOfFields{text_});
+    drivers::visitFields(record, CsvRow{text_});
     text_ += '\n';
     ++rows_;
     if (text_.size() >= kWrittenAtOnce) write();

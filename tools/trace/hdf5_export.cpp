@@ -51,7 +51,7 @@ struct ColumnsOfFields {
   void operator()(std::string_view name, const Pairs&) { column(name, hdf5TextType()); }
 };
 
-struct RowOfFields {
+struct Hdf5Row {
   std::vector<Hdf5Column>& columns;
   std::size_t& next;
 
@@ -80,7 +80,7 @@ class Table {
 
   void add(const auto& record) {
     std::size_t next = 0;
-    drivers::visitFields(record, RowOfFields{columns_, next});
+    drivers::visitFields(record, Hdf5Row{columns_, next});
     for (Hdf5Column& column : columns_) column.endRow();
     ++rows_;
   }

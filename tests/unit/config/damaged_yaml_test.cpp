@@ -1,26 +1,22 @@
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <iterator>
 #include <random>
 #include <string>
 
 #include "config/parameter_table.h"
 #include "config/yaml_loader.h"
+#include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
 namespace {
 
+using test::contentOf;
 std::string repeated(std::string_view piece, std::size_t length) {
   std::string text;
   while (text.size() < length) text += piece;
   return text;
-}
-
-std::string contentOf(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 // What a loader may return at all: settings that the table and the rules accept, or errors that say

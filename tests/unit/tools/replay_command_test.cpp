@@ -9,6 +9,7 @@
 #include "tests/support/brute_force.h"
 #include "tests/support/made_up_scene.h"
 #include "tests/support/scratch_recording.h"
+#include "tests/unit/tools/papers_law.h"
 #include "tools/haptic-replay/replay.h"
 
 namespace hapticd::tools {
@@ -18,7 +19,7 @@ using test::Vector;
 
 // Sums of a few hundred numbers below 10 N in double precision; times of some seconds in whole nanoseconds
 // make the slew limit's step uncertain by 1e-9 s * 500 N/s.
-constexpr double kTolerance_n = 1e-6;
+constexpr double kCommandTolerance_n = 1e-6;
 
 constexpr std::uint16_t kWallRaw = 760;  // 1.003 m
 const Vector kHip{0.01, 0.02, -0.98};    // 23 mm in front of it
@@ -30,13 +31,6 @@ double lengthOf(const rt::Vec3& v) {
 /// The force that the law has at kHip, longer than the limits of the tests.
 Vector lawForce() {
   return test::BruteForce(test::pointsOf(test::wallImage(kWallRaw)), kHip).force_n();
-}
-
-/// Defaults, but for the law whose force is known.
-config::Settings papersLaw() {
-  config::Settings settings;
-  settings.force.law = config::LawChoice::nearest_springs;
-  return settings;
 }
 
 class ReplayCommand : public testing::Test {
@@ -59,9 +53,9 @@ class ReplayCommand : public testing::Test {
   static void expectAlongTheLaw(const rt::Vec3& command, double length_n, double time_s) {
     const Vector law = lawForce();
     const double factor = length_n / test::distanceBetween(law, {});
-    EXPECT_NEAR(command.x, factor * law[0], kTolerance_n) << time_s;
-    EXPECT_NEAR(command.y, factor * law[1], kTolerance_n) << time_s;
-    EXPECT_NEAR(command.z, factor * law[2], kTolerance_n) << time_s;
+    EXPECT_NEAR(command.x, factor * law[0], kCommandTolerance_n) << time_s;
+    EXPECT_NEAR(command.y, factor * law[1], kCommandTolerance_n) << time_s;
+    EXPECT_NEAR(command.z, factor * law[2], kCommandTolerance_n) << time_s;
   }
 
   test::TemporaryFolder folder_;
@@ -111,8 +105,8 @@ TEST_F(ReplayCommand, NeverStepsBeyondTheSlewLimitNorTheLargestForceWhereverTheH
   double time_s = 0;
   for (const Vector& hip : test::positionsNear(points, 300, 5)) {
     const rt::Vec3 command = commandAt(time_s, hip);
-    EXPECT_LE(lengthOf(command - last), 0.5 + kTolerance_n);  // 500 N/s for 1 ms
-    EXPECT_LE(lengthOf(command), 4 + kTolerance_n);
+    EXPECT_LE(lengthOf(command - last), 0.5 + kCommandTolerance_n);  // 500 N/s for 1 ms
+    EXPECT_LE(lengthOf(command), 4 + kCommandTolerance_n);
     last = command;
     time_s += 0.001;
   }
@@ -139,7 +133,7 @@ TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTi
     } else if (sample < 48) {
       expectAlongTheLaw(command, 4.0 - 0.5 * (sample - 40), time_s);
     } else {
-      EXPECT_NEAR(lengthOf(command), 0, sample == 48 ? kTolerance_n : 0) << time_s;
+      EXPECT_NEAR(lengthOf(command), 0, sample == 48 ? kCommandTolerance_n : 0) << time_s;
     }
   }
 }

@@ -8,6 +8,7 @@
 #include "tests/support/brute_force.h"
 #include "tests/support/made_up_scene.h"
 #include "tests/support/scratch_recording.h"
+#include "tests/unit/tools/papers_law.h"
 #include "tools/haptic-replay/replay.h"
 
 namespace hapticd::tools {
@@ -28,13 +29,6 @@ Vector toVector(const rt::Vec3& v) {
 
 rt::Vec3 toVec3(const Vector& v) {
   return {v[0], v[1], v[2]};
-}
-
-/// Defaults, but for the law whose brute force is known.
-config::Settings papersLaw() {
-  config::Settings settings;
-  settings.force.law = config::LawChoice::nearest_springs;
-  return settings;
 }
 
 /// A replay of one image.

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/trace/csv_export.h"
@@ -23,15 +22,11 @@ namespace hapticd::tools {
 namespace {
 
 namespace fs = std::filesystem;
+using test::contentOf;
 using Rows = std::vector<std::vector<std::string>>;
 
 constexpr std::int64_t kStart_ns = 5'000'000'000;
 constexpr std::int64_t kRealtimeOffset_ns = 1'700'000'000'000'000'001;
-
-std::string contentOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// Fields as RFC 4180 has them.
 Rows rowsOf(const fs::path& csv) {

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <string>
 
 #include "drivers/trace/trace_reader.h"
+#include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
 
@@ -16,15 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::bitsOf;
+using test::contentOf;
 using test::MadeUpRecords;
 using test::TemporaryFolder;
 
 constexpr std::size_t kChunks = 3, kTicksPerChunk = 2;
-
-std::string contentOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// A closed trace, and where its records end.
 struct WholeTrace {

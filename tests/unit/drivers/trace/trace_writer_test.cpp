@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <string>
 
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
+#include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/program.h"
 #include "tests/support/rerun.h"
@@ -20,13 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::bitsOf;
+using test::contentOf;
 using test::MadeUpRecords;
 using test::TemporaryFolder;
-
-std::string contentOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// Everything that a trace holds.
 MadeUpRecords recordsOf(const fs::path& file) {

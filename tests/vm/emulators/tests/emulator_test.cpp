@@ -7,11 +7,11 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <thread>
 
+#include "tests/support/file_content.h"
 #include "tests/support/program.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/vm/emulators/kinect/kinect_device.h"
@@ -19,13 +19,6 @@
 
 namespace hapticd::test::usbip {
 namespace {
-
-std::string contentOf(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 class RunningEmulator : public testing::Test {
  protected:

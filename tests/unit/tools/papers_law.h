@@ -1,0 +1,14 @@
+#pragma once
+
+#include "config/settings.h"
+
+namespace hapticd::tools {
+
+/// Defaults, but for the law whose force is known: by brute force over all points.
+inline config::Settings papersLaw() {
+  config::Settings settings;
+  settings.force.law = config::LawChoice::nearest_springs;
+  return settings;
+}
+
+}  // namespace hapticd::tools
