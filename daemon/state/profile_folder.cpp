@@ -83,8 +83,6 @@ config::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
 
 config::Result<void> ProfileFolder::save(const std::string& name, const config::Settings& settings) const {
   if (auto named = checkNamed(name); !named) return named;
-  std::error_code error;
-  fs::create_directory(folder_, error);  // replaceFile() tells what is wrong, if anything is
   if (!has(name)) {
     const auto entries = list();
     if (entries && entries->size() >= kMostProfiles) {

@@ -72,6 +72,8 @@ std::optional<std::string> contentOf(int descriptor) {
 }  // namespace
 
 config::Result<void> replaceFile(const fs::path& file, std::string_view content) {
+  std::error_code ignored;  // to write then fails too, and says why
+  fs::create_directories(file.parent_path(), ignored);
   const fs::path temporary = file.string() + ".new";
   ::unlink(temporary.c_str());  // of a start that crashed
   Descriptor descriptor(

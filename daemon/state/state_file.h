@@ -10,7 +10,7 @@
 namespace hapticd::daemon {
 
 /// Gives the file this content. After a crash or a loss of power it has either that or what it had before:
-/// a temporary file beside it is written, synchronised, and renamed. Errors: the folder does not exist, no
+/// a temporary file beside it is written, synchronised, and renamed. A missing folder is made. Errors: no
 /// permission, no space; the file is as it was.
 /// Thread: any.  Progress: blocking (the disk).
 config::Result<void> replaceFile(const std::filesystem::path& file, std::string_view content);

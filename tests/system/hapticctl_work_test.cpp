@@ -111,6 +111,21 @@ TEST_F(HapticctlWork, EventsFollowsUntilTheDaemonEndsAndSaysWhatWasLost) {
   EXPECT_EQ(events.wait(), exitedWith(0));
 }
 
+// --- the command line
+
+TEST(HapticctlWithoutADaemon, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
+  const HapticctlHome home;
+  const Finished mistyped = home.run({"statsu"});
+  EXPECT_EQ(mistyped.ending, exitedWith(2));
+  EXPECT_TRUE(has(mistyped.errors, "there is no command 'statsu' (did you mean status?)")) << mistyped.errors;
+  const Finished below = home.run({"trace", "exprot", "a.mcap"});
+  EXPECT_EQ(below.ending, exitedWith(2));
+  EXPECT_TRUE(has(below.errors, "hapticctl trace: there is no command 'exprot' (did you mean export?)"))
+      << below.errors;
+  EXPECT_TRUE(has(home.run({"trace"}).errors, "required"));
+  EXPECT_TRUE(has(home.run({"trace", "info"}).errors, "FILE is required"));
+}
+
 // --- metrics
 
 TEST_F(HapticctlWork, MetricsAnswersOneHttpRequest) {

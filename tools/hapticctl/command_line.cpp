@@ -1,6 +1,14 @@
 #include "tools/hapticctl/command_line.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "config/nearest_names.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {
@@ -10,6 +18,25 @@ constexpr const char* kFooter =
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control, for commands that only "
     "read\n"
     "also /run/hapticd/io.hapticd.Status.\n";
+
+/// "hapticctl: there is no command 'statsu' (did you mean status?)" and where to look them up; empty where
+/// something else is missing than a command.
+std::string unknownCommandText(const CLI::App& app) {
+  const std::vector<std::string> words = app.remaining(true);
+  const auto word =
+      std::ranges::find_if(words, [](const std::string& text) { return !text.starts_with('-'); });
+  const CLI::App* group = &app;
+  while (!group->get_subcommands().empty()) group = group->get_subcommands().front();
+  std::vector<std::string_view> names;
+  for (const CLI::App* command : group->get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  if (word == words.end() || names.empty()) return {};
+  const std::string meant = config::didYouMean(*word, names);
+  const std::string path = group == &app ? "hapticctl" : "hapticctl " + group->get_name();
+  return fmt::format("{}: there is no command '{}'{}\nRun '{} --help' for all commands.\n", path,
+                     printable(*word), meant.empty() ? "" : " (" + meant + ")", path);
+}
 
 }  // namespace
 
@@ -47,6 +74,11 @@ CLI::App& CommandLine::add(CLI::App& group, const std::string& name, const std::
 int CommandLine::run(int argc, char** argv) {
   try {
     app_.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    const std::string text = unknownCommandText(app_);
+    if (text.empty()) return app_.exit(error) == 0 ? kOk : kUsage;
+    fmt::print(stderr, "{}", text);
+    return kUsage;
   } catch (const CLI::ParseError& error) {
     return app_.exit(error) == 0 ? kOk : kUsage;
   }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "control_fixture.h"
 
@@ -121,6 +122,7 @@ TEST_F(CalibrationTest, RefusesWhatIsNoPose) {
 TEST_F(CalibrationTest, SaysWhyItCannotWriteAndKeepsWhatWas) {
   start();
   std::filesystem::remove_all(folder.path("state"));
+  std::ofstream(folder.path("state")) << "no folder";
   EXPECT_EQ("io.hapticd.Control.CalibrationFailed", set({{"cameraPose", kPose}})["error"]);
   EXPECT_TRUE(calibration()["waiting"].is_null());
 }

@@ -159,6 +159,7 @@ TEST_F(ProfileMethodsTest, RefusesNamesThatLeaveTheFolder) {
 TEST_F(ProfileMethodsTest, SaysWhereItCannotWriteAndWhatToDo) {
   start();
   std::filesystem::remove_all(folder.path("state"));
+  std::ofstream(folder.path("state")) << "no folder";
   const std::string reason = reasonOf(ask("SaveProfile", {{"name", "a"}}));
   EXPECT_NE(std::string::npos, reason.find("state.folder")) << reason;
   EXPECT_TRUE(log().empty());

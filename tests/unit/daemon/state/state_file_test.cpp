@@ -42,6 +42,13 @@ TEST(StateFile, IsReplacedBesideWhatACrashHasLeft) {
   EXPECT_EQ(namesIn(folder.path()), std::vector<std::string>{"a"});
 }
 
+TEST(StateFile, MakesTheFolderThatIsMissing) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state" / "profiles" / "a";
+  ASSERT_TRUE(replaceFile(file, "content"));
+  EXPECT_EQ(contentOf(file), "content");
+}
+
 TEST(StateFile, DoesNotWriteThroughALink) {
   const test::TemporaryFolder folder;
   const fs::path other = folder.write("other", "untouched");
@@ -84,8 +91,9 @@ TEST(StateFile, KeepsWhatItHadWhenThereIsNoSpace) {
   EXPECT_EQ(namesIn(folder.path()), std::vector<std::string>{"a"});
 }
 
-TEST(StateFile, SaysWhatToDoWithoutItsFolder) {
-  const auto replaced = replaceFile("/nowhere/at/all", "x");
+TEST(StateFile, SaysWhatToDoWhereItsFolderCannotBe) {
+  const test::TemporaryFolder folder;
+  const auto replaced = replaceFile(folder.write("file", "") / "a", "x");
   ASSERT_FALSE(replaced);
   EXPECT_NE(replaced.error().remedy.find("state.folder"), std::string::npos);
 }

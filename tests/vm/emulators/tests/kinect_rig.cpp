@@ -7,8 +7,8 @@ namespace hapticd::test {
 std::vector<std::uint16_t> unpack(const Bytes& packed) {
   std::vector<std::uint16_t> raw(640 * 480);
   for (std::size_t bit = 0; bit < raw.size() * 11; ++bit) {
-    const unsigned value = packed.at(bit / 8) >> (7 - bit % 8) & 1U;
-    raw[bit / 11] = static_cast<std::uint16_t>(raw[bit / 11] << 1 | value);
+    const unsigned value = unsigned{packed.at(bit / 8)} >> (7 - bit % 8) & 1U;
+    raw[bit / 11] = static_cast<std::uint16_t>(unsigned{raw[bit / 11]} << 1 | value);
   }
   return raw;
 }
