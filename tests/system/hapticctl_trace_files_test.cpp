@@ -54,11 +54,8 @@ TEST_F(HapticctlTraceFiles, NothingReplacesTheTraceItself) {
   const std::string before = contentOf(trace);
   const std::string picture = file("a.png");
   fs::create_symlink(trace, picture);
-  for (const std::vector<std::string>& command :
-       {std::vector<std::string>{"export", trace, "--out", trace}, {"plot", trace, "--out", picture}}) {
-    std::vector<std::string> arguments{"trace", "--force"};
-    arguments.insert(arguments.begin() + 1, command.begin(), command.end());
-    const Finished refused = home.run(arguments);
+  for (const auto& [command, out] : {std::pair("export", trace), std::pair("plot", picture)}) {
+    const Finished refused = home.run({"trace", command, trace, "--out", out, "--force"});
     EXPECT_EQ(refused.ending, exitedWith(1));
     EXPECT_TRUE(has(refused.errors, "is the trace itself")) << refused.errors;
   }
