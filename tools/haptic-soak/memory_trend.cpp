@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace hapticd::tools {
 namespace {
@@ -18,31 +20,34 @@ std::span<const MemoryPoint> afterWarmUp(std::span<const MemoryPoint> points) {
   return points.subspan(static_cast<std::size_t>(first - points.begin()));
 }
 
+/// Between all pairs of points, sorted.
+std::vector<double> slopesBetween(std::span<const MemoryPoint> points) {
+  std::vector<double> slopes;
+  for (std::size_t later = 1; later < points.size(); ++later) {
+    for (std::size_t earlier = 0; earlier < later; ++earlier) {
+      const double time_s = points[later].time_s - points[earlier].time_s;
+      if (time_s <= 0) continue;
+      slopes.push_back((points[later].resident_kb - points[earlier].resident_kb) / time_s);
+    }
+  }
+  std::ranges::sort(slopes);
+  return slopes;
+}
+
 }  // namespace
 
 MemoryTrend memoryTrend(std::span<const MemoryPoint> all) {
   const auto points = afterWarmUp(all);
-  if (points.size() < 3) return {};
+  const std::vector<double> slopes = slopesBetween(points);
+  if (points.size() < 3 || slopes.empty()) return {};
   const double n = static_cast<double>(points.size());
-  double mean_s = 0, mean_kb = 0;
-  for (const MemoryPoint& point : points) {
-    mean_s += point.time_s / n;
-    mean_kb += point.resident_kb / n;
-  }
-  double times = 0, both = 0;
-  for (const MemoryPoint& point : points) {
-    times += (point.time_s - mean_s) * (point.time_s - mean_s);
-    both += (point.time_s - mean_s) * (point.resident_kb - mean_kb);
-  }
-  if (times <= 0) return {};
-  const double slope = both / times;
-  double residuals = 0;
-  for (const MemoryPoint& point : points) {
-    const double residual = point.resident_kb - mean_kb - slope * (point.time_s - mean_s);
-    residuals += residual * residual;
-  }
+  // Kendall's S has this standard deviation under independent scatter; a step of one rank changes S by 2, so
+  // that many ranks below the median are two of them.
+  const double ranks = std::sqrt(n * (n - 1) * (2 * n + 5) / 18);
+  const std::size_t middle = slopes.size() / 2;
+  const std::size_t low = middle - std::min(middle, static_cast<std::size_t>(std::ceil(ranks)));
   const double span_s = points.back().time_s - points.front().time_s;
-  return {slope * span_s, 2 * std::sqrt(residuals / (n - 2) / times) * span_s};
+  return {slopes[middle] * span_s, (slopes[middle] - slopes[low]) * span_s};
 }
 
 double allowedGrowth_kb(double length_s) {

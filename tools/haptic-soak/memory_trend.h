@@ -10,17 +10,19 @@ struct MemoryPoint {
   double resident_kb = 0;
 };
 
-/// A straight line through memory in use over time.
+/// How memory in use grows with time.
 struct MemoryTrend {
-  double growth_kb = 0;  ///< from the line's begin to its end
-  double noise_kb = 0;   ///< the points' scatter lets the growth be that much off, with 95 % confidence
+  double growth_kb = 0;  ///< over the time that was looked at
+  double noise_kb = 0;   ///< the scatter lets the growth be that much less, with 97.5 % confidence
 };
 
-/// Least squares over the points after the warm-up, the first fifth of the time and at least 3 s; zero for
-/// fewer than three of them.
+/// The median of the slopes between all pairs of points (P. K. Sen, "Estimates of the regression coefficient
+/// based on Kendall's tau", 1968), so that what is taken once and kept is no growth and what is taken again and
+/// again is. Over the points after the warm-up, the first fifth of the time and at least 3 s; zero for fewer
+/// than three of them. Takes time and memory by the square of the number of points.
 MemoryTrend memoryTrend(std::span<const MemoryPoint> points);
 
-/// The most that the line may grow beyond its noise over a run of that length: 1 MB, or 1 MB per ten minutes
+/// The most that memory may grow beyond its noise over a run of that length: 1 MB, or 1 MB per ten minutes
 /// in a longer one.
 double allowedGrowth_kb(double length_s);
 

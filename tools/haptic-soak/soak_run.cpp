@@ -45,6 +45,7 @@ class Soak {
 
   SoakResult run(const std::function<void(double)>& progress) {
     result_.before = settled();
+    dumpOnce();
     begin_ = Clock::now();
     {
       SoakClients clients(
@@ -96,6 +97,14 @@ class Soak {
     if (!sample) return;
     sample->time_s = secondsSince(begin_);
     result_.samples.push_back(*sample);
+  }
+
+  /// What writing the first trace takes stays with the daemon, and any burst of overruns makes it write one:
+  /// taken before the memory is looked at, it is no growth. Refused when there is no flight recorder; then
+  /// nothing dumps by itself either.
+  void dumpOnce() {
+    auto client = VarlinkClient::connect(daemon_.controlSocket());
+    if (client) (void)client->call("io.hapticd.Control.DumpTrace");
   }
 
   /// Once nothing is on its way out any more: the fewest descriptors within a while.

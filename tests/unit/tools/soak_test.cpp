@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <thread>
 
 #include "config/parameter_table.h"
@@ -30,12 +32,31 @@ TEST(MemoryTrend, LeavesOutWhatTheStartTakes) {
 }
 
 TEST(MemoryTrend, OfAFlatLineWithScatterIsWithinItsNoise) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> scatter(0, 400);
   std::vector<MemoryPoint> points;
-  for (int i = 0; i <= 100; ++i) points.push_back({i * 1.0, 5000 + (i % 2 == 0 ? 400.0 : -400.0)});
+  for (int i = 0; i <= 100; ++i) points.push_back({i * 1.0, 5000 + scatter(random)});
   const MemoryTrend trend = memoryTrend(points);
   EXPECT_LT(std::abs(trend.growth_kb), trend.noise_kb);
-  // two standard errors of the slope over 81 points of scatter 400: 2 * 400 * sqrt(12 / 81)
-  EXPECT_NEAR(trend.noise_kb, 308, 10);
+  // about what least squares has: two standard errors of the slope over 81 points, 2 * 400 * sqrt(12 / 81)
+  EXPECT_NEAR(trend.noise_kb, 308, 80);
+}
+
+TEST(MemoryTrend, TakesOneStepForNoGrowthWhereverItIs) {
+  for (const int step : {25, 40, 60, 80, 99}) {
+    std::vector<MemoryPoint> points;
+    for (int i = 0; i <= 100; ++i) points.push_back({i * 1.0, i < step ? 5000.0 : 8000.0});
+    const MemoryTrend trend = memoryTrend(points);
+    EXPECT_LE(trend.growth_kb, trend.noise_kb) << "step at " << step;
+  }
+}
+
+TEST(MemoryTrend, OfStepAfterStepIsTheirRise) {
+  std::vector<MemoryPoint> points;
+  for (int i = 0; i <= 100; ++i) points.push_back({i * 1.0, 5000.0 + 1000 * (i / 10)});
+  const MemoryTrend trend = memoryTrend(points);
+  EXPECT_NEAR(trend.growth_kb, 8000, 400);
+  EXPECT_GT(trend.growth_kb - trend.noise_kb, 7000);
 }
 
 TEST(MemoryTrend, OfTooFewPointsIsNone) {
