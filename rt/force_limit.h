@@ -9,7 +9,8 @@ namespace hapticd::rt {
 
 /// A force within slew limit and magnitude clamp.
 struct LimitedForce {
-  Vec3 force_n;
+  Vec3 force_n;          ///< within both
+  Vec3 slewed_force_n;   ///< within the slew limit alone
   bool slewed = false;   ///< it differs from the force before by less than was asked for
   bool clamped = false;  ///< it is shorter than was asked for
 };
@@ -33,7 +34,8 @@ inline LimitedForce limitForce(const Vec3& before_n, const Vec3& aim_n, double m
   const double step_length = norm(step);
   const Vec3 slewed = from + shortened(step, step_length, step_left_n);
   const double slewed_length = norm(slewed);
-  return {shortened(slewed, slewed_length, limit_n), step_length > step_left_n, slewed_length > limit_n};
+  return {shortened(slewed, slewed_length, limit_n), slewed, step_length > step_left_n,
+          slewed_length > limit_n};
 }
 
 }  // namespace hapticd::rt

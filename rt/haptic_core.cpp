@@ -183,6 +183,7 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.energy_j = memory_.safety.energy_j();
   tick.passive_force_n_in_world = out.passive_n_in_world;
   tick.filtered_force_n_in_world = out.filtered_n_in_world;
+  tick.slewed_force_n_in_world = out.slewed_n_in_world;
   tick.command_force_n_in_world = out.force_n_in_world;
   return tick;
 }

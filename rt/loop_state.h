@@ -91,7 +91,8 @@ struct Tick {
   Vec3 scaled_force_n_in_world;    ///< at the hand: with the ramp, for the handle's delay, by the force scale
   Vec3 passive_force_n_in_world;   ///< after passivity control
   Vec3 filtered_force_n_in_world;  ///< after the low-pass
-  Vec3 command_force_n_in_world;   ///< newtons at the hand: after slew limit, clamp and finite check
+  Vec3 slewed_force_n_in_world;    ///< after the slew limit
+  Vec3 command_force_n_in_world;   ///< newtons at the hand: after clamp and finite check
 };
 
 /// What has been counted since the start of the loop.
@@ -135,12 +136,16 @@ struct Directive {
 inline constexpr std::size_t kTickRingCapacity = 4096;
 using TickRing = SpscRing<Tick, kTickRingCapacity>;
 
+/// Cheap flash, and a disk that is shared, keep a writer waiting for seconds; this is for 16 of them.
+inline constexpr std::size_t kTraceRingCapacity = 16384;
+using TraceRing = SpscRing<Tick, kTraceRingCapacity>;
+
 /// What joins the force thread and the control thread.
 struct ControlChannels {
   TripleBuffer<Directive> directive;  ///< control thread writes
   TripleBuffer<LoopState> state;      ///< force thread writes
   TickRing ticks;                     ///< force thread pushes
-  TickRing trace;                     ///< force thread pushes the same, for the trace thread
+  TraceRing trace;                    ///< force thread pushes the same, for the trace thread
   LatencyHistogram wakeup_latency;    ///< force thread adds
   LatencyHistogram compute_time;      ///< force thread adds
 };

@@ -26,6 +26,7 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
 
   const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
   const LimitedForce limited = limitForce(last_, aim, parameters.max_slew_n_per_s * period_s, allowed_n);
+  out.slewed_n_in_world = limited.slewed_force_n;
   out.slew_limited = limited.slewed;
   out.magnitude_clamped = limited.clamped;
   out.thermally_limited = allowed_n < parameters.max_force_n;
@@ -48,7 +49,7 @@ SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, dou
   low_pass_.apply({}, 0, period_s);
   thermal_.heat(norm(last_), parameters.thermal_time_s, period_s);
   Output out;
-  out.force_n_in_world = last_;
+  out.slewed_n_in_world = out.force_n_in_world = last_;
   return out;
 }
 

@@ -34,7 +34,8 @@ class SafetyChain {
   struct Output {
     Vec3 passive_n_in_world;   ///< after passivity control
     Vec3 filtered_n_in_world;  ///< after the low-pass
-    Vec3 force_n_in_world;     ///< after slew limit, clamp and finite check
+    Vec3 slewed_n_in_world;    ///< after the slew limit
+    Vec3 force_n_in_world;     ///< after clamp and finite check
     bool slew_limited = false;
     bool magnitude_clamped = false;
     bool not_finite = false;  ///< the input was not; zero was aimed at instead
@@ -50,7 +51,7 @@ class SafetyChain {
   }
 
   /// Instead of apply(): one of kReleaseTicks equal steps to zero. It begins at the force of the first call
-  /// after an apply().
+  /// after an apply(). The stages before the slew limit have zero.
   Output release(const SafetyParameters& parameters, double period_s) HAPTICD_RT;
 
   /// What was returned last; zero at first.

@@ -1,7 +1,10 @@
 #include "daemon/control/profile_methods.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "config/parameter_table.h"
@@ -21,6 +24,29 @@ Reply listReply(const config::Result<std::vector<ProfileEntry>>& entries) {
     profiles.push_back({{"name", name}, {"boot", boot}, {"timeNs", time_ns}});
   }
   return {"", {{"profiles", std::move(profiles)}}};
+}
+
+/// "name=value, name=value" of those in `some` that `others` does not have alike; nothing for a profile that
+/// could not be read.
+std::string differences(const ProfileMethods::Loaded& some, const ProfileMethods::Loaded& others) {
+  std::vector<std::string> texts;
+  if (!some) return {};
+  for (const auto& [parameter, value] : *some) {
+    const auto alike = [&](const config::Assignment& other) {
+      return other.parameter == parameter && other.value == value;
+    };
+    if (others && std::ranges::any_of(*others, alike)) continue;
+    texts.push_back(fmt::format("{}={}", parameter->name, config::toText(value)));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+JournalFields oldAndNew(std::string before, std::string after) {
+  return {{"OLD", std::move(before)}, {"NEW", std::move(after)}};
+}
+
+JournalFields oldAndNew(const ProfileMethods::Loaded& before, const ProfileMethods::Loaded& after) {
+  return oldAndNew(differences(before, after), differences(after, before));
 }
 
 }  // namespace
@@ -71,8 +97,12 @@ void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies
   const auto name = requiredText(call, "name");
   if (!name) return replies.finish(caller.connection, name.error());
   answerWhenDone(call, caller, replies,
-                 [folder = folder_, name = *name, settings = context_.box.settings()] {
-                   return folder.save(name, settings);
+                 [folder = folder_, name = *name, settings = context_.box.settings()]() -> Done {
+                   const Loaded before = folder.load(name);
+                   if (auto saved = folder.save(name, settings); !saved) {
+                     return std::unexpected(saved.error());
+                   }
+                   return oldAndNew(before, folder.load(name));
                  },
                  "saves profile " + *name, {{"EVENT", "profile"}, {"ACTION", "save"}, {"PROFILE", *name}},
                  {{"name", *name}});
@@ -81,7 +111,12 @@ void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies
 void ProfileMethods::deleteProfile(const Call& call, const Caller& caller, Replies& replies) {
   const auto name = requiredText(call, "name");
   if (!name) return replies.finish(caller.connection, name.error());
-  answerWhenDone(call, caller, replies, [folder = folder_, name = *name] { return folder.remove(name); },
+  answerWhenDone(call, caller, replies,
+                 [folder = folder_, name = *name]() -> Done {
+                   const Loaded before = folder.load(name);
+                   if (auto removed = folder.remove(name); !removed) return std::unexpected(removed.error());
+                   return oldAndNew(before, Loaded());
+                 },
                  "deletes profile " + *name,
                  {{"EVENT", "profile"}, {"ACTION", "delete"}, {"PROFILE", *name}});
 }
@@ -89,23 +124,29 @@ void ProfileMethods::deleteProfile(const Call& call, const Caller& caller, Repli
 void ProfileMethods::setBootProfile(const Call& call, const Caller& caller, Replies& replies) {
   const auto name = textField(call, "name");
   if (!name) return replies.finish(caller.connection, name.error());
-  answerWhenDone(call, caller, replies, [folder = folder_, name = *name] { return folder.setBoot(name); },
+  answerWhenDone(call, caller, replies,
+                 [folder = folder_, name = *name]() -> Done {
+                   const auto before = folder.boot();
+                   if (auto set = folder.setBoot(name); !set) return std::unexpected(set.error());
+                   return oldAndNew(before ? before->value_or("") : "", name.value_or(""));
+                 },
                  *name ? "makes " + **name + " the boot profile" : "wants no boot profile",
                  {{"EVENT", "profile"}, {"ACTION", "boot"}, {"PROFILE", name->value_or("")}});
 }
 
 void ProfileMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies,
-                                    std::function<config::Result<void>()> job, const std::string& change,
+                                    std::function<Done()> job, const std::string& change,
                                     const JournalFields& fields, const OrderedJson& parameters) {
   if (refused(caller, replies)) return;
-  using Outcome = config::Result<void>;
-  const auto reply = [this, caller, change, fields, parameters](const Outcome& done) {
+  const auto reply = [this, caller, change, fields, parameters](const Done& done) {
     if (!done) return failed(kFailed, done.error().text());
-    logChange(context_, caller, change, fields);
+    JournalFields all = fields;
+    std::ranges::copy(*done, std::back_inserter(all));
+    logChange(context_, caller, change, all);
     return Reply{"", parameters};
   };
   context_.pending.add(call, caller, replies, Unawaited::bring_end,
-                       whenReady<Outcome>(worker_.run(std::move(job)), reply));
+                       whenReady<Done>(worker_.run(std::move(job)), reply));
 }
 
 void ProfileMethods::loadProfile(const Call& call, const Caller& caller, Replies& replies) {

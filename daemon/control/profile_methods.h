@@ -19,8 +19,11 @@ class ProfileMethods {
   ProfileMethods(MethodContext& context, StateWorker& worker);
   std::vector<Method> methods();
 
- private:
   using Loaded = std::expected<std::vector<config::Assignment>, std::vector<config::Error>>;
+
+ private:
+  /// What the journal says of a job that is done.
+  using Done = config::Result<JournalFields>;
 
   void listProfiles(const Call&, const Caller&, Replies&);
   void saveProfile(const Call&, const Caller&, Replies&);
@@ -30,10 +33,10 @@ class ProfileMethods {
 
   /// Whether the call was refused because too many wait already.
   bool refused(const Caller& caller, Replies& replies);
-  /// Has `job` done, then logs `change` and answers with `parameters`.
-  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies,
-                      std::function<config::Result<void>()> job, const std::string& change,
-                      const JournalFields& fields, const OrderedJson& parameters = OrderedJson::object());
+  /// Has `job` done, then logs `change` with the fields of both and answers with `parameters`.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, std::function<Done()> job,
+                      const std::string& change, const JournalFields& fields,
+                      const OrderedJson& parameters = OrderedJson::object());
   /// Sets what a profile names. Returns what to wait for.
   std::expected<PendingAnswers::Poll, Reply> apply(const Caller& caller, const std::string& name,
                                                    const Loaded& loaded);

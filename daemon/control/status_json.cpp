@@ -213,6 +213,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"scaledForceNInWorld", vectorJson(tick.scaled_force_n_in_world)},
           {"passiveForceNInWorld", vectorJson(tick.passive_force_n_in_world)},
           {"filteredForceNInWorld", vectorJson(tick.filtered_force_n_in_world)},
+          {"slewedForceNInWorld", vectorJson(tick.slewed_force_n_in_world)},
           {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
 }
 

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using drivers::kNsPerSecond;
 
-/// How often the rings are emptied, which hold several seconds.
+/// How often the rings are emptied, which hold seconds.
 constexpr std::chrono::milliseconds kPeriod{20};
 constexpr std::int64_t kLookPeriod_ns = kNsPerSecond;
 constexpr std::int64_t kLimitPeriod_ns = 60 * kNsPerSecond;
@@ -229,7 +229,7 @@ void TraceRecorder::takeTicks() {
   if (sources_.deaf != nullptr && sources_.deaf->load(std::memory_order_relaxed)) return;
   rt::Tick tick;
   // bounded: the loop may push while this pops
-  for (std::size_t i = 0; i < rt::kTickRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
+  for (std::size_t i = 0; i < rt::kTraceRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
 }
 
 void TraceRecorder::take(const rt::Tick& tick) {

@@ -34,7 +34,7 @@ class TraceRecorder {
  public:
   /// All of it outlives the recorder.
   struct Sources {
-    rt::TickRing& ticks;
+    rt::TraceRing& ticks;
     SceneThread& scene_thread;
     rt::CoreMemoryChannel& core_memory;
     /// What a trace that begins now says of the box: metadata, attachments.  Thread: trace thread.

@@ -32,7 +32,8 @@ void visitFields(Tick& tick, auto&& visit) {
          slew_limited, magnitude_clamped, not_finite, released, passivity_acted, thermally_limited,
          outside_model, stopping, after_overrun, blending, law, contact, points_used, scene_frame,
          scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit, stiffness_gain,
-         law_force, blended_force, scaled_force, passive_force, filtered_force, command_force] = tick;
+         law_force, blended_force, scaled_force, passive_force, filtered_force, slewed_force, command_force] =
+      tick;
   visit("number", number);
   visit("planned_ns", planned_ns);
   visit("wakeup_latency_ns", wakeup_latency_ns);
@@ -69,6 +70,7 @@ void visitFields(Tick& tick, auto&& visit) {
   visit("scaled_force_n_in_world", scaled_force);
   visit("passive_force_n_in_world", passive_force);
   visit("filtered_force_n_in_world", filtered_force);
+  visit("slewed_force_n_in_world", slewed_force);
   visit("command_force_n_in_world", command_force);
 }
 

@@ -64,6 +64,7 @@ TEST(ForceLimit, ReachesAnAimWithinAStepAndGoesAStepTowardsAFartherOne) {
 TEST(ForceLimit, CutsToTheLargestForceAndKeepsTheDirection) {
   const rt::LimitedForce cut = rt::limitForce({}, {3, 0, 4}, 100, 2);
   EXPECT_LT(norm(cut.force_n - Vec3{1.2, 0, 1.6}), 1e-15);
+  EXPECT_EQ(cut.slewed_force_n, (Vec3{3, 0, 4})) << "before the clamp";
   EXPECT_TRUE(cut.clamped);
   EXPECT_FALSE(cut.slewed);
 }

@@ -91,6 +91,7 @@ void setForces(rt::Tick& tick, Random& random) {
   tick.scaled_force_n_in_world = anyVector(random);
   tick.passive_force_n_in_world = anyVector(random);
   tick.filtered_force_n_in_world = anyVector(random);
+  tick.slewed_force_n_in_world = anyVector(random);
   tick.command_force_n_in_world = anyVector(random);
 }
 

@@ -47,7 +47,7 @@ const std::vector<Case>& cases() {
       {"nan_pose", 0.4, "handle_invalid", 0.003},
       {"handle_leap", 0.4, "handle_too_fast", 0.003},
       {"late_ticks", 0.8, "overrun_burst", 0.064 + kDepthRamp_s},
-      {"channel_overflow", 4.6, "", std::nullopt},
+      {"channel_overflow", 16.9, "", std::nullopt},
       {"handle_unplugged", 0.4, "handle_stale", kHandleTimeout_s + 0.003, true},
   };
   return all;

@@ -155,6 +155,7 @@ void expectForces(Members& members, const rt::Tick& tick) {
   members.vector("scaled_force_n_in_world", tick.scaled_force_n_in_world);
   members.vector("passive_force_n_in_world", tick.passive_force_n_in_world);
   members.vector("filtered_force_n_in_world", tick.filtered_force_n_in_world);
+  members.vector("slewed_force_n_in_world", tick.slewed_force_n_in_world);
   members.vector("command_force_n_in_world", tick.command_force_n_in_world);
 }
 

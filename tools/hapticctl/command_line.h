@@ -42,6 +42,9 @@ class CommandLine {
 /// --force, for a subcommand that writes files.
 void addForce(CLI::App& command, IfExists& if_exists);
 
+/// --names, for a subcommand that lists what has names.
+void addNames(CLI::App& command, bool& names_only);
+
 // Each theme's subcommands, with their options and what they do.
 void addStateCommands(CommandLine& line);      ///< status, watch, events, metrics, version
 void addControlCommands(CommandLine& line);    ///< get, set, params, engage, disengage, clear-fault

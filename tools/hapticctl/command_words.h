@@ -6,9 +6,19 @@
 
 namespace hapticd::tools {
 
-/// What a shell can offer for an option's value or an argument.
+/// What a shell can offer for an option's value or an argument. Profiles and traces are those of the daemon.
 struct Takes {
-  enum class Kind { nothing, anything, files, words, parameters, assignments };
+  enum class Kind {
+    nothing,
+    anything,
+    files,
+    words,
+    parameters,
+    assignments,
+    profiles,
+    traces,
+    traces_or_files
+  };
   Kind kind = Kind::nothing;
   std::vector<std::string> words;
 };

@@ -72,6 +72,9 @@ std::string optionPattern(const Commands& commands, bool (*chosen)(Kind)) {
 bool isFiles(Kind kind) {
   return kind == Kind::files;
 }
+bool isProfiles(Kind kind) {
+  return kind == Kind::profiles;
+}
 bool isValue(Kind kind) {
   return kind != Kind::nothing;
 }
@@ -121,6 +124,12 @@ std::string bashArgument(const CommandWords& command) {
       return parameterNames(false, "");
     case Kind::assignments:
       return "@assignments";
+    case Kind::profiles:
+      return "@names profiles";
+    case Kind::traces:
+      return "@names trace list";
+    case Kind::traces_or_files:
+      return "@names_or_files trace list";
     case Kind::nothing:
     case Kind::anything:
       break;
@@ -160,11 +169,17 @@ _hapticctl_values() {{
 {values}    *) ;;
   esac
 }}
+# What the daemon has of that; knows the socket from the caller.
+_hapticctl_names() {{
+  hapticctl "${{socket[@]}}" "$@" --names 2>/dev/null
+}}
 _hapticctl() {{
   local current="${{COMP_WORDS[COMP_CWORD]}}" previous="${{COMP_WORDS[COMP_CWORD-1]}}" command="" index
+  local -a socket=()
   COMPREPLY=()
   for ((index = 1; index < COMP_CWORD; index++)); do
     case "${{COMP_WORDS[index]}}" in
+      --socket) ((index++)); socket=(--socket "${{COMP_WORDS[index]}}") ;;
       {value_options}) ((index++)) ;;
       -*) ;;
       *) [[ " $(_hapticctl_commands "$command") " == *" ${{COMP_WORDS[index]}} "* ]] &&
@@ -173,6 +188,7 @@ _hapticctl() {{
   done
   case "$previous" in
     {file_options}) COMPREPLY=($(compgen -f -- "$current")); return ;;
+    {profile_options}) COMPREPLY=($(compgen -W "$(_hapticctl_names profiles)" -- "$current")); return ;;
     {value_options}) COMPREPLY=($(compgen -W "$(_hapticctl_words "$previous")" -- "$current")); return ;;
   esac
   local argument="$(_hapticctl_argument "$command")"
@@ -182,6 +198,9 @@ _hapticctl() {{
     COMPREPLY=($(compgen -W "$options" -- "$current" | sort -u))
   elif [[ "$argument" == "@files" ]]; then
     COMPREPLY=($(compgen -f -- "$current"))
+  elif [[ "$argument" == "@names"* ]]; then
+    COMPREPLY=($(compgen -W "$(_hapticctl_names ${{argument#* }})" -- "$current"))
+    [[ "$argument" == "@names_or_files "* ]] && COMPREPLY+=($(compgen -f -- "$current"))
   elif [[ "$argument" == "@assignments" ]]; then
     # bash makes '=' a word of its own.
     if [[ "$current" == "=" ]]; then
@@ -211,6 +230,7 @@ std::string bashScript(const Commands& commands) {
       fmt::arg("values", choiceLines("    {name}) echo \"{words}\" ;;\n")),
       fmt::arg("value_options", optionPattern(commands, isValue)),
       fmt::arg("file_options", optionPattern(commands, isFiles)),
+      fmt::arg("profile_options", optionPattern(commands, isProfiles)),
       fmt::arg("assignments", parameterNames(true, "=")));
 }
 
@@ -244,6 +264,12 @@ std::string zshArgument(const Commands& commands, const CommandWords& command) {
       return "compadd -- " + parameterNames(false, "");
     case Kind::assignments:
       return "_hapticctl_assignments";
+    case Kind::profiles:
+      return "_hapticctl_names profiles";
+    case Kind::traces:
+      return "_hapticctl_names trace list";
+    case Kind::traces_or_files:
+      return "_hapticctl_names trace list; _files";
     case Kind::nothing:
     case Kind::anything:
       break;
@@ -290,12 +316,17 @@ _hapticctl_assignments() {{
 {values}    (*) compadd -S '' -- {assignments} ;;
   esac
 }}
+# What the daemon has of that; knows the socket from the caller.
+_hapticctl_names() {{
+  compadd -- ${{(f)"$(hapticctl $socket "$@" --names 2>/dev/null)"}}
+}}
 _hapticctl() {{
   local command="" word index
-  local -a subcommands options
+  local -a subcommands options socket
   for ((index = 2; index < CURRENT; index++)); do
     word="$words[index]"
     case "$word" in
+      (--socket) ((index++)); socket=(--socket "$words[index]") ;;
       ({value_options}) ((index++)) ;;
       (-*) ;;
       (*) case "$command:$word" in
@@ -305,10 +336,11 @@ _hapticctl() {{
   done
   case "$words[CURRENT-1]" in
     ({file_options}) _files; return ;;
+    ({profile_options}) _hapticctl_names profiles; return ;;
 {words}    ({value_options}) return ;;
   esac
   if [[ "$PREFIX" == -* ]]; then
-    for word in "" "$command"; do
+    for word in "" $command; do
       case "$word" in
 {options}      esac
     done
@@ -331,7 +363,8 @@ std::string zshScript(const Commands& commands) {
       kZshScript, fmt::arg("values", choiceLines("    ({name}=*) compset -P '*='; compadd -- {words} ;;\n")),
       fmt::arg("assignments", parameterNames(true, "=")),
       fmt::arg("value_options", optionPattern(commands, isValue)),
-      fmt::arg("file_options", optionPattern(commands, isFiles)), fmt::arg("steps", zshSteps(commands)),
+      fmt::arg("file_options", optionPattern(commands, isFiles)),
+      fmt::arg("profile_options", optionPattern(commands, isProfiles)), fmt::arg("steps", zshSteps(commands)),
       fmt::arg("words", zshOptionWords(commands)), fmt::arg("options", zshOptions(commands)),
       fmt::arg("arguments", zshArguments(commands)));
 }
@@ -350,6 +383,9 @@ std::string fishCondition(const CommandWords& command) {
   return " -n " + quoted(condition);
 }
 
+constexpr const char* kFishProfiles = " -a '(__hapticctl_names profiles)'";
+constexpr const char* kFishTraces = " -a '(__hapticctl_names trace list)'";
+
 std::string fishOptions(const CommandWords& command) {
   std::string lines;
   for (const OptionWord& option : command.options) {
@@ -359,6 +395,7 @@ std::string fishOptions(const CommandWords& command) {
                                                            : " -x";
     if (option.takes.kind == Kind::words)
       value += fmt::format(" -a '{}'", fmt::join(option.takes.words, " "));
+    if (option.takes.kind == Kind::profiles) value += kFishProfiles;
     lines +=
         fmt::format("complete -c hapticctl{} -{} {}{} -d {}\n", fishCondition(command), long_name ? "l" : "s",
                     option.name.substr(long_name ? 2 : 1), value, quoted(option.help));
@@ -389,6 +426,12 @@ std::string fishArgument(const CommandWords& command) {
       return fmt::format("complete -c hapticctl{} -a '{}'\n", condition, parameterNames(false, ""));
     case Kind::assignments:
       return fishAssignments(condition);
+    case Kind::profiles:
+      return fmt::format("complete -c hapticctl{}{}\n", condition, kFishProfiles);
+    case Kind::traces:
+      return fmt::format("complete -c hapticctl{}{}\n", condition, kFishTraces);
+    case Kind::traces_or_files:
+      return fmt::format("complete -c hapticctl{} -F{}\n", condition, kFishTraces);
     case Kind::nothing:
     case Kind::anything:
       break;
@@ -397,11 +440,12 @@ std::string fishArgument(const CommandWords& command) {
 }
 
 std::string fishSubcommands(const Commands& commands, const CommandWords& command) {
+  const std::string none_of_them =
+      fmt::format("not __fish_seen_subcommand_from {}", fmt::join(command.subcommands, " "));
   const std::string condition =
-      command.path.empty()
-          ? "__fish_use_subcommand"
-          : quoted(fmt::format("__fish_seen_subcommand_from {}; and not __fish_seen_subcommand_from {}",
-                               command.path, fmt::join(command.subcommands, " ")));
+      quoted(command.path.empty()
+                 ? none_of_them
+                 : fmt::format("__fish_seen_subcommand_from {}; and {}", command.path, none_of_them));
   std::string lines;
   for (const std::string& name : command.subcommands) {
     lines += fmt::format("complete -c hapticctl -n {} -a {} -d {}\n", condition, name,
@@ -413,6 +457,15 @@ std::string fishSubcommands(const Commands& commands, const CommandWords& comman
 std::string fishScript(const Commands& commands) {
   std::string script =
       "# fish completion of hapticctl. Load it with: hapticctl completion fish | source\n"
+      "# What the daemon has of that, at the socket of the command line.\n"
+      "function __hapticctl_names\n"
+      "  set -l typed (commandline -opc)\n"
+      "  set -l socket\n"
+      "  if set -l at (contains -i -- --socket $typed)\n"
+      "    set socket --socket $typed[(math $at + 1)]\n"
+      "  end\n"
+      "  hapticctl $socket $argv --names 2>/dev/null\n"
+      "end\n"
       "complete -c hapticctl -f\n";
   for (const CommandWords& command : commands) {
     script += fishOptions(command) + fishSubcommands(commands, command) + fishArgument(command);

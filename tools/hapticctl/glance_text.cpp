@@ -55,7 +55,7 @@ std::string loopRow(const Json& status) {
 }
 
 std::string forceRow(const Json& status) {
-  return statusRow("force", fmt::format("{} N of {} N by the law, {} points, delay limit {} N/m",
+  return statusRow("force", fmt::format("{} N, by the law {} N, {} points, delay limit {} N/m",
                                         fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
                                         fixed(lengthAt(status, "tick.lawForceNInWorld"), 2),
                                         countAt(status, "tick.pointsUsed"),

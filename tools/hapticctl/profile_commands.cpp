@@ -14,6 +14,7 @@ struct ProfileOptions {
   std::string remove;
   std::string boot;
   bool no_boot = false;
+  bool names_only = false;
 };
 
 std::string profilesText(const Json& reply) {
@@ -46,7 +47,9 @@ int runProfiles(const CommandOptions& options, const ProfileOptions& wanted) {
   }
   if (wanted.no_boot)
     return change("io.hapticd.Control.SetBootProfile", Json(), "no profile is loaded at the start");
-  return callAndPrint(options, {"io.hapticd.Status.ListProfiles"}, profilesText);
+  return callAndPrint(options, {"io.hapticd.Status.ListProfiles"}, [&](const Json& reply) {
+    return wanted.names_only ? namesText(reply, "profiles") : profilesText(reply);
+  });
 }
 
 /// A subcommand with one name that must be given.
@@ -83,6 +86,7 @@ void addProfileCommands(CommandLine& line) {
   auto* no_boot = profiles.add_flag("--no-boot", wanted->no_boot, "Load no profile at the start");
   remove->excludes(boot)->excludes(no_boot);
   boot->excludes(no_boot);
+  addNames(profiles, wanted->names_only);
 }
 
 }  // namespace hapticd::tools

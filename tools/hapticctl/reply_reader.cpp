@@ -42,6 +42,12 @@ const Json& listAt(const Json& json, std::string_view path) {
   return field && field->is_array() ? *field : empty;
 }
 
+std::string namesText(const Json& json, std::string_view path) {
+  std::string text;
+  for (const Json& named : listAt(json, path)) text += textAt(named, "name") + "\n";
+  return text;
+}
+
 std::string countAt(const Json& json, std::string_view path) {
   return fixed(numberAt(json, path), 0);
 }

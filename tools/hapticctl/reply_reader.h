@@ -19,6 +19,9 @@ bool flagAt(const Json& json, std::string_view path);
 /// An empty array when it is not one.
 const Json& listAt(const Json& json, std::string_view path);
 
+/// The field "name" of each that is listed at `path`, a line each.
+std::string namesText(const Json& json, std::string_view path);
+
 /// "42", or "-" when it is not a number.
 std::string countAt(const Json& json, std::string_view path);
 /// Length of the vector {x, y, z}; NaN when it is none.

@@ -77,8 +77,13 @@ void addRecording(CommandLine& line, CLI::App& group) {
 
 void addFolder(CommandLine& line, CLI::App& group) {
   const CommandOptions& options = line.options();
-  line.add(group, "list", "List the traces, the oldest first",
-           [&options] { return callAndPrint(options, {"io.hapticd.Status.ListTraces"}, tracesText); });
+  const auto names_only = std::make_shared<bool>(false);
+  CLI::App& list = line.add(group, "list", "List the traces, the oldest first", [&options, names_only] {
+    return callAndPrint(options, {"io.hapticd.Status.ListTraces"}, [&](const Json& reply) {
+      return *names_only ? namesText(reply, "traces") : tracesText(reply);
+    });
+  });
+  addNames(list, *names_only);
   const auto name = std::make_shared<std::string>();
   line.add(group, "delete", "Delete a finished trace and its depth recording",
            [&options, name] {
@@ -100,7 +105,7 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
     return action(traceFile(options, *file));
   });
   command.add_option("FILE", *file, "A trace: its path, or its name in the daemon's folder")
-      ->type_name("FILE")
+      ->type_name("TRACE|FILE")
       ->required();
   return command;
 }

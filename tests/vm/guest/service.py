@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+import urllib.request
 
 import installation
 from lab import (CONFIGURATION, Varlink, check, configure, expect, is_active, journal, main_pid, must, reaches, run,
@@ -91,6 +92,18 @@ def state_line():
     expect("camera streaming" in wait_for("the state is shown",
                                           lambda: unit_property("StatusText") if "streaming" in unit_property(
                                               "StatusText") else None), "")
+
+
+@check("hapticd-metrics.socket answers a collector on 127.0.0.1 in OpenMetrics", only_counted=True)
+def metrics():
+    must("systemctl", "start", "hapticd-metrics.socket")
+    with urllib.request.urlopen("http://127.0.0.1:9477/metrics", timeout=60) as reply:
+        kind, text = reply.headers["Content-Type"], reply.read().decode()
+    must("systemctl", "stop", "hapticd-metrics.socket")
+    expect(kind.startswith("application/openmetrics-text"), kind)
+    expect("\nhapticd_ticks_total " in text and text.endswith("# EOF\n"), text[-300:])
+    must("systemd-analyze", "security", "--threshold=20", "hapticd-metrics@.service")
+    return f"{len(text)} bytes"
 
 
 @check("the unit's exposure is below 2.0 and the units are valid")

@@ -185,5 +185,27 @@ TEST_F(ProfileMethodsTest, LogsWhatWasDoneAndByWhom) {
   EXPECT_EQ("500", parameters[1].at("NEW"));
 }
 
+TEST_F(ProfileMethodsTest, LogsWhatAProfileHeldBeforeAndHoldsNow) {
+  start();
+  write("a", "force: {stiffness_n_per_m: 250}\n");
+  ask("SaveProfile", {{"name", "a"}});
+  set({{"force.stiffness_n_per_m", 800}, {"force.radius_m", 0.03}});
+  ask("SaveProfile", {{"name", "a"}});
+  ask("SetBootProfile", {{"name", "a"}});
+  ask("SetBootProfile");
+  write("b", "force: {radius_m: 0.02}\n");
+  ask("DeleteProfile", {{"name", "b"}});
+  const auto entries = logged("profile");
+  ASSERT_EQ(5U, entries.size());
+  EXPECT_EQ("force.stiffness_n_per_m=250", entries[0].at("OLD"));
+  EXPECT_NE(std::string::npos, entries[0].at("NEW").find("force.law=")) << "not named before";
+  EXPECT_EQ("force.stiffness_n_per_m=500, force.radius_m=0.04", entries[1].at("OLD"));
+  EXPECT_EQ("force.stiffness_n_per_m=800, force.radius_m=0.03", entries[1].at("NEW"));
+  EXPECT_EQ(" to a, a to ", entries[2].at("OLD") + " to " + entries[2].at("NEW") + ", " +
+                                entries[3].at("OLD") + " to " + entries[3].at("NEW"));
+  EXPECT_EQ("force.radius_m=0.02", entries[4].at("OLD"));
+  EXPECT_EQ("", entries[4].at("NEW"));
+}
+
 }  // namespace
 }  // namespace hapticd::daemon::test
