@@ -18,6 +18,7 @@
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
 #include "drivers/led/make_led_panel.h"
+#include "drivers/trace/trace_format.h"
 #include "rt/haptic_core.h"
 #include "rt/periodic_clock.h"
 #include "rt/realtime_thread.h"
@@ -307,7 +308,7 @@ drivers::TraceOptions RunningBox::describeTrace() const {
   drivers::TraceOptions options;
   utsname kernel{};
   ::uname(&kernel);
-  options.metadata = {{"hapticd_version", HAPTICD_VERSION},
+  options.metadata = {{std::string(drivers::kWriterVersionKey), HAPTICD_VERSION},
                       {"kernel", fmt::format("{} {} {}", kernel.sysname, kernel.release, kernel.version)},
                       {"host", kernel.nodename},
                       {"machine", kernel.machine},

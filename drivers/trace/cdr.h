@@ -80,6 +80,9 @@ class CdrReader {
   bool complete() const { return good_ && at_ == message_.size(); }
   std::size_t left() const { return message_.size() - std::min(at_, message_.size()); }
   void refuse() { good_ = false; }
+  /// How far it has read; for seek().
+  std::size_t place() const { return at_; }
+  void seek(std::size_t place) { at_ = place; }
 
  private:
   std::string_view raw(std::size_t length) {

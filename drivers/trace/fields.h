@@ -118,7 +118,7 @@ void visitFields(Event& event, auto&& visit) {
 
 template <MaybeConst<SnapshotRecord> Record>
 void visitFields(Record& record, auto&& visit) {
-  auto& [time_ns, snapshot] = record;
+  auto& [time_ns, snapshot, usable] = record;
   auto& [request, tick, memory] = snapshot;
   visit("time_ns", time_ns);
   visit("request", request);

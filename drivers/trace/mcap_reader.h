@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <expected>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,11 +31,18 @@ struct Message {
   std::string_view data;
 };
 
-/// Gets the content of a file in its order. What a function returns is what is wrong, "" if nothing is.
+/// Why a file is not for the visitor, though nothing in it is wrong.
+struct Refusal {
+  std::string what;
+  std::string remedy;
+};
+
+/// Gets the content of a file in its order.
 class Visitor {
  public:
   virtual ~Visitor() = default;
-  virtual std::string channel(const Channel& channel) = 0;
+  virtual std::optional<Refusal> channel(const Channel& channel) = 0;
+  /// Returns what is wrong, "" if nothing is.
   virtual std::string message(const Message& message) = 0;
   virtual void metadata(std::string_view name, Pairs pairs) = 0;
   virtual void attachment(const AttachmentRecord& attachment) = 0;

@@ -11,10 +11,6 @@ std::unexpected<Fault> unreadable(config::Error error) {
   return std::unexpected(Fault{Fault::Kind::unreadable, std::move(error)});
 }
 
-Fault foreign(const std::filesystem::path& file) {
-  return {Fault::Kind::foreign, {file.string(), "is no MCAP file", "give a trace of hapticd"}};
-}
-
 Fault cut(const std::filesystem::path& file, std::uint64_t offset) {
   return {Fault::Kind::cut,
           {fmt::format("{} at byte {}", file.string(), offset), "the trace is cut off",
@@ -32,7 +28,9 @@ std::expected<Scanner, Fault> Scanner::open(const std::filesystem::path& path) {
   Scanner scanner(std::move(*file), *size);
   const auto magic = scanner.peek(kMagic.size());
   if (!magic) return std::unexpected(magic.error());
-  if (!kMagic.starts_with(*magic)) return std::unexpected(foreign(path));
+  if (!kMagic.starts_with(*magic)) {
+    return std::unexpected(scanner.foreign("is no MCAP file", "give a trace of hapticd"));
+  }
   if (magic->size() < kMagic.size()) return std::unexpected(cut(path, magic->size()));
   scanner.skip(kMagic);
   return scanner;
@@ -42,6 +40,10 @@ Fault Scanner::damaged(std::uint64_t offset, std::string_view what) const {
   return {Fault::Kind::damaged,
           {fmt::format("{} at byte {}", file_.path().string(), offset), std::string(what),
            "the file is damaged; hapticctl trace recover keeps what is before that"}};
+}
+
+Fault Scanner::foreign(std::string_view what, std::string_view remedy) const {
+  return {Fault::Kind::foreign, {file_.path().string(), std::string(what), std::string(remedy)}};
 }
 
 std::expected<Record, Fault> Scanner::next() {

@@ -57,6 +57,7 @@ class Scanner {
   std::uint64_t size() const { return size_; }      ///< of the file
 
   Fault damaged(std::uint64_t offset, std::string_view what) const;
+  Fault foreign(std::string_view what, std::string_view remedy) const;
 
  private:
   Scanner(TraceFile file, std::uint64_t size) : file_(std::move(file)), size_(size) {}

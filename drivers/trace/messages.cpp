@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <type_traits>
 
 #include "drivers/monotonic_clock.h"
@@ -106,6 +107,7 @@ struct EncodeFields {
 
 struct DecodeFields {
   CdrReader& from;
+  bool other_memory = false;  ///< the core's has another layout; it was not read
 
   template <CdrNumber Number>
   void operator()(std::string_view, Number& value) {
@@ -134,10 +136,56 @@ struct DecodeFields {
   void operator()(std::string_view, CoreMemory& memory) {
     const bool same_layout = from.number<std::uint32_t>() == kMemoryLayout;
     const std::string_view bytes = from.bytes();
-    if (!same_layout || bytes.size() != sizeof memory) return from.refuse();
-    std::memcpy(&memory, bytes.data(), sizeof memory);
+    other_memory = !same_layout || bytes.size() != sizeof memory;
+    if (!other_memory) std::memcpy(&memory, bytes.data(), sizeof memory);
   }
 };
+
+/// Decodes what a message of another version has, field by field from where it is.
+template <typename Sources>
+struct DecodePlaces {
+  CdrReader& from;
+  const Sources& sources;
+  const std::vector<std::size_t>& places;
+  std::size_t next = 0;
+
+  template <typename Value>
+  void operator()(std::string_view name, Value& value) {
+    const auto& [field, values] = sources[next++];
+    if (!field) return makeUnknown(value);
+    from.seek(places[*field]);
+    if constexpr (NamedEnumeration<Value>) {
+      const auto number = from.number<std::uint8_t>();
+      if (number >= values.size() || !values[number]) return from.refuse();
+      value = static_cast<Value>(*values[number]);
+    } else {
+      DecodeFields{from}(name, value);
+    }
+  }
+  template <typename Value>
+  void makeUnknown(Value& value) {
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    if constexpr (std::is_same_v<Value, double>) {
+      value = kUnknown;
+    } else if constexpr (std::is_same_v<Value, rt::Vec3>) {
+      value = {kUnknown, kUnknown, kUnknown};
+    } else {
+      value = Value{};
+    }
+  }
+};
+
+/// The enumerators of `own` by the values that they have in `other`.
+std::vector<std::optional<std::uint8_t>> valuesIn(const MessageLayout::Field& other,
+                                                  const MessageLayout::Field& own) {
+  std::vector<std::optional<std::uint8_t>> values(other.constants.size());
+  for (std::size_t value = 0; value < other.constants.size(); ++value) {
+    const auto found = std::ranges::find(own.constants, other.constants[value]);
+    if (other.constants[value].empty() || found == own.constants.end()) continue;
+    values[value] = static_cast<std::uint8_t>(found - own.constants.begin());
+  }
+  return values;
+}
 
 }  // namespace
 
@@ -161,18 +209,67 @@ void encode(const Record& record, std::uint64_t realtime_ns, std::string& to) {
 }
 
 template <typename Record>
-bool decode(std::string_view message, Record& record) {
+MessageDecoder<Record>::MessageDecoder() = default;
+
+template <typename Record>
+std::expected<MessageDecoder<Record>, std::string> MessageDecoder<Record>::forSchema(
+    std::string_view schema) {
+  static const std::string own_schema = schemaOf<Record>();
+  MessageDecoder decoder;
+  if (schema == own_schema) return decoder;
+  auto other = MessageLayout::of(schema);
+  if (!other) return std::unexpected(other.error());
+  const auto own = MessageLayout::of(own_schema);
+  for (const MessageLayout::Field& field : own->fields()) {
+    if (field.form == MessageLayout::Form::time) continue;
+    const auto place = other->find(field.name);
+    if (!place) decoder.missing_.push_back(field.name);
+    if (place && other->fields()[*place].type != field.type) {
+      return std::unexpected(fmt::format("'{}' is of the type {} there, not {}", field.name,
+                                         other->fields()[*place].type, field.type));
+    }
+    decoder.sources_.push_back({place, place ? valuesIn(other->fields()[*place], field)
+                                             : std::vector<std::optional<std::uint8_t>>{}});
+  }
+  decoder.other_ = std::move(*other);
+  return decoder;
+}
+
+template <typename Record>
+bool MessageDecoder<Record>::decode(std::string_view message, Record& record) {
+  if (other_) return decodeOther(message, record);
   CdrReader reader(message);
   reader.number<std::int32_t>();  // the time: it is in the record too
   reader.number<std::uint32_t>();
-  visitFields(record, DecodeFields{reader});
+  DecodeFields fields{reader};
+  visitFields(record, fields);
+  if constexpr (std::is_same_v<Record, SnapshotRecord>) record.usable = !fields.other_memory;
   return reader.complete();
+}
+
+template <typename Record>
+bool MessageDecoder<Record>::decodeOther(std::string_view message, Record& record) {
+  if (!other_->locate(message, places_)) return false;
+  if constexpr (std::is_same_v<Record, SnapshotRecord>) {
+    record = {};
+    record.usable = false;
+    CdrReader reader(message);
+    if (const auto time = other_->find("time_ns")) {
+      reader.seek(places_[*time]);
+      record.time_ns = reader.number<std::int64_t>();
+    }
+    return reader.good();
+  } else {
+    CdrReader reader(message);
+    visitFields(record, DecodePlaces{reader, sources_, places_});
+    return reader.good();
+  }
 }
 
 #define HAPTICD_MESSAGES_OF(Record)                                         \
   template std::string schemaOf<Record>();                                  \
   template void encode<Record>(const Record&, std::uint64_t, std::string&); \
-  template bool decode<Record>(std::string_view, Record&)
+  template class MessageDecoder<Record>
 HAPTICD_MESSAGES_OF(rt::Tick);
 HAPTICD_MESSAGES_OF(ModelRecord);
 HAPTICD_MESSAGES_OF(DirectiveRecord);

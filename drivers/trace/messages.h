@@ -1,9 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <expected>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "drivers/trace/message_layout.h"
 #include "drivers/trace/records.h"
 
 namespace hapticd::drivers {
@@ -38,9 +42,38 @@ std::string schemaOf();
 template <typename Record>
 void encode(const Record& record, std::uint64_t realtime_ns, std::string& to);
 
-/// Reads a message of schemaOf<Record>() back, bit by bit the same. False: it is none; `record` is then
-/// undefined. A snapshot of another layout of the core's memory is none.
+/// Reads the messages of a channel back: with schemaOf<Record>() bit by bit the same, and what it can of the
+/// messages of older and newer versions, whose fields are others.
+/// Thread: one.
 template <typename Record>
-bool decode(std::string_view message, Record& record);
+class MessageDecoder {
+ public:
+  /// For the schema of this version.
+  MessageDecoder();
+  /// Errors: why its messages cannot be read as such records.
+  static std::expected<MessageDecoder, std::string> forSchema(std::string_view schema);
+
+  /// False: it is no such message, or has a value that this version has no name for; `record` is then
+  /// undefined. A field that the messages do not have is NaN, or zero where it cannot be. A snapshot of
+  /// another layout of the core's memory is not usable.
+  bool decode(std::string_view message, Record& record);
+
+  /// Fields of the record that the messages do not have.
+  const std::vector<std::string>& missing() const { return missing_; }
+
+ private:
+  bool decodeOther(std::string_view message, Record& record);
+
+  /// Where a field of the record comes from.
+  struct Source {
+    std::optional<std::size_t> field;  ///< of the message; nothing: it does not have it
+    std::vector<std::optional<std::uint8_t>>
+        values;  ///< of an enumeration: its enumerators by their values there
+  };
+  std::optional<MessageLayout> other_;  ///< nothing: this version's
+  std::vector<Source> sources_;         ///< by the fields of the record
+  std::vector<std::string> missing_;
+  std::vector<std::size_t> places_;
+};
 
 }  // namespace hapticd::drivers

@@ -57,6 +57,8 @@ struct EventRecord {
 struct SnapshotRecord {
   std::int64_t time_ns = 0;
   rt::CoreSnapshot snapshot = {};
+  bool usable =
+      true;  ///< read from a trace: this version's core has the same layout; else its memory is empty
 };
 
 }  // namespace hapticd::drivers

@@ -11,5 +11,6 @@ inline constexpr std::string_view kTraceVersion = "1";
 inline constexpr std::string_view kOffsetKey = "realtime_offset_ns";
 /// Metadata record with what its writer wants to say.
 inline constexpr std::string_view kOwnerMetadata = "hapticd";
+inline constexpr std::string_view kWriterVersionKey = "hapticd_version";
 
 }  // namespace hapticd::drivers

@@ -15,8 +15,8 @@
 namespace hapticd::drivers {
 namespace {
 
-constexpr const char* kOtherVersion =
-    "it was written by another version of hapticd, whose traces this one does not read";
+constexpr const char* kOtherReaders =
+    "take hapticctl of that version, or Foxglove, Lichtblick or PlotJuggler, which read every version";
 
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);
@@ -29,13 +29,19 @@ class Reading final : public mcap::Visitor {
 
   TraceInfo info;
 
-  std::string channel(const mcap::Channel& channel) override {
-    if (!header_seen_) return "it is no trace of hapticd";
-    const bool known =
-        bind<rt::Tick>(channel, &Reading::tick) || bind<ModelRecord>(channel, &Reading::model) ||
-        bind<DirectiveRecord>(channel, &Reading::directive) || bind<EventRecord>(channel, &Reading::event) ||
-        bind<SnapshotRecord>(channel, &Reading::snapshot);
-    return known && takers_[channel.id] == nullptr ? kOtherVersion : "";
+  std::optional<mcap::Refusal> channel(const mcap::Channel& channel) override {
+    if (format_ && *format_ != kTraceVersion) {
+      return otherVersion(
+          fmt::format("a trace of the format {}, of which this is {}", *format_, kTraceVersion));
+    }
+    if (!header_seen_) return mcap::Refusal{"is no trace of hapticd", "give one"};
+    std::optional<mcap::Refusal> refusal;
+    (void)(bind(channel, ticks_, &Reading::tick, refusal) ||
+           bind(channel, models_, &Reading::model, refusal) ||
+           bind(channel, directives_, &Reading::directive, refusal) ||
+           bind(channel, events_, &Reading::event, refusal) ||
+           bind(channel, snapshots_, &Reading::snapshot, refusal));
+    return refusal;
   }
 
   std::string message(const mcap::Message& message) override {
@@ -71,27 +77,48 @@ class Reading final : public mcap::Visitor {
   bool readHeader(const TraceText& pairs) {
     const std::string* const version = find(pairs, kVersionKey);
     const std::string* const offset = find(pairs, kOffsetKey);
-    if (version == nullptr || *version != kTraceVersion || offset == nullptr) return false;
+    if (version != nullptr) format_ = *version;
+    if (version == nullptr || offset == nullptr) return false;
     const char* const end = offset->data() + offset->size();
     return std::from_chars(offset->data(), end, info.realtime_offset_ns).ptr == end;
   }
 
-  /// True if it is the channel of these records; its messages are taken if they have the same fields.
+  mcap::Refusal otherVersion(const std::string& what) const {
+    const std::string* const version = find(info.metadata, kWriterVersionKey);
+    return {fmt::format("is {}; written by hapticd {}", what, version ? *version : "of an unknown version"),
+            kOtherReaders};
+  }
+
+  /// True if it is the channel of these records; its messages are taken then, unless it is refused.
   template <typename Record>
-  bool bind(const mcap::Channel& channel, Taker taker) {
+  bool bind(const mcap::Channel& channel, MessageDecoder<Record>& decoder, Taker taker,
+            std::optional<mcap::Refusal>& refusal) {
     if (channel.topic != kChannelName<Record>.topic) return false;
-    static const std::string schema = schemaOf<Record>();
-    const bool same = channel.encoding == "cdr" && channel.schema_encoding == "ros2msg" &&
-                      channel.schema_name == kChannelName<Record>.schema && channel.schema == schema;
-    takers_[channel.id] = same ? taker : nullptr;
+    if (channel.encoding != "cdr" || channel.schema_encoding != "ros2msg" ||
+        channel.schema_name != kChannelName<Record>.schema) {
+      refusal = otherVersion(fmt::format("a trace with {} in another encoding", channel.topic));
+      return true;
+    }
+    auto found = MessageDecoder<Record>::forSchema(channel.schema);
+    if (!found) {
+      refusal = otherVersion(
+          fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
+      return true;
+    }
+    decoder = std::move(*found);
+    if (!decoder.missing().empty()) info.missing[std::string(channel.topic)] = decoder.missing();
+    takers_[channel.id] = taker;
     return true;
   }
 
   template <typename Record>
-  std::string take(std::string_view data, std::uint64_t& count,
+  std::string take(std::string_view data, MessageDecoder<Record>& decoder, std::uint64_t& count,
                    const std::function<bool(const Record&)>& to) {
     Record record;
-    if (!decode(data, record)) return fmt::format("a message of {} is not whole", kChannelName<Record>.topic);
+    if (!decoder.decode(data, record)) {
+      return fmt::format("a message of {} is not whole, or has a value that this version does not know",
+                         kChannelName<Record>.topic);
+    }
     ++count;
     if constexpr (std::is_same_v<Record, rt::Tick>) countDropped(record);
     if (to && !to(record)) enough_ = true;
@@ -103,14 +130,24 @@ class Reading final : public mcap::Visitor {
     last_tick_ = tick.number;
   }
 
-  std::string tick(std::string_view data) { return take(data, info.ticks, visitor_.tick); }
-  std::string model(std::string_view data) { return take(data, info.models, visitor_.model); }
-  std::string directive(std::string_view data) { return take(data, info.directives, visitor_.directive); }
-  std::string event(std::string_view data) { return take(data, info.events, visitor_.event); }
-  std::string snapshot(std::string_view data) { return take(data, info.snapshots, visitor_.snapshot); }
+  std::string tick(std::string_view data) { return take(data, ticks_, info.ticks, visitor_.tick); }
+  std::string model(std::string_view data) { return take(data, models_, info.models, visitor_.model); }
+  std::string directive(std::string_view data) {
+    return take(data, directives_, info.directives, visitor_.directive);
+  }
+  std::string event(std::string_view data) { return take(data, events_, info.events, visitor_.event); }
+  std::string snapshot(std::string_view data) {
+    return take(data, snapshots_, info.snapshots, visitor_.snapshot);
+  }
 
   const TraceVisitor& visitor_;
+  MessageDecoder<rt::Tick> ticks_;
+  MessageDecoder<ModelRecord> models_;
+  MessageDecoder<DirectiveRecord> directives_;
+  MessageDecoder<EventRecord> events_;
+  MessageDecoder<SnapshotRecord> snapshots_;
   std::map<std::uint16_t, Taker> takers_;  ///< of the messages of a channel
+  std::optional<std::string> format_;      ///< version of the format
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
@@ -118,6 +155,11 @@ class Reading final : public mcap::Visitor {
 };
 
 }  // namespace
+
+bool TraceInfo::lacks(std::string_view topic, std::string_view field) const {
+  const auto fields = missing.find(topic);
+  return fields != missing.end() && std::ranges::find(fields->second, field) != fields->second.end();
+}
 
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) {
   Reading reading(visitor);

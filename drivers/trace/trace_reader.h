@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -33,6 +35,10 @@ struct TraceInfo {
   bool complete = false;                ///< closed properly: summary and footer are there
   TraceText metadata;
   std::vector<TraceAttachment> attachments;
+  /// Fields that its records do not have, by the topic: it is of another version of hapticd.
+  std::map<std::string, std::vector<std::string>, std::less<>> missing;
+
+  bool lacks(std::string_view topic, std::string_view field) const;
 };
 
 /// Gets what a trace holds, in the order of the file; what is not set is skipped. False ends the reading.
@@ -47,10 +53,11 @@ struct TraceVisitor {
 };
 
 /// Reads a trace from its begin to its end with all checksums; metadata and attachments are in the result.
-/// Errors: no such file, no MCAP file, no trace of hapticd, of a version that this one does not read, a
-/// checksum that does not fit (with the place), cut off (a ".part" or a damaged end: what was whole has been
-/// visited by then; recover it).
-/// Thread: any.
+/// Other versions have other fields: those that this one does not know are left out, and what MessageDecoder
+/// says holds for those that are missing.
+/// Errors: no such file, no MCAP file, no trace of hapticd, of a version that this one does not read (another
+/// format, or a field of another type), a checksum that does not fit (with the place), cut off (a ".part" or
+/// a damaged end: what was whole has been visited by then; recover it). Thread: any.
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
 
 }  // namespace hapticd::drivers

@@ -5,6 +5,12 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <string_view>
+
+#include "drivers/trace/mcap_writer.h"
+#include "drivers/trace/messages.h"
+#include "drivers/trace/trace_file.h"
+#include "drivers/trace/trace_format.h"
 
 namespace hapticd::test {
 namespace {
@@ -95,7 +101,7 @@ void setForces(rt::Tick& tick, Random& random) {
   tick.command_force_n_in_world = anyVector(random);
 }
 
-void check(const config::Result<void>& done) {
+void check(const auto& done) {
   if (!done) throw std::runtime_error(done.error().text());
 }
 
@@ -215,6 +221,35 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
     check((*writer)->write(records.ticks[i]));
   }
   check((*writer)->close());
+}
+
+void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks) {
+  constexpr std::string_view kLine = "float64[3] slewed_force_n_in_world\n";
+  constexpr std::size_t kBytes =
+      3 * sizeof(double);  // of it, and of the force that follows it and is the last
+  std::string schema = drivers::schemaOf<rt::Tick>();
+  schema.erase(schema.find(kLine), kLine.size());
+
+  auto part = drivers::TraceFile::create(drivers::partOf(file));
+  check(part);
+  drivers::mcap::Writer writer(std::move(*part), file, true);
+  using Pairs = std::vector<std::pair<std::string, std::string>>;
+  writer.addMetadata(drivers::kTraceMetadata,
+                     Pairs{{std::string(drivers::kVersionKey), std::string(drivers::kTraceVersion)},
+                           {std::string(drivers::kOffsetKey), "0"}});
+  writer.addMetadata(drivers::kOwnerMetadata, Pairs{{std::string(drivers::kWriterVersionKey), "0.0.7"}});
+  const auto& [topic, schema_name] = drivers::kChannelName<rt::Tick>;
+  const std::uint16_t channel = writer.addChannel(topic, schema_name, schema);
+  check(writer.begin());
+  std::uint32_t sequence = 0;
+  for (const rt::Tick& tick : ticks) {
+    const auto time_ns = static_cast<std::uint64_t>(tick.planned_ns);
+    std::string message;
+    drivers::encode(tick, time_ns, message);
+    message.erase(message.size() - 2 * kBytes, kBytes);
+    writer.addMessage(channel, ++sequence, time_ns, message);
+  }
+  check(writer.finish());
 }
 
 }  // namespace hapticd::test

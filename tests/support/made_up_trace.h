@@ -37,6 +37,10 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
                 const drivers::TraceOptions& options = {});
 
+/// Writes and closes a trace of ticks as a version wrote them whose ticks had no slewed_force_n_in_world yet;
+/// the metadata call it 0.0.7.
+void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks);
+
 /// The names of a record's fields and their bits as text, to compare records by.
 template <typename Record>
 std::vector<std::pair<std::string, std::string>> bitsOf(const Record& record) {

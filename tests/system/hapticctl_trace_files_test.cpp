@@ -40,6 +40,22 @@ TEST_F(HapticctlTraceFiles, ExportSaysHowManyRowsItWroteAndWhere) {
   EXPECT_TRUE(contentOf(file("a.h5")).starts_with("\x89HDF"));
 }
 
+TEST_F(HapticctlTraceFiles, ATraceOfAnOlderVersionIsReadAndWhatItLacksIsNamed) {
+  const std::string older = file("older.mcap");
+  writeOlderTrace(older, madeUpRecords(1, 50).ticks);
+  const Finished info = home.run({"trace", "info", older});
+  EXPECT_EQ(info.ending, exitedWith(0)) << info.errors;
+  EXPECT_TRUE(has(info.output, "slewed_force_n_in_world of /hapticd/tick: it is of another version"))
+      << info.output;
+  EXPECT_TRUE(has(info.output, "0.0.7"));
+  const json missing = json::parse(home.run({"--json", "trace", "info", older}).output).at("missingFields");
+  EXPECT_EQ(missing, json({{"/hapticd/tick", {"slewed_force_n_in_world"}}}));
+  for (const char* command : {"export", "plot"}) {
+    const Finished made = home.run({"trace", command, older, "--out", file(std::string(command) + ".svg")});
+    EXPECT_EQ(made.ending, exitedWith(0)) << command << ": " << made.errors;
+  }
+}
+
 TEST_F(HapticctlTraceFiles, ExportReplacesFilesOnlyWithForce) {
   const std::string old = home.folder().write("old.csv", "old");
   const Finished refused = home.run({"trace", "export", trace, "--out", old});

@@ -14,6 +14,9 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kSettingsAttachment = "settings.yaml";
+constexpr const char* kOtherVersion = "is of another version of hapticd, whose core may compute otherwise";
+constexpr const char* kSameVersion =
+    "take haptic-replay of the version that wrote it; hapticctl trace info says which";
 
 std::unexpected<config::Error> refuse(const std::filesystem::path& where, std::string what,
                                       std::string remedy) {
@@ -46,6 +49,7 @@ config::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace
   if (!recording) return std::unexpected(recording.error());
   const auto info = drivers::readTrace(trace);
   if (!info) return std::unexpected(info.error());
+  if (!info->missing.empty()) return refuse(trace, kOtherVersion, kSameVersion);
   const auto settings = settingsOf(trace, *info);
   if (!settings) return std::unexpected(settings.error());
   TraceReplay replay(trace, *settings, std::move(*recording));
@@ -70,17 +74,20 @@ TraceReplay::TraceReplay(std::filesystem::path trace, config::Settings settings,
 
 /// What the ticks refer to, and the frames by their time.
 config::Result<void> TraceReplay::index() {
+  bool usable = true;
   drivers::TraceVisitor visitor;
   visitor.model = [this](const drivers::ModelRecord& model) { return models_.push_back(model), true; };
   visitor.directive = [this](const drivers::DirectiveRecord& directive) {
     directives_[directive.generation] = directive;
     return true;
   };
-  visitor.snapshot = [this](const drivers::SnapshotRecord& record) {
+  visitor.snapshot = [this, &usable](const drivers::SnapshotRecord& record) {
+    usable = usable && record.usable;
     snapshots_.emplace(record.snapshot.tick, record.snapshot);
     return true;
   };
   if (const auto read = drivers::readTrace(trace_, visitor); !read) return std::unexpected(read.error());
+  if (!usable) return refuse(trace_, kOtherVersion, kSameVersion);
   if (snapshots_.empty()) {
     return refuse(trace_, "holds no snapshot of the core, so its ticks cannot be computed again",
                   "write it with depth: hapticctl trace start --depth");

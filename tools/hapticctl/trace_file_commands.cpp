@@ -1,6 +1,7 @@
 #include "tools/hapticctl/trace_file_commands.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
@@ -52,7 +53,8 @@ Json infoJson(const TraceSummary& summary) {
           {"snapshots", info.snapshots},
           {"chunks", info.chunks},
           {"metadata", metadata},
-          {"attachments", attachments}};
+          {"attachments", attachments},
+          {"missingFields", Json(info.missing)}};
 }
 
 void showDurations(const char* name, const TraceDurations& durations) {
@@ -84,6 +86,10 @@ void showInfo(const TraceSummary& summary) {
              info.complete ? "complete" : "not closed: hapticctl trace recover");
   for (const auto& [name, value] : info.metadata) {
     fmt::print("{:<12} {}\n", printable(name), printable(value));
+  }
+  for (const auto& [topic, fields] : info.missing) {
+    fmt::print("lacks        {} of {}: it is of another version of hapticd\n",
+               printable(fmt::format("{}", fmt::join(fields, ", "))), topic);
   }
   for (const drivers::TraceAttachment& attachment : info.attachments) {
     fmt::print("holds        {} ({} bytes)\n", printable(attachment.name), attachment.data.size());

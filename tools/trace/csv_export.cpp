@@ -73,7 +73,7 @@ class CsvFile {
   void addHeader() {
     text_ += "time_s,realtime_s";
     const Record record{};
-    drivers::visitFields(record, HeaderOfFields{text_});
+    trace_.visitKnown(record, HeaderOfFields{text_});
     text_ += '\n';
   }
 
@@ -81,7 +81,7 @@ class CsvFile {
     const std::int64_t time_ns = drivers::timeOf(record);
     text_ += secondsText(sum(time_ns, sum(0, -trace_.start_ns()))) + "," +
              secondsText(sum(time_ns, trace_.realtimeOffset_ns()));
-    drivers::visitFields(record, CsvRow{text_});
+    trace_.visitKnown(record, CsvRow{text_});
     text_ += '\n';
     ++rows_;
     if (text_.size() >= kWrittenAtOnce) write();

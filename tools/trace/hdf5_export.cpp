@@ -72,15 +72,16 @@ struct Hdf5Row {
 class Table {
  public:
   template <typename Record>
-  Table(hid_t file, const char* name, const Record& example)
-      : group_(::H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), ::H5Gclose),
+  Table(hid_t file, const char* name, const Record& example, const SelectedTrace& trace)
+      : trace_(trace),
+        group_(::H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), ::H5Gclose),
         good_(group_.good()) {
-    drivers::visitFields(example, ColumnsOfFields{group_, columns_, good_});
+    trace_.visitKnown(example, ColumnsOfFields{group_, columns_, good_});
   }
 
   void add(const auto& record) {
     std::size_t next = 0;
-    drivers::visitFields(record, Hdf5Row{columns_, next});
+    trace_.visitKnown(record, Hdf5Row{columns_, next});
     for (Hdf5Column& column : columns_) column.endRow();
     ++rows_;
   }
@@ -92,6 +93,7 @@ class Table {
   std::uint64_t rows() const { return rows_; }
 
  private:
+  const SelectedTrace& trace_;
   Hdf5Handle group_;
   std::vector<Hdf5Column> columns_;
   std::uint64_t rows_ = 0;
@@ -106,9 +108,9 @@ config::Error writeError(const std::filesystem::path& file) {
 /// Everything into an open file. Nothing: it could not be written.
 config::Result<std::optional<std::uint64_t>> fill(hid_t file, const SelectedTrace& trace,
                                                   const Progress& progress) {
-  Table ticks(file, "ticks", rt::Tick{}), models(file, "models", drivers::ModelRecord{}),
-      directives(file, "directives", drivers::DirectiveRecord{}),
-      events(file, "events", drivers::EventRecord{});
+  Table ticks(file, "ticks", rt::Tick{}, trace), models(file, "models", drivers::ModelRecord{}, trace),
+      directives(file, "directives", drivers::DirectiveRecord{}, trace),
+      events(file, "events", drivers::EventRecord{}, trace);
   const auto into = [](Table& table) {
     return [&table](const auto& record) {
       table.add(record);

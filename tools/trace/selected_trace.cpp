@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "drivers/monotonic_clock.h"
-#include "drivers/trace/fields.h"
 #include "tools/trace/peaks.h"
 
 namespace hapticd::tools {

@@ -4,6 +4,8 @@
 #include <filesystem>
 
 #include "config/error.h"
+#include "drivers/trace/fields.h"
+#include "drivers/trace/messages.h"
 #include "drivers/trace/trace_reader.h"
 #include "tools/trace/trace_selection.h"
 
@@ -21,6 +23,14 @@ class SelectedTrace {
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC.
   std::int64_t realtimeOffset_ns() const { return info_.realtime_offset_ns; }
   const drivers::TraceText& metadata() const { return info_.metadata; }
+  /// visitFields() without the fields that the trace lacks.
+  template <typename Record>
+  void visitKnown(const Record& record, auto&& visit) const {
+    if (info_.missing.empty()) return drivers::visitFields(record, visit);
+    drivers::visitFields(record, [&](std::string_view name, const auto& field) {
+      if (!info_.lacks(drivers::kChannelName<Record>.topic, name)) visit(name, field);
+    });
+  }
   double seconds(std::int64_t time_ns) const;
 
   /// Ticks in the selected time, whatever their number.

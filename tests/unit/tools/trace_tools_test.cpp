@@ -185,6 +185,17 @@ TEST_F(TraceTools, CsvHasTheOtherChannels) {
   EXPECT_EQ(cell(rowsOf(path("directives.csv")), 1, "parameters"), "force.law=surface");
 }
 
+TEST_F(TraceTools, CsvOfAnOlderTraceHasTheColumnsThatTheTraceHas) {
+  test::writeOlderTrace(path("older.mcap"), {plainTick(1, {}), plainTick(2, {2})});
+  const auto rows_written = exportCsv(path("older.mcap"), path("older.csv"), TraceChannel::ticks);
+  ASSERT_TRUE(rows_written) << rows_written.error().text();
+  const Rows rows = rowsOf(path("older.csv"));
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[1].size(), rows[0].size());
+  EXPECT_EQ(number(rows, 2, "command_force_n_in_world_z"), -9);
+  EXPECT_EQ(cell(rows, 1, "slewed_force_n_in_world_x"), "no column slewed_force_n_in_world_x");
+}
+
 TEST_F(TraceTools, OnlyTheSelectedTimeIsExported) {
   const fs::path trace = writePlain(100);
   const auto written = exportCsv(trace, path("a.csv"), TraceChannel::ticks, {.from_s = 0.0095, .to_s = 0.02});
@@ -261,6 +272,7 @@ class Hdf5 {
  public:
   explicit Hdf5(const fs::path& file) : file_(::H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)) {}
   ~Hdf5() { ::H5Fclose(file_); }
+  bool has(const char* dataset) const { return ::H5Lexists(file_, dataset, H5P_DEFAULT) > 0; }
 
   template <typename Number>
   std::vector<Number> numbers(const char* dataset, hid_t type) const {
@@ -340,6 +352,16 @@ TEST_F(TraceTools, Hdf5HasEveryValueAsItWasWritten) {
   EXPECT_EQ(file.attribute("ticks/number", "unit"), std::vector<std::string>{""});
   EXPECT_EQ(file.attribute("ticks/mode", "names").at(2), "engaged");
   EXPECT_EQ(file.attribute("/", "kernel"), std::vector<std::string>{"6.1"});
+}
+
+TEST_F(TraceTools, Hdf5OfAnOlderTraceHasTheColumnsThatTheTraceHas) {
+  test::writeOlderTrace(path("older.mcap"), {plainTick(1, {}), plainTick(2, {2})});
+  const auto rows = exportHdf5(path("older.mcap"), path("older.h5"), {}, {});
+  ASSERT_TRUE(rows) << rows.error().text();
+  const Hdf5 file(path("older.h5"));
+  EXPECT_EQ(file.numbers<double>("ticks/command_force_n_in_world", H5T_NATIVE_DOUBLE).at(5), -9);
+  EXPECT_FALSE(file.has("ticks/slewed_force_n_in_world"));
+  EXPECT_TRUE(file.has("ticks/filtered_force_n_in_world"));
 }
 
 TEST_F(TraceTools, SummaryIsWhatTheTicksSay) {
