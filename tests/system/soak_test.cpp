@@ -30,8 +30,7 @@ class Soak : public testing::Test {
 TEST_F(Soak, OfAFewSecondsKeepsAllLimitsAndShowsThem) {
   const std::string report = folder_.path() / "soak.json";
   // The flight recorder is full before the memory is looked at.
-  const Finished finished =
-      soak({"--seconds", "6", "--set", "trace.flight_recorder_s=2", "--json", report});
+  const Finished finished = soak({"--seconds", "6", "--set", "trace.flight_recorder_s=2", "--json", report});
   EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
   EXPECT_TRUE(contains(finished.output, "--seed 1\n"));
   EXPECT_TRUE(contains(finished.output, "ticks lost on their way out of the loop"));

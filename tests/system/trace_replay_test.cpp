@@ -4,6 +4,8 @@
 
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/trace/trace_reader.h"
+#include "tests/support/made_up_trace.h"
+#include "tests/support/scratch_recording.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd {
@@ -118,6 +120,19 @@ TEST(TraceReplayRefuses, ATraceWithoutDepthOrWithoutSnapshot) {
   EXPECT_EQ(without_depth.ending, exitedWith(66)) << without_depth.output;
   EXPECT_TRUE(contains(without_depth.errors, ".depth"));
   EXPECT_EQ(replayed(home.path() / "none.mcap").ending, exitedWith(66));
+}
+
+TEST(TraceReplayRefuses, ATraceOfAnotherVersion) {
+  const test::TemporaryFolder folder;
+  test::ScratchRecording recording;
+  test::fillRecording(recording, 2);
+  recording.writeIndex();
+  fs::create_directory_symlink(recording.path(), folder.path() / "older.depth");
+  test::writeOlderTrace(folder.path() / "older.mcap", test::madeUpRecords(1, 20).ticks);
+  const Finished older = replayed(folder.path() / "older.mcap");
+  EXPECT_EQ(older.ending, exitedWith(66)) << older.output;
+  EXPECT_TRUE(contains(older.errors, "another version"));
+  EXPECT_TRUE(contains(older.errors, "haptic-replay of the version that wrote it"));
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ def metrics():
         kind, text = reply.headers["Content-Type"], reply.read().decode()
     must("systemctl", "stop", "hapticd-metrics.socket")
     expect(kind.startswith("application/openmetrics-text"), kind)
-    expect("\nhapticd_ticks_total " in text and text.endswith("# EOF\n"), text[-300:])
+    expect("\nhapticd_loop_ticks_total " in text and text.endswith("# EOF\n"), text[-300:])
     must("systemd-analyze", "security", "--threshold=20", "hapticd-metrics@.service")
     return f"{len(text)} bytes"
 
