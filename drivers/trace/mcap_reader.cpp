@@ -28,7 +28,9 @@ class Reading {
       if (const std::string wrong = take(*record); !wrong.empty()) {
         return std::unexpected(scanner_.damaged(record->offset, wrong));
       }
-      if (refusal_) return std::unexpected(scanner_.foreign(refusal_->what, refusal_->remedy));
+      if (const auto refusal = visitor_.refusal()) {
+        return std::unexpected(scanner_.foreign(refusal->what, refusal->remedy));
+      }
       if (record->opcode != Opcode::footer) continue;
       if (const auto end = scanner_.atClosingMagic(); !end) return std::unexpected(end.error());
       return {};
@@ -86,7 +88,7 @@ class Reading {
     channel.schema_encoding = schema.encoding;
     channel.schema = schema.text;
     if (!reader.good()) return kNotWhole;
-    refusal_ = visitor_.channel(channel);
+    visitor_.channel(channel);
     return "";
   }
 
@@ -165,7 +167,6 @@ class Reading {
   Scanner scanner_;
   Visitor& visitor_;
   std::map<std::uint16_t, Schema> schemas_;
-  std::optional<Refusal> refusal_;
   std::string buffer_;  ///< of an uncompressed chunk
   std::optional<std::uint64_t> summary_at_;
 };

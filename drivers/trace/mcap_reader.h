@@ -41,7 +41,7 @@ struct Refusal {
 class Visitor {
  public:
   virtual ~Visitor() = default;
-  virtual std::optional<Refusal> channel(const Channel& channel) = 0;
+  virtual void channel(const Channel& channel) = 0;
   /// Returns what is wrong, "" if nothing is.
   virtual std::string message(const Message& message) = 0;
   virtual void metadata(std::string_view name, Pairs pairs) = 0;
@@ -50,6 +50,8 @@ class Visitor {
   virtual void chunk(std::uint64_t offset, std::uint64_t size) = 0;
   /// Nothing more is wanted.
   virtual bool enough() const = 0;
+  /// Why that is so, where it is the file's fault.
+  virtual std::optional<Refusal> refusal() const { return {}; }
 };
 
 /// Reads a file from its begin to its end, or until it is enough, with all checksums; each must be there.

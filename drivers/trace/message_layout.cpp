@@ -7,6 +7,8 @@
 #include <charconv>
 #include <utility>
 
+#include "config/value_text.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -126,7 +128,8 @@ std::expected<MessageLayout, std::string> MessageLayout::of(std::string_view sch
     const bool constant = name.find('=') != std::string_view::npos;
     const bool known = constant ? addConstant(name, constants) : setForm(field.type, field);
     if (name.empty() || !known) {
-      return std::unexpected(fmt::format("'{}' in its schema is of no type that traces have", line));
+      return std::unexpected(
+          fmt::format("{} in its schema is of no type that traces have", config::inQuotes(line)));
     }
     if (constant) continue;
     field.constants = std::exchange(constants, {});

@@ -147,6 +147,7 @@ struct DecodePlaces {
   CdrReader& from;
   const Sources& sources;
   const std::vector<std::size_t>& places;
+  std::string& unknown_value;
   std::size_t next = 0;
 
   template <typename Value>
@@ -156,7 +157,10 @@ struct DecodePlaces {
     from.seek(places[*field]);
     if constexpr (NamedEnumeration<Value>) {
       const auto number = from.number<std::uint8_t>();
-      if (number >= values.size() || !values[number]) return from.refuse();
+      if (number >= values.size() || !values[number]) {
+        unknown_value = name;
+        return from.refuse();
+      }
       value = static_cast<Value>(*values[number]);
     } else {
       DecodeFields{from}(name, value);
@@ -249,6 +253,7 @@ bool MessageDecoder<Record>::decode(std::string_view message, Record& record) {
 
 template <typename Record>
 bool MessageDecoder<Record>::decodeOther(std::string_view message, Record& record) {
+  unknown_value_.clear();
   if (!other_->locate(message, places_)) return false;
   if constexpr (std::is_same_v<Record, SnapshotRecord>) {
     record = {};
@@ -261,7 +266,7 @@ bool MessageDecoder<Record>::decodeOther(std::string_view message, Record& recor
     return reader.good();
   } else {
     CdrReader reader(message);
-    visitFields(record, DecodePlaces{reader, sources_, places_});
+    visitFields(record, DecodePlaces{reader, sources_, places_, unknown_value_});
     return reader.good();
   }
 }

@@ -53,11 +53,13 @@ class MessageDecoder {
   /// Errors: why its messages cannot be read as such records.
   static std::expected<MessageDecoder, std::string> forSchema(std::string_view schema);
 
-  /// False: it is no such message, or has a value that this version has no name for; `record` is then
-  /// undefined. A field that the messages do not have is NaN, or zero where it cannot be. A snapshot of
-  /// another layout of the core's memory is not usable.
+  /// False: it is no such message, or unknownValue() says why; `record` is then undefined. A field that the
+  /// messages do not have is NaN, or zero where it cannot be. A snapshot of another layout of the core's
+  /// memory is not usable.
   bool decode(std::string_view message, Record& record);
 
+  /// The field of the last message whose value this version has no name for; empty: there is none.
+  const std::string& unknownValue() const { return unknown_value_; }
   /// Fields of the record that the messages do not have.
   const std::vector<std::string>& missing() const { return missing_; }
 
@@ -67,13 +69,14 @@ class MessageDecoder {
   /// Where a field of the record comes from.
   struct Source {
     std::optional<std::size_t> field;  ///< of the message; nothing: it does not have it
-    std::vector<std::optional<std::uint8_t>>
-        values;  ///< of an enumeration: its enumerators by their values there
+    /// Of an enumeration: its enumerators by their values there.
+    std::vector<std::optional<std::uint8_t>> values;
   };
   std::optional<MessageLayout> other_;  ///< nothing: this version's
   std::vector<Source> sources_;         ///< by the fields of the record
   std::vector<std::string> missing_;
   std::vector<std::size_t> places_;
+  std::string unknown_value_;
 };
 
 }  // namespace hapticd::drivers

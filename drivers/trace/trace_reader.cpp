@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "config/value_text.h"
 #include "drivers/trace/fields.h"
 #include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
@@ -29,19 +30,18 @@ class Reading final : public mcap::Visitor {
 
   TraceInfo info;
 
-  std::optional<mcap::Refusal> channel(const mcap::Channel& channel) override {
+  void channel(const mcap::Channel& channel) override {
     if (format_ && *format_ != kTraceVersion) {
-      return otherVersion(
-          fmt::format("a trace of the format {}, of which this is {}", *format_, kTraceVersion));
+      return refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*format_),
+                                kTraceVersion));
     }
-    if (!header_seen_) return mcap::Refusal{"is no trace of hapticd", "give one"};
-    std::optional<mcap::Refusal> refusal;
-    (void)(bind(channel, ticks_, &Reading::tick, refusal) ||
-           bind(channel, models_, &Reading::model, refusal) ||
-           bind(channel, directives_, &Reading::directive, refusal) ||
-           bind(channel, events_, &Reading::event, refusal) ||
-           bind(channel, snapshots_, &Reading::snapshot, refusal));
-    return refusal;
+    if (!header_seen_) {
+      refusal_ = mcap::Refusal{"is no trace of hapticd", "give one"};
+      return;
+    }
+    (void)(bind(channel, ticks_, &Reading::tick) || bind(channel, models_, &Reading::model) ||
+           bind(channel, directives_, &Reading::directive) || bind(channel, events_, &Reading::event) ||
+           bind(channel, snapshots_, &Reading::snapshot));
   }
 
   std::string message(const mcap::Message& message) override {
@@ -69,7 +69,8 @@ class Reading final : public mcap::Visitor {
     if (visitor_.progress) visitor_.progress(static_cast<double>(offset) / static_cast<double>(size));
   }
 
-  bool enough() const override { return enough_; }
+  bool enough() const override { return enough_ || refusal_; }
+  std::optional<mcap::Refusal> refusal() const override { return refusal_; }
 
  private:
   using Taker = std::string (Reading::*)(std::string_view);
@@ -83,26 +84,25 @@ class Reading final : public mcap::Visitor {
     return std::from_chars(offset->data(), end, info.realtime_offset_ns).ptr == end;
   }
 
-  mcap::Refusal otherVersion(const std::string& what) const {
+  /// `what`: the trace is, so that this version does not read it.
+  void refuse(const std::string& what) {
     const std::string* const version = find(info.metadata, kWriterVersionKey);
-    return {fmt::format("is {}; written by hapticd {}", what, version ? *version : "of an unknown version"),
-            kOtherReaders};
+    const std::string writer = version != nullptr ? config::inQuotes(*version) : "of an unknown version";
+    refusal_ = mcap::Refusal{fmt::format("is {}; written by hapticd {}", what, writer), kOtherReaders};
   }
 
   /// True if it is the channel of these records; its messages are taken then, unless it is refused.
   template <typename Record>
-  bool bind(const mcap::Channel& channel, MessageDecoder<Record>& decoder, Taker taker,
-            std::optional<mcap::Refusal>& refusal) {
+  bool bind(const mcap::Channel& channel, MessageDecoder<Record>& decoder, Taker taker) {
     if (channel.topic != kChannelName<Record>.topic) return false;
     if (channel.encoding != "cdr" || channel.schema_encoding != "ros2msg" ||
         channel.schema_name != kChannelName<Record>.schema) {
-      refusal = otherVersion(fmt::format("a trace with {} in another encoding", channel.topic));
+      refuse(fmt::format("a trace with {} in another encoding", channel.topic));
       return true;
     }
     auto found = MessageDecoder<Record>::forSchema(channel.schema);
     if (!found) {
-      refusal = otherVersion(
-          fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
+      refuse(fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
       return true;
     }
     decoder = std::move(*found);
@@ -115,9 +115,12 @@ class Reading final : public mcap::Visitor {
   std::string take(std::string_view data, MessageDecoder<Record>& decoder, std::uint64_t& count,
                    const std::function<bool(const Record&)>& to) {
     Record record;
+    constexpr std::string_view kTopic = kChannelName<Record>.topic;
     if (!decoder.decode(data, record)) {
-      return fmt::format("a message of {} is not whole, or has a value that this version does not know",
-                         kChannelName<Record>.topic);
+      if (decoder.unknownValue().empty()) return fmt::format("a message of {} is not whole", kTopic);
+      refuse(fmt::format("a trace with a {} in {} that this version does not know", decoder.unknownValue(),
+                         kTopic));
+      return "";
     }
     ++count;
     if constexpr (std::is_same_v<Record, rt::Tick>) countDropped(record);
@@ -152,6 +155,7 @@ class Reading final : public mcap::Visitor {
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
   bool enough_ = false;
+  std::optional<mcap::Refusal> refusal_;
 };
 
 }  // namespace

@@ -121,7 +121,7 @@ class Everything final : public mcap::Visitor {
  public:
   std::uint64_t chunks = 0;
   bool of_hapticd = false;
-  std::optional<mcap::Refusal> channel(const mcap::Channel&) override { return {}; }
+  void channel(const mcap::Channel&) override {}
   std::string message(const mcap::Message&) override { return ""; }
   void metadata(std::string_view name, mcap::Pairs) override { of_hapticd |= name == kTraceMetadata; }
   void attachment(const mcap::AttachmentRecord&) override {}

@@ -111,7 +111,9 @@ TEST(OtherVersion, EnumeratorsGoByTheirNames) {
   EXPECT_EQ(tick.law, rt::ForceLaw::proxy);
   ASSERT_TRUE(decoded(rt::ForceLaw{2}, tick));
   EXPECT_EQ(tick.law, rt::ForceLaw::surface);
-  EXPECT_FALSE(decoded(rt::ForceLaw{3}, tick)) << "no name for it here";
+  EXPECT_EQ(decoder->unknownValue(), "");
+  EXPECT_FALSE(decoded(rt::ForceLaw{3}, tick));
+  EXPECT_EQ(decoder->unknownValue(), "law");
   EXPECT_TRUE(decoder->missing().empty());
 }
 
@@ -217,9 +219,20 @@ TEST_F(OtherVersionFile, IsRefusedWithTheVersionAndWithoutTalkOfDamageWhereItCan
   EXPECT_FALSE(contains(error(), "recover"));
 }
 
+TEST_F(OtherVersionFile, IsRefusedWhereAValueOccursThatHasNoNameHere) {
+  const std::string schema = changedSchema<rt::Tick>("uint8 LAW_SURFACE=3\n", "uint8 LAW_MAGNETIC=3\n");
+  std::string message;
+  rt::Tick tick;
+  tick.law = rt::ForceLaw::surface;
+  encode(tick, kWrittenAt_ns, message);
+  write("/hapticd/tick", "hapticd_msgs/msg/Tick", schema, message);
+  EXPECT_TRUE(contains(error(), "a law in /hapticd/tick that this version does not know")) << error();
+  EXPECT_FALSE(contains(error(), "damaged"));
+}
+
 TEST_F(OtherVersionFile, OfAnotherFormatIsRefusedAsSuch) {
   write("/hapticd/tick", "hapticd_msgs/msg/Tick", schemaOf<rt::Tick>(), "", "2");
-  EXPECT_TRUE(contains(error(), "a trace of the format 2, of which this is 1"));
+  EXPECT_TRUE(contains(error(), "a trace of the format \"2\", of which this is 1"));
   EXPECT_TRUE(contains(error(), "0.0.7"));
 }
 
