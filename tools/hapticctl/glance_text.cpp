@@ -55,11 +55,11 @@ std::string loopRow(const Json& status) {
 }
 
 std::string forceRow(const Json& status) {
-  return statusRow("force", fmt::format("{} N, by the law {} N, {} points, delay limit {} N/m",
-                                        fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
-                                        fixed(lengthAt(status, "tick.lawForceNInWorld"), 2),
-                                        countAt(status, "tick.pointsUsed"),
-                                        fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
+  return statusRow("force",
+                   fmt::format("{} N, by the law {} N, {}, delay limit {} N/m",
+                               fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
+                               fixed(lengthAt(status, "tick.lawForceNInWorld"), 2), contactText(status),
+                               fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
 }
 
 std::string hipRow(const Json& status) {

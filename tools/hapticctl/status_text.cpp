@@ -71,14 +71,6 @@ std::string loopText(const Json& status) {
          line("compute", latencyText(status, "loop.computeTime"));
 }
 
-/// What the law feels: "from 100 points", or where the proxy is.
-std::string contactText(const Json& status) {
-  const std::string points = "from " + countAt(status, "tick.pointsUsed") + " points";
-  const std::string law = textAt(status, "tick.law");
-  if (law != "proxy" && law != "surface") return points;
-  return textAt(status, "tick.contact") + (law == "proxy" ? ", " + points : "");
-}
-
 std::string forceText(const Json& status) {
   const std::string force = "tick.commandForceNInWorld";
   return line("force",
@@ -184,6 +176,13 @@ std::string fieldText(const Json& parameter, const char* name) {
 }
 
 }  // namespace
+
+std::string contactText(const Json& status) {
+  const std::string points = "from " + countAt(status, "tick.pointsUsed") + " points";
+  const std::string law = textAt(status, "tick.law");
+  if (law != "proxy" && law != "surface") return points;
+  return textAt(status, "tick.contact") + (law == "proxy" ? ", " + points : "");
+}
 
 std::string statusRow(std::string_view title, const std::string& text) {
   return fmt::format("{:<14}{}", title, text);

@@ -30,6 +30,9 @@ std::string versionsText(const Json& status);
 /// "12.3 MB"; "-" for NaN.
 std::string bytesText(double bytes);
 
+/// What the law feels: "from 100 points", or, of laws with a proxy, "contact".
+std::string contactText(const Json& status);
+
 /// The whole status for people: what is wrong, what is going on, every counter.
 std::string statusText(const Json& status);
 
