@@ -123,7 +123,7 @@ TEST(HapticctlWithoutADaemon, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_TRUE(has(below.errors, "hapticctl trace: there is no command 'exprot' (did you mean export?)"))
       << below.errors;
   EXPECT_TRUE(has(home.run({"trace"}).errors, "required"));
-  EXPECT_TRUE(has(home.run({"trace", "info"}).errors, "FILE is required"));
+  EXPECT_TRUE(has(home.run({"trace", "info"}).errors, "TRACE is required"));
 }
 
 // --- metrics

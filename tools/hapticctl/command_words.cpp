@@ -29,7 +29,7 @@ Takes takenBy(const CLI::Option& option) {
   if (type == "PARAMETER=VALUE") return {Kind::assignments, {}};
   if (type == "PROFILE") return {Kind::profiles, {}};
   if (type == "TRACE") return {Kind::traces, {}};
-  if (type == "TRACE|FILE") return {Kind::traces_or_files, {}};
+  if (type == "NAME|FILE") return {Kind::traces_or_files, {}};
   const bool file = type == "FILE" || type == "PATH" || type == "FOLDER";
   return {file ? Kind::files : Kind::anything, {}};
 }

@@ -104,8 +104,8 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
   CLI::App& command = line.add(group, name, help, [&options, file, action = std::move(action)] {
     return action(traceFile(options, *file));
   });
-  command.add_option("FILE", *file, "A trace: its path, or its name in the daemon's folder")
-      ->type_name("TRACE|FILE")
+  command.add_option("TRACE", *file, "Its name in the daemon's folder, or a path")
+      ->type_name("NAME|FILE")
       ->required();
   return command;
 }
