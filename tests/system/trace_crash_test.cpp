@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <random>
 #include <thread>
+#include <vector>
 
 #include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_folder.h"
@@ -94,7 +96,8 @@ class Writer {
 
 TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   constexpr int kRounds = 20;
-  constexpr std::uint64_t kChunkTicks = 1002;  // a second of them, and its first and last one
+  constexpr std::uint64_t kChunkTicks = 1002;           // a second of them, and its first and last one
+  constexpr std::int64_t kMostLost_ns = 2'000'000'000;  // a chunk of a second, and the next being written
   std::mt19937 random(1);
   std::uniform_int_distribution<int> pause_ms(0, 400);
   std::array<Writer, 5> writers;
@@ -113,7 +116,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   }
   for (Writer& writer : writers) writer.recover();
 
-  std::int64_t longest_loss_ns = 0;
+  std::vector<std::int64_t> losses_ns;
   int empty = 0;
   for (const Killed& kill : killed) {
     if (!fs::exists(kill.trace)) {  // no chunk was whole yet
@@ -126,9 +129,13 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
     EXPECT_EQ(content.missing, 0U) << kill.trace;
     EXPECT_GE(content.ticks + kChunkTicks, kill.ticks) << kill.trace << ": more than the open chunk is lost";
     EXPECT_GE(fs::file_size(kill.trace), kill.bytes) << kill.trace << ": a whole chunk is lost";
-    if (content.ticks > 0) longest_loss_ns = std::max(longest_loss_ns, kill.time_ns - content.last_ns);
+    if (content.ticks > 0) losses_ns.push_back(kill.time_ns - content.last_ns);
   }
-  EXPECT_LT(empty, 100);
+  ASSERT_FALSE(losses_ns.empty());
+  std::ranges::sort(losses_ns);
+  const std::int64_t longest_loss_ns = losses_ns.back();
+  // not all: a disk that stalls keeps a whole chunk from being one
+  EXPECT_LT(losses_ns[losses_ns.size() / 2], kMostLost_ns);
   RecordProperty("longest_loss_ms", static_cast<int>(longest_loss_ns / 1'000'000));
   std::printf("longest loss %.3f s, %d of %d killed without a whole chunk\n",
               static_cast<double>(longest_loss_ns) * 1e-9, empty, 100);
