@@ -123,6 +123,7 @@ TEST(HapticctlWithoutADaemon, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
   EXPECT_TRUE(has(below.errors, "hapticctl trace: there is no command 'exprot' (did you mean export?)"))
       << below.errors;
   EXPECT_TRUE(has(home.run({"trace"}).errors, "required"));
+  EXPECT_EQ(home.run({"profiles", "--names", "--boot", "a"}).ending, exitedWith(2));
   EXPECT_TRUE(has(home.run({"trace", "info"}).errors, "TRACE is required"));
 }
 

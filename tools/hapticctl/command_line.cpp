@@ -90,8 +90,8 @@ void addForce(CLI::App& command, IfExists& if_exists) {
       "--force", [&if_exists] { if_exists = IfExists::replace; }, "Replace files that exist");
 }
 
-void addNames(CLI::App& command, bool& names_only) {
-  command.add_flag("--names", names_only, "Print the names only, one a line");
+CLI::Option* addNames(CLI::App& command, bool& names_only) {
+  return command.add_flag("--names", names_only, "Print the names only, one a line");
 }
 
 }  // namespace hapticd::tools

@@ -43,7 +43,7 @@ class CommandLine {
 void addForce(CLI::App& command, IfExists& if_exists);
 
 /// --names, for a subcommand that lists what has names.
-void addNames(CLI::App& command, bool& names_only);
+CLI::Option* addNames(CLI::App& command, bool& names_only);
 
 // Each theme's subcommands, with their options and what they do.
 void addStateCommands(CommandLine& line);      ///< status, watch, events, metrics, version

@@ -86,7 +86,7 @@ void addProfileCommands(CommandLine& line) {
   auto* no_boot = profiles.add_flag("--no-boot", wanted->no_boot, "Load no profile at the start");
   remove->excludes(boot)->excludes(no_boot);
   boot->excludes(no_boot);
-  addNames(profiles, wanted->names_only);
+  addNames(profiles, wanted->names_only)->excludes(remove)->excludes(boot)->excludes(no_boot);
 }
 
 }  // namespace hapticd::tools
