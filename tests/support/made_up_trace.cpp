@@ -1,10 +1,14 @@
 #include "tests/support/made_up_trace.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "drivers/trace/mcap_writer.h"
@@ -223,12 +227,16 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
   check((*writer)->close());
 }
 
-void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks) {
-  constexpr std::string_view kLine = "float64[3] slewed_force_n_in_world\n";
-  constexpr std::size_t kBytes =
-      3 * sizeof(double);  // of it, and of the force that follows it and is the last
+void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks,
+                     std::string_view without) {
+  constexpr std::size_t kForceBytes = 3 * sizeof(double);
+  const std::string line = fmt::format("float64[3] {}\n", without);
   std::string schema = drivers::schemaOf<rt::Tick>();
-  schema.erase(schema.find(kLine), kLine.size());
+  const std::size_t at = schema.find(line);
+  if (at == std::string::npos) throw std::invalid_argument(line);
+  schema.erase(at, line.size());
+  const auto forces_after = static_cast<std::size_t>(
+      std::count(schema.begin() + static_cast<std::ptrdiff_t>(at), schema.end(), '\n'));
 
   auto part = drivers::TraceFile::create(drivers::partOf(file));
   check(part);
@@ -246,7 +254,7 @@ void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Ti
     const auto time_ns = static_cast<std::uint64_t>(tick.planned_ns);
     std::string message;
     drivers::encode(tick, time_ns, message);
-    message.erase(message.size() - 2 * kBytes, kBytes);
+    message.erase(message.size() - (1 + forces_after) * kForceBytes, kForceBytes);
     writer.addMessage(channel, ++sequence, time_ns, message);
   }
   check(writer.finish());

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <random>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -37,9 +38,10 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
                 const drivers::TraceOptions& options = {});
 
-/// Writes and closes a trace of ticks as a version wrote them whose ticks had no slewed_force_n_in_world yet;
-/// the metadata call it 0.0.7.
-void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks);
+/// Writes and closes a trace of ticks as a version wrote them whose ticks did not have that force yet; the
+/// metadata call it 0.0.7.
+void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks,
+                     std::string_view without = "slewed_force_n_in_world");
 
 /// The names of a record's fields and their bits as text, to compare records by.
 template <typename Record>

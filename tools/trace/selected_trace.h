@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
 
 #include "config/error.h"
 #include "drivers/trace/fields.h"
@@ -23,12 +24,16 @@ class SelectedTrace {
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC.
   std::int64_t realtimeOffset_ns() const { return info_.realtime_offset_ns; }
   const drivers::TraceText& metadata() const { return info_.metadata; }
+  template <typename Record>
+  bool lacks(std::string_view field) const {
+    return info_.lacks(drivers::kChannelName<Record>.topic, field);
+  }
   /// visitFields() without the fields that the trace lacks.
   template <typename Record>
   void visitKnown(const Record& record, auto&& visit) const {
     if (info_.missing.empty()) return drivers::visitFields(record, visit);
     drivers::visitFields(record, [&](std::string_view name, const auto& field) {
-      if (!info_.lacks(drivers::kChannelName<Record>.topic, name)) visit(name, field);
+      if (!lacks<Record>(name)) visit(name, field);
     });
   }
   double seconds(std::int64_t time_ns) const;

@@ -1,6 +1,7 @@
 #include "tools/trace/trace_plot.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -8,7 +9,7 @@
 #include <iterator>
 #include <limits>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
 #include "tools/hapticbench/gnuplot.h"
@@ -26,43 +27,70 @@ struct Point {
   double value = 0;
 };
 
-/// A quantity over time.
-struct Curve {
+/// A quantity over time, of fields that an older trace may lack.
+struct Quantity {
   const char* label;
   double (*valueOf)(const rt::Tick& tick);
+  std::array<std::string_view, 2> fields;
 };
 
-constexpr std::array<Curve, 3> kCurves{
-    {{"force (N)", [](const rt::Tick& tick) { return norm(tick.command_force_n_in_world); }},
+constexpr std::array<Quantity, 3> kQuantities{
+    {{"force (N)",
+      [](const rt::Tick& tick) { return norm(tick.command_force_n_in_world); },
+      {"command_force_n_in_world"}},
      {"penetration (mm)",
-      [](const rt::Tick& tick) { return 1000 * norm(tick.proxy_m_in_world - tick.hip_m_in_world); }},
+      [](const rt::Tick& tick) { return 1000 * norm(tick.proxy_m_in_world - tick.hip_m_in_world); },
+      {"proxy_m_in_world", "hip_m_in_world"}},
      {"wake-up latency (us)",
-      [](const rt::Tick& tick) { return static_cast<double>(tick.wakeup_latency_ns) / 1000; }}}};
+      [](const rt::Tick& tick) { return static_cast<double>(tick.wakeup_latency_ns) / 1000; },
+      {"wakeup_latency_ns"}}}};
 
-using Points = std::array<std::vector<Point>, kCurves.size()>;
+struct Curve {
+  const Quantity* quantity;
+  std::vector<Point> points;
+};
 
-config::Result<Points> pointsOf(const SelectedTrace& trace, std::size_t most, const Progress& progress) {
+struct Curves {
+  std::vector<Curve> known;
+  std::vector<std::string_view> lacking;  ///< labels
+};
+
+Curves curvesOf(const SelectedTrace& trace) {
+  Curves curves;
+  for (const Quantity& quantity : kQuantities) {
+    const bool lacks = std::ranges::any_of(
+        quantity.fields, [&trace](std::string_view field) { return trace.lacks<rt::Tick>(field); });
+    if (lacks) {
+      curves.lacking.emplace_back(quantity.label);
+    } else {
+      curves.known.push_back({&quantity, {}});
+    }
+  }
+  return curves;
+}
+
+config::Result<void> fill(std::vector<Curve>& curves, const SelectedTrace& trace, std::size_t most,
+                          const Progress& progress) {
   const auto share = [&progress](double begin) {
     return progress ? Progress([&progress, begin](double done) { progress(begin + done / 2); }) : Progress();
   };
   const auto count = trace.countTicks(share(0));
   if (!count) return std::unexpected(count.error());
-  Points points;
   std::vector<Peaks<Point>> peaks;
-  for (std::vector<Point>& curve : points) {
-    peaks.emplace_back(*count, most, [&curve](const Point& point) { curve.push_back(point); });
+  for (Curve& curve : curves) {
+    peaks.emplace_back(*count, most, [&curve](const Point& point) { curve.points.push_back(point); });
   }
   const auto add = [&](const rt::Tick& tick) {
     const double time_s = trace.seconds(tick.planned_ns);
-    for (std::size_t i = 0; i < kCurves.size(); ++i) {
-      const double value = kCurves[i].valueOf(tick);
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      const double value = curves[i].quantity->valueOf(tick);
       peaks[i].add(value, {time_s, value});
     }
     return true;
   };
   if (auto read = trace.readAll({.tick = add}, share(0.5)); !read) return std::unexpected(read.error());
   for (Peaks<Point>& curve : peaks) curve.finish();
-  return points;
+  return {};
 }
 
 /// Infinity and NaN are drawn as gaps.
@@ -91,25 +119,31 @@ std::string rangeOf(const std::vector<Point>& points) {
                                             : fmt::format("set yrange [{}:{}]", least, least + 1);
 }
 
-std::string scriptOf(const Points& points, const std::string& title, const std::string& terminal,
+std::string scriptOf(const std::vector<Curve>& curves, const std::string& title, const std::string& terminal,
                      const std::filesystem::path& image) {
   std::string script;
-  for (std::size_t i = 0; i < points.size(); ++i) addPoints(script, i, points[i]);
+  for (std::size_t i = 0; i < curves.size(); ++i) addPoints(script, i, curves[i].points);
   const auto to = std::back_inserter(script);
+  const double first_s = curves.front().points.front().time_s, last_s = curves.front().points.back().time_s;
   fmt::format_to(to,
                  "set terminal {} size 1200,900\nset output '{}'\n"
                  "set multiplot layout {},1 title '{}' noenhanced\n"
                  "set grid\nset lmargin 12\nunset key\nset xrange [{}:{}]\n",
-                 terminal, gnuplotQuoted(image.string()), points.size(), gnuplotQuoted(title),
-                 points[0].front().time_s,
-                 std::max(points[0].back().time_s, points[0].front().time_s + kShortest_s));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (i + 1 == points.size()) script += "set xlabel 'time (s)'\n";
-    fmt::format_to(to, "{}\nset ylabel '{}'\nplot $curve{} with lines lc rgb '#303090'\n", rangeOf(points[i]),
-                   kCurves[i].label, i);
+                 terminal, gnuplotQuoted(image.string()), curves.size(), gnuplotQuoted(title), first_s,
+                 std::max(last_s, first_s + kShortest_s));
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    if (i + 1 == curves.size()) script += "set xlabel 'time (s)'\n";
+    fmt::format_to(to, "{}\nset ylabel '{}'\nplot $curve{} with lines lc rgb '#303090'\n",
+                   rangeOf(curves[i].points), curves[i].quantity->label, i);
   }
   script += "unset multiplot\n";
   return script;
+}
+
+std::string titleOf(const std::filesystem::path& trace, const std::vector<std::string_view>& lacking) {
+  std::string title = trace.filename().string();
+  if (!lacking.empty()) title += fmt::format(", of another version: no {}", fmt::join(lacking, ", "));
+  return title;
 }
 
 config::Result<std::string> terminalFor(const std::filesystem::path& image) {
@@ -130,14 +164,18 @@ config::Result<void> plotTrace(const std::filesystem::path& trace_file, const st
   if (!trace) return std::unexpected(trace.error());
   auto file = WholeFile::create(image, if_exists);
   if (!file) return std::unexpected(file.error());
-  const auto points =
-      pointsOf(*trace, selection.most_ticks == 0 ? kUsualPoints : selection.most_ticks, progress);
-  if (!points) return std::unexpected(points.error());
-  if (points->front().empty()) {
+  Curves curves = curvesOf(*trace);
+  if (curves.known.empty()) {
+    return std::unexpected(config::Error{trace_file.string(), "has nothing of what is drawn", ""});
+  }
+  const std::size_t most = selection.most_ticks == 0 ? kUsualPoints : selection.most_ticks;
+  if (auto filled = fill(curves.known, *trace, most, progress); !filled) return filled;
+  if (curves.known.front().points.empty()) {
     return std::unexpected(
         config::Error{trace_file.string(), "has no ticks in that time", "choose another stretch"});
   }
-  const std::string script = scriptOf(*points, trace_file.filename().string(), *terminal, file->draft());
+  const std::string script =
+      scriptOf(curves.known, titleOf(trace_file, curves.lacking), *terminal, file->draft());
   if (auto drawn = runGnuplot(script, file->draft(), "The Debian package is gnuplot-nox."); !drawn)
     return drawn;
   return file->finish();

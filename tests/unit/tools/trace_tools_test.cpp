@@ -433,6 +433,20 @@ TEST_F(TraceTools, PlotsAsTheEndingSays) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), 4) << "nothing else is left";
 }
 
+TEST_F(TraceTools, PlotOfAnOlderTraceLeavesOutWhatTheTraceLacks) {
+  const fs::path trace = path("older.mcap");
+  test::writeOlderTrace(trace, {plainTick(1, {}), plainTick(2, {2})}, "command_force_n_in_world");
+  const auto plotted = plotTrace(trace, path("a.svg"));
+  if (!plotted && plotted.error().text().find("gnuplot-nox") != std::string::npos) {
+    GTEST_SKIP() << "no gnuplot here (Debian package gnuplot-nox)";
+  }
+  ASSERT_TRUE(plotted) << plotted.error().text();
+  const std::string image = contentOf(path("a.svg"));
+  EXPECT_NE(image.find("older.mcap, of another version: no force (N)"), std::string::npos);
+  EXPECT_EQ(image.find(">force (N)<"), std::string::npos);
+  EXPECT_NE(image.find(">penetration (mm)<"), std::string::npos);
+}
+
 TEST_F(TraceTools, PlotSaysWhatIsMissing) {
   const fs::path trace = writePlain(10);
   const auto errorOf = [&](const char* image, const TraceSelection& selection) {
