@@ -30,6 +30,16 @@ Descriptor openReserve() {
   return Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
 }
 
+Reply tooManyConnections(std::size_t limit, bool per_user) {
+  return {"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
+}
+
+/// Says so to a client who is not served.
+void refuse(const Descriptor& socket, const Reply& reason) {
+  const std::string message = serialise(reason);
+  ::send(socket.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
 bool outOfDescriptors(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
@@ -131,8 +141,7 @@ void VarlinkServer::accept(ListeningSocket& listener) {
   const bool control = listener.access() == Access::control && mayControl(*peer, listener.group());
   const Caller caller{next_id_, control ? Access::control : Access::read, peer->uid, peer->pid};
   if (const auto refusal = refusalOf(caller)) {
-    const std::string message = serialise(*refusal);
-    ::send(socket.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    refuse(socket, *refusal);
     return;
   }
 
@@ -146,7 +155,11 @@ void VarlinkServer::accept(ListeningSocket& listener) {
 void VarlinkServer::shedOne(ListeningSocket& listener) {
   reserve_.close();
   Descriptor refused(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
-  if (!refused) pauseListening(true);
+  if (refused) {
+    refuse(refused, tooManyConnections(connections_.size(), false));
+  } else {
+    pauseListening(true);
+  }
   refused.close();  // before the reserve takes its place again
   reserve_ = openReserve();
 }
@@ -164,18 +177,17 @@ std::optional<Reply> VarlinkServer::refusalOf(const Caller& caller) const {
     return static_cast<std::size_t>(std::ranges::count_if(
         connections_, [&](const auto& entry) { return matches(entry.second->caller()); }));
   };
-  const auto tooMany = [](std::size_t limit, bool per_user) {
-    return Reply{"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
-  };
-  if (connections_.size() >= options_.max_connections) return tooMany(options_.max_connections, false);
+  if (connections_.size() >= options_.max_connections) {
+    return tooManyConnections(options_.max_connections, false);
+  }
   if (count([&](const Caller& other) { return other.uid == caller.uid; }) >=
       options_.max_connections_per_uid) {
-    return tooMany(options_.max_connections_per_uid, true);
+    return tooManyConnections(options_.max_connections_per_uid, true);
   }
   if (caller.access == Access::read && count([](const Caller& other) {
                                          return other.access == Access::read;
                                        }) >= options_.max_read_only_connections) {
-    return tooMany(options_.max_read_only_connections, false);
+    return tooManyConnections(options_.max_read_only_connections, false);
   }
   return std::nullopt;
 }

@@ -369,6 +369,9 @@ TEST_F(VarlinkServerTest, RefusesClientsWhileDescriptorsHaveRunOutAndServesTheOt
   {
     const NoMoreDescriptors limited;
     RawClient late = RawClient::adopt(late_socket, statusPath());
+    const auto refusal = late.json();
+    EXPECT_EQ(refusal["error"], "io.hapticd.Status.TooManyConnections");
+    EXPECT_EQ(refusal["parameters"]["limit"], 1);
     EXPECT_EQ(RawClient::kClosed, late.reply());
     early.call(kUnknown);
     EXPECT_EQ(kUnknownReply, early.reply());
