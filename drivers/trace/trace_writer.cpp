@@ -95,7 +95,8 @@ class TraceWriter::Implementation {
           ""});
     }
     if (auto written = makeRoom(time_ns); !written) return written;
-    if (file_.pendingBytes() == 0) chunk_begin_ns_ = time_ns;
+    // Records of one channel may lag behind those of another: a chunk begins with its earliest.
+    chunk_begin_ns_ = file_.pendingBytes() == 0 ? time_ns : std::min(chunk_begin_ns_, time_ns);
     file_.addMessage(channel.id, channel.messages++, time_ns, message_);
     return {};
   }

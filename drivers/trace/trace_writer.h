@@ -21,7 +21,7 @@ struct TraceAttachment {
 
 struct TraceOptions {
   bool compress = true;                   ///< chunks by zstd
-  std::int64_t chunk_ns = 1'000'000'000;  ///< a chunk holds about that much time
+  std::int64_t chunk_ns = 1'000'000'000;  ///< a chunk holds ticks of at most that much time
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC at the start of the trace.
   std::int64_t realtime_offset_ns = 0;
   /// Name-value pairs of the metadata record "hapticd": versions, serial numbers, kernel, ...

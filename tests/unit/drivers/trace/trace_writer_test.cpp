@@ -146,6 +146,21 @@ TEST(TraceWriter, BeginsAChunkWhenTheOneBeforeIsLongEnough) {
   EXPECT_EQ(readTrace(folder.path() / "a.mcap")->chunks, 3U);
 }
 
+TEST(TraceWriter, KeepsChunksShortAlsoWhenTicksLagBehindOtherRecords) {
+  const TemporaryFolder folder(test::memoryFolder());
+  auto writer = TraceWriter::create(folder.path() / "a.mcap", {.chunk_ns = 10'000'000});
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE((*writer)->write(EventRecord{.time_ns = 9'000'000}));
+  for (std::uint64_t number = 1; number <= 15; ++number) {
+    rt::Tick tick;
+    tick.number = number;
+    tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
+    ASSERT_TRUE((*writer)->write(tick));
+    EXPECT_LE((*writer)->ticksPending(), 10U);
+  }
+  EXPECT_EQ((*writer)->ticks(), 10U);
+}
+
 TEST(TraceWriter, HasItsNameOnlyWhenItIsClosed) {
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.path() / "a.mcap";
