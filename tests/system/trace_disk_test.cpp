@@ -141,8 +141,9 @@ TEST(TraceDisk, AFolderThatVanishesIsMadeAgain) {
   Daemon daemon(home, test::kWallYaml, kTracing);
   ASSERT_TRUE(daemon.answers());
   ASSERT_TRUE(daemon.reaches(writes));
-  const std::string first = daemon.status().at("trace").at("name");
-  fs::remove_all(home.traceFolder());
+  // at once: while it is emptied the daemon may write into it again
+  fs::rename(home.traceFolder(), home.path() / "vanished");
+  fs::remove_all(home.path() / "vanished");
   ASSERT_TRUE(
       daemon.reaches([&](const json& status) { return writes(status) && fs::exists(home.traceFolder()); }));
   expectForceGoesOn(daemon);
