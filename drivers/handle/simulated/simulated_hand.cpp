@@ -11,6 +11,10 @@ namespace {
 
 using rt::Vec3;
 
+/// The aim is a point in the world: at the end of the travel it is that far from it at most, on either side.
+/// Coordinates of a few metres round to less than 1e-15 m.
+constexpr double kRounding_m = 1e-12;
+
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -104,7 +108,7 @@ void SimulatedHand::aim(double felt_n) {
       if (felt_n >= kPressedShare * wantedForce_n()) {
         phase_ = Phase::pressing;
         phase_time_s_ = 0;
-      } else if (progress(aim_) >= settings_.travel_m) {
+      } else if (progress(aim_) >= settings_.travel_m - kRounding_m) {
         taps_left_ = 0;
         leave();
       }

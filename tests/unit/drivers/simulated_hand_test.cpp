@@ -163,6 +163,23 @@ TEST(SimulatedHand, TurnsBackAtTheEndOfItsTravelWhereNothingIs) {
   EXPECT_NEAR(farthest, settings.travel_m, 0.1 / 94);  // the swing of the turn
 }
 
+TEST(SimulatedHand, TurnsBackHoweverTheEndOfItsTravelIsRounded) {
+  for (int start_mm = -2000; start_mm <= 0; start_mm += 20) {
+    for (const double speed_m_per_s : {0.1, 0.137, 0.3}) {
+      SimulatedHandleSettings settings;
+      settings.start_m_in_world = {0.1, -0.2, start_mm * 1e-3};
+      settings.direction_in_world = {0.1 * (start_mm % 7), 0.3, -1};
+      settings.travel_m = 0.1;
+      settings.speed_m_per_s = speed_m_per_s;
+      SimulatedHand hand(settings, kStepS);
+      // there and back, and as long again for what the handle lags behind
+      const double enough_s = 4 * settings.travel_m / settings.speed_m_per_s;
+      for (double time_s = 0; time_s < enough_s && hand.rounds() == 0; time_s += kStepS) hand.step({});
+      EXPECT_EQ(hand.rounds(), 1) << start_mm << " mm, " << speed_m_per_s << " m/s";
+    }
+  }
+}
+
 TEST(SimulatedHand, YieldsToAWallThatComesNearer) {
   const SimulatedHandleSettings settings;
   SimulatedHand hand(settings, kStepS);
