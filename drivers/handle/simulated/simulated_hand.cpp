@@ -71,6 +71,7 @@ SimulatedHand::SimulatedHand(const config::SimulatedHandleSettings& settings, do
       step_s_(step_s),
       forward_(unit(settings.direction_in_world)),
       across_(acrossOf(forward_)),
+      friction_n_(settings.friction_n * (std::abs(forward_.x) + std::abs(forward_.y) + std::abs(forward_.z))),
       system_(systemOf(settings, 1)),
       axes_{motionOf(system_, step_s, settings.start_m_in_world.x),
             motionOf(system_, step_s, settings.start_m_in_world.y),
@@ -105,7 +106,7 @@ void SimulatedHand::aim(double felt_n) {
   switch (phase_) {
     case Phase::approaching:
       advanceAim();
-      if (felt_n >= kPressedShare * wantedForce_n()) {
+      if (felt_n > 0 && felt_n >= kPressedShare * (wantedForce_n() - friction_n_)) {
         phase_ = Phase::pressing;
         phase_time_s_ = 0;
       } else if (progress(aim_) >= settings_.travel_m - kRounding_m) {

@@ -29,8 +29,8 @@ class SimulatedHand {
  public:
   enum class Phase { approaching, pressing, retreating };
 
-  /// Share of the wanted force at which the hand believes that it presses: it comes up to the full force ever
-  /// more slowly.
+  /// Share of the wanted force, less what dry friction takes of it, at which the hand believes that it
+  /// presses: it comes up to the full force ever more slowly.
   static constexpr double kPressedShare = 0.95;
   /// No handle is stronger; forces beyond are cut.
   static constexpr double kStrongestForceN = 1000;
@@ -76,8 +76,9 @@ class SimulatedHand {
 
   config::SimulatedHandleSettings settings_;
   double step_s_;
-  rt::Vec3 forward_;  // unit vector of the approach
-  rt::Vec3 across_;   // unit vector of the stroke, at right angles to it
+  rt::Vec3 forward_;   // unit vector of the approach
+  rt::Vec3 across_;    // unit vector of the stroke, at right angles to it
+  double friction_n_;  // that the hand works against along the approach
   DeviceAndHand system_;
   std::array<Motion, 3> axes_;  // x, y, z in the world
   rt::Vec3 aim_;                // where the hand wants the handle

@@ -370,5 +370,19 @@ TEST(SimulatedHand, WithDryFrictionStopsWhereItsSpringPullsLessThanFriction) {
   EXPECT_EQ(hand.velocity_m_per_s_in_world().x, 0);
 }
 
+TEST(SimulatedHand, WithDryFrictionKnowsThatItPresses) {
+  for (const double friction_n : {0.05, 0.3, 1.0}) {
+    for (const Vec3& direction : {Vec3{0, 0, -1}, Vec3{0.6, 0.6, -1}}) {
+      SimulatedHandleSettings settings;
+      settings.friction_n = friction_n;
+      settings.direction_in_world = direction;
+      SimulatedHand hand(settings, kStepS);
+      // there and back at its speed, and while it presses: less than 8 s
+      for (int step = 0; step < 8000 && hand.rounds() == 0; ++step) hand.step(wallForce(hand));
+      EXPECT_EQ(hand.rounds(), 1) << friction_n << " N along z " << direction.z << ", x " << direction.x;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd::drivers
