@@ -106,7 +106,7 @@ void SimulatedHand::aim(double felt_n) {
   switch (phase_) {
     case Phase::approaching:
       advanceAim();
-      if (felt_n > 0 && felt_n >= kPressedShare * (wantedForce_n() - friction_n_)) {
+      if (felt_n >= kPressedShare * std::max(wantedForce_n() - friction_n_, 0.0)) {
         phase_ = Phase::pressing;
         phase_time_s_ = 0;
       } else if (progress(aim_) >= settings_.travel_m - kRounding_m) {

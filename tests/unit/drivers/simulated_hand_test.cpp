@@ -370,8 +370,21 @@ TEST(SimulatedHand, WithDryFrictionStopsWhereItsSpringPullsLessThanFriction) {
   EXPECT_EQ(hand.velocity_m_per_s_in_world().x, 0);
 }
 
+TEST(SimulatedHand, WithoutPressForceStrokesWhereItIsAndBeginsAgain) {
+  SimulatedHandleSettings settings;
+  settings.press_force_n = 0;
+  SimulatedHand hand(settings, kStepS);
+  double farthest = 0;
+  for (double time_s = 0; time_s < settings.press_s + 1; time_s += kStepS) {
+    hand.step({});
+    farthest = std::max(farthest, progress(hand));
+  }
+  EXPECT_GE(hand.rounds(), 1);
+  EXPECT_LT(farthest, 1e-9);  // rounding, step by step
+}
+
 TEST(SimulatedHand, WithDryFrictionKnowsThatItPresses) {
-  for (const double friction_n : {0.05, 0.3, 1.0}) {
+  for (const double friction_n : {0.05, 0.3, 1.0, 5.0}) {  // with the last it cannot move the handle
     for (const Vec3& direction : {Vec3{0, 0, -1}, Vec3{0.6, 0.6, -1}}) {
       SimulatedHandleSettings settings;
       settings.friction_n = friction_n;
