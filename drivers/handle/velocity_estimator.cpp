@@ -6,7 +6,7 @@
 namespace hapticd::drivers {
 
 rt::Vec3 VelocityEstimator::add(const rt::Vec3& position_m, std::int64_t time_ns) {
-  if (count_ > 0 && time_ns <= newest(0).time_ns) {
+  while (count_ > 0 && time_ns <= newest(0).time_ns) {
     next_ = (next_ + kMostSamples - 1) % kMostSamples;
     --count_;
   }

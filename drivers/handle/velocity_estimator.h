@@ -27,8 +27,8 @@ class VelocityEstimator {
   /// `resolution_m`: how far a position may be off by rounding and noise, above zero.
   explicit VelocityEstimator(double resolution_m) : resolution_m_(resolution_m) {}
 
-  /// Takes a sample over and returns the velocity, m/s; zero at the first sample. `time_ns` that does not
-  /// come after that of the sample before replaces it.
+  /// Takes a sample over and returns the velocity, m/s; zero at the first sample. Samples that `time_ns` does
+  /// not come after are forgotten: the device's clock went back.
   rt::Vec3 add(const rt::Vec3& position_m, std::int64_t time_ns);
 
   /// Forgets all samples.

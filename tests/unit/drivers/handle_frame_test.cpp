@@ -163,6 +163,8 @@ TEST(VelocityEstimator, ForgetsThePauseOfADeviceAndSamplesThatDoNotComeLater) {
   EXPECT_EQ(estimator.add({1, 0, 0}, 1'000 * kPeriodNs), Vec3{}) << "a second later";
   EXPECT_EQ(estimator.add({1.1, 0, 0}, 1'000 * kPeriodNs), Vec3{}) << "at the same time: it replaces";
   EXPECT_NEAR(estimator.add({1.101, 0, 0}, 1'001 * kPeriodNs).x, 1, 1e-9);
+  estimator.add({5, 0, 0}, 1'002 * kPeriodNs);
+  EXPECT_NEAR(estimator.add({1.102, 0, 0}, 1'001 * kPeriodNs).x, 2, 1e-9) << "the device's clock went back";
 }
 
 }  // namespace
