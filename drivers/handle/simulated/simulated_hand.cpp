@@ -12,7 +12,7 @@ namespace {
 using rt::Vec3;
 
 /// The aim is a point in the world: at the end of the travel it is that far from it at most, on either side.
-/// Coordinates of a few metres round to less than 1e-15 m.
+/// Coordinates of up to 15 m round by less than 2e-15 m.
 constexpr double kRounding_m = 1e-12;
 
 Vec3 cross(const Vec3& a, const Vec3& b) {
