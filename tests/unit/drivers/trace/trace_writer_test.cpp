@@ -53,6 +53,14 @@ std::string errorOf(const fs::path& file) {
   return info ? "" : info.error().text();
 }
 
+/// A tick of a loop at 1 kHz that begins at zero.
+rt::Tick tickOf(std::uint64_t number) {
+  rt::Tick tick;
+  tick.number = number;
+  tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
+  return tick;
+}
+
 class TraceWriterCompression : public testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(Both, TraceWriterCompression, testing::Bool());
 
@@ -131,10 +139,7 @@ TEST(TraceWriter, BeginsAChunkWhenTheOneBeforeIsLongEnough) {
   auto writer = TraceWriter::create(folder.path() / "a.mcap", {.chunk_ns = 10'000'000});
   ASSERT_TRUE(writer);
   for (std::uint64_t number = 1; number <= 25; ++number) {
-    rt::Tick tick;
-    tick.number = number;
-    tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
-    ASSERT_TRUE((*writer)->write(tick));
+    ASSERT_TRUE((*writer)->write(tickOf(number)));
   }
   EXPECT_EQ((*writer)->ticks(), 20U);
   EXPECT_EQ((*writer)->ticksPending(), 5U);
@@ -152,10 +157,7 @@ TEST(TraceWriter, KeepsChunksShortAlsoWhenTicksLagBehindOtherRecords) {
   ASSERT_TRUE(writer);
   ASSERT_TRUE((*writer)->write(EventRecord{.time_ns = 9'000'000}));
   for (std::uint64_t number = 1; number <= 15; ++number) {
-    rt::Tick tick;
-    tick.number = number;
-    tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
-    ASSERT_TRUE((*writer)->write(tick));
+    ASSERT_TRUE((*writer)->write(tickOf(number)));
     EXPECT_LE((*writer)->ticksPending(), 10U);
   }
   EXPECT_EQ((*writer)->ticks(), 10U);
