@@ -11,15 +11,35 @@
 namespace hapticd::config {
 namespace {
 
-bool isForbiddenControl(char character) {
-  return isControlCharacter(character) && character != '\t' && character != '\r';
+constexpr char32_t kByteOrderMark = 0xfeff;
+
+/// What is no text: a byte order mark may be the first character of a file, and a line may end with CR LF.
+std::optional<char32_t> unprintableIn(std::string_view line, bool first_line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  while (const auto found = firstUnprintable(line)) {
+    const bool harmless =
+        found->code_point == '\t' || (first_line && found->at == 0 && found->code_point == kByteOrderMark);
+    if (!harmless) return found->code_point;
+    line.remove_prefix(found->at + (found->code_point == '\t' ? 1 : 3));
+    first_line = false;
+  }
+  return std::nullopt;
 }
 
+ForbiddenBytes forbidden(char32_t code_point, int line) {
+  const auto number = static_cast<std::uint32_t>(code_point);
+  if (code_point == '\r') {
+    return {line, "a carriage return stands inside the line", "end lines with LF, or with CR LF"};
+  }
+  return {line,
+          number < 0x80 ? fmt::format("control character 0x{:02x} is not allowed", number)
+                        : fmt::format("the invisible character U+{:04X} is not allowed", number),
+          "delete it"};
+}
+
+// Not before a comment either, where YAML would allow it: not all readers do.
 bool isIndentedByTab(std::string_view line) {
-  const std::size_t indentation = std::min(line.find_first_not_of(" \t"), line.size());
-  const std::string_view rest = line.substr(indentation);
-  const bool says_something = !rest.empty() && rest.front() != '#' && rest.front() != '\r';
-  return says_something && line.substr(0, indentation).contains('\t');
+  return line.substr(0, line.find_first_not_of(" \t")).contains('\t');
 }
 
 std::optional<ForbiddenBytes> findIn(std::string_view line, int number) {
@@ -28,12 +48,7 @@ std::optional<ForbiddenBytes> findIn(std::string_view line, int number) {
                           fmt::format("byte 0x{:02x} is not UTF-8", static_cast<std::uint8_t>(line[*at])),
                           "save the file as UTF-8 text"};
   }
-  const auto control = std::ranges::find_if(line, isForbiddenControl);
-  if (control != line.end()) {
-    return ForbiddenBytes{
-        number, fmt::format("control character 0x{:02x} is not allowed", static_cast<std::uint8_t>(*control)),
-        "delete it"};
-  }
+  if (const auto code_point = unprintableIn(line, number == 1)) return forbidden(*code_point, number);
   if (isIndentedByTab(line))
     return ForbiddenBytes{number, "a tab stands in the indentation", "indent with spaces"};
   return std::nullopt;

@@ -39,6 +39,35 @@ std::size_t sequenceLength(std::string_view text, std::size_t at) {
   return 0;
 }
 
+/// Of the well-formed sequence of `length` bytes at `at`.
+char32_t codePointAt(std::string_view text, std::size_t at, std::size_t length) {
+  constexpr std::uint8_t kFirstByteMask[] = {0, 0x7f, 0x1f, 0x0f, 0x07};
+  char32_t code_point = byteAt(text, at) & kFirstByteMask[length];
+  for (std::size_t i = 1; i < length; ++i) code_point = code_point << 6 | (byteAt(text, at + i) & 0x3f);
+  return code_point;
+}
+
+bool isUnprintable(char32_t code_point) {
+  const auto within = [code_point](char32_t first, char32_t last) {
+    return code_point >= first && code_point <= last;
+  };
+  return within(0, 0x1f) || within(0x7f, 0x9f) || within(0x2028, 0x202e) || within(0x2066, 0x2069) ||
+         within(0xfff9, 0xfffb) || code_point == 0xfeff || (code_point & 0xfffe) == 0xfffe;
+}
+
+/// The next character as it may be shown; `at` goes behind it.
+std::string nextShown(std::string_view text, std::size_t& at) {
+  const std::size_t length = sequenceLength(text, at);
+  const std::size_t bytes = std::max<std::size_t>(length, 1);
+  const std::string_view character = text.substr(at, bytes);
+  const bool shown = length > 0 && !isUnprintable(codePointAt(text, at, length));
+  at += bytes;
+  if (shown) return std::string(character);
+  std::string escaped;
+  for (const char byte : character) escaped += fmt::format("\\x{:02x}", static_cast<std::uint8_t>(byte));
+  return escaped;
+}
+
 }  // namespace
 
 bool isControlCharacter(char character) {
@@ -55,20 +84,29 @@ std::optional<std::size_t> firstInvalidUtf8(std::string_view text) {
   return std::nullopt;
 }
 
-std::string inQuotes(std::string_view text) {
-  std::string shown = "\"";
-  std::size_t at = 0;
-  while (at < text.size()) {
+std::string printable(std::string_view text) {
+  std::string shown;
+  for (std::size_t at = 0; at < text.size();) shown += nextShown(text, at);
+  return shown;
+}
+
+std::optional<Unprintable> firstUnprintable(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = sequenceLength(text, at);
-    if (at + std::max<std::size_t>(length, 1) > kLongestQuotation) break;
-    if (length == 0 || isControlCharacter(text[at])) {
-      shown += fmt::format("\\x{:02x}", byteAt(text, at));
-    } else {
-      shown += text.substr(at, length);
-    }
+    const char32_t code_point = length > 0 ? codePointAt(text, at, length) : U'x';
+    if (isUnprintable(code_point)) return Unprintable{at, code_point};
     at += std::max<std::size_t>(length, 1);
   }
-  return shown + (at < text.size() ? "...\"" : "\"");
+  return std::nullopt;
+}
+
+std::string inQuotes(std::string_view text) {
+  std::string shown = "\"";
+  for (std::size_t at = 0; at < text.size();) {
+    if (at + std::max<std::size_t>(sequenceLength(text, at), 1) > kLongestQuotation) return shown + "...\"";
+    shown += nextShown(text, at);
+  }
+  return shown + '"';
 }
 
 std::string numberText(double number) {

@@ -6,9 +6,20 @@
 
 namespace hapticd::config {
 
-/// `text` as it may stand in a message: in quotes, what is not printable ASCII escaped as \xNN unless it is
-/// valid UTF-8, at most 60 bytes of it.
+/// `text` as it may stand in a message: in quotes, made printable(), at most 60 bytes of it.
 std::string inQuotes(std::string_view text);
+
+/// `text` without what steers a terminal, breaks a line, or shows nothing or something else: control
+/// characters (C0, DEL, C1), separators of lines, marks that turn the direction of writing, bytes that are no
+/// UTF-8. Each of their bytes becomes \xNN.
+std::string printable(std::string_view text);
+
+/// The first character that printable() would replace although it is well-formed UTF-8.
+struct Unprintable {
+  std::size_t at;  ///< byte where it begins
+  char32_t code_point;
+};
+std::optional<Unprintable> firstUnprintable(std::string_view text);
 
 /// The place of the first byte that is not part of well-formed UTF-8 (overlong forms and surrogates are not).
 std::optional<std::size_t> firstInvalidUtf8(std::string_view text);

@@ -12,6 +12,7 @@
 
 #include "config/forbidden_bytes.h"
 #include "config/value_text.h"
+#include "config/yaml_source.h"
 
 namespace hapticd::config {
 namespace {
@@ -25,6 +26,7 @@ struct TooManyEvents {
   int line;
 };
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 constexpr std::string_view kForm = "write it as `group: {name: value}`, or the same on indented lines";
 
 // Sorts the parser's events into groups and entries. The parser's own tree is not used: it drops a first
@@ -51,6 +53,8 @@ class EntryCollector final : public YAML::EventHandler {
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                 const std::string& value) override {
     count(mark);
+    const bool name = expected_ == Expected::group_key || expected_ == Expected::name_key;
+    source_.push_back({static_cast<std::size_t>(mark.pos), value, name});
     if (isTagRefused(mark, tag)) {
       takeScalar(std::nullopt);
     } else {
@@ -73,6 +77,7 @@ class EntryCollector final : public YAML::EventHandler {
   void OnMapEnd() override { leave(); }
 
   int documentLine() const { return document_line_; }
+  const std::vector<SourceScalar>& source() const { return source_; }
 
  private:
   struct Scalar {
@@ -223,6 +228,7 @@ class EntryCollector final : public YAML::EventHandler {
   }
 
   YamlFile& file_;
+  std::vector<SourceScalar> source_;  // all scalars in their order
   Expected expected_ = Expected::root;
   int document_line_ = 0;
   int events_ = 0;
@@ -232,29 +238,47 @@ class EntryCollector final : public YAML::EventHandler {
   std::vector<Scalar> names_;         // of the current group
 };
 
-void parse(std::string_view text, YamlFile& file) {
+YamlProblem syntaxProblem(const YAML::Exception& exception) {
+  const int line = exception.mark.is_null() ? 0 : exception.mark.line + 1;
+  return {line, "", fmt::format("is not YAML: {}", printable(exception.msg)),
+          "check the quotes, brackets and indentation of this line and the one above"};
+}
+
+void parseDocument(std::string_view text, YamlFile& file, EntryCollector& collector) {
   std::istringstream stream{std::string(text)};
+  YAML::Parser parser(stream);
+  parser.HandleNextDocument(collector);
+  YamlFile second;
+  EntryCollector ignored(second);
+  // Not a loop over all documents: the parser may report damaged ones for ever.
+  if (parser.HandleNextDocument(ignored)) {
+    file.problems.push_back({ignored.documentLine(), "", "a second YAML document begins",
+                             "keep one, without a line `---` after it"});
+  }
+  file.complete = true;
+}
+
+void parse(std::string_view text, YamlFile& file) {
+  EntryCollector collector(file);
+  std::optional<YamlProblem> syntax;
   try {
-    YAML::Parser parser(stream);
-    EntryCollector collector(file);
-    parser.HandleNextDocument(collector);
-    YamlFile second;
-    EntryCollector ignored(second);
-    // Not a loop over all documents: the parser may report damaged ones for ever.
-    if (parser.HandleNextDocument(ignored)) {
-      file.problems.push_back({ignored.documentLine(), "", "a second YAML document begins",
-                               "keep one, without a line `---` after it"});
-    }
-    file.complete = true;
+    parseDocument(text, file, collector);
   } catch (const TooManyEvents& stop) {
     file.problems.push_back({stop.line, "",
                              fmt::format("more than {} names and values, not read any further", kMostEvents),
                              "check that this is the configuration file"});
   } catch (const YAML::Exception& exception) {
-    const int line = exception.mark.is_null() ? 0 : exception.mark.line + 1;
-    file.problems.push_back({line, "", fmt::format("is not YAML: {}", exception.msg),
-                             "check the quotes, brackets and indentation of this line and the one above"});
+    syntax = syntaxProblem(exception);
   }
+  // Where both find something, the first place is the cause: a quote that is not closed upsets later lines.
+  if (file.problems.empty()) {
+    auto problem = sourceProblem(text, collector.source(), file.complete);
+    if (problem && (!syntax || problem->line < syntax->line)) {
+      file.problems.push_back({problem->line, "", std::move(problem->what), std::move(problem->remedy)});
+      return;
+    }
+  }
+  if (syntax) file.problems.push_back(std::move(*syntax));
 }
 
 }  // namespace
@@ -264,6 +288,7 @@ YamlFile readYaml(std::string_view text) {
   for (ForbiddenBytes& find : forbiddenBytesIn(text)) {
     file.problems.push_back({find.line, "", std::move(find.what), std::move(find.remedy)});
   }
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   if (file.problems.empty()) parse(text, file);
   return file;
 }

@@ -1,0 +1,167 @@
+#include "config/yaml_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "config/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r";
+// What may follow a backslash in double quotes (YAML 1.2, 5.7), but for the end of the line.
+constexpr std::string_view kEscapes = "0abtnvfe \"/\\N_LPxuU";
+
+/// Goes through the text from scalar to scalar.
+class SourceWalk {
+ public:
+  SourceWalk(std::string_view text, std::span<const SourceScalar> scalars) : text_(text), scalars_(scalars) {}
+
+  std::optional<SourceProblem> run(bool complete) {
+    for (const SourceScalar& scalar : scalars_) {
+      if (scalar.at < at_ || scalar.at >= text_.size()) return notUnderstood();
+      if (!passTo(scalar.at) || !pass(scalar)) return problem_;
+    }
+    if (complete && !passTo(text_.size())) return problem_;
+    return std::nullopt;
+  }
+
+ private:
+  char current() const { return at_ < text_.size() ? text_[at_] : '\n'; }
+  char before() const { return at_ > 0 ? text_[at_ - 1] : '\n'; }
+  std::string_view restOfLine() const { return text_.substr(at_, text_.find('\n', at_) - at_); }
+
+  bool fail(std::string what, std::string remedy) {
+    const auto line = 1 + std::ranges::count(text_.substr(0, at_), '\n');
+    problem_ = {static_cast<int>(line), std::move(what), std::move(remedy)};
+    return false;
+  }
+  bool failHere() {
+    return fail(fmt::format("{} is not understood here", inQuotes(restOfLine())),
+                "check the quotes, brackets and indentation of this line and the one above");
+  }
+  SourceProblem notUnderstood() {
+    failHere();
+    return problem_;
+  }
+
+  /// Passes what may stand between two scalars.
+  bool passTo(std::size_t end) {
+    while (at_ < end) {
+      if (current() == '#') {
+        if (kBlanks.find(before()) == std::string_view::npos && before() != '\n') return failHere();
+        at_ += restOfLine().size();
+        if (at_ > end) return fail("a comment is taken for a value", "put the value in quotes");
+      } else if (before() == '\n' && isMarker()) {
+        at_ += restOfLine().starts_with("%") ? restOfLine().size() : 3;
+      } else if (current() == '{' && !mayBeginValue()) {
+        return failValueElsewhere();
+      } else if (!passSign()) {
+        return failHere();
+      }
+    }
+    return true;
+  }
+
+  /// The beginning and the end of a document, and the version before it.
+  bool isMarker() {
+    const std::string_view line = restOfLine();
+    const bool ends_here = line.size() == 3 || (line.size() > 3 && kBlanks.contains(line[3]));
+    if (line.starts_with("%YAML 1.")) return at_ == 0;
+    if (line.starts_with("---") && ends_here) return !std::exchange(begun_, true);
+    return line.starts_with("...") && ends_here;
+  }
+
+  bool passSign() {
+    const char sign = current();
+    if (sign == '{') ++depth_;
+    if (sign == '}' && --depth_ < 0) return false;
+    if (sign == ',' && depth_ == 0) return false;
+    constexpr std::string_view kSigns = " \t\r\n{},~";
+    if (!kSigns.contains(sign)) return false;
+    if (sign == '\n') behind_name_ = false;
+    ++at_;
+    return true;
+  }
+
+  /// Values in another line than their name: readers differ in what indentation they ask for.
+  bool mayBeginValue() const { return depth_ > 0 || behind_name_ || !in_entries_; }
+  bool failValueElsewhere() {
+    return fail("the value does not stand on the line of its name", "write it as `name: value`");
+  }
+
+  bool pass(const SourceScalar& scalar) {
+    const char first = current();
+    if (first == '|' || first == '>') {
+      return fail("text over several lines is not supported", "write the value on one line");
+    }
+    if (!scalar.name && !mayBeginValue()) return failValueElsewhere();
+    in_entries_ = true;
+    behind_name_ = scalar.name;
+    const bool quoted = first == '"' || first == '\'';
+    if (!(quoted ? passQuoted(first) : passPlain(scalar.value))) return false;
+    return scalar.name ? passColon(quoted) : isEndOfValue() || failHere();
+  }
+
+  bool isEndOfValue() const {
+    return current() == '\n' || current() == ',' || current() == '}' || kBlanks.contains(current());
+  }
+
+  bool passColon(bool quoted) {
+    at_ = std::min(text_.find_first_not_of(kBlanks, at_), text_.size());
+    if (current() != ':') return fail("a colon is missing behind the name", "write `name: value`");
+    ++at_;
+    const bool as_in_json = quoted && depth_ > 0;
+    return as_in_json || current() == '\n' || kBlanks.contains(current()) || failHere();
+  }
+
+  bool passQuoted(char quote) {
+    const std::string_view line = restOfLine();
+    std::size_t length = 1;
+    while (length < line.size() && line[length] != quote) {
+      const bool escapes = quote == '"' && line[length] == '\\' && length + 1 < line.size();
+      if (escapes && !kEscapes.contains(line[length + 1])) {
+        return fail(fmt::format("{} stands for no character", inQuotes(line.substr(length, 2))),
+                    "write \\\\ for a backslash");
+      }
+      length += escapes ? 2 : 1;
+    }
+    if (length >= line.size()) {
+      return fail(fmt::format("the quote before {} is not closed on its line", inQuotes(line.substr(1))),
+                  fmt::format("close it with {} at the end of the value", quote));
+    }
+    at_ += length + 1;
+    return quote != '\'' || current() != '\'' || passQuoted(quote);  // '' stands for one quote
+  }
+
+  bool passPlain(const std::string& value) {
+    if (current() == ':') return failHere();
+    if (!restOfLine().starts_with(value)) {
+      return fail(
+          fmt::format("the value that begins with {} goes on in the next line", inQuotes(restOfLine())),
+          "write it on one line; check the colon and the indentation of the line below");
+    }
+    at_ += value.size();
+    return true;
+  }
+
+  std::string_view text_;
+  std::span<const SourceScalar> scalars_;
+  std::size_t at_ = 0;
+  int depth_ = 0;             // of flow maps
+  bool begun_ = false;        // by a line ---
+  bool in_entries_ = false;   // behind the first name
+  bool behind_name_ = false;  // on its line
+  SourceProblem problem_;
+};
+
+}  // namespace
+
+std::optional<SourceProblem> sourceProblem(std::string_view text, std::span<const SourceScalar> scalars,
+                                           bool complete) {
+  return SourceWalk(text, scalars).run(complete);
+}
+
+}  // namespace hapticd::config

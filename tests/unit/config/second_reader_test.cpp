@@ -1,0 +1,196 @@
+// What the loader takes, libyaml takes too, and as the same values: nothing is read more laxly than by a
+// reader that shares no code with ours, and nothing vanishes without a word.
+
+#include <gtest/gtest.h>
+
+#include <iterator>
+#include <map>
+#include <optional>
+#include <random>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/settings.h"
+#include "config/yaml_reader.h"
+#include "config/yaml_text.h"
+#include "tests/support/file_content.h"
+#include "tests/unit/config/libyaml_reader.h"
+
+namespace hapticd::config {
+namespace {
+
+using Values = std::map<std::string, std::string>;
+
+/// Nothing where the file is refused.
+std::optional<Values> valuesByReader(const std::string& text) {
+  const YamlFile file = readYaml(text);
+  if (!file.complete || !file.problems.empty()) return std::nullopt;
+  Values values;
+  for (const YamlGroup& group : file.groups) {
+    if (group.scalar) return std::nullopt;  // the loader refuses it
+  }
+  for (const YamlEntry& entry : file.entries) values.emplace(entry.group + "." + entry.name, entry.value);
+  return values;
+}
+
+/// Empty where the two agree, or ours is the stricter one.
+std::string disagreement(const std::string& text) {
+  const auto values = valuesByReader(text);
+  if (!values) return {};
+  const auto others = test::valuesByLibyaml(text);
+  if (!others) return "taken, but libyaml refuses it: " + others.error();
+  for (const auto& [name, value] : *others) {
+    const auto found = values->find(name);
+    if (found == values->end()) return name + " has vanished";
+    if (found->second != value) return name + " is \"" + found->second + "\", for libyaml \"" + value + "\"";
+  }
+  return values->size() == others->size() ? "" : "there are more values than libyaml finds";
+}
+
+/// The lines of `damaged` that `sound` does not have.
+std::string changedLines(const std::string& damaged, const std::string& sound) {
+  std::string changed;
+  std::istringstream lines(damaged);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (("\n" + sound).find("\n" + line + "\n") != std::string::npos) continue;
+    changed += std::to_string(number) + ": " + testing::PrintToString(line) + "\n";
+  }
+  return changed;
+}
+
+/// Every form in which a value may stand.
+constexpr std::string_view kForms = R"(# A comment: with "quotes' in it
+camera:
+  serial: "A00362 # no comment"  # a comment
+  recording: 'it''s a folder'
+  near_m: 0.5
+  far_m:    4.0
+
+safety: {max_force_n: 1, max_slew_n_per_s: 300,
+  engage_ramp_s: 1.5}
+"force":
+  'radius_m': 0.03
+  law: proxy
+grid:
+udp_handle:
+  peer: 192.0.2.10:47801
+  address: "0.0.0.0"
+leds: {chip: "a \"label\"", power_line: "\x31 \u00e9"}
+)";
+
+std::vector<std::string> soundFiles() {
+  const std::filesystem::path shipped = HAPTICD_SHIPPED_CONFIG;
+  std::vector<std::string> files{std::string(kForms), yamlText(Settings{}),
+                                 test::contentOf(shipped / "demo.yaml")};
+  // hapticd.yaml with every value in force: its names stand in comments
+  std::string documented = test::contentOf(shipped / "hapticd.yaml");
+  for (std::size_t at = 0; (at = documented.find("\n  # ", at)) != std::string::npos; ++at) {
+    const std::size_t end = documented.find('\n', at + 1);
+    const std::string_view line = std::string_view(documented).substr(at, end - at);
+    if (line.find(": ") != std::string_view::npos && line.rfind("  # ") > 1) documented.erase(at + 3, 2);
+  }
+  files.push_back(documented);
+  return files;
+}
+
+TEST(SecondReader, SoundFilesAreTakenAsTheSameValues) {
+  for (const std::string& text : soundFiles()) {
+    const auto values = valuesByReader(text);
+    ASSERT_TRUE(values) << text;
+    EXPECT_GT(values->size(), 5U);
+    EXPECT_EQ(disagreement(text), "") << text;
+  }
+}
+
+/// Changes as people, editors and damaged disks make them.
+class Damage {
+ public:
+  explicit Damage(unsigned seed) : random_(seed) {}
+
+  std::string done(std::string text) {
+    for (std::size_t count = 1 + below(3); count > 0; --count) change(text);
+    return text;
+  }
+
+ private:
+  std::size_t below(std::size_t bound) { return bound == 0 ? 0 : random_() % bound; }
+
+  void change(std::string& text) {
+    static constexpr std::string_view kSigns = "{}[]:,&*!|>'\"%@`#-?~\n\r\t 0.\\eE+x<=";
+    static constexpr std::string_view kPieces[] = {
+        "\r\n",     "\r",       "---",          "...",      "\n---\n",  "\n...\n",      "%YAML 1.2\n---\n",
+        "%FOO x\n", ": ",       " #",           "\\\n",     "<<: *a\n", "&a ",          "!!str ",
+        "|\n",      ">-\n",     "? ",           "- ",       "\xc2\x85", "\xe2\x80\xa8", "\xef\xbb\xbf",
+        "''",       "\"\"",     "\\\"",         "~",        "null",     "}}",           "{a: b}",
+        "[a, b]",   "  ",       "\n\n",         "\t",       "\n\t",     " :",           "=",
+        "!",        "\xc2\xa0", "\xe2\x80\xa9", "\xc2\x9b", ",,",       ":x",           "::",
+        "\n ",      "\"x\" y",  "\\x0a"};
+    const std::size_t at = below(text.size());
+    switch (below(9)) {
+      case 0:
+        if (!text.empty()) text[at] = kSigns[below(kSigns.size())];
+        return;
+      case 1:
+        if (!text.empty()) text[at] = static_cast<char>(below(256));
+        return;
+      case 2:
+        text.erase(at, 1 + below(5));
+        return;
+      case 3:
+        text.insert(at, text.substr(below(text.size()), below(60)));
+        return;
+      case 4:
+        text.insert(at, kPieces[below(std::size(kPieces))]);
+        return;
+      case 5:
+        return atLine(text, kPieces[below(std::size(kPieces))]);
+      case 6:
+        text.insert(at, 1, below(2) == 0 ? '"' : '\'');
+        return;
+      case 7:
+        return atValue(text);
+      default:
+        text.insert(at, 1, kSigns[below(kSigns.size())]);
+    }
+  }
+
+  /// At the beginning or the end of a line.
+  void atLine(std::string& text, std::string_view piece) {
+    const std::size_t line = text.find('\n', below(text.size()));
+    if (line != std::string::npos) text.insert(line + below(2), piece);
+  }
+
+  /// Before or behind a value.
+  void atValue(std::string& text) {
+    static constexpr std::string_view kSigns = "\"'{}[],:#&*!|>%@`~?-\\\r\t";
+    const std::size_t colon = text.find(": ", below(text.size()));
+    if (colon == std::string::npos) return;
+    const std::size_t end = text.find('\n', colon);
+    text.insert(below(2) == 0 || end == std::string::npos ? colon + 2 : end, 1, kSigns[below(kSigns.size())]);
+  }
+
+  std::mt19937 random_;
+};
+
+TEST(SecondReader, TakesEveryDamagedFileThatOursTakesAndAsTheSameValues) {
+  Damage damage(20111002);  // NOLINT(cert-msc51-cpp): the same damage in every run
+  const std::vector<std::string> files = soundFiles();
+  int taken = 0;
+  int failures = 0;
+  for (int trial = 0; trial < 6'000 && failures < 20; ++trial) {
+    const std::string& file = files[static_cast<std::size_t>(trial) % files.size()];
+    const std::string damaged = damage.done(file);
+    const std::string found = disagreement(damaged);
+    failures += found.empty() ? 0 : 1;
+    EXPECT_EQ(found, "") << changedLines(damaged, file);
+    taken += valuesByReader(damaged) ? 1 : 0;
+  }
+  EXPECT_GT(taken, 1000);  // otherwise the damage is so rough that nothing is compared
+}
+
+}  // namespace
+}  // namespace hapticd::config
