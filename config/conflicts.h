@@ -18,8 +18,12 @@ struct Conflict {
 /// Every violated rule, or none.
 std::vector<Conflict> conflictsIn(const Settings& settings);
 
-/// The rule that the window which follows the HIP holds all that the HIP can reach before the next frame.
+/// The rule that the window which follows the HIP holds, for each law that may act, all that it looks at
+/// until the next frame.
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts);
+
+/// The same rule for the signed distance field of the law `surface`.
+void findFieldConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
 /// The rule that the grid over the whole frame stays within the memory that is set aside for it.
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts);

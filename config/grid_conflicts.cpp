@@ -1,15 +1,20 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/conflicts.h"
+#include "config/law_choice.h"
 #include "config/parameter_table.h"
 #include "config/value_text.h"
 #include "rt/depth_model.h"
 #include "rt/scene.h"
+#include "rt/scene_builder.h"
+#include "rt/surface_field_builder.h"
 
 namespace hapticd::config {
 namespace {
@@ -28,52 +33,142 @@ double rounded(double number, bool up) {
   return step * (up ? std::ceil(number / step + kSafeSide) : std::floor(number / step - kSafeSide));
 }
 
-double reachOf(const Settings& settings) {
-  const rt::GridParameters& grid = settings.grid;
-  return settings.live.springs.radius_m +
-         grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
+// A law that may act, and how far around the HIP it needs a model.
+struct Demand {
+  rt::LiveParameters live;
+  rt::SceneNeeds needs;
+  double reach_m = 0;
+
+  Demand(const rt::LiveParameters& parameters, const rt::GridParameters& grid)
+      : live(parameters), needs(rt::SceneNeeds::of(parameters)), reach_m(rt::reachOfModel_m(needs, grid)) {}
+};
+
+std::vector<Demand> demandsOf(const Settings& settings) {
+  std::vector<Demand> demands;
+  for (const rt::LiveParameters& live : lawsThatMayAct(settings)) demands.emplace_back(live, settings.grid);
+  return demands;
 }
 
-bool windowHoldsReach(const Settings& settings) {
-  const rt::GridParameters& grid = settings.grid;
-  // One voxel on each side: the window follows the HIP in whole voxels.
-  return 2 * reachOf(settings) + 2 * grid.voxel_edge_m <= grid.cells_per_axis * grid.voxel_edge_m;
+// Whether the window of points holds that reach: with one voxel on each side, because the window follows the
+// HIP in whole voxels.
+bool windowHolds(double reach_m, const rt::GridParameters& grid) {
+  return 2 * reach_m + 2 * grid.voxel_edge_m <= grid.cells_per_axis * grid.voxel_edge_m;
 }
 
-// Adds "grid.voxel_edge_m to at least 0.02" if that value is allowed and mends the conflict.
-void suggest(std::vector<std::string>& remedies, std::string_view name, std::string_view bound, double value,
-             const Settings& settings) {
-  const Parameter& parameter = *findParameter(name);
-  const std::string text = fmt::format("{:.4g}", value);
-  const Result<Value> allowed = parameter.parse(text);
-  if (!allowed) return;
-  Settings mended = settings;
-  parameter.set(mended, *allowed);
-  if (!windowHoldsReach(mended)) return;
-  remedies.push_back(fmt::format("{} to at {} {}", name, bound, text));
+double largestReachOfWindow_m(const rt::GridParameters& grid) {
+  return (grid.cells_per_axis - 2) * grid.voxel_edge_m / 2;
 }
 
-std::string windowRemedy(const Settings& settings) {
-  const rt::GridParameters& grid = settings.grid;
-  const double reach_m = reachOf(settings);
-  const double inner_cells = grid.cells_per_axis - 2;
-  const double largest_reach_m = inner_cells * grid.voxel_edge_m / 2;
-  const double interval_s = grid.frame_period_s + grid.frame_margin_s;
-  const double radius_m = settings.live.springs.radius_m;
-  std::vector<std::string> remedies;
-  suggest(remedies, "grid.cells_per_axis", "least",
-          std::ceil(2 * reach_m / grid.voxel_edge_m + 2 + kSafeSide), settings);
-  suggest(remedies, "grid.voxel_edge_m", "least", rounded(2 * reach_m / inner_cells, true), settings);
-  suggest(remedies, "grid.max_hip_speed_m_per_s", "most",
-          rounded((largest_reach_m - radius_m) / interval_s, false), settings);
-  suggest(remedies, "force.radius_m", "most",
-          rounded(largest_reach_m - grid.max_hip_speed_m_per_s * interval_s, false), settings);
-  if (remedies.empty()) {
-    return "raise grid.voxel_edge_m and grid.cells_per_axis together, or lower grid.max_hip_speed_m_per_s "
-           "and "
-           "force.radius_m together; one alone is not enough";
+bool isMet(const Demand& demand, const rt::GridParameters& grid) {
+  if (demand.needs.field) {
+    return demand.reach_m <= rt::SurfaceFieldBuilder::largestRadius_m(demand.live.surface.voxel_edge_m);
   }
-  return fmt::format("set {}", fmt::join(remedies, ", or "));
+  return grid.extent == rt::ModelExtent::frame || windowHolds(demand.reach_m, grid);
+}
+
+bool allMet(const Settings& settings) {
+  return std::ranges::all_of(demandsOf(settings),
+                             [&](const Demand& demand) { return isMet(demand, settings.grid); });
+}
+
+// The largest demand that is not met, of those for a field or of those for points.
+std::optional<Demand> largestUnmet(const Settings& settings, bool field) {
+  std::optional<Demand> largest;
+  for (const Demand& demand : demandsOf(settings)) {
+    if (demand.needs.field != field || isMet(demand, settings.grid)) continue;
+    if (!largest || demand.reach_m > largest->reach_m) largest = demand;
+  }
+  return largest;
+}
+
+// Collects "grid.voxel_edge_m to at least 0.02": values that are allowed and mend the conflict.
+class Remedies {
+ public:
+  explicit Remedies(const Settings& settings) : settings_(settings) {}
+
+  void suggest(std::string_view name, std::string_view bound, double value) {
+    const Parameter& parameter = *findParameter(name);
+    const std::string text = fmt::format("{:.4g}", value);
+    const Result<Value> allowed = parameter.parse(text);
+    if (!allowed) return;
+    Settings mended = settings_;
+    parameter.set(mended, *allowed);
+    if (allMet(mended)) texts_.push_back(fmt::format("{} to at {} {}", name, bound, text));
+  }
+
+  std::string text(std::string_view otherwise) const {
+    return texts_.empty() ? std::string(otherwise) : fmt::format("set {}", fmt::join(texts_, ", or "));
+  }
+
+ private:
+  const Settings& settings_;
+  std::vector<std::string> texts_;
+};
+
+double interval_s(const rt::GridParameters& grid) {
+  return grid.frame_period_s + grid.frame_margin_s;
+}
+
+std::string windowRemedy(const Settings& settings, const Demand& demand) {
+  const rt::GridParameters& grid = settings.grid;
+  const double largest_m = largestReachOfWindow_m(grid);
+  const double excess_m = demand.reach_m - largest_m;
+  const double inner_cells = grid.cells_per_axis - 2;
+  Remedies remedies(settings);
+  remedies.suggest("grid.cells_per_axis", "least",
+                   std::ceil(2 * demand.reach_m / grid.voxel_edge_m + 2 + kSafeSide));
+  remedies.suggest("grid.voxel_edge_m", "least", rounded(2 * demand.reach_m / inner_cells, true));
+  remedies.suggest("grid.max_hip_speed_m_per_s", "most",
+                   rounded((largest_m - demand.needs.radius_m) / interval_s(grid), false));
+  if (demand.live.law == rt::ForceLaw::proxy) {
+    // its reach holds the radius twice: around the proxy, and where the proxy was before
+    remedies.suggest("contact.proxy_radius_m", "most",
+                     rounded(settings.live.contact.proxy_radius_m - excess_m / 2, false));
+  } else {
+    remedies.suggest("force.radius_m", "most", rounded(settings.live.springs.radius_m - excess_m, false));
+  }
+  return remedies.text(
+      "raise grid.voxel_edge_m and grid.cells_per_axis together, or lower grid.max_hip_speed_m_per_s and the "
+      "law's radius together; one alone is not enough");
+}
+
+std::string fieldRemedy(const Settings& settings, const Demand& demand) {
+  const rt::GridParameters& grid = settings.grid;
+  const double edge_m = demand.live.surface.voxel_edge_m;
+  const double largest_m = rt::SurfaceFieldBuilder::largestRadius_m(edge_m);
+  const double spare_voxels = (largest_m - demand.needs.radius_m) / edge_m;
+  Remedies remedies(settings);
+  remedies.suggest("surface.voxel_edge_m", "least",
+                   rounded(grid.max_hip_speed_m_per_s * interval_s(grid) / spare_voxels, true));
+  remedies.suggest("grid.max_hip_speed_m_per_s", "most",
+                   rounded((largest_m - demand.needs.radius_m) / interval_s(grid), false));
+  return remedies.text("lower grid.max_hip_speed_m_per_s, or name another law in force.law");
+}
+
+// "nearest_springs", and that it is the choice of auto where it is.
+std::string lawText(const Settings& settings, const Demand& demand) {
+  return fmt::format("{}{}", nameOf(demand.live.law),
+                     settings.force.law == LawChoice::automatic ? ", which auto may choose," : "");
+}
+
+// "0.096 m on each side: 0.064 m that the law looks at + grid.max_hip_speed_m_per_s ...".
+std::string reachText(const Settings& settings, const Demand& demand) {
+  const rt::GridParameters& grid = settings.grid;
+  return fmt::format(
+      "{:.4g} m on each side: {:.4g} m that it looks at + grid.max_hip_speed_m_per_s {} m/s * "
+      "{:.4g} s of frame period and margin",
+      demand.reach_m, demand.needs.radius_m, numberText(grid.max_hip_speed_m_per_s), interval_s(grid));
+}
+
+// `first`, and all that decides which laws may act and how far they reach.
+std::vector<std::string_view> joinedWithReach(std::vector<std::string_view> first) {
+  for (const std::string_view name :
+       {"grid.max_hip_speed_m_per_s", "force.law", "force.radius_m", "contact.proxy_radius_m",
+        "surface.voxel_edge_m", "grid.frame_period_s", "grid.frame_margin_s", "force.max_error_n",
+        "force.stiffness_n_per_m", "safety.max_force_n"}) {
+    if (std::ranges::find(first, name) == first.end()) first.push_back(name);
+  }
+  return first;
 }
 
 std::size_t wordsOfFrameGrid(rt::GridParameters grid, const rt::DepthModel& model, double edge_m) {
@@ -95,22 +190,28 @@ std::optional<double> coarserEdge(const rt::GridParameters& grid, const rt::Dept
 }  // namespace
 
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const auto demand = largestUnmet(settings, false);
+  if (!demand) return;
   const rt::GridParameters& grid = settings.grid;
-  if (grid.extent != rt::ModelExtent::reach || windowHoldsReach(settings)) return;
-  const double reach_m = reachOf(settings);
   std::string what = fmt::format(
-      "{} voxels of {} m make a window of {:.4g} m, but the HIP's reach needs {:.4g} m: on each side {:.4g} "
-      "m "
-      "(force.radius_m {} m + grid.max_hip_speed_m_per_s {} m/s * {:.4g} s of frame period and margin) and "
-      "one "
-      "voxel",
+      "{} voxels of {} m make a window of {:.4g} m, but the law {} needs {:.4g} m: {}, and one voxel",
       grid.cells_per_axis, numberText(grid.voxel_edge_m), grid.cells_per_axis * grid.voxel_edge_m,
-      2 * reach_m + 2 * grid.voxel_edge_m, reach_m, numberText(settings.live.springs.radius_m),
-      numberText(grid.max_hip_speed_m_per_s), grid.frame_period_s + grid.frame_margin_s);
+      lawText(settings, *demand), 2 * demand->reach_m + 2 * grid.voxel_edge_m, reachText(settings, *demand));
   conflicts.push_back(
-      {.parameters = {"grid.cells_per_axis", "grid.voxel_edge_m", "grid.max_hip_speed_m_per_s",
-                      "force.radius_m", "grid.frame_period_s", "grid.frame_margin_s", "grid.extent"},
-       .error = {"grid.cells_per_axis", std::move(what), windowRemedy(settings)}});
+      {.parameters = joinedWithReach({"grid.cells_per_axis", "grid.voxel_edge_m", "grid.extent"}),
+       .error = {"grid.cells_per_axis", std::move(what), windowRemedy(settings, *demand)}});
+}
+
+void findFieldConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const auto demand = largestUnmet(settings, true);
+  if (!demand) return;
+  const double edge_m = demand->live.surface.voxel_edge_m;
+  std::string what = fmt::format("a field of voxels of {} m reaches {:.4g} m, but the law {} needs {}",
+                                 numberText(edge_m), rt::SurfaceFieldBuilder::largestRadius_m(edge_m),
+                                 lawText(settings, *demand), reachText(settings, *demand));
+  conflicts.push_back(
+      {.parameters = joinedWithReach({"grid.max_hip_speed_m_per_s"}),
+       .error = {"grid.max_hip_speed_m_per_s", std::move(what), fieldRemedy(settings, *demand)}});
 }
 
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 
 namespace hapticd::config {
 namespace {
@@ -82,6 +83,18 @@ rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decisio
   if (decision.law == rt::ForceLaw::surface) live.surface.voxel_edge_m = decision.voxel_edge_m;
   live.filter = decision.filtered ? filterOfChoice() : rt::FilterParameters{};
   return live;
+}
+
+std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings) {
+  if (settings.force.law != LawChoice::automatic) return {settings.effectiveLive()};
+  std::set<double> classes_m;
+  for (const MeasuredLaw& measured : kMeasured) classes_m.insert(measured.distance_m);
+  std::vector<rt::LiveParameters> laws;
+  for (const double class_m : classes_m) {
+    laws.push_back(liveWith(settings, chooseLaw(settings.force.effectiveMaxError_n(settings.live.safety),
+                                                settings.live.springs.stiffness_n_per_m, class_m)));
+  }
+  return laws;
 }
 
 }  // namespace hapticd::config

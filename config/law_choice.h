@@ -3,6 +3,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/settings.h"
 #include "rt/parameters.h"
@@ -51,5 +52,9 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class
 
 /// `settings.live` with what was decided.
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision);
+
+/// `settings.live` with each law that may act: the one that is named, or all that `auto` comes to, one for
+/// each class of distances.
+std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings);
 
 }  // namespace hapticd::config

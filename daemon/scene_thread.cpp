@@ -128,8 +128,7 @@ void SceneThread::modelIfNeeded(bool new_frame) {
     return wanted_;
   }();
   const double margin = parameters_.max_hip_speed_m_per_s * parameters_.frame_margin_s;
-  const double reach = needs.radius_m + parameters_.max_hip_speed_m_per_s *
-                                            (parameters_.frame_period_s + parameters_.frame_margin_s);
+  const double reach = rt::reachOfModel_m(needs, parameters_);
   // modelled again in time: before the last stretch of the way out of the ball
   if (!new_frame && needs.metBy(newest_, focus, margin / 2)) return;
 

@@ -26,6 +26,12 @@ struct SceneNeeds {
   bool metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept;
 };
 
+/// How far around its focus a model must reach, metres: what one evaluation reads, and what the focus covers
+/// until the next frame is modelled.  RT: safe.
+constexpr double reachOfModel_m(const SceneNeeds& needs, const GridParameters& grid) noexcept {
+  return needs.radius_m + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
+}
+
 /// Turns a raw depth frame into a Scene in a fixed amount of memory: the points by a counting sort over
 /// voxels, the field by a SurfaceFieldBuilder.
 ///

@@ -35,10 +35,7 @@ void Replay::model(const rt::Vec3& hip_m_in_world) {
   const rt::SceneNeeds needs = rt::SceneNeeds::of(settings_.live);
   const rt::Vec3 focus = core_.focus_m_in_world(hip_m_in_world);
   if (scene_.frame != 0 && needs.metBy(scene_, focus, 0)) return;
-  const rt::GridParameters& grid = settings_.grid;
-  const double reach =
-      needs.radius_m + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
-  builder_.build(*frame_, focus, reach, scene_, needs);
+  builder_.build(*frame_, focus, rt::reachOfModel_m(needs, settings_.grid), scene_, needs);
   ++models_;
 }
 

@@ -84,7 +84,8 @@ class SpeedRun {
     for (const Vec3& hip : scatteredPositions()) {
       reach_points += timed(reach, [&] { return reach_.build(frame_, hip, reach_m()); });
     }
-    for (std::size_t i = 0; i < options_.frames; ++i) timed(whole, [&] { return whole_.build(frame_, {}, 0); });
+    for (std::size_t i = 0; i < options_.frames; ++i)
+      timed(whole, [&] { return whole_.build(frame_, {}, 0); });
     for (std::size_t i = 0; i < options_.tree_builds; ++i) {
       timed(tree, [&] { return std::make_unique<KdTree>(cloud); });
     }
@@ -96,8 +97,7 @@ class SpeedRun {
   }
 
   double reach_m() const {
-    return springs_.radius_m +
-           reach_.grid.max_hip_speed_m_per_s * (reach_.grid.frame_period_s + reach_.grid.frame_margin_s);
+    return rt::reachOfModel_m({.radius_m = springs_.radius_m, .surface = {}, .filter = {}}, reach_.grid);
   }
 
   /// Each way runs over all positions by itself, so that none finds its data driven out of the caches by
@@ -154,7 +154,8 @@ class SpeedRun {
   Vec3 nearSurface() {
     std::uniform_int_distribution<std::size_t> point(0, reference_.points_m().size() - 1);
     std::normal_distribution<double> offset_m(0, 0.01);
-    return reference_.points_m()[point(random_)] + Vec3{offset_m(random_), offset_m(random_), offset_m(random_)};
+    return reference_.points_m()[point(random_)] +
+           Vec3{offset_m(random_), offset_m(random_), offset_m(random_)};
   }
 
   std::vector<Vec3> scatteredPositions() {

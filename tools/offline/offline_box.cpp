@@ -24,9 +24,8 @@ void OfflineBox::show(const rt::DepthFrame& frame) noexcept {
 
 void OfflineBox::model(const rt::Vec3& hip_m_in_world) noexcept {
   const rt::SceneNeeds needs = rt::SceneNeeds::of(directive_.parameters);
-  const double reach =
-      needs.radius_m + grid_.max_hip_speed_m_per_s * (grid_.frame_period_s + grid_.frame_margin_s);
-  builder_.build(*frame_, core_.focus_m_in_world(hip_m_in_world), reach, scene_, needs);
+  builder_.build(*frame_, core_.focus_m_in_world(hip_m_in_world), rt::reachOfModel_m(needs, grid_), scene_,
+                 needs);
   ++models_;
   frame_is_new_ = false;
 }

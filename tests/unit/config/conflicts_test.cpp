@@ -27,6 +27,10 @@ std::vector<std::string> textsFor(const std::vector<std::string>& changes) {
 
 using Texts = std::vector<std::string>;
 
+bool contains(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
 // {"a.b=1", "c=2"} from "set a.b to at least 1, or c to at most 2"; what does not have that form is left out.
 std::vector<std::string> changesIn(std::string remedy) {
   std::vector<std::string> changes;
@@ -161,48 +165,95 @@ TEST(Conflicts, TheTwoSocketsHaveDifferentPaths) {
 
 // 2 * (0.04 + 0.6 * (1/30 + 0.02)) + 2 * 0.01 = 0.164 m are needed: 17 voxels of 0.01 m.
 TEST(Conflicts, TheWindowHoldsTheReachFromTheComputedNumberOfVoxelsOn) {
-  EXPECT_EQ(textsFor({"grid.cells_per_axis=17"}), Texts{});
+  EXPECT_EQ(textsFor({"force.law=nearest_springs", "grid.cells_per_axis=17"}), Texts{});
   EXPECT_EQ(
-      textsFor({"grid.cells_per_axis=16"}),
-      Texts{"grid.cells_per_axis: 16 voxels of 0.01 m make a window of 0.16 m, but the HIP's reach needs "
-            "0.164 m: on each side 0.072 m (force.radius_m 0.04 m + grid.max_hip_speed_m_per_s 0.6 m/s * "
-            "0.05333 s of frame period and margin) and one voxel (set grid.cells_per_axis to at least 17, "
-            "or grid.voxel_edge_m to at least 0.0103, or grid.max_hip_speed_m_per_s to at most 0.562, or "
-            "force.radius_m to at most 0.0379)"});
+      textsFor({"force.law=nearest_springs", "grid.cells_per_axis=16"}),
+      Texts{
+          "grid.cells_per_axis: 16 voxels of 0.01 m make a window of 0.16 m, but the law nearest_springs "
+          "needs 0.164 m: 0.072 m on each side: 0.04 m that it looks at + grid.max_hip_speed_m_per_s 0.6 m/s "
+          "* 0.05333 s of frame period and margin, and one voxel (set grid.cells_per_axis to at least 17, or "
+          "grid.voxel_edge_m to at least 0.0103, or grid.max_hip_speed_m_per_s to at most 0.562, or "
+          "force.radius_m to at most 0.0379)"});
+}
+
+// The proxy looks 0.04 m + 2 * 0.008 m + 0.008 m = 0.064 m far, whatever the springs' radius is:
+// 2 * (0.064 + 0.6 * (1/30 + 0.02)) + 2 * 0.004 = 0.2 m.
+TEST(Conflicts, TheWindowHoldsWhatTheLawInUseLooksAt) {
+  const std::vector<std::string> small{"grid.voxel_edge_m=0.004", "force.radius_m=0.02"};
+  std::vector<std::string> with_proxy = small;
+  with_proxy.emplace_back("force.law=proxy");
+  const Texts texts = textsFor(with_proxy);
+  ASSERT_EQ(texts.size(), 1U);
+  EXPECT_TRUE(texts[0].starts_with(
+      "grid.cells_per_axis: 32 voxels of 0.004 m make a window of 0.128 m, but the law proxy needs 0.2 m"))
+      << texts[0];
+  EXPECT_TRUE(contains(texts[0],
+                       "set grid.cells_per_axis to at least 51, or grid.voxel_edge_m to at least "
+                       "0.00641"))
+      << texts[0];
+  EXPECT_EQ(textsFor(small), Texts{});  // auto comes to the law surface with these
+}
+
+// An error that only the springs keep far away: the law auto comes to them there.
+TEST(Conflicts, TheWindowHoldsWhatTheLawsLookAtThatAutoMayChoose) {
+  const std::vector<std::string> tolerant{"force.max_error_n=10", "force.stiffness_n_per_m=100",
+                                          "grid.cells_per_axis=16"};
+  const Texts texts = textsFor(tolerant);
+  ASSERT_EQ(texts.size(), 1U);
+  EXPECT_TRUE(contains(texts[0], ", which auto may choose, needs ")) << texts[0];
+}
+
+// 13.4 voxels less the 2 that are looked at, 0.057 m of 0.005 m each, are covered in 1/30 s + 0.02 s at 1.07
+// m/s.
+TEST(Conflicts, TheFieldHoldsWhatTheHipReachesBeforeTheNextFrame) {
+  const auto at = [](const char* speed) {
+    return textsFor({"force.law=surface", "surface.voxel_edge_m=0.005",
+                     std::string("grid.max_hip_speed_m_per_s=") + speed});
+  };
+  EXPECT_EQ(at("1.06"), Texts{});
+  EXPECT_EQ(
+      at("1.08"),
+      Texts{"grid.max_hip_speed_m_per_s: a field of voxels of 0.005 m reaches 0.067 m, but the law surface "
+            "needs 0.0676 m on each side: 0.01 m that it looks at + grid.max_hip_speed_m_per_s 1.08 m/s * "
+            "0.05333 s of frame period and margin (set surface.voxel_edge_m to at least 0.00506, or "
+            "grid.max_hip_speed_m_per_s to at most 1.06)"});
 }
 
 TEST(Conflicts, TheWindowDoesNotMatterWhileTheWholeFrameIsModelled) {
-  EXPECT_EQ(textsFor({"grid.cells_per_axis=8", "grid.extent=frame"}), Texts{});
+  EXPECT_EQ(textsFor({"force.law=proxy", "grid.cells_per_axis=8", "grid.extent=frame"}), Texts{});
 }
 
 // Every number that a remedy names mends the conflict by itself.
 TEST(Conflicts, EveryRemedyForTheWindowMendsIt) {
   int remedies = 0;
-  for (const char* cells : {"8", "11", "19", "32", "64"}) {
-    for (const char* edge : {"0.002", "0.0033", "0.007"}) {
-      for (const char* speed : {"0", "0.37", "1.9"}) {
-        for (const char* radius : {"0.005", "0.031", "0.1"}) {
-          const Settings settings = with(
-              {std::string("grid.cells_per_axis=") + cells, std::string("grid.voxel_edge_m=") + edge,
-               std::string("grid.max_hip_speed_m_per_s=") + speed, std::string("force.radius_m=") + radius});
-          for (const Error& error : checkTogether(settings)) {
-            for (const std::string& change : changesIn(error.remedy)) {
-              Settings mended = settings;
-              ASSERT_TRUE(setFromText(mended, change)) << change;
-              EXPECT_TRUE(checkTogether(mended).empty()) << change << " does not mend: " << error.text();
-              ++remedies;
+  for (const char* law : {"nearest_springs", "proxy", "surface", "auto"})
+    for (const char* cells : {"8", "19", "32", "64"}) {
+      for (const char* edge : {"0.002", "0.0033", "0.007"}) {
+        for (const char* speed : {"0", "0.37", "1.9"}) {
+          for (const char* radius : {"0.005", "0.031", "0.1"}) {
+            const Settings settings = with(
+                {std::string("force.law=") + law, std::string("grid.cells_per_axis=") + cells,
+                 std::string("grid.voxel_edge_m=") + edge, std::string("grid.max_hip_speed_m_per_s=") + speed,
+                 std::string("force.radius_m=") + radius});
+            for (const Error& error : checkTogether(settings)) {
+              for (const std::string& change : changesIn(error.remedy)) {
+                Settings mended = settings;
+                ASSERT_TRUE(setFromText(mended, change)) << change;
+                EXPECT_TRUE(checkTogether(mended).empty()) << change << " does not mend: " << error.text();
+                ++remedies;
+              }
             }
           }
         }
       }
     }
-  }
   EXPECT_GT(remedies, 100);
 }
 
 TEST(Conflicts, AWindowThatNoSingleChangeMendsIsRefusedToo) {
-  const Texts texts = textsFor({"grid.cells_per_axis=8", "grid.voxel_edge_m=0.002", "force.radius_m=0.1",
-                                "grid.max_hip_speed_m_per_s=5", "grid.frame_period_s=1"});
+  const Texts texts =
+      textsFor({"force.law=nearest_springs", "grid.cells_per_axis=8", "grid.voxel_edge_m=0.002",
+                "force.radius_m=0.1", "grid.max_hip_speed_m_per_s=5", "grid.frame_period_s=1"});
   ASSERT_EQ(texts.size(), 1U);
   EXPECT_TRUE(texts[0].ends_with("one alone is not enough)")) << texts[0];
 }
@@ -233,6 +284,7 @@ TEST(Conflicts, SeveralViolatedRulesAreAllReported) {
 TEST(Conflicts, NumbersThatAreNotFiniteViolateTheRules) {
   Settings settings;
   settings.camera.depth_model.near_m = std::nan("");
+  settings.force.law = LawChoice::nearest_springs;
   settings.live.springs.radius_m = std::nan("");
   settings.handle.simulated.direction_in_world.x = std::nan("");
   EXPECT_EQ(checkTogether(settings).size(), 3U);

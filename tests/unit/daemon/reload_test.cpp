@@ -53,9 +53,10 @@ TEST(Reload, LeavesParametersThatNeedARestartAndNamesThem) {
 
 TEST(Reload, IsRefusedWhenTheNewLiveParametersContradictWhatCannotChangeNow) {
   // A radius that fits the window of the file, but not the smaller one of the running daemon.
-  const config::Settings loaded = with({"force.radius_m=0.08"});
+  const config::Settings loaded = with({"force.law=nearest_springs", "force.radius_m=0.08"});
   ASSERT_TRUE(config::checkTogether(loaded).empty());
-  const auto reload = reloaded(with({"grid.cells_per_axis=16"}), loaded);
+  const auto reload =
+      reloaded(with({"force.law=nearest_springs", "force.radius_m=0.03", "grid.cells_per_axis=16"}), loaded);
   ASSERT_FALSE(reload);
   EXPECT_NE(reload.error().front().text().find("force.radius_m"), std::string::npos)
       << reload.error().front().text();

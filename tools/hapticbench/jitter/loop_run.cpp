@@ -67,9 +67,7 @@ class WallModel {
     frame_->arrival_ns = now_ns;
     ++frame_->sequence;
     focus.refresh();
-    const double reach_m =
-        needs_.radius_m + grid_.max_hip_speed_m_per_s * (grid_.frame_period_s + grid_.frame_margin_s);
-    builder_.build(*frame_, focus.front(), reach_m, scenes_.back(), needs_);
+    builder_.build(*frame_, focus.front(), rt::reachOfModel_m(needs_, grid_), scenes_.back(), needs_);
     scenes_.publish();
   }
 

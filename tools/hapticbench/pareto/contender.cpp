@@ -70,9 +70,8 @@ class Tree : public OnPoints {
  public:
   Tree(const rt::DepthModelParameters& camera, bool reach_only) : OnPoints(camera), reach_only_(reach_only) {}
   void model(const rt::DepthFrame& frame, const Vec3& hip_m) override {
-    const rt::GridParameters grid;
     const double reach_m =
-        springs_.radius_m + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
+        rt::reachOfModel_m({.radius_m = springs_.radius_m, .surface = {}, .filter = {}}, {});
     search_ = std::make_unique<KdTree>(
         KdTree::cloudOf(pointsOf(frame, hip_m, reach_only_ ? reach_m : kEverything_m)));
   }
