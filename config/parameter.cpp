@@ -57,8 +57,8 @@ Result<Value> checkText(const Parameter& parameter, const std::string& text) {
   }
   if (firstInvalidUtf8(text))
     return std::unexpected(refusal(parameter, inQuotes(text), "is not valid UTF-8"));
-  if (std::ranges::any_of(text, isControlCharacter)) {
-    return std::unexpected(refusal(parameter, inQuotes(text), "contains a control character"));
+  if (firstUnprintable(text)) {
+    return std::unexpected(refusal(parameter, inQuotes(text), "contains a control or invisible character"));
   }
   return accepted(text);
 }

@@ -1,16 +1,13 @@
 #include "config/yaml_loader.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <limits>
 #include <map>
 #include <set>
-#include <system_error>
 
 #include "config/conflicts.h"
 #include "config/nearest_names.h"
@@ -24,45 +21,20 @@ namespace {
 constexpr std::size_t kLongestFile = std::size_t{1} << 20;
 constexpr std::size_t kMostErrors = 100;
 
-class FileDescriptor {
- public:
-  explicit FileDescriptor(const std::filesystem::path& file)
-      : number_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {}
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  ~FileDescriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-Error unreadable(const std::filesystem::path& file, int error_number) {
-  return {file.string(), fmt::format("cannot be read: {}", std::generic_category().message(error_number)),
-          error_number == EISDIR ? "name the YAML file in the folder" : "check the path and its permissions"};
-}
-
-// Pipes and devices are read too, as far as the longest file.
-Result<std::string> contentOf(const std::filesystem::path& file) {
-  const FileDescriptor descriptor(file);
-  if (descriptor.number() < 0) return std::unexpected(unreadable(file, errno));
-  std::string content(kLongestFile + 1, '\0');
-  std::size_t length = 0;
-  while (length < content.size()) {
-    const ssize_t count = ::read(descriptor.number(), content.data() + length, content.size() - length);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return std::unexpected(unreadable(file, errno));
-    if (count == 0) break;
-    length += static_cast<std::size_t>(count);
-  }
-  if (length > kLongestFile) {
-    return std::unexpected(Error{file.string(), fmt::format("is longer than {} bytes", kLongestFile),
-                                 "check that this is the configuration file"});
-  }
-  content.resize(length);
-  return content;
+Error unreadable(const std::filesystem::path& file, const FileFault& fault) {
+  const auto remedy = [&fault] {
+    switch (fault.reason) {
+      case FileFault::Reason::not_regular:
+        return "put a plain file there, or name another one";
+      case FileFault::Reason::too_long:
+        return "check that this is the configuration file";
+      case FileFault::Reason::unreadable:
+        break;
+    }
+    return fault.error_number == EISDIR ? "name the YAML file in the folder"
+                                        : "check the path and its permissions";
+  };
+  return {file.string(), fault.text(), remedy()};
 }
 
 std::string groupOf(const Parameter& parameter) {
@@ -82,7 +54,7 @@ Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names
     const std::size_t dot = group.name.find('.');
     return {group.name, "stands outside its group",
             fmt::format("write it as `{}: {{{}: {}}}`", group.name.substr(0, dot), group.name.substr(dot + 1),
-                        group.scalar && group.scalar->size() < 40 ? *group.scalar : "value")};
+                        group.scalar && group.scalar->size() < 40 ? printable(*group.scalar) : "value")};
   }
   const std::vector<std::string_view> views(names.begin(), names.end());
   const std::string guess = didYouMean(group.name, views);
@@ -128,8 +100,8 @@ class Loading {
     }
   }
 
-  std::expected<Settings, std::vector<Error>> finish() && {
-    if (errors_.empty()) return std::move(settings_);
+  std::expected<Configuration, std::vector<Error>> finish() && {
+    if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size()};
     return std::unexpected(sortedErrors());
   }
 
@@ -244,32 +216,42 @@ class Loading {
   std::set<std::string> unknown_groups_;
 };
 
+std::expected<Settings, std::vector<Error>> settingsOf(
+    std::expected<Configuration, std::vector<Error>> configuration) {
+  if (!configuration) return std::unexpected(std::move(configuration.error()));
+  return std::move(configuration->settings);
+}
+
 }  // namespace
 
-std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
-                                                         std::span<const std::string> overrides) {
+std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::filesystem::path& file,
+                                                                   std::span<const std::string> overrides,
+                                                                   FileKind kind) {
   Loading loading(file.string());
-  const Result<std::string> content = contentOf(file);
-  if (!content) return std::unexpected(std::vector{content.error()});
+  const auto content = fileContent(file, {.longest = kLongestFile, .kind = kind});
+  if (!content) return std::unexpected(std::vector{unreadable(file, content.error())});
   loading.take(readYaml(*content));
   for (const std::string& name_and_value : overrides) loading.takeOverride(name_and_value);
   loading.checkRules();
   return std::move(loading).finish();
 }
 
+std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
+                                                         std::span<const std::string> overrides) {
+  return settingsOf(loadConfiguration(file, overrides, FileKind::any));
+}
+
 std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name) {
   Loading loading(name);
   loading.take(readYaml(text));
   loading.checkRules();
-  return std::move(loading).finish();
+  return settingsOf(std::move(loading).finish());
 }
 
-std::expected<std::vector<Assignment>, std::vector<Error>> loadAssignments(
-    const std::filesystem::path& file, const std::function<bool(const Parameter&)>& belongs) {
-  Loading loading(file.string(), belongs);
-  const Result<std::string> content = contentOf(file);
-  if (!content) return std::unexpected(std::vector{content.error()});
-  loading.take(readYaml(*content));
+std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
+    std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
+  Loading loading(name, belongs);
+  loading.take(readYaml(text));
   return std::move(loading).finishAssignments();
 }
 

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "config/value_text.h"
+
 namespace hapticd::daemon {
 namespace {
 
@@ -26,9 +28,10 @@ iovec vectorOf(std::string& field) {
 }
 
 void sendToJournal(const JournalEntry& entry) {
-  std::vector<std::string> fields{"MESSAGE=" + entry.text,
+  std::vector<std::string> fields{"MESSAGE=" + config::printable(entry.text),
                                   fmt::format("PRIORITY={}", static_cast<int>(entry.priority))};
-  for (const auto& [name, value] : entry.fields) fields.push_back(fmt::format("HAPTICD_{}={}", name, value));
+  for (const auto& [name, value] : entry.fields)
+    fields.push_back(fmt::format("HAPTICD_{}={}", name, config::printable(value)));
   std::vector<iovec> vectors;
   for (std::string& field : fields) vectors.push_back(vectorOf(field));
   ::sd_journal_sendv(vectors.data(), static_cast<int>(vectors.size()));
@@ -39,7 +42,7 @@ void sendToJournal(const JournalEntry& entry) {
 void writeToJournal(const JournalEntry& entry) {
   static const bool journal = standardErrorIsJournal();
   if (journal) return sendToJournal(entry);
-  const std::string line = fmt::format("hapticd: {}\n", entry.text);
+  const std::string line = fmt::format("hapticd: {}\n", config::printable(entry.text));
   std::fputs(line.c_str(), stderr);  // fmt::print throws where nobody reads
 }
 

@@ -6,11 +6,14 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "config/value_text.h"
 #include "daemon/journal.h"
 #include "daemon/service.h"
 #include "daemon/state/start_settings.h"
@@ -84,12 +87,27 @@ config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& sc
   return std::make_unique<FaultInjector>(std::move(*faults));
 }
 
+/// What --check says of a configuration without errors.
+int report(const std::string& file, const StartSettings& start) {
+  const auto line = [&file](const std::string& text) {
+    return config::printable(fmt::format("{}: {}", file, text)) + "\n";
+  };
+  std::string shown;
+  for (const std::string& notice : start.notices) shown += line("warning: " + notice);
+  shown += line("no problem found; " + start.summary.text());
+  const bool written = std::fputs(shown.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  if (written) return EX_OK;
+  writeToJournal({JournalEntry::Priority::error,
+                  fmt::format("standard output: cannot be written: {}", std::strerror(errno))});
+  return EX_IOERR;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"hapticd: feels a depth camera's scene through a haptic handle"};
   app.footer(
       "SIGHUP has the file read again: live parameters are applied, the others are reported.\n"
       "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable, 71 a thread cannot be\n"
-      "started, 78 configuration.");
+      "started, 74 the report of --check cannot be written, 78 configuration.");
   std::string file;
   std::string script;
   std::vector<std::string> overrides;
@@ -103,7 +121,7 @@ int run(int argc, char** argv) {
                  "make up the faults of a script, lines of BEGIN_S DURATION_S FAULT; needs "
                  "control.allow_fault_injection")
       ->type_name("FILE");
-  app.add_flag("--check", check_only, "check the configuration and end");
+  app.add_flag("--check", check_only, "check the configuration, say what it changes, and end");
   app.set_version_flag("--version", std::string("hapticd ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
@@ -124,8 +142,7 @@ int run(int argc, char** argv) {
     return EX_CONFIG;
   }
   if (check_only) {
-    fmt::print("{}: no problem found\n", file);
-    return EX_OK;
+    return report(file, *start);
   }
   return serve(*start, {file, overrides}, std::move(*faults));
 }

@@ -33,10 +33,16 @@ Service::Service(const StartSettings& start, ConfigurationSource source,
     : source_(std::move(source)),
       pose_registered_(start.registration.has_value()),
       notices_(start.notices),
+      reader_(
+          [source = source_] {
+            return startSettings(source.file, source.overrides, config::FileKind::regular);
+          },
+          source_.file.string()),
       box_(start.settings, std::move(faults)),
       control_(box_, {.log = [this](const JournalEntry& entry) { tell(entry); },
                       .calibration = {start.configured_T_world_camera, start.registration}}),
       events_([this](const JournalEntry& entry) { tell(entry); }) {
+  tellSummary(start.summary);
   if (start.boot_profile) {
     tell({Priority::notice,
           "starts with the boot profile " + *start.boot_profile,
@@ -103,7 +109,7 @@ void Service::periodic() {
   });
   control_.periodic(*server_);
   manager_.feedWatchdog(box_.heartbeat(), now);
-  if (reload_requested_.exchange(false)) reload();
+  reload(now);
   if (now >= next_look_) lookAround(now);
 }
 
@@ -123,14 +129,24 @@ void Service::showNotices() {
   box_.setNotices(std::move(notices));
 }
 
-void Service::reload() {
-  manager_.reloading();
-  if (const auto loaded = startSettings(source_.file, source_.overrides); loaded) {
-    applyReload(*loaded);
-  } else {
-    refuseReload(loaded.error());
+void Service::reload(Clock::time_point now) {
+  if (const auto loaded = reader_.outcome(now)) {
+    *loaded ? applyReload(**loaded) : refuseReload(loaded->error());
+    manager_.ready();
   }
-  manager_.ready();
+  if (!reader_.reading() && reload_requested_.exchange(false)) {
+    manager_.reloading();
+    reader_.begin(now);
+  }
+}
+
+void Service::tellSummary(const config::SettingsSummary& summary) {
+  tell({Priority::notice,
+        fmt::format("configuration {}: {}", source_.file.string(), summary.text()),
+        {{"EVENT", "configuration"},
+         {"PARAMETERS_SET", fmt::to_string(summary.set)},
+         {"PARAMETERS_CHANGED", fmt::to_string(summary.differences.size())},
+         {"CHANGES", summary.differencesText()}}});
 }
 
 void Service::applyReload(const StartSettings& loaded) {
@@ -159,6 +175,7 @@ void Service::applyReload(const StartSettings& loaded) {
         fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
                     source_.file.string(), reload->changes.size(), reload->waiting.size()),
         {{"EVENT", "reload"}}});
+  tellSummary(loaded.summary);
 }
 
 void Service::refuseReload(const std::vector<config::Error>& errors) {

@@ -12,6 +12,7 @@
 #include "daemon/event_log.h"
 #include "daemon/running_box.h"
 #include "daemon/service_manager.h"
+#include "daemon/state/settings_reader.h"
 #include "daemon/state/start_settings.h"
 
 namespace hapticd::daemon {
@@ -38,7 +39,7 @@ class Service {
   /// Thread: any, and signal handlers.
   void requestStop() noexcept;
   /// Has the configuration file read again: its live parameters are applied, the others are reported.
-  /// Thread: any, and signal handlers.
+  /// Requests that come while it is read are one more reading afterwards. Thread: any, and signal handlers.
   void requestReload() noexcept { reload_requested_ = true; }
 
  private:
@@ -49,7 +50,9 @@ class Service {
   /// To the journal, the clients and the trace.
   void tell(const JournalEntry& entry);
   void periodic();
-  void reload();
+  /// Begins and ends a reading of the settings; the disk is waited for elsewhere.
+  void reload(Clock::time_point now);
+  void tellSummary(const config::SettingsSummary& summary);
   void applyReload(const StartSettings& loaded);
   void refuseReload(const std::vector<config::Error>& errors);
   void lookAround(Clock::time_point now);
@@ -59,6 +62,7 @@ class Service {
   ConfigurationSource source_;
   bool pose_registered_;              ///< the camera's pose in use is not the configuration's
   std::vector<std::string> notices_;  ///< of the last start or reload
+  SettingsReader reader_;
   ServiceManager manager_;
   RunningBox box_;
   ControlService control_;

@@ -4,10 +4,12 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <string>
+
+#include "config/file_content.h"
+#include "config/value_text.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -16,6 +18,7 @@ constexpr std::array<std::string_view, kFaultCount> kNames{
     "lost_frames", "frozen_camera", "garbage_depth", "handle_muted",    "handle_unplugged",
     "handle_leap", "nan_pose",      "late_ticks",    "channel_overflow"};
 constexpr double kLongest_s = 86'400;
+constexpr std::size_t kLongestScript = std::size_t{1} << 20;
 
 std::optional<Fault> faultFrom(std::string_view name) {
   for (int number = 0; number < kFaultCount; ++number) {
@@ -37,12 +40,13 @@ config::Result<ScriptedFault> faultOn(const std::string& line) {
   words >> begin_s >> duration_s >> name;
   if (words.fail() || words >> rest || !isTime(begin_s) || !isTime(duration_s)) {
     return std::unexpected(config::Error{
-        "", fmt::format("\"{}\" is not BEGIN_S DURATION_S FAULT, both 0..{} s", line, kLongest_s),
+        "",
+        fmt::format("{} is not BEGIN_S DURATION_S FAULT, both 0..{} s", config::inQuotes(line), kLongest_s),
         "write for example: 2.5 0.5 frozen_camera"});
   }
   const std::optional<Fault> fault = faultFrom(name);
   if (!fault) {
-    return std::unexpected(config::Error{"", fmt::format("there is no fault \"{}\"", name),
+    return std::unexpected(config::Error{"", fmt::format("there is no fault {}", config::inQuotes(name)),
                                          fmt::format("choose one of: {}", fmt::join(kNames, ", "))});
   }
   using Seconds = std::chrono::duration<double>;
@@ -56,11 +60,12 @@ std::string_view nameOf(Fault fault) {
 }
 
 config::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) {
-    return std::unexpected(config::Error{file.string(), "the script of faults cannot be read",
-                                         "give a file that exists and may be read"});
+  const auto content = config::fileContent(file, {.longest = kLongestScript, .kind = config::FileKind::any});
+  if (!content) {
+    return std::unexpected(
+        config::Error{file.string(), content.error().text(), "give a script that exists and may be read"});
   }
+  std::istringstream stream(*content);
   std::vector<ScriptedFault> script;
   int number = 0;
   for (std::string line; std::getline(stream, line);) {

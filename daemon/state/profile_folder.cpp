@@ -100,7 +100,14 @@ std::expected<std::vector<config::Assignment>, std::vector<config::Error>> Profi
     return std::unexpected(std::vector{config::Error{"profile " + name, "there is no such profile",
                                                      "hapticctl profiles shows those that there are"}});
   }
-  return config::loadAssignments(fileOf(name), isLive);
+  const auto content = readStateFile(fileOf(name));
+  if (!content) return std::unexpected(std::vector{content.error()});
+  auto assignments = config::assignmentsFromText(content->value_or(""), fileOf(name).string(), isLive);
+  if (assignments && assignments->empty()) {
+    return std::unexpected(std::vector{
+        config::Error{fileOf(name).string(), "names no parameter", "save the profile again, or delete it"}});
+  }
+  return assignments;
 }
 
 config::Result<void> ProfileFolder::remove(const std::string& name) const {
@@ -136,8 +143,15 @@ config::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& na
 }
 
 std::string textOf(const std::vector<config::Error>& errors) {
+  constexpr std::size_t kMostShown = 10;
   std::vector<std::string> texts;
-  for (const config::Error& error : errors) texts.push_back(error.text());
+  for (const config::Error& error : errors) {
+    if (texts.size() == kMostShown) {
+      texts.push_back(fmt::format("{} more problems", errors.size() - kMostShown));
+      break;
+    }
+    texts.push_back(error.text());
+  }
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 

@@ -57,7 +57,7 @@ class ProfileFolder {
   std::filesystem::path folder_;
 };
 
-/// All problems in one text, for people.
+/// The first ten problems in one text, and how many more there are, for people.
 std::string textOf(const std::vector<config::Error>& errors);
 
 }  // namespace hapticd::daemon

@@ -46,6 +46,14 @@ std::optional<double> numberFrom(std::string_view text) {
   return number;
 }
 
+/// Whether `text` has the form "2026-03-04T05:06:07Z".
+bool isTime(std::string_view text) {
+  constexpr std::string_view kForm = "0000-00-00T00:00:00Z";
+  return std::ranges::equal(text, kForm, [](char character, char form) {
+    return form == '0' ? character >= '0' && character <= '9' : character == form;
+  });
+}
+
 }  // namespace
 
 bool same(const rt::PoseParameters& a, const rt::PoseParameters& b) {
@@ -74,7 +82,7 @@ std::expected<std::optional<Registration>, std::vector<config::Error>> readRegis
   const auto content = readStateFile(file);
   if (!content) return std::unexpected(std::vector{content.error()});
   if (!*content) return std::nullopt;
-  const auto assignments = config::loadAssignments(file, isCameraPose);
+  const auto assignments = config::assignmentsFromText(**content, file.string(), isCameraPose);
   if (!assignments) return std::unexpected(assignments.error());
   if (assignments->size() != kPoseParameters.size()) {
     return std::unexpected(
@@ -88,7 +96,7 @@ std::expected<std::optional<Registration>, std::vector<config::Error>> readRegis
   Registration registration{settings.camera.pose, {}, {}};
   if (const auto residual = restOfLine(**content, kResidualLine))
     registration.residual_m = numberFrom(*residual);
-  if (const auto time = restOfLine(**content, kTimeLine)) registration.time = *time;
+  if (const auto time = restOfLine(**content, kTimeLine); time && isTime(*time)) registration.time = *time;
   return registration;
 }
 

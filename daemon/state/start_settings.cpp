@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/warnings.h"
 #include "config/yaml_loader.h"
 #include "daemon/state/profile_folder.h"
 
@@ -79,14 +80,18 @@ void addBootProfile(StartSettings& start, Layers& layers, const ProfileFolder& p
 
 }  // namespace
 
-std::expected<StartSettings, std::vector<config::Error>> startSettings(
-    const std::filesystem::path& file, std::span<const std::string> overrides) {
-  auto loaded = config::loadSettings(file, overrides);
+std::expected<StartSettings, std::vector<config::Error>> startSettings(const std::filesystem::path& file,
+                                                                       std::span<const std::string> overrides,
+                                                                       config::FileKind kind) {
+  auto loaded = config::loadConfiguration(file, overrides, kind);
   if (!loaded) return std::unexpected(std::move(loaded.error()));
-  StartSettings start{*loaded, loaded->camera.pose, {}, {}, {}};
+  const config::Settings& configured = loaded->settings;
+  StartSettings start{configured, configured.camera.pose, {}, {}, {}, config::summaryOf(*loaded)};
   Layers layers(start, overrides);
-  addRegistration(start, layers, loaded->state.folder);
-  addBootProfile(start, layers, ProfileFolder(loaded->state.folder));
+  addRegistration(start, layers, configured.state.folder);
+  addBootProfile(start, layers, ProfileFolder(configured.state.folder));
+  for (const config::Error& warning : config::warningsOf(start.settings))
+    start.notices.push_back(warning.text());
   return start;
 }
 

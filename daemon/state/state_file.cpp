@@ -2,13 +2,13 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
 
+#include "config/file_content.h"
 #include "daemon/control/descriptor.h"
 
 namespace hapticd::daemon {
@@ -54,21 +54,6 @@ bool synchronise(const fs::path& folder) {
   return descriptor && ::fsync(descriptor.get()) == 0;
 }
 
-/// Its bytes, one more than permitted at most. Nothing on failure, see errno.
-std::optional<std::string> contentOf(int descriptor) {
-  std::string content(kLongestFile + 1, '\0');
-  std::size_t length = 0;
-  while (length < content.size()) {
-    const ssize_t count = ::read(descriptor, content.data() + length, content.size() - length);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return std::nullopt;
-    if (count == 0) break;
-    length += static_cast<std::size_t>(count);
-  }
-  content.resize(length);
-  return content;
-}
-
 }  // namespace
 
 config::Result<void> replaceFile(const fs::path& file, std::string_view content) {
@@ -99,20 +84,15 @@ config::Result<void> removeFile(const fs::path& file) {
 }
 
 config::Result<std::optional<std::string>> readStateFile(const fs::path& file) {
-  // Not blocking: a pipe would wait for its writer.
-  const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-  if (!descriptor && (errno == ENOENT || errno == ENOTDIR)) return std::nullopt;
-  if (!descriptor) return failure(file, "cannot be read", errno);
-  struct stat status {};
-  if (::fstat(descriptor.get(), &status) != 0) return failure(file, "cannot be read", errno);
-  const auto unusable = [&](std::string what) {
-    return std::unexpected(config::Error{file.string(), std::move(what), "remove it, and save it again"});
-  };
-  if (!S_ISREG(status.st_mode)) return unusable("is no regular file");
-  auto content = contentOf(descriptor.get());
-  if (!content) return failure(file, "cannot be read", errno);
-  if (content->size() > kLongestFile) return unusable(fmt::format("is longer than {} bytes", kLongestFile));
-  return content;
+  auto content = config::fileContent(file, {.longest = kLongestFile, .follow_link = false});
+  if (content) return std::move(*content);
+  using Reason = config::FileFault::Reason;
+  const config::FileFault& fault = content.error();
+  if (fault.reason == Reason::unreadable && (fault.error_number == ENOENT || fault.error_number == ENOTDIR)) {
+    return std::nullopt;
+  }
+  if (fault.reason == Reason::unreadable) return failure(file, "cannot be read", fault.error_number);
+  return std::unexpected(config::Error{file.string(), fault.text(), "remove it, and save it again"});
 }
 
 }  // namespace hapticd::daemon

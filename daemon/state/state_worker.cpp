@@ -21,38 +21,49 @@ config::Result<std::thread> startWithoutSignals(const std::function<void()>& bod
 }  // namespace
 
 StateWorker::~StateWorker() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
+  if (!thread_.joinable()) return;
+  if (endsInTime()) {
+    thread_.join();
+  } else {
+    thread_.detach();  // it waits for a disk that does not answer, and works on nothing of ours but the Queue
   }
-  changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
+}
+
+bool StateWorker::endsInTime() {
+  std::unique_lock lock(queue_->mutex);
+  queue_->ending = true;
+  queue_->changed.notify_all();
+  const bool ended = queue_->changed.wait_for(lock, end_timeout_, [this] { return queue_->ended; });
+  if (!ended) queue_->jobs.clear();
+  return ended;
 }
 
 void StateWorker::add(Job job) {
   if (!thread_.joinable()) {
-    auto started = startWithoutSignals([this] { work(); });
+    auto started = startWithoutSignals([queue = queue_] { work(*queue); });
     if (!started) return job();
     thread_ = std::move(*started);
   }
   {
-    const std::lock_guard lock(mutex_);
-    jobs_.push_back(std::move(job));
+    const std::lock_guard lock(queue_->mutex);
+    queue_->jobs.push_back(std::move(job));
   }
-  changed_.notify_all();
+  queue_->changed.notify_all();
 }
 
-void StateWorker::work() {
-  std::unique_lock lock(mutex_);
+void StateWorker::work(Queue& queue) {
+  std::unique_lock lock(queue.mutex);
   for (;;) {
-    changed_.wait(lock, [this] { return ending_ || !jobs_.empty(); });
-    if (jobs_.empty()) return;
-    Job job = std::move(jobs_.front());
-    jobs_.pop_front();
+    queue.changed.wait(lock, [&queue] { return queue.ending || !queue.jobs.empty(); });
+    if (queue.jobs.empty()) break;
+    Job job = std::move(queue.jobs.front());
+    queue.jobs.pop_front();
     lock.unlock();
     job();
     lock.lock();
   }
+  queue.ended = true;
+  queue.changed.notify_all();
 }
 
 }  // namespace hapticd::daemon

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
 #include <future>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <type_traits>
@@ -16,13 +18,16 @@ namespace hapticd::daemon {
 /// Thread: one caller.
 class StateWorker {
  public:
-  StateWorker() = default;
+  /// `end_timeout`: how long the end waits for jobs.
+  explicit StateWorker(std::chrono::milliseconds end_timeout = std::chrono::seconds(5))
+      : end_timeout_(end_timeout), queue_(std::make_shared<Queue>()) {}
   StateWorker(const StateWorker&) = delete;
   StateWorker& operator=(const StateWorker&) = delete;
-  /// Does all jobs first.
+  /// Does all jobs first, but waits no longer than the time-out: a disk that does not answer keeps nobody
+  /// from ending. Jobs that have not begun by then are left out.
   ~StateWorker();
 
-  /// `job` throws nothing and refers to nothing that the caller changes.
+  /// `job` throws nothing and refers to nothing that the caller changes, nor to what ends with the worker.
   template <typename Job>
   std::future<std::invoke_result_t<Job>> run(Job job) {
     std::packaged_task<std::invoke_result_t<Job>()> task(std::move(job));
@@ -34,13 +39,21 @@ class StateWorker {
  private:
   using Job = std::move_only_function<void()>;
 
-  void add(Job job);
-  void work();
+  /// Shared with the thread, which may outlive the worker.
+  struct Queue {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::deque<Job> jobs;
+    bool ending = false;
+    bool ended = false;
+  };
 
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Job> jobs_;
-  bool ending_ = false;
+  void add(Job job);
+  bool endsInTime();
+  static void work(Queue& queue);
+
+  std::chrono::milliseconds end_timeout_;
+  std::shared_ptr<Queue> queue_;
   std::thread thread_;
 };
 

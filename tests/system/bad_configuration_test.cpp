@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fstream>
+
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd {
@@ -132,6 +134,76 @@ TEST(BadConfiguration, ChecksWithoutStarting) {
   EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
   EXPECT_TRUE(contains(finished.output, "hapticd.yaml: no problem found"));
   EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+}
+
+/// What --check says of a file that it takes.
+std::string reportOn(const DaemonHome& home, const std::string& yaml) {
+  std::vector<std::string> command = home.command(yaml);
+  command.emplace_back("--check");
+  const Finished finished = test::runToEnd(command);
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  return finished.output;
+}
+
+// The home names both sockets and the state folder on the command line.
+TEST(BadConfiguration, ChecksSayHowManyParametersAreSetAndWhichDifferFromTheDefaults) {
+  const DaemonHome home;
+  const std::string report = reportOn(home, "safety: {max_force_n: 1}\nforce: {min_points: 10}\n");
+  EXPECT_TRUE(contains(report,
+                       "hapticd.yaml: no problem found; 5 parameters set, 4 differ from the defaults: "
+                       "safety.max_force_n = 1 (default 4), control.status_socket = "));
+}
+
+TEST(BadConfiguration, AQuoteThatIsNotClosedIsRefusedThoughALaterOneClosesIt) {
+  const DaemonHome home;
+  const std::string errors = refusalOf(home,
+                                       "camera:\n"
+                                       "  serial: \"A00362\n"
+                                       "safety:\n"
+                                       "  max_force_n: 1  # a \"light touch\"\"\n");
+  EXPECT_TRUE(contains(errors, "hapticd.yaml:2: the quote before \"A00362\" is not closed on its line"));
+}
+
+TEST(BadConfiguration, ChecksWarnOfAHandleOnTheNetworkWithoutAKey) {
+  const DaemonHome home;
+  const std::string report =
+      reportOn(home, "handle: {driver: udp}\nudp_handle: {address: 0.0.0.0, peer: 192.0.2.10}\n");
+  EXPECT_TRUE(contains(report, "hapticd.yaml: warning: udp_handle.key_file: is empty"));
+  EXPECT_TRUE(contains(report, "no problem found"));
+}
+
+TEST(BadConfiguration, ChecksWarnOfABootProfileThatCannotBeUsed) {
+  const DaemonHome home;
+  std::filesystem::create_directories(home.stateFolder() / "profiles");
+  std::ofstream(home.stateFolder() / "profiles/mine.yaml");
+  std::ofstream(home.stateFolder() / "profiles/boot") << "mine\n";
+  EXPECT_TRUE(contains(reportOn(home, "{}"), "mine.yaml: names no parameter"));
+}
+
+TEST(BadConfiguration, AReportThatCannotBeWrittenIsAnError) {
+  const DaemonHome home;
+  std::vector<std::string> command = home.command("{}");
+  command.emplace_back("--check");
+  std::string line;
+  for (const std::string& word : command) line += "'" + word + "' ";
+  const Finished finished = test::runToEnd({"/bin/sh", "-c", line + "> /dev/full"});
+  EXPECT_EQ(finished.ending, exitedWith(74));
+  EXPECT_TRUE(contains(finished.errors, "standard output: cannot be written"));
+}
+
+// Escape codes as bytes, as escapes of YAML, in names, values, groups and assignments of the command line.
+TEST(BadConfiguration, NothingThatSteersATerminalIsShownNorMoreThanTheBeginningOfALongValue) {
+  const DaemonHome home;
+  const std::string long_text(3000, 'x');
+  const std::string bad = "\\e[2J\\x9b" + long_text;
+  std::string errors = refusalOf(home,
+                                 "force: {\"" + bad + "\": 1, law: \"" + bad + "\", radius_m: \"" + bad +
+                                     "\"}\n\"" + bad + "\": {a: 1}\ncamera: {serial: \"" + bad + "\"}\n",
+                                 {"force.law=\x1b[2J" + long_text, "\xc2\x9b" + long_text + "=1"});
+  errors += refusalOf(home, "camera: {serial: \x1b[2J}\n# \xc2\x9b\n");
+  for (const char* steering : {"\x1b", "\xc2\x9b"}) EXPECT_EQ(errors.find(steering), std::string::npos);
+  EXPECT_TRUE(contains(errors, "\\x1b[2J"));
+  EXPECT_EQ(errors.find(std::string(61, 'x')), std::string::npos) << errors;
 }
 
 TEST(BadConfiguration, ChecksAnEmptyFileAsGood) {

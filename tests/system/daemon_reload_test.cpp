@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 
 #include "tests/system/daemon_under_test.h"
 
@@ -80,6 +81,40 @@ TEST_F(DaemonReload, ManyTimesInARowLeavesTheLoopRunning) {
   reload("force: {stiffness_n_per_m: 322}\n");
   EXPECT_TRUE(stiffnessBecomes("322"));
   EXPECT_TRUE(daemon.ticks());
+}
+
+// Opening a pipe would wait for its writer, and nobody would feed the watchdog or answer.
+TEST_F(DaemonReload, OfAFileThatHasBecomeAPipeIsRefusedAndTheDaemonGoesOnAnswering) {
+  const std::filesystem::path file = home.path() / "hapticd.yaml";
+  std::filesystem::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(warns("not reloaded"));
+  EXPECT_TRUE(warns("is no regular file"));
+  EXPECT_TRUE(daemon.ticks());
+  std::filesystem::remove(file);
+  reload("force: {stiffness_n_per_m: 321}\n");
+  EXPECT_TRUE(stiffnessBecomes("321"));
+}
+
+TEST_F(DaemonReload, SaysWhatTheFileSetsAndWhatDiffersFromTheDefaults) {
+  reload("force: {stiffness_n_per_m: 321}\n");
+  ASSERT_TRUE(stiffnessBecomes("321"));
+  const auto said = [this](const std::string& text) {
+    return test::becomesTrue([&] { return daemon.errors().find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(said(" differ from the defaults: force.stiffness_n_per_m = 321 (default 500), "));
+}
+
+// The window of the running daemon is fixed: a law that needs a larger one is refused.
+TEST(DaemonWithASmallWindow, RefusesALawThatNeedsALargerOneAndSaysWhatToDo) {
+  const DaemonHome home;
+  Daemon daemon(home, std::string(kWallYaml) + "grid: {voxel_edge_m: 0.004}\nforce: {radius_m: 0.02}\n");
+  ASSERT_TRUE(daemon.answers());
+  const test::Finished finished = home.control({"set", "force.law=proxy"});
+  EXPECT_NE(finished.ending, exitedWith(0));
+  EXPECT_TRUE(contains(finished.errors, "the law proxy needs 0.2 m"));
+  EXPECT_TRUE(contains(finished.errors, "grid.cells_per_axis to at least 51"));
 }
 
 }  // namespace

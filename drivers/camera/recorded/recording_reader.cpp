@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <optional>
 #include <string_view>
 
+#include "config/file_content.h"
 #include "drivers/camera/recorded/depth_pgm.h"
 #include "drivers/monotonic_clock.h"
 
@@ -69,20 +69,12 @@ config::Result<std::string> readIndex(const std::filesystem::path& folder) {
                   "give the folder of a recording that holds INDEX.txt; unpack archives first");
   }
   const std::filesystem::path file = folder / kIndexName;
-  const auto bytes = std::filesystem::file_size(file, failure);
-  std::ifstream stream(file, std::ios::binary);
-  if (failure || !stream) {
-    return refuse(file.string(), failure ? failure.message() : "cannot be read",
-                  "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it");
-  }
-  if (bytes > kMostIndexBytes) {
-    return refuse(file.string(), fmt::format("has {} bytes, more than {}", bytes, kMostIndexBytes),
-                  "split the recording");
-  }
-  std::string text(bytes, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(bytes));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
+  auto text = config::fileContent(file, {.longest = kMostIndexBytes});
+  if (text) return std::move(*text);
+  return refuse(file.string(), text.error().text(),
+                text.error().reason == config::FileFault::Reason::too_long
+                    ? "split the recording"
+                    : "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it");
 }
 
 /// The frame that a line names, or nothing for a line that names no depth.

@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <fstream>
 #include <span>
 
+#include "config/file_content.h"
 #include "drivers/handle/falcon/falcon_link.h"
 
 namespace hapticd::drivers {
@@ -105,18 +105,15 @@ config::Result<void> sendImage(FtdiPort& port, Bytes image, const StopSignal& st
 }  // namespace
 
 config::Result<FalconImage> readFalconImage(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    return std::unexpected(imageError(path, fmt::format("cannot be read: {}", std::strerror(errno))));
-  FalconImage image(kLargestFalconImage + 1);
-  file.read(reinterpret_cast<char*>(image.data()), static_cast<std::streamsize>(image.size()));
-  if (file.bad()) return std::unexpected(imageError(path, "cannot be read"));
-  image.resize(static_cast<std::size_t>(file.gcount()));
-  if (image.empty()) return std::unexpected(imageError(path, "is empty, or no file"));
-  if (image.size() > kLargestFalconImage) {
+  const auto content = config::fileContent(path, {.longest = kLargestFalconImage});
+  if (!content && content.error().reason == config::FileFault::Reason::too_long) {
     return std::unexpected(
         imageError(path, fmt::format("has more than {} bytes: no firmware image", kLargestFalconImage)));
   }
+  if (!content) return std::unexpected(imageError(path, content.error().text()));
+  if (content->empty()) return std::unexpected(imageError(path, "is empty"));
+  FalconImage image(content->size());
+  std::memcpy(image.data(), content->data(), content->size());
   return image;
 }
 

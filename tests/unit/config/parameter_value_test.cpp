@@ -70,7 +70,7 @@ TEST(ParameterValue, ErrorsNameTheParameterTheValueAndTheRange) {
   EXPECT_EQ(textOfSetting("loop.lock_memory=yes"),
             "loop.lock_memory: \"yes\" is not a truth value (allowed: true or false)");
   EXPECT_EQ(textOfSetting("camera.serial=a\tb"),
-            "camera.serial: \"a\\x09b\" contains a control character (allowed: text)");
+            "camera.serial: \"a\\x09b\" contains a control or invisible character (allowed: text)");
   EXPECT_EQ(textOfSetting("camera.serial=\xc3"),
             "camera.serial: \"\\xc3\" is not valid UTF-8 (allowed: text)");
   EXPECT_EQ(textOfSetting("camera.serial=" + std::string(4096, 'a')),

@@ -63,7 +63,7 @@ std::string changedLines(const std::string& damaged, const std::string& sound) {
 }
 
 /// Every form in which a value may stand.
-constexpr std::string_view kForms = R"(# A comment: with "quotes' in it
+constexpr std::string_view kEveryForm = R"(# A comment: with "quotes' in it
 camera:
   serial: "A00362 # no comment"  # a comment
   recording: 'it''s a folder'
@@ -84,7 +84,7 @@ leds: {chip: "a \"label\"", power_line: "\x31 \u00e9"}
 
 std::vector<std::string> soundFiles() {
   const std::filesystem::path shipped = HAPTICD_SHIPPED_CONFIG;
-  std::vector<std::string> files{std::string(kForms), yamlText(Settings{}),
+  std::vector<std::string> files{std::string(kEveryForm), yamlText(Settings{}),
                                  test::contentOf(shipped / "demo.yaml")};
   // hapticd.yaml with every value in force: its names stand in comments
   std::string documented = test::contentOf(shipped / "hapticd.yaml");

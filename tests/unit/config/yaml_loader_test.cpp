@@ -1,6 +1,7 @@
 #include "config/yaml_loader.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "config/parameter_table.h"
 #include "tests/support/temporary_folder.h"
@@ -122,10 +123,9 @@ bool isOfForce(const Parameter& parameter) {
   return parameter.name.starts_with("force.");
 }
 
-TEST(YamlAssignments, AreWhatTheFileNamesInItsOrder) {
-  const test::TemporaryFolder folder;
-  const auto assignments = loadAssignments(
-      folder.write("part.yaml", "force: {radius_m: 0.03, min_points: 7, law: proxy}\n"), isOfForce);
+TEST(YamlAssignments, AreWhatTheTextNamesInItsOrder) {
+  const auto assignments =
+      assignmentsFromText("force: {radius_m: 0.03, min_points: 7, law: proxy}\n", "part.yaml", isOfForce);
   ASSERT_TRUE(assignments);
   ASSERT_EQ(assignments->size(), 3U);
   EXPECT_EQ((*assignments)[0].parameter->name, "force.radius_m");
@@ -135,16 +135,14 @@ TEST(YamlAssignments, AreWhatTheFileNamesInItsOrder) {
 }
 
 TEST(YamlAssignments, LeaveTheRulesBetweenParametersToTheCaller) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.write("part.yaml", "force: {min_points: 90, max_points: 80}\n");
-  EXPECT_FALSE(loadSettings(file));
-  EXPECT_TRUE(loadAssignments(file, isOfForce));
+  const std::string text = "force: {min_points: 90, max_points: 80}\n";
+  EXPECT_FALSE(settingsFromText(text, "part.yaml"));
+  EXPECT_TRUE(assignmentsFromText(text, "part.yaml", isOfForce));
 }
 
 TEST(YamlAssignments, AreNoneWhereOneIsWrongUnknownOrDoesNotBelongThere) {
-  const test::TemporaryFolder folder;
-  const auto assignments = loadAssignments(
-      folder.write("part.yaml", "force: {radius_m: 9, radius: 1}\ncamera: {near_m: 0.5}\n"), isOfForce);
+  const auto assignments =
+      assignmentsFromText("force: {radius_m: 9, radius: 1}\ncamera: {near_m: 0.5}\n", "part.yaml", isOfForce);
   ASSERT_FALSE(assignments);
   ASSERT_EQ(assignments.error().size(), 3U);
   EXPECT_NE(assignments.error()[0].text().find("out of range"), std::string::npos);
@@ -152,7 +150,16 @@ TEST(YamlAssignments, AreNoneWhereOneIsWrongUnknownOrDoesNotBelongThere) {
   EXPECT_NE(assignments.error()[2].text().find("part.yaml:2: camera.near_m: is not one of"),
             std::string::npos)
       << assignments.error()[2].text();
-  EXPECT_FALSE(loadAssignments(folder.path() / "none.yaml", isOfForce));
+}
+
+TEST(LoadConfiguration, OfAPipeIsRefusedWhereARegularFileIsWanted) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path pipe = folder.path() / "pipe.yaml";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto loaded = loadConfiguration(pipe, {}, FileKind::regular);
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().front().text(),
+            pipe.string() + ": is no regular file (put a plain file there, or name another one)");
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ const std::vector<Refusal> kValues{
       "bad.yaml:4: camera.far_m: 11 m is out of range (allowed: 0.1..10 m)"}},
     {"EscapedControlCharacter",
      "camera: {serial: \"a\\0b\"}",
-     {"bad.yaml:1: camera.serial: \"a\\x00b\" contains a control character (allowed: text)"}},
+     {"bad.yaml:1: camera.serial: \"a\\x00b\" contains a control or invisible character (allowed: text)"}},
 };
 INSTANTIATE_TEST_SUITE_P(Values, YamlRefusal, testing::ValuesIn(kValues), nameOf);
 
@@ -125,6 +125,9 @@ const std::vector<Refusal> kNames{
     {"EscapeSequenceInAName",
      "force:\n  \"\\e[2J\": ~\n",
      {"bad.yaml:2: force.\\x1b[2J: has no value (give a value, \"\" for an empty text, or delete the line)"}},
+    {"EscapeSequenceBehindADottedName",
+     "force.radius_m: \"\\e[2J\"",
+     {"bad.yaml:1: force.radius_m: stands outside its group (write it as `force: {radius_m: \\x1b[2J}`)"}},
     {"ScalarAsGroup",
      "grid: 7",
      {"bad.yaml:1: grid: \"7\" stands where `name: value` is expected (write it as `grid: "

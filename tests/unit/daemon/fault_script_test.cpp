@@ -45,5 +45,16 @@ TEST(FaultScript, NamesTheLineThatIsWrongAndWhatIsAllowed) {
   EXPECT_FALSE(readFaultScript("/nonexistent/faults"));
 }
 
+TEST(FaultScript, ShowsWhatIsWrongWithoutEscapeCodesAndCut) {
+  for (const std::string& wrong :
+       {"\x1b[2J" + std::string(3000, 'x'), "1 1 \x1b[2J" + std::string(3000, 'x')}) {
+    const auto script = scriptOf(wrong);
+    ASSERT_FALSE(script);
+    EXPECT_EQ(script.error().text().find('\x1b'), std::string::npos);
+    EXPECT_NE(script.error().what.find("\\x1b[2Jxx"), std::string::npos) << script.error().what;
+    EXPECT_LT(script.error().what.size(), 200U);
+  }
+}
+
 }  // namespace
 }  // namespace hapticd::daemon

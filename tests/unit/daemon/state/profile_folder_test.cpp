@@ -67,7 +67,7 @@ TEST_F(ProfileFolderTest, ReadsBackEveryLiveParameter) {
 TEST_F(ProfileFolderTest, ListsProfilesOnlyWhateverElseIsThere) {
   EXPECT_EQ(names(), std::vector<std::string>{});
   write("b.yaml", "");
-  write("a.yaml", "");
+  write("a.yaml", "force: {min_points: 7}\n");
   write("no name.yaml", "");
   write("a.yaml.new", "");
   write("text.txt", "");
@@ -79,7 +79,7 @@ TEST_F(ProfileFolderTest, ListsProfilesOnlyWhateverElseIsThere) {
 }
 
 TEST_F(ProfileFolderTest, ListsProfilesBesideADamagedChoiceForTheStart) {
-  write("a.yaml", "");
+  write("a.yaml", "force: {min_points: 7}\n");
   write("boot", "../../etc/passwd\n");
   EXPECT_EQ(names(), std::vector<std::string>{"a"});
   EXPECT_FALSE(profiles.list().value().at(0).boot);

@@ -49,6 +49,19 @@ TEST(Registration, ReadsAPoseThatSomebodyHasWritten) {
   EXPECT_EQ((*read)->time, "");
 }
 
+TEST(Registration, TakesNoTimeThatIsNone) {
+  const std::string pose =
+      "camera: {position_x_m: 1, position_y_m: 2, position_z_m: 3, roll_rad: 0, pitch_rad: 0, yaw_rad: 0}\n";
+  for (const std::string& time :
+       {std::string("yesterday"), std::string(3000, '0'), std::string("2026-03-04T05:06:07Z ")}) {
+    const test::TemporaryFolder folder;
+    folder.write("registration.yaml", "# time: " + time + "\n" + pose);
+    const auto read = readRegistration(folder.path());
+    ASSERT_TRUE(read && *read);
+    EXPECT_EQ((*read)->time, "");
+  }
+}
+
 TEST(Registration, NamesWhatIsWrongWithItsFile) {
   EXPECT_NE(problemsIn("camera: {position_x_m: 1}\n").find("1 of the 6 values"), std::string::npos);
   EXPECT_NE(problemsIn("").find("0 of the 6 values"), std::string::npos);

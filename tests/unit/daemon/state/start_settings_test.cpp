@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config/value_text.h"
 #include "daemon/state/profile_folder.h"
 #include "tests/support/temporary_folder.h"
 
@@ -100,6 +101,61 @@ TEST_F(StartSettingsTest, LeaveOutABrokenRegistrationAndSayWhy) {
 TEST_F(StartSettingsTest, AreNoneWhereTheFileIsWrongWhateverElseIsThere) {
   bootProfile("force: {stiffness_n_per_m: 250}\n");
   EXPECT_FALSE(startSettings(folder.write("bad.yaml", "force: {stiffness_n_per_m: x}\n"), {}));
+}
+
+TEST_F(StartSettingsTest, SayThatABootProfileWithoutParametersIsNotUsed) {
+  for (const char* nothing : {"", "{}\n", "# cut off"}) {
+    bootProfile(nothing);
+    const StartSettings started = start("force: {stiffness_n_per_m: 300}\n");
+    EXPECT_FALSE(started.boot_profile);
+    EXPECT_EQ(stiffness(started), 300);
+    ASSERT_EQ(started.notices.size(), 1U);
+    EXPECT_NE(started.notices[0].find("profiles/mine.yaml: names no parameter (save the profile again, or "
+                                      "delete it)"),
+              std::string::npos)
+        << started.notices[0];
+  }
+}
+
+TEST_F(StartSettingsTest, SayThatABootProfileIsNotUsedWhoseNameIsMissing) {
+  bootProfile("force: {stiffness_n_per_m: 250}\n");
+  folder.write("profiles/boot", "");
+  const StartSettings started = start("{}");
+  EXPECT_FALSE(started.boot_profile);
+  ASSERT_EQ(started.notices.size(), 1U);
+  EXPECT_NE(started.notices[0].find("profiles/boot: \"\" is no name of a profile"), std::string::npos)
+      << started.notices[0];
+}
+
+TEST_F(StartSettingsTest, ShowNothingOfADamagedProfileOrRegistrationThatSteersATerminalOrIsLong) {
+  const std::string bad = "\\e[2J\\x9b" + std::string(3000, 'x');
+  std::string profile;
+  for (int i = 0; i < 90; ++i) profile += "  \"" + std::to_string(i) + bad + "\": 1\n";
+  bootProfile("force:\n" + profile);
+  folder.write("registration.yaml", "camera: {\"" + bad + "\": \"" + bad + "\", yaw_rad: \"" + bad + "\"}\n");
+  const StartSettings started = start("{}");
+  ASSERT_EQ(started.notices.size(), 2U);
+  for (const std::string& notice : started.notices) {
+    EXPECT_EQ(notice, config::printable(notice));
+    EXPECT_NE(notice.find("\\x1b[2J"), std::string::npos) << notice;
+    EXPECT_LT(notice.size(), 4000U);
+  }
+}
+
+TEST_F(StartSettingsTest, WarnOfAHandleOnTheNetworkWithoutAKey) {
+  const StartSettings started =
+      start("handle: {driver: udp}\nudp_handle: {address: 0.0.0.0, peer: 192.0.2.10}\n");
+  ASSERT_EQ(started.notices.size(), 1U);
+  EXPECT_TRUE(started.notices[0].starts_with("udp_handle.key_file: is empty")) << started.notices[0];
+}
+
+TEST_F(StartSettingsTest, SumUpWhatTheFileAndTheCommandLineSet) {
+  const StartSettings started = start("safety: {max_force_n: 1}\n");
+  EXPECT_EQ(started.summary.set, 2U);  // and state.folder
+  EXPECT_TRUE(
+      started.summary.text().starts_with("2 parameters set, 2 differ from the defaults: "
+                                         "safety.max_force_n = 1 (default 4), state.folder = "))
+      << started.summary.text();
 }
 
 }  // namespace

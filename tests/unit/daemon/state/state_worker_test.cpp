@@ -37,5 +37,20 @@ TEST(StateWorker, DoesWhatWaitsBeforeItEnds) {
   EXPECT_EQ(done, 100);
 }
 
+// If the end waited for the job it would never come: the job goes on only after it.
+TEST(StateWorker, EndsThoughAJobDoesNotAndLeavesOutThoseBehindIt) {
+  std::promise<void> gate;
+  std::future<void> blocked;
+  std::future<void> behind;
+  {
+    StateWorker worker(std::chrono::milliseconds(10));
+    blocked = worker.run([opened = gate.get_future().share()] { opened.wait(); });
+    behind = worker.run([] {});
+  }
+  EXPECT_THROW(behind.get(), std::future_error);
+  gate.set_value();
+  blocked.get();
+}
+
 }  // namespace
 }  // namespace hapticd::daemon

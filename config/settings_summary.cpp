@@ -1,0 +1,51 @@
+#include "config/settings_summary.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <span>
+
+#include "config/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+// More than that nobody reads in a line.
+constexpr std::size_t kMostShown = 16;
+
+std::string shown(const Parameter& parameter, const Value& value) {
+  return parameter.kind == Kind::text ? inQuotes(std::get<std::string>(value)) : toText(value);
+}
+
+}  // namespace
+
+std::string SettingsSummary::differencesText() const {
+  const std::span first(differences.data(), std::min(differences.size(), kMostShown));
+  std::string text = fmt::format("{}", fmt::join(first, ", "));
+  if (first.size() < differences.size()) {
+    text += fmt::format(", and {} more", differences.size() - first.size());
+  }
+  return text;
+}
+
+std::string SettingsSummary::text() const {
+  const std::string count = fmt::format("{} parameter{} set", set, set == 1 ? "" : "s");
+  if (differences.empty()) return count + ", none differs from the defaults";
+  return fmt::format("{}, {} {} from the defaults: {}", count, differences.size(),
+                     differences.size() == 1 ? "differs" : "differ", differencesText());
+}
+
+SettingsSummary summaryOf(const Configuration& configuration) {
+  SettingsSummary summary{configuration.parameters_set, {}};
+  for (const Parameter& parameter : parameterTable()) {
+    const Value value = parameter.get(configuration.settings);
+    const Value usual = parameter.defaultValue();
+    if (value == usual) continue;
+    summary.differences.push_back(fmt::format("{} = {} (default {})", parameter.name, shown(parameter, value),
+                                              shown(parameter, usual)));
+  }
+  return summary;
+}
+
+}  // namespace hapticd::config

@@ -1,0 +1,41 @@
+#include "config/warnings.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "config/ipv4_endpoint.h"
+#include "config/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+/// Whether packets of other computers reach the handle.
+bool isOpenToTheNetwork(const UdpHandleSettings& udp) {
+  const Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
+  const Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
+  return (address && !isLoopback(*address)) || (peer && !isLoopback(*peer));
+}
+
+std::optional<Error> unauthenticatedHandle(const HandleSettings& handle) {
+  const UdpHandleSettings& udp = handle.udp;
+  if (handle.driver != HandleDriver::udp || !udp.key_file.empty() || !isOpenToTheNetwork(udp)) {
+    return std::nullopt;
+  }
+  return Error{
+      "udp_handle.key_file",
+      fmt::format("is empty, and packets come over a network (udp_handle.address {}, udp_handle.peer "
+                  "{}): whoever can send there in the peer's name moves the handle",
+                  inQuotes(udp.address), inQuotes(udp.peer)),
+      "give both computers the same key, made with: openssl rand 32"};
+}
+
+}  // namespace
+
+std::vector<Error> warningsOf(const Settings& settings) {
+  std::vector<Error> warnings;
+  if (auto warning = unauthenticatedHandle(settings.handle)) warnings.push_back(std::move(*warning));
+  return warnings;
+}
+
+}  // namespace hapticd::config

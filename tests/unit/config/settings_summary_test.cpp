@@ -1,0 +1,46 @@
+#include "config/settings_summary.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::config {
+namespace {
+
+SettingsSummary summary(const std::string& yaml, const std::vector<std::string>& overrides = {}) {
+  const test::TemporaryFolder folder;
+  const auto loaded = loadConfiguration(folder.write("a.yaml", yaml), overrides, FileKind::regular);
+  EXPECT_TRUE(loaded);
+  return loaded ? summaryOf(*loaded) : SettingsSummary{};
+}
+
+TEST(SettingsSummary, CountsWhatIsSetAndNamesWhatDiffersFromTheDefaults) {
+  EXPECT_EQ(summary("{}").text(), "0 parameters set, none differs from the defaults");
+  EXPECT_EQ(summary("force: {min_points: 10}").text(), "1 parameter set, none differs from the defaults");
+  EXPECT_EQ(
+      summary("safety: {max_force_n: 1}\ncamera: {serial: A00362}\nforce: {min_points: 10}\n").text(),
+      "3 parameters set, 2 differ from the defaults: safety.max_force_n = 1 (default 4), camera.serial = "
+      "\"A00362\" (default \"\")");
+}
+
+TEST(SettingsSummary, CountsAParameterOnceThatAnOverrideSetsAgain) {
+  EXPECT_EQ(summary("safety: {max_force_n: 1}", {"safety.max_force_n=2", "safety.max_force_n=3"}).text(),
+            "1 parameter set, 1 differs from the defaults: safety.max_force_n = 3 (default 4)");
+}
+
+TEST(SettingsSummary, IsCutWhenMuchDiffersOrAValueIsLong) {
+  Configuration configuration;
+  for (const Parameter& parameter : parameterTable()) {
+    if (parameter.kind == Kind::number) parameter.set(configuration.settings, parameter.maximum);
+  }
+  const SettingsSummary found = summaryOf(configuration);
+  ASSERT_GT(found.differences.size(), 16U);
+  EXPECT_TRUE(found.text().ends_with(", and " + std::to_string(found.differences.size() - 16) + " more"))
+      << found.text();
+  const std::string long_value = summary("{}", {"camera.serial=" + std::string(3000, 'x')}).text();
+  EXPECT_TRUE(long_value.ends_with(": camera.serial = \"" + std::string(60, 'x') + "...\" (default \"\")"))
+      << long_value;
+}
+
+}  // namespace
+}  // namespace hapticd::config
