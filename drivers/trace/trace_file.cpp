@@ -52,7 +52,7 @@ config::Result<TraceFile> TraceFile::create(const std::filesystem::path& path) {
 }
 
 config::Result<TraceFile> TraceFile::openToRead(const std::filesystem::path& path) {
-  return open(path, O_RDONLY);
+  return open(path, O_RDONLY | O_NONBLOCK);  // opening a pipe would wait for its writer
 }
 
 config::Result<TraceFile> TraceFile::openToMend(const std::filesystem::path& path) {

@@ -1,9 +1,11 @@
 // hapticd comes up, beside whatever it finds at the paths of its sockets.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -82,6 +84,36 @@ TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
   daemon.signal(SIGTERM);
   EXPECT_TRUE(isTold(manager, "STOPPING=1"));
   EXPECT_EQ(daemon.wait(), exitedWith(0));
+}
+
+TEST(DaemonStart, TellsTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
+  const DaemonHome home;
+  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  Daemon daemon(home, test::kWallYaml, {},
+                {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
+  ASSERT_TRUE(isTold(manager, "READY=1"));
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(isTold(manager, "RELOADING=1\nMONOTONIC_USEC="));
+  EXPECT_TRUE(isTold(manager, "READY=1"));
+}
+
+// With the pipe open for writing, even a reader that does not wait for a writer would wait for data.
+TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
+  const DaemonHome home;
+  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  Daemon daemon(
+      home, test::kWallYaml, {},
+      {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});
+  ASSERT_TRUE(isTold(manager, "READY=1"));
+  const std::filesystem::path file = home.path() / "hapticd.yaml";
+  std::filesystem::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  const daemon::Descriptor held_open(::open(file.c_str(), O_RDWR | O_CLOEXEC));
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(isTold(manager, "RELOADING=1"));
+  EXPECT_TRUE(isTold(manager, "READY=1"));
+  for (int time = 0; time < 5; ++time) EXPECT_TRUE(isTold(manager, "WATCHDOG=1"));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
 TEST(DaemonStart, FeedsTheWatchdogAgainAndAgain) {
