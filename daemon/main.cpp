@@ -6,8 +6,6 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
@@ -87,19 +85,13 @@ config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& sc
   return std::make_unique<FaultInjector>(std::move(*faults));
 }
 
-/// What --check says of a configuration without errors.
-int report(const std::string& file, const StartSettings& start) {
-  const auto line = [&file](const std::string& text) {
-    return config::printable(fmt::format("{}: {}", file, text)) + "\n";
+/// Prints what --check says of a configuration without errors.
+void report(const std::string& file, const StartSettings& start) {
+  const auto print = [&file](const std::string& text) {
+    fmt::print("{}\n", config::printable(fmt::format("{}: {}", file, text)));
   };
-  std::string shown;
-  for (const std::string& notice : start.notices) shown += line("warning: " + notice);
-  shown += line("no problem found; " + start.summary.text());
-  const bool written = std::fputs(shown.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
-  if (written) return EX_OK;
-  writeToJournal({JournalEntry::Priority::error,
-                  fmt::format("standard output: cannot be written: {}", std::strerror(errno))});
-  return EX_IOERR;
+  for (const std::string& notice : start.notices) print("warning: " + notice);
+  print("no problem found; " + start.summary.text());
 }
 
 int run(int argc, char** argv) {
@@ -107,7 +99,7 @@ int run(int argc, char** argv) {
   app.footer(
       "SIGHUP has the file read again: live parameters are applied, the others are reported.\n"
       "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable, 71 a thread cannot be\n"
-      "started, 74 the report of --check cannot be written, 78 configuration.");
+      "started, 78 configuration.");
   std::string file;
   std::string script;
   std::vector<std::string> overrides;
@@ -142,7 +134,8 @@ int run(int argc, char** argv) {
     return EX_CONFIG;
   }
   if (check_only) {
-    return report(file, *start);
+    report(file, *start);
+    return EX_OK;
   }
   return serve(*start, {file, overrides}, std::move(*faults));
 }

@@ -163,6 +163,10 @@ const std::vector<Refusal> kForms{
      {"bad.yaml:1: force.radius_m: 7 m is out of range (allowed: 0.005..0.1 m)",
       "bad.yaml:3: grid: a list stands where `name: value` is expected " + kForm,
       "bad.yaml:3: is not YAML: end of sequence flow not found " + kSyntax}},
+    {"QuoteThatNothingCloses",
+     "camera:\n  serial: \"A00362\nsafety:\n  max_force_n: 1\n",
+     {"bad.yaml:2: the quote before \"A00362\" is not closed on its line (close it with \" at the end of the "
+      "value)"}},
     {"QuoteThatALaterOneCloses",
      "camera:\n  serial: \"A00362\nsafety:\n  max_force_n: 1\nleds:\n  chip: \"gpiochip0\"\n",
      {"bad.yaml:2: the quote before \"A00362\" is not closed on its line (close it with \" at the end of the "
