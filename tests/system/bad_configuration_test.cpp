@@ -145,13 +145,13 @@ std::string reportOn(const DaemonHome& home, const std::string& yaml) {
   return finished.output;
 }
 
-// The home names both sockets and the state folder on the command line.
+// The home names the law, both sockets and the state folder on the command line.
 TEST(BadConfiguration, ChecksSayHowManyParametersAreSetAndWhichDifferFromTheDefaults) {
   const DaemonHome home;
   const std::string report = reportOn(home, "safety: {max_force_n: 1}\nforce: {min_points: 10}\n");
-  EXPECT_TRUE(contains(report,
-                       "hapticd.yaml: no problem found; 5 parameters set, 4 differ from the defaults: "
-                       "safety.max_force_n = 1 (default 4), control.status_socket = "));
+  EXPECT_TRUE(
+      contains(report, "hapticd.yaml: no problem found; 6 parameters set, 5 differ from the defaults: "));
+  EXPECT_TRUE(contains(report, ", safety.max_force_n = 1 (default 4), control.status_socket = "));
 }
 
 TEST(BadConfiguration, AQuoteThatIsNotClosedIsRefusedInItsLine) {

