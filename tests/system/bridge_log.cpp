@@ -12,7 +12,7 @@ namespace hapticd::test {
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log) {
   std::ifstream file(log);
   std::string line;
-  std::getline(file, line);
+  if (!std::getline(file, line) || file.eof()) return {};
   EXPECT_EQ(
       line,
       "t_ns,command_sequence,command_made_ns,command_age_ns,force_tick,force_tick_ns,mode,fx_n,fy_n,fz_n,"

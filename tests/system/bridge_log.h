@@ -24,7 +24,7 @@ struct BridgeRow {
   Vector position_m{};
 };
 
-/// The rows that are in the log so far; a test fails where it is none.
+/// The rows that are in the log so far, none before it is begun; a test fails where it is no such log.
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log);
 
 double length(const Vector& vector);
