@@ -28,8 +28,9 @@ struct HandleState {
 
 /// What the handle is to exert on the hand.
 struct HandleCommand {
-  Vec3 force_n_in_world;   ///< newtons at the hand; always finite and within the safety chain's limits
-  std::uint64_t tick = 0;  ///< number of the force tick that computed it
+  Vec3 force_n_in_world;     ///< newtons at the hand; always finite and within the safety chain's limits
+  std::uint64_t tick = 0;    ///< number of the force tick that computed it
+  std::int64_t tick_ns = 0;  ///< CLOCK_MONOTONIC when that tick began
 };
 
 /// From the handle's thread to the force thread, and back.

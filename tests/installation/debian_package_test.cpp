@@ -1,6 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "tests/installation/staged_installation.h"
@@ -11,17 +16,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The package that ctest has made from this build.
-std::string packagePath() {
+constexpr const char* kBox = "hapticd";
+constexpr const char* kTools = "hapticd-tools";
+
+/// That package, as ctest has made it from this build.
+std::string packagePath(const std::string& package = kBox) {
   for (const fs::directory_entry& entry : fs::directory_iterator(HAPTICD_PACKAGE_FOLDER)) {
-    if (entry.path().extension() == ".deb") return entry.path();
+    const std::string name = entry.path().filename();
+    if (name.starts_with(package + "_") && name.ends_with(".deb")) return entry.path();
   }
   ADD_FAILURE() << "run these tests by ctest, which makes the package first";
   return {};
 }
 
-std::string field(const std::string& name) {
-  std::string value = runTool("dpkg-deb", {"--field", packagePath(), name}).output;
+std::string field(const std::string& name, const std::string& package = kBox) {
+  std::string value = runTool("dpkg-deb", {"--field", packagePath(package), name}).output;
   while (value.ends_with('\n')) value.pop_back();
   return value;
 }
@@ -29,7 +38,9 @@ std::string field(const std::string& name) {
 /// The package taken apart.
 class Unpacked {
  public:
-  Unpacked() { ended = runTool("dpkg-deb", {"--raw-extract", packagePath(), root()}).ending; }
+  explicit Unpacked(const std::string& package = kBox) {
+    ended = runTool("dpkg-deb", {"--raw-extract", packagePath(package), root()}).ending;
+  }
   std::string root() const { return folder_.path() / "root"; }
   fs::path path(const std::string& file) const { return folder_.path() / "root" / file; }
   Ending ended;
@@ -50,12 +61,75 @@ TEST(DebianPackage, HasTheVersionOfItsChangelog) {
   EXPECT_TRUE(changelog.starts_with("hapticd (" + field("Version") + ") ")) << changelog;
 }
 
-TEST(DebianPackage, NeedsTheLibrariesThatItsProgramsAreLinkedWith) {
-  const std::string depends = field("Depends");
-  // without the numbers that differ between Debian's releases
-  for (const char* library :
-       {"libc6", "libfreenect0.5", "libfmt", "libgpiod", "libsystemd0", "libyaml-cpp", "systemd"}) {
-    EXPECT_NE(depends.find(library), std::string::npos) << library << " is not in: " << depends;
+using Names = std::set<std::string>;
+
+/// The name without what differs between Debian's releases: the version of a library at its end.
+std::string withoutVersion(const std::string& package) {
+  if (!package.starts_with("lib")) return package;
+  static const std::regex version("-?[0-9.]+(-[0-9.]+)*(t64|debian)?$");
+  return std::regex_replace(package, version, "");
+}
+
+/// The packages that the field `Depends` names.
+Names dependenciesOf(const std::string& package) {
+  Names names;
+  std::string depends = field("Depends", package);
+  std::ranges::replace(depends, ',', '\n');
+  std::istringstream lines(depends);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name;
+    words >> name;
+    names.insert(withoutVersion(name));
+  }
+  return names;
+}
+
+/// What tools/packaging/dependencies.txt allows that package.
+Names statedDependenciesOf(const std::string& package) {
+  Names names;
+  std::ifstream file(fs::path(HAPTICD_SOURCE_FOLDER) / "tools/packaging/dependencies.txt");
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with(package + ":")) continue;
+    std::istringstream words(line.substr(line.find(':') + 1));
+    for (std::string name; words >> name;) names.insert(withoutVersion(name));
+  }
+  return names;
+}
+
+TEST(DebianPackage, DependsOnWhatTheListNamesAndOnNothingElse) {
+  for (const char* package : {kBox, kTools}) {
+    EXPECT_FALSE(statedDependenciesOf(package).empty()) << package;
+    EXPECT_EQ(dependenciesOf(package), statedDependenciesOf(package)) << package;
+  }
+}
+
+TEST(DebianPackage, OfAnotherVariantOfALibraryIsTakenForAnotherLibrary) {
+  EXPECT_EQ(withoutVersion("libhdf5-103-1"), withoutVersion("libhdf5-310"));
+  EXPECT_NE(withoutVersion("libhdf5-103-1"), withoutVersion("libhdf5-openmpi-103-1"));
+  EXPECT_EQ(withoutVersion("libusb-1.0-0"), "libusb");
+  EXPECT_EQ(withoutVersion("libpng16-16t64"), withoutVersion("libpng16-16"));
+  EXPECT_EQ(withoutVersion("libpcl-search1.13"), "libpcl-search");
+}
+
+TEST(DebianPackage, OfTheToolsGoesWithTheBoxOfTheSameVersion) {
+  EXPECT_NE(field("Depends", kTools).find("hapticd (= " + field("Version") + ")"), std::string::npos);
+  EXPECT_EQ(field("Version", kTools), field("Version"));
+}
+
+TEST(DebianPackage, SharesNoFileWithTheOther) {
+  const Unpacked box;
+  const Unpacked tools(kTools);
+  for (const std::string& file : filesBelow(tools.root())) {
+    if (file.starts_with("DEBIAN/")) continue;
+    EXPECT_FALSE(fs::exists(box.path(file))) << file;
+  }
+  for (const char* program : {"usr/bin/hapticbench", "usr/bin/haptic-replay", "usr/bin/haptic-soak",
+                              "usr/libexec/hapticd/haptic-hdf5"}) {
+    EXPECT_TRUE(fs::exists(tools.path(program))) << program;
+  }
+  for (const char* program : {"usr/bin/hapticctl", "usr/bin/haptic-bridge", "usr/libexec/hapticd/hapticd"}) {
+    EXPECT_TRUE(fs::exists(box.path(program))) << program;
   }
 }
 
@@ -98,9 +172,10 @@ TEST(DebianPackage, HoldsProgramsWithoutDebugInformation) {
   }
 }
 
-TEST(DebianPackage, HasNoErrorThatLintianFinds) {
+TEST(DebianPackage, HaveNoErrorThatLintianFinds) {
   HAPTICD_NEEDS("lintian");
-  const Finished checked = runTool("lintian", {"--fail-on", "error", "--allow-root", packagePath()});
+  const Finished checked =
+      runTool("lintian", {"--fail-on", "error", "--allow-root", packagePath(), packagePath(kTools)});
   EXPECT_EQ(checked.ending, exitedWith(0)) << checked.output << checked.errors;
 }
 

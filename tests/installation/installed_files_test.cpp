@@ -15,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",       "usr/bin/haptic-replay",
-                                      "usr/bin/hapticbench",         "usr/bin/hapticctl",
+                                      "usr/bin/haptic-soak",         "usr/bin/hapticbench",
+                                      "usr/bin/hapticctl",           "usr/libexec/hapticd/haptic-hdf5",
                                       "usr/libexec/hapticd/hapticd", "usr/sbin/hapticd-realtime-setup"};
 
 Finished install(const fs::path& prefix) {
@@ -27,6 +28,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "etc/hapticd/hapticd.yaml",
       "usr/bin/haptic-bridge",
       "usr/bin/haptic-replay",
+      "usr/bin/haptic-soak",
       "usr/bin/hapticbench",
       "usr/bin/hapticctl",
       "usr/lib/systemd/system/hapticd-control.socket",
@@ -37,9 +39,12 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/lib/sysusers.d/hapticd.conf",
       "usr/lib/tmpfiles.d/hapticd.conf",
       "usr/lib/udev/rules.d/72-hapticd.rules",
+      "usr/libexec/hapticd/haptic-hdf5",
       "usr/libexec/hapticd/hapticd",
       "usr/sbin/hapticd-realtime-setup",
       "usr/share/bash-completion/completions/hapticctl",
+      "usr/share/doc/hapticd-tools/changelog.Debian.gz",
+      "usr/share/doc/hapticd-tools/copyright",
       "usr/share/doc/hapticd/README.md",
       "usr/share/doc/hapticd/changelog.Debian.gz",
       "usr/share/doc/hapticd/copyright",
@@ -51,6 +56,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/fish/vendor_completions.d/hapticctl.fish",
       "usr/share/man/man1/haptic-bridge.1.gz",
       "usr/share/man/man1/haptic-replay.1.gz",
+      "usr/share/man/man1/haptic-soak.1.gz",
       "usr/share/man/man1/hapticbench.1.gz",
       "usr/share/man/man1/hapticctl.1.gz",
       "usr/share/man/man5/hapticd.yaml.5.gz",

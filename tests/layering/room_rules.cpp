@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <set>
 
 #include "tests/layering/cmake_commands.h"
 #include "tests/layering/plain_code.h"
@@ -76,6 +77,27 @@ std::string wrongArgument(const Room& room, const std::string& argument,
   const auto target = owners.find(argument);
   if (target == owners.end() || mayUse(room, target->second)) return {};
   return room.name + " must not use " + argument + " of " + target->second;
+}
+
+bool searches(const CMakeCommand& command) {
+  static const std::set<std::string> names{"find_file",        "find_library", "find_package",
+                                           "find_path",        "find_program", "pkg_check_modules",
+                                           "pkg_search_module"};
+  return names.contains(command.name) && !command.arguments.empty();
+}
+
+/// The CMake code of a source tree.
+std::vector<fs::path> allCMakeFilesIn(const fs::path& root) {
+  std::vector<fs::path> files{root / "CMakeLists.txt"};
+  for (const std::string folder : {"rt", "config", "drivers", "daemon", "tools", kTests}) {
+    if (!fs::exists(root / folder)) continue;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
+      const bool is_one = entry.path().filename() == "CMakeLists.txt" || entry.path().extension() == ".cmake";
+      if (is_one) files.push_back(entry.path());
+    }
+  }
+  std::ranges::sort(files);
+  return files;
 }
 
 }  // namespace
@@ -157,6 +179,22 @@ std::vector<std::string> wrongLinks(const fs::path& root) {
           wrong.push_back(place(root, file, static_cast<std::size_t>(command.line)) + ": " + what);
         }
       }
+    }
+  }
+  return wrong;
+}
+
+std::vector<std::string> optionalDependencies(const fs::path& root) {
+  std::vector<std::string> wrong;
+  for (const fs::path& file : allCMakeFilesIn(root)) {
+    if (!fs::exists(file)) continue;
+    for (const CMakeCommand& command : cmakeCommands(contentOf(file))) {
+      const std::vector<std::string>& words = command.arguments;
+      const bool is_needed = std::ranges::find(words, "REQUIRED") != words.end();
+      const bool is_cache = std::ranges::find(words, "ccache") != words.end();
+      if (!searches(command) || is_needed || is_cache) continue;
+      wrong.push_back(place(root, file, static_cast<std::size_t>(command.line)) + ": " + command.name + " " +
+                      words.front() + " goes on where it finds nothing");
     }
   }
   return wrong;

@@ -29,6 +29,10 @@ std::vector<std::string> wrongLibraries(const std::filesystem::path& root);
 /// Each link, dependency or source of a CMake target that its room may not have.
 std::vector<std::string> wrongLinks(const std::filesystem::path& root);
 
+/// Each search for a package, library or program in a CMake file that goes on without it: what is built would
+/// depend on what a machine happens to have. The compiler's cache may be missing.
+std::vector<std::string> optionalDependencies(const std::filesystem::path& root);
+
 /// Top-level folders with C++ in them that are no room.
 std::vector<std::string> foldersWithoutARoom(const std::filesystem::path& root);
 

@@ -12,18 +12,19 @@ namespace hapticd::test {
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log) {
   std::ifstream file(log);
   std::string line;
-  std::getline(file, line);
+  if (!std::getline(file, line) || file.eof()) return {};
   EXPECT_EQ(
       line,
-      "t_ns,command_sequence,command_made_ns,command_age_ns,mode,fx_n,fy_n,fz_n,exerted_x_n,exerted_y_n,"
-      "exerted_z_n,x_m,y_m,z_m");
+      "t_ns,command_sequence,command_made_ns,command_age_ns,force_tick,force_tick_ns,mode,fx_n,fy_n,fz_n,"
+      "exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,z_m");
   std::vector<BridgeRow> rows;
-  while (std::getline(file, line)) {
+  while (std::getline(file, line) && !file.eof()) {  // the last line may be half written
     std::ranges::replace(line, ',', ' ');
     std::istringstream fields(line);
     BridgeRow row;
     std::string mode;
-    fields >> row.time_ns >> row.sequence >> row.made_ns >> row.age_ns >> mode;
+    fields >> row.time_ns >> row.sequence >> row.made_ns >> row.age_ns >> row.force_tick >>
+        row.force_tick_ns >> mode;
     for (Vector* vector : {&row.commanded_n, &row.exerted_n, &row.position_m}) {
       for (double& coordinate : *vector) fields >> coordinate;
     }

@@ -14,15 +14,17 @@ namespace hapticd::test {
 struct BridgeRow {
   std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
   std::uint64_t sequence = 0;
-  std::int64_t made_ns = 0;  ///< when the newest command was made, by the daemon's clock
-  std::int64_t age_ns = 0;   ///< of the newest command
-  bool active = false;
+  std::int64_t made_ns = 0;        ///< when the newest command was made, by the daemon's clock
+  std::int64_t age_ns = 0;         ///< of the newest command
+  std::uint64_t force_tick = 0;    ///< of the force loop, that computed the newest command; 0: none
+  std::int64_t force_tick_ns = 0;  ///< when it began, by the daemon's clock
+  bool active = false;             ///< false: the driver vetoed the force, or there is no command
   Vector commanded_n{};
   Vector exerted_n{};
   Vector position_m{};
 };
 
-/// The whole log; a test fails where it is none.
+/// The rows that are in the log so far, none before it is begun; a test fails where it is no such log.
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log);
 
 double length(const Vector& vector);

@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "tests/support/made_up_scene.h"
-#include "tests/support/real_recording.h"
+#include "tests/support/recording.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/system/daemon_under_test.h"
 
@@ -194,21 +194,11 @@ TEST(FakenectDaemonAtTheEnd, ShowsTheCameraAsLostHoldsWithoutForceAndLivesOn) {
   EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
 }
 
-/// The images of a real recording, or made-up ones where nobody has it.
-std::vector<std::filesystem::path> imagesOf(const test::UnpackedRecording& real,
-                                            const test::TemporaryFolder& made_up) {
+std::vector<std::filesystem::path> imagesOf(const test::Recording& recording) {
   std::vector<std::filesystem::path> images;
-  if (!real.found()) {
-    std::cerr << "!!! NO RECORDING: set HAPTICD_RECORDINGS to the folder that holds them.\n"
-                 "!!! Images made by code are played instead; real ones are NOT tested.\n";
-    for (std::uint32_t i = 0; i < 10; ++i) {
-      images.push_back(made_up.write(std::to_string(i), test::pgmBytes(test::sceneImage(i))));
-    }
-    return images;
-  }
-  std::ifstream index(real.path() / "INDEX.txt");
+  std::ifstream index(recording.path() / "INDEX.txt");
   for (std::string name; std::getline(index, name);) {
-    if (name.starts_with("d-")) images.push_back(real.path() / name);
+    if (name.starts_with("d-")) images.push_back(recording.path() / name);
   }
   return images;
 }
@@ -221,10 +211,9 @@ Vector denseSurfacePoint(const std::vector<Vector>& points) {
   throw std::runtime_error("no surface");
 }
 
-TEST(FakenectDaemonOnARealRecording, FeelsThePaperForceOfTheFrameThatItNames) {
-  const test::UnpackedRecording real("03_raw11_room_static/room_static.tar.xz");
-  const test::TemporaryFolder made_up;
-  const auto images = imagesOf(real, made_up);
+TEST(FakenectDaemonOnARecording, FeelsThePaperForceOfTheFrameThatItNames) {
+  const test::Recording recording("03_raw11_room_static/room_static.tar.xz");
+  const auto images = imagesOf(recording);
   ASSERT_FALSE(images.empty());
   test::ScratchRecording slow;  // over and over, at 10 Hz, so that there is time to ask
   for (std::uint32_t i = 0; i < kLongerThanATest; ++i) {

@@ -40,6 +40,29 @@ TEST_F(HapticctlTraceFiles, ExportSaysHowManyRowsItWroteAndWhere) {
   EXPECT_TRUE(contentOf(file("a.h5")).starts_with("\x89HDF"));
 }
 
+TEST_F(HapticctlTraceFiles, Hdf5IsWrittenByAProgramThatIsRunAndItsErrorsAreShown) {
+  const std::string old = home.folder().write("old.h5", "old");
+  const Finished refused = home.run({"trace", "export", trace, "--out", old});
+  EXPECT_EQ(refused.ending, exitedWith(1));
+  EXPECT_TRUE(has(refused.errors, "--force")) << refused.errors;
+  EXPECT_EQ(contentOf(old), "old");
+  const Finished absent = home.run({"--json", "trace", "export", file("absent.mcap"), "--out", file("a.h5")});
+  EXPECT_EQ(absent.ending, exitedWith(1));
+  EXPECT_TRUE(has(absent.errors, "absent.mcap")) << absent.errors;
+  EXPECT_EQ(home.run({"trace", "export", trace, "--out", old, "--force"}).ending, exitedWith(0));
+  EXPECT_TRUE(contentOf(old).starts_with("\x89HDF"));
+}
+
+TEST_F(HapticctlTraceFiles, WhereTheToolsAreNotInstalledHdf5NamesTheirPackageAndCsvIsWritten) {
+  const std::string alone = file("hapticctl");
+  fs::copy_file(HAPTICCTL_PROGRAM, alone);
+  const Finished hdf5 = runToEnd({alone, "trace", "export", trace, "--out", file("a.h5")});
+  EXPECT_EQ(hdf5.ending, exitedWith(1));
+  EXPECT_TRUE(has(hdf5.errors, "install the package hapticd-tools")) << hdf5.errors;
+  EXPECT_FALSE(fs::exists(file("a.h5")));
+  EXPECT_EQ(runToEnd({alone, "trace", "export", trace, "--out", file("a.csv")}).ending, exitedWith(0));
+}
+
 TEST_F(HapticctlTraceFiles, ATraceOfAnOlderVersionIsReadAndWhatItLacksIsNamed) {
   const std::string older = file("older.mcap");
   writeOlderTrace(older, madeUpRecords(1, 50).ticks);

@@ -1,4 +1,4 @@
-// haptic-replay on recordings of a real camera, against a second implementation of the paper that looks at
+// haptic-replay on recordings, against a second implementation of the paper that looks at
 // every pixel.
 
 #include <gtest/gtest.h>
@@ -13,8 +13,7 @@
 
 #include "tests/support/brute_force.h"
 #include "tests/support/made_up_scene.h"
-#include "tests/support/real_recording.h"
-#include "tests/support/scratch_recording.h"
+#include "tests/support/recording.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd {
@@ -51,17 +50,6 @@ std::vector<Image> imagesOf(const std::filesystem::path& folder) {
   const double first_s = images.empty() ? 0 : images.front().time_s;
   for (Image& image : images) image.time_s -= first_s;
   return images;
-}
-
-/// Images made by code, in the place of a recording that nobody has here.
-std::unique_ptr<test::ScratchRecording> madeUpRecording() {
-  auto recording = std::make_unique<test::ScratchRecording>();
-  for (std::uint32_t frame = 0; frame < 8; ++frame) {
-    recording->addBytes(test::pgmBytes(test::sceneImage(frame)),
-                        "1500000000." + std::to_string(100 + 33 * frame), frame);
-  }
-  recording->writeIndex();
-  return recording;
 }
 
 /// A number as the input file holds it: its text, and the value of that text.
@@ -158,15 +146,8 @@ std::ostream& operator<<(std::ostream& stream, const Case& value) {
 class ReplayOfRecordings : public testing::TestWithParam<Case> {};
 
 TEST_P(ReplayOfRecordings, IsTheBruteForceOverAllPixelsAt2000PositionsNearAndOnSurfaces) {
-  const test::UnpackedRecording real(GetParam().archive);
-  std::unique_ptr<test::ScratchRecording> made_up;
-  if (!real.found()) {
-    made_up = madeUpRecording();
-    std::cerr << "!!! NO RECORDING " << GetParam().archive
-              << ": set HAPTICD_RECORDINGS to the folder that holds it.\n"
-                 "!!! Images made by code are compared instead; real ones are NOT tested.\n";
-  }
-  const std::filesystem::path folder = real.found() ? real.path() : made_up->path();
+  const test::Recording recording(GetParam().archive);
+  const std::filesystem::path folder = recording.path();
   const std::vector<Image> images = imagesOf(folder);
   ASSERT_GE(images.size(), 8U);
   const std::vector<Query> queries = queriesOf(images);

@@ -125,6 +125,8 @@ void Bridge::account(const DeviceReading& reading, const rt::Vec3& exerted_n, st
   if (command_) {
     row.command_sequence = command_->header.sequence;
     row.command_made_ns = command_->header.time_ns;
+    row.force_tick = command_->tick;
+    row.force_tick_ns = command_->tick_ns;
     row.active = command_->active;
     row.commanded_n = command_->force_n_in_handle;
   }

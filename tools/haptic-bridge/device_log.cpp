@@ -13,8 +13,8 @@ config::Result<DeviceLog> DeviceLog::at(const std::string& path) {
   DeviceLog log(path, file);
   fmt::print(
       file,
-      "t_ns,command_sequence,command_made_ns,command_age_ns,mode,fx_n,fy_n,fz_n,exerted_x_n,exerted_y_n,"
-      "exerted_z_n,x_m,y_m,z_m\n");
+      "t_ns,command_sequence,command_made_ns,command_age_ns,force_tick,force_tick_ns,mode,fx_n,fy_n,fz_n,"
+      "exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,z_m\n");
   return log;
 }
 
@@ -22,9 +22,10 @@ void DeviceLog::add(const DeviceTick& tick) {
   const rt::Vec3& f = tick.commanded_n;
   const rt::Vec3& e = tick.exerted_n;
   const rt::Vec3& p = tick.position_m;
-  fmt::print(file_.get(), "{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.9g},{:.9g},{:.9g}\n",
-             tick.time_ns, tick.command_sequence, tick.command_made_ns, tick.command_age_ns,
-             tick.active ? "active" : "zero", f.x, f.y, f.z, e.x, e.y, e.z, p.x, p.y, p.z);
+  fmt::print(
+      file_.get(), "{},{},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.9g},{:.9g},{:.9g}\n",
+      tick.time_ns, tick.command_sequence, tick.command_made_ns, tick.command_age_ns, tick.force_tick,
+      tick.force_tick_ns, tick.active ? "active" : "zero", f.x, f.y, f.z, e.x, e.y, e.z, p.x, p.y, p.z);
 }
 
 config::Result<void> DeviceLog::finish() {

@@ -16,14 +16,16 @@ struct DeviceTick {
   std::uint64_t command_sequence = 0;  ///< of the newest valid command; 0: none yet
   std::int64_t command_made_ns = 0;    ///< by the clock of its sender
   std::int64_t command_age_ns = 0;     ///< since its arrival; -1: none yet
+  std::uint64_t force_tick = 0;        ///< of the force loop that computed it
+  std::int64_t force_tick_ns = 0;      ///< when that tick began, by the clock of its sender
   bool active = false;                 ///< its mode
   rt::Vec3 commanded_n;
   rt::Vec3 exerted_n;
   rt::Vec3 position_m;
 };
 
-/// One CSV row per tick: t_ns, command_sequence, command_made_ns, command_age_ns, mode (zero or active),
-/// commanded force, exerted force, position. Thread: one.
+/// One CSV row per tick: t_ns, command_sequence, command_made_ns, command_age_ns, force_tick, force_tick_ns,
+/// mode (zero or active), commanded force, exerted force, position. Thread: one.
 class DeviceLog {
  public:
   /// Errors: the file cannot be made.

@@ -23,10 +23,12 @@ int fail(const config::Error& error, int status) {
   return status;
 }
 
-/// The program of that name beside this one.
-fs::path beside(const char* name) {
+/// The program of that name beside this one, or where an installation has the daemon.
+fs::path ownProgram(const char* name) {
   std::error_code unknown;
-  return fs::read_symlink("/proc/self/exe", unknown).parent_path() / name;
+  const fs::path here = fs::read_symlink("/proc/self/exe", unknown).parent_path();
+  const fs::path installed = here.parent_path() / "libexec/hapticd" / name;
+  return fs::exists(installed, unknown) ? installed : here / name;
 }
 
 void showTime(double now_s, double seconds) {
@@ -67,8 +69,8 @@ int run(int argc, char** argv) {
       "haptic-soak: runs hapticd with many clients, changes and reloads, and tells what was lost or grew"};
   app.set_version_flag("--version", std::string("haptic-soak ") + HAPTICD_VERSION);
   SoakOptions options;
-  options.daemon = beside("hapticd");
-  options.hapticctl = beside("hapticctl");
+  options.daemon = ownProgram("hapticd");
+  options.hapticctl = ownProgram("hapticctl");
   options.seed = std::random_device{}();
   SoakLimits limits;
   double minutes = 10;
@@ -87,7 +89,8 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(1.0, 6e6))
       ->excludes(in_minutes);
   app.add_option("--seed", options.seed, "of what is random (chosen and printed)");
-  app.add_option("--daemon", options.daemon, "hapticd (the one beside this program)")->type_name("FILE");
+  app.add_option("--daemon", options.daemon, "hapticd (the one of this build or installation)")
+      ->type_name("FILE");
   app.add_option(
          "--on-replug", options.on_replug,
          "command for the shell that unplugs and plugs devices, run again and again; knows $HAPTICD_PID")
@@ -116,8 +119,9 @@ int run(int argc, char** argv) {
       ->needs(compare_loads);
   app.add_option("--json", json_file, "write the result there too")->type_name("FILE");
   app.footer(
-      "Ctrl-C ends it early, with the table. Exit status: 0 all limits kept, 1 a limit is broken, 64 usage,\n"
-      "69 hapticd does not start, 73 --json cannot be written.");
+      "Ctrl-C ends it early, with the table.\n"
+      "Exit status: 0 all limits kept, 1 a limit is broken, 64 usage, 69 hapticd does not start, 73 --json "
+      "cannot be written.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

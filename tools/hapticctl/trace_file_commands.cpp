@@ -11,7 +11,7 @@
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/trace/csv_export.h"
-#include "tools/trace/hdf5_export.h"
+#include "tools/trace/hdf5_program.h"
 #include "tools/trace/trace_plot.h"
 #include "tools/trace/trace_summary.h"
 
@@ -161,7 +161,7 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
   ProgressLine progress("exporting");
   const auto show = [&](double share) { progress.show(share); };
   const auto rows =
-      hdf5 ? exportHdf5(file, out, wanted.selection, show, wanted.if_exists)
+      hdf5 ? exportHdf5ByProgram(file, out, wanted.selection, show, wanted.if_exists)
            : exportCsv(file, out, channelOf(wanted.channel), wanted.selection, show, wanted.if_exists);
   progress.end();
   if (!rows) return report(rows.error(), options.json);

@@ -1,36 +1,53 @@
-# The Debian package, made by CPack.
+# The Debian packages, made by CPack of the components of install.cmake: `hapticd` for the box, `hapticd-tools` for what
+# studies it. dependencies.txt says which packages each may depend on; a test compares.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hapticd)
 # The project has no mail address; Debian wants the form of one.
 set(CPACK_PACKAGE_CONTACT "The hapticd developers <hapticd@hapticd.invalid>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "feel a depth camera's scene through a haptic handle")
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-"A depth camera looks at a scene, a person holds a haptic handle, and hapticd
-turns the live depth into forces on the handle, 1000 times a second.
-
-This package holds the daemon with its service, and the programs to steer it
-(hapticctl), to join a device on another computer (haptic-bridge), to compute
-forces for recorded scenes (haptic-replay) and to measure the force laws
-(hapticbench).")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
+# Each package has its own, as the first line of its description.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_COMPONENTS_ALL hapticd tools)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
-set(CPACK_DEBIAN_PACKAGE_SECTION misc)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_NAME hapticd)
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_SECTION misc)
+set(CPACK_COMPONENT_HAPTICD_DESCRIPTION "feel a depth camera's scene through a haptic handle
+A depth camera looks at a scene, a person holds a haptic handle, and hapticd
+turns the live depth into forces on the handle, 1000 times a second.
+
+This package holds the daemon with its service, and the programs to steer it
+(hapticctl) and to join a device on another computer (haptic-bridge).")
 # systemd: for the users too, also where it does not run. udev: what has no devices can do without.
-set(CPACK_DEBIAN_PACKAGE_DEPENDS systemd)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS udev)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "gnuplot-nox, rt-tests, stress-ng")
-set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_DEPENDS systemd)
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_RECOMMENDS udev)
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS "hapticd-tools, gnuplot-nox")
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_EXTRA
     ${CMAKE_SOURCE_DIR}/tools/packaging/conffiles
     ${CMAKE_SOURCE_DIR}/tools/packaging/postinst
     ${CMAKE_SOURCE_DIR}/tools/packaging/prerm
     ${CMAKE_SOURCE_DIR}/tools/packaging/postrm)
-set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+
+set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME hapticd-tools)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION misc)
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "measure hapticd and compute its forces again
+Programs around the haptic controller daemon hapticd that a box does not need:
+forces for recorded scenes and traces (haptic-replay), what the force laws cost
+and how wrong they are (hapticbench), the daemon under clients and changes for
+as long as you like (haptic-soak), and traces as HDF5 (hapticctl trace export).")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS gnuplot-nox)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "rt-tests, stress-ng")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

@@ -45,6 +45,7 @@ add_manual_page(hapticd-varlink.7 INTERFACES
 add_manual_page(hapticctl.1 PROGRAM hapticctl)
 add_manual_page(haptic-bridge.1 PROGRAM haptic-bridge)
 add_manual_page(haptic-replay.1 PROGRAM haptic-replay)
+add_manual_page(haptic-soak.1 PROGRAM haptic-soak)
 add_manual_page(hapticbench.1 PROGRAM hapticbench)
 
 add_completion(bash hapticctl)
@@ -61,4 +62,4 @@ list(APPEND generated_files ${HAPTICD_GENERATED}/changelog.Debian.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticctl haptic-bridge haptic-replay hapticbench)
+add_dependencies(installable hapticd hapticctl haptic-bridge haptic-replay haptic-soak hapticbench haptic-hdf5)

@@ -40,6 +40,8 @@ constexpr std::size_t kEchoSequenceAt = 40;
 constexpr std::size_t kEchoAgeAt = 48;
 constexpr std::size_t kFirstVectorAt = 56;
 constexpr std::size_t kSecondVectorAt = 80;
+constexpr std::size_t kTickAt = 80;
+constexpr std::size_t kTickTimeAt = 88;
 constexpr std::size_t kButtonsOrModeAt = 104;
 constexpr std::size_t kCrcAt = 108;
 static_assert(kCrcAt + sizeof(std::uint32_t) == kPlainBytes);
@@ -182,6 +184,8 @@ PacketBytes encode(const CommandPacket& packet, Bytes key) {
   PacketArray bytes{};
   putHeader(bytes, Kind::command, 0, packet.header);
   put(bytes, kFirstVectorAt, packet.force_n_in_handle);
+  put(bytes, kTickAt, packet.tick);
+  put(bytes, kTickTimeAt, static_cast<std::uint64_t>(packet.tick_ns));
   put(bytes, kButtonsOrModeAt, std::uint32_t{packet.active ? 1U : 0U});
   return sealed(bytes, key);
 }
@@ -214,6 +218,8 @@ std::expected<CommandPacket, Refusal> decodeCommand(Bytes bytes, Bytes key) {
   const auto mode = get<std::uint32_t>(bytes, kButtonsOrModeAt);
   if (mode > 1) return std::unexpected(Refusal::out_of_range);
   packet.active = mode == 1;
+  packet.tick = get<std::uint64_t>(bytes, kTickAt);
+  packet.tick_ns = get<std::int64_t>(bytes, kTickTimeAt);
   if (auto ok = checkLength(packet.force_n_in_handle, kMostForceN); !ok) return std::unexpected(ok.error());
   return packet;
 }

@@ -48,7 +48,9 @@ struct StatePacket {
 struct CommandPacket {
   Header header;
   rt::Vec3 force_n_in_handle;
-  bool active = false;  ///< false: exert nothing, whatever the force says
+  bool active = false;       ///< false: exert nothing, whatever the force says
+  std::uint64_t tick = 0;    ///< number of the force tick that computed the force; 0: none
+  std::int64_t tick_ns = 0;  ///< when that tick began, by the sender's monotonic clock
 };
 
 /// Why bytes are no packet for this receiver.

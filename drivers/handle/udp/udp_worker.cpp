@@ -182,10 +182,9 @@ bool UdpWorker::mayExert(std::int64_t now_ns) const {
 
 void UdpWorker::sendCommand(std::int64_t now_ns) {
   watchForceLoop(now_ns);
-  CommandPacket packet{conversation_.next(now_ns), {}, mayExert(now_ns)};
-  if (packet.active) {
-    packet.force_n_in_handle = frame_.forceInHandle(channels_.command.front().force_n_in_world);
-  }
+  const rt::HandleCommand& command = channels_.command.front();
+  CommandPacket packet{conversation_.next(now_ns), {}, mayExert(now_ns), command.tick, command.tick_ns};
+  if (packet.active) packet.force_n_in_handle = frame_.forceInHandle(command.force_n_in_world);
   command_sent_ns_ = now_ns;
   send(packet, from_);
 }

@@ -80,6 +80,8 @@ TEST(UdpPacket, ACommandIsReadAndWrittenAsTheDocumentSays) {
   command.header = {3, 4, 5, {6, 7, 8}};
   command.force_n_in_handle = {1, -2, 3.5};
   command.active = true;
+  command.tick = 123456;
+  command.tick_ns = 5'000'000'001;
   for (const std::string key : {"", kKey}) {
     const PacketBytes packet = encode(command, keyOf(key));
     const Bytes bytes = vectorOf(packet);
@@ -92,10 +94,14 @@ TEST(UdpPacket, ACommandIsReadAndWrittenAsTheDocumentSays) {
     EXPECT_EQ(raw.echo_sequence, 7U);
     EXPECT_EQ(raw.force_n, command.force_n_in_handle);
     EXPECT_EQ(raw.mode, 1U);
+    EXPECT_EQ(test::getAt<std::uint64_t>(bytes, 80), 123456U);
+    EXPECT_EQ(test::getAt<std::int64_t>(bytes, 88), 5'000'000'001);
     const auto read = decodeCommand(packet.bytes(), keyOf(key));
     ASSERT_TRUE(read) << textOf(read.error());
     EXPECT_EQ(read->force_n_in_handle, command.force_n_in_handle);
     EXPECT_TRUE(read->active);
+    EXPECT_EQ(read->tick, 123456U);
+    EXPECT_EQ(read->tick_ns, 5'000'000'001);
     EXPECT_EQ(refusalOf(bytes, key), Refusal::other_kind);
   }
 }

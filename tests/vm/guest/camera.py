@@ -6,10 +6,10 @@ import time
 
 import devices
 import installation
-from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, SAFETY, check, configure, counted, engage, expect, force_n,
-                 is_active, main_pid, monitor, must, reaches, read, status, wait_for, write)
+from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, LAB, SAFETY, check, configure, counted, engage, expect, force_n,
+                 is_active, main_pid, monitor, must, reaches, read, run, status, wait_for, write)
 
-# On the surface of a thing on the desk, 0.52 m from the camera; the hand goes in and out of it.
+# On the surface of the thing at rest, 0.52 m from the camera; the hand goes in and out of it.
 HAND = f"""safety: {{depth_timeout_s: {DEPTH_TIMEOUT_S}, {SAFETY}}}
 simulated_handle:
   {{start_x_m: -0.1214, start_y_m: -0.0502, start_z_m: -0.50, travel_m: 0.03, stroke_m: 0.01, press_s: 0.5, press_force_n: 6}}
@@ -31,7 +31,16 @@ def prepare():
 def finish():
     if kinect:
         kinect.end()
+    run("dpkg", "--purge", "hapticd-tools", timeout=300)  # what follows is a box without them again
     configure(installation.SIMPLE)
+
+
+@check("the package of the tools installs beside the box's, and hapticd runs on")
+def tools():
+    pid = main_pid()
+    must("dpkg", "-i", LAB + "/hapticd-tools.deb", timeout=300)
+    expect(main_pid() == pid, "the daemon was restarted")
+    expect("haptic-replay" in must("haptic-replay", "--version"), "haptic-replay does not run")
 
 
 @check("a camera that is plugged in long after the start is found; the device node is the daemon's alone")

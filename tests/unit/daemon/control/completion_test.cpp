@@ -78,13 +78,29 @@ struct Shell {
   const char* name;
   Words command;
   std::string (*script)(const Words& words);
+  /// It also offers candidates that merely contain the letters, behind those that begin with them (fish 4).
+  bool is_loose = false;
 
   friend std::ostream& operator<<(std::ostream& stream, const Shell& shell) { return stream << shell.name; }
 };
 
 const Shell kBash{"bash", {"/bin/bash", "--norc", "-c"}, bashScript};
 const Shell kZsh{"zsh", {"/bin/zsh", "-f", "-c"}, zshScript};
-const Shell kFish{"fish", {"/usr/bin/fish", "--no-config", "-c"}, fishScript};
+const Shell kFish{"fish", {"/usr/bin/fish", "--no-config", "-c"}, fishScript, true};
+
+/// What is to be completed of the last word.
+std::string typedOf(const Words& words) {
+  return words.back().substr(words.back().rfind('=') + 1);
+}
+
+/// The same words with nothing typed of the last one but what says of what kind it is.
+Words withNothingTyped(Words words) {
+  const std::string typed = typedOf(words);
+  const std::size_t kept =
+      words.back().size() - typed.size() + std::min(typed.find_first_not_of('-'), typed.size());
+  words.back().resize(kept);
+  return words;
+}
 
 class Completion : public ControlFixture, public testing::WithParamInterface<Shell> {
  protected:
@@ -92,8 +108,25 @@ class Completion : public ControlFixture, public testing::WithParamInterface<She
     std::filesystem::create_directories(folder.path("bin"));
     std::filesystem::create_symlink(HAPTICCTL, folder.path("bin/hapticctl"));
   }
-  /// What the shell offers for the last word, sorted.
+  /// What the shell offers that begins with what is typed of the last word, sorted. What else it offers is a
+  /// candidate in that place too.
   Words completions(const Words& words) const {
+    Words offered = allCompletions(words);
+    if (!GetParam().is_loose) return offered;
+    const auto loose = std::ranges::stable_partition(
+        offered, [&](const std::string& word) { return word.starts_with(typedOf(words)); });
+    if (!loose.empty()) {
+      const Words candidates = allCompletions(withNothingTyped(words));
+      for (const std::string& word : loose) {
+        EXPECT_TRUE(std::ranges::binary_search(candidates, word)) << word;
+      }
+    }
+    offered.erase(loose.begin(), loose.end());
+    return offered;
+  }
+
+  /// All that the shell offers for the last word, sorted.
+  Words allCompletions(const Words& words) const {
     Words command = GetParam().command;
     command.push_back("export PATH=" + folder.path("bin") + ":/usr/bin:/bin\n" + GetParam().script(words));
     const ProcessResult result = runProcess(command, {.environment = {"HOME=" + folder.path("")}});

@@ -42,7 +42,7 @@ class FakeBox final : public Box {
   void holdJobs();
   void finishJobs();
   /// Waits in the same way, or for another time, until so many of them were begun since the start.
-  bool waitForJobs(int jobs, std::chrono::seconds patience = std::chrono::seconds(20));
+  bool waitForJobs(int jobs, std::chrono::seconds patience = std::chrono::seconds(60));
 
   void setStatus(const BoxStatus& status);
   /// Before the service is made.

@@ -49,7 +49,7 @@ std::string RawClient::reply() {
       return text;
     }
     pollfd descriptor{socket_, POLLIN, 0};
-    if (::poll(&descriptor, 1, 20'000) <= 0) return kNoAnswer;
+    if (::poll(&descriptor, 1, 60'000) <= 0) return kNoAnswer;
     char chunk[65536];
     const ssize_t count = ::recv(socket_, chunk, sizeof chunk, 0);
     if (count <= 0) return kClosed;

@@ -25,7 +25,7 @@ class RawClient {
   /// As many bytes as go without waiting.
   std::size_t sendWithoutWaiting(std::string_view bytes);
 
-  /// The next message without its NUL, kClosed when there is none any more, kNoAnswer after 20 s (so long
+  /// The next message without its NUL, kClosed when there is none any more, kNoAnswer after 60 s (so long
   /// that a loaded machine does not fail).
   std::string reply();
   /// The same as JSON; discarded if it is none.

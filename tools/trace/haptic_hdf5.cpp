@@ -1,0 +1,58 @@
+// haptic-hdf5: `hapticctl trace export` in HDF5. hapticctl runs it and reads its answer, lines of JSON on
+// stdout.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "tools/trace/hdf5_export.h"
+
+namespace hapticd::tools {
+namespace {
+
+void answer(const nlohmann::json& line) {
+  fmt::print("{}\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  std::fflush(stdout);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"haptic-hdf5: writes a trace of hapticd as HDF5, for hapticctl trace export"};
+  app.set_version_flag("--version", std::string("haptic-hdf5 ") + HAPTICD_VERSION);
+  std::string trace;
+  std::string out;
+  bool replace = false;
+  TraceSelection selection;
+  app.add_option("--trace", trace, "the trace")->required()->type_name("FILE");
+  app.add_option("--out", out, "the HDF5 file to write")->required()->type_name("FILE");
+  app.add_option("--from", selection.from_s, "begin so many seconds after the first tick");
+  app.add_option("--to", selection.to_s, "end so many seconds after the first tick");
+  app.add_option("--rows", selection.most_ticks, "at most that many ticks; 0: all");
+  app.add_flag("--force", replace, "replace the file if it exists");
+  CLI11_PARSE(app, argc, argv);
+
+  int shown_percent = -1;
+  const auto show = [&](double share) {
+    const int percent = static_cast<int>(std::lround(100 * share));
+    if (percent != std::exchange(shown_percent, percent)) answer({{"share", share}});
+  };
+  const auto rows = exportHdf5(trace, out, selection, show, replace ? IfExists::replace : IfExists::refuse);
+  if (rows) {
+    answer({{"rows", *rows}});
+    return 0;
+  }
+  const config::Error& error = rows.error();
+  answer({{"error", {{"where", error.where}, {"what", error.what}, {"remedy", error.remedy}}}});
+  return 1;
+}
+
+}  // namespace
+}  // namespace hapticd::tools
+
+int main(int argc, char** argv) {
+  return hapticd::tools::run(argc, argv);
+}
