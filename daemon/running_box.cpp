@@ -14,6 +14,8 @@
 #include "config/parameter_table.h"
 #include "daemon/control/names.h"
 #include "daemon/isolated_cpu.h"
+#include "daemon/stop_guard.h"
+#include "daemon/stop_limits.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
@@ -148,14 +150,15 @@ config::Result<void> RunningBox::waitForFirstTick() {
 void RunningBox::stop() {
   if (force_thread_.joinable()) {
     loop_->requestStop();
-    force_thread_.join();
+    stopWithin("the force thread", StopLimits::kForceThread, [this] { force_thread_.join(); });
     idle_latency_.reset();
   }
-  trace_.stop();
-  handle_->stop();
-  leds_->stop();
-  camera_->stop();
-  scene_thread_.stop();
+  // The handle before all that may hang: it lets its motors go.
+  stopWithin("the handle", StopLimits::kHandle, [this] { handle_->stop(); });
+  stopWithin("the trace", StopLimits::kTraces, [this] { trace_.stop(); });
+  stopWithin("the LEDs", StopLimits::kLeds, [this] { leds_->stop(); });
+  stopWithin("the camera", StopLimits::kCamera, [this] { camera_->stop(); });
+  stopWithin("the scene thread", StopLimits::kSceneThread, [this] { scene_thread_.stop(); });
 }
 
 std::uint64_t RunningBox::sendDirective() {
