@@ -84,6 +84,17 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
 }
 
+void checkHandlePriority(const Settings& settings, std::vector<Conflict>& conflicts) {
+  if (settings.handle.thread_priority < settings.loop.priority) return;
+  add(conflicts, {"handle.thread_priority", "loop.priority"},
+      fmt::format("{} is not below the loop.priority {}, and the handle's thread must never keep the force "
+                  "loop waiting",
+                  settings.handle.thread_priority, settings.loop.priority),
+      settings.loop.priority > 1
+          ? fmt::format("set handle.thread_priority to at most {}, or to -1", settings.loop.priority - 1)
+          : "set handle.thread_priority to 0 or -1");
+}
+
 void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
   if (settings.handle.driver != HandleDriver::falcon || !settings.handle.falcon.firmware.empty()) return;
   add(conflicts, {"falcon_handle.firmware", "handle.driver"},
@@ -214,6 +225,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   findFrameGridConflict(settings, conflicts);
   checkDirection(settings, conflicts);
   checkHidHandle(settings, conflicts);
+  checkHandlePriority(settings, conflicts);
   checkFalcon(settings, conflicts);
   checkUdpHandle(settings, conflicts);
   checkLeds(settings, conflicts);

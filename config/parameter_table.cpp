@@ -281,6 +281,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(handle.resolution_m)>(
         "handle.resolution_m", kRestart, "m", {1e-6, 0.005}, "",
         "smallest motion of the hand that the device tells from noise; the velocity is estimated with it"),
+    row<HAPTICD_MEMBER(handle.thread_priority)>(
+        "handle.thread_priority", kRestart, "", {-1, 97}, "",
+        "SCHED_FIFO priority of the handle's thread, below loop.priority; 0: none; -1: what the driver needs"),
     row<HAPTICD_MEMBER(handle.udp.address)>(
         "udp_handle.address", kRestart, "", {}, "",
         "IPv4 address of this computer at which the peer reaches it"),

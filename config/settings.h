@@ -106,6 +106,7 @@ struct HandleSettings {
   rt::PoseParameters pose;     ///< T_world_handle
   int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: there is none
   double resolution_m = 5e-5;  ///< smallest motion of the hand that the device tells from noise
+  int thread_priority = -1;    ///< SCHED_FIFO; 0: none; -1: what the driver needs
   SimulatedHandleSettings simulated;
   UdpHandleSettings udp;
   HidHandleSettings hid;

@@ -35,18 +35,8 @@ struct SceneStatus {
   double frame_rate_hz = 0;
 };
 
-/// Percentiles of one of the loop's histograms, nanoseconds.
-struct LatencySummary {
-  std::uint64_t p50_ns = 0;
-  std::uint64_t p99_ns = 0;
-  std::uint64_t p999_ns = 0;
-  std::uint64_t max_ns = 0;
-};
-
-inline LatencySummary summaryOf(const rt::LatencyHistogram& histogram) {
-  return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
-          histogram.maxNs()};
-}
+using rt::LatencySummary;
+using rt::summaryOf;
 
 /// Force and contact over the ticks since the last summary.
 struct WindowSummary {

@@ -18,4 +18,19 @@ int lastIsolatedCpu(const std::filesystem::path& file) {
   return error == std::errc() && end == list.data() + list.size() ? cpu : -1;
 }
 
+bool isIsolated(int cpu, const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string stretch;
+  while (std::getline(stream, stretch, ',')) {
+    int first = -1;
+    const char* const end = stretch.data() + stretch.size();
+    const auto [dash, error] = std::from_chars(stretch.data(), end, first);
+    int last = first;
+    if (error != std::errc()) continue;
+    if (dash != end && *dash == '-') std::from_chars(dash + 1, end, last);
+    if (first <= cpu && cpu <= last) return true;
+  }
+  return false;
+}
+
 }  // namespace hapticd::daemon

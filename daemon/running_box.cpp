@@ -14,6 +14,8 @@
 #include "config/parameter_table.h"
 #include "daemon/control/names.h"
 #include "daemon/isolated_cpu.h"
+#include "daemon/stop_guard.h"
+#include "daemon/stop_limits.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
@@ -29,6 +31,16 @@ namespace {
 constexpr std::chrono::seconds kFirstTickTimeout{5};
 constexpr std::int64_t kSamplePeriod_ns = 1'000'000'000 / 15;
 constexpr std::int64_t kLedPatternPeriod_ns = 1'000'000'000 / 20;
+
+/// The CPU that the force thread is to have; -1: the last one that the process may use.
+int forceCpu(const config::Settings& settings) {
+  return settings.loop.cpu >= 0 ? settings.loop.cpu : lastIsolatedCpu();
+}
+
+drivers::HandleThreadPolicy handleThreadPolicy(const config::Settings& settings) {
+  const int cpu = forceCpu(settings);
+  return drivers::handleThreadPolicy(settings.handle, settings.loop, isIsolated(cpu) ? cpu : -1);
+}
 
 std::unexpected<RunningBox::StartFailure> failure(const config::Result<void>& started, bool permanent) {
   return std::unexpected(RunningBox::StartFailure{started.error(), permanent});
@@ -62,7 +74,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
                     focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
-      handle_(drivers::makeHandle(settings.handle, settings.live.handle)),
+      handle_(drivers::makeHandle(settings.handle, settings.live.handle, handleThreadPolicy(settings))),
       leds_(drivers::makeLedPanel(settings.leds)),
       trace_(settings,
              {control_->trace, scene_thread_, core_memory_, [this] { return describeTrace(); },
@@ -96,7 +108,7 @@ std::expected<void, RunningBox::StartFailure> RunningBox::start() {
 
 config::Result<void> RunningBox::startForceThread() {
   rt::LoopParameters loop_parameters = settings_.loop;
-  if (loop_parameters.cpu < 0) loop_parameters.cpu = lastIsolatedCpu();
+  loop_parameters.cpu = forceCpu(settings_);
   loop_ = std::make_unique<rt::ForceLoop>(
       loop_parameters, scene_thread_.pointCapacity(),
       rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_,
@@ -138,14 +150,15 @@ config::Result<void> RunningBox::waitForFirstTick() {
 void RunningBox::stop() {
   if (force_thread_.joinable()) {
     loop_->requestStop();
-    force_thread_.join();
+    stopWithin("the force thread", StopLimits::kForceThread, [this] { force_thread_.join(); });
     idle_latency_.reset();
   }
-  trace_.stop();
-  handle_->stop();
-  leds_->stop();
-  camera_->stop();
-  scene_thread_.stop();
+  // The handle before all that may hang: it lets its motors go.
+  stopWithin("the handle", StopLimits::kHandle, [this] { handle_->stop(); });
+  stopWithin("the trace", StopLimits::kTraces, [this] { trace_.stop(); });
+  stopWithin("the LEDs", StopLimits::kLeds, [this] { leds_->stop(); });
+  stopWithin("the camera", StopLimits::kCamera, [this] { camera_->stop(); });
+  stopWithin("the scene thread", StopLimits::kSceneThread, [this] { scene_thread_.stop(); });
 }
 
 std::uint64_t RunningBox::sendDirective() {
@@ -355,6 +368,14 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
     list.push_back(
         "force thread without real-time scheduling: wake-ups may be late "
         "(LimitRTPRIO= in the unit, or an rtprio line in limits.conf)");
+  }
+  const auto& [wanted_priority, priority] = status.handle.scheduling;
+  if (wanted_priority > 0 && priority == 0) {
+    list.push_back(
+        fmt::format("handle thread without real-time scheduling: forces may reach the handle late "
+                    "(LimitRTPRIO={} or more in "
+                    "the unit, or an rtprio line in limits.conf)",
+                    wanted_priority));
   }
   if (settings_.loop.lock_memory && !privileges_.memory_locked) {
     list.push_back(

@@ -47,7 +47,8 @@ class RunningBox final : public Box {
   /// Starts everything and waits for the first tick.
   /// Errors: a driver that cannot work with its settings, a thread that cannot be started.
   std::expected<void, StartFailure> start();
-  /// Brings the force to zero, then ends the threads. Harmless when not started.
+  /// Brings the force to zero, then ends the threads. Harmless when not started. A part that hangs ends the
+  /// process (stop_guard.h).
   void stop();
 
   /// Takes the ticks that have happened since the last call; `on_tick` may be empty.

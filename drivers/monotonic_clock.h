@@ -15,6 +15,13 @@ inline std::int64_t monotonicNs() noexcept {
   return std::int64_t{now.tv_sec} * kNsPerSecond + now.tv_nsec;
 }
 
+/// Time that the calling thread has worked on a CPU, in nanoseconds.  Thread: any.
+inline std::int64_t threadCpuNs() noexcept {
+  timespec worked{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &worked);
+  return std::int64_t{worked.tv_sec} * kNsPerSecond + worked.tv_nsec;
+}
+
 /// CLOCK_REALTIME in nanoseconds.  Thread: any.  RT: safe.
 inline std::int64_t realtimeNs() noexcept {
   timespec now{};

@@ -36,9 +36,16 @@ void ForceLoop::run() HAPTICD_RT {
   do {
     sleepUntil(clock_.planned_ns());
     const std::int64_t woke_ns = monotonicNow_ns();
-    stopping_ = stop_.load(std::memory_order_relaxed);
+    lookForStop();
     tick(clock_.planned_ns(), woke_ns);
-  } while (!(stopping_ && isQuiet()));
+  } while (!hasStopped());
+}
+
+void ForceLoop::lookForStop() HAPTICD_RT {
+  if (stopping_ || !stop_.load(std::memory_order_relaxed)) return;
+  stopping_ = true;
+  stop_bound_.begin(state_.tick.command_force_n_in_world,
+                    channels_.control.directive.front().parameters.safety, period_s_, clock_.planned_ns());
 }
 
 void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
@@ -50,13 +57,16 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   if (stopping_) directive.engage = false;
 
   answerSnapshotRequest();
-  Tick tick = core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive, overran_});
+  const bool release = stopping_ && stop_bound_.releases(planned_ns);
+  Tick tick =
+      core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive, overran_, release});
   tick.number = state_.counters.ticks + 1;
   tick.stopping = stopping_;
   tick.planned_ns = planned_ns;
   tick.trace_dropped = channels_.control.trace.dropped();
   tick.wakeup_latency_ns = woke_ns - planned_ns;
-  channels_.handle_command.write({tick.command_force_n_in_world, tick.number, woke_ns});
+  channels_.handle_command.write(
+      {tick.command_force_n_in_world, tick.number, handle.session, monotonicNow_ns(), woke_ns});
   channels_.focus.write(core_.focus_m_in_world(handle.position_m_in_world));
 
   if (channels_.stall_ns != nullptr) stall(woke_ns);
@@ -126,8 +136,8 @@ void ForceLoop::publish(const Tick& tick) HAPTICD_RT {
   channels_.control.compute_time.add(tick.compute_ns);
 }
 
-bool ForceLoop::isQuiet() const HAPTICD_RT {
-  return state_.tick.command_force_n_in_world == Vec3{};
+bool ForceLoop::hasStopped() const HAPTICD_RT {
+  return stopping_ && (state_.tick.command_force_n_in_world == Vec3{} || stop_bound_.isOver());
 }
 
 }  // namespace hapticd::rt

@@ -8,6 +8,7 @@
 #include "rt/loop_state.h"
 #include "rt/periodic_clock.h"
 #include "rt/realtime_thread.h"
+#include "rt/stop_bound.h"
 #include "rt/triple_buffer.h"
 
 namespace hapticd::rt {
@@ -53,7 +54,8 @@ class ForceLoop {
   /// Thread: the force thread, once, before run().  RT: not safe.
   LoopPrivileges prepare();
 
-  /// Ticks until requestStop(), then for as long as it takes the commanded force to reach zero.
+  /// Ticks until requestStop(), then for as long as it takes the commanded force to reach zero, but no longer
+  /// than a StopBound allows.
   /// Thread: the force thread.
   void run() HAPTICD_RT;
 
@@ -67,7 +69,8 @@ class ForceLoop {
   void stall(std::int64_t since_ns) const HAPTICD_RT;
   void noteTransition(const Tick& tick, std::int64_t now_ns) HAPTICD_RT;
   void count(const Tick& tick) HAPTICD_RT;
-  bool isQuiet() const HAPTICD_RT;
+  void lookForStop() HAPTICD_RT;
+  bool hasStopped() const HAPTICD_RT;
 
   LoopParameters parameters_;
   ForceLoopChannels channels_;
@@ -77,6 +80,7 @@ class ForceLoop {
   double period_s_;
   std::atomic<bool> stop_{false};  // relaxed: a flag, it orders nothing
   bool stopping_ = false;
+  StopBound stop_bound_;
   bool overran_ = false;                ///< the tick before ended late
   std::uint64_t snapshot_request_ = 0;  ///< the last one that was answered
   LoopState state_;

@@ -24,13 +24,17 @@ struct HandleState {
   HandleCondition condition = HandleCondition::ready;
   std::uint32_t buttons = 0;  ///< bit n: button n is held
   double delay_s = 0;  ///< from a motion of the hand to the force that answers it, without the loop's own
+  std::int64_t command_latency_ns =
+      0;  ///< of the newest command that the device got: from its writing to its sending; 0: none yet
 };
 
 /// What the handle is to exert on the hand.
 struct HandleCommand {
-  Vec3 force_n_in_world;     ///< newtons at the hand; always finite and within the safety chain's limits
-  std::uint64_t tick = 0;    ///< number of the force tick that computed it
-  std::int64_t tick_ns = 0;  ///< CLOCK_MONOTONIC when that tick began
+  Vec3 force_n_in_world;      ///< newtons at the hand; always finite and within the safety chain's limits
+  std::uint64_t tick = 0;     ///< number of the force tick that computed it; 0: none
+  std::uint64_t session = 0;  ///< of the measurement that it answers
+  std::int64_t time_ns = 0;   ///< CLOCK_MONOTONIC of its writing
+  std::int64_t tick_ns = 0;   ///< CLOCK_MONOTONIC when the tick began
 };
 
 /// From the handle's thread to the force thread, and back.

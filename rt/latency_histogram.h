@@ -64,4 +64,17 @@ class LatencyHistogram {
   Counter max_ns_{0};
 };
 
+/// Percentiles of a histogram, nanoseconds.
+struct LatencySummary {
+  std::uint64_t p50_ns = 0;
+  std::uint64_t p99_ns = 0;
+  std::uint64_t p999_ns = 0;
+  std::uint64_t max_ns = 0;
+};
+
+inline LatencySummary summaryOf(const LatencyHistogram& histogram) noexcept {
+  return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),
+          histogram.maxNs()};
+}
+
 }  // namespace hapticd::rt

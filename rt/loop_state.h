@@ -66,7 +66,8 @@ struct Tick {
   bool slew_limited = false;
   bool magnitude_clamped = false;
   bool not_finite = false;                   ///< the law computed a number that is not finite
-  bool released = false;                     ///< the force goes to zero at once, for a fault of the handle
+  bool released = false;                     ///< the force goes to zero at once: a fault of the handle, or a
+                                             ///< stop that took too long
   bool passivity_acted = false;              ///< damping was brought in
   bool thermally_limited = false;            ///< the device is warm: less than the largest force is allowed
   bool outside_model = false;                ///< the HIP's neighbourhood was not modelled completely

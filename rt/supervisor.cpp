@@ -82,7 +82,7 @@ Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
     session_ = input.handle.session;
   }
   const Cause trouble = handleTrouble(input);
-  if (trouble != Cause::none) return {trouble, false, true};
+  if (trouble != Cause::none || input.release) return {trouble, false, true};
   const SafetyParameters& limits = input.directive.parameters.safety;
   if (const Cause condition = conditionOf(input.handle); condition != Cause::none) return {condition, false};
   if (input.scene.frame == 0) return {Cause::no_scene, false};

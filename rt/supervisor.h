@@ -31,6 +31,7 @@ class Supervisor {
     const HandleState& handle;
     const Directive& directive;
     bool overran = false;  ///< the tick before ended late
+    bool release = false;  ///< the loop ends now: what is left of the force goes to zero at once
   };
 
   /// What keeps the force away, as far as the law need not be asked.
@@ -69,7 +70,7 @@ class Supervisor {
   Mode mode_ = Mode::starting;
   Cause cause_ = Cause::none;
   double gain_ = 0;
-  std::int64_t last_ns_ = 0;  ///< when the gain was moved last
+  std::int64_t last_ns_ = 0;   ///< when the gain was moved last
   std::uint64_t request_ = 0;  ///< the newest one that was decided on
   bool accepted_ = false;      ///< it has been engaged
   bool refused_ = false;       ///< it was refused, and stays so

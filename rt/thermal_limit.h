@@ -24,6 +24,7 @@ class ThermalLimit {
   /// `force_n`: magnitude that was exerted over the period.
   void heat(double force_n, double time_constant_s, double period_s) HAPTICD_RT {
     heat_n2_ += -std::expm1(-period_s / time_constant_s) * (force_n * force_n - heat_n2_);
+    if (heat_n2_ < kCold_n2) heat_n2_ = 0;
   }
 
   /// Mean of the squared force, N^2.
@@ -31,6 +32,9 @@ class ThermalLimit {
 
  private:
   static constexpr double kWarm = 0.9;
+  /// Below it the mean would shrink into numbers that a processor computes slowly with, and stay there. Far
+  /// less than the last bit of any heat that limits a force.
+  static constexpr double kCold_n2 = 1e-30;
   double heat_n2_ = 0;
 };
 

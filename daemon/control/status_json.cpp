@@ -106,7 +106,8 @@ OrderedJson linkJson(const drivers::LinkStatus& link) {
 }
 
 OrderedJson handleJson(const drivers::HandleStatus& handle) {
-  const auto& [state, detail, identity, measurements, rejected, exerts_force, advice, link] = handle;
+  const auto& [state, detail, identity, measurements, rejected, exerts_force, advice, link, scheduling,
+               last_hop] = handle;
   return {{"state", nameOf(state)},
           {"present", state == drivers::HandlePresence::present},
           {"detail", detail},
@@ -115,7 +116,10 @@ OrderedJson handleJson(const drivers::HandleStatus& handle) {
           {"rejected", rejected},
           {"exertsForce", exerts_force},
           {"advice", advice},
-          {"link", link ? linkJson(*link) : OrderedJson()}};
+          {"link", link ? linkJson(*link) : OrderedJson()},
+          {"threadPriority", scheduling.priority},
+          {"wantedThreadPriority", scheduling.wanted_priority},
+          {"lastHop", last_hop ? latencyJson(*last_hop) : OrderedJson()}};
 }
 
 OrderedJson ledsJson(const IndicatorStatus& leds) {
@@ -206,6 +210,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"hipVelocityMPerSInWorld", vectorJson(tick.handle.velocity_m_per_s_in_world)},
           {"buttons", tick.handle.buttons},
           {"handleDelayS", tick.handle.delay_s},
+          {"handleCommandLatencyNs", tick.handle.command_latency_ns},
           {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
           {"proxyMInWorld", vectorJson(tick.proxy_m_in_world)},
           {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},

@@ -31,7 +31,7 @@ void FaultyHandle::stop() {
 
 void FaultyHandle::relay(drivers::HandleChannels& outer) {
   const auto relayOnce = [&] {
-    if (outer.command.refresh()) inner_.command.write(outer.command.front());
+    if (outer.command.refresh()) inner_.command.write(asAnsweredTo(outer.command.front()));
     if (inner_.state.refresh()) pass(inner_.state.front(), outer);
   };
   auto due = std::chrono::steady_clock::now();
@@ -40,6 +40,12 @@ void FaultyHandle::relay(drivers::HandleChannels& outer) {
     due += kRelayPeriod;
   } while (!stop_.waitUntil(due));
   relayOnce();
+}
+
+/// The device does not know that it was unplugged: its session is the one before.
+rt::HandleCommand FaultyHandle::asAnsweredTo(rt::HandleCommand command) const {
+  command.session -= replugs_;
+  return command;
 }
 
 void FaultyHandle::pass(const rt::HandleState& measured, drivers::HandleChannels& outer) {

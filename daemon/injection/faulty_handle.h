@@ -25,6 +25,7 @@ class FaultyHandle final : public drivers::Handle {
 
  private:
   void relay(drivers::HandleChannels& outer);
+  rt::HandleCommand asAnsweredTo(rt::HandleCommand command) const;
   void pass(const rt::HandleState& measured, drivers::HandleChannels& outer);
 
   std::unique_ptr<drivers::Handle> handle_;

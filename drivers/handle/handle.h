@@ -6,6 +6,7 @@
 
 #include "config/error.h"
 #include "rt/handle_channel.h"
+#include "rt/latency_histogram.h"
 
 namespace hapticd::drivers {
 
@@ -36,6 +37,12 @@ struct LinkStatus {
   std::uint64_t round_trip_max_ns = 0;
 };
 
+/// How a handle's thread is scheduled.
+struct HandleScheduling {
+  int wanted_priority = 0;  ///< SCHED_FIFO; 0: as all other threads
+  int priority = 0;         ///< what this process may have of it
+};
+
 struct HandleStatus {
   HandlePresence state = HandlePresence::absent;
   std::string detail;              ///< for people: why it is absent or lost, and what to do
@@ -45,6 +52,9 @@ struct HandleStatus {
   bool exerts_force = true;        ///< false: an input device, forces are discarded
   std::string advice = {};         ///< for people: what is doubtful about a handle that works; may be empty
   std::optional<LinkStatus> link = {};
+  HandleScheduling scheduling = {};
+  /// From the writing of a command by the force thread to its sending to the device; nothing: none was sent.
+  std::optional<rt::LatencySummary> last_hop = {};
 };
 
 /// A haptic handle with a thread of its own: it publishes measurements and exerts the newest command.

@@ -41,6 +41,7 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   state.session = session_;
   state.buttons = measurement.buttons;
   state.delay_s = measurement.delay_s;
+  state.command_latency_ns = measurement.command_latency_ns;
   if (!measurement.calibrated) {
     state.condition = rt::HandleCondition::not_calibrated;
     return state;

@@ -19,6 +19,7 @@ struct HandleMeasurement {
   bool calibrated = true;
   std::optional<rt::Vec3> velocity_m_per_s_in_handle = {};  ///< nothing: it is estimated from the positions
   double delay_s = 0;                                       ///< as of rt::HandleState
+  std::int64_t command_latency_ns = 0;                      ///< as of rt::HandleState
 };
 
 /// Between the device's frame and the world: pose (T_world_handle), motion scale, clutch and velocity. The

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/handle/handle.h"
+#include "drivers/priority_inheriting_mutex.h"
 
 namespace hapticd::drivers {
 
@@ -41,7 +42,7 @@ class HandleStatusBoard {
   }
 
  private:
-  mutable std::mutex mutex_;
+  mutable PriorityInheritingMutex mutex_;
   HandleStatus status_;
 };
 

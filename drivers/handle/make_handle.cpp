@@ -9,16 +9,16 @@
 namespace hapticd::drivers {
 
 std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
-                                   const rt::HandleScaleParameters& scale) {
+                                   const rt::HandleScaleParameters& scale, const HandleThreadPolicy& policy) {
   switch (settings.driver) {
     case config::HandleDriver::simulated:
-      return std::make_unique<SimulatedHandle>(settings.simulated);
+      return std::make_unique<SimulatedHandle>(settings.simulated, policy);
     case config::HandleDriver::udp:
-      return std::make_unique<UdpHandle>(settings, scale);
+      return std::make_unique<UdpHandle>(settings, scale, policy);
     case config::HandleDriver::hid:
-      return std::make_unique<HidHandle>(settings, scale, openThroughHidapi);
+      return std::make_unique<HidHandle>(settings, scale, openThroughHidapi, policy);
     case config::HandleDriver::falcon:
-      return std::make_unique<FalconHandle>(settings, scale);
+      return std::make_unique<FalconHandle>(settings, scale, policy);
   }
   return nullptr;  // no other value passes the configuration
 }

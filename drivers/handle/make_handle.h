@@ -4,11 +4,13 @@
 
 #include "config/settings.h"
 #include "drivers/handle/handle.h"
+#include "drivers/handle/handle_thread.h"
 
 namespace hapticd::drivers {
 
 /// The handle driver that the settings name; not started.
 std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
-                                   const rt::HandleScaleParameters& scale);
+                                   const rt::HandleScaleParameters& scale,
+                                   const HandleThreadPolicy& policy = {});
 
 }  // namespace hapticd::drivers

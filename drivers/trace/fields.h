@@ -15,7 +15,8 @@ concept MaybeConst = std::same_as<std::remove_const_t<Type>, Record>;
 
 template <MaybeConst<rt::HandleState> Handle>
 void visitHandleFields(Handle& handle, auto& visit) {
-  auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s] = handle;
+  auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s, command_latency_ns] =
+      handle;
   visit("handle_position_m_in_world", position);
   visit("handle_velocity_m_per_s_in_world", velocity);
   visit("handle_sequence", sequence);
@@ -24,6 +25,7 @@ void visitHandleFields(Handle& handle, auto& visit) {
   visit("handle_condition", condition);
   visit("handle_buttons", buttons);
   visit("handle_delay_s", delay_s);
+  visit("handle_command_latency_ns", command_latency_ns);
 }
 
 template <MaybeConst<rt::Tick> Tick>

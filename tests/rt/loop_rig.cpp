@@ -30,7 +30,7 @@ void LoopRig::send() {
 }
 
 void LoopRig::moveHandle(const rt::Vec3& position_m_in_world) {
-  rt::HandleState state;
+  rt::HandleState state = handle;
   state.position_m_in_world = position_m_in_world;
   state.sequence = ++measurements_;
   state.time_ns = rt::monotonicNow_ns();

@@ -29,6 +29,7 @@ class LoopRig {
   rt::Directive directive;  ///< what send() sends, with the next generation
   void send();
   void moveHandle(const rt::Vec3& position_m_in_world);
+  rt::HandleState handle;  ///< what moveHandle() publishes, but for position, sequence number and time
   void publishScene(std::uint64_t model);
 
   /// Takes from the ring what is there; true once `count` ticks have been taken since the start.

@@ -49,6 +49,30 @@ TEST(LowPass, PassesEverythingOnWhenItIsOffAndStartsFromThereWhenItIsSwitchedOn)
   EXPECT_EQ(filter.apply({1, 2, 3}, 10, kPeriod_s), (Vec3{1, 2, 3}));
 }
 
+TEST(LowPass, ArrivesAtItsInput) {
+  for (const Vec3& input : {Vec3{}, Vec3{0, 2, 0}}) {
+    rt::LowPass filter;
+    filter.apply({1, 2, 3}, 0, kPeriod_s);
+    Vec3 before{1, 2, 3};
+    Vec3 output = filter.apply(input, 80, kPeriod_s);
+    for (int tick = 0; tick < 1000 && !(output == input); ++tick) {
+      before = output;
+      output = filter.apply(input, 80, kPeriod_s);
+    }
+    EXPECT_EQ(output, input);
+    // One step takes 40 % of the way, so what is left before the last one is at most 1 nN / 0.6.
+    EXPECT_LT(norm(before - input), 2e-9) << "nothing that could be felt is left out";
+    EXPECT_GE(norm(before - input), 1e-9);
+  }
+}
+
+TEST(ThermalLimit, IsColdAfterALongRest) {
+  rt::ThermalLimit thermal;
+  thermal.heat(4, 0.01, kPeriod_s);
+  for (int tick = 0; tick < 2000; ++tick) thermal.heat(0, 0.01, kPeriod_s);
+  EXPECT_EQ(thermal.heat_n2(), 0);
+}
+
 // ---- slew limit and magnitude clamp
 
 TEST(ForceLimit, ReachesAnAimWithinAStepAndGoesAStepTowardsAFartherOne) {

@@ -79,6 +79,7 @@ rt::HandleState anyHandle(Random& random) {
   handle.condition = anyOf<rt::HandleCondition>(random, 3);
   handle.buttons = Any{random};
   handle.delay_s = anyDouble(random);
+  handle.command_latency_ns = Any{random};
   return handle;
 }
 

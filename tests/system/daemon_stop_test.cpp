@@ -44,6 +44,21 @@ TEST(DaemonStop, EndsWhileItPresses) {
   EXPECT_EQ(home.entries(), kOnlyTheFile);
 }
 
+TEST(DaemonStop, EndsWhileItPressesThroughEveryStage) {
+  const DaemonHome home;
+  Daemon daemon(home, test::kWallYaml,
+                {"control.engage_at_start=true", "safety.force_filter_hz=80", "safety.max_slew_n_per_s=2",
+                 "safety.continuous_force_n=0.5", "safety.thermal_time_s=1", "blend.duration_s=0.5",
+                 "safety.passivity_control=true", "safety.stiffness_limit=reduce"});
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const nlohmann::json& status) {
+    return status.at("mode") == "engaged" &&
+           test::lengthOf(status.at("tick").at("commandForceNInWorld")) > 0.3;
+  }));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0)) << daemon.errors();
+  EXPECT_EQ(home.entries(), kOnlyTheFile);
+}
+
 TEST(DaemonStop, EndsWhenTheSignalComesTwice) {
   const DaemonHome home;
   Daemon daemon(home);

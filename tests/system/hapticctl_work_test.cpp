@@ -229,35 +229,38 @@ TEST_F(HapticctlWork, RegisterByTouchJoinsPixelsToWhereTheHandleIs) {
   // the handle rests at one place, so the world's points are one
   const Finished one = home.runWithInput("\n\n\ns\n", {"register", "--landmarks", marks});
   EXPECT_EQ(one.ending, exitedWith(1));
-  EXPECT_TRUE(has(one.errors, "touch 'c' with the handle and press Enter")) << one.errors;
+  EXPECT_TRUE(has(one.errors, "touch 'c' with the handle, press Enter and hold still for a second"))
+      << one.errors;
   EXPECT_TRUE(has(one.errors, "the world's points lie on a line: 0.0 mm across it")) << one.errors;
   EXPECT_FALSE(wasCalled("Control.SetCalibration"));
 }
 
-// The camera stands 1 m along x of the world's origin; the hand rests ten readings long on each landmark, and
-// moves during the first touch of the second.
+// The camera stands 1 m along x of the world's origin; the hand rests twenty readings long on each landmark
+// with a tenth of a millimetre of noise, and glides by 8 mm in the first second on the second one.
 TEST_F(HapticctlWork, RegisterByTouchFindsTheCamera) {
   const std::string marks = write("marks.csv", "name,column_px,row_px\na,100,100\nb,500,100\nc,300,400\n");
   const double depth_m = 1 / (-0.003071102 * 760 + 3.330949516);
   FakeAnswer readings{.in_turn = true};
-  const auto touch = [&](double column, double row, double unrest_m) {
-    for (int i = 0; i < 10; ++i) {
-      const json hip{{"x", 1 + depth_m * (column - 339.307810) / 594.214342 + (i % 2) * unrest_m},
+  const auto touch = [&](double column, double row, double noise_m, double glide_m) {
+    for (int i = 0; i < 20; ++i) {
+      const double off_m = (i % 2 == 0 ? noise_m : -noise_m) + glide_m * (i / 19.0 - 0.5);
+      const json hip{{"x", 1 + depth_m * (column - 339.307810) / 594.214342 + off_m},
                      {"y", -depth_m * (row - 242.739138) / 591.040537},
                      {"z", -depth_m}};
       readings.replies.push_back({{"status", statusWith({{"tick", {{"hipMInWorld", hip}}}})}});
     }
   };
-  touch(100, 100, 0);
-  touch(500, 100, 0.02);
-  touch(500, 100, 0);
-  touch(300, 400, 0.001);
+  touch(100, 100, 1e-4, 0);
+  touch(500, 100, 0, 0.008);
+  touch(500, 100, 1e-4, 0);
+  touch(300, 400, 1e-4, 0);
   daemon.answer("io.hapticd.Status.GetStatus", readings);
   const Finished finished = home.runWithInput("\n\n\n\n", {"register", "--landmarks", marks});
   ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
-  EXPECT_TRUE(has(finished.errors, "the handle moved by 10.0 mm, at most 5 mm: again")) << finished.errors;
+  EXPECT_TRUE(has(finished.errors, "the handle moved by 4.0 mm within a second, at most 2 mm are allowed"))
+      << finished.errors;
   const json pose = newest("Control.SetCalibration")["cameraPose"];
-  EXPECT_NEAR(pose["xM"].get<double>(), 1, 1e-3);  // half a millimetre of the third touch's unrest stays
+  EXPECT_NEAR(pose["xM"].get<double>(), 1, 1e-3);
   EXPECT_NEAR(pose["yM"].get<double>(), 0, 1e-3);
   EXPECT_NEAR(pose["zM"].get<double>(), 0, 1e-3);
 }

@@ -37,11 +37,17 @@ TEST(UnprivilegedDaemon, RunsAndSaysHonestlyWhatItCouldNotGet) {
   }
   // In the status and at the start, each with its remedy; none where there is nothing to warn of.
   for (const std::string& text : {warnings, daemon.errors()}) {
-    EXPECT_EQ(text.find("without real-time scheduling") != std::string::npos, !scheduled) << text;
+    EXPECT_EQ(text.find("force thread without real-time scheduling") != std::string::npos, !scheduled)
+        << text;
+    EXPECT_EQ(text.find("handle thread without real-time scheduling") != std::string::npos, !scheduled)
+        << text;
     EXPECT_EQ(text.find("memory not locked") != std::string::npos, !locked) << text;
     EXPECT_EQ(text.find("LimitRTPRIO=") != std::string::npos, !scheduled) << text;
     EXPECT_EQ(text.find("LimitMEMLOCK=infinity") != std::string::npos, !locked) << text;
   }
+  const nlohmann::json& handle = status.at("handle");
+  EXPECT_EQ(handle.at("wantedThreadPriority"), 79);
+  EXPECT_EQ(handle.at("threadPriority"), scheduled ? 79 : 0);
   EXPECT_EQ(daemon.terminate(), test::exitedWith(0));
 }
 

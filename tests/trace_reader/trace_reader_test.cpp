@@ -134,6 +134,7 @@ void expectHandle(Members& members, const rt::HandleState& handle) {
   members.enumerator("handle_condition", handle.condition);
   members.number("handle_buttons", handle.buttons);
   members.number("handle_delay_s", handle.delay_s);
+  members.number("handle_command_latency_ns", handle.command_latency_ns);
 }
 
 void expectFlags(Members& members, const rt::Tick& tick) {

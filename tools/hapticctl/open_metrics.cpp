@@ -80,6 +80,8 @@ constexpr std::array kNumbers{
     Number{"scene_model_seconds", Type::gauge, "seconds", "scene.lastModelNs",
            "Time it took to build the newest model.", kPerNanosecond},
     Number{"handle_measurements", Type::counter, "", "handle.measurements", "Measurements of the handle."},
+    Number{"handle_thread_priority", Type::gauge, "", "handle.threadPriority",
+           "SCHED_FIFO priority of the handle's thread, 0 for none."},
     Number{"handle_rejected", Type::counter, "", "handle.rejected",
            "Measurements of the handle that could not be trusted."},
     Number{"link_sent_messages", Type::counter, "", "handle.link.sent", "Messages sent to the handle."},
@@ -115,6 +117,8 @@ constexpr std::array kDurations{
     Durations{"loop_wakeup_latency_seconds", "loop.wakeupLatency",
               "From the planned to the actual begin of a tick."},
     Durations{"loop_compute_seconds", "loop.computeTime", "From the begin to the end of a tick."},
+    Durations{"handle_last_hop_seconds", "handle.lastHop",
+              "From the writing of a command by the force loop to its sending to the handle."},
     Durations{"link_round_trip_seconds", "handle.link.roundTrip",
               "From sending to the handle to its answer."},
 };

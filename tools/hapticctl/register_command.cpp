@@ -1,12 +1,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <numbers>
+#include <thread>
 
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
@@ -15,16 +14,13 @@
 #include "tools/registration/landmark_depth.h"
 #include "tools/registration/point_files.h"
 #include "tools/registration/rigid_fit.h"
+#include "tools/registration/touch.h"
 
 namespace hapticd::tools {
 namespace {
 
 using config::Error;
 using config::Result;
-
-/// Readings of the handle for one touch, and how far apart they may be: a hand that rests moves less.
-constexpr int kReadings = 10;
-constexpr double kSteady_m = 0.005;
 
 struct RegisterOptions {
   std::string points;
@@ -81,33 +77,26 @@ ClientResult<rt::Vec3> readHip(VarlinkClient& client) {
                                      0});
 }
 
-/// The mean of several readings, and how far the farthest is from it.
-struct Touch {
-  rt::Vec3 mean_m_in_world;
-  double unrest_m = 0;
-};
-
+/// Takes a second. Errors: as of readHip().
 ClientResult<Touch> readTouch(VarlinkClient& client) {
-  std::array<rt::Vec3, kReadings> readings;
   Touch touch;
-  for (rt::Vec3& reading : readings) {
+  while (true) {
     const auto hip = readHip(client);
     if (!hip) return std::unexpected(hip.error());
-    reading = *hip;
-    touch.mean_m_in_world += (1.0 / kReadings) * reading;
+    touch.add(*hip);
+    if (touch.isComplete()) return touch;
+    std::this_thread::sleep_for(Touch::kPeriod);
   }
-  for (const rt::Vec3& reading : readings) {
-    touch.unrest_m = std::max(touch.unrest_m, rt::norm(reading - touch.mean_m_in_world));
-  }
-  return touch;
 }
 
 /// What the person wants of a landmark.
 enum class Wish { take, skip, give_up };
 
 Wish askFor(const std::string& name) {
-  fmt::print(stderr, "touch '{}' with the handle and press Enter (s: leave it out, q: give up) ",
-             printable(name));
+  fmt::print(
+      stderr,
+      "touch '{}' with the handle, press Enter and hold still for a second (s: leave it out, q: give up) ",
+      printable(name));
   std::string line;
   if (!std::getline(std::cin, line) || line == "q") return Wish::give_up;
   return line == "s" ? Wish::skip : Wish::take;
@@ -128,12 +117,15 @@ std::expected<void, int> touchAll(const CommandOptions& options, std::vector<Poi
     }
     const auto touch = readTouch(*client);
     if (!touch) return std::unexpected(report(touch.error(), options.json));
-    if (touch->unrest_m > kSteady_m) {
-      fmt::print(stderr, "the handle moved by {:.1f} mm, at most {:.0f} mm: again\n", 1000 * touch->unrest_m,
-                 1000 * kSteady_m);
+    if (!touch->isSteady()) {
+      fmt::print(
+          stderr,
+          "the handle moved by {:.1f} mm within a second, at most {:.0f} mm are allowed: touch it again "
+          "and hold still\n",
+          1000 * touch->unrest_m(), 1000 * Touch::kSteady_m);
       continue;
     }
-    pairs[i++].world_m = touch->mean_m_in_world;
+    pairs[i++].world_m = touch->mean_m_in_world();
   }
   return {};
 }

@@ -131,6 +131,15 @@ std::string linkText(const Json& status) {
          line("round trip", latencyText(status, "handle.link.roundTrip"));
 }
 
+/// Nothing for a handle that no command has been sent to.
+std::string lastHopText(const Json& status) {
+  const Json* hop = fieldAt(status, "handle.lastHop");
+  if (!hop || hop->is_null()) return "";
+  const double priority = numberAt(status, "handle.threadPriority");
+  return line("last hop", latencyText(status, "handle.lastHop") +
+                              (priority > 0 ? fmt::format(", at priority {}", fixed(priority, 0)) : ""));
+}
+
 std::string safetyText(const Json& status) {
   return line("safety", countersText(status, "loop.counters.",
                                      {{"passivityTicks", "ticks damped for passivity"},
@@ -152,7 +161,7 @@ std::string handleText(const Json& status) {
                                {{"handleStaleTicks", "ticks stale"},
                                 {"handleInvalidTicks", "ticks invalid"},
                                 {"releases", "releases"}})) +
-         linkText(status);
+         lastHopText(status) + linkText(status);
 }
 
 std::string rangeText(const Json& parameter) {

@@ -122,7 +122,8 @@ config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop) {
   FalconLink link(port);
   if (auto begun = link.begin(); !begun) return std::unexpected(begun.error());
   for (int exchange = 0; exchange < kMostExchanges && !stop.raised(); ++exchange) {
-    const auto reply = link.exchange({});
+    if (auto sent = link.send({}); !sent) return std::unexpected(sent.error());
+    const auto reply = link.receive();
     if (!reply) return std::unexpected(reply.error());
     if (*reply) return true;
   }

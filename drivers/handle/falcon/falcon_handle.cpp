@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "drivers/monotonic_clock.h"
-#include "drivers/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -15,32 +14,6 @@ constexpr milliseconds kRetryPeriod{1000};
 constexpr milliseconds kReportPeriod{100};
 
 constexpr const char* kHomingAdvice = "pull the grip fully out, then push it fully in";
-
-/// The newest command's force while commands keep coming.
-class CommandWatch {
- public:
-  explicit CommandWatch(rt::HandleCommandChannel& channel) : channel_(channel) {
-    channel_.refresh();
-    tick_ = channel_.front().tick;
-  }
-
-  /// Nothing when the tick has not changed for FalconHandle::kCommandLimitNs, and before it ever did.
-  std::optional<rt::Vec3> force_n_in_world(std::int64_t now_ns) {
-    channel_.refresh();
-    const rt::HandleCommand& command = channel_.front();
-    if (command.tick != tick_) {
-      tick_ = command.tick;
-      changed_ns_ = now_ns;
-    }
-    if (!changed_ns_ || now_ns - *changed_ns_ > FalconHandle::kCommandLimitNs) return std::nullopt;
-    return command.force_n_in_world;
-  }
-
- private:
-  rt::HandleCommandChannel& channel_;
-  std::uint64_t tick_ = 0;
-  std::optional<std::int64_t> changed_ns_;
-};
 
 /// Mean time of an exchange, over about the last kWeight of them.
 class ExchangeTime {
@@ -63,9 +36,14 @@ struct FalconHandle::Session {
   Session(FtdiPort& port, HandleChannels& channels, double force_share)
       : link(port), tracker(force_share), commands(channels.command), states(channels.state) {}
 
+  const rt::HandleCommand& newestCommand() {
+    commands.refresh();
+    return commands.front();
+  }
+
   FalconLink link;
   FalconTracker tracker;
-  CommandWatch commands;
+  rt::HandleCommandChannel& commands;
   rt::HandleStateChannel& states;
   ExchangeTime exchange_time;
   std::string advice;              // on what was found before the first exchange
@@ -83,10 +61,17 @@ config::Result<void> FalconHandle::start(HandleChannels& channels) {
   seen_ = false;
   measurements_ = 0;
   rejected_ = 0;
-  auto thread = startThread("handle", [this, &channels] { run(channels); });
-  if (!thread) return std::unexpected(thread.error());
-  thread_ = std::move(*thread);
+  auto started = startHandleThread(policy_, [this, &channels] { run(channels); });
+  if (!started) return std::unexpected(started.error());
+  board_.update([&](HandleStatus& status) { status.scheduling = started->scheduling; });
+  thread_ = std::move(started->thread);
   return {};
+}
+
+HandleStatus FalconHandle::status() const {
+  HandleStatus status = board_.snapshot();
+  status.last_hop = gate_.lastHop();
+  return status;
 }
 
 void FalconHandle::stop() {
@@ -154,9 +139,11 @@ config::Result<void> FalconHandle::exchange(Session& session) {
   Clock::time_point last_report = last_reply;
   while (!stop_signal_.raised()) {
     const std::int64_t begin_ns = monotonicNs();
-    auto force_n = session.commands.force_n_in_world(begin_ns);
+    auto force_n = gate_.pass(session.newestCommand(), frame_->session(), begin_ns);
     if (force_n) force_n = frame_->forceInHandle(*force_n);
-    const auto reply = session.link.exchange(session.tracker.orderFor(force_n));
+    if (auto sent = session.link.send(session.tracker.orderFor(force_n)); !sent) return sent;
+    gate_.sent(monotonicNs());
+    const auto reply = session.link.receive();
     if (!reply) return std::unexpected(reply.error());
     const Clock::time_point now = Clock::now();
     if (*reply) {
@@ -190,6 +177,7 @@ void FalconHandle::take(Session& session, const FalconReply& reply) {
   measurement.buttons = reply.buttons;
   measurement.calibrated = tracker.homed();
   measurement.delay_s = 2 * session.exchange_time.mean_s();
+  measurement.command_latency_ns = gate_.latency_ns();
   if (tracker.homed()) {
     if (!tracker.pose()) {
       ++session.without_pose;

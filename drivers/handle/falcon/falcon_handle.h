@@ -7,12 +7,14 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/handle/command_gate.h"
 #include "drivers/handle/falcon/falcon_firmware.h"
 #include "drivers/handle/falcon/falcon_link.h"
 #include "drivers/handle/falcon/falcon_tracker.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_frame.h"
 #include "drivers/handle/handle_status_board.h"
+#include "drivers/handle/handle_thread.h"
 #include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
@@ -21,21 +23,21 @@ namespace hapticd::drivers {
 ///
 /// The thread looks for the device once a second, loads its firmware where it has none, asks the person to
 /// home it, and then exchanges an order against a reply about 1000 times a second. Forces are zero while the
-/// encoders are not homed, where the position is not known, and when no new command has come for
-/// kCommandLimitNs. A device that gives no whole reply for kSilenceLimit is lost.
+/// encoders are not homed, where the position is not known, and where a CommandGate lets nothing pass. A
+/// device that gives no whole reply for kSilenceLimit is lost.
 class FalconHandle final : public Handle {
  public:
-  static constexpr std::int64_t kCommandLimitNs = 20'000'000;
   static constexpr std::chrono::milliseconds kSilenceLimit{100};
   static constexpr int kMostLoads = 10;
 
-  FalconHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
-      : settings_(settings), scale_(scale) {}
+  FalconHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
+               const HandleThreadPolicy& policy = {})
+      : settings_(settings), scale_(scale), policy_(policy) {}
   ~FalconHandle() override { stop(); }
 
   config::Result<void> start(HandleChannels& channels) override;
   void stop() override;
-  HandleStatus status() const override { return board_.snapshot(); }
+  HandleStatus status() const override;
 
  private:
   struct Session;
@@ -51,6 +53,8 @@ class FalconHandle final : public Handle {
 
   config::HandleSettings settings_;
   rt::HandleScaleParameters scale_;
+  HandleThreadPolicy policy_;
+  CommandGate gate_;
   HandleStatusBoard board_;
   StopSignal stop_signal_;
   std::thread thread_;

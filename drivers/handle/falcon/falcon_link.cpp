@@ -21,8 +21,7 @@ config::Result<void> FalconLink::send(const FalconOrder& order) {
   return port_.write(frameOf(order), kSendLimit);
 }
 
-config::Result<std::optional<FalconReply>> FalconLink::exchange(const FalconOrder& order) {
-  if (auto sent = send(order); !sent) return std::unexpected(sent.error());
+config::Result<std::optional<FalconReply>> FalconLink::receive() {
   const Clock::time_point deadline = Clock::now() + kReplyLimit;
   std::optional<FalconReply> newest;
   while (!newest && Clock::now() < deadline) {

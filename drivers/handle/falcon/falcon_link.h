@@ -22,12 +22,12 @@ class FalconLink {
   /// The speed of the firmware, replies without delay, and nothing left of before.
   config::Result<void> begin();
 
-  /// Sends an order and waits for the reply; nothing where none came within kReplyLimit that was whole.
   /// Errors: the device is gone.
-  config::Result<std::optional<FalconReply>> exchange(const FalconOrder& order);
-
-  /// Sends an order and waits for nothing. Errors: the device is gone.
   config::Result<void> send(const FalconOrder& order);
+
+  /// Waits for the reply to the order sent last; nothing where none came within kReplyLimit that was whole.
+  /// Errors: the device is gone.
+  config::Result<std::optional<FalconReply>> receive();
 
   /// How often something came that was no reply.
   std::uint64_t damaged() const { return replies_.damaged(); }

@@ -91,7 +91,6 @@ void HidController::beginSession(const InputReport& input) {
   in_session_ = true;
   frame_.beginSession();
   clock_.reset();
-  first_tick_.reset();
   last_echo_ = input.echo;
   delay_s_ = kUnmeasuredDelayS;
 }
@@ -111,6 +110,7 @@ rt::HandleState HidController::publish(const InputReport& input, std::int64_t ar
   measurement.calibrated = calibrated_;
   measurement.velocity_m_per_s_in_handle = input.velocity_m_per_s;
   measurement.delay_s = delay_s_;
+  measurement.command_latency_ns = gate_.latency_ns();
   return frame_.stateOf(measurement);
 }
 
@@ -128,19 +128,9 @@ void HidController::measureRoundTrip(const InputReport& input, std::int64_t arri
 }
 
 Report HidController::answer(const rt::HandleCommand& command, std::int64_t now_ns) {
-  const bool fresh = isFresh(command, now_ns);
-  const bool exert = fresh && in_session_ && calibrated_;
-  return output(exert, exert ? frame_.forceInHandle(command.force_n_in_world) : rt::Vec3{}, now_ns);
-}
-
-/// The tick after the one seen at a session's beginning may have read the handle before that.
-bool HidController::isFresh(const rt::HandleCommand& command, std::int64_t now_ns) {
-  if (command.tick != last_tick_ || ticked_ns_ == 0) {
-    last_tick_ = command.tick;
-    ticked_ns_ = now_ns;
-  }
-  if (!first_tick_) first_tick_ = command.tick + 2;
-  return command.tick >= *first_tick_ && now_ns - ticked_ns_ <= kCommandLifeNs;
+  const auto force_n_in_world = gate_.pass(command, frame_.session(), now_ns);
+  const bool exert = force_n_in_world && in_session_ && calibrated_;
+  return output(exert, exert ? frame_.forceInHandle(*force_n_in_world) : rt::Vec3{}, now_ns);
 }
 
 Report HidController::farewell(std::int64_t now_ns) {

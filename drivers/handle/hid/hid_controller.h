@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_frame.h"
 #include "drivers/handle/hid/device_clock.h"
@@ -16,13 +17,11 @@ namespace hapticd::drivers {
 /// A controller as its reports show it (reports.md): judges what it says and decides what to answer; neither
 /// waits nor reads or writes. Times are CLOCK_MONOTONIC of this computer. A session begins with the first
 /// report after opened(), after a silence or a fault, and where the sequence number tells of a reset.
-/// Thread: one; counts() and advice need it too.
+/// Thread: one, where nothing else is said.
 class HidController {
  public:
   /// Without a valid report for that long it is lost.
   static constexpr std::int64_t kSilenceNs = 200'000'000;
-  /// A command that many nanoseconds old is not exerted: the force loop stands.
-  static constexpr std::int64_t kCommandLifeNs = 20'000'000;
 
   HidController(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
       : frame_(settings, scale) {}
@@ -36,9 +35,10 @@ class HidController {
   /// Time has passed without a report.
   void idle(std::int64_t now_ns);
 
-  /// The output report for the newest command: force zero if it is no longer fresh, or from before this
-  /// session.
+  /// The output report for the newest command: force zero where it may not be exerted.
   Report answer(const rt::HandleCommand& command, std::int64_t now_ns);
+  /// The device has taken it.
+  void answered(std::int64_t now_ns) { gate_.sent(now_ns); }
 
   /// The output report that switches the motors off.
   Report farewell(std::int64_t now_ns);
@@ -48,6 +48,8 @@ class HidController {
   std::uint64_t measurements() const { return measurements_; }
   std::uint64_t rejected() const { return link_.rejected; }
   LinkStatus link() const;
+  /// Thread: any.
+  std::optional<rt::LatencySummary> lastHop() const { return gate_.lastHop(); }
 
  private:
   struct Sent {
@@ -62,7 +64,6 @@ class HidController {
   void beginSession(const InputReport& input);
   rt::HandleState publish(const InputReport& input, std::int64_t arrival_ns);
   void measureRoundTrip(const InputReport& input, std::int64_t arrival_ns);
-  bool isFresh(const rt::HandleCommand& command, std::int64_t now_ns);
   Report output(bool exert, const rt::Vec3& force_n, std::int64_t now_ns);
   void lose(std::string detail);
 
@@ -85,9 +86,7 @@ class HidController {
   std::uint32_t last_echo_ = 0;
   double delay_s_ = kUnmeasuredDelayS;
 
-  std::optional<std::uint64_t> first_tick_;  // the first one that has seen this session
-  std::uint64_t last_tick_ = 0;
-  std::int64_t ticked_ns_ = 0;  // when last_tick_ was seen first
+  CommandGate gate_;
 };
 
 }  // namespace hapticd::drivers

@@ -1,7 +1,5 @@
 #include "drivers/handle/hid/hid_handle.h"
 
-#include "drivers/start_thread.h"
-
 namespace hapticd::drivers {
 namespace {
 
@@ -24,11 +22,12 @@ config::Result<void> HidHandle::start(HandleChannels& channels) {
   const auto wanted = selectionFrom(settings_);
   if (!wanted) return std::unexpected(wanted.error());
   const auto worker = std::make_shared<HidWorker>(settings_, scale_, *wanted, open_, channels);
-  auto thread = startThread("handle", [worker] { worker->run(); });
-  if (!thread) return std::unexpected(thread.error());
+  auto started = startHandleThread(policy_, [worker] { worker->run(); });
+  if (!started) return std::unexpected(started.error());
   const std::lock_guard lock(worker_mutex_);
   worker_ = worker;
-  thread_ = std::move(*thread);
+  scheduling_ = started->scheduling;
+  thread_ = std::move(started->thread);
   return {};
 }
 
@@ -43,8 +42,12 @@ void HidHandle::stop() {
 
 HandleStatus HidHandle::status() const {
   const std::lock_guard lock(worker_mutex_);
-  if (worker_) return worker_->status();
   HandleStatus status;
+  if (worker_) {
+    status = worker_->status();
+    status.scheduling = scheduling_;
+    return status;
+  }
   status.identity = "hid " + settings_.hid.device;
   status.detail = "not started";
   return status;

@@ -7,6 +7,7 @@
 
 #include "config/settings.h"
 #include "drivers/handle/handle.h"
+#include "drivers/handle/handle_thread.h"
 #include "drivers/handle/hid/hid_port.h"
 #include "drivers/handle/hid/hid_worker.h"
 
@@ -23,8 +24,9 @@ class HidHandle final : public Handle {
   static constexpr std::chrono::milliseconds kStopLimit{1000};
 
   /// `open` finds and opens devices.
-  HidHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale, HidOpener open)
-      : settings_(settings), scale_(scale), open_(std::move(open)) {}
+  HidHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale, HidOpener open,
+            const HandleThreadPolicy& policy = {})
+      : settings_(settings), scale_(scale), open_(std::move(open)), policy_(policy) {}
   ~HidHandle() override { stop(); }
 
   /// Errors: hid_handle.device names no device, it is running already, no thread can be had.
@@ -36,8 +38,10 @@ class HidHandle final : public Handle {
   config::HandleSettings settings_;
   rt::HandleScaleParameters scale_;
   HidOpener open_;
+  HandleThreadPolicy policy_;
   mutable std::mutex worker_mutex_;
   std::shared_ptr<HidWorker> worker_;  // kept after stop(), for status()
+  HandleScheduling scheduling_;
   std::thread thread_;
 };
 

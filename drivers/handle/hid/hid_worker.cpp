@@ -59,6 +59,7 @@ bool HidWorker::stop(milliseconds limit) {
 
 HandleStatus HidWorker::status() const {
   HandleStatus status = board_.snapshot();
+  status.last_hop = controller_.lastHop();
   const std::int64_t since_ns = writing_since_ns_;
   if (since_ns != 0 && monotonicNs() - since_ns > kWriteHangsAfterNs) {
     status.state = HandlePresence::lost;
@@ -122,6 +123,7 @@ config::Result<void> HidWorker::useController(HidPort& port) {
     if (*taken) {
       const Report report = controller_.answer(newestCommand(), monotonicNs());
       if (auto written = write(port, report); !written) return written;
+      controller_.answered(monotonicNs());
     } else {
       controller_.idle(monotonicNs());
     }

@@ -8,7 +8,6 @@
 
 #include "drivers/handle/velocity_estimator.h"
 #include "drivers/monotonic_clock.h"
-#include "drivers/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -59,9 +58,10 @@ config::Result<void> SimulatedHandle::start(HandleChannels& channels) {
   if (thread_.joinable()) return std::unexpected(config::Error{"simulated handle", "is running already", ""});
   if (auto ok = check(settings_); !ok) return ok;
   stop_requested_ = false;
-  auto thread = startThread("handle", [this, &channels] { simulate(channels); });
-  if (!thread) return std::unexpected(thread.error());
-  thread_ = std::move(*thread);
+  auto started = startHandleThread(policy_, [this, &channels] { simulate(channels); });
+  if (!started) return std::unexpected(started.error());
+  scheduling_ = started->scheduling;
+  thread_ = std::move(started->thread);
   running_ = true;
   return {};
 }
@@ -79,10 +79,13 @@ HandleStatus SimulatedHandle::status() const {
   status.detail = running ? "" : "not started";
   status.identity = "simulated";
   status.measurements = measurements_.load(std::memory_order_relaxed);
+  status.scheduling = scheduling_;
+  status.last_hop = gate_.lastHop();
   return status;
 }
 
 void SimulatedHandle::simulate(HandleChannels& channels) {
+  constexpr std::uint64_t kSession = 1;
   constexpr double kStepS = static_cast<double>(kStepNs) / static_cast<double>(kNsPerSecond);
   SimulatedHand hand(settings_, kStepS);
   Encoders encoders(settings_.position_quantum_m);
@@ -94,7 +97,9 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     due_ns += steps * kStepNs;
 
     channels.command.refresh();
-    const rt::Vec3 force = channels.command.front().force_n_in_world;
+    const std::int64_t now_ns = monotonicNs();
+    const rt::Vec3 force = gate_.pass(channels.command.front(), kSession, now_ns).value_or(rt::Vec3{});
+    gate_.sent(now_ns);
     exerted_force_n_.store(norm(force), std::memory_order_relaxed);
     for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(force);
 
@@ -102,7 +107,8 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     state.time_ns = monotonicNs();
     encoders.measure(hand, state);
     state.sequence = ++sequence;
-    state.session = 1;
+    state.session = kSession;
+    state.command_latency_ns = gate_.latency_ns();
     channels.state.write(state);
     measurements_.store(sequence, std::memory_order_relaxed);
   }

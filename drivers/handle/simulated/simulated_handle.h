@@ -5,7 +5,9 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
+#include "drivers/handle/handle_thread.h"
 #include "drivers/handle/simulated/simulated_hand.h"
 
 namespace hapticd::drivers {
@@ -18,7 +20,9 @@ class SimulatedHandle final : public Handle {
   static constexpr std::int64_t kStepNs = 1'000'000;
   static constexpr std::int64_t kMostStepsAtOnce = 50;
 
-  explicit SimulatedHandle(const config::SimulatedHandleSettings& settings) : settings_(settings) {}
+  explicit SimulatedHandle(const config::SimulatedHandleSettings& settings,
+                           const HandleThreadPolicy& policy = {})
+      : settings_(settings), policy_(policy) {}
   ~SimulatedHandle() override { stop(); }
 
   /// Errors: settings that describe no hand (a mass or stiffness that is not above zero, no direction).
@@ -33,8 +37,11 @@ class SimulatedHandle final : public Handle {
   void simulate(HandleChannels& channels);
 
   config::SimulatedHandleSettings settings_;
+  HandleThreadPolicy policy_;
+  CommandGate gate_;
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> running_{false};
+  std::atomic<HandleScheduling> scheduling_{HandleScheduling{}};
   std::atomic<double> exerted_force_n_{0};
   std::atomic<std::uint64_t> measurements_{0};
   std::thread thread_;

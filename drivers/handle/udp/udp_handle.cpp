@@ -12,7 +12,6 @@
 #include "config/ipv4_endpoint.h"
 #include "drivers/handle/udp/key_file.h"
 #include "drivers/handle/udp/udp_worker.h"
-#include "drivers/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -38,8 +37,9 @@ config::Result<udp::WorkerSettings> workerSettingsFrom(const config::HandleSetti
 
 }  // namespace
 
-UdpHandle::UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
-    : settings_(settings), scale_(scale) {}
+UdpHandle::UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
+                     const HandleThreadPolicy& policy)
+    : settings_(settings), scale_(scale), policy_(policy) {}
 
 config::Result<void> UdpHandle::start(HandleChannels& channels) {
   if (thread_.joinable()) return std::unexpected(config::Error{"udp handle", "is running already", ""});
@@ -51,17 +51,23 @@ config::Result<void> UdpHandle::start(HandleChannels& channels) {
         config::Error{"udp handle", std::strerror(errno), "raise the limit of open files"});
   }
   board_.reset("udp " + settings_.udp.peer);
-  auto worker =
-      std::make_unique<udp::UdpWorker>(*worker_settings, HandleFrame(settings_, scale_), channels, board_);
+  auto worker = std::make_shared<udp::UdpWorker>(*worker_settings, HandleFrame(settings_, scale_), channels,
+                                                 board_, gate_);
   worker->openSocket();  // where that fails, run() tries again
-  auto thread = startThread(
-      "handle", [worker = std::move(worker), stop_event = stop_event_] { worker->run(stop_event); });
-  if (!thread) {
+  auto started = startHandleThread(policy_, [worker, stop_event = stop_event_] { worker->run(stop_event); });
+  if (!started) {
     ::close(stop_event_);
-    return std::unexpected(thread.error());
+    return std::unexpected(started.error());
   }
-  thread_ = std::move(*thread);
+  board_.update([&](HandleStatus& status) { status.scheduling = started->scheduling; });
+  thread_ = std::move(started->thread);
   return {};
+}
+
+HandleStatus UdpHandle::status() const {
+  HandleStatus status = board_.snapshot();
+  status.last_hop = gate_.lastHop();
+  return status;
 }
 
 void UdpHandle::stop() {

@@ -3,18 +3,22 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_status_board.h"
+#include "drivers/handle/handle_thread.h"
 
 namespace hapticd::drivers {
 
 /// A handle on another computer, behind the packets of protocol.md: present while a bridge there sends valid
 /// states, lost 100 ms after the last one. Nobody but the configured peer is listened to.
 ///
-/// The thread has no real-time priority: packets of strangers must not be able to keep a CPU from others.
+/// Packets of strangers cannot keep a CPU from others, though the thread may have real-time priority: a
+/// CpuBudget has it rest.
 class UdpHandle final : public Handle {
  public:
-  UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);
+  UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
+            const HandleThreadPolicy& policy = {});
   ~UdpHandle() override { stop(); }
   UdpHandle(const UdpHandle&) = delete;
   UdpHandle& operator=(const UdpHandle&) = delete;
@@ -23,11 +27,13 @@ class UdpHandle final : public Handle {
   /// that is not there is none of them: the driver tries again each second.
   config::Result<void> start(HandleChannels& channels) override;
   void stop() override;
-  HandleStatus status() const override { return board_.snapshot(); }
+  HandleStatus status() const override;
 
  private:
   config::HandleSettings settings_;
   rt::HandleScaleParameters scale_;
+  HandleThreadPolicy policy_;
+  CommandGate gate_;
   HandleStatusBoard board_;
   int stop_event_ = -1;  // eventfd; readable: the thread is to end
   std::thread thread_;

@@ -16,13 +16,12 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kLostNs = 100 * kMs;
-constexpr std::int64_t kForceLoopHangsNs = 20 * kMs;
 constexpr std::int64_t kCommandIntervalNs = 5 * kMs;  // where no state asks for one
 constexpr std::int64_t kAnswerIntervalNs = 5 * kMs;   // what is not proven must not multiply packets
 constexpr std::int64_t kReportIntervalNs = 100 * kMs;
 constexpr std::int64_t kRetryNs = 1000 * kMs;
 constexpr std::int64_t kRefusalConcernsNs = 10'000 * kMs;
-constexpr int kMostPacketsAtOnce = 256;  // then commands and the end get their turn
+constexpr int kMostPacketsAtOnce = 64;  // then commands and the end get their turn
 constexpr std::size_t kReceiveBytes = 256;
 constexpr int kGoodbyes = 5;
 
@@ -47,7 +46,8 @@ void UdpWorker::run(int stop_event) {
       continue;
     }
     if (stopsWithin(nextDueNs() - monotonicNs(), stop_event, socket_.descriptor())) break;
-    watchForceLoop(monotonicNs());
+    const std::int64_t rest_ns = budget_.restNs(threadCpuNs(), monotonicNs());
+    if (rest_ns > 0 && stopsWithin(rest_ns, stop_event, -1)) break;
     receiveAll();
     const std::int64_t now_ns = monotonicNs();
     if (!isAlive(now_ns) && presence_ != HandlePresence::absent) become(HandlePresence::lost, now_ns);
@@ -144,12 +144,10 @@ void UdpWorker::publishNewest() {
   if (packet.velocity_valid) measurement.velocity_m_per_s_in_handle = packet.velocity_m_per_s_in_handle;
   // The force that answers a state leaves with the answer to the one after it.
   measurement.delay_s = static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_) * 1e-9;
+  measurement.command_latency_ns = gate_.latency_ns();
   channels_.state.write(frame_.stateOf(measurement));
   ++measurements_;
-
-  watchForceLoop(fresh_ns_);
-  if (std::exchange(session_began_, false))
-    first_tick_of_session_ = tick_ + 2;  // the one after tick_ may have begun before the state
+  session_began_ = false;
   become(packet.calibrated ? HandlePresence::present : HandlePresence::calibrating, fresh_ns_);
   sendCommand(fresh_ns_);
 }
@@ -167,26 +165,19 @@ bool UdpWorker::isAlive(std::int64_t now_ns) const {
   return conversation_.peerSession() != 0 && now_ns - fresh_ns_ <= kLostNs;
 }
 
-void UdpWorker::watchForceLoop(std::int64_t now_ns) {
-  channels_.command.refresh();
-  const std::uint64_t tick = channels_.command.front().tick;
-  if (tick == tick_) return;
-  tick_ = tick;
-  tick_changed_ns_ = now_ns;
-}
-
-bool UdpWorker::mayExert(std::int64_t now_ns) const {
-  return presence_ == HandlePresence::present && tick_ != 0 && tick_ >= first_tick_of_session_ &&
-         now_ns - tick_changed_ns_ <= kForceLoopHangsNs;
-}
-
 void UdpWorker::sendCommand(std::int64_t now_ns) {
-  watchForceLoop(now_ns);
+  channels_.command.refresh();
   const rt::HandleCommand& command = channels_.command.front();
-  CommandPacket packet{conversation_.next(now_ns), {}, mayExert(now_ns), command.tick, command.tick_ns};
-  if (packet.active) packet.force_n_in_handle = frame_.forceInHandle(command.force_n_in_world);
+  const auto force_n_in_world = gate_.pass(command, frame_.session(), now_ns);
+  CommandPacket packet{conversation_.next(now_ns),
+                       {},
+                       force_n_in_world && presence_ == HandlePresence::present,
+                       command.tick,
+                       command.tick_ns};
+  if (packet.active) packet.force_n_in_handle = frame_.forceInHandle(*force_n_in_world);
   command_sent_ns_ = now_ns;
   send(packet, from_);
+  gate_.sent(monotonicNs());
 }
 
 void UdpWorker::send(const CommandPacket& packet, const config::Ipv4Endpoint& to) {

@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "config/ipv4_endpoint.h"
+#include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_frame.h"
 #include "drivers/handle/handle_status_board.h"
 #include "drivers/handle/udp/conversation.h"
+#include "drivers/handle/udp/cpu_budget.h"
 #include "drivers/handle/udp/delay_estimate.h"
 #include "drivers/handle/udp/packet.h"
 #include "drivers/handle/udp/peer_clock.h"
@@ -30,8 +32,8 @@ struct WorkerSettings {
 class UdpWorker {
  public:
   UdpWorker(const WorkerSettings& settings, HandleFrame frame, HandleChannels& channels,
-            HandleStatusBoard& board)
-      : settings_(settings), frame_(frame), channels_(channels), board_(board) {}
+            HandleStatusBoard& board, CommandGate& gate)
+      : settings_(settings), frame_(frame), channels_(channels), board_(board), gate_(gate) {}
 
   /// Binds the socket: what arrives from then on is kept until run() takes it. True if it is bound.
   bool openSocket();
@@ -56,8 +58,6 @@ class UdpWorker {
   void beginSession();
   bool isAlive(std::int64_t now_ns) const;
 
-  void watchForceLoop(std::int64_t now_ns);
-  bool mayExert(std::int64_t now_ns) const;
   void sendCommand(std::int64_t now_ns);
   void send(const CommandPacket& packet, const config::Ipv4Endpoint& to);
   void sendGoodbye();
@@ -71,6 +71,7 @@ class UdpWorker {
   HandleFrame frame_;
   HandleChannels& channels_;
   HandleStatusBoard& board_;
+  CommandGate& gate_;
   UdpSocket socket_;
   Conversation conversation_;
 
@@ -81,13 +82,10 @@ class UdpWorker {
   std::optional<Arrived> newest_;       // fresh, not published yet
   std::int64_t fresh_ns_ = 0;           // arrival of the newest fresh state
   std::int64_t state_interval_ns_ = 0;  // between states, smoothed
+  CpuBudget budget_;
   PeerClock peer_clock_;
   DelayEstimate delay_;
   std::uint64_t measurements_ = 0;
-
-  std::uint64_t tick_ = 0;  // of the force loop
-  std::int64_t tick_changed_ns_ = 0;
-  std::uint64_t first_tick_of_session_ = 0;  // earlier ones do not know of the session
 
   std::int64_t command_sent_ns_ = 0;
   std::int64_t answered_ns_ = 0;  // when something unproven was

@@ -125,6 +125,15 @@ TEST(Conflicts, TheRecordedDriverNeedsARecording) {
             "the folder that holds INDEX.txt)"});
 }
 
+TEST(Conflicts, TheHandlesThreadIsLessUrgentThanTheForceThread) {
+  EXPECT_EQ(textsFor({"handle.thread_priority=79"}), Texts{});
+  EXPECT_EQ(textsFor({"handle.thread_priority=0", "loop.priority=1"}), Texts{});
+  EXPECT_EQ(
+      textsFor({"handle.thread_priority=50", "loop.priority=50"}),
+      Texts{"handle.thread_priority: 50 is not below the loop.priority 50, and the handle's thread must "
+            "never keep the force loop waiting (set handle.thread_priority to at most 49, or to -1)"});
+}
+
 TEST(Conflicts, TheFalconNeedsAFirmwareImage) {
   EXPECT_EQ(textsFor({"handle.driver=falcon", "falcon_handle.firmware=image.bin"}), Texts{});
   EXPECT_EQ(textsFor({"handle.driver=falcon"}),

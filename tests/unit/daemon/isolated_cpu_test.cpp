@@ -21,5 +21,14 @@ TEST(IsolatedCpu, IsNoneWhereNoneIsKeptFreeOrTheKernelDoesNotSay) {
   EXPECT_EQ(lastIsolatedCpu(folder.path() / "absent"), -1);
 }
 
+TEST(IsolatedCpu, IsOneOfTheKernelsList) {
+  test::TemporaryFolder folder;
+  const auto file = folder.write("several", "1,4-7,12\n");
+  for (const int cpu : {1, 4, 5, 7, 12}) EXPECT_TRUE(isIsolated(cpu, file)) << cpu;
+  for (const int cpu : {-1, 0, 2, 3, 8, 11, 13}) EXPECT_FALSE(isIsolated(cpu, file)) << cpu;
+  EXPECT_FALSE(isIsolated(0, folder.write("none", "\n")));
+  EXPECT_FALSE(isIsolated(0, folder.path() / "absent"));
+}
+
 }  // namespace
 }  // namespace hapticd::daemon

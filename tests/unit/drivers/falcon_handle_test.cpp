@@ -16,6 +16,7 @@
 
 #include "child_process.h"
 #include "drivers/handle/make_handle.h"
+#include "drivers/monotonic_clock.h"
 #include "fake_falcon.h"
 #include "frame_collector.h"
 #include "tests/support/temporary_folder.h"
@@ -87,9 +88,14 @@ class Rig {
   template <typename Like>
   bool commandUntil(const Vec3& force_n, Like like) {
     return test::eventually([&] {
-      channels->command.write({force_n, ++tick});
+      channels->state.refresh();
+      command(force_n, channels->state.front().session);
       return look(like);
     });
+  }
+  /// As a tick of the force loop that has read a state of that session.
+  void command(const Vec3& force_n, std::uint64_t session) {
+    channels->command.write({force_n, ++tick, session, monotonicNs()});
   }
   template <typename Examine>
   auto look(Examine examine) {
@@ -288,6 +294,33 @@ TEST(FalconHandle, UnpluggedWhileItPushesIsLostAndComesBackInANewSession) {
     return s.condition == HandleCondition::ready && s.session > session;
   }));
   EXPECT_EQ(rig.look([](FakeFalcon& falcon) { return falcon.motors; }), Counts{}) << "nobody commands";
+}
+
+TEST(FalconHandle, ThatComesBackGetsNoForceThatWasComputedBefore) {
+  if (!isChildOnTheBus()) return;
+  Rig rig;
+  rig.startHomedAtCentre();
+  ASSERT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) { return f.motors == Counts{-63, -63, -63}; }));
+  const std::uint64_t session = rig.channels->state.front().session;
+  rig.look([](FakeFalcon& falcon) { falcon.mute = true; });
+  ASSERT_TRUE(rig.waitFor(HandlePresence::lost));
+  rig.look([](FakeFalcon& falcon) {
+    falcon.mute = false;
+    falcon.motors = {};
+  });
+  // The force loop goes on and has not seen the device again.
+  const auto orders = rig.look([](FakeFalcon& falcon) { return falcon.orders; });
+  EXPECT_TRUE(test::eventually([&] {
+    rig.command({0, 0, 1}, session);
+    return rig.look([&](FakeFalcon& falcon) {
+      EXPECT_EQ(falcon.motors, Counts{});
+      return falcon.orders > orders + 100;
+    });
+  }));
+  EXPECT_EQ(rig.handle->status().state, HandlePresence::present);
+  EXPECT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) {
+    return f.motors == Counts{-63, -63, -63};
+  })) << "once it has";
 }
 
 TEST(FalconHandle, ThatNoLongerAnswersIsLostAndComesBack) {

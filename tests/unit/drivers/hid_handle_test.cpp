@@ -141,7 +141,7 @@ class HidHandleTest : public testing::Test {
   /// The same with a force loop that lives.
   bool sendWithForceUntil(const rt::Vec3& force_n, auto condition) {
     return sendUntil([&] {
-      channels_->command.write({force_n, ++tick_});
+      channels_->command.write({force_n, ++tick_, state().session, monotonicNs()});
       return condition();
     });
   }
@@ -303,17 +303,22 @@ class HidControllerTest : public testing::Test {
     now_ns_ += 1'000'000;
     ++input_.sequence;
     input_.time_us += 1000;
-    return controller_.take(encode(input_), now_ns_);
+    const auto state = controller_.take(encode(input_), now_ns_);
+    if (state) session_ = state->session;
+    return state;
   }
 
-  OutputReport answer(const rt::Vec3& force_n) {
-    return outputFrom(controller_.answer({force_n, ++tick_}, now_ns_)).value();
+  /// As to a tick of the force loop that has read a state of `session`.
+  OutputReport answer(const rt::Vec3& force_n, std::uint64_t session) {
+    return outputFrom(controller_.answer({force_n, ++tick_, session, now_ns_}, now_ns_)).value();
   }
+  OutputReport answer(const rt::Vec3& force_n) { return answer(force_n, session_); }
 
   HidController controller_{{}, {}};
   InputReport input_;
   std::int64_t now_ns_ = 1'000'000'000;
   std::uint64_t tick_ = 100;
+  std::uint64_t session_ = 0;  // of the newest state
 };
 
 TEST_F(HidControllerTest, CountsWhatIsLostDuplicatedAndReordered) {
@@ -352,12 +357,12 @@ TEST_F(HidControllerTest, TakesACountThatBeginsAnewForAReset) {
 
 TEST_F(HidControllerTest, ExertsNothingBeforeTheForceLoopHasSeenTheSession) {
   ASSERT_TRUE(next());
-  EXPECT_FALSE(answer({1, 0, 0}).exert) << "computed from the session before";
-  EXPECT_FALSE(answer({1, 0, 0}).exert) << "perhaps too";
+  EXPECT_FALSE(answer({1, 0, 0}, session_ - 1).exert) << "computed from the session before";
   EXPECT_TRUE(answer({1, 0, 0}).exert);
   input_.sequence = 0xF0000000;
   ASSERT_TRUE(next());
-  EXPECT_FALSE(answer({1, 0, 0}).exert) << "another session";
+  EXPECT_FALSE(answer({1, 0, 0}, session_ - 1).exert) << "another session";
+  EXPECT_TRUE(answer({1, 0, 0}).exert);
 }
 
 TEST_F(HidControllerTest, ExertsNothingWhileItIsNotCalibratedAndPublishesNothingWithAFault) {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "drivers/handle/make_handle.h"
+#include "drivers/monotonic_clock.h"
 #include "frame_collector.h"
 
 namespace hapticd::drivers {
@@ -40,8 +41,22 @@ TEST(SimulatedHandle, ExertsTheNewestCommandAndNothingAfterStop) {
   const auto channels = std::make_unique<HandleChannels>();
   SimulatedHandle handle({});
   ASSERT_TRUE(handle.start(*channels));
-  channels->command.write({{0, 3, 4}, 1});
-  EXPECT_TRUE(test::eventually([&] { return handle.exertedForceN() == 5; }));
+  std::uint64_t tick = 0;
+  const auto commandUntil = [&](std::uint64_t session, auto condition) {
+    return test::eventually([&] {
+      channels->command.write({{0, 3, 4}, ++tick, session, monotonicNs()});
+      return condition();
+    });
+  };
+  EXPECT_TRUE(commandUntil(1, [&] { return handle.exertedForceN() == 5; }));
+  EXPECT_TRUE(handle.status().last_hop);
+  EXPECT_TRUE(test::eventually([&] { return handle.exertedForceN() == 0; })) << "commands have stopped";
+  EXPECT_TRUE(commandUntil(1, [&] { return handle.exertedForceN() == 5; }));
+  EXPECT_TRUE(commandUntil(2, [&] { return handle.exertedForceN() == 0; })) << "of another session";
+  EXPECT_TRUE(commandUntil(1, [&] {
+    channels->state.refresh();
+    return handle.exertedForceN() == 5 && channels->state.front().command_latency_ns > 0;
+  }));
   handle.stop();
   EXPECT_EQ(handle.exertedForceN(), 0);
   channels->state.refresh();

@@ -104,12 +104,17 @@ struct Rig {
 
   /// One state, and what is answered; a tick of the force loop before.
   std::optional<RawCommand> exchange() {
-    if (force_loop_ticks) channels->command.write({force_n, ++tick});
+    if (force_loop_ticks) command();
     peer.send();
     const auto command = peer.receive(20);
     while (peer.receive(0)) {
     }
     return command;
+  }
+  /// As a tick of the force loop that has read the newest state.
+  void command() {
+    channels->state.refresh();
+    channels->command.write({force_n, ++tick, channels->state.front().session, monotonicNs()});
   }
   bool becomesPresent() {
     return test::eventually([&] {
@@ -279,7 +284,7 @@ TEST(UdpHandle, IsLostWithoutStatesAndComesBackAsANewSessionThatExertsNothingOfB
   EXPECT_TRUE(rig.says("100 ms")) << rig.handle.status().detail;
   while (rig.peer.receive(0)) {
   }
-  rig.channels->command.write({rig.force_n, ++rig.tick});
+  rig.command();
   rig.force_loop_ticks = false;
   EXPECT_TRUE(test::eventually([&] {
     const auto command = rig.exchange();

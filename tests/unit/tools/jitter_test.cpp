@@ -143,6 +143,7 @@ JitterRound roundWith(std::int64_t ours_us, std::int64_t theirs_us) {
   JitterRound round;
   round.ours.wakeups = countsOf({{5, 990}, {ours_us, 10}});
   round.ours.contact_ticks = 500;
+  round.ours.last_hop = countsOf({{120, 400}, {700, 2}});
   round.theirs = countsOf({{4, 990}, {theirs_us, 10}});
   return round;
 }
@@ -169,6 +170,7 @@ TEST(JitterReport, SaysForEachLoadWhetherTheLimitIsKept) {
   EXPECT_NE(table.find("1.00, at most 1.25 (kept)"), std::string::npos) << table;
   EXPECT_NE(table.find("1.50, at most 1.25 (not kept)"), std::string::npos) << table;
   EXPECT_NE(table.find("in contact 50 %"), std::string::npos) << table;
+  EXPECT_NE(table.find("last hop           804     120     120     700     700"), std::string::npos) << table;
 }
 
 TEST(JitterReport, SaysWhatWasNotPermitted) {
@@ -188,6 +190,8 @@ TEST(JitterReport, GivesProgramsTheWholeHistograms) {
   EXPECT_EQ(load.at("kept"), false);
   EXPECT_EQ(load.at("hapticd").at("histogram_us"), (nlohmann::json{{"5", 1980}, {"10", 10}, {"30", 10}}));
   EXPECT_EQ(load.at("cyclictest").at("p999_us"), 20);
+  EXPECT_EQ(load.at("last_hop").at("commands"), 804);
+  EXPECT_EQ(load.at("last_hop").at("max_us"), 700);
   EXPECT_EQ(load.at("round_ratios_p999"), (nlohmann::json{1.0, 1.5}));
 }
 

@@ -18,6 +18,7 @@ const Json kStatus = Json::parse(R"({
            "wakeupLatency": {"p50Ns": 3100, "p99Ns": 8000, "p999Ns": 12000, "maxNs": 4560000},
            "transitions": {"count": 2, "byCause": {"requested": 2}}},
   "tick": {"commandForceNInWorld": {"x": 3, "y": 0, "z": 4}, "hipMInWorld": {"x": 0.1, "y": 0, "z": null}},
+  "handle": {"threadPriority": 79, "lastHop": {"p50Ns": 250000, "p99Ns": 500000, "p999Ns": 900000, "maxNs": 1000000}},
   "camera": {"state": "melting"}, "trace": {"state": "off", "freeBytes": null}})");
 
 std::vector<std::string> linesOf(const std::string& text) {
@@ -33,18 +34,21 @@ bool has(const std::string& text, const std::string& line) {
 
 TEST(OpenMetrics, GivesValuesInBaseUnits) {
   const std::string text = openMetricsOf(kStatus);
-  for (const char* line :
-       {"hapticd_up 1", "hapticd_uptime_seconds 60.5", "hapticd_warnings 2",
-        "hapticd_loop_ticks_total 12345678901", "hapticd_loop_overruns_total 2",
-        "hapticd_tick_force_newtons{stage=\"command\"} 5", "hapticd_tick_hip_metres{axis=\"x\"} 0.1",
-        "hapticd_loop_transitions_by_cause_total{cause=\"requested\"} 2",
-        "hapticd_build_info{version=\"1.2\\\"3\",kernel=\"6.1\",law=\"-\"} 1"}) {
+  for (const char* line : {"hapticd_up 1", "hapticd_uptime_seconds 60.5", "hapticd_warnings 2",
+                           "hapticd_handle_thread_priority 79", "hapticd_loop_ticks_total 12345678901",
+                           "hapticd_loop_overruns_total 2", "hapticd_tick_force_newtons{stage=\"command\"} 5",
+                           "hapticd_tick_hip_metres{axis=\"x\"} 0.1",
+                           "hapticd_loop_transitions_by_cause_total{cause=\"requested\"} 2",
+                           "hapticd_build_info{version=\"1.2\\\"3\",kernel=\"6.1\",law=\"-\"} 1"}) {
     EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
   }
   const std::regex median("hapticd_loop_wakeup_latency_seconds\\{quantile=\"0.5\"\\} (\\S+)\n");
   std::smatch found;
   ASSERT_TRUE(std::regex_search(text, found, median));
   EXPECT_DOUBLE_EQ(std::stod(found[1]), 3.1e-6);
+  const std::regex hop("hapticd_handle_last_hop_seconds\\{quantile=\"0.99\"\\} (\\S+)\n");
+  ASSERT_TRUE(std::regex_search(text, found, hop)) << text;
+  EXPECT_DOUBLE_EQ(std::stod(found[1]), 5e-4);
 }
 
 TEST(OpenMetrics, ShowsStatesAsStateSetsAlsoThoseOfANewerDaemon) {

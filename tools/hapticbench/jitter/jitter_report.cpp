@@ -22,6 +22,7 @@ void addLoad(fmt::memory_buffer& text, const LoadJitter& load) {
   const LoopRun ours = load.ours();
   addRow(text, load.load, "hapticd", ours.wakeups);
   addRow(text, "", "cyclictest", load.theirs());
+  addRow(text, "", "last hop", ours.last_hop);
   const std::vector<double> ratios = load.sortedRatios();
   fmt::format_to(std::back_inserter(text),
                  "  {:<8}p99.9, hapticd by cyclictest: {:.2f}, at most {:.2f} ({})\n", "", load.ratio(),
@@ -39,12 +40,15 @@ void addLoad(fmt::memory_buffer& text, const LoadJitter& load) {
   fmt::format_to(std::back_inserter(text), "\n");
 }
 
-ordered_json countsJson(const WakeupCounts& counts) {
+ordered_json countsJson(const WakeupCounts& counts, const char* counted = "wakeups") {
   ordered_json histogram = ordered_json::object();
   for (const auto& [latency_us, wakeups] : counts.counts()) histogram[std::to_string(latency_us)] = wakeups;
-  return {{"wakeups", counts.total()},          {"p50_us", counts.quantile_us(0.5)},
-          {"p99_us", counts.quantile_us(0.99)}, {"p999_us", counts.quantile_us(0.999)},
-          {"max_us", counts.max_us()},          {"histogram_us", std::move(histogram)}};
+  return {{counted, counts.total()},
+          {"p50_us", counts.quantile_us(0.5)},
+          {"p99_us", counts.quantile_us(0.99)},
+          {"p999_us", counts.quantile_us(0.999)},
+          {"max_us", counts.max_us()},
+          {"histogram_us", std::move(histogram)}};
 }
 
 ordered_json loadJson(const LoadJitter& load) {
@@ -59,6 +63,7 @@ ordered_json loadJson(const LoadJitter& load) {
   return {{"load", load.load},
           {"hapticd", std::move(hapticd)},
           {"cyclictest", countsJson(load.theirs())},
+          {"last_hop", countsJson(ours.last_hop, "commands")},
           {"ratio_p999", load.ratio()},
           {"ratio_limit", kMostLatencyRatio},
           {"kept", load.kept()},

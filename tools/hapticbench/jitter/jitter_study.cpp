@@ -85,6 +85,7 @@ LoopRun LoadJitter::ours() const {
   LoopRun sum;
   for (const auto& [run, theirs] : rounds) {
     sum.wakeups.add(run.wakeups);
+    sum.last_hop.add(run.last_hop);
     sum.overruns += run.overruns;
     sum.lost_ticks += run.lost_ticks;
     sum.contact_ticks += run.contact_ticks;

@@ -7,6 +7,7 @@
 #include <future>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "config/settings.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
@@ -90,7 +91,8 @@ class RunningLoop {
         wall_(settings, scenes_),
         focus_(settings.handle.simulated.start_m_in_world),
         control_(std::make_unique<rt::ControlChannels>()),
-        handle_(settings.handle.simulated),
+        handle_(settings.handle.simulated,
+                drivers::handleThreadPolicy(settings.handle, settings.loop, settings.loop.cpu)),
         loop_(settings.loop, wall_.pointCapacity(),
               {scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_}) {}
   ~RunningLoop() { stop(); }
@@ -151,7 +153,12 @@ class RunningLoop {
   std::thread thread_;
 };
 
-void addTick(LoopRun& run, const rt::Tick& tick) {
+/// `handle_sequence`: of the newest measurement that a tick was added of.
+void addTick(LoopRun& run, const rt::Tick& tick, std::uint64_t& handle_sequence) {
+  if (std::exchange(handle_sequence, tick.handle.sequence) != tick.handle.sequence &&
+      tick.handle.command_latency_ns > 0) {
+    run.last_hop.addLatency(tick.handle.command_latency_ns);
+  }
   run.wakeups.addLatency(tick.wakeup_latency_ns);
   run.contact_ticks += rt::inContact(tick) ? 1U : 0U;
   run.longest_tick_ns = std::max(run.longest_tick_ns, tick.compute_ns);
@@ -168,6 +175,7 @@ config::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt
       std::chrono::steady_clock::now() + std::chrono::duration<double>(10 + 4 * setting.length_s());
   LoopRun run;
   rt::Tick tick;
+  std::uint64_t handle_sequence = 0;
   while (run.wakeups.total() < setting.cycles) {
     if (interrupt.requested()) return std::unexpected(config::Error{"", "interrupted", ""});
     if (std::chrono::steady_clock::now() > deadline) {
@@ -175,7 +183,7 @@ config::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt
           config::Error{"force loop", fmt::format("only {} of {} ticks", run.wakeups.total(), setting.cycles),
                         "is the CPU of --cpu taken by a task of higher priority?"});
     }
-    while (run.wakeups.total() < setting.cycles && loop->take(tick)) addTick(run, tick);
+    while (run.wakeups.total() < setting.cycles && loop->take(tick)) addTick(run, tick, handle_sequence);
     loop->feed();
     std::this_thread::sleep_for(kLook);
   }

@@ -317,9 +317,16 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5};
   status.wakeup_latency = {123, 124, 125, 126};
   status.compute_time = {127, 128, 129, 130};
+  status.handle.scheduling = {79, 136};
+  status.handle.last_hop = rt::LatencySummary{137, 138, 139, 140};
+  status.loop.tick.handle.command_latency_ns = 141;
   box.setStatus(status);
   start();
   const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
+  EXPECT_EQ(79, shown["handle"]["wantedThreadPriority"]);
+  EXPECT_EQ(136, shown["handle"]["threadPriority"]);
+  EXPECT_EQ(R"({"p50Ns":137,"p99Ns":138,"p999Ns":139,"maxNs":140})"_json, shown["handle"]["lastHop"]);
+  EXPECT_EQ(141, shown["tick"]["handleCommandLatencyNs"]);
   EXPECT_EQ(R"({"ticks":101,"overruns":102,"skippedPeriods":103,"contactTicks":104,"outsideModelTicks":105,
                 "slewLimitedTicks":106,"magnitudeClampedTicks":107,"notFiniteTicks":108,"depthStaleTicks":109,
                 "handleStaleTicks":110,"handleInvalidTicks":111,"passivityTicks":132,

@@ -15,6 +15,7 @@
 
 #include "drivers/handle/hid/hid_handle.h"
 #include "drivers/handle/hid/spacemouse_report.h"
+#include "drivers/monotonic_clock.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vm/emulators/hid/controller.h"
 #include "tests/vm/emulators/hid/gadget_link.h"
@@ -217,8 +218,8 @@ class HidEmulatorTest : public testing::Test {
   /// Waits while a force loop lives.
   bool eventuallyWithForce(const rt::Vec3& force_n, auto condition) {
     return eventually([&] {
-      channels_->command.write({force_n, ++tick_});
       channels_->state.refresh();
+      channels_->command.write({force_n, ++tick_, channels_->state.front().session, monotonicNs()});
       return condition();
     });
   }

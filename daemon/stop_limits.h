@@ -1,0 +1,25 @@
+#pragma once
+
+#include <chrono>
+
+#include "rt/stop_bound.h"
+
+namespace hapticd::daemon {
+
+/// How long each part of the box may take to stop, in the order in which they do. Beyond it the part hangs,
+/// in a library or on a disk, and the process ends without it.
+struct StopLimits {
+  /// rt::StopBound::kLongest_s, and what a crowded machine adds to it.
+  static constexpr std::chrono::seconds kForceThread{7};
+  static constexpr std::chrono::seconds kHandle{4};
+  static constexpr std::chrono::seconds kTraces{8};
+  static constexpr std::chrono::seconds kLeds{2};
+  static constexpr std::chrono::seconds kCamera{4};
+  static constexpr std::chrono::seconds kSceneThread{2};
+  /// TimeoutStopSec= of the unit is more.
+  static constexpr std::chrono::seconds kAll =
+      kForceThread + kHandle + kTraces + kLeds + kCamera + kSceneThread;
+};
+static_assert(StopLimits::kForceThread > std::chrono::duration<double>(rt::StopBound::kLongest_s));
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,48 @@
+#include "drivers/handle/handle_thread.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/start_thread.h"
+
+namespace hapticd::drivers {
+namespace {
+
+bool carriesForces(const config::HandleSettings& settings) {
+  return settings.driver != config::HandleDriver::hid || settings.hid.kind != config::HidKind::spacemouse;
+}
+
+/// A thread that may run nowhere else stays where it is.
+void keepOff(int cpu, pthread_t thread) {
+  cpu_set_t set;
+  if (cpu < 0 || cpu >= CPU_SETSIZE || ::pthread_getaffinity_np(thread, sizeof set, &set) != 0) return;
+  CPU_CLR(static_cast<std::size_t>(cpu), &set);
+  if (CPU_COUNT(&set) > 0) ::pthread_setaffinity_np(thread, sizeof set, &set);
+}
+
+}  // namespace
+
+HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, const rt::LoopParameters& loop,
+                                      int isolated_cpu) {
+  const int needed = carriesForces(settings) ? std::max(0, loop.priority - 1) : 0;
+  return {settings.thread_priority >= 0 ? settings.thread_priority : needed, isolated_cpu};
+}
+
+config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy, std::function<void()> body) {
+  auto thread = startThread("handle", std::move(body));
+  if (!thread) return std::unexpected(thread.error());
+  const pthread_t handle = thread->native_handle();
+  keepOff(policy.avoided_cpu, handle);
+  HandleScheduling scheduling{policy.priority, 0};
+  sched_param parameters{};
+  parameters.sched_priority = policy.priority;
+  if (policy.priority > 0 && ::pthread_setschedparam(handle, SCHED_FIFO, &parameters) == 0) {
+    scheduling.priority = policy.priority;
+  }
+  return HandleThread{std::move(*thread), scheduling};
+}
+
+}  // namespace hapticd::drivers

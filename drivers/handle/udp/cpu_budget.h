@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+namespace hapticd::drivers::udp {
+
+/// Keeps a thread that anybody on the network can give work to from using more than half of a CPU, also at a
+/// real-time priority.
+/// Thread: one.  Progress: wait-free.
+class CpuBudget {
+ public:
+  /// Of work and rest together. Measurements and commands come and go once per millisecond.
+  static constexpr std::int64_t kWindowNs = 2'000'000;
+
+  /// How long to rest now; 0: not at all. Both clocks: of the thread's work so far, and CLOCK_MONOTONIC.
+  std::int64_t restNs(std::int64_t worked_ns, std::int64_t now_ns) {
+    if (now_ns - window_begin_ns_ >= kWindowNs) {
+      window_begin_ns_ = now_ns;
+      worked_before_ns_ = worked_ns;
+      return 0;
+    }
+    return worked_ns - worked_before_ns_ > kWindowNs / 2 ? window_begin_ns_ + kWindowNs - now_ns : 0;
+  }
+
+ private:
+  std::int64_t window_begin_ns_ = 0;
+  std::int64_t worked_before_ns_ = 0;
+};
+
+}  // namespace hapticd::drivers::udp

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <pthread.h>
+
+namespace hapticd::drivers {
+
+/// A mutex whose holder runs at the priority of the most urgent thread that waits for it: a thread with
+/// real-time priority does not wait for all that keeps an ordinary holder from its CPU.
+/// Thread: any.  Progress: blocking.  RT: not safe.
+class PriorityInheritingMutex {
+ public:
+  PriorityInheritingMutex() {
+    pthread_mutexattr_t attributes;
+    ::pthread_mutexattr_init(&attributes);
+    ::pthread_mutexattr_setprotocol(&attributes, PTHREAD_PRIO_INHERIT);
+    ::pthread_mutex_init(&mutex_, &attributes);
+    ::pthread_mutexattr_destroy(&attributes);
+  }
+  ~PriorityInheritingMutex() { ::pthread_mutex_destroy(&mutex_); }
+  PriorityInheritingMutex(const PriorityInheritingMutex&) = delete;
+  PriorityInheritingMutex& operator=(const PriorityInheritingMutex&) = delete;
+
+  // as std::lock_guard calls them
+  void lock() { ::pthread_mutex_lock(&mutex_); }
+  void unlock() { ::pthread_mutex_unlock(&mutex_); }
+
+ private:
+  pthread_mutex_t mutex_;
+};
+
+}  // namespace hapticd::drivers

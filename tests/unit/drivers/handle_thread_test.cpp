@@ -1,0 +1,148 @@
+// What all drivers share: which commands pass, how their threads are scheduled, and how much of a CPU the
+// network may take.
+
+#include "drivers/handle/handle_thread.h"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+
+#include <atomic>
+#include <cerrno>
+#include <future>
+
+#include "drivers/handle/command_gate.h"
+#include "drivers/handle/udp/cpu_budget.h"
+#include "rt/realtime_thread.h"
+#include "tests/support/rerun.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using rt::Vec3;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kNow = 5'000 * kMs;
+
+TEST(CommandGate, PassesTheCommandsOfTheSessionWhileTheyAreYoung) {
+  CommandGate gate;
+  const Vec3 force{1, 2, 3};
+  EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow), force);
+  EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow + 20 * kMs), force);
+  EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow + 20 * kMs + 1), std::nullopt) << "the force loop stands";
+  EXPECT_EQ(gate.pass({force, 8, 1, kNow}, 2, kNow), std::nullopt) << "of the session before";
+  EXPECT_EQ(gate.pass({force, 8, 3, kNow}, 2, kNow), std::nullopt);
+  EXPECT_EQ(gate.pass({}, 0, 0), std::nullopt) << "nobody has commanded yet";
+}
+
+TEST(CommandGate, MeasuresEachCommandThatWasSentOnce) {
+  CommandGate gate;
+  EXPECT_EQ(gate.latency_ns(), 0);
+  EXPECT_FALSE(gate.lastHop());
+  gate.pass({{}, 1, 1, kNow}, 1, kNow + 5);
+  gate.sent(kNow + 10);
+  gate.pass({{}, 1, 1, kNow}, 1, kNow + kMs);
+  gate.sent(kNow + kMs);  // the same again, for want of a newer one
+  gate.pass({{}, 2, 9, kNow + 30}, 1, kNow + 31);
+  gate.sent(kNow + 2 * kMs);  // not that one: it did not pass
+  EXPECT_EQ(gate.latency_ns(), 10);
+  gate.pass({{}, 3, 1, kNow + 50}, 1, kNow + 55);
+  gate.sent(kNow + 65);
+  EXPECT_EQ(gate.latency_ns(), 15);
+  ASSERT_TRUE(gate.lastHop());
+  EXPECT_EQ(gate.lastHop()->p50_ns, 10U);
+  EXPECT_EQ(gate.lastHop()->max_ns, 15U);
+}
+
+TEST(HandleThreadPolicy, IsSecondToTheForceThreadWhereForcesAreCarried) {
+  config::HandleSettings settings;
+  for (const auto driver : {config::HandleDriver::simulated, config::HandleDriver::udp,
+                            config::HandleDriver::hid, config::HandleDriver::falcon}) {
+    settings.driver = driver;
+    EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 79);
+    EXPECT_EQ(handleThreadPolicy(settings, {.priority = 1}, -1).priority, 0);
+  }
+  settings.driver = config::HandleDriver::hid;
+  settings.hid.kind = config::HidKind::spacemouse;
+  EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 0) << "it exerts no force";
+  settings.thread_priority = 30;
+  EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, 3).priority, 30);
+  EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, 3).avoided_cpu, 3);
+  settings.driver = config::HandleDriver::falcon;
+  settings.thread_priority = 0;
+  EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 0);
+}
+
+struct Seen {
+  int policy = 0;
+  int priority = 0;
+  cpu_set_t cpus{};
+};
+
+/// How a thread of that policy is scheduled, once it is started.
+Seen schedulingOf(const HandleThreadPolicy& policy, HandleScheduling& reported) {
+  std::promise<void> go;
+  Seen seen;
+  auto started = startHandleThread(policy, [&seen, started = go.get_future().share()] {
+    started.wait();
+    sched_param parameters{};
+    ::pthread_getschedparam(::pthread_self(), &seen.policy, &parameters);
+    seen.priority = parameters.sched_priority;
+    ::sched_getaffinity(0, sizeof seen.cpus, &seen.cpus);
+  });
+  EXPECT_TRUE(started);
+  reported = started->scheduling;
+  go.set_value();
+  started->thread.join();
+  return seen;
+}
+
+TEST(HandleThread, IsScheduledAsReported) {
+  HandleScheduling reported;
+  const Seen seen = schedulingOf({.priority = 7}, reported);
+  EXPECT_EQ(reported.wanted_priority, 7);
+  EXPECT_EQ(seen.policy, reported.priority > 0 ? SCHED_FIFO : SCHED_OTHER);
+  EXPECT_EQ(seen.priority, reported.priority);
+  const bool permitted = std::async(std::launch::async, [] { return rt::useRealtimeScheduling(7); }).get();
+  EXPECT_EQ(reported.priority, permitted ? 7 : 0);
+  if (!permitted)
+    test::sayNotChecked("a handle's thread under SCHED_FIFO: not permitted here (RLIMIT_RTPRIO)");
+  EXPECT_EQ(schedulingOf({}, reported).policy, SCHED_OTHER);
+  EXPECT_EQ(reported.wanted_priority, 0);
+}
+
+TEST(HandleThread, LeavesTheForceThreadsCpuAloneUnlessItIsTheOnlyOne) {
+  cpu_set_t usable;
+  ASSERT_EQ(::sched_getaffinity(0, sizeof usable, &usable), 0);
+  std::size_t first = 0;
+  while (!CPU_ISSET(first, &usable)) ++first;
+  HandleScheduling reported;
+  const Seen seen = schedulingOf({.avoided_cpu = static_cast<int>(first)}, reported);
+  EXPECT_EQ(CPU_ISSET(first, &seen.cpus) != 0, CPU_COUNT(&usable) == 1);
+  EXPECT_EQ(CPU_COUNT(&seen.cpus), std::max(1, CPU_COUNT(&usable) - 1));
+}
+
+TEST(CpuBudget, LetsAThreadWorkHalfOfTheTimeWhateverComes) {
+  udp::CpuBudget budget;
+  std::int64_t now_ns = kNow;
+  std::int64_t worked_ns = 0;
+  for (int round = 0; round < 100'000; ++round) {
+    now_ns += budget.restNs(worked_ns, now_ns);
+    constexpr std::int64_t kRound_ns = 100'000;  // always busy
+    now_ns += kRound_ns;
+    worked_ns += kRound_ns;
+  }
+  const double share = static_cast<double>(worked_ns) / static_cast<double>(now_ns - kNow);
+  EXPECT_GT(share, 0.4);
+  // A window is one round over the half of it, which is looked at between rounds.
+  EXPECT_LE(share, 0.5 + 2 * 0.1 / 2);
+}
+
+TEST(CpuBudget, NeverKeepsAThreadThatWorksALittleFromItsWork) {
+  udp::CpuBudget budget;
+  for (std::int64_t ms = 0; ms < 1000; ++ms) {
+    EXPECT_EQ(budget.restNs(ms * 100'000, kNow + ms * kMs), 0);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::drivers

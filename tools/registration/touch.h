@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+#include "rt/vec3.h"
+
+namespace hapticd::tools {
+
+/// One touch of a landmark: readings of the handle over a time in which a hand that moves gives itself away.
+/// Thread: one.
+class Touch {
+ public:
+  static constexpr int kReadings = 20;
+  static constexpr std::chrono::milliseconds kPeriod{50};
+  /// How far a reading may be from their mean. A hand that rests on something trembles by some tenths of a
+  /// millimetre.
+  static constexpr double kSteady_m = 0.002;
+
+  Touch() { readings_m_.reserve(kReadings); }
+
+  void add(const rt::Vec3& position_m_in_world) { readings_m_.push_back(position_m_in_world); }
+  bool isComplete() const { return readings_m_.size() >= kReadings; }
+
+  /// Of all readings; there is at least one.
+  rt::Vec3 mean_m_in_world() const;
+  /// Distance of the farthest reading from the mean.
+  double unrest_m() const;
+  bool isSteady() const { return unrest_m() <= kSteady_m; }
+
+ private:
+  std::vector<rt::Vec3> readings_m_;
+};
+
+}  // namespace hapticd::tools
