@@ -136,8 +136,11 @@ std::string stretchesOf(const std::set<std::uint64_t>& numbers) {
 
 std::string leftOutText(const TraceComparison& comparison) {
   constexpr std::array<const char*, kLeftOutReasons> kReasons{
-      "their depth frame is not recorded", "filter or fusion remember what is not recorded",
-      "their scene is not in the trace", "their parameters are not in the trace",
+      "before the first recorded depth frame",
+      "their depth frame is not recorded",
+      "filter or fusion remember what is not recorded",
+      "their scene is not in the trace",
+      "their parameters are not in the trace",
       "before the first snapshot of the core, or the next one after a gap"};
   std::string text;
   for (std::size_t reason = 0; reason < kLeftOutReasons; ++reason) {
@@ -160,8 +163,8 @@ void print(const TraceComparison& comparison) {
                          "{}different: {} ticks\n"
                          "largest difference: {:g} N of the commanded force{}, {:g} N of the law's\n",
                          comparison.ticks, comparison.in_contact, comparison.models, left_out,
-                         leftOutText(comparison), comparison.different, comparison.largest_difference_n, where,
-                         comparison.largest_law_difference_n)
+                         leftOutText(comparison), comparison.different, comparison.largest_difference_n,
+                         where, comparison.largest_law_difference_n)
                  .c_str(),
              stdout);
 }
@@ -205,7 +208,8 @@ int run(int argc, char** argv) {
       ->take_all()
       ->allow_extra_args(false);
   app.add_option("--depth", options.depth,
-                 "folder of a recording, or one .pgm file; with --trace the folder of a recording, for a trace without\n"
+                 "folder of a recording, or one .pgm file; with --trace the folder of a recording, for a "
+                 "trace without\n"
                  "depth inside; by default the one beside it")
       ->type_name("DIR_OR_PGM");
   CLI::Option* const hip =

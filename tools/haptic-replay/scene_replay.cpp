@@ -26,6 +26,7 @@ SceneReplay::SceneReplay(const config::Settings& settings, std::vector<drivers::
       frame_(std::make_unique<rt::DepthFrame>()) {
   storage_.attachTo(scene_);
   std::ranges::sort(models_, {}, &drivers::ModelRecord::model);
+  models_.erase(models_.begin(), std::ranges::find_if(models_, &drivers::ModelRecord::depth_recorded));
 }
 
 bool SceneReplay::ready(std::uint64_t model) const {
@@ -46,6 +47,7 @@ config::Result<std::optional<LeftOut>> SceneReplay::goTo(std::uint64_t model,
     why_not_ = *built;
     if (why_not_) memory_known_ = false;
   }
+  if (models_.empty() || model < models_.front().model) return LeftOut::start;
   if (newest_ != model) return LeftOut::model;
   return why_not_;
 }
@@ -66,8 +68,8 @@ config::Result<std::optional<LeftOut>> SceneReplay::build(const drivers::ModelRe
     builder_.forget();
     memory_known_ = true;
   }
-  const bool recorded = record.depth_recorded &&
-                        frames_.stateOf(record.frame_time_ns) == TraceFrames::State::here;
+  const bool recorded =
+      record.depth_recorded && frames_.stateOf(record.frame_time_ns) == TraceFrames::State::here;
   if (!recorded) {
     missing_frames_.insert(record.frame);
     return LeftOut::frame;

@@ -18,13 +18,14 @@ namespace hapticd::tools {
 
 /// Why a tick cannot be computed again.
 enum class LeftOut {
+  start,      ///< the scene is from before the first depth frame that is recorded
   frame,      ///< the depth frame that was felt is not recorded
   history,    ///< filter or fusion remember a frame that is not recorded, or a scene that is not in the trace
   model,      ///< the scene is not in the trace
   directive,  ///< the parameters are not in the trace
   core,       ///< the core's memory is not known: no snapshot since the begin, or since ticks left out before
 };
-inline constexpr std::size_t kLeftOutReasons = 5;
+inline constexpr std::size_t kLeftOutReasons = 6;
 
 /// Builds the scenes of a trace again, one after the other.
 ///
@@ -37,7 +38,8 @@ class SceneReplay {
   using ParametersOf = std::function<config::Result<std::optional<rt::LiveParameters>>(std::uint64_t)>;
 
   /// `models`: of the trace, in any order. `frames` outlives the replay.
-  SceneReplay(const config::Settings& settings, std::vector<drivers::ModelRecord> models, TraceFrames& frames);
+  SceneReplay(const config::Settings& settings, std::vector<drivers::ModelRecord> models,
+              TraceFrames& frames);
 
   /// Whether all frames up to that scene have been read, or are missing.
   bool ready(std::uint64_t model) const;
@@ -62,7 +64,7 @@ class SceneReplay {
                                                const ParametersOf& parameters_of);
 
   TraceFrames& frames_;
-  std::vector<drivers::ModelRecord> models_;  // by number
+  std::vector<drivers::ModelRecord> models_;  // by number, from the first one of a recorded frame on
   rt::DepthModel depth_model_;
   rt::SceneBuilder builder_;
   rt::SceneStorage storage_;

@@ -158,9 +158,9 @@ config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all)
     waiting_.pop_front();
   }
   if (waiting_.size() <= kMostWaitingTicks) return {};
-  return refuse(trace_,
-                fmt::format("has more than {} ticks before the depth frame that they felt", kMostWaitingTicks),
-                "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
+  return refuse(
+      trace_, fmt::format("has more than {} ticks before the depth frame that they felt", kMostWaitingTicks),
+      "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
 }
 
 config::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_tick) {
