@@ -216,9 +216,9 @@ TEST_F(TraceReplayOverAGap, ComputesAllUpToItAndSaysWhatIsLeftOut) {
 }
 
 TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
-  Session content = session({"force.law=nearest_springs"});
+  Session content = session({"force.law=surface", "filter.temporal_frames=8", "surface.fusion_frames=8"});
   ASSERT_FALSE(content.snapshots.empty());
-  // The memory in the middle: a second trace of the same session begins with a snapshot soon after its begin.
+  // What follows on a gap: filter and fusion begin anew, and a snapshot follows, as at the begin of a trace.
   EXPECT_TRUE(daemon_->reaches([](const json& status) { return status.at("mode") == "engaged"; }));
   Session later = recordsIn(loggedSession(home_, *daemon_, 30));
   ASSERT_FALSE(later.snapshots.empty());
