@@ -41,8 +41,8 @@ class SceneThread final : public drivers::FrameSink {
   using FrameTap = std::function<bool(const rt::DepthFrame&)>;
   /// From the next frame on `tap` gets all frames, and what is modelled depends on these alone: filter and
   /// fusion begin anew with the first one that it takes, and once more with the first one after any that it
-  /// did not take, but not more often than every kLeastBetweenBeginnings_ns, for that is felt. Empty: no more;
-  /// the tap before is not called after this returns. Thread: any.
+  /// did not take, but not more often than every kLeastBetweenBeginnings_ns, for that is felt. Empty: no
+  /// more; the tap before is not called after this returns. Thread: any.
   void setTap(FrameTap tap);
 
   static constexpr std::int64_t kLeastBetweenBeginnings_ns = 10'000'000'000;

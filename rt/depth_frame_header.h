@@ -57,9 +57,9 @@ struct DepthFrameHeader {
   std::array<double, 9> rotation_world_camera = {};  ///< of T_world_camera, row by row
   std::array<double, 3> position_m_in_world = {};    ///< of T_world_camera: where the camera is
   std::array<double, 3> noise_coefficients = {};     ///< of DepthNoiseKind
-  std::int64_t exposure_ns = 0;     ///< CLOCK_MONOTONIC at the middle of the exposure; 0: not known
-  std::int64_t arrival_ns = 0;      ///< CLOCK_MONOTONIC when the last byte was there
-  std::uint64_t frame = 0;          ///< 1 for the first one since the camera's start
+  std::int64_t exposure_ns = 0;      ///< CLOCK_MONOTONIC at the middle of the exposure; 0: not known
+  std::int64_t arrival_ns = 0;       ///< CLOCK_MONOTONIC when the last byte was there
+  std::uint64_t frame = 0;           ///< 1 for the first one since the camera's start
   std::uint64_t device_tick_hz = 0;  ///< rate of device_ticks; 0: not known
   std::array<std::uint8_t, kSerialBytes> serial = {};  ///< of the camera, ASCII, filled up with zeros
 
@@ -82,7 +82,8 @@ static_assert(offsetof(DepthFrameHeader, fx_px) == 48 && offsetof(DepthFrameHead
 static_assert(offsetof(DepthFrameHeader, rotation_world_camera) == 80);
 static_assert(offsetof(DepthFrameHeader, position_m_in_world) == 152);
 static_assert(offsetof(DepthFrameHeader, noise_coefficients) == 176);
-static_assert(offsetof(DepthFrameHeader, exposure_ns) == 200 && offsetof(DepthFrameHeader, arrival_ns) == 208);
+static_assert(offsetof(DepthFrameHeader, exposure_ns) == 200 &&
+              offsetof(DepthFrameHeader, arrival_ns) == 208);
 static_assert(offsetof(DepthFrameHeader, frame) == 216 && offsetof(DepthFrameHeader, device_tick_hz) == 224);
 static_assert(offsetof(DepthFrameHeader, serial) == 232);
 

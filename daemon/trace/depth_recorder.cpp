@@ -45,9 +45,8 @@ bool DepthRecorder::offer(const rt::DepthFrame& frame) {
 
 bool DepthRecorder::nextFrame(std::size_t& slot) {
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [this] {
-    return finishing_ || (!offered_.empty() && compressed_bytes_ < kMostWaitingBytes);
-  });
+  wake_.wait(lock,
+             [this] { return finishing_ || (!offered_.empty() && compressed_bytes_ < kMostWaitingBytes); });
   if (offered_.empty()) return false;
   slot = offered_.front();
   offered_.pop_front();

@@ -60,7 +60,7 @@ class DepthRecorder {
   std::mutex mutex_;  // of the next five
   std::condition_variable wake_;
   std::vector<std::size_t> free_;
-  std::deque<std::size_t> offered_;            // the oldest first
+  std::deque<std::size_t> offered_;              // the oldest first
   std::deque<drivers::DepthRecord> compressed_;  // the oldest first
   std::size_t compressed_bytes_ = 0;
   bool finishing_ = false;

@@ -7,8 +7,8 @@
 
 namespace hapticd::drivers {
 
-/// What all raw depth frames of this camera have in common, for headerOf(). `identity`: CameraStatus::identity, for the
-/// serial number where the settings take the first camera that is found.
+/// What all raw depth frames of this camera have in common, for headerOf(). `identity`:
+/// CameraStatus::identity, for the serial number where the settings take the first camera that is found.
 rt::DepthFrameHeader commonDepthHeader(const config::CameraSettings& camera, std::string_view identity);
 
 }  // namespace hapticd::drivers

@@ -41,7 +41,8 @@ bool paddingIsZero(const rt::DepthFrameHeader& header, std::string_view image) {
   const std::size_t pixels = std::size_t{header.width_px} * kPixelBytes;
   if (pixels == header.stride_bytes) return true;
   for (std::size_t row = 0; row < header.height_px; ++row) {
-    const std::string_view rest = image.substr(row * header.stride_bytes + pixels, header.stride_bytes - pixels);
+    const std::string_view rest =
+        image.substr(row * header.stride_bytes + pixels, header.stride_bytes - pixels);
     if (rest.find_first_not_of('\0') != std::string_view::npos) return false;
   }
   return true;

@@ -32,9 +32,11 @@ template <typename Record>
 constexpr std::string_view kComment{};
 template <>
 constexpr std::string_view kComment<DepthRecord> =
-    "# A raw depth frame. From magic to serial: hapticd's DepthFrameHeader, whose version is header_version.\n"
+    "# A raw depth frame. From magic to serial: hapticd's DepthFrameHeader, whose version is "
+    "header_version.\n"
     "# Z is the depth along the optical axis in m. depth_law RECIPROCAL: 1/Z = c[0] raw + c[1]; LINEAR:\n"
-    "# Z = c[0] raw + c[1], with c = depth_law_coefficients. The camera looks along -z, x is right, y is up:\n"
+    "# Z = c[0] raw + c[1], with c = depth_law_coefficients. The camera looks along -z, x is right, y is "
+    "up:\n"
     "# x = Z (column - cx_px) / fx_px, y = -Z (row - cy_px) / fy_px. In the world a point is\n"
     "# rotation_world_camera (row by row) * (x, y, -Z) + position_m_in_world.\n"
     "# noise POLYNOMIAL: the standard deviation of Z in m is n[0] + n[1] Z + n[2] Z^2, with\n"

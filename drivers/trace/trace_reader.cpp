@@ -150,10 +150,11 @@ class Reading final : public mcap::Visitor {
       return "";
     }
     std::string fault;
-    const std::string wrong = take<DepthRecord>(data, depth_, info.depth_frames, [&](const DepthRecord& record) {
-      fault = depthHeaderFault(record.header);
-      return !fault.empty() || visitor_.depth(record);
-    });
+    const std::string wrong =
+        take<DepthRecord>(data, depth_, info.depth_frames, [&](const DepthRecord& record) {
+          fault = depthHeaderFault(record.header);
+          return !fault.empty() || visitor_.depth(record);
+        });
     if (!fault.empty()) refuse(fmt::format("a trace with {}", fault));
     return wrong;
   }

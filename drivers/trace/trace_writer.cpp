@@ -66,7 +66,8 @@ class TraceWriter::Implementation {
   config::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
   config::Result<void> write(const DepthRecord& depth) {
     if (depth_channel_.id == 0) {
-      return std::unexpected(config::Error{file_.file().string(), "was begun without a channel for depth", ""});
+      return std::unexpected(
+          config::Error{file_.file().string(), "was begun without a channel for depth", ""});
     }
     return add(depth_channel_, depth);
   }
@@ -127,7 +128,8 @@ class TraceWriter::Implementation {
   std::uint64_t chunk_ns_;
   std::uint64_t offset_ns_;
   std::uint64_t chunk_begin_ns_ = 0;
-  OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_, depth_channel_;
+  OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_,
+      depth_channel_;
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_pending_ = 0;
   std::string message_;

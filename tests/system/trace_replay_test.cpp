@@ -250,7 +250,8 @@ TEST_F(TraceReplayOverAGap, LeavesOutWhatDependsOnLostModelsAndParameters) {
   const Finished replay = replayOf(content);
   EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
   EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
-  const bool felt = std::ranges::any_of(content.ticks, [&](const rt::Tick& t) { return t.scene_model == model; });
+  const bool felt =
+      std::ranges::any_of(content.ticks, [&](const rt::Tick& t) { return t.scene_model == model; });
   EXPECT_EQ(countOf(replay.output, " ticks: their scene is not in the trace") > 0, felt) << replay.output;
   EXPECT_GT(countOf(replay.output, " ticks: their parameters are not in the trace"), 0U) << replay.output;
 }

@@ -125,8 +125,11 @@ void addFiles(CommandLine& line, CLI::App& group) {
   CLI::App& exported =
       addForFile(line, group, "export", "Write a trace in a form that other programs read",
                  [&options, wanted](const fs::path& file) { return runTraceExport(options, file, *wanted); });
-  exported.add_option("--format", wanted->format, "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: by the ending of\n"
-                  "--out, else csv)")
+  exported
+      .add_option(
+          "--format", wanted->format,
+          "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: by the ending of\n"
+          "--out, else csv)")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"csv", "hdf5", "libfreenect"}));
   exported

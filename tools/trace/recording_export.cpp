@@ -26,7 +26,8 @@ config::Result<void> mayBegin(const fs::path& trace, const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored)) return refuse(folder, "exists already", "name a new folder with --out");
   if (fs::exists(draftOf(folder), ignored)) {
-    return refuse(draftOf(folder), "exists: an export is at work, or was cut off", "wait for it, or delete it");
+    return refuse(draftOf(folder), "exists: an export is at work, or was cut off",
+                  "wait for it, or delete it");
   }
   fs::path beside = trace;
   beside.replace_extension(".depth");

@@ -49,7 +49,8 @@ TEST(DepthCodec, GivesRandomImagesOfAnySizeBackBitByBit) {
     const std::uint64_t range = std::uint64_t{1} << (1 + random() % 16);
     Image image(std::size_t{width} * height);
     for (std::uint16_t& raw : image) {
-      raw = random() % 4 == 0 ? static_cast<std::uint16_t>(none) : static_cast<std::uint16_t>(random() % range);
+      raw =
+          random() % 4 == 0 ? static_cast<std::uint16_t>(none) : static_cast<std::uint16_t>(random() % range);
     }
     SCOPED_TRACE(i);
     expectSameBack(encoded(headerFor(width, height, none), image), image);
@@ -80,8 +81,9 @@ TEST(DepthCodec, KeepsWhatRowsHaveBehindTheirPixels) {
 }
 
 TEST(DepthCodec, GivesEveryFrameOfTheRealRecordingsBackBitByBit) {
-  for (const char* archive : {"01_raw11_room_gesture/room_gesture.tar.xz", "02_raw11_desk_near/desk_near.tar.xz",
-                              "03_raw11_room_static/room_static.tar.xz"}) {
+  for (const char* archive :
+       {"01_raw11_room_gesture/room_gesture.tar.xz", "02_raw11_desk_near/desk_near.tar.xz",
+        "03_raw11_room_static/room_static.tar.xz"}) {
     const test::UnpackedRecording recording(archive);
     if (!recording.found()) continue;  // they are an addition to the images that the tests make
     const auto reader = RecordingReader::open(recording.path());

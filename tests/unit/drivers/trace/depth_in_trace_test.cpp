@@ -32,9 +32,8 @@ TEST(DepthInTrace, EveryFrameReadsBackBitByBit) {
   const test::MadeUpRecords written = recordsWithDepth(30);
   test::writeTrace(file, written, 20);
   std::vector<DepthRecord> read;
-  const auto info = readTrace(file, {.depth = [&](const DepthRecord& record) {
-                                return read.push_back(record), true;
-                              }});
+  const auto info =
+      readTrace(file, {.depth = [&](const DepthRecord& record) { return read.push_back(record), true; }});
   ASSERT_TRUE(info) << info.error().text();
   EXPECT_EQ(info->depth_frames, 30U);
   EXPECT_EQ(readTrace(file)->depth_frames, 30U);
