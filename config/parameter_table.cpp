@@ -406,7 +406,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "write a trace from the start on, without waiting for a command"),
     row<HAPTICD_MEMBER(trace.depth)>(
         "trace.depth", kRestart, "", {}, "",
-        "record raw depth beside each trace (18 MB/s), so that haptic-replay --trace can compute its forces again"),
+        "record raw depth into each trace (about 2 MB/s), so that haptic-replay --trace can compute its forces again"),
     row<HAPTICD_MEMBER(trace.compression)>(
         "trace.compression", kRestart, "", {}, "",
         "of the chunks of a trace"),

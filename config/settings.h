@@ -138,7 +138,7 @@ struct StateSettings {
 
 struct TraceSettings {
   bool at_start = false;
-  bool depth = false;  ///< raw depth beside each trace, for haptic-replay
+  bool depth = false;  ///< raw depth in each trace, for haptic-replay
   TraceCompression compression = TraceCompression::zstd;
   double max_file_mb = 1000;      ///< a larger trace goes on in another file
   double max_file_s = 3600;       ///< as does an older one

@@ -81,7 +81,7 @@ enum class TraceState {
 struct TraceStatus {
   TraceState state = TraceState::off;
   std::string detail;  ///< why it waits, and what to do; may be empty
-  /// What failed beside it: a dump, the recovery, the recording of depth; with what to do.
+  /// What failed beside it: a dump, the recovery; with what to do.
   std::vector<std::string> problems;
   std::string name;                         ///< of the trace being written; empty: none
   std::uint64_t ticks = 0;                  ///< in it
@@ -89,7 +89,7 @@ struct TraceStatus {
   double duration_s = 0;                    ///< since its begin
   std::uint64_t ticks_lost = 0;             ///< since the start, while a trace was wanted: not in any file
   std::uint64_t records_lost = 0;           ///< models and events that there was no room for, since the start
-  std::uint64_t depth_frames = 0;           ///< recorded beside it
+  std::uint64_t depth_frames = 0;           ///< in it
   std::uint64_t depth_frames_lost = 0;      ///< since the start: not recorded, because the disk was too slow
   std::uint64_t traces = 0;                 ///< finished since the start
   std::uint64_t deleted = 0;                ///< by trace.max_folder_mb, since the start

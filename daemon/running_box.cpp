@@ -17,6 +17,7 @@
 #include "daemon/stop_guard.h"
 #include "daemon/stop_limits.h"
 #include "daemon/thread_faults.h"
+#include "drivers/camera/common_depth_header.h"
 #include "drivers/camera/make_camera.h"
 #include "drivers/handle/make_handle.h"
 #include "drivers/led/make_led_panel.h"
@@ -329,6 +330,7 @@ drivers::TraceOptions RunningBox::describeTrace() const {
                       {"handle", handle_->status().identity},
                       {"force_thread_cpu", fmt::format("{}", privileges_.cpu)},
                       {"realtime_scheduling", privileges_.realtime_scheduling ? "yes" : "no"}};
+  options.depth_header = drivers::commonDepthHeader(settings_.camera, camera_->status().identity);
   return options;
 }
 

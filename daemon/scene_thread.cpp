@@ -90,13 +90,21 @@ void SceneThread::setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation
 void SceneThread::setTap(FrameTap tap) {
   const std::lock_guard lock(tap_mutex_);
   tap_ = std::move(tap);
-  tap_is_new_ = tap_ != nullptr;
+  begin_anew_ = tap_ != nullptr;
+  next_beginning_ns_ = 0;
 }
 
 void SceneThread::offerToTap(const rt::DepthFrame& frame) {
   const std::lock_guard lock(tap_mutex_);
-  frame_recorded_ = tap_ && tap_(frame);
-  if (!std::exchange(tap_is_new_, false)) return;
+  if (!tap_) {
+    frame_recorded_ = false;
+    return;
+  }
+  frame_recorded_ = tap_(frame);
+  begin_anew_ = begin_anew_ || !frame_recorded_;
+  if (!frame_recorded_ || !begin_anew_ || frame.arrival_ns < next_beginning_ns_) return;
+  begin_anew_ = false;
+  next_beginning_ns_ = frame.arrival_ns + kLeastBetweenBeginnings_ns;
   builder_.forget();
   forgot_ = true;
 }

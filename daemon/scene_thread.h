@@ -40,8 +40,12 @@ class SceneThread final : public drivers::FrameSink {
   /// Gets each frame before it is modelled; must not block. False: it could not take the frame.
   using FrameTap = std::function<bool(const rt::DepthFrame&)>;
   /// From the next frame on `tap` gets all frames, and what is modelled depends on these alone: filter and
-  /// fusion begin anew. Empty: no more; the tap before is not called after this returns. Thread: any.
+  /// fusion begin anew with the first one that it takes, and once more with the first one after any that it
+  /// did not take, but not more often than every kLeastBetweenBeginnings_ns, for that is felt. Empty: no
+  /// more; the tap before is not called after this returns. Thread: any.
   void setTap(FrameTap tap);
+
+  static constexpr std::int64_t kLeastBetweenBeginnings_ns = 10'000'000'000;
 
   /// Gets a copy of the newest frame; null while there is none, or when the thread ends.
   using FrameReceiver = std::function<void(std::unique_ptr<rt::DepthFrame>)>;
@@ -94,7 +98,8 @@ class SceneThread final : public drivers::FrameSink {
 
   std::mutex tap_mutex_;
   FrameTap tap_;
-  bool tap_is_new_ = false;
+  bool begin_anew_ = false;  // with the next frame that the tap takes
+  std::int64_t next_beginning_ns_ = 0;
   std::vector<FrameReceiver> frame_requests_;
 
   // Of the newest frame; scene thread only.

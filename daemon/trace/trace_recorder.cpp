@@ -181,7 +181,7 @@ void TraceRecorder::step() {
   takeRecords();
   takeTicks();
   if (session_) {
-    if (auto written = session_->writeSnapshot(); !written) suspend(written.error());
+    if (auto written = session_->writeWhatIsReady(); !written) suspend(written.error());
   }
   if (dump_due_ns_ != 0 && now_ns >= dump_due_ns_) {
     dump_due_ns_ = 0;
@@ -315,7 +315,7 @@ config::Result<std::string> TraceRecorder::endSession() {
   std::unique_ptr<TraceSession> session = std::move(session_);
   const auto ended = session->end();
   const std::string name = session->name();
-  if (const auto* recording = session->recording()) own_status_.depth_frames_lost += recording->lost();
+  own_status_.depth_frames_lost += session->depthFramesLost();
   next_limit_ns_ = 0;
   if (!ended) {
     unfinished_.push_back(std::move(session));
@@ -387,11 +387,8 @@ void TraceRecorder::publishStatus() {
     status.ticks = writer.ticks() + writer.ticksPending();
     status.bytes = writer.bytes();
     status.duration_s = static_cast<double>(drivers::monotonicNs() - session_->beginNs()) * 1e-9;
-    if (const auto* recording = session_->recording()) {
-      status.depth_frames = recording->frames();
-      status.depth_frames_lost += recording->lost();
-      if (const auto failure = recording->failure()) status.problems.push_back("depth: " + failure->text());
-    }
+    status.depth_frames = session_->depthFrames();
+    status.depth_frames_lost += session_->depthFramesLost();
   } else {
     status.name.clear();
   }

@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -23,11 +24,13 @@ config::Result<std::unique_ptr<TraceSession>> TraceSession::begin(const Plan& pl
   }
   const std::int64_t realtime_ns = rt::monotonicNow_ns() + plan.options.realtime_offset_ns;
   const std::string name = drivers::newTraceName(plan.folder, realtime_ns, plan.label);
-  auto writer = drivers::TraceWriter::create(plan.folder / (name + ".mcap"), plan.options);
+  drivers::TraceOptions options = plan.options;
+  options.depth = plan.depth;
+  auto writer = drivers::TraceWriter::create(plan.folder / (name + ".mcap"), options);
   if (!writer) return std::unexpected(writer.error());
   std::unique_ptr<TraceSession> session(new TraceSession(std::move(*writer), scene_thread, core_memory));
   if (!plan.depth) return session;
-  if (auto recording = session->recordDepth(plan.options.realtime_offset_ns); !recording) {
+  if (auto recording = session->recordDepth(options.depth_header); !recording) {
     return std::unexpected(recording.error());
   }
   return session;
@@ -41,22 +44,24 @@ TraceSession::TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneTh
       begin_ns_(rt::monotonicNow_ns()) {}
 
 TraceSession::~TraceSession() {
-  endRecording();
+  endDepth();
 }
 
-config::Result<void> TraceSession::recordDepth(std::int64_t realtime_offset_ns) {
-  fs::path folder = writer_->file();
-  folder.replace_extension(".depth");
-  auto recording = drivers::RecordingWriter::create(folder, realtime_offset_ns);
-  if (!recording) return std::unexpected(recording.error());
-  recording_ = std::move(*recording);
+config::Result<void> TraceSession::recordDepth(const rt::DepthFrameHeader& common) {
+  auto recorder = DepthRecorder::start(common);
+  if (!recorder) return std::unexpected(recorder.error());
+  depth_ = std::move(*recorder);
   scene_thread_.setTap(
-      [writer = recording_.get()](const rt::DepthFrame& frame) { return writer->offer(frame); });
+      [recorder = depth_.get()](const rt::DepthFrame& frame) { return recorder->offer(frame); });
   return {};
 }
 
 config::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
-  if (recording_ && model.forgot && model.depth_recorded && first_model_ == 0) first_model_ = model.model;
+  if (depth_ && !model.depth_recorded) first_model_ = 0;
+  if (depth_ && model.depth_recorded && (first_model_ == 0 || model.forgot)) {
+    first_model_ = model.model;
+    next_snapshot_ns_ = std::min(next_snapshot_ns_, last_snapshot_ns_ + kLeastSnapshotPeriod_ns);
+  }
   return writer_->write(model);
 }
 
@@ -64,9 +69,25 @@ config::Result<void> TraceSession::write(const rt::Tick& tick) {
   const bool reproducible = first_model_ != 0 && tick.scene_model >= first_model_;
   if (reproducible && request_ == 0 && tick.planned_ns >= next_snapshot_ns_) {
     request_ = core_memory_.request.fetch_add(1, std::memory_order_relaxed) + 1;
+    last_snapshot_ns_ = tick.planned_ns;
     next_snapshot_ns_ = tick.planned_ns + kSnapshotPeriod_ns;
   }
   return writer_->write(tick);
+}
+
+config::Result<void> TraceSession::writeWhatIsReady() {
+  auto written = writeDepth();
+  return written ? writeSnapshot() : written;
+}
+
+config::Result<void> TraceSession::writeDepth() {
+  drivers::DepthRecord record;
+  while (depth_ && depth_->take(record)) {
+    auto written = writer_->write(record);
+    ++(written ? depth_frames_ : depth_frames_dropped_);
+    if (!written) return written;
+  }
+  return {};
 }
 
 config::Result<void> TraceSession::writeSnapshot() {
@@ -79,16 +100,22 @@ config::Result<void> TraceSession::writeSnapshot() {
 }
 
 /// Once: the tap may be another session's by then.
-config::Result<void> TraceSession::endRecording() {
-  if (!recording_ || std::exchange(recording_ended_, true)) return {};
+void TraceSession::endDepth() {
+  if (!depth_ || std::exchange(depth_ended_, true)) return;
   scene_thread_.setTap({});
-  return recording_->close();
+  depth_->finish();
 }
 
+/// A trace that takes no more frames is finished nevertheless.
 config::Result<void> TraceSession::end() {
-  const auto recorded = endRecording();
-  if (auto closed = writer_->close(); !closed) return closed;
-  return recorded;
+  endDepth();
+  while (depth_ && !writeDepth()) {
+  }
+  return writer_->close();
+}
+
+std::uint64_t TraceSession::depthFramesLost() const noexcept {
+  return depth_ ? depth_->lost() + depth_frames_dropped_ : 0;
 }
 
 bool TraceSession::vanished() const {

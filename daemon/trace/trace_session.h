@@ -8,18 +8,18 @@
 
 #include "config/error.h"
 #include "daemon/scene_thread.h"
-#include "drivers/camera/recorded/recording_writer.h"
+#include "daemon/trace/depth_recorder.h"
 #include "drivers/trace/trace_writer.h"
 #include "rt/force_loop.h"
 
 namespace hapticd::daemon {
 
-/// One trace while it is written, and the depth recording beside it.
+/// One trace while it is written.
 ///
-/// With depth the trace can be computed again: from the first frame of the recording on the scenes depend on
-/// recorded frames alone, and from the first snapshot of the core's memory that follows the ticks depend on
-/// what the trace holds. Snapshots follow every kSnapshotPeriod_ns, so that a gap does not end that. Thread:
-/// trace thread.
+/// With depth the trace can be computed again: from the first recorded frame on the scenes depend on recorded
+/// frames alone, and from the first snapshot of the core's memory that follows the ticks depend on what the
+/// trace holds. Snapshots follow every kSnapshotPeriod_ns, and soon after a frame that could not be recorded,
+/// so that no gap ends that. Thread: trace thread.
 class TraceSession {
  public:
   struct Plan {
@@ -29,6 +29,7 @@ class TraceSession {
     drivers::TraceOptions options;
   };
   static constexpr std::int64_t kSnapshotPeriod_ns = 10'000'000'000;
+  static constexpr std::int64_t kLeastSnapshotPeriod_ns = 1'000'000'000;
 
   /// Makes the folder where it is missing. `scene_thread` and `core_memory` outlive the session.
   /// Errors: the folder cannot be made or written, no space.
@@ -44,10 +45,10 @@ class TraceSession {
   config::Result<void> write(const drivers::ModelRecord& model);
   config::Result<void> write(const drivers::DirectiveRecord& directive) { return writer_->write(directive); }
   config::Result<void> write(const drivers::EventRecord& event) { return writer_->write(event); }
-  /// The answer to a request for a snapshot, when it is there.
-  config::Result<void> writeSnapshot();
+  /// What other threads have ready: depth frames, and the answer to a request for a snapshot.
+  config::Result<void> writeWhatIsReady();
 
-  /// Finishes trace and recording. Where the trace's end does not fit on the disk it may be called again.
+  /// Finishes the trace. Where the trace's end does not fit on the disk it may be called again.
   config::Result<void> end();
 
   /// Whether somebody has taken the file away.
@@ -55,25 +56,30 @@ class TraceSession {
 
   std::string name() const { return writer_->file().stem().string(); }
   drivers::TraceWriter& writer() noexcept { return *writer_; }
-  /// Null without depth.
-  const drivers::RecordingWriter* recording() const noexcept { return recording_.get(); }
+  std::uint64_t depthFrames() const noexcept { return depth_frames_; }  ///< written
+  std::uint64_t depthFramesLost() const noexcept;                       ///< not written
   std::int64_t beginNs() const noexcept { return begin_ns_; }
 
  private:
   TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneThread& scene_thread,
                rt::CoreMemoryChannel& core_memory);
-  config::Result<void> endRecording();
-  config::Result<void> recordDepth(std::int64_t realtime_offset_ns);
+  config::Result<void> recordDepth(const rt::DepthFrameHeader& common);
+  config::Result<void> writeDepth();
+  config::Result<void> writeSnapshot();
+  void endDepth();
 
   std::unique_ptr<drivers::TraceWriter> writer_;
-  std::unique_ptr<drivers::RecordingWriter> recording_;
-  bool recording_ended_ = false;
+  std::unique_ptr<DepthRecorder> depth_;  // null without depth
+  bool depth_ended_ = false;
+  std::uint64_t depth_frames_ = 0;
+  std::uint64_t depth_frames_dropped_ = 0;  // compressed, but not written
   SceneThread& scene_thread_;
   rt::CoreMemoryChannel& core_memory_;
   std::int64_t begin_ns_;
-  std::uint64_t first_model_ = 0;  // that depends on recorded frames alone; 0: not known yet
+  std::uint64_t first_model_ = 0;  // since the last gap that is of a recorded frame; 0: none yet
   std::uint64_t request_ = 0;      // for a snapshot, not answered yet; 0: none
   std::int64_t next_snapshot_ns_ = 0;
+  std::int64_t last_snapshot_ns_ = 0;
 };
 
 }  // namespace hapticd::daemon

@@ -23,8 +23,13 @@ bool Compressor::compress(std::string_view bytes, std::string& to) {
 }
 
 bool decompress(std::string_view bytes, std::size_t length, std::string& to) {
-  // before memory is taken for it
-  if (::ZSTD_getFrameContentSize(bytes.data(), bytes.size()) != length) return false;
+  return decompressUpTo(bytes, length, to) && to.size() == length;
+}
+
+bool decompressUpTo(std::string_view bytes, std::size_t most_bytes, std::string& to) {
+  const unsigned long long length = ::ZSTD_getFrameContentSize(bytes.data(), bytes.size());
+  const bool known = length != ZSTD_CONTENTSIZE_UNKNOWN && length != ZSTD_CONTENTSIZE_ERROR;
+  if (!known || length > most_bytes) return false;
   to.resize(length);
   return ::ZSTD_decompress(to.data(), to.size(), bytes.data(), bytes.size()) == length;
 }

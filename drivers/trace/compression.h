@@ -26,4 +26,8 @@ class Compressor {
 /// `to`: exactly `length` bytes out of a zstd frame. False: it is none, or of another length.
 bool decompress(std::string_view bytes, std::size_t length, std::string& to);
 
+/// `to`: what a zstd frame holds, of a length that is not known before. False: it is none, or longer than
+/// `most_bytes`; then no memory was taken for it.
+bool decompressUpTo(std::string_view bytes, std::size_t most_bytes, std::string& to);
+
 }  // namespace hapticd::drivers

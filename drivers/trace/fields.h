@@ -128,7 +128,53 @@ void visitFields(Record& record, auto&& visit) {
   visit("memory", memory);
 }
 
+/// In the order of the structure, whose bytes these fields are in a message.
+template <MaybeConst<rt::DepthFrameHeader> Header>
+void visitHeaderFields(Header& header, auto& visit) {
+  auto& [magic, version, header_bytes, width_px, height_px, stride_bytes, raw_type, depth_law, noise,
+         reserved, raw_no_measurement, device_ticks, depth_law_coefficients, fx_px, fy_px, cx_px, cy_px,
+         rotation_world_camera, position_m_in_world, noise_coefficients, exposure_ns, arrival_ns, frame,
+         device_tick_hz, serial] = header;
+  visit("magic", magic);
+  visit("header_version", version);
+  visit("header_bytes", header_bytes);
+  visit("width_px", width_px);
+  visit("height_px", height_px);
+  visit("stride_bytes", stride_bytes);
+  visit("raw_type", raw_type);
+  visit("depth_law", depth_law);
+  visit("noise", noise);
+  visit("reserved", reserved);
+  visit("raw_no_measurement", raw_no_measurement);
+  visit("device_ticks", device_ticks);
+  visit("depth_law_coefficients", depth_law_coefficients);
+  visit("fx_px", fx_px);
+  visit("fy_px", fy_px);
+  visit("cx_px", cx_px);
+  visit("cy_px", cy_px);
+  visit("rotation_world_camera", rotation_world_camera);
+  visit("position_m_in_world", position_m_in_world);
+  visit("noise_coefficients", noise_coefficients);
+  visit("exposure_ns", exposure_ns);
+  visit("arrival_ns", arrival_ns);
+  visit("frame", frame);
+  visit("device_tick_hz", device_tick_hz);
+  visit("serial", serial);
+}
+
+template <MaybeConst<DepthRecord> Record>
+void visitFields(Record& record, auto&& visit) {
+  auto& [header, raw_crc32, encoding, image] = record;
+  visitHeaderFields(header, visit);
+  visit("raw_crc32", raw_crc32);
+  visit("encoding", encoding);
+  visit("image", image);
+}
+
 /// CLOCK_MONOTONIC of a record.
+inline std::int64_t timeOf(const DepthRecord& depth) {
+  return depth.header.arrival_ns;
+}
 inline std::int64_t timeOf(const rt::Tick& tick) {
   return tick.planned_ns;
 }

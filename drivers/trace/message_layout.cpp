@@ -121,7 +121,7 @@ std::expected<MessageLayout, std::string> MessageLayout::of(std::string_view sch
     const std::string_view line = schema.substr(0, schema.find('\n'));
     schema.remove_prefix(std::min(line.size() + 1, schema.size()));
     if (line.starts_with("===")) break;  // the types that are used follow
-    if (line.empty()) continue;
+    if (line.empty() || line.starts_with('#')) continue;
     const std::size_t blank = line.find(' ');
     const std::string_view name = blank == std::string_view::npos ? "" : line.substr(blank + 1);
     Field field{std::string(line.substr(0, blank)), std::string(name), {}};

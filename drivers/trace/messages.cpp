@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstring>
 #include <iterator>
@@ -26,6 +27,29 @@ constexpr std::uint32_t kMemoryLayout = 2;
 constexpr std::string_view kTimeSchema = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 constexpr std::string_view kNamedTextSchema = "MSG: hapticd_msgs/NamedText\nstring name\nstring value\n";
 
+/// What somebody who has nothing but the file must know of a channel, as comments of its schema.
+template <typename Record>
+constexpr std::string_view kComment{};
+template <>
+constexpr std::string_view kComment<DepthRecord> =
+    "# A raw depth frame. From magic to serial: hapticd's DepthFrameHeader, whose version is "
+    "header_version.\n"
+    "# Z is the depth along the optical axis in m. depth_law RECIPROCAL: 1/Z = c[0] raw + c[1]; LINEAR:\n"
+    "# Z = c[0] raw + c[1], with c = depth_law_coefficients. The camera looks along -z, x is right, y is "
+    "up:\n"
+    "# x = Z (column - cx_px) / fx_px, y = -Z (row - cy_px) / fy_px. In the world a point is\n"
+    "# rotation_world_camera (row by row) * (x, y, -Z) + position_m_in_world.\n"
+    "# noise POLYNOMIAL: the standard deviation of Z in m is n[0] + n[1] Z + n[2] Z^2, with\n"
+    "# n = noise_coefficients. Times are CLOCK_MONOTONIC; exposure_ns 0: not known.\n"
+    "# image, encoding PLAIN: height_px rows of stride_bytes, each pixel two bytes, the low one first.\n"
+    "# ABOVE_ZSTD: a zstd frame of one to three bytes per pixel, row by row, width_px pixels per row:\n"
+    "#   254: raw_no_measurement\n"
+    "#   255: the raw value follows, two bytes, the low one first\n"
+    "#   else: with p the last measured raw value above in the same column (0 if there is none), an even\n"
+    "#   byte b says p + b / 2, an odd one p - (b + 1) / 2\n"
+    "# What a row has behind its pixels is zero then. raw_crc32 is the CRC-32 of zlib of the rows as PLAIN\n"
+    "# has them.\n";
+
 std::string inCapitals(std::string_view text) {
   std::string capitals(text);
   std::ranges::transform(capitals, capitals.begin(),
@@ -37,6 +61,10 @@ template <typename Number>
 constexpr std::string_view kNumberType{};
 template <>
 constexpr std::string_view kNumberType<bool> = "bool";
+template <>
+constexpr std::string_view kNumberType<std::uint8_t> = "uint8";
+template <>
+constexpr std::string_view kNumberType<std::uint16_t> = "uint16";
 template <>
 constexpr std::string_view kNumberType<std::uint32_t> = "uint32";
 template <>
@@ -68,8 +96,13 @@ struct SchemaOfFields {
     }
     line("uint8", name);
   }
+  template <CdrNumber Number, std::size_t kCount>
+  void operator()(std::string_view name, const std::array<Number, kCount>&) {
+    line(fmt::format("{}[{}]", kNumberType<Number>, kCount), name);
+  }
   void operator()(std::string_view name, const rt::Vec3&) { line("float64[3]", name); }
   void operator()(std::string_view name, const std::string&) { line("string", name); }
+  void operator()(std::string_view name, const ByteString&) { line("uint8[]", name); }
   void operator()(std::string_view name, const Pairs&) {
     line("hapticd_msgs/NamedText[]", name);
     named_texts = true;
@@ -91,7 +124,12 @@ struct EncodeFields {
   void operator()(std::string_view, const rt::Vec3& vector) {
     for (const double component : {vector.x, vector.y, vector.z}) to.number(component);
   }
+  template <CdrNumber Number, std::size_t kCount>
+  void operator()(std::string_view, const std::array<Number, kCount>& numbers) {
+    for (const Number number : numbers) to.number(number);
+  }
   void operator()(std::string_view, const std::string& text) { to.text(text); }
+  void operator()(std::string_view, const ByteString& string) { to.bytes(string.bytes); }
   void operator()(std::string_view, const Pairs& pairs) {
     to.number(static_cast<std::uint32_t>(pairs.size()));
     for (const auto& [name, value] : pairs) {
@@ -122,7 +160,12 @@ struct DecodeFields {
   void operator()(std::string_view, rt::Vec3& vector) {
     for (double* const component : {&vector.x, &vector.y, &vector.z}) *component = from.number<double>();
   }
+  template <CdrNumber Number, std::size_t kCount>
+  void operator()(std::string_view, std::array<Number, kCount>& numbers) {
+    for (Number& number : numbers) number = from.number<Number>();
+  }
   void operator()(std::string_view, std::string& text) { text = from.text(); }
+  void operator()(std::string_view, ByteString& string) { string.bytes = from.bytes(); }
   void operator()(std::string_view, Pairs& pairs) {
     constexpr std::size_t kLeastPairBytes = 10;  // two lengths and two ends
     const auto count = from.number<std::uint32_t>();
@@ -196,6 +239,7 @@ std::vector<std::optional<std::uint8_t>> valuesIn(const MessageLayout::Field& ot
 template <typename Record>
 std::string schemaOf() {
   SchemaOfFields schema;
+  schema.text.insert(0, kComment<Record>);
   const Record record{};
   visitFields(record, schema);
   const std::string line(80, '=');
@@ -280,6 +324,7 @@ HAPTICD_MESSAGES_OF(ModelRecord);
 HAPTICD_MESSAGES_OF(DirectiveRecord);
 HAPTICD_MESSAGES_OF(EventRecord);
 HAPTICD_MESSAGES_OF(SnapshotRecord);
+HAPTICD_MESSAGES_OF(DepthRecord);
 #undef HAPTICD_MESSAGES_OF
 
 }  // namespace hapticd::drivers

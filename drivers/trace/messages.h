@@ -32,6 +32,8 @@ inline constexpr ChannelName kChannelName<EventRecord>{"/hapticd/event", "haptic
 template <>
 inline constexpr ChannelName kChannelName<SnapshotRecord>{"/hapticd/core_snapshot",
                                                           "hapticd_msgs/msg/CoreSnapshot"};
+template <>
+inline constexpr ChannelName kChannelName<DepthRecord>{"/hapticd/depth", "hapticd_msgs/msg/Depth"};
 
 /// The schema of a record's messages (encoding ros2msg), made from fields.h: the time, then each field; the
 /// values of enumerations as constants before their field.

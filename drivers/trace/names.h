@@ -4,6 +4,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "drivers/trace/records.h"
+#include "rt/depth_frame_header.h"
 #include "rt/force_law.h"
 #include "rt/handle_channel.h"
 #include "rt/loop_state.h"
@@ -40,6 +42,14 @@ inline constexpr std::array<std::string_view, 3> kNames<rt::ContactState>{"free"
 template <>
 inline constexpr std::array<std::string_view, 3> kNames<rt::HandleCondition>{"ready", "clutched",
                                                                              "not_calibrated"};
+template <>
+inline constexpr std::array<std::string_view, 1> kNames<rt::DepthRawType>{"uint16"};
+template <>
+inline constexpr std::array<std::string_view, 2> kNames<rt::DepthLawKind>{"reciprocal", "linear"};
+template <>
+inline constexpr std::array<std::string_view, 2> kNames<rt::DepthNoiseKind>{"unknown", "polynomial"};
+template <>
+inline constexpr std::array<std::string_view, 2> kNames<DepthEncoding>{"plain", "above_zstd"};
 
 /// Enumerations that traces hold, as unsigned bytes.
 template <typename Type>

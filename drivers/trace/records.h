@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "rt/depth_frame_header.h"
 #include "rt/force_loop.h"
 #include "rt/loop_state.h"
 #include "rt/vec3.h"
@@ -25,7 +26,7 @@ struct ModelRecord {
   double radius_m = 0;              ///< that was asked for
   std::uint64_t generation = 0;     ///< of the Directive whose needs it meets
   bool forgot = false;              ///< filter and fusion began anew with it
-  bool depth_recorded = false;      ///< the raw frame is in the recording beside the trace
+  bool depth_recorded = false;      ///< the raw frame was taken into the trace
   std::uint32_t points = 0;
   std::uint32_t points_over_capacity = 0;
   std::uint64_t frames = 0;          ///< taken over so far
@@ -59,6 +60,25 @@ struct SnapshotRecord {
   rt::CoreSnapshot snapshot = {};
   bool usable =
       true;  ///< read from a trace: this version's core has the same layout; else its memory is empty
+};
+
+/// Bytes of a length that varies.
+struct ByteString {
+  std::string bytes = {};
+};
+
+/// How DepthRecord::image holds the raw values (depth_codec.h).
+enum class DepthEncoding : std::uint8_t {
+  plain,       ///< as they are
+  above_zstd,  ///< differences to the value above, by zstd
+};
+
+/// A raw depth frame.
+struct DepthRecord {
+  rt::DepthFrameHeader header = {};
+  std::uint32_t raw_crc32 = 0;  ///< IEEE 802.3, of the stride_bytes * height_px bytes of raw values
+  DepthEncoding encoding = DepthEncoding::plain;
+  ByteString image = {};
 };
 
 }  // namespace hapticd::drivers

@@ -9,6 +9,7 @@
 
 #include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_file.h"
+#include "drivers/trace/trace_head.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -59,8 +60,9 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   entry.time_ns = std::int64_t{status.st_mtim.tv_sec} * kNsPerSecond + status.st_mtim.tv_nsec;
   const fs::path depth = fileOf(file.parent_path(), entry.name, kDepthEnding);
   std::error_code ignored;
-  entry.depth = fs::is_directory(depth, ignored);
-  if (entry.depth) entry.bytes += bytesIn(depth);
+  const bool beside = fs::is_directory(depth, ignored);
+  if (beside) entry.bytes += bytesIn(depth);
+  entry.depth = beside || hasDepthChannel(file);
   return true;
 }
 

@@ -13,10 +13,10 @@ namespace hapticd::drivers {
 /// A trace of a folder.
 struct TraceEntry {
   std::string name;          ///< without folder and ending
-  std::uint64_t bytes = 0;   ///< with the depth recording beside it
+  std::uint64_t bytes = 0;   ///< with a depth recording beside it
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
   bool open = false;         ///< being written, or left by a crash (".part")
-  bool depth = false;        ///< a depth recording NAME.depth is beside it
+  bool depth = false;        ///< raw depth is in it, or in NAME.depth beside it, as of older versions
 };
 
 /// True for names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.'.

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "config/value_text.h"
+#include "drivers/trace/depth_codec.h"
 #include "drivers/trace/fields.h"
 #include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
@@ -41,7 +42,7 @@ class Reading final : public mcap::Visitor {
     }
     (void)(bind(channel, ticks_, &Reading::tick) || bind(channel, models_, &Reading::model) ||
            bind(channel, directives_, &Reading::directive) || bind(channel, events_, &Reading::event) ||
-           bind(channel, snapshots_, &Reading::snapshot));
+           bind(channel, snapshots_, &Reading::snapshot) || bind(channel, depth_, &Reading::depth));
   }
 
   std::string message(const mcap::Message& message) override {
@@ -142,6 +143,21 @@ class Reading final : public mcap::Visitor {
   std::string snapshot(std::string_view data) {
     return take(data, snapshots_, info.snapshots, visitor_.snapshot);
   }
+  /// A header of another version concerns only those who want the image.
+  std::string depth(std::string_view data) {
+    if (!visitor_.depth) {
+      ++info.depth_frames;
+      return "";
+    }
+    std::string fault;
+    const std::string wrong =
+        take<DepthRecord>(data, depth_, info.depth_frames, [&](const DepthRecord& record) {
+          fault = depthHeaderFault(record.header);
+          return !fault.empty() || visitor_.depth(record);
+        });
+    if (!fault.empty()) refuse(fmt::format("a trace with {}", fault));
+    return wrong;
+  }
 
   const TraceVisitor& visitor_;
   MessageDecoder<rt::Tick> ticks_;
@@ -149,6 +165,7 @@ class Reading final : public mcap::Visitor {
   MessageDecoder<DirectiveRecord> directives_;
   MessageDecoder<EventRecord> events_;
   MessageDecoder<SnapshotRecord> snapshots_;
+  MessageDecoder<DepthRecord> depth_;
   std::map<std::uint16_t, Taker> takers_;  ///< of the messages of a channel
   std::optional<std::string> format_;      ///< version of the format
   std::uint64_t messages_ = 0;

@@ -28,6 +28,7 @@ struct TraceInfo {
   std::uint64_t directives = 0;
   std::uint64_t events = 0;
   std::uint64_t snapshots = 0;
+  std::uint64_t depth_frames = 0;
   std::uint64_t chunks = 0;
   std::int64_t first_ns = 0;  ///< CLOCK_REALTIME of the first message
   std::int64_t last_ns = 0;
@@ -48,6 +49,8 @@ struct TraceVisitor {
   std::function<bool(const DirectiveRecord&)> directive = {};
   std::function<bool(const EventRecord&)> event = {};
   std::function<bool(const SnapshotRecord&)> snapshot = {};
+  /// Its header is one that this version reads; the image is still encoded (depth_codec.h).
+  std::function<bool(const DepthRecord&)> depth = {};
   /// Share of the file that has been read, 0..1, now and then.
   std::function<void(double)> progress = {};
 };

@@ -48,6 +48,7 @@ class TraceWriter::Implementation {
     open<DirectiveRecord>(directives_channel_);
     open<EventRecord>(events_channel_);
     open<SnapshotRecord>(snapshots_channel_);
+    if (options.depth) open<DepthRecord>(depth_channel_);
     for (const TraceAttachment& attachment : options.attachments) {
       file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
     }
@@ -63,6 +64,13 @@ class TraceWriter::Implementation {
   config::Result<void> write(const DirectiveRecord& directive) { return add(directives_channel_, directive); }
   config::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
   config::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
+  config::Result<void> write(const DepthRecord& depth) {
+    if (depth_channel_.id == 0) {
+      return std::unexpected(
+          config::Error{file_.file().string(), "was begun without a channel for depth", ""});
+    }
+    return add(depth_channel_, depth);
+  }
 
   config::Result<void> flush() { return counted(file_.flush()); }
   config::Result<void> close() {
@@ -120,7 +128,8 @@ class TraceWriter::Implementation {
   std::uint64_t chunk_ns_;
   std::uint64_t offset_ns_;
   std::uint64_t chunk_begin_ns_ = 0;
-  OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_;
+  OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_,
+      depth_channel_;
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_pending_ = 0;
   std::string message_;
@@ -161,6 +170,9 @@ config::Result<void> TraceWriter::write(const EventRecord& event) {
 }
 config::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
   return implementation_->write(snapshot);
+}
+config::Result<void> TraceWriter::write(const DepthRecord& depth) {
+  return implementation_->write(depth);
 }
 config::Result<void> TraceWriter::flush() {
   return implementation_->flush();

@@ -27,6 +27,9 @@ struct TraceOptions {
   /// Name-value pairs of the metadata record "hapticd": versions, serial numbers, kernel, ...
   std::vector<std::pair<std::string, std::string>> metadata = {};
   std::vector<TraceAttachment> attachments = {};
+  bool depth = false;  ///< it has a channel for raw depth frames
+  /// What the camera's frames have in common: all of a header but times and number.
+  rt::DepthFrameHeader depth_header = {};
 };
 
 /// Writes one trace: an MCAP file with ros2msg schemas and CDR messages (README.md has channels and fields).
@@ -50,6 +53,8 @@ class TraceWriter {
   config::Result<void> write(const DirectiveRecord& directive);
   config::Result<void> write(const EventRecord& event);
   config::Result<void> write(const SnapshotRecord& snapshot);
+  /// Only where TraceOptions::depth says so.
+  config::Result<void> write(const DepthRecord& depth);
 
   /// Writes the open chunk, whatever its age.
   config::Result<void> flush();

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/trace/depth_codec.h"
 #include "drivers/trace/mcap_format.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_reader.h"
@@ -87,6 +88,23 @@ void takeMessage(std::string_view bytes) {
   require(once == twice);
 }
 
+/// An image out of whatever the bytes say, as they are and by zstd.
+void takeImage(std::string_view bytes) {
+  drivers::DepthDecoder decoder;
+  drivers::DepthRecord record;
+  if (!drivers::MessageDecoder<drivers::DepthRecord>().decode(bytes, record)) {
+    record.header.width_px = 16;
+    record.header.height_px = 8;
+    record.header.stride_bytes = 32;
+    record.image.bytes = bytes;
+  }
+  std::string image;
+  for (const auto encoding : {drivers::DepthEncoding::plain, drivers::DepthEncoding::above_zstd}) {
+    record.encoding = encoding;
+    require(!decoder.decode(record, image).empty() || image.size() == record.header.imageBytes());
+  }
+}
+
 /// A schema that is not this version's, and a message behind it.
 template <typename Record>
 void takeMessageOfOtherVersion(std::string_view bytes) {
@@ -107,6 +125,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   takeMessage<drivers::DirectiveRecord>(bytes);
   takeMessage<drivers::EventRecord>(bytes);
   takeMessage<drivers::SnapshotRecord>(bytes);
+  takeMessage<drivers::DepthRecord>(bytes);
+  takeImage(bytes);
   takeMessageOfOtherVersion<hapticd::rt::Tick>(bytes);
   takeMessageOfOtherVersion<drivers::EventRecord>(bytes);
   takeMessageOfOtherVersion<drivers::SnapshotRecord>(bytes);

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "drivers/trace/depth_codec.h"
 #include "drivers/trace/mcap_writer.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_file.h"
@@ -195,6 +197,40 @@ drivers::SnapshotRecord madeUpSnapshot(Random& random) {
   return record;
 }
 
+drivers::DepthRecord madeUpDepth(Random& random) {
+  const Any any{random};
+  rt::DepthFrameHeader header;
+  header.width_px = 1 + static_cast<std::uint32_t>(random() % 40);
+  header.height_px = 1 + static_cast<std::uint32_t>(random() % 20);
+  header.stride_bytes = 2 * header.width_px;
+  header.depth_law = anyOf<rt::DepthLawKind>(random, 2);
+  header.noise = anyOf<rt::DepthNoiseKind>(random, 2);
+  header.raw_no_measurement = random() % 2 == 0 ? 0 : 2047;
+  header.device_ticks = any;
+  for (double& number : header.depth_law_coefficients) number = anyDouble(random);
+  for (double* const number : {&header.fx_px, &header.fy_px, &header.cx_px, &header.cy_px}) {
+    *number = anyDouble(random);
+  }
+  for (double& number : header.rotation_world_camera) number = anyDouble(random);
+  for (double& number : header.position_m_in_world) number = anyDouble(random);
+  for (double& number : header.noise_coefficients) number = anyDouble(random);
+  header.exposure_ns = any;
+  header.arrival_ns = anyTime_ns(random);
+  header.frame = any;
+  header.device_tick_hz = any;
+  header.serial = {'A', '0', '0', '3', '6', '2'};
+  std::vector<std::uint16_t> image(std::size_t{header.width_px} * header.height_px);
+  std::uint16_t raw = 900;
+  for (std::uint16_t& pixel : image) {
+    raw = static_cast<std::uint16_t>(raw + random() % 5 - 2);
+    pixel = random() % 8 == 0 ? static_cast<std::uint16_t>(header.raw_no_measurement) : raw;
+    if (random() % 16 == 0) pixel = static_cast<std::uint16_t>(random());
+  }
+  drivers::DepthRecord record;
+  drivers::DepthEncoder().encode(header, std::as_bytes(std::span(image)), record);
+  return record;
+}
+
 MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, unsigned seed) {
   Random random(seed);
   MadeUpRecords records;
@@ -212,6 +248,7 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
                 const drivers::TraceOptions& options) {
   drivers::TraceOptions ours = options;
   ours.chunk_ns = std::numeric_limits<std::int64_t>::max();  // by flush()
+  ours.depth = ours.depth || !records.depth.empty();
   auto writer = drivers::TraceWriter::create(file, ours);
   if (!writer) throw std::runtime_error(writer.error().text());
   const auto writeAll = [&writer](const auto& several) {
@@ -221,6 +258,7 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
   writeAll(records.directives);
   writeAll(records.events);
   writeAll(records.snapshots);
+  writeAll(records.depth);
   for (std::size_t i = 0; i < records.ticks.size(); ++i) {
     if (i > 0 && i % ticks_per_chunk == 0) check((*writer)->flush());
     check((*writer)->write(records.ticks[i]));

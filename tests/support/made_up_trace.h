@@ -21,6 +21,8 @@ drivers::ModelRecord madeUpModel(std::mt19937_64& random);
 drivers::DirectiveRecord madeUpDirective(std::mt19937_64& random);
 drivers::EventRecord madeUpEvent(std::mt19937_64& random);
 drivers::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
+/// A depth frame of any small size, with a header of any values that are possible.
+drivers::DepthRecord madeUpDepth(std::mt19937_64& random);
 
 /// What is written into a trace.
 struct MadeUpRecords {
@@ -29,6 +31,7 @@ struct MadeUpRecords {
   std::vector<drivers::DirectiveRecord> directives;
   std::vector<drivers::EventRecord> events;
   std::vector<drivers::SnapshotRecord> snapshots;
+  std::vector<drivers::DepthRecord> depth;  ///< madeUpRecords() makes none
 };
 
 /// `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk.
@@ -54,6 +57,8 @@ std::vector<std::pair<std::string, std::string>> bitsOf(const Record& record) {
     std::string text;
     if constexpr (std::is_same_v<Field, std::string>) {
       text = field;
+    } else if constexpr (std::is_same_v<Field, drivers::ByteString>) {
+      text = field.bytes;
     } else if constexpr (std::is_trivially_copyable_v<Field>) {
       text = bytesOf(field);
     } else {

@@ -1,9 +1,15 @@
 // A session that hapticd has logged with its depth, computed again by haptic-replay.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "drivers/camera/recorded/recording_reader.h"
+#include <algorithm>
+#include <optional>
+#include <span>
+
+#include "drivers/trace/depth_codec.h"
 #include "drivers/trace/trace_reader.h"
+#include "drivers/trace/trace_writer.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/system/daemon_under_test.h"
@@ -100,21 +106,173 @@ INSTANTIATE_TEST_SUITE_P(Laws, TraceReplay,
                                          Setting{"automatic", {"force.law=auto"}}),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
+/// All that a trace holds, to be written anew with changes.
+struct Session {
+  drivers::TraceOptions options;
+  std::vector<rt::Tick> ticks;
+  std::vector<drivers::ModelRecord> models;
+  std::vector<drivers::DirectiveRecord> directives;
+  std::vector<drivers::SnapshotRecord> snapshots;
+  std::vector<drivers::DepthRecord> depth;
+};
+
+Session recordsIn(const fs::path& trace) {
+  Session content;
+  const auto into = [](auto& several) {
+    return [&several](const auto& record) { return several.push_back(record), true; };
+  };
+  const auto info = drivers::readTrace(trace, {.tick = into(content.ticks),
+                                               .model = into(content.models),
+                                               .directive = into(content.directives),
+                                               .snapshot = into(content.snapshots),
+                                               .depth = into(content.depth)});
+  EXPECT_TRUE(info) << info.error().text();
+  content.options.realtime_offset_ns = info->realtime_offset_ns;
+  content.options.metadata = info->metadata;
+  content.options.attachments = info->attachments;
+  content.options.depth = true;
+  return content;
+}
+
+/// Depth comes last: a reader must not rely on the order.
+void writeSession(const fs::path& trace, const Session& content) {
+  const auto writer = drivers::TraceWriter::create(trace, content.options);
+  ASSERT_TRUE(writer) << writer.error().text();
+  const auto writeAll = [&writer](const auto& several) {
+    for (const auto& record : several) ASSERT_TRUE((*writer)->write(record));
+  };
+  writeAll(content.models);
+  writeAll(content.directives);
+  writeAll(content.snapshots);
+  writeAll(content.ticks);
+  writeAll(content.depth);
+  ASSERT_TRUE((*writer)->close());
+}
+
+/// Takes frames out of a trace, by their places.
+void loseFrames(Session& content, std::size_t first, std::size_t count) {
+  const auto begin = content.depth.begin() + static_cast<std::ptrdiff_t>(first);
+  content.depth.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
+}
+
 TEST(TraceReplayOfAnotherScene, FindsTheDifference) {
   const DaemonHome home;
   Daemon daemon(home, kSceneYaml);
-  const fs::path trace = loggedSession(home, daemon, 40);
-  fs::path depth = trace;
-  depth.replace_extension(".depth");
-  const auto recording = drivers::RecordingReader::open(depth);
-  ASSERT_TRUE(recording) << recording.error().text();
+  Session content = recordsIn(loggedSession(home, daemon, 40));
+  ASSERT_GE(content.depth.size(), 40U);
   // Whatever the hand felt is not there any more: a wall, out of its reach.
-  const std::string wall = test::pgmBytes(std::vector<std::uint16_t>(test::kImagePixels, 1000));
-  for (const auto& frame : recording->frames()) test::writeFile(depth / frame.file, wall);
+  const std::vector<std::uint16_t> wall(test::kImagePixels, 1000);
+  drivers::DepthEncoder encoder;
+  for (drivers::DepthRecord& record : content.depth) {
+    const rt::DepthFrameHeader header = record.header;
+    encoder.encode(header, std::as_bytes(std::span(wall)), record);
+  }
+  const fs::path trace = home.path() / "wall.mcap";
+  writeSession(trace, content);
   const Finished replay = replayed(trace, {"--out", home.path() / "forces.csv"});
   EXPECT_EQ(replay.ending, exitedWith(1)) << replay.output << replay.errors;
   EXPECT_GT(countOf(replay.output, " ticks\nlargest difference"), 100U) << replay.output;
   EXPECT_TRUE(fs::exists(home.path() / "forces.csv"));
+}
+
+class TraceReplayOverAGap : public testing::Test {
+ protected:
+  /// A session in which the core's memory was written down twice: before the gap and, with `again`, after it.
+  Session session(const std::vector<std::string>& set) {
+    daemon_.emplace(home_, kSceneYaml, set);
+    return recordsIn(loggedSession(home_, *daemon_, 60));
+  }
+  Finished replayOf(const Session& content) {
+    const fs::path trace = home_.path() / "gap.mcap";
+    writeSession(trace, content);
+    return replayed(trace);
+  }
+
+  const DaemonHome home_;
+  std::optional<Daemon> daemon_;
+};
+
+/// The ticks that felt one of these scenes.
+std::uint64_t ticksOf(const Session& content, std::uint64_t first_frame, std::uint64_t last_frame) {
+  return static_cast<std::uint64_t>(std::ranges::count_if(content.ticks, [&](const rt::Tick& tick) {
+    return tick.scene_frame >= first_frame && tick.scene_frame <= last_frame;
+  }));
+}
+
+TEST_F(TraceReplayOverAGap, ComputesAllUpToItAndSaysWhatIsLeftOut) {
+  Session content = session({"force.law=surface", "filter.temporal_frames=8", "surface.fusion_frames=8"});
+  const std::uint64_t lost = content.depth[30].header.frame;
+  const std::uint64_t felt_later = ticksOf(content, lost + 1, ~std::uint64_t{0});
+  loseFrames(content, 30, 1);
+  const Finished replay = replayOf(content);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
+  EXPECT_GT(countOf(replay.output, " ticks computed again"), 300U) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks: their depth frame is not recorded"), 0U) << replay.output;
+  // filter and fusion remember the lost frame to the end
+  EXPECT_EQ(countOf(replay.output, " ticks: filter or fusion remember what is not recorded"), felt_later)
+      << replay.output;
+  EXPECT_TRUE(contains(replay.output, fmt::format("not recorded: 1 ({})", lost))) << replay.output;
+}
+
+TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
+  Session content = session({"force.law=surface", "filter.temporal_frames=8", "surface.fusion_frames=8"});
+  ASSERT_FALSE(content.snapshots.empty());
+  // What follows on a gap: filter and fusion begin anew, and a snapshot follows, as at the begin of a trace.
+  EXPECT_TRUE(daemon_->reaches([](const json& status) { return status.at("mode") == "engaged"; }));
+  Session later = recordsIn(loggedSession(home_, *daemon_, 30));
+  ASSERT_FALSE(later.snapshots.empty());
+  const std::uint64_t recorded_later = later.ticks.size();
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  append(content.ticks, later.ticks);
+  append(content.models, later.models);
+  append(content.directives, later.directives);
+  append(content.snapshots, later.snapshots);
+  loseFrames(content, 20, 10);
+  append(content.depth, later.depth);
+  const Finished replay = replayOf(content);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
+  const auto snapshot = static_cast<std::int64_t>(later.snapshots[0].snapshot.tick - later.ticks[0].number);
+  EXPECT_GT(countOf(replay.output, " ticks computed again"),
+            recorded_later - static_cast<std::uint64_t>(snapshot) + 200)
+      << "before the gap and after it: " << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks: their depth frame is not recorded"), 0U) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks: before the first snapshot"), 0U) << replay.output;
+}
+
+TEST_F(TraceReplayOverAGap, LeavesOutWhatDependsOnLostModelsAndParameters) {
+  Session content = session({"force.law=nearest_springs"});
+  const auto middle = content.models.begin() + static_cast<std::ptrdiff_t>(content.models.size() / 2);
+  const std::uint64_t model = middle->model;
+  content.models.erase(middle);
+  content.directives.erase(content.directives.begin() + 1);
+  const Finished replay = replayOf(content);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
+  const bool felt =
+      std::ranges::any_of(content.ticks, [&](const rt::Tick& t) { return t.scene_model == model; });
+  EXPECT_EQ(countOf(replay.output, " ticks: their scene is not in the trace") > 0, felt) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks: their parameters are not in the trace"), 0U) << replay.output;
+}
+
+TEST(TraceReplayOfOlderTraces, TakesTheDepthOutOfTheFolderBesideThem) {
+  const DaemonHome home;
+  Daemon daemon(home, kSceneYaml, {"force.law=surface", "surface.fusion_frames=8"});
+  const fs::path session = loggedSession(home, daemon, 40);
+  const fs::path trace = home.path() / "older.mcap", folder = home.path() / "older.depth";
+  const Finished exported = home.control(
+      {"trace", "export", session.string(), "--format", "libfreenect", "--out", folder.string()});
+  ASSERT_EQ(exported.ending, exitedWith(0)) << exported.errors;
+  Session content = recordsIn(session);
+  content.depth.clear();
+  content.options.depth = false;
+  writeSession(trace, content);
+  const Finished replay = replayed(trace);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
+  EXPECT_GT(countOf(replay.output, " ticks computed again"), 300U) << replay.output;
+  EXPECT_EQ(countOf(replay.output, " ticks: their depth frame is not recorded"), 0U) << replay.output;
 }
 
 TEST(TraceReplayRefuses, ATraceWithoutDepthOrWithoutSnapshot) {
@@ -127,16 +285,12 @@ TEST(TraceReplayRefuses, ATraceWithoutDepthOrWithoutSnapshot) {
   const fs::path trace = home.traceFolder() / (name + ".mcap");
   const Finished without_depth = replayed(trace);
   EXPECT_EQ(without_depth.ending, exitedWith(66)) << without_depth.output;
-  EXPECT_TRUE(contains(without_depth.errors, ".depth"));
+  EXPECT_TRUE(contains(without_depth.errors, "trace start --depth"));
   EXPECT_EQ(replayed(home.path() / "none.mcap").ending, exitedWith(66));
 }
 
 TEST(TraceReplayRefuses, ATraceOfAnotherVersion) {
   const test::TemporaryFolder folder;
-  test::ScratchRecording recording;
-  test::fillRecording(recording, 2);
-  recording.writeIndex();
-  fs::create_directory_symlink(recording.path(), folder.path() / "older.depth");
   test::writeOlderTrace(folder.path() / "older.mcap", test::madeUpRecords(1, 20).ticks);
   const Finished older = replayed(folder.path() / "older.mcap");
   EXPECT_EQ(older.ending, exitedWith(66)) << older.output;

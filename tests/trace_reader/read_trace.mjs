@@ -26,10 +26,53 @@ function plain(value) {
 
 const print = (object) => console.log(JSON.stringify(object));
 
+/** CRC-32 of zlib. */
+function crc32(bytes) {
+  let crc = ~0;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; ++bit) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc >>> 0;
+}
+
+/** The raw values of a depth frame, as the comments of its schema say. */
+function rawValues(depth, constants, decompressHandlers) {
+  const pixels = depth.width_px * depth.height_px;
+  if (depth.encoding === constants.ENCODING_PLAIN) {
+    return Array.from({ length: pixels }, (_, i) => depth.image[2 * i] | (depth.image[2 * i + 1] << 8));
+  }
+  const bytes = decompressHandlers.zstd(depth.image, BigInt(3 * pixels));
+  const above = new Array(depth.width_px).fill(0);
+  const values = [];
+  let next = 0;
+  for (let i = 0; i < pixels; ++i) {
+    const byte = bytes[next++];
+    if (byte === 254) {
+      values.push(depth.raw_no_measurement);
+      continue;
+    }
+    const column = i % depth.width_px;
+    if (byte === 255) {
+      above[column] = bytes[next++] | (bytes[next++] << 8);
+    } else {
+      above[column] += byte % 2 === 0 ? byte / 2 : -(byte + 1) / 2;
+    }
+    values.push(above[column]);
+  }
+  if (next !== bytes.length) throw new Error(`a depth frame of ${bytes.length} bytes, of which ${next} are used`);
+  return values;
+}
+
 /** Decodes the messages of a file's channels by the schemas in the file. */
 class Decoder {
+  #decompressHandlers;
   #schemas = new Map();
   #channels = new Map();
+
+  constructor(decompressHandlers) {
+    this.#decompressHandlers = decompressHandlers;
+  }
 
   addSchema(schema) {
     if (schema.encoding !== "ros2msg") throw new Error(`schema encoding ${schema.encoding}`);
@@ -45,7 +88,17 @@ class Decoder {
   print(reader, message) {
     const channel = this.#channels.get(message.channelId);
     const decoded = channel.reader.readMessage(message.data);
+    if (channel.topic === "/hapticd/depth") this.#decodeImage(decoded, channel.definitions);
     print({ reader, topic: channel.topic, logTime: String(message.logTime), message: plain(decoded) });
+  }
+
+  /** For frames without padding. */
+  #decodeImage(depth, definitions) {
+    const fields = definitions[0].definitions;
+    const constants = Object.fromEntries(fields.filter((field) => field.isConstant).map(({ name, value }) => [name, value]));
+    depth.values = rawValues(depth, constants, this.#decompressHandlers);
+    const bytes = depth.values.flatMap((value) => [value & 255, value >> 8]);
+    if (crc32(bytes) !== depth.raw_crc32) throw new Error("the checksum of a depth frame does not fit");
   }
 
   printConstants() {
@@ -72,7 +125,7 @@ async function readIndexed(path, decompressHandlers) {
       },
     };
     const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers });
-    const decoder = new Decoder();
+    const decoder = new Decoder(decompressHandlers);
     for (const schema of reader.schemasById.values()) decoder.addSchema(schema);
     for (const channel of reader.channelsById.values()) decoder.addChannel(channel);
     decoder.printConstants();
@@ -93,7 +146,7 @@ async function readIndexed(path, decompressHandlers) {
 
 async function readStream(path, decompressHandlers) {
   const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
-  const decoder = new Decoder();
+  const decoder = new Decoder(decompressHandlers);
   reader.append(await readFile(path));
   for (let record; (record = reader.nextRecord()); ) {
     if (record.type === "Schema") decoder.addSchema(record);

@@ -2,10 +2,13 @@
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numeric>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -115,24 +118,59 @@ class ForceTable {
   fmt::memory_buffer text_;
 };
 
+/// "3..5, 9, ...": at most so many stretches.
+std::string stretchesOf(const std::set<std::uint64_t>& numbers) {
+  constexpr int kMostStretches = 20;
+  std::string text;
+  int stretches = 0;
+  for (auto number = numbers.begin(); number != numbers.end();) {
+    if (++stretches > kMostStretches) return text + ", ...";
+    const std::uint64_t first = *number;
+    std::uint64_t last = first;
+    while (++number != numbers.end() && *number == last + 1) ++last;
+    text += text.empty() ? "" : ", ";
+    text += first == last ? fmt::format("{}", first) : fmt::format("{}..{}", first, last);
+  }
+  return text;
+}
+
+std::string leftOutText(const TraceComparison& comparison) {
+  constexpr std::array<const char*, kLeftOutReasons> kReasons{
+      "before the first recorded depth frame",
+      "their depth frame is not recorded",
+      "filter or fusion remember what is not recorded",
+      "their scene is not in the trace",
+      "their parameters are not in the trace",
+      "before the first snapshot of the core, or the next one after a gap"};
+  std::string text;
+  for (std::size_t reason = 0; reason < kLeftOutReasons; ++reason) {
+    if (comparison.left_out[reason] == 0) continue;
+    text += fmt::format("left out {} ticks: {}\n", comparison.left_out[reason], kReasons[reason]);
+  }
+  if (!comparison.missing_frames.empty()) {
+    text += fmt::format("depth frames that are not recorded: {} ({})\n", comparison.missing_frames.size(),
+                        stretchesOf(comparison.missing_frames));
+  }
+  return text;
+}
+
 void print(const TraceComparison& comparison) {
   const std::string where =
       comparison.worst_tick == 0 ? "" : fmt::format(" at tick {}", comparison.worst_tick);
-  std::fputs(fmt::format("{} ticks computed again ({} in contact, {} scenes modelled), {} not covered\n"
-                         "different: {} ticks\n"
+  const std::uint64_t left_out =
+      std::accumulate(comparison.left_out.begin(), comparison.left_out.end(), std::uint64_t{0});
+  std::fputs(fmt::format("{} ticks computed again ({} in contact, {} scenes modelled), {} left out\n"
+                         "{}different: {} ticks\n"
                          "largest difference: {:g} N of the commanded force{}, {:g} N of the law's\n",
-                         comparison.ticks, comparison.in_contact, comparison.models, comparison.not_covered,
-                         comparison.different, comparison.largest_difference_n, where,
-                         comparison.largest_law_difference_n)
+                         comparison.ticks, comparison.in_contact, comparison.models, left_out,
+                         leftOutText(comparison), comparison.different, comparison.largest_difference_n,
+                         where, comparison.largest_law_difference_n)
                  .c_str(),
              stdout);
 }
 
 int replayTrace(const Options& options) {
-  const std::filesystem::path depth = options.depth.empty()
-                                          ? std::filesystem::path(options.trace).replace_extension(".depth")
-                                          : std::filesystem::path(options.depth);
-  auto replay = TraceReplay::open(options.trace, depth);
+  auto replay = TraceReplay::open(options.trace, options.depth);
   if (!replay) return fail({replay.error()}, EX_NOINPUT);
   ForceTable table;
   TraceReplay::OnTick on_tick;
@@ -153,14 +191,15 @@ int run(int argc, char** argv) {
       "haptic-replay: the forces that hapticd's core computes for a recorded scene and given HIP positions.\n"
       "Times count from the first depth frame. A single image holds for all times. At the stage `command`\n"
       "the replay begins engaged, and each sample is one step of the safety chain.\n"
-      "With --trace: computes the ticks of a trace again from the depth recorded beside it, and compares."};
+      "With --trace: computes the ticks of a trace again from the depth recorded in it, and compares. Ticks\n"
+      "that depend on something that was not recorded are left out and counted."};
   app.footer(
       "Exit status: 0 done, 1 a force differs from the trace's, 64 usage, 65 bad HIP file, depth frame or\n"
       "trace, 66 no depth or trace, 73 no output, 78 configuration.");
   Options options;
   const std::map<std::string, Stage> stages{{"law", Stage::law}, {"command", Stage::command}};
   CLI::Option* const trace =
-      app.add_option("--trace", options.trace, "trace with depth beside it; its settings are taken from it")
+      app.add_option("--trace", options.trace, "trace with depth; its settings are taken from it")
           ->type_name("FILE");
   CLI::Option* const config =
       app.add_option("-c,--config", options.config, "configuration file (YAML)")->type_name("FILE");
@@ -169,7 +208,9 @@ int run(int argc, char** argv) {
       ->take_all()
       ->allow_extra_args(false);
   app.add_option("--depth", options.depth,
-                 "folder of a recording, or one .pgm file; with --trace by default the folder beside it")
+                 "folder of a recording, or one .pgm file; with --trace the folder of a recording, for a "
+                 "trace without\n"
+                 "depth inside; by default the one beside it")
       ->type_name("DIR_OR_PGM");
   CLI::Option* const hip =
       app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")

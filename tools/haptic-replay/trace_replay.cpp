@@ -13,6 +13,8 @@
 namespace hapticd::tools {
 namespace {
 
+/// A minute of them.
+constexpr std::size_t kMostWaitingTicks = 60'000;
 constexpr const char* kSettingsAttachment = "settings.yaml";
 constexpr const char* kOtherVersion = "is of another version of hapticd, whose core may compute otherwise";
 constexpr const char* kSameVersion =
@@ -45,113 +47,81 @@ bool sameBits(const rt::Vec3& a, const rt::Vec3& b) {
 
 config::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace,
                                               const std::filesystem::path& depth) {
-  auto recording = drivers::RecordingReader::open(depth);
-  if (!recording) return std::unexpected(recording.error());
-  const auto info = drivers::readTrace(trace);
-  if (!info) return std::unexpected(info.error());
-  if (!info->missing.empty()) return refuse(trace, kOtherVersion, kSameVersion);
-  const auto settings = settingsOf(trace, *info);
+  auto index = indexOf(trace);
+  if (!index) return std::unexpected(index.error());
+  const auto settings = settingsOf(trace, index->info);
   if (!settings) return std::unexpected(settings.error());
-  TraceReplay replay(trace, *settings, std::move(*recording));
-  replay.realtime_offset_ns_ = info->realtime_offset_ns;
-  if (auto indexed = replay.index(); !indexed) return std::unexpected(indexed.error());
+  TraceReplay replay(trace, *settings, std::move(*index));
+  if (auto opened = replay.openFrames(depth); !opened) return std::unexpected(opened.error());
   return replay;
 }
 
-TraceReplay::TraceReplay(std::filesystem::path trace, config::Settings settings,
-                         drivers::RecordingReader recording)
-    : trace_(std::move(trace)),
-      settings_(std::move(settings)),
-      recording_(std::move(recording)),
-      depth_model_(
-          std::make_unique<rt::DepthModel>(settings_.camera.effectiveDepthModel(), settings_.camera.pose)),
-      builder_(std::make_unique<rt::SceneBuilder>(*depth_model_, settings_.grid)),
-      storage_(std::make_unique<rt::SceneStorage>(builder_->shape(), builder_->pointCapacity())),
-      core_(std::make_unique<rt::HapticCore>(builder_->pointCapacity())),
-      frame_(std::make_unique<rt::DepthFrame>()) {
-  storage_->attachTo(scene_);
-}
-
-/// What the ticks refer to, and the frames by their time.
-config::Result<void> TraceReplay::index() {
-  bool usable = true;
+config::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::path& trace) {
+  Index index;
   drivers::TraceVisitor visitor;
-  visitor.model = [this](const drivers::ModelRecord& model) { return models_.push_back(model), true; };
-  visitor.directive = [this](const drivers::DirectiveRecord& directive) {
-    directives_[directive.generation] = directive;
+  visitor.model = [&index](const drivers::ModelRecord& model) { return index.models.push_back(model), true; };
+  visitor.directive = [&index](const drivers::DirectiveRecord& directive) {
+    index.directives[directive.generation] = directive;
     return true;
   };
-  visitor.snapshot = [this, &usable](const drivers::SnapshotRecord& record) {
-    usable = usable && record.usable;
-    snapshots_.emplace(record.snapshot.tick, record.snapshot);
+  visitor.snapshot = [&index](const drivers::SnapshotRecord& record) {
+    index.usable = index.usable && record.usable;
+    index.snapshots.emplace(record.snapshot.tick, record.snapshot);
     return true;
   };
-  if (const auto read = drivers::readTrace(trace_, visitor); !read) return std::unexpected(read.error());
-  if (!usable) return refuse(trace_, kOtherVersion, kSameVersion);
-  if (snapshots_.empty()) {
-    return refuse(trace_, "holds no snapshot of the core, so its ticks cannot be computed again",
+  visitor.depth = [&index](const drivers::DepthRecord& record) {
+    index.frames_ns.insert(record.header.arrival_ns);
+    return true;
+  };
+  auto info = drivers::readTrace(trace, visitor);
+  if (!info) return std::unexpected(info.error());
+  index.info = std::move(*info);
+  if (!index.info.missing.empty() || !index.usable) return refuse(trace, kOtherVersion, kSameVersion);
+  if (index.snapshots.empty()) {
+    return refuse(trace, "holds no snapshot of the core, so its ticks cannot be computed again",
                   "write it with depth: hapticctl trace start --depth");
   }
-  std::ranges::sort(models_, {}, &drivers::ModelRecord::model);
-  const auto& frames = recording_.frames();
-  for (std::size_t i = 0; i < frames.size(); ++i) frames_.emplace(frames[i].realtime_ns, i);
-  // What was built before filter and fusion began anew depends on frames that were not recorded.
-  const auto first = std::ranges::find_if(
-      models_, [](const drivers::ModelRecord& model) { return model.forgot && model.depth_recorded; });
-  next_model_ = static_cast<std::size_t>(first - models_.begin());
+  return index;
+}
+
+TraceReplay::TraceReplay(std::filesystem::path trace, config::Settings settings, Index index)
+    : trace_(std::move(trace)), settings_(std::move(settings)), index_(std::move(index)) {}
+
+config::Result<void> TraceReplay::openFrames(const std::filesystem::path& depth) {
+  std::filesystem::path folder = trace_;
+  folder.replace_extension(".depth");
+  if (!depth.empty()) folder = depth;
+  std::error_code ignored;
+  if (depth.empty() && !index_.frames_ns.empty()) {
+    auto frames = std::make_unique<FramesInTrace>(trace_, std::move(index_.frames_ns));
+    frames_in_trace_ = frames.get();
+    frames_ = std::move(frames);
+  } else if (depth.empty() && !std::filesystem::exists(folder, ignored)) {
+    return refuse(trace_, fmt::format("holds no depth, and there is no recording {}", folder.string()),
+                  "write it with depth: hapticctl trace start --depth");
+  } else {
+    auto recording = drivers::RecordingReader::open(folder);
+    if (!recording) return std::unexpected(recording.error());
+    frames_ = std::make_unique<FramesInFolder>(std::move(*recording), index_.info.realtime_offset_ns);
+  }
+  scenes_ = std::make_unique<SceneReplay>(settings_, std::move(index_.models), *frames_);
+  core_ = std::make_unique<rt::HapticCore>(scenes_->pointCapacity());
   return {};
 }
 
-/// Whether the tick can be computed: it follows the one before, or a snapshot was taken before it.
+/// Whether the core's memory is known: the tick follows the one before, or a snapshot was taken before it.
 bool TraceReplay::takesUp(const rt::Tick& tick) {
   if (last_tick_ != 0 && tick.number == last_tick_ + 1) return true;
-  const auto snapshot = snapshots_.find(tick.number);
-  if (snapshot == snapshots_.end()) {
-    last_tick_ = 0;
-    return false;
-  }
+  const auto snapshot = index_.snapshots.find(tick.number);
+  if (snapshot == index_.snapshots.end()) return false;
   core_->restore(snapshot->second.memory);
   return true;
 }
 
-config::Result<void> TraceReplay::build(const drivers::ModelRecord& record) {
-  const auto found = frames_.find(record.frame_time_ns + realtime_offset_ns_);
-  if (!record.depth_recorded || found == frames_.end()) {
-    return refuse(recording_.folder(),
-                  fmt::format("frame {} of scene {} is not in it", record.frame, record.model),
-                  "the disk was too slow while it was recorded; ticks up to there can be replayed");
-  }
-  if (auto read = recording_.read(found->second, *frame_); !read) return read;
-  frame_->sequence = record.frame;
-  frame_->arrival_ns = record.frame_time_ns;
-  const auto directive = directiveOf(record.generation);
-  if (!directive) return std::unexpected(directive.error());
-  if (record.forgot) builder_->forget();
-  builder_->build(*frame_, record.centre_m_in_world, record.radius_m, scene_,
-                  rt::SceneNeeds::of(directive->parameters));
-  scene_.model = record.model;
-  ++comparison_.models;
-  return {};
-}
-
-/// Each scene in its turn: what a filter remembers depends on those before.
-config::Result<void> TraceReplay::modelUpTo(std::uint64_t model) {
-  while (next_model_ < models_.size() && models_[next_model_].model <= model) {
-    if (auto built = build(models_[next_model_]); !built) return built;
-    ++next_model_;
-  }
-  if (scene_.model == model) return {};
-  return refuse(trace_, fmt::format("scene {} is not in it", model),
-                "records were lost while it was written");
-}
-
-config::Result<rt::Directive> TraceReplay::directiveOf(std::uint64_t generation) {
-  if (directive_ && directive_->generation == generation) return *directive_;
-  const auto found = directives_.find(generation);
-  if (found == directives_.end()) {
-    return refuse(trace_, fmt::format("parameter set {} is not in it", generation),
-                  "records were lost while it was written");
-  }
+config::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint64_t generation) {
+  if (directive_ && directive_->generation == generation) return directive_;
+  const auto found = index_.directives.find(generation);
+  if (found == index_.directives.end()) return std::nullopt;
   const drivers::DirectiveRecord& record = found->second;
   config::Settings settings = settings_;
   for (const auto& [name, value] : record.parameters) {
@@ -163,25 +133,59 @@ config::Result<rt::Directive> TraceReplay::directiveOf(std::uint64_t generation)
                              .engage_inside = record.engage_inside,
                              .engage_request = record.engage_request,
                              .parameters = settings.effectiveLive()};
-  return *directive_;
+  return directive_;
+}
+
+SceneReplay::ParametersOf TraceReplay::parametersOf() {
+  return [this](std::uint64_t generation) -> config::Result<std::optional<rt::LiveParameters>> {
+    const auto directive = directiveOf(generation);
+    if (!directive) return std::unexpected(directive.error());
+    return *directive ? std::optional((*directive)->parameters) : std::nullopt;
+  };
+}
+
+/// Where no ticks are for long, scenes are built without being felt, so that their frames need not be kept.
+config::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
+  frames_in_trace_->add(record, scenes_->neededFrom_ns());
+  if (!frames_in_trace_->full()) return {};
+  return scenes_->goOn(parametersOf());
+}
+
+/// Frames may come a little later in the file than the ticks that felt them.
+config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
+  while (!waiting_.empty() && (all || scenes_->ready(waiting_.front().scene_model))) {
+    if (auto replayed = replay(waiting_.front(), on_tick); !replayed) return replayed;
+    waiting_.pop_front();
+  }
+  if (waiting_.size() <= kMostWaitingTicks) return {};
+  return refuse(
+      trace_, fmt::format("has more than {} ticks before the depth frame that they felt", kMostWaitingTicks),
+      "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
 }
 
 config::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_tick) {
-  if (!takesUp(tick)) {
-    ++comparison_.not_covered;
-    return {};
-  }
-  if (auto modelled = modelUpTo(tick.scene_model); !modelled) return modelled;
+  // also where the tick is left out: later scenes may remember this one
+  const auto why_not = scenes_->goTo(tick.scene_model, parametersOf());
+  if (!why_not) return std::unexpected(why_not.error());
   auto directive = directiveOf(tick.directive_generation);
   if (!directive) return std::unexpected(directive.error());
-  if (tick.stopping) directive->engage = false;
+  if (*why_not) return leaveOut(**why_not), config::Result<void>{};
+  if (!*directive) return leaveOut(LeftOut::directive), config::Result<void>{};
+  if (!takesUp(tick)) return leaveOut(LeftOut::core), config::Result<void>{};
+  if (tick.stopping) (*directive)->engage = false;
   const std::int64_t woke_ns = tick.planned_ns + tick.wakeup_latency_ns;
-  const rt::Tick computed = core_->step({woke_ns, 1 / settings_.loop.rate_hz, scene_, tick.handle, *directive,
-                                         tick.after_overrun, tick.stopping && tick.released});
+  const rt::Tick computed =
+      core_->step({woke_ns, 1 / settings_.loop.rate_hz, scenes_->scene(), tick.handle, **directive,
+                   tick.after_overrun, tick.stopping && tick.released});
   compare(tick, computed);
   if (on_tick) on_tick(tick, computed);
   last_tick_ = tick.number;
   return {};
+}
+
+void TraceReplay::leaveOut(LeftOut reason) {
+  ++comparison_.left_out[static_cast<std::size_t>(reason)];
+  last_tick_ = 0;
 }
 
 void TraceReplay::compare(const rt::Tick& recorded, const rt::Tick& computed) {
@@ -205,12 +209,23 @@ config::Result<TraceComparison> TraceReplay::run(const OnTick& on_tick) {
   config::Result<void> replayed;
   drivers::TraceVisitor visitor;
   visitor.tick = [&](const rt::Tick& tick) {
-    replayed = replay(tick, on_tick);
+    waiting_.push_back(tick);
+    replayed = replayWaiting(on_tick, false);
     return replayed.has_value();
   };
+  if (frames_in_trace_ != nullptr) {
+    visitor.depth = [&](const drivers::DepthRecord& record) {
+      replayed = keepFrame(record);
+      if (replayed) replayed = replayWaiting(on_tick, false);
+      return replayed.has_value();
+    };
+  }
   const auto read = drivers::readTrace(trace_, visitor);
+  if (read && replayed) replayed = replayWaiting(on_tick, true);
   if (!replayed) return std::unexpected(replayed.error());
   if (!read) return std::unexpected(read.error());
+  comparison_.models = scenes_->built();
+  comparison_.missing_frames = scenes_->missingFrames();
   return comparison_;
 }
 

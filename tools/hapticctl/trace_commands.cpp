@@ -61,7 +61,7 @@ void addRecording(CommandLine& line, CLI::App& group) {
                             [](const Json& reply) { return "writing " + textAt(reply, "name") + "\n"; });
       });
   start.add_option("--label", *label, "Part of the trace's name, to know it again")->type_name("LABEL");
-  start.add_flag("--depth", *depth, "Record the raw depth too, for haptic-replay");
+  start.add_flag("--depth", *depth, "Record the raw depth in it too, for haptic-replay");
 
   const auto finish = [&](const char* name, const char* help, const char* method, const char* done) {
     line.add(group, name, help, [&options, method, done] {
@@ -85,7 +85,7 @@ void addFolder(CommandLine& line, CLI::App& group) {
   });
   addNames(list, *names_only);
   const auto name = std::make_shared<std::string>();
-  line.add(group, "delete", "Delete a finished trace and its depth recording",
+  line.add(group, "delete", "Delete a finished trace, and a depth recording of older versions beside it",
            [&options, name] {
              const Call call{"io.hapticd.Control.DeleteTrace", {{"name", *name}}, true, kDiskLimit};
              return callAndPrint(options, call,
@@ -125,15 +125,19 @@ void addFiles(CommandLine& line, CLI::App& group) {
   CLI::App& exported =
       addForFile(line, group, "export", "Write a trace in a form that other programs read",
                  [&options, wanted](const fs::path& file) { return runTraceExport(options, file, *wanted); });
-  exported.add_option("--format", wanted->format, "csv or hdf5 (default: by the ending of --out, else csv)")
+  exported
+      .add_option(
+          "--format", wanted->format,
+          "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: by the ending of\n"
+          "--out, else csv)")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"csv", "hdf5"}));
+      ->check(CLI::IsMember({"csv", "hdf5", "libfreenect"}));
   exported
       .add_option("--channel", wanted->channel,
                   "What a CSV holds: ticks (default), models, directives, events")
       ->type_name("CHANNEL")
       ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
-  exported.add_option("--out", wanted->out, "The file to write (default: the trace's name here)")
+  exported.add_option("--out", wanted->out, "The file or folder to write (default: the trace's name here)")
       ->type_name("FILE");
   addForce(exported, wanted->if_exists);
   exported

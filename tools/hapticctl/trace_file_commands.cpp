@@ -12,6 +12,7 @@
 #include "tools/hapticctl/status_text.h"
 #include "tools/trace/csv_export.h"
 #include "tools/trace/hdf5_program.h"
+#include "tools/trace/recording_export.h"
 #include "tools/trace/trace_plot.h"
 #include "tools/trace/trace_summary.h"
 
@@ -51,6 +52,7 @@ Json infoJson(const TraceSummary& summary) {
           {"directives", info.directives},
           {"events", info.events},
           {"snapshots", info.snapshots},
+          {"depthFrames", info.depth_frames},
           {"chunks", info.chunks},
           {"metadata", metadata},
           {"attachments", attachments},
@@ -80,8 +82,8 @@ void showInfo(const TraceSummary& summary) {
   for (const auto& [mode, seconds] : summary.modes_s) {
     fmt::print("mode         {} for {} s\n", mode, fixed(seconds, 1));
   }
-  fmt::print("records      {} models, {} parameter sets, {} events, {} snapshots\n", info.models,
-             info.directives, info.events, info.snapshots);
+  fmt::print("records      {} models, {} parameter sets, {} events, {} snapshots, {} depth frames\n",
+             info.models, info.directives, info.events, info.snapshots, info.depth_frames);
   fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
              info.complete ? "complete" : "not closed: hapticctl trace recover");
   for (const auto& [name, value] : info.metadata) {
@@ -119,6 +121,24 @@ TraceChannel channelOf(const std::string& name) {
   return TraceChannel::ticks;
 }
 
+/// The depth as a folder.
+int exportDepth(const CommandOptions& options, const std::filesystem::path& file,
+                const ExportOptions& wanted) {
+  const std::filesystem::path folder =
+      wanted.out.empty() ? besideHere(file, ".depth") : std::filesystem::path(wanted.out);
+  ProgressLine progress("exporting");
+  const auto frames =
+      exportRecording(file, folder, wanted.selection, [&](double share) { progress.show(share); });
+  progress.end();
+  if (!frames) return report(frames.error(), options.json);
+  if (options.json) {
+    printJson({{"file", folder.string()}, {"frames", *frames}});
+  } else {
+    fmt::print("{}: {} depth frames\n", printable(folder.string()), *frames);
+  }
+  return kOk;
+}
+
 }  // namespace
 
 int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file) {
@@ -154,6 +174,7 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
                    const ExportOptions& wanted) {
+  if (wanted.format == "libfreenect") return exportDepth(options, file, wanted);
   const bool hdf5 = wanted.format == "hdf5" || (wanted.format.empty() && wanted.out.ends_with(".h5"));
   const std::filesystem::path out =
       wanted.out.empty() ? besideHere(file, hdf5 ? ".h5" : ".csv") : std::filesystem::path(wanted.out);

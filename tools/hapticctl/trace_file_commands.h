@@ -11,7 +11,7 @@ namespace hapticd::tools {
 
 /// What `trace export` makes of a trace.
 struct ExportOptions {
-  std::string format;             ///< csv or hdf5; empty: by the ending of `out`, else csv
+  std::string format;             ///< csv, hdf5 or libfreenect; empty: by the ending of `out`, else csv
   std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
   std::string out;                ///< empty: the trace's name with another ending, in this folder
   IfExists if_exists = IfExists::refuse;

@@ -83,6 +83,7 @@ config::Result<drivers::TraceInfo> SelectedTrace::readAll(drivers::TraceVisitor 
   keepSelected(visitor.model);
   keepSelected(visitor.directive);
   keepSelected(visitor.event);
+  keepSelected(visitor.depth);
   visitor.progress = progress;
   return drivers::readTrace(file_, visitor);
 }

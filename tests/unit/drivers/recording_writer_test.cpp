@@ -1,9 +1,6 @@
 #include "drivers/camera/recorded/recording_writer.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -37,9 +34,9 @@ std::unique_ptr<rt::DepthFrame> madeUpFrame(std::uint32_t number) {
   return frame;
 }
 
-/// Offers a frame until it is taken.
 void add(RecordingWriter& writer, const rt::DepthFrame& frame) {
-  ASSERT_TRUE(test::becomesTrue([&] { return writer.offer(frame); }));
+  const auto written = writer.write(frame);
+  ASSERT_TRUE(written) << written.error().text();
 }
 
 void expectFrame(const RecordingReader& reader, std::uint32_t number) {
@@ -57,9 +54,7 @@ TEST(RecordingWriter, WhatItWroteReadsBackToThePixelAndNanosecond) {
   auto writer = RecordingWriter::create(folder.path() / "a.depth", kRealtimeOffset_ns);
   ASSERT_TRUE(writer) << writer.error().text();
   for (std::uint32_t number = 0; number < 20; ++number) add(**writer, *madeUpFrame(number));
-  ASSERT_TRUE((*writer)->close());
   EXPECT_EQ((*writer)->frames(), 20U);
-  EXPECT_FALSE((*writer)->failure());
   const auto reader = RecordingReader::open(folder.path() / "a.depth");
   ASSERT_TRUE(reader) << reader.error().text();
   ASSERT_EQ(reader->frames().size(), 20U);
@@ -72,32 +67,6 @@ TEST(RecordingWriter, TakesNoFolderThatIsThereOrCannotBeMade) {
   EXPECT_FALSE(RecordingWriter::create(folder.path(), 0));
   EXPECT_FALSE(RecordingWriter::create(folder.path() / "mine", 0));
   EXPECT_FALSE(RecordingWriter::create(folder.path() / "nowhere" / "a.depth", 0));
-}
-
-TEST(RecordingWriter, RefusesAndCountsWhatASlowDiskHasNoRoomFor) {
-  const test::TemporaryFolder folder;
-  auto writer = RecordingWriter::create(folder.path() / "a.depth", kRealtimeOffset_ns);
-  ASSERT_TRUE(writer);
-  // the disk is a pipe in place of the first image, which nobody reads yet
-  const fs::path image = folder.path() / "a.depth" / "d-1700000012.000000007-4294967290.pgm";
-  ASSERT_EQ(::mkfifo(image.c_str(), 0600), 0);
-  std::uint32_t number = 0;
-  while (number < 100 && (*writer)->offer(*madeUpFrame(number))) ++number;
-  EXPECT_EQ(number, 8U) << "that many it holds";
-  EXPECT_EQ((*writer)->lost(), 1U);
-  EXPECT_EQ((*writer)->frames(), 0U);
-
-  std::ifstream disk(image, std::ios::binary);
-  const std::string first{std::istreambuf_iterator<char>(disk), {}};
-  EXPECT_EQ(first.size(), 614'417U);
-  ASSERT_TRUE((*writer)->close());
-  EXPECT_EQ((*writer)->frames(), 8U);
-  fs::remove(image);
-  std::ofstream(image, std::ios::binary) << first;
-  const auto reader = RecordingReader::open(folder.path() / "a.depth");
-  ASSERT_TRUE(reader) << reader.error().text();
-  ASSERT_EQ(reader->frames().size(), 8U);
-  for (std::uint32_t frame = 0; frame < 8; ++frame) expectFrame(*reader, frame);
 }
 
 /// In a child: writes until it is killed.
@@ -133,12 +102,8 @@ void writeOnAFullDisk(const fs::path& folder) {
   std::signal(SIGXFSZ, SIG_IGN);
   auto writer = RecordingWriter::create(folder, kRealtimeOffset_ns);
   ASSERT_TRUE(writer);
-  EXPECT_TRUE((*writer)->offer(*madeUpFrame(0)));
-  ASSERT_TRUE(test::becomesTrue([&] { return (*writer)->failure().has_value(); }));
-  EXPECT_FALSE((*writer)->offer(*madeUpFrame(1)));
-  EXPECT_FALSE((*writer)->close());
+  EXPECT_FALSE((*writer)->write(*madeUpFrame(0)));
   EXPECT_EQ((*writer)->frames(), 0U);
-  EXPECT_EQ((*writer)->lost(), 2U);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1) << "no half image";
   EXPECT_EQ(fs::file_size(folder / "INDEX.txt"), 0U);
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <string>
 
+#include "drivers/trace/trace_writer.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -74,6 +75,23 @@ TEST(TraceFolder, ListsTheOldestFirstWithTheirDepth) {
   EXPECT_TRUE((*traces)[1].open);
   EXPECT_FALSE((*traces)[1].depth);
   EXPECT_LT((*traces)[0].time_ns, (*traces)[1].time_ns);
+}
+
+TEST(TraceFolder, SaysWhichTracesHaveTheirDepthInside) {
+  const TemporaryFolder folder;
+  for (const bool depth : {true, false}) {
+    const auto writer =
+        TraceWriter::create(folder.path() / (depth ? "with.mcap" : "without.mcap"), {.depth = depth});
+    ASSERT_TRUE(writer) << writer.error().text();
+    ASSERT_TRUE((*writer)->close());
+  }
+  const auto traces = listTraces(folder.path());
+  ASSERT_TRUE(traces) << traces.error().text();
+  ASSERT_EQ(traces->size(), 2U);
+  for (const TraceEntry& entry : *traces) {
+    EXPECT_EQ(entry.depth, entry.name == "with");
+    EXPECT_EQ(entry.bytes, fs::file_size(folder.path() / (entry.name + ".mcap")));
+  }
 }
 
 TEST(TraceFolder, AFolderThatIsNotThereIsEmptyAndAFileIsNone) {

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace hapticd::rt {
+
+/// How the bytes of one pixel are to be read.
+enum class DepthRawType : std::uint8_t {
+  uint16,  ///< two bytes, the low one first
+};
+
+/// How a raw value becomes Z, the depth along the optical axis.
+enum class DepthLawKind : std::uint8_t {
+  reciprocal,  ///< 1/Z = c0 raw + c1 in 1/m: disparities of structured light
+  linear,      ///< Z = c0 raw + c1 in m: c0 is the unit of cameras that deliver depth
+};
+
+/// What is known of the standard deviation of Z.
+enum class DepthNoiseKind : std::uint8_t {
+  unknown,
+  polynomial,  ///< c0 + c1 Z + c2 Z^2 in m, Z in m
+};
+
+/// What a raw depth image is and where it comes from: all that it takes to turn its bytes into points.
+///
+/// Plain data of fixed layout, little-endian, without padding: the same bytes in memory, in a trace and in
+/// memory shared with another process. Who receives one calls faultOf() before anything else of it is used.
+/// A change of the layout or of a meaning raises kVersion.
+/// The camera's frame: x right, y up, looking along -z; pixel (0, 0) is the upper left one.
+struct DepthFrameHeader {
+  static constexpr std::array<std::uint8_t, 4> kMagic{'H', 'D', 'E', 'P'};
+  static constexpr std::uint16_t kVersion = 1;
+  static constexpr std::uint32_t kMostPixelsPerSide = 4096;
+  static constexpr std::size_t kSerialBytes = 32;
+
+  std::array<std::uint8_t, 4> magic = kMagic;
+  std::uint16_t version = kVersion;
+  std::uint16_t header_bytes = 264;  ///< size of this structure
+  std::uint32_t width_px = 0;        ///< columns, 1..4096
+  std::uint32_t height_px = 0;       ///< rows, 1..4096
+  std::uint32_t stride_bytes = 0;    ///< from one row to the next; a multiple of a pixel's bytes
+  DepthRawType raw_type = DepthRawType::uint16;
+  DepthLawKind depth_law = DepthLawKind::reciprocal;
+  DepthNoiseKind noise = DepthNoiseKind::unknown;
+  std::uint8_t reserved = 0;
+  std::uint32_t raw_no_measurement = 0;  ///< the raw value that says that nothing was measured
+  std::uint32_t device_ticks = 0;        ///< the camera's own counter at this frame; 0 if it has none
+  std::array<double, 2> depth_law_coefficients = {};  ///< of DepthLawKind
+  double fx_px = 0;                                   ///< focal lengths
+  double fy_px = 0;
+  double cx_px = 0;  ///< principal point
+  double cy_px = 0;
+  std::array<double, 9> rotation_world_camera = {};  ///< of T_world_camera, row by row
+  std::array<double, 3> position_m_in_world = {};    ///< of T_world_camera: where the camera is
+  std::array<double, 3> noise_coefficients = {};     ///< of DepthNoiseKind
+  std::int64_t exposure_ns = 0;      ///< CLOCK_MONOTONIC at the middle of the exposure; 0: not known
+  std::int64_t arrival_ns = 0;       ///< CLOCK_MONOTONIC when the last byte was there
+  std::uint64_t frame = 0;           ///< 1 for the first one since the camera's start
+  std::uint64_t device_tick_hz = 0;  ///< rate of device_ticks; 0: not known
+  std::array<std::uint8_t, kSerialBytes> serial = {};  ///< of the camera, ASCII, filled up with zeros
+
+  std::size_t imageBytes() const noexcept { return std::size_t{stride_bytes} * height_px; }
+};
+
+// The layout is an interface: other programs and other versions read it.
+static_assert(std::endian::native == std::endian::little);
+static_assert(std::is_trivially_copyable_v<DepthFrameHeader> && std::is_standard_layout_v<DepthFrameHeader>);
+static_assert(std::has_unique_object_representations_v<decltype(DepthFrameHeader::serial)>);
+static_assert(sizeof(DepthFrameHeader) == 264 && alignof(DepthFrameHeader) == 8);
+static_assert(offsetof(DepthFrameHeader, version) == 4 && offsetof(DepthFrameHeader, header_bytes) == 6);
+static_assert(offsetof(DepthFrameHeader, width_px) == 8 && offsetof(DepthFrameHeader, height_px) == 12);
+static_assert(offsetof(DepthFrameHeader, stride_bytes) == 16 && offsetof(DepthFrameHeader, raw_type) == 20);
+static_assert(offsetof(DepthFrameHeader, depth_law) == 21 && offsetof(DepthFrameHeader, noise) == 22);
+static_assert(offsetof(DepthFrameHeader, raw_no_measurement) == 24);
+static_assert(offsetof(DepthFrameHeader, device_ticks) == 28);
+static_assert(offsetof(DepthFrameHeader, depth_law_coefficients) == 32);
+static_assert(offsetof(DepthFrameHeader, fx_px) == 48 && offsetof(DepthFrameHeader, cy_px) == 72);
+static_assert(offsetof(DepthFrameHeader, rotation_world_camera) == 80);
+static_assert(offsetof(DepthFrameHeader, position_m_in_world) == 152);
+static_assert(offsetof(DepthFrameHeader, noise_coefficients) == 176);
+static_assert(offsetof(DepthFrameHeader, exposure_ns) == 200 &&
+              offsetof(DepthFrameHeader, arrival_ns) == 208);
+static_assert(offsetof(DepthFrameHeader, frame) == 216 && offsetof(DepthFrameHeader, device_tick_hz) == 224);
+static_assert(offsetof(DepthFrameHeader, serial) == 232);
+
+/// Why a header cannot be used.
+enum class DepthHeaderFault : std::uint8_t {
+  none,
+  no_header,        ///< it does not begin with kMagic
+  unknown_version,  ///< only `magic` and `version` mean anything then
+  wrong_size,       ///< header_bytes is not that of its version
+  unknown_type,     ///< raw_type, depth_law or noise is none that this version has
+  impossible_image  ///< width, height or stride out of range
+};
+
+/// Thread: any.  Progress: wait-free.  RT: safe.
+constexpr DepthHeaderFault faultOf(const DepthFrameHeader& header) noexcept {
+  if (header.magic != DepthFrameHeader::kMagic) return DepthHeaderFault::no_header;
+  if (header.version != DepthFrameHeader::kVersion) return DepthHeaderFault::unknown_version;
+  if (header.header_bytes != sizeof(DepthFrameHeader)) return DepthHeaderFault::wrong_size;
+  if (header.raw_type > DepthRawType::uint16 || header.depth_law > DepthLawKind::linear ||
+      header.noise > DepthNoiseKind::polynomial) {
+    return DepthHeaderFault::unknown_type;
+  }
+  constexpr std::uint32_t kPixelBytes = 2;
+  constexpr std::uint32_t kMost = DepthFrameHeader::kMostPixelsPerSide;
+  const bool possible = header.width_px > 0 && header.width_px <= kMost && header.height_px > 0 &&
+                        header.height_px <= kMost && header.stride_bytes % kPixelBytes == 0 &&
+                        header.stride_bytes >= kPixelBytes * header.width_px &&
+                        header.stride_bytes <= 2 * kPixelBytes * kMost;
+  return possible ? DepthHeaderFault::none : DepthHeaderFault::impossible_image;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,66 @@
+#include "daemon/scene_thread.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+#include <vector>
+
+#include "tests/support/program.h"
+
+namespace hapticd::daemon {
+namespace {
+
+/// A scene thread that models each frame around a HIP in front of the camera.
+class ScenesOfFrames : public testing::Test {
+ protected:
+  ScenesOfFrames() {
+    focus_.back() = {0, 0, -1};
+    focus_.publish();
+    thread_.start();
+  }
+
+  /// The record of the frame's scene.
+  drivers::ModelRecord model(std::uint64_t frame, std::int64_t arrival_ns) {
+    rt::DepthFrame& raw = thread_.back();
+    std::fill(std::begin(raw.raw), std::end(raw.raw), std::uint16_t{760});
+    raw.sequence = frame;
+    raw.arrival_ns = arrival_ns;
+    raw.device_ticks = 0;
+    thread_.publish();
+    drivers::ModelRecord record;
+    EXPECT_TRUE(test::becomesTrue([&] { return thread_.models().pop(record) && record.frame == frame; }));
+    return record;
+  }
+
+  rt::DepthModel depth_model_{{}, {}};
+  rt::SceneChannel scenes_;
+  rt::TripleBuffer<rt::Vec3> focus_;
+  SceneThread thread_{depth_model_, {}, {}, scenes_, focus_};
+};
+
+TEST_F(ScenesOfFrames, BeginAnewWithTheFirstRecordedFrameAndWithTheFirstOneAfterAGap) {
+  constexpr std::int64_t kPeriod_ns = SceneThread::kLeastBetweenBeginnings_ns / 5;
+  const std::set<std::uint64_t> refused{2, 3, 9, 12, 20};
+  EXPECT_FALSE(model(1, 0).forgot) << "without a recording it goes on";
+  thread_.setTap([&refused](const rt::DepthFrame& frame) { return !refused.contains(frame.sequence); });
+  std::vector<std::uint64_t> anew;
+  for (std::uint64_t frame = 2; frame <= 25; ++frame) {
+    const drivers::ModelRecord record = model(frame, static_cast<std::int64_t>(frame) * kPeriod_ns);
+    EXPECT_EQ(record.depth_recorded, !refused.contains(frame)) << frame;
+    if (record.forgot) anew.push_back(frame);
+  }
+  // 12 follows 9 too soon: what is felt is not disturbed more often than every five of these frames
+  EXPECT_EQ(anew, (std::vector<std::uint64_t>{4, 10, 15, 21}));
+}
+
+TEST_F(ScenesOfFrames, GoOnAsTheyAreWithoutARecording) {
+  for (std::uint64_t frame = 1; frame <= 3; ++frame) {
+    const drivers::ModelRecord record = model(frame, static_cast<std::int64_t>(frame));
+    EXPECT_FALSE(record.forgot);
+    EXPECT_FALSE(record.depth_recorded);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::daemon

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "config/error.h"
+#include "tools/trace/trace_selection.h"
+
+namespace hapticd::tools {
+
+/// Writes the raw depth frames of a trace as a recording in libfreenect's format, which `fakenect` and the
+/// camera driver `recorded` play: a folder with INDEX.txt and a .pgm file for each frame. It appears under
+/// its name when it is whole. Returns the number of frames.
+/// Errors: those of readTrace(), no depth in it, the folder exists, the disk's.
+config::Result<std::uint64_t> exportRecording(const std::filesystem::path& trace,
+                                              const std::filesystem::path& folder,
+                                              const TraceSelection& selection, const Progress& progress);
+
+}  // namespace hapticd::tools
