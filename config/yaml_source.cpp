@@ -24,7 +24,12 @@ class SourceWalk {
       if (scalar.at < at_ || scalar.at >= text_.size()) return notUnderstood();
       if (!passTo(scalar.at) || !pass(scalar)) return problem_;
     }
-    if (complete && !passTo(text_.size())) return problem_;
+    if (!complete) return std::nullopt;
+    if (!passTo(text_.size())) return problem_;
+    if (has_version_ && !begun_) {
+      fail("a line `---` is missing behind the version", "write it below %YAML, or leave the version out");
+      return problem_;
+    }
     return std::nullopt;
   }
 
@@ -69,7 +74,10 @@ class SourceWalk {
   bool isMarker() {
     const std::string_view line = restOfLine();
     const bool ends_here = line.size() == 3 || (line.size() > 3 && kBlanks.contains(line[3]));
-    if (line.starts_with("%YAML 1.")) return at_ == 0;
+    if (line.starts_with("%YAML 1.1") || line.starts_with("%YAML 1.2")) {
+      has_version_ = at_ == 0 && line.find_first_not_of(kBlanks, 9) == std::string_view::npos;
+      return has_version_;
+    }
     if (line.starts_with("---") && ends_here) return !std::exchange(begun_, true);
     return line.starts_with("...") && ends_here;
   }
@@ -151,6 +159,7 @@ class SourceWalk {
   std::span<const SourceScalar> scalars_;
   std::size_t at_ = 0;
   int depth_ = 0;             // of flow maps
+  bool has_version_ = false;  // by a line %YAML, behind which a line --- must come
   bool begun_ = false;        // by a line ---
   bool in_entries_ = false;   // behind the first name
   bool behind_name_ = false;  // on its line

@@ -121,14 +121,53 @@ class Damage {
 
   void change(std::string& text) {
     static constexpr std::string_view kSigns = "{}[]:,&*!|>'\"%@`#-?~\n\r\t 0.\\eE+x<=";
-    static constexpr std::string_view kPieces[] = {
-        "\r\n",     "\r",       "---",          "...",      "\n---\n",  "\n...\n",      "%YAML 1.2\n---\n",
-        "%FOO x\n", ": ",       " #",           "\\\n",     "<<: *a\n", "&a ",          "!!str ",
-        "|\n",      ">-\n",     "? ",           "- ",       "\xc2\x85", "\xe2\x80\xa8", "\xef\xbb\xbf",
-        "''",       "\"\"",     "\\\"",         "~",        "null",     "}}",           "{a: b}",
-        "[a, b]",   "  ",       "\n\n",         "\t",       "\n\t",     " :",           "=",
-        "!",        "\xc2\xa0", "\xe2\x80\xa9", "\xc2\x9b", ",,",       ":x",           "::",
-        "\n ",      "\"x\" y",  "\\x0a"};
+    static constexpr std::string_view kPieces[] = {"\r\n",
+                                                   "\r",
+                                                   "---",
+                                                   "...",
+                                                   "\n---\n",
+                                                   "\n...\n",
+                                                   "%YAML 1.2\n---\n",
+                                                   "%YAML 1.2\n",
+                                                   "%YAML 1.3\n---\n",
+                                                   "%FOO x\n",
+                                                   ": ",
+                                                   " #",
+                                                   "\\\n",
+                                                   "<<: *a\n",
+                                                   "&a ",
+                                                   "!!str ",
+                                                   "|\n",
+                                                   ">-\n",
+                                                   "? ",
+                                                   "- ",
+                                                   "\xc2\x85",
+                                                   "\xe2\x80\xa8",
+                                                   "\xef\xbb\xbf",
+                                                   "''",
+                                                   "\"\"",
+                                                   "\\\"",
+                                                   "~",
+                                                   "null",
+                                                   "}}",
+                                                   "{a: b}",
+                                                   "[a, b]",
+                                                   "  ",
+                                                   "\n\n",
+                                                   "\t",
+                                                   "\n\t",
+                                                   " :",
+                                                   "=",
+                                                   "!",
+                                                   "\xc2\xa0",
+                                                   "\xe2\x80\xa9",
+                                                   "\xc2\x9b",
+                                                   ",,",
+                                                   ":x",
+                                                   "::",
+                                                   "\n ",
+                                                   "\"x\" y",
+                                                   "\\x0a"};
     const std::size_t at = below(text.size());
     switch (below(9)) {
       case 0:
@@ -158,8 +197,12 @@ class Damage {
     }
   }
 
-  /// At the beginning or the end of a line.
+  /// At the beginning or the end of a line, or of the file.
   void atLine(std::string& text, std::string_view piece) {
+    if (below(10) == 0) {
+      text.insert(0, piece);
+      return;
+    }
     const std::size_t line = text.find('\n', below(text.size()));
     if (line != std::string::npos) text.insert(line + below(2), piece);
   }

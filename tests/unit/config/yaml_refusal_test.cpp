@@ -207,6 +207,13 @@ const std::vector<Refusal> kForms{
      "# a\xc2\x85safety: {}\n# b\xe2\x80\xa8grid: {}\n",
      {"bad.yaml:1: the invisible character U+0085 is not allowed (delete it)",
       "bad.yaml:2: the invisible character U+2028 is not allowed (delete it)"}},
+    {"VersionOfAnotherYaml",
+     "%YAML 1.3\n---\n{}\n",
+     {"bad.yaml:1: \"%YAML 1.3\" is not understood here " + kSyntax}},
+    {"VersionWithoutTheBeginOfADocument",
+     "%YAML 1.2\nforce: {}\n",
+     {"bad.yaml:3: a line `---` is missing behind the version (write it below %YAML, or leave the version "
+      "out)"}},
     {"NameWithoutColon",
      "grid: {}\nsafety",
      {"bad.yaml:2: a colon is missing behind the name (write `name: value`)"}},
