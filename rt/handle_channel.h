@@ -24,8 +24,8 @@ struct HandleState {
   HandleCondition condition = HandleCondition::ready;
   std::uint32_t buttons = 0;  ///< bit n: button n is held
   double delay_s = 0;  ///< from a motion of the hand to the force that answers it, without the loop's own
-  std::int64_t command_latency_ns =
-      0;  ///< of the newest command that the device got: from its writing to its sending; 0: none yet
+  std::int64_t command_latency_ns = 0;  ///< how long a command had waited, from its writing to the newest
+                                        ///< sending to the device; 0: none yet
 };
 
 /// What the handle is to exert on the hand.

@@ -29,23 +29,32 @@ class CommandGate {
 
   /// What pass() gave last has been handed to the device. Counted once for each command.
   void sent(std::int64_t now_ns) {
-    if (passed_.tick == 0 || passed_.time_ns == sent_time_ns_) return;
-    sent_time_ns_ = passed_.time_ns;
-    latency_ns_ = now_ns - passed_.time_ns;
+    if (passed_.tick == 0 || passed_.time_ns == sent_.time_ns) return;
+    latency_ns_ = now_ns - waitingSince_ns();
+    sent_ = passed_;
     last_hop_.add(latency_ns_);
   }
 
-  /// Of the command sent last, from its writing by the force thread; 0: none has been sent.
+  /// Of the newest sending, how long a command had waited for it, from its writing by the force thread; where
+  /// the driver left commands out for a newer one, the first of these. 0: none has been sent.
   std::int64_t latency_ns() const { return latency_ns_; }
 
-  /// Over all commands sent; nothing while there is none.
+  /// Over all sendings; nothing while there is none.
   std::optional<rt::LatencySummary> lastHop() const {
     return last_hop_.total() == 0 ? std::nullopt : std::optional(summaryOf(last_hop_));
   }
 
  private:
+  /// When the command was written that follows the one sent before: the ticks between are alike.
+  std::int64_t waitingSince_ns() const {
+    const bool follows = sent_.tick != 0 && sent_.session == passed_.session && passed_.tick > sent_.tick;
+    if (!follows) return passed_.time_ns;
+    const auto ticks = static_cast<std::int64_t>(passed_.tick - sent_.tick);
+    return sent_.time_ns + (passed_.time_ns - sent_.time_ns) / ticks;
+  }
+
   rt::HandleCommand passed_;  // tick 0: none
-  std::int64_t sent_time_ns_ = 0;
+  rt::HandleCommand sent_;    // likewise
   std::int64_t latency_ns_ = 0;
   rt::LatencyHistogram last_hop_;
 };

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 
@@ -255,7 +256,10 @@ TEST_F(HapticctlWork, RegisterByTouchFindsTheCamera) {
   touch(500, 100, 1e-4, 0);
   touch(300, 400, 1e-4, 0);
   daemon.answer("io.hapticd.Status.GetStatus", readings);
+  const auto begin = std::chrono::steady_clock::now();
   const Finished finished = home.runWithInput("\n\n\n\n", {"register", "--landmarks", marks});
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 4 * std::chrono::milliseconds(950))
+      << "readings at once would not show that a hand moves";
   ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
   EXPECT_TRUE(has(finished.errors, "the handle moved by 4.0 mm within a second, at most 2 mm are allowed"))
       << finished.errors;

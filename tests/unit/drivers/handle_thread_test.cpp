@@ -45,12 +45,24 @@ TEST(CommandGate, MeasuresEachCommandThatWasSentOnce) {
   gate.pass({{}, 2, 9, kNow + 30}, 1, kNow + 31);
   gate.sent(kNow + 2 * kMs);  // not that one: it did not pass
   EXPECT_EQ(gate.latency_ns(), 10);
-  gate.pass({{}, 3, 1, kNow + 50}, 1, kNow + 55);
+  gate.pass({{}, 2, 1, kNow + 50}, 1, kNow + 55);
   gate.sent(kNow + 65);
   EXPECT_EQ(gate.latency_ns(), 15);
   ASSERT_TRUE(gate.lastHop());
   EXPECT_EQ(gate.lastHop()->p50_ns, 10U);
   EXPECT_EQ(gate.lastHop()->max_ns, 15U);
+}
+
+TEST(CommandGate, CountsTheWaitOfTheFirstCommandThatANewerOneReplaced) {
+  CommandGate gate;
+  gate.pass({{}, 10, 1, kNow}, 1, kNow);
+  gate.sent(kNow + 5);
+  gate.pass({{}, 15, 1, kNow + 5 * kMs}, 1, kNow + 5 * kMs);
+  gate.sent(kNow + 5 * kMs + 7);  // tick 11, of kNow + 1 ms, waited until then
+  EXPECT_EQ(gate.latency_ns(), 4 * kMs + 7);
+  gate.pass({{}, 900, 2, kNow + 900 * kMs}, 2, kNow + 900 * kMs);
+  gate.sent(kNow + 900 * kMs + 9);
+  EXPECT_EQ(gate.latency_ns(), 9) << "nothing was to be sent before the device came back";
 }
 
 TEST(HandleThreadPolicy, IsSecondToTheForceThreadWhereForcesAreCarried) {

@@ -62,6 +62,8 @@ BoxStatus troubledStatus() {
   status.force_thread_page_faults = 131;
   status.rate_hz = 999.95;
   status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
+  status.handle.scheduling = {79, 79};
+  status.handle.last_hop = rt::LatencySummary{250'000, 500'000, 900'000, 1'230'000};
   status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115, ""};
   status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5};
   status.handle.state = drivers::HandlePresence::present;
@@ -97,7 +99,8 @@ TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
         "29.5 frames per second, 119 points, modelled in 122.0 us",
         "p50 3.1 us, p99 8.0 us, p99.9 12.0 us, max 4.56 ms", "5.000 N (3.000, 0.000, 4.000)",
         "from 57 points", "at (0.1000, -0.0200, -0.8000) m in the world",
-        "no real-time scheduling, memory not locked"}) {
+        "no real-time scheduling, memory not locked",
+        "last hop      p50 250.0 us, p99 500.0 us, p99.9 900.0 us, max 1.23 ms, at priority 79\n"}) {
     EXPECT_TRUE(contains(output, part));
   }
 }
