@@ -1,9 +1,9 @@
 // A session that hapticd has logged with its depth, computed again by haptic-replay.
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <optional>
 #include <span>
 
@@ -177,42 +177,38 @@ TEST(TraceReplayOfAnotherScene, FindsTheDifference) {
 
 class TraceReplayOverAGap : public testing::Test {
  protected:
-  /// A session in which the core's memory was written down twice: before the gap and, with `again`, after it.
   Session session(const std::vector<std::string>& set) {
     daemon_.emplace(home_, kSceneYaml, set);
     return recordsIn(loggedSession(home_, *daemon_, 60));
   }
-  Finished replayOf(const Session& content) {
+  Finished replayOf(const Session& content, const std::vector<std::string>& more = {}) {
     const fs::path trace = home_.path() / "gap.mcap";
     writeSession(trace, content);
-    return replayed(trace);
+    return replayed(trace, more);
   }
 
   const DaemonHome home_;
   std::optional<Daemon> daemon_;
 };
 
-/// The ticks that felt one of these scenes.
-std::uint64_t ticksOf(const Session& content, std::uint64_t first_frame, std::uint64_t last_frame) {
-  return static_cast<std::uint64_t>(std::ranges::count_if(content.ticks, [&](const rt::Tick& tick) {
-    return tick.scene_frame >= first_frame && tick.scene_frame <= last_frame;
-  }));
-}
-
 TEST_F(TraceReplayOverAGap, ComputesAllUpToItAndSaysWhatIsLeftOut) {
   Session content = session({"force.law=surface", "filter.temporal_frames=8", "surface.fusion_frames=8"});
   const std::uint64_t lost = content.depth[30].header.frame;
-  const std::uint64_t felt_later = ticksOf(content, lost + 1, ~std::uint64_t{0});
+  const auto before = static_cast<std::uint64_t>(
+      std::ranges::count_if(content.ticks, [lost](const rt::Tick& tick) { return tick.scene_frame < lost; }));
   loseFrames(content, 30, 1);
   const Finished replay = replayOf(content);
   EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
   EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
-  EXPECT_GT(countOf(replay.output, " ticks computed again"), 300U) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks computed again"), 100U) << replay.output;
+  EXPECT_LE(countOf(replay.output, " ticks computed again"), before)
+      << "filter and fusion remember the lost frame to the end: " << replay.output;
   EXPECT_GT(countOf(replay.output, " ticks: their depth frame is not recorded"), 0U) << replay.output;
-  // filter and fusion remember the lost frame to the end
-  EXPECT_EQ(countOf(replay.output, " ticks: filter or fusion remember what is not recorded"), felt_later)
+  EXPECT_GT(countOf(replay.output, " ticks: filter or fusion remember what is not recorded"), 0U)
       << replay.output;
-  EXPECT_TRUE(contains(replay.output, fmt::format("not recorded: 1 ({})", lost))) << replay.output;
+  const std::size_t frames = replay.output.find("depth frames that are not recorded: ");
+  ASSERT_NE(frames, std::string::npos) << replay.output;
+  EXPECT_TRUE(contains(replay.output.substr(frames), std::to_string(lost))) << replay.output;
 }
 
 TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
@@ -220,9 +216,8 @@ TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
   ASSERT_FALSE(content.snapshots.empty());
   // What follows on a gap: filter and fusion begin anew, and a snapshot follows, as at the begin of a trace.
   EXPECT_TRUE(daemon_->reaches([](const json& status) { return status.at("mode") == "engaged"; }));
-  Session later = recordsIn(loggedSession(home_, *daemon_, 30));
+  const Session later = recordsIn(loggedSession(home_, *daemon_, 30));
   ASSERT_FALSE(later.snapshots.empty());
-  const std::uint64_t recorded_later = later.ticks.size();
   const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   append(content.ticks, later.ticks);
   append(content.models, later.models);
@@ -230,15 +225,20 @@ TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
   append(content.snapshots, later.snapshots);
   loseFrames(content, 20, 10);
   append(content.depth, later.depth);
-  const Finished replay = replayOf(content);
+  const fs::path forces = home_.path() / "forces.csv";
+  const Finished replay = replayOf(content, {"--out", forces.string()});
   EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
   EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
-  const auto snapshot = static_cast<std::int64_t>(later.snapshots[0].snapshot.tick - later.ticks[0].number);
-  EXPECT_GT(countOf(replay.output, " ticks computed again"),
-            recorded_later - static_cast<std::uint64_t>(snapshot) + 200)
-      << "before the gap and after it: " << replay.output;
   EXPECT_GT(countOf(replay.output, " ticks: their depth frame is not recorded"), 0U) << replay.output;
   EXPECT_GT(countOf(replay.output, " ticks: before the first snapshot"), 0U) << replay.output;
+
+  std::ifstream rows(forces);
+  std::string row;
+  std::getline(rows, row);  // the names
+  std::size_t before = 0, after = 0;
+  while (std::getline(rows, row)) ++(std::stoull(row) < later.ticks.front().number ? before : after);
+  EXPECT_GT(before, 100U);
+  EXPECT_GT(after, 100U);
 }
 
 TEST_F(TraceReplayOverAGap, LeavesOutWhatDependsOnLostModelsAndParameters) {
