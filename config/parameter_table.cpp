@@ -392,6 +392,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(control.control_socket)>(
         "control.control_socket", kRestart, "", {}, "",
         "path of the socket that steers the box"),
+    row<HAPTICD_MEMBER(control.depth_for_everyone)>(
+        "control.depth_for_everyone", kRestart, "", {}, "",
+        "let every local user take the depth image, not only the groups haptic and haptic-view"),
     row<HAPTICD_MEMBER(control.engage_at_start)>(
         "control.engage_at_start", kRestart, "", {}, "",
         "engage as soon as the loop runs, without waiting for a command"),

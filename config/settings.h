@@ -126,6 +126,7 @@ struct LedSettings {
 struct ControlSettings {
   std::string status_socket = "/run/hapticd/io.hapticd.Status";
   std::string control_socket = "/run/hapticd/io.hapticd.Control";
+  bool depth_for_everyone = false;
   bool engage_at_start = false;
   bool allow_fault_injection = false;
 };

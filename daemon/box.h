@@ -115,6 +115,15 @@ struct SceneSnapshot {
   rt::Tick tick;  ///< the newest one
 };
 
+/// How the thread that serves the control API does.
+struct ControlStatus {
+  /// Between two of its periods, since the start; the service manager's watchdog waits at most that long.
+  std::int64_t longest_gap_ns = 0;
+  std::uint64_t ticks_lost = 0;  ///< since the start: the thread came too late for them
+  std::uint64_t connections = 0;
+  std::uint64_t refused_connections = 0;  ///< since the start: there were too many
+};
+
 /// Everything that the outside may know of the box at one moment.
 struct BoxStatus {
   rt::LoopState loop;
@@ -133,6 +142,7 @@ struct BoxStatus {
   LawStatus law;
   IndicatorStatus leds;
   TraceStatus trace;
+  ControlStatus control;
 };
 
 /// The running box as the control API sees it.
@@ -145,8 +155,8 @@ class Box {
   virtual const config::Settings& settings() const = 0;
   /// Hands the changed live parameters to the force loop. Returns the generation to wait for.
   virtual std::uint64_t apply(const config::Settings& settings) = 0;
-  /// Requests `engaged` or `idle`. `inside`: also where something is felt at once. Returns the generation to
-  /// wait for.
+  /// Requests `engaged` or `idle`. `inside`: also where something is felt at once. To ask again for what is
+  /// engaged or held changes nothing. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;
   /// The newest generation that the force loop has taken over.
   virtual std::uint64_t acknowledgedGeneration() = 0;

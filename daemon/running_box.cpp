@@ -224,10 +224,8 @@ LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
 }
 
 std::uint64_t RunningBox::engage(bool engaged, bool inside) {
-  directive_.engage = engaged;
-  directive_.engage_inside = inside;
-  ++directive_.engage_request;
-  return sendDirective();
+  return engage_requests_.ask(engaged, inside, loopState(), directive_) ? sendDirective()
+                                                                        : directive_.generation;
 }
 
 std::uint64_t RunningBox::acknowledgedGeneration() {
@@ -314,6 +312,8 @@ BoxStatus RunningBox::status() {
   status.compute_time = summaryOf(control_->compute_time);
   status.trace_ticks_dropped = control_->trace.dropped();
   status.law = lawStatus(status.loop);
+  status.control = control_status_;
+  status.control.ticks_lost = control_->ticks.dropped();
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
   return status;
 }

@@ -25,6 +25,7 @@
 #include "drivers/idle_latency.h"
 #include "drivers/led/led_panel.h"
 #include "rt/depth_model.h"
+#include "rt/engage_requests.h"
 #include "rt/force_loop.h"
 
 namespace hapticd::daemon {
@@ -58,6 +59,7 @@ class RunningBox final : public Box {
   std::uint64_t heartbeat() { return loopState().counters.ticks; }
   /// Warnings of the status that come from outside the box; replaces those given before.
   void setNotices(std::vector<std::string> notices) { notices_ = std::move(notices); }
+  void setControlStatus(const ControlStatus& status) { control_status_ = status; }
 
   BoxStatus status() override;
   const config::Settings& settings() const override { return settings_; }
@@ -122,6 +124,7 @@ class RunningBox final : public Box {
   pid_t force_thread_id_ = 0;
   std::optional<std::uint64_t> faults_at_start_;
   rt::Directive directive_;
+  rt::EngageRequests engage_requests_;
   config::LawDecision law_decision_;  // while force.law is auto
   double distance_class_m_ = 0;       // that it was decided for; 0: no surface has been felt yet
   double distance_m_ = 0;             // of what is felt, from the camera; 0: not known
@@ -129,6 +132,7 @@ class RunningBox final : public Box {
   LedPatterns led_patterns_{};
   std::int64_t led_patterns_ns_ = 0;  // when they were chosen
   std::vector<std::string> notices_;
+  ControlStatus control_status_;
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring over about a second
   std::size_t next_sample_ = 0;

@@ -5,9 +5,11 @@
 #include <signal.h>
 #include <sysexits.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/control/names.h"
+#include "daemon/control/peer.h"
 #include "daemon/journal.h"
 #include "daemon/reload.h"
 
@@ -64,6 +66,7 @@ int Service::run() {
   }
   lookAround(Clock::now());
   manager_.ready();
+  last_period_ = Clock::now();
   server_->run(kControlPeriod, [this] { periodic(); });
   manager_.stopping();
   box_.stop();
@@ -89,6 +92,7 @@ config::Result<void> Service::openSockets() {
       {Access::read, settings.status_socket, 0666, "", manager_.takeSocket("status")});
   options.listeners.push_back(
       {Access::control, settings.control_socket, 0660, "haptic", manager_.takeSocket("control")});
+  options.view_group = groupNamed("haptic-view");
   auto server = VarlinkServer::create(options, control_);
   if (!server) return std::unexpected(server.error());
   server_ = std::move(*server);
@@ -103,6 +107,7 @@ void Service::tell(const JournalEntry& entry) {
 
 void Service::periodic() {
   const Clock::time_point now = Clock::now();
+  noteControl(now);
   box_.drainTicks([this, now](const rt::Tick& tick) {
     control_.onTick(tick);
     events_.onTick(tick, now);
@@ -111,6 +116,14 @@ void Service::periodic() {
   manager_.feedWatchdog(box_.heartbeat(), now);
   reload(now);
   if (now >= next_look_) lookAround(now);
+}
+
+void Service::noteControl(Clock::time_point now) {
+  const auto gap = std::chrono::nanoseconds(now - std::exchange(last_period_, now)).count();
+  control_status_.longest_gap_ns = std::max(control_status_.longest_gap_ns, gap);
+  control_status_.connections = server_->connections();
+  control_status_.refused_connections = server_->refused();
+  box_.setControlStatus(control_status_);
 }
 
 void Service::lookAround(Clock::time_point now) {

@@ -50,6 +50,8 @@ class Service {
   /// To the journal, the clients and the trace.
   void tell(const JournalEntry& entry);
   void periodic();
+  /// How the control thread keeps its period, for the status.
+  void noteControl(Clock::time_point now);
   /// Begins and ends a reading of the settings; the disk is waited for elsewhere.
   void reload(Clock::time_point now);
   void tellSummary(const config::SettingsSummary& summary);
@@ -69,6 +71,8 @@ class Service {
   EventLog events_;
   std::unique_ptr<VarlinkServer> server_;
   Clock::time_point next_look_;
+  Clock::time_point last_period_;
+  ControlStatus control_status_;
 
   // Between the control thread and signal handlers.
   std::atomic<bool> stop_requested_{false};

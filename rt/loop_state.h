@@ -130,7 +130,7 @@ struct Directive {
   std::uint64_t generation = 0;  ///< +1 with each change; comes back as LoopState::directive_generation
   bool engage = false;
   bool engage_inside = false;        ///< also where something is felt at once
-  std::uint64_t engage_request = 0;  ///< +1 each time that somebody asks; what was refused once stays refused
+  std::uint64_t engage_request = 0;  ///< +1 for each to be decided on; what was refused once stays refused
   LiveParameters parameters;
 };
 

@@ -39,9 +39,9 @@ void ControlService::handle(const Call& call, const Caller& caller, Replies& rep
   const ConnectionId id = caller.connection;
   const auto method = std::ranges::find(methods_, call.method, &Method::name);
   if (method == methods_.end()) return replies.finish(id, unknownMethod(call.method));
-  if (method->access == Access::control && caller.access != Access::control) {
-    return replies.finish(id, {"org.varlink.service.PermissionDenied"});
-  }
+  // Nobody gets what a oneway call reads, so nothing is done for it.
+  if (call.oneway && method->access == Access::read) return;
+  if (!mayCall(*method, caller)) return replies.finish(id, {"org.varlink.service.PermissionDenied"});
   if (call.upgrade) {
     return replies.finish(id, {"org.varlink.service.MethodNotImplemented", {{"method", call.method}}});
   }
@@ -50,6 +50,11 @@ void ControlService::handle(const Call& call, const Caller& caller, Replies& rep
     return replies.finish(id, invalidParameter(*unknown));
   }
   method->answer(call, caller, replies);
+}
+
+bool ControlService::mayCall(const Method& method, const Caller& caller) const {
+  if (method.access == Access::control && caller.access != Access::control) return false;
+  return !method.shows_depth || caller.sees_depth || context_.box.settings().control.depth_for_everyone;
 }
 
 void ControlService::closed(ConnectionId connection) {

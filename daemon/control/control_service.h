@@ -53,6 +53,8 @@ class ControlService final : public CallHandler {
   const std::vector<Method>& methods() const { return methods_; }
 
  private:
+  bool mayCall(const Method& method, const Caller& caller) const;
+
   StateWorker worker_;
   MethodContext context_;
   MonitorStreams monitors_;

@@ -17,7 +17,7 @@ constexpr std::size_t kMostKinds = 32;
 /// So that an event is far from the largest reply.
 constexpr std::size_t kLongestText = 4096;
 
-const char* nameOf(JournalEntry::Priority priority) {
+const char* priorityName(JournalEntry::Priority priority) {
   switch (priority) {
     case JournalEntry::Priority::error:
       return "error";
@@ -52,7 +52,7 @@ OrderedJson eventJson(std::uint64_t number, const std::string& kind, const Journ
           {"timeNs", realtimeNow_ns()},
           {"kind", kind},
           {"text", entry.text.substr(0, kLongestText)},
-          {"priority", nameOf(entry.priority)},
+          {"priority", priorityName(entry.priority)},
           {"fields", std::move(fields)}};
 }
 

@@ -2,14 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+
+#include "daemon/control/peer.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -89,12 +89,9 @@ config::Result<void> bindTo(int descriptor, const std::string& path, const socka
 /// Best effort: without the group the socket stays with the process's own, which is what an unprivileged user
 /// wants.
 void giveToGroup(const std::string& path, const std::string& group) {
-  if (group.empty()) return;
-  struct group entry {};
-  struct group* found = nullptr;
-  std::array<char, 4096> names;
-  if (::getgrnam_r(group.c_str(), &entry, names.data(), names.size(), &found) != 0 || !found) return;
-  [[maybe_unused]] const int result = ::chown(path.c_str(), static_cast<uid_t>(-1), entry.gr_gid);
+  const auto number = group.empty() ? std::nullopt : groupNamed(group);
+  if (!number) return;
+  [[maybe_unused]] const int result = ::chown(path.c_str(), static_cast<uid_t>(-1), *number);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ struct Method {
   std::string_view name;  ///< full
   Access access = Access::read;
   bool streams = false;                           ///< to be called with the flag "more"
+  bool shows_depth = false;                       ///< not for everybody (Caller::sees_depth)
   std::vector<std::string_view> parameters = {};  ///< that it knows
   std::function<void(const Call&, const Caller&, Replies&)> answer;
 };

@@ -13,7 +13,7 @@ namespace {
 /// More than that and the reply would not fit; who sends more nonsense than that learns little from the rest.
 constexpr std::size_t kMostProblems = 100;
 
-const char* nameOf(config::Kind kind) {
+const char* kindName(config::Kind kind) {
   switch (kind) {
     case config::Kind::boolean:
       return "boolean";
@@ -132,7 +132,7 @@ OrderedJson parameterJson(const config::Parameter& parameter, const config::Sett
   }
   return {{"name", parameter.name},
           {"value", toJson(parameter.get(settings))},
-          {"kind", nameOf(parameter.kind)},
+          {"kind", kindName(parameter.kind)},
           {"unit", parameter.unit},
           {"minimum", numeric ? OrderedJson(parameter.minimum) : OrderedJson()},
           {"maximum", numeric ? OrderedJson(parameter.maximum) : OrderedJson()},

@@ -72,9 +72,14 @@ void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& r
   const auto inside = flagField(call, "insideSurface");
   if (!inside) return replies.finish(caller.connection, inside.error());
   const bool anywhere = inside->value_or(false);
+  const rt::Mode before = context_.box.status().loop.tick.mode;
+  const bool already = before == rt::Mode::engaged || before == rt::Mode::holding;
   logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages", {{"EVENT", "engage"}});
-  answerWhenApplied(call, caller, replies, context_.box.engage(true, anywhere),
-                    [this] { return modeReply(true); });
+  answerWhenApplied(call, caller, replies, context_.box.engage(true, anywhere), [this, already] {
+    Reply reply = modeReply(true);
+    if (reply.error.empty()) reply.parameters["already"] = already;
+    return reply;
+  });
 }
 
 void ParameterMethods::disengage(const Call& call, const Caller& caller, Replies& replies) {

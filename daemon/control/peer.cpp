@@ -1,9 +1,11 @@
 #include "daemon/control/peer.h"
 
+#include <grp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 
 namespace hapticd::daemon {
@@ -36,9 +38,21 @@ std::optional<Peer> peerOf(int socket) {
   return peer;
 }
 
-bool mayControl(const Peer& peer, std::optional<gid_t> group) {
-  if (peer.uid == 0 || peer.uid == ::geteuid()) return true;
+bool isMember(const Peer& peer, std::optional<gid_t> group) {
   return group && std::ranges::find(peer.groups, *group) != peer.groups.end();
+}
+
+bool mayControl(const Peer& peer, std::optional<gid_t> group) {
+  return peer.uid == 0 || peer.uid == ::geteuid() || isMember(peer, group);
+}
+
+std::optional<gid_t> groupNamed(const std::string& name) {
+  struct group entry {};
+  struct group* found = nullptr;
+  std::array<char, 4096> names;
+  if (::getgrnam_r(name.c_str(), &entry, names.data(), names.size(), &found) != 0 || !found)
+    return std::nullopt;
+  return entry.gr_gid;
 }
 
 }  // namespace hapticd::daemon

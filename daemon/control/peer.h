@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace hapticd::daemon {
@@ -17,7 +18,11 @@ struct Peer {
 /// Nothing where the kernel does not tell.
 std::optional<Peer> peerOf(int socket);
 
+bool isMember(const Peer& peer, std::optional<gid_t> group);
 /// Whether the peer may change something: root, the user of this process, and members of `group`.
 bool mayControl(const Peer& peer, std::optional<gid_t> group);
+
+/// The number of a group; nothing where there is none of that name.
+std::optional<gid_t> groupNamed(const std::string& name);
 
 }  // namespace hapticd::daemon

@@ -61,6 +61,7 @@ Reply rowsReply(const SceneSnapshot& snapshot, int first_row, int rows) {
 std::vector<Method> SnapshotStreams::methods() {
   return {{.name = "io.hapticd.Status.GetSnapshot",
            .streams = true,
+           .shows_depth = true,
            .answer = std::bind_front(&SnapshotStreams::getSnapshot, this)}};
 }
 

@@ -163,6 +163,14 @@ OrderedJson traceJson(const TraceStatus& trace) {
           {"freeBytes", free_bytes ? OrderedJson(*free_bytes) : OrderedJson()}};
 }
 
+OrderedJson controlJson(const ControlStatus& control) {
+  const auto& [longest_gap_ns, ticks_lost, connections, refused_connections] = control;
+  return {{"longestGapNs", longest_gap_ns},
+          {"ticksLost", ticks_lost},
+          {"connections", connections},
+          {"refusedConnections", refused_connections}};
+}
+
 OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
   const auto& [realtime_scheduling, memory_locked, cpu] = privileges;
   return {{"realtimeScheduling", realtime_scheduling},
@@ -224,7 +232,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
 
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
-               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace] = status;
+               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace, control] = status;
   const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause] =
       loop_state;
 
@@ -242,7 +250,7 @@ OrderedJson statusJson(const BoxStatus& status) {
           {"version", kProductVersion}, {"kernel", kernelRelease()},    {"uptimeS", uptime_s},
           {"loop", std::move(loop)},    {"tick", tickJson(tick)},       {"camera", cameraJson(camera)},
           {"scene", sceneJson(scene)},  {"handle", handleJson(handle)}, {"law", lawJson(law)},
-          {"leds", ledsJson(leds)},     {"trace", traceJson(trace)}};
+          {"leds", ledsJson(leds)},     {"trace", traceJson(trace)},    {"control", controlJson(control)}};
 }
 
 OrderedJson windowJson(const TickWindow& window) {

@@ -14,6 +14,7 @@ VarlinkConnection::VarlinkConnection(Descriptor socket, const Caller& caller)
     : socket_(std::move(socket)), caller_(caller) {}
 
 bool VarlinkConnection::receive() {
+  input_waits = false;
   input_.erase(0, taken_);
   scanned_ -= std::min(scanned_, taken_);
   taken_ = 0;
@@ -32,14 +33,19 @@ bool VarlinkConnection::receive() {
   return false;
 }
 
+bool VarlinkConnection::wantsTurn() noexcept {
+  return readyForCall() && (input_waits || input_ended_ || gone || hasMessage() || overfull());
+}
+
+bool VarlinkConnection::hasMessage() noexcept {
+  scanned_ = std::min(input_.find('\0', std::max(scanned_, taken_)), input_.size());
+  return scanned_ < input_.size();
+}
+
 std::optional<std::string_view> VarlinkConnection::takeMessage() {
-  const std::size_t end = input_.find('\0', std::max(scanned_, taken_));
-  if (end == std::string::npos) {
-    scanned_ = input_.size();
-    return std::nullopt;
-  }
-  const std::string_view message(input_.data() + taken_, end - taken_);
-  taken_ = end + 1;
+  if (!hasMessage()) return std::nullopt;
+  const std::string_view message(input_.data() + taken_, scanned_ - taken_);
+  taken_ = scanned_ + 1;
   return message;
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "daemon/control/descriptor.h"
 #include "daemon/control/listening_socket.h"
@@ -24,6 +25,7 @@ struct Caller {
   Access access = Access::read;
   uid_t uid = 0;
   pid_t pid = 0;
+  bool sees_depth = false;  ///< may take the depth image (peer.h)
 };
 
 /// The bytes of one client: cuts what comes in into messages and keeps what could not be sent yet. Both
@@ -41,9 +43,21 @@ class VarlinkConnection {
   bool call_open = false;
   /// To be removed; nothing more is read or sent.
   bool dead = false;
+  /// Gets its last word; nothing more is read.
+  bool closing = false;
+  /// Its client has left; what it sent before may still count.
+  bool gone = false;
+  /// Something has come in since the last receive().
+  bool input_waits = false;
+  /// In the server's line of those whose turn is to come.
+  bool queued = false;
+  /// The events of epoll that are waited for.
+  std::uint32_t interest = 0;
 
   /// Whether the next call may be taken: none is open and its predecessor's reply is gone.
-  bool readyForCall() const noexcept { return !dead && !call_open && outputEmpty(); }
+  bool readyForCall() const noexcept { return !dead && !closing && !call_open && outputEmpty(); }
+  /// Whether there is something to do with what has come in.
+  bool wantsTurn() noexcept;
   bool outputEmpty() const noexcept { return outputBytes() == 0; }
   /// What the client has not taken yet, without what the kernel holds.
   std::size_t outputBytes() const noexcept { return output_.size() - sent_; }
@@ -60,13 +74,17 @@ class VarlinkConnection {
   void send(std::string_view message);
   /// Tries again with the rest.
   void flush();
+  /// Gives the socket away; the connection is of no more use.
+  Descriptor release() noexcept { return std::move(socket_); }
 
  private:
+  bool hasMessage() noexcept;
+
   Descriptor socket_;
   Caller caller_;
   std::string input_;
   std::size_t taken_ = 0;    // bytes of input_ that takeMessage() gave out
-  std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL, counted from the start
+  std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL behind taken_, counted from the start
   std::string output_;
   std::size_t sent_ = 0;
   bool input_ended_ = false;

@@ -91,6 +91,14 @@ std::expected<Call, std::string> parseCall(std::string_view message) {
   return call;
 }
 
+Reply malformedCall(std::string_view reason) {
+  constexpr std::size_t kLongestReason = 200;
+  std::string text;
+  for (const char byte : reason.substr(0, kLongestReason)) text += byte >= ' ' && byte <= '~' ? byte : '?';
+  if (reason.size() > kLongestReason) text += " ...";
+  return {"io.hapticd.Status.MalformedCall", {{"reason", std::move(text)}}};
+}
+
 std::string serialise(const Reply& reply) {
   OrderedJson message = OrderedJson::object();
   if (!reply.error.empty()) message["error"] = reply.error;

@@ -34,9 +34,14 @@ struct Reply {
 };
 
 /// The call that `message` (without the NUL) is.
-/// Errors: why it is none; such a sender does not speak the protocol and gets no reply. Beyond Varlink's own
-/// rules a name that appears twice in any object is refused, because nobody can know which value was meant.
+/// Errors: why it is none; such a sender does not speak the protocol, is told so and closed. Beyond Varlink's
+/// own rules a name that appears twice in any object is refused, because nobody can know which value was
+/// meant.
 std::expected<Call, std::string> parseCall(std::string_view message);
+
+/// What the sender of something that is no call is told before its connection is closed. `reason`: may quote
+/// what it sent; is cut and made printable.
+Reply malformedCall(std::string_view reason);
 
 /// The message, with the NUL that ends it. Numbers that are not finite become null, bytes that are not UTF-8
 /// become U+FFFD.

@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <utility>
 
 #include "daemon/control/peer.h"
@@ -17,10 +18,11 @@
 namespace hapticd::daemon {
 namespace {
 
-// Keys of the epoll events: these, then the listeners, then the connections.
+// Keys of the epoll events: these, then the listeners, then the connections and those that linger.
 constexpr std::uint64_t kStopKey = 0;
 constexpr std::uint64_t kTimerKey = 1;
-constexpr std::uint64_t kFirstListenerKey = 2;
+constexpr std::uint64_t kReadsKey = 2;
+constexpr std::uint64_t kFirstListenerKey = 3;
 
 /// Kernel memory for replies that a client has not read; small, so that a slow reader of a stream gets few
 /// old states before it gets the newest.
@@ -34,9 +36,8 @@ Reply tooManyConnections(std::size_t limit, bool per_user) {
   return {"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
 }
 
-/// Says so to a client who is not served.
-void refuse(const Descriptor& socket, const Reply& reason) {
-  const std::string message = serialise(reason);
+void sendOnce(const Descriptor& socket, const Reply& reply) {
+  const std::string message = serialise(reply);
   ::send(socket.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
@@ -45,6 +46,12 @@ bool outOfDescriptors(int error) {
 }
 
 }  // namespace
+
+std::chrono::nanoseconds threadTime() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
 
 config::Result<std::unique_ptr<VarlinkServer>> VarlinkServer::create(const ServerOptions& options,
                                                                      CallHandler& handler) {
@@ -57,9 +64,11 @@ VarlinkServer::VarlinkServer(const ServerOptions& options, CallHandler& handler)
     : options_(options),
       handler_(handler),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+      reads_(::epoll_create1(EPOLL_CLOEXEC)),
       stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       timer_(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)),
       reserve_(openReserve()),
+      read_time_(std::chrono::nanoseconds(0)),
       next_id_(kFirstListenerKey + options.listeners.size()) {}
 
 VarlinkServer::~VarlinkServer() {
@@ -67,15 +76,16 @@ VarlinkServer::~VarlinkServer() {
 }
 
 config::Result<void> VarlinkServer::open() {
-  bool good = epoll_ && stop_ && timer_;
-  good = good && watch(stop_.get(), kStopKey, EPOLLIN, EPOLL_CTL_ADD);
-  good = good && watch(timer_.get(), kTimerKey, EPOLLIN, EPOLL_CTL_ADD);
+  bool good = epoll_ && reads_ && stop_ && timer_;
+  good = good && watch(epoll_, stop_.get(), kStopKey, EPOLLIN, EPOLL_CTL_ADD);
+  good = good && watch(epoll_, timer_.get(), kTimerKey, EPOLLIN, EPOLL_CTL_ADD);
+  good = good && watch(epoll_, reads_.get(), kReadsKey, EPOLLIN, EPOLL_CTL_ADD);
   for (const ListenerOptions& wanted : options_.listeners) {
     auto listener = ListeningSocket::open(wanted);
     if (!listener) return std::unexpected(listener.error());
     listeners_.push_back(std::move(*listener));
     const std::uint64_t key = kFirstListenerKey + listeners_.size() - 1;
-    good = good && watch(listeners_.back().descriptor(), key, EPOLLIN, EPOLL_CTL_ADD);
+    good = good && watch(epollOf(wanted.access), listeners_.back().descriptor(), key, EPOLLIN, EPOLL_CTL_ADD);
   }
   if (!good) {
     return std::unexpected(config::Error{"control API",
@@ -85,27 +95,28 @@ config::Result<void> VarlinkServer::open() {
   return {};
 }
 
-bool VarlinkServer::watch(int descriptor, std::uint64_t key, std::uint32_t events, int operation) {
+bool VarlinkServer::watch(const Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
+                          int operation) {
   epoll_event event{};
   event.events = events;
   event.data.u64 = key;
-  return ::epoll_ctl(epoll_.get(), operation, descriptor, &event) == 0;
+  return ::epoll_ctl(epoll.get(), operation, descriptor, &event) == 0;
 }
 
-void VarlinkServer::run(std::chrono::milliseconds period, const std::function<void()>& periodic) {
+void VarlinkServer::run(std::chrono::milliseconds period, const Periodic& periodic) {
   itimerspec interval{};
   interval.it_interval.tv_sec = period.count() / 1000;
   interval.it_interval.tv_nsec = period.count() % 1000 * 1'000'000;
   interval.it_value = interval.it_interval;
   ::timerfd_settime(timer_.get(), 0, &interval, nullptr);
+  read_time_ = TimeShare(std::chrono::duration_cast<std::chrono::nanoseconds>(options_.read_share * period));
 
-  std::array<epoll_event, 64> events;
-  while (!stopping_) {
-    const int count = ::epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), -1);
-    for (int i = 0; i < count; ++i) {
-      const epoll_event& event = events[static_cast<std::size_t>(i)];
-      serve(event.data.u64, event.events, periodic);
-    }
+  for (;;) {
+    takeEvents(epoll_, patience_ms(), periodic);
+    if (stopping_) return;
+    settle();
+    serveControl();
+    serveReads(periodic);
     settle();
   }
 }
@@ -115,19 +126,62 @@ void VarlinkServer::requestStop() noexcept {
   [[maybe_unused]] const ssize_t written = ::write(stop_.get(), &one, sizeof one);
 }
 
-void VarlinkServer::serve(std::uint64_t key, std::uint32_t events, const std::function<void()>& periodic) {
+/// How long epoll may wait: not at all while somebody is in line.
+int VarlinkServer::patience_ms() const {
+  return control_line_.empty() && (read_line_.empty() || reads_held_) ? -1 : 0;
+}
+
+void VarlinkServer::takeEvents(const Descriptor& epoll, int patience_ms, const Periodic& periodic) {
+  std::array<epoll_event, 64> events;
+  const int count = ::epoll_wait(epoll.get(), events.data(), static_cast<int>(events.size()), patience_ms);
+  for (int i = 0; i < count; ++i) {
+    const epoll_event& event = events[static_cast<std::size_t>(i)];
+    dispatch(event.data.u64, event.events, periodic);
+  }
+}
+
+void VarlinkServer::dispatch(std::uint64_t key, std::uint32_t events, const Periodic& periodic) {
   if (key == kStopKey) {
     stopping_ = true;
   } else if (key == kTimerKey) {
-    std::uint64_t expirations = 0;
-    if (::read(timer_.get(), &expirations, sizeof expirations) < 0) return;
-    if (listening_paused_) pauseListening(false);
-    periodic();
+    onTimer(periodic);
+  } else if (key == kReadsKey) {
+    reads_wait_ = true;
   } else if (key - kFirstListenerKey < listeners_.size()) {
     accept(listeners_[key - kFirstListenerKey]);
   } else if (VarlinkConnection* connection = find(key)) {
     onEvents(*connection, events);
+  } else {
+    lingering_.drain(key);
   }
+}
+
+void VarlinkServer::onTimer(const Periodic& periodic) {
+  std::uint64_t expirations = 0;
+  if (::read(timer_.get(), &expirations, sizeof expirations) < 0) return;
+  if (listening_paused_) pauseListening(false);
+  lingering_.closeOld(LingeringSockets::Clock::now());
+  read_time_.beginPeriod();
+  if (reads_held_ && read_time_.isLeft()) holdReads(false);
+  periodic();
+}
+
+void VarlinkServer::serveControl() {
+  for (std::size_t turns = control_line_.size(); turns > 0; --turns) serveNext(control_line_);
+}
+
+void VarlinkServer::serveReads(const Periodic& periodic) {
+  if (reads_held_ || (!reads_wait_ && read_line_.empty())) return;
+  const auto begin = options_.thread_time();
+  if (std::exchange(reads_wait_, false)) takeEvents(reads_, 0, periodic);
+  if (!read_line_.empty()) serveNext(read_line_);
+  read_time_.spend(options_.thread_time() - begin);
+  if (!read_time_.isLeft()) holdReads(true);
+}
+
+void VarlinkServer::holdReads(bool held) {
+  reads_held_ = held;
+  watch(epoll_, reads_.get(), kReadsKey, held ? 0 : static_cast<std::uint32_t>(EPOLLIN), EPOLL_CTL_MOD);
 }
 
 void VarlinkServer::accept(ListeningSocket& listener) {
@@ -136,19 +190,46 @@ void VarlinkServer::accept(ListeningSocket& listener) {
     if (outOfDescriptors(errno)) shedOne(listener);
     return;
   }
-  const auto peer = peerOf(socket.get());
-  if (!peer) return;
-  const bool control = listener.access() == Access::control && mayControl(*peer, listener.group());
-  const Caller caller{next_id_, control ? Access::control : Access::read, peer->uid, peer->pid};
-  if (const auto refusal = refusalOf(caller)) {
-    refuse(socket, *refusal);
-    return;
-  }
+  const auto caller = callerAt(socket, listener);
+  if (!caller) return;
+  if (const auto refusal = refusalOf(*caller)) return refuse(std::move(socket), *refusal);
 
   ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
-  if (!watch(socket.get(), caller.connection, EPOLLIN, EPOLL_CTL_ADD)) return;
+  if (!watch(epollOf(caller->access), socket.get(), caller->connection, EPOLLIN, EPOLL_CTL_ADD)) return;
   ++next_id_;
-  connections_.emplace(caller.connection, std::make_unique<VarlinkConnection>(std::move(socket), caller));
+  auto connection = std::make_unique<VarlinkConnection>(std::move(socket), *caller);
+  connection->interest = EPOLLIN;
+  connections_.emplace(caller->connection, std::move(connection));
+}
+
+/// Who has connected; nothing where the kernel does not tell.
+std::optional<Caller> VarlinkServer::callerAt(const Descriptor& socket,
+                                              const ListeningSocket& listener) const {
+  const auto peer = peerOf(socket.get());
+  if (!peer) return std::nullopt;
+  const bool control = listener.access() == Access::control && mayControl(*peer, listener.group());
+  const bool steers = std::ranges::any_of(listeners_, [&](const ListeningSocket& other) {
+    return other.access() == Access::control && mayControl(*peer, other.group());
+  });
+  return Caller{.connection = next_id_,
+                .access = control ? Access::control : Access::read,
+                .uid = peer->uid,
+                .pid = peer->pid,
+                .sees_depth = steers || isMember(*peer, options_.view_group)};
+}
+
+void VarlinkServer::refuse(Descriptor socket, const Reply& reason) {
+  ++refused_;
+  sendOnce(socket, reason);
+  linger(std::move(socket));
+}
+
+/// The client has been told its last word.
+void VarlinkServer::linger(Descriptor socket) {
+  const ConnectionId id = next_id_++;
+  if (watch(reads_, socket.get(), id, EPOLLIN, EPOLL_CTL_ADD)) {
+    lingering_.add(id, std::move(socket), LingeringSockets::Clock::now());
+  }
 }
 
 /// Refuses the waiting client, who would otherwise keep the listener readable and the loop spinning.
@@ -156,7 +237,8 @@ void VarlinkServer::shedOne(ListeningSocket& listener) {
   reserve_.close();
   Descriptor refused(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
   if (refused) {
-    refuse(refused, tooManyConnections(connections_.size(), false));
+    ++refused_;
+    sendOnce(refused, tooManyConnections(connections_.size(), false));
   } else {
     pauseListening(true);
   }
@@ -168,27 +250,23 @@ void VarlinkServer::pauseListening(bool paused) {
   listening_paused_ = paused;
   for (std::size_t i = 0; i < listeners_.size(); ++i) {
     const std::uint32_t events = paused ? 0 : static_cast<std::uint32_t>(EPOLLIN);
-    watch(listeners_[i].descriptor(), kFirstListenerKey + i, events, EPOLL_CTL_MOD);
+    watch(epollOf(listeners_[i].access()), listeners_[i].descriptor(), kFirstListenerKey + i, events,
+          EPOLL_CTL_MOD);
   }
 }
 
 std::optional<Reply> VarlinkServer::refusalOf(const Caller& caller) const {
-  const auto count = [this](auto matches) {
-    return static_cast<std::size_t>(std::ranges::count_if(
-        connections_, [&](const auto& entry) { return matches(entry.second->caller()); }));
-  };
-  if (connections_.size() >= options_.max_connections) {
-    return tooManyConnections(options_.max_connections, false);
+  const ConnectionLimits& limits =
+      caller.access == Access::control ? options_.control_limits : options_.read_limits;
+  std::size_t all = 0;
+  std::size_t of_user = 0;
+  for (const auto& [id, connection] : connections_) {
+    if (connection->caller().access != caller.access) continue;
+    ++all;
+    if (connection->caller().uid == caller.uid) ++of_user;
   }
-  if (count([&](const Caller& other) { return other.uid == caller.uid; }) >=
-      options_.max_connections_per_uid) {
-    return tooManyConnections(options_.max_connections_per_uid, true);
-  }
-  if (caller.access == Access::read && count([](const Caller& other) {
-                                         return other.access == Access::read;
-                                       }) >= options_.max_read_only_connections) {
-    return tooManyConnections(options_.max_read_only_connections, false);
-  }
+  if (of_user >= limits.per_user) return tooManyConnections(limits.per_user, true);
+  if (all >= limits.all) return tooManyConnections(limits.all, false);
   return std::nullopt;
 }
 
@@ -201,35 +279,53 @@ std::size_t VarlinkServer::outputBytes() const {
 void VarlinkServer::onEvents(VarlinkConnection& connection, std::uint32_t events) {
   touched_.push_back(connection.caller().connection);
   if (events & EPOLLOUT) connection.flush();
-  // A client that has left may have sent calls before, oneway ones above all; they count.
-  const bool gone = (events & (EPOLLHUP | EPOLLERR)) != 0;
-  bool received = true;
-  while (received) {
-    received = connection.readyForCall() && connection.receive();
-    answerCalls(connection);
-    received = received && gone;
-  }
-  if (gone) connection.dead = true;
+  if (events & EPOLLIN) connection.input_waits = true;
+  if (events & (EPOLLHUP | EPOLLERR)) hangUp(connection);
 }
 
-void VarlinkServer::answerCalls(VarlinkConnection& connection) {
-  while (connection.readyForCall()) {
-    const auto message = connection.takeMessage();
-    if (!message) break;
+/// A client that has left may have sent calls before, oneway ones above all; where they may change something
+/// they count.
+void VarlinkServer::hangUp(VarlinkConnection& connection) {
+  connection.gone = true;
+  connection.dead = connection.caller().access == Access::read || !connection.readyForCall();
+  // epoll would tell of it in every round.
+  watch(epollOf(connection.caller().access), connection.descriptor(), 0, 0, EPOLL_CTL_DEL);
+}
+
+/// Lets the connection at the head of the line make its turn.
+void VarlinkServer::serveNext(Line& line) {
+  const ConnectionId id = line.front();
+  line.pop_front();
+  VarlinkConnection* connection = find(id);
+  if (!connection) return;
+  connection->queued = false;
+  touched_.push_back(id);
+  if (connection->readyForCall()) serveOneCall(*connection);
+}
+
+void VarlinkServer::serveOneCall(VarlinkConnection& connection) {
+  auto message = connection.takeMessage();
+  if (!message && connection.receive()) message = connection.takeMessage();
+  if (message) {
     answer(connection, *message);
+  } else if (connection.overfull()) {
+    reject(connection, "a call is longer than 64 KiB, or its end, a NUL, is missing");
+  } else if (connection.inputEnded()) {
+    connection.dead = true;
   }
-  if (connection.readyForCall() && (connection.overfull() || connection.inputEnded())) connection.dead = true;
 }
 
 void VarlinkServer::answer(VarlinkConnection& connection, std::string_view message) {
   const auto call = parseCall(message);
-  if (!call) {
-    connection.dead = true;
-    return;
-  }
+  if (!call) return reject(connection, call.error());
   // The replies to a oneway call find no open call and are thrown away.
   connection.call_open = !call->oneway;
   handler_.handle(*call, connection.caller(), *this);
+}
+
+void VarlinkServer::reject(VarlinkConnection& connection, std::string_view reason) {
+  connection.closing = true;
+  connection.send(serialise(malformedCall(reason)));
 }
 
 void VarlinkServer::finish(ConnectionId id, const Reply& reply) {
@@ -254,15 +350,13 @@ bool VarlinkServer::offer(ConnectionId id, const Reply& reply) {
   return true;
 }
 
-/// Brings each connection that something happened to into a state that epoll can wait for, and removes the
-/// dead.
+/// Brings each connection that something happened to into a state that epoll or a line can wait for, and
+/// removes the dead.
 void VarlinkServer::settle() {
-  for (std::size_t i = 0; i < touched_.size(); ++i) {  // answering touches more
-    const ConnectionId id = touched_[i];
+  for (const ConnectionId id : touched_) {
     VarlinkConnection* connection = find(id);
     if (!connection) continue;
-    answerCalls(*connection);
-    if (!connection->dead) updateInterest(*connection);
+    settle(*connection);
     if (connection->dead) {
       connections_.erase(id);
       handler_.closed(id);
@@ -271,11 +365,34 @@ void VarlinkServer::settle() {
   touched_.clear();
 }
 
+void VarlinkServer::settle(VarlinkConnection& connection) {
+  if (connection.dead) return;
+  if (connection.gone && !connection.readyForCall()) {
+    connection.dead = true;
+  } else if (connection.closing && connection.outputEmpty()) {
+    connection.dead = true;
+    watch(epollOf(connection.caller().access), connection.descriptor(), 0, 0, EPOLL_CTL_DEL);
+    linger(connection.release());
+  } else {
+    if (!connection.queued && connection.wantsTurn()) standInLine(connection);
+    updateInterest(connection);
+  }
+}
+
+void VarlinkServer::standInLine(VarlinkConnection& connection) {
+  Line& line = connection.caller().access == Access::control ? control_line_ : read_line_;
+  line.push_back(connection.caller().connection);
+  connection.queued = true;
+}
+
 void VarlinkServer::updateInterest(VarlinkConnection& connection) {
+  if (connection.gone) return;
   std::uint32_t events = 0;  // EPOLLHUP and EPOLLERR are always told
-  if (connection.readyForCall()) events |= EPOLLIN;
+  if (connection.readyForCall() && !connection.queued) events |= EPOLLIN;
   if (!connection.outputEmpty()) events |= EPOLLOUT;
-  if (!watch(connection.descriptor(), connection.caller().connection, events, EPOLL_CTL_MOD))
+  if (events == std::exchange(connection.interest, events)) return;
+  const ConnectionId id = connection.caller().connection;
+  if (!watch(epollOf(connection.caller().access), connection.descriptor(), id, events, EPOLL_CTL_MOD))
     connection.dead = true;
 }
 

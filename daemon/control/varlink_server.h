@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -11,7 +13,9 @@
 #include <vector>
 
 #include "config/error.h"
+#include "daemon/control/lingering_sockets.h"
 #include "daemon/control/listening_socket.h"
+#include "daemon/control/time_share.h"
 #include "daemon/control/varlink_connection.h"
 #include "daemon/control/varlink_message.h"
 
@@ -41,20 +45,38 @@ class CallHandler {
   virtual void closed(ConnectionId connection) = 0;
 };
 
+/// How many connections there may be at once.
+struct ConnectionLimits {
+  std::size_t all = 0;
+  std::size_t per_user = 0;
+};
+
+/// CPU time of the calling thread.
+std::chrono::nanoseconds threadTime();
+
 struct ServerOptions {
   std::vector<ListenerOptions> listeners;
-  std::size_t max_connections = 64;
-  std::size_t max_connections_per_uid = 40;
-  /// Of max_connections; the rest is kept for those who may control, however many watch.
-  std::size_t max_read_only_connections = 48;
+  /// Counted apart, so that those who only read, however many, take no place from those who may control.
+  ConnectionLimits read_limits{48, 40};
+  ConnectionLimits control_limits{32, 24};
   /// Of replies that clients have not read, over all connections; beyond it streams leave replies out.
   std::size_t max_output_bytes = std::size_t{2} << 20;
+  /// Of the thread's time, for the connections that only read, 0..1.
+  double read_share = 0.5;
+  /// Its members may see the depth image, as may those who may control.
+  std::optional<gid_t> view_group = std::nullopt;
+  /// What read_share is measured by.
+  std::chrono::nanoseconds (*thread_time)() = threadTime;
 };
 
 /// Varlink over Unix sockets: one epoll loop in the thread that calls run(). Nothing a client does or leaves
-/// undone blocks it. Replies keep the order of the calls; a message that is no call ends its connection
-/// without a reply. Who connects beyond a limit gets the error io.hapticd.Status.TooManyConnections and is
-/// closed. On a socket for control, who is no member of its file's group may only read (peer.h).
+/// undone blocks it. In each round come first the request to stop, the timer, new connections for control and
+/// one call of each connection for control, then one call of one connection that only reads; these take
+/// turns, and together they get a share of the thread's time. Replies keep the order of the calls. What is no
+/// call is answered io.hapticd.Status.MalformedCall and ends its connection. Who connects beyond a limit is
+/// told io.hapticd.Status.TooManyConnections and closed. On a socket for control, who is no member of its
+/// file's group may only read (peer.h). Calls that a client sent before it left are still obeyed where they
+/// may change something.
 class VarlinkServer final : public Replies {
  public:
   /// Opens the sockets. `handler` outlives the server.
@@ -75,14 +97,30 @@ class VarlinkServer final : public Replies {
   bool offer(ConnectionId connection, const Reply& reply) override;
 
   std::size_t connections() const noexcept { return connections_.size(); }
+  /// Connections that there was no room for, since the start.
+  std::uint64_t refused() const noexcept { return refused_; }
 
  private:
+  using Periodic = std::function<void()>;
+  using Line = std::deque<ConnectionId>;  // of connections that wait for their turn
+
   VarlinkServer(const ServerOptions& options, CallHandler& handler);
   config::Result<void> open();
-  bool watch(int descriptor, std::uint64_t key, std::uint32_t events, int operation);
+  static bool watch(const Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
+                    int operation);
 
-  void serve(std::uint64_t key, std::uint32_t events, const std::function<void()>& periodic);
+  int patience_ms() const;
+  void takeEvents(const Descriptor& epoll, int patience_ms, const Periodic& periodic);
+  void dispatch(std::uint64_t key, std::uint32_t events, const Periodic& periodic);
+  void onTimer(const Periodic& periodic);
+  void serveControl();
+  void serveReads(const Periodic& periodic);
+  void holdReads(bool held);
+
   void accept(ListeningSocket& listener);
+  std::optional<Caller> callerAt(const Descriptor& socket, const ListeningSocket& listener) const;
+  void refuse(Descriptor socket, const Reply& reason);
+  void linger(Descriptor socket);
   void shedOne(ListeningSocket& listener);
   void pauseListening(bool paused);
   /// The error for a client that is one too many; nothing for others.
@@ -90,22 +128,36 @@ class VarlinkServer final : public Replies {
   std::size_t outputBytes() const;
 
   void onEvents(VarlinkConnection& connection, std::uint32_t events);
-  void answerCalls(VarlinkConnection& connection);
+  void hangUp(VarlinkConnection& connection);
+  void serveNext(Line& line);
+  void serveOneCall(VarlinkConnection& connection);
   void answer(VarlinkConnection& connection, std::string_view message);
+  static void reject(VarlinkConnection& connection, std::string_view reason);
   void settle();
+  void settle(VarlinkConnection& connection);
+  void standInLine(VarlinkConnection& connection);
   void updateInterest(VarlinkConnection& connection);
+  const Descriptor& epollOf(Access access) const { return access == Access::control ? epoll_ : reads_; }
   VarlinkConnection* find(ConnectionId connection);
 
   ServerOptions options_;
   CallHandler& handler_;
   std::vector<ListeningSocket> listeners_;
-  Descriptor epoll_;
+  Descriptor epoll_;    // of what comes first, and of reads_
+  Descriptor reads_;    // epoll of what is for reading, and of lingering_
   Descriptor stop_;     // eventfd
   Descriptor timer_;    // timerfd
   Descriptor reserve_;  // given up to refuse a client when descriptors run out
   std::unordered_map<ConnectionId, std::unique_ptr<VarlinkConnection>> connections_;
+  LingeringSockets lingering_;
+  Line control_line_;
+  Line read_line_;
+  TimeShare read_time_;
   std::vector<ConnectionId> touched_;  // looked at again by settle()
   ConnectionId next_id_;
+  std::uint64_t refused_ = 0;
+  bool reads_wait_ = false;  // reads_ has events
+  bool reads_held_ = false;  // until the next period, because their time is used up
   bool stopping_ = false;
   bool listening_paused_ = false;
 };

@@ -44,7 +44,6 @@ class Client final : public hapticd::daemon::Replies {
 
   bool open = false;
 
- private:
   static void check(const Reply& reply) {
     const std::string message = hapticd::daemon::serialise(reply);
     require(message.size() <= hapticd::daemon::kMaxReplyBytes && message.back() == '\0');
@@ -71,14 +70,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static ControlService service(daemon.box, {});
   daemon.box.setTraces(3);
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
-  Caller caller{2, Access::control, 1000, 1};
+  const Caller caller{.connection = 2, .access = Access::control, .uid = 1000, .pid = 1, .sees_depth = true};
   Client client;
   std::size_t begin = 0;
   while (begin <= bytes.size()) {  // as over a socket: messages, each ended by a NUL
     const std::size_t end = std::min(bytes.find('\0', begin), bytes.size());
     const auto call = hapticd::daemon::parseCall(bytes.substr(begin, end - begin));
     begin = end + 1;
-    if (!call) break;
+    if (!call) {
+      Client::check(hapticd::daemon::malformedCall(call.error()));
+      break;
+    }
     require(!(call->oneway && call->more) && call->parameters.is_object());
     client.open = !call->oneway;
     service.handle(*call, caller, client);

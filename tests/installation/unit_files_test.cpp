@@ -132,6 +132,8 @@ TEST(Units, AreMadeForUsersThatSysusersCreates) {
             std::string::npos);
   const std::string groups = contentOf(root.path() / "etc/group");
   EXPECT_TRUE(groups.starts_with("hapticd:x:") || groups.find("\nhapticd:x:") != std::string::npos) << groups;
+  EXPECT_TRUE(groups.starts_with("haptic-view:x:") || groups.find("\nhaptic-view:x:") != std::string::npos)
+      << groups;
   EXPECT_TRUE(groups.starts_with("haptic:x:") || groups.find("\nhaptic:x:") != std::string::npos) << groups;
 }
 

@@ -66,6 +66,20 @@ TEST_F(Soak, ComparesLoadsInTurns) {
   EXPECT_GT(document.at("traceBytesPerHour"), 0);
 }
 
+// How long things take under the flood is for a machine of its own; that they are done, and that no tick is
+// lost, holds everywhere.
+TEST_F(Soak, OfAFloodLosesNoTickAndDisengagesEachTime) {
+  const std::string report = folder_.path() / "flood.json";
+  const Finished finished =
+      soak({"--flood", "--seconds", "3", "--max-gap-s", "60", "--max-disengage-s", "60", "--json", report});
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+  EXPECT_TRUE(contains(finished.output, "longest wait of the watchdog"));
+  std::ifstream file(report);
+  const json document = json::parse(file);
+  EXPECT_GT(document.at("status").at("control").at("longestGapNs"), 0);
+  EXPECT_GT(document.at("disengageS").size(), 0U);
+}
+
 TEST_F(Soak, FailsWithTheLimitThatIsBroken) {
   const Finished finished = soak({"--seconds", "1", "--max-memory-kb", "1"});
   EXPECT_EQ(finished.ending, exitedWith(1));
@@ -100,6 +114,8 @@ TEST_F(Soak, SaysWhyTheDaemonDoesNotStart) {
 TEST_F(Soak, RefusesWrongUsage) {
   EXPECT_EQ(soak({"--seconds", "0"}).ending, exitedWith(64));
   EXPECT_EQ(soak({"--seconds", "1", "--minutes", "1"}).ending, exitedWith(64));
+  EXPECT_EQ(soak({"--flood", "--compare-loads"}).ending, exitedWith(64));
+  EXPECT_EQ(soak({"--connections", "4"}).ending, exitedWith(64));
   EXPECT_EQ(test::runToEnd({HAPTIC_SOAK_PROGRAM}).ending, exitedWith(64));
 }
 

@@ -57,6 +57,8 @@ class Client {
 constexpr std::string_view kGetStatus{"{\"method\":\"io.hapticd.Status.GetStatus\"}\0", 41};
 static_assert(kGetStatus.back() == '\0');
 
+constexpr const char* kMalformed = "io.hapticd.Status.MalformedCall";
+
 class VarlinkGarbage : public testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(daemon_.answers()); }
@@ -80,6 +82,7 @@ TEST_F(VarlinkGarbage, RandomBytesEndTheirConnectionOnly) {
       bytes.push_back('\0');
       Client client(socket);
       client.send(bytes);
+      EXPECT_TRUE(test::contains(client.reply(), kMalformed));
       EXPECT_EQ(client.reply(), "");  // closed
     }
   }
@@ -96,6 +99,7 @@ TEST_F(VarlinkGarbage, AMebibyteWithoutAnEndIsRefused) {
   for (const std::string& socket : sockets()) {
     Client client(socket);
     client.send(std::string(std::size_t{1} << 20, 'x'));
+    EXPECT_TRUE(test::contains(client.reply(), kMalformed));
     EXPECT_EQ(client.reply(), "");  // closed
   }
 }
@@ -105,6 +109,7 @@ TEST_F(VarlinkGarbage, DeeplyNestedJsonIsRefused) {
     Client client(socket);
     client.send("{\"method\":\"io.hapticd.Status.GetStatus\",\"parameters\":" + std::string(60'000, '[') +
                 '\0');
+    EXPECT_TRUE(test::contains(client.reply(), kMalformed));
     EXPECT_EQ(client.reply(), "");  // closed
   }
 }

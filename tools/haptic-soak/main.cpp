@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 
+#include "tools/haptic-soak/flood_study.h"
 #include "tools/haptic-soak/load_study.h"
 #include "tools/haptic-soak/soak_report.h"
 
@@ -52,6 +53,20 @@ int compareLoads(const LoadOptions& options, const std::string& json_file) {
   if (!result) return fail(result.error(), EX_UNAVAILABLE);
   fmt::print("{}", loadTable(*result));
   return writeJson(json_file, loadJson(*result)) ? EX_OK : EX_CANTCREAT;
+}
+
+int floodDaemon(const FloodOptions& options, const std::string& json_file) {
+  const Interrupt interrupt;
+  const auto result =
+      studyFlood(options, interrupt, [&](double now_s) { showTime(now_s, options.soak.seconds); });
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<30}\r", "");
+  if (!result) return fail(result.error(), EX_UNAVAILABLE);
+  const auto findings = findingsOf(*result, options);
+  const bool kept = std::ranges::none_of(findings, &SoakFinding::broken);
+  fmt::print("{}\nhaptic-soak: {}\n", floodTable(*result, findings),
+             kept ? "all limits kept" : "limits broken");
+  if (!writeJson(json_file, floodJson(*result, findings))) return EX_CANTCREAT;
+  return kept ? EX_OK : 1;
 }
 
 int report(const SoakResult& result, const SoakLimits& limits, const std::string& json_file) {
@@ -117,6 +132,24 @@ int run(int argc, char** argv) {
   app.add_option("--rounds", load.rounds, "of each load (4)")
       ->check(CLI::Range(1, 10'000))
       ->needs(compare_loads);
+  FloodOptions flood;
+  bool floods = false;
+  auto* const flood_flag =
+      app.add_flag(
+             "--flood", floods,
+             "instead: connections of another user (as root: uid 65534) that ask without a pause and hang "
+             "up; judges the longest wait of the watchdog, of hapticctl disengage, and ticks lost")
+          ->excludes(compare_loads);
+  app.add_option("--connections", flood.connections, "of --flood (40)")
+      ->check(CLI::Range(1, 1000))
+      ->needs(flood_flag);
+  app.add_option("--max-gap-s", flood.max_gap_s, "of --flood: the longest wait of the watchdog (0.5)")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->needs(flood_flag);
+  app.add_option("--max-disengage-s", flood.max_disengage_s,
+                 "of --flood: the longest hapticctl disengage (0.1)")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->needs(flood_flag);
   app.add_option("--json", json_file, "write the result there too")->type_name("FILE");
   app.footer(
       "Ctrl-C ends it early, with the table.\n"
@@ -132,6 +165,10 @@ int run(int argc, char** argv) {
     return compareLoads(load, json_file);
   }
   options.seconds = seconds > 0 ? seconds : minutes * 60;
+  if (floods) {
+    flood.soak = options;
+    return floodDaemon(flood, json_file);
+  }
   fmt::print("haptic-soak: {:.0f} s, --seed {}\n", options.seconds, options.seed);
   std::fflush(stdout);
   const Interrupt interrupt;

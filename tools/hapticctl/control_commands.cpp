@@ -146,7 +146,8 @@ int runEngage(const CommandOptions& options, bool inside) {
   if (options.json) {
     printJson(*reply);
   } else {
-    fmt::print("{}", modeLine(*reply));
+    fmt::print("{}{}", modeLine(*reply),
+               flagAt(*reply, "already") ? "it was before; nothing has changed\n" : "");
   }
   return comesToForce(*reply) ? kOk : kFailed;
 }

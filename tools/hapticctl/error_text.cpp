@@ -53,7 +53,7 @@ std::string refusalText(const Json& parameters) {
 
 std::string connectionsText(const Json& parameters) {
   return fmt::format(
-      "too many connections: hapticd serves {} {}at once\n"
+      "too many connections: hapticd serves {} {}at once on this socket\n"
       "end a program that is connected, such as 'hapticctl watch'",
       countAt(parameters, "limit"), flagAt(parameters, "perUser") ? "of each user " : "");
 }
@@ -68,6 +68,7 @@ std::string olderDaemonText(const std::string& what) {
 }
 
 std::string replyText(const ClientError& error) {
+  if (!error.remedy.empty()) return error.remedy;
   const std::string_view name = error.what;
   const Json& parameters = error.parameters;
   const auto meaning = std::ranges::find(kMeanings, name, &Meaning::error);
@@ -91,7 +92,7 @@ std::string replyText(const ClientError& error) {
   if (name == "org.varlink.service.InvalidParameter") {
     return olderDaemonText(fmt::format("the field '{}' of this call", textAt(parameters, "parameter")));
   }
-  // NoFrame, TraceFailed, ProfileFailed, CalibrationFailed: the daemon says what to do
+  // NoFrame, MalformedCall, TraceFailed, ProfileFailed, CalibrationFailed: the daemon says what is to be said
   if (fieldAt(parameters, "reason")) return textAt(parameters, "reason");
   const std::string shown = parameters.dump(-1, ' ', false, Json::error_handler_t::replace);
   return fmt::format(

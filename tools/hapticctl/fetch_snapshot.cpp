@@ -3,6 +3,21 @@
 #include "tools/hapticctl/error_text.h"
 
 namespace hapticd::tools {
+namespace {
+
+/// The daemon says no more than that it does not give the image to this user.
+ClientError explained(ClientError error) {
+  if (error.what == "org.varlink.service.PermissionDenied") {
+    error.remedy =
+        "no permission to see the depth image\n"
+        "members of the group haptic-view may: 'sudo usermod -aG haptic-view $USER', then log in again; or "
+        "set "
+        "control.depth_for_everyone in hapticd's configuration file";
+  }
+  return error;
+}
+
+}  // namespace
 
 std::expected<Snapshot, int> fetchSnapshot(const CommandOptions& options) {
   const auto failed = [&](const auto& error) { return std::unexpected(report(error, options.json)); };
@@ -13,7 +28,7 @@ std::expected<Snapshot, int> fetchSnapshot(const CommandOptions& options) {
   SnapshotAssembler assembler;
   do {
     const auto reply = client->next(VarlinkClient::kTimeLimit);
-    if (!reply) return failed(reply.error());
+    if (!reply) return failed(explained(reply.error()));
     if (const auto good = assembler.add(*reply); !good) return failed(good.error());
   } while (client->promisesMore());
   auto snapshot = assembler.finish();

@@ -126,11 +126,23 @@ ClientResult<void> VarlinkClient::send(const Json& call) {
   for (std::size_t sent = 0; sent < message.size();) {
     const ssize_t count = ::send(socket_, message.data() + sent, message.size() - sent, MSG_NOSIGNAL);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      return std::unexpected(broken(fmt::format("the call was not taken: {}", std::strerror(errno))));
+    if (count < 0) {
+      const int error = errno;
+      // Whoever closes a connection may have said why before.
+      if (takeWhatHasCome()) return {};
+      return std::unexpected(broken(fmt::format("the call was not taken: {}", std::strerror(error))));
+    }
     sent += static_cast<std::size_t>(count);
   }
   return {};
+}
+
+/// True when there is something that next() can give.
+bool VarlinkClient::takeWhatHasCome() {
+  std::array<char, 4096> chunk;
+  const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT);
+  if (count > 0) input_.append(chunk.data(), static_cast<std::size_t>(count));
+  return !input_.empty();
 }
 
 ClientResult<std::string> VarlinkClient::receiveMessage(std::chrono::milliseconds limit) {

@@ -19,9 +19,9 @@ struct ClientError {
     interrupted,    ///< the interrupt descriptor became readable
   };
   Kind kind = Kind::no_connection;
-  std::string what;      ///< for people; of an error reply, the error's name
-  std::string remedy;    ///< what to do about it; may be empty
-  Json parameters;       ///< of an error reply
+  std::string what;    ///< for people; of an error reply, the error's name
+  std::string remedy;  ///< what to do about it; may be empty. Of an error reply: what it means for this call
+  Json parameters;     ///< of an error reply
   int system_error = 0;  ///< errno of a connection that could not be made
 };
 
@@ -57,6 +57,7 @@ class VarlinkClient {
   VarlinkClient(int socket, std::string path) : socket_(socket), path_(std::move(path)) {}
 
   ClientResult<void> send(const Json& call);
+  bool takeWhatHasCome();
   ClientResult<std::string> receiveMessage(std::chrono::milliseconds limit);
   ClientResult<void> waitForInput(std::chrono::steady_clock::time_point deadline) const;
   ClientError noAnswer() const;

@@ -199,6 +199,7 @@ TEST_F(ConformanceTest, TakesSixteenLevelsOfNestingAndNotOneMore) {
   client.call(nested(16));
   EXPECT_EQ(kUnknownReply, client.reply());
   client.call(nested(17));
+  EXPECT_EQ("io.hapticd.Status.MalformedCall", client.json()["error"]);
   EXPECT_EQ(RawClient::kClosed, client.reply());
 }
 

@@ -219,7 +219,8 @@ TEST_F(ControlServiceTest, AnswersNoOnewayChangeInThePlaceOfALaterCall) {
   client.call(R"({"method":"io.hapticd.Control.Engage"})");
   EXPECT_TRUE(box.waitForGeneration(2));
   box.acknowledge();
-  EXPECT_EQ(json({{"parameters", {{"mode", "engaged"}, {"cause", "requested"}}}}), client.json());
+  EXPECT_EQ(json({{"parameters", {{"mode", "engaged"}, {"cause", "requested"}, {"already", false}}}}),
+            client.json());
 }
 
 TEST_F(ControlServiceTest, SaysSoWhenTheLoopDoesNotTakeAChangeInTime) {
@@ -234,8 +235,10 @@ TEST_F(ControlServiceTest, SaysSoWhenTheLoopDoesNotTakeAChangeInTime) {
 
 TEST_F(ControlServiceTest, EngagesAndDisengages) {
   start();
-  const json engaged = {{"parameters", {{"mode", "engaged"}, {"cause", "requested"}}}};
+  json engaged = {{"parameters", {{"mode", "engaged"}, {"cause", "requested"}, {"already", false}}}};
   const json idle = {{"parameters", {{"mode", "idle"}, {"cause", "requested"}}}};
+  EXPECT_EQ(engaged, askControl("io.hapticd.Control.Engage"));
+  engaged["parameters"]["already"] = true;
   EXPECT_EQ(engaged, askControl("io.hapticd.Control.Engage"));
   EXPECT_EQ(idle, askControl("io.hapticd.Control.Disengage"));
 }

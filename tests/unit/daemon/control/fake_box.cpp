@@ -70,6 +70,11 @@ bool FakeBox::waitForGeneration(std::uint64_t generation) {
   return changed_.wait_for(lock, kPatience, [&] { return generation_ >= generation; });
 }
 
+int FakeBox::statusCalls() const {
+  const std::lock_guard lock(mutex_);
+  return status_calls_;
+}
+
 bool FakeBox::waitForStatusCalls(int calls) {
   std::unique_lock lock(mutex_);
   return changed_.wait_for(lock, kPatience, [&] { return status_calls_ >= calls; });

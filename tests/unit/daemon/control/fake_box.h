@@ -35,6 +35,7 @@ class FakeBox final : public Box {
   /// Waits until so many changes were asked for since the start. False after 20 s (so long that a loaded
   /// machine does not fail).
   bool waitForGeneration(std::uint64_t generation);
+  int statusCalls() const;
   /// Waits in the same way until status() was called so many times since the start.
   bool waitForStatusCalls(int calls);
 

@@ -254,7 +254,31 @@ TEST_F(HapticctlTest, EngageAndDisengageShowTheMode) {
   const ProcessResult engaged = run({"engage"});
   expectSuccess(engaged);
   EXPECT_EQ("engaged\n", engaged.output);
+  EXPECT_EQ("engaged\nit was before; nothing has changed\n", run({"engage"}).output);
   EXPECT_EQ(R"({"mode":"idle","cause":"requested"})"_json, json::parse(run({"disengage", "--json"}).output));
+}
+
+TEST_F(HapticctlTest, SaysThatThereAreTooManyConnectionsAlsoWhereItsCallComesTooLate) {
+  server_options.control_limits.per_user = 1;
+  start();
+  RawClient holder = controlClient();
+  holder.call(R"({"method":"org.varlink.service.GetInfo"})");
+  EXPECT_TRUE(holder.json()["parameters"].is_object());
+  for (int i = 0; i < 20; ++i) {
+    const ProcessResult refused = run({"disengage"});
+    expectFailure(refused, 1);
+    EXPECT_TRUE(contains(refused.errors, "too many connections")) << refused.errors;
+  }
+}
+
+TEST_F(HapticctlTest, SaysWhoMaySeeTheDepthImage) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to run it as another user";
+  start();
+  std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
+  const ProcessResult denied =
+      run({"--socket", statusPath(), "snapshot", "--png", "/nowhere/frame.png"}, {.uid = 65534});
+  expectFailure(denied, 1);
+  EXPECT_TRUE(contains(denied.errors, "haptic-view")) << denied.errors;
 }
 
 TEST_F(HapticctlTest, WatchPrintsALineForEachStateWhenItsOutputIsNoTerminal) {

@@ -16,9 +16,13 @@ namespace {
 constexpr uid_t kOther = 65534;
 constexpr gid_t kGroup = 4242;
 constexpr gid_t kAnotherGroup = 4243;
+constexpr gid_t kViewGroup = 4244;
 constexpr const char* kEngage = R"({"method":"io.hapticd.Control.Engage"})";
 constexpr const char* kDenied = R"({"error":"org.varlink.service.PermissionDenied","parameters":{}})";
-constexpr const char* kEngaged = R"({"parameters":{"mode":"engaged","cause":"requested"}})";
+constexpr const char* kEngaged = R"({"parameters":{"mode":"engaged","cause":"requested","already":false}})";
+constexpr const char* kEngagedAlready =
+    R"({"parameters":{"mode":"engaged","cause":"requested","already":true}})";
+constexpr const char* kDepthImage = R"({"method":"io.hapticd.Status.GetSnapshot","more":true})";
 
 TEST(MayControl, IsTrueOfRootTheOwnUserAndMembersOfTheGroup) {
   const uid_t stranger = ::geteuid() + 1;
@@ -38,19 +42,24 @@ class PrivilegesTest : public ControlFixture {
     // What is created in a folder with the set-group-ID bit belongs to the folder's group.
     ASSERT_EQ(0, ::chown(folder.path("").c_str(), static_cast<uid_t>(-1), kGroup));
     std::filesystem::permissions(folder.path(""), std::filesystem::perms(02711));
+    server_options.view_group = kViewGroup;
     start();
     std::filesystem::permissions(controlPath(), std::filesystem::perms(0666));
   }
 
   /// The reply to a call on the control socket by another user.
   std::string askAs(uid_t user, gid_t group, const std::vector<gid_t>& groups, const std::string& call) {
+    return askAs(user, group, groups, call, controlPath());
+  }
+  std::string askAs(uid_t user, gid_t group, const std::vector<gid_t>& groups, const std::string& call,
+                    const std::string& path) {
     int ends[2];
     if (::pipe(ends) != 0) return "no pipe";
     const pid_t child = ::fork();
     if (child == 0) {
       if (::setgroups(groups.size(), groups.data()) != 0 || ::setgid(group) != 0 || ::setuid(user) != 0)
         ::_exit(2);
-      RawClient client = controlClient();
+      RawClient client(path);
       client.call(call);
       const std::string reply = client.reply();
       ::_exit(::write(ends[1], reply.data(), reply.size()) < 0 ? 3 : 0);
@@ -80,7 +89,7 @@ TEST_F(PrivilegesTest, LetsOthersReadButChangeNothingThoughTheyGotIn) {
 
 TEST_F(PrivilegesTest, LetsMembersOfTheSocketsGroupChangeAndTellsThemApart) {
   EXPECT_EQ(kEngaged, askAs(kOther, kGroup, {}, kEngage));
-  EXPECT_EQ(kEngaged, askAs(kOther, kAnotherGroup, {kAnotherGroup, kGroup}, kEngage));
+  EXPECT_EQ(kEngagedAlready, askAs(kOther, kAnotherGroup, {kAnotherGroup, kGroup}, kEngage));
   const auto entries = logged("engage");
   ASSERT_EQ(2U, entries.size());
   EXPECT_EQ(std::to_string(kOther), entries[0].at("UID"));
@@ -93,6 +102,33 @@ TEST_F(PrivilegesTest, FindsTheGroupAmongManyOthers) {
   EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, groups, kEngage));
   groups.back() = kGroup;
   EXPECT_EQ(kEngaged, askAs(kOther, kAnotherGroup, groups, kEngage));
+}
+
+TEST_F(PrivilegesTest, ShowsTheDepthImageToTheGroupsForControlAndForViewingOnly) {
+  for (const std::string& path : {statusPath(), controlPath()}) {
+    EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, {}, kDepthImage, path));
+    EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, {kAnotherGroup}, kDepthImage, path));
+    for (const gid_t group : {kGroup, kViewGroup}) {
+      EXPECT_EQ(0U,
+                askAs(kOther, kAnotherGroup, {group}, kDepthImage, path).find(R"({"parameters":{"header")"));
+    }
+    EXPECT_EQ(0U, askAs(0, kAnotherGroup, {}, kDepthImage, path).find(R"({"parameters":{"header")"));
+  }
+}
+
+TEST_F(PrivilegesTest, LetsTheGroupForViewingChangeNothing) {
+  EXPECT_EQ(kDenied, askAs(kOther, kViewGroup, {kViewGroup}, kEngage));
+  EXPECT_EQ(0U, box.generation());
+}
+
+TEST_F(PrivilegesTest, ShowsTheDepthImageToEverybodyWhereTheConfigurationSaysSo) {
+  stop();
+  config::Settings settings = box.settings();
+  settings.control.depth_for_everyone = true;
+  box.setSettings(settings);
+  start();
+  EXPECT_EQ(0U,
+            askAs(kOther, kAnotherGroup, {}, kDepthImage, statusPath()).find(R"({"parameters":{"header")"));
 }
 
 TEST_F(PrivilegesTest, LetsRootChangeWithoutTheGroup) {

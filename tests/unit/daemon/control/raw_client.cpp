@@ -61,6 +61,10 @@ nlohmann::json RawClient::json() {
   return nlohmann::json::parse(reply(), nullptr, false);
 }
 
+bool RawClient::canSend() {
+  return ::send(socket_, " ", 1, MSG_NOSIGNAL) == 1;
+}
+
 bool RawClient::silent() const {
   pollfd descriptor{socket_, POLLIN, 0};
   return input_.empty() && ::poll(&descriptor, 1, 0) == 0;

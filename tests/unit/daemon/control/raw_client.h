@@ -31,6 +31,9 @@ class RawClient {
   /// The same as JSON; discarded if it is none.
   nlohmann::json json();
 
+  /// Whether the server would still take something; without SIGPIPE.
+  bool canSend();
+
   /// Whether nothing has come that reply() has not given.
   bool silent() const;
 

@@ -92,7 +92,7 @@ TEST_F(SnapshotTest, SaysWhyThereIsNoFrame) {
 }
 
 TEST_F(SnapshotTest, ForgetsClientsThatLeftAndTakesNoMoreThanEightAtATime) {
-  server_options.max_connections_per_uid = 32;
+  server_options.read_limits.per_user = 32;
   start();
   box.holdJobs();
   {

@@ -129,15 +129,18 @@ TEST_F(TraceMethodsTest, AnswersNoOnewayCallInThePlaceOfALaterOne) {
 TEST_F(TraceMethodsTest, RefusesWhatWouldWaitBehindTooManyOthersAndKeepsPlacesForChanges) {
   start();
   box.holdJobs();
-  RawClient reader = statusClient();
-  for (int i = 0; i < 100; ++i) {
-    reader.call(R"({"method":"io.hapticd.Status.ListTraces","oneway":true})");
+  std::vector<RawClient> readers;
+  for (int i = 0; i < 32; ++i) {
+    readers.push_back(statusClient());
+    readers.back().call(R"({"method":"io.hapticd.Status.ListTraces"})");
   }
+  ASSERT_TRUE(box.waitForJobs(32));
   EXPECT_EQ("io.hapticd.Status.ListFailed", askStatus("io.hapticd.Status.ListTraces")["error"]);
   RawClient changer = controlClient();
   for (int i = 0; i < 100; ++i) {
     changer.call(R"({"method":"io.hapticd.Control.DumpTrace","oneway":true})");
   }
+  ASSERT_TRUE(box.waitForJobs(64));
   const json refused = ask("DumpTrace");
   EXPECT_EQ("io.hapticd.Control.TraceFailed", refused["error"]);
   EXPECT_FALSE(box.waitForJobs(65, std::chrono::seconds(0)));

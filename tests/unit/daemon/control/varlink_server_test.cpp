@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <thread>
 
@@ -30,18 +31,30 @@ class VarlinkServerTest : public ControlFixture {
     return client.reply();
   }
 
-  void expectClosedWithoutReply(const std::string& bytes) {
+  /// What is no call is answered with one error, whose text is short and can be shown, and with the end.
+  void expectMalformed(const std::string& bytes) {
     RawClient client = statusClient();
     client.send(bytes);
+    const auto reply = client.json();
+    ASSERT_TRUE(reply.is_object()) << bytes.substr(0, 100);
+    EXPECT_EQ(reply["error"], "io.hapticd.Status.MalformedCall") << bytes.substr(0, 100);
+    const auto reason = reply["parameters"]["reason"].get<std::string>();
+    EXPECT_FALSE(reason.empty());
+    EXPECT_LT(reason.size(), 300U);
+    EXPECT_TRUE(std::ranges::all_of(reason, [](char c) { return c >= ' ' && c <= '~'; })) << reason;
     EXPECT_EQ(RawClient::kClosed, client.reply()) << bytes.substr(0, 100);
     expectServing();
   }
 
   /// Connects once too often: is told so, also with a call on its way, and closed.
   void expectRefused(const std::string& path, const nlohmann::json& parameters) {
-    RawClient client(path);
-    EXPECT_EQ(errorReply("io.hapticd.Status.TooManyConnections", parameters), client.json());
-    EXPECT_EQ(RawClient::kClosed, client.reply());
+    for (const int calls : {0, 1, 1000}) {
+      RawClient client(path);
+      for (int i = 0; i < calls; ++i) client.call(kUnknown);
+      EXPECT_EQ(errorReply("io.hapticd.Status.TooManyConnections", parameters), client.json());
+      EXPECT_EQ(RawClient::kClosed, client.reply());
+      EXPECT_TRUE(client.canSend());
+    }
   }
 
   /// Connects again and again until the server has noticed that somebody left.
@@ -92,6 +105,16 @@ TEST_F(VarlinkServerTest, AnswersNothingToOnewayCallsNotEvenErrors) {
   EXPECT_EQ(kUnknownReply, client.reply());
 }
 
+TEST_F(VarlinkServerTest, ReadsNothingForOnewayCalls) {
+  start();
+  RawClient client = statusClient();
+  const int before = box.statusCalls();
+  for (int i = 0; i < 100; ++i) client.call(R"({"method":"io.hapticd.Status.GetStatus","oneway":true})");
+  client.call(kUnknown);
+  EXPECT_EQ(kUnknownReply, client.reply());
+  EXPECT_EQ(before, box.statusCalls());
+}
+
 TEST_F(VarlinkServerTest, AnswersAClientThatHasEndedItsInput) {
   start();
   RawClient client = statusClient();
@@ -129,7 +152,7 @@ TEST_F(VarlinkServerTest, ObeysAllOnewayCallsOfAClientThatLeftEvenIfTheyAreMoreT
   EXPECT_TRUE(box.waitForGeneration(2000));
 }
 
-TEST_F(VarlinkServerTest, ClosesWithoutAReplyOnWhatIsNoCall) {
+TEST_F(VarlinkServerTest, SaysThatSomethingIsNoCallAndClosesTheConnection) {
   start();
   const std::string deep =
       R"({"method":"a.B","parameters":{"x":)" + std::string(40, '[') + std::string(40, ']') + "}}";
@@ -164,7 +187,7 @@ TEST_F(VarlinkServerTest, ClosesWithoutAReplyOnWhatIsNoCall) {
       "\x16\x03\x01\x02",
       "GET / HTTP/1.1\r\n\r\n",
   };
-  for (const std::string& violation : violations) expectClosedWithoutReply(message(violation));
+  for (const std::string& violation : violations) expectMalformed(message(violation));
 }
 
 TEST_F(VarlinkServerTest, AnswersWhatCameBeforeAViolation) {
@@ -172,6 +195,7 @@ TEST_F(VarlinkServerTest, AnswersWhatCameBeforeAViolation) {
   RawClient client = statusClient();
   client.send(message(kUnknown) + message("garbage") + message(kUnknown));
   EXPECT_EQ(kUnknownReply, client.reply());
+  EXPECT_EQ(client.json()["error"], "io.hapticd.Status.MalformedCall");
   EXPECT_EQ(RawClient::kClosed, client.reply());
 }
 
@@ -196,8 +220,8 @@ TEST_F(VarlinkServerTest, TakesMessagesOf64KiBAndNotOneByteMore) {
   expectServing();  // by now all but the NUL has been read
   hesitant.send(std::string(1, '\0'));
   EXPECT_EQ(kUnknownReply, hesitant.reply());
-  expectClosedWithoutReply(message(padded(65537)));
-  expectClosedWithoutReply(std::string(70'000, 'x'));
+  expectMalformed(message(padded(65537)));
+  expectMalformed(std::string(70'000, 'x'));
 }
 
 TEST_F(VarlinkServerTest, TreatsNoParametersNullAndAnEmptyObjectAlike) {
@@ -210,10 +234,10 @@ TEST_F(VarlinkServerTest, TreatsNoParametersNullAndAnEmptyObjectAlike) {
 }
 
 TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUserWhoMayHaveEight) {
-  server_options.max_connections_per_uid = 8;
+  server_options.control_limits.per_user = 8;
   start();
   std::vector<RawClient> clients;
-  for (int i = 0; i < 8; ++i) clients.push_back(i % 2 == 0 ? statusClient() : controlClient());
+  for (int i = 0; i < 8; ++i) clients.push_back(controlClient());
   for (RawClient& client : clients) {
     client.call(kUnknown);
     EXPECT_EQ(kUnknownReply, client.reply());
@@ -224,8 +248,7 @@ TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUserWhoMayHaveEight) {
 }
 
 TEST_F(VarlinkServerTest, RefusesThe33rdConnectionOf32) {
-  server_options.max_connections = 32;
-  server_options.max_connections_per_uid = 100;
+  server_options.control_limits = {32, 100};
   start();
   std::vector<RawClient> clients;
   for (int i = 0; i < 32; ++i) clients.push_back(controlClient());
@@ -238,17 +261,15 @@ TEST_F(VarlinkServerTest, RefusesThe33rdConnectionOf32) {
   expectAdmittedSoon(controlPath());
 }
 
-TEST_F(VarlinkServerTest, KeepsPlacesForThoseWhoMayControl) {
-  server_options.max_read_only_connections = 24;
-  server_options.max_connections_per_uid = 100;
+TEST_F(VarlinkServerTest, AUserWhoHasAllPlacesForReadingStillGetsOneToControl) {
   start();
   std::vector<RawClient> watchers;
-  for (int i = 0; i < 24; ++i) watchers.push_back(statusClient());
+  for (int i = 0; i < 40; ++i) watchers.push_back(statusClient());
   for (RawClient& watcher : watchers) {
     watcher.call(kUnknown);
     EXPECT_EQ(kUnknownReply, watcher.reply());
   }
-  expectRefused(statusPath(), {{"limit", 24}, {"perUser", false}});
+  expectRefused(statusPath(), {{"limit", 40}, {"perUser", true}});
   RawClient control = controlClient();
   control.call(kUnknown);
   EXPECT_EQ(kUnknownReply, control.reply());
@@ -256,7 +277,7 @@ TEST_F(VarlinkServerTest, KeepsPlacesForThoseWhoMayControl) {
 
 TEST_F(VarlinkServerTest, CountsConnectionsForEachUserByItself) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root to connect as another user";
-  server_options.max_connections_per_uid = 8;
+  server_options.read_limits.per_user = 8;
   start();
   std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
   std::vector<RawClient> clients;
@@ -278,7 +299,7 @@ TEST_F(VarlinkServerTest, CountsConnectionsForEachUserByItself) {
 }
 
 TEST_F(VarlinkServerTest, GivesThePlaceOfAStreamThatItsClientLeftToTheNext) {
-  server_options.max_connections_per_uid = 1;
+  server_options.read_limits.per_user = 1;
   start();
   {
     RawClient client = statusClient();
@@ -289,7 +310,7 @@ TEST_F(VarlinkServerTest, GivesThePlaceOfAStreamThatItsClientLeftToTheNext) {
 }
 
 TEST_F(VarlinkServerTest, GivesThePlaceOfAWaitingCallThatItsClientLeftToTheNext) {
-  server_options.max_connections_per_uid = 1;
+  server_options.control_limits.per_user = 1;
   start();
   box.holdAcknowledgements();
   {

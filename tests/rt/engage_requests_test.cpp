@@ -1,0 +1,164 @@
+// What asking again for force does to the force: a core that is driven as the daemon drives it.
+#include "rt/engage_requests.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "tests/rt/core_rig.h"
+
+namespace hapticd::test {
+namespace {
+
+using rt::Cause;
+using rt::Mode;
+
+/// A rig with somebody who asks. Nobody has asked yet, and the HIP is where something is felt.
+class AskedRig : public CoreRig {
+ public:
+  AskedRig() { directive.engage_inside = false; }
+
+  /// True when the directive was changed.
+  bool ask(bool engage, bool inside = false) {
+    const bool changed = requests.ask(engage, inside, loop, directive);
+    if (changed) ++directive.generation;
+    return changed;
+  }
+  rt::Tick tick() {
+    loop.tick = step();
+    loop.directive_generation = directive.generation;
+    return loop.tick;
+  }
+  rt::Tick ticks(int count) {
+    for (int i = 0; i < count; ++i) tick();
+    return loop.tick;
+  }
+  void expect(Mode mode, Cause cause) const {
+    EXPECT_EQ(loop.tick.mode, mode);
+    EXPECT_EQ(loop.tick.cause, cause);
+  }
+
+  rt::EngageRequests requests;
+  rt::LoopState loop;
+};
+
+/// From the first request on, in contact all the time: the ramp, the full force, and a depth image that is
+/// too old for a while (the timeout is 500 ms). `again`: asks once more in every 50th tick.
+std::vector<rt::Tick> ticksInContact(bool again, bool inside) {
+  AskedRig rig;
+  rig.tick();
+  rig.ask(true, true);
+  std::vector<rt::Tick> ticks;
+  for (int i = 0; i < 1'600; ++i) {
+    if (again && i % 50 == 49) rig.ask(true, inside);
+    rig.scene_fresh = i < 700 || i > 1'400;
+    ticks.push_back(rig.tick());
+  }
+  return ticks;
+}
+
+TEST(EngageRequests, AskingAgainInContactChangesNoBitOfForceGainModeAndCause) {
+  const std::vector<rt::Tick> once = ticksInContact(false, false);
+  EXPECT_TRUE(std::ranges::any_of(once, [](const rt::Tick& tick) { return tick.mode == Mode::holding; }));
+  EXPECT_GT(norm(once[699].command_force_n_in_world), 1);
+  for (const bool inside : {false, true}) {
+    const std::vector<rt::Tick> again = ticksInContact(true, inside);
+    for (std::size_t i = 0; i < once.size(); ++i) {
+      ASSERT_EQ(again[i].mode, once[i].mode) << i;
+      ASSERT_EQ(again[i].cause, once[i].cause) << i;
+      ASSERT_EQ(again[i].gain, once[i].gain) << i;
+      ASSERT_EQ(again[i].command_force_n_in_world, once[i].command_force_n_in_world) << i;
+    }
+  }
+}
+
+TEST(EngageRequests, AskingAgainBeforeTheLoopHasSeenTheFirstRequestChangesNothing) {
+  AskedRig rig;
+  rig.tick();
+  EXPECT_TRUE(rig.ask(true, true));
+  EXPECT_FALSE(rig.ask(true, true));
+  EXPECT_FALSE(rig.ask(true));
+  rig.tick();
+  rig.expect(Mode::engaged, Cause::requested);
+}
+
+TEST(EngageRequests, WhatWasRefusedMayBeAskedForAgain) {
+  AskedRig rig;
+  rig.tick();
+  rig.ask(true);
+  rig.tick();
+  rig.expect(Mode::idle, Cause::inside_surface);
+  EXPECT_TRUE(rig.ask(true));
+  rig.tick();
+  rig.expect(Mode::idle, Cause::inside_surface);
+  EXPECT_TRUE(rig.ask(true, true));
+  rig.tick();
+  rig.expect(Mode::engaged, Cause::requested);
+}
+
+TEST(EngageRequests, AHandleThatCameBackIsFeltOnTheNextRequest) {
+  AskedRig rig;
+  rig.handle.session = 1;
+  rig.tick();
+  rig.ask(true, true);
+  rig.ticks(100);
+  rig.handle.session = 2;
+  ++rig.handle.sequence;
+  rig.ticks(2);
+  rig.expect(Mode::idle, Cause::handle_replaced);
+  EXPECT_TRUE(rig.ask(true, true));
+  rig.tick();
+  rig.expect(Mode::engaged, Cause::requested);
+}
+
+TEST(EngageRequests, LeaveToEngageInsideASurfaceCanBeGivenWhileTheRequestStillWaits) {
+  AskedRig rig;
+  rig.scene_fresh = false;
+  rig.tick();
+  EXPECT_TRUE(rig.ask(true));
+  rig.tick();
+  rig.expect(Mode::holding, Cause::depth_stale);
+  EXPECT_TRUE(rig.ask(true, true));
+  EXPECT_FALSE(rig.ask(true));  // does not take it back
+  rig.scene_fresh = true;
+  rig.tick();
+  rig.expect(Mode::engaged, Cause::requested);
+}
+
+TEST(EngageRequests, EngagingClearsNoFaultAndDisengagingDoes) {
+  AskedRig rig;
+  rig.tick();
+  rig.ask(true, true);
+  rig.ticks(600);
+  rig.directive.parameters.springs.stiffness_n_per_m = std::numeric_limits<double>::infinity();
+  rig.tick();
+  rig.directive.parameters.springs.stiffness_n_per_m = 500;
+  rig.expect(Mode::faulted, Cause::force_not_finite);
+  for (const bool inside : {false, true}) {
+    rig.ask(true, inside);
+    rig.tick();
+    rig.expect(Mode::faulted, Cause::force_not_finite);
+  }
+  rig.ask(false);
+  rig.tick();
+  rig.expect(Mode::idle, Cause::requested);
+}
+
+TEST(EngageRequests, DisengagingAndEngagingWithinOneTickIsANewRequest) {
+  AskedRig rig;
+  rig.tick();
+  rig.ask(true, true);
+  rig.ticks(600);
+  rig.ask(false);
+  rig.ask(true);
+  rig.tick();
+  rig.expect(Mode::idle, Cause::inside_surface);
+  rig.ask(false);
+  rig.tick();
+  rig.expect(Mode::idle, Cause::inside_surface);  // disengaging what is idle changes nothing
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,271 @@
+// Whose turn it is: the server under more calls than it can answer, with a handler that the test holds up.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "control_fixture.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+constexpr std::string_view kCall{"{\"method\":\"a.B\"}"};
+constexpr std::string_view kOnewayCall{"{\"method\":\"a.B\",\"oneway\":true}"};
+constexpr std::chrono::seconds kPatience{60};
+
+std::string repeated(std::string_view call, int times) {
+  std::string calls;
+  for (int i = 0; i < times; ++i) calls += message(call);
+  return calls;
+}
+
+/// The thread's time, which the handler makes up.
+std::atomic<std::int64_t> made_up_time_ns{0};
+std::chrono::nanoseconds madeUpTime() {
+  return std::chrono::nanoseconds(made_up_time_ns.load());
+}
+
+/// Answers everything, remembers whose call it was, and waits in a call while it is held.
+class HeldHandler final : public CallHandler {
+ public:
+  void handle(const Call&, const Caller& caller, Replies& replies) override {
+    {
+      std::unique_lock lock(mutex_);
+      calls_.push_back(caller);
+      changed_.notify_all();
+      changed_.wait(lock, [this] { return !held_; });
+    }
+    made_up_time_ns += cost_ns;
+    if (on_call) on_call();
+    replies.finish(caller.connection, {});
+  }
+  void closed(ConnectionId connection) override {
+    const std::lock_guard lock(mutex_);
+    closed_.push_back(connection);
+    changed_.notify_all();
+  }
+
+  void hold() {
+    const std::lock_guard lock(mutex_);
+    held_ = true;
+  }
+  void release() {
+    const std::lock_guard lock(mutex_);
+    held_ = false;
+    changed_.notify_all();
+  }
+  bool waitForCalls(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, kPatience, [&] { return calls_.size() >= count; });
+  }
+  bool waitUntilClosed(ConnectionId connection) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, kPatience,
+                             [&] { return std::ranges::find(closed_, connection) != closed_.end(); });
+  }
+  std::vector<Caller> calls() const {
+    const std::lock_guard lock(mutex_);
+    return calls_;
+  }
+
+  // To be set before the server runs.
+  std::int64_t cost_ns = 0;
+  std::function<void()> on_call;
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool held_ = false;
+  std::vector<Caller> calls_;
+  std::vector<ConnectionId> closed_;
+};
+
+class VarlinkServerTurns : public testing::Test {
+ protected:
+  ~VarlinkServerTurns() override {
+    handler.release();
+    if (thread_.joinable()) {
+      server->requestStop();
+      thread_.join();
+    }
+  }
+
+  void listen() {
+    options.listeners = {
+        {.access = Access::read, .path = folder.path("Status"), .mode = 0600, .group = "", .descriptor = -1},
+        {.access = Access::control,
+         .path = folder.path("Control"),
+         .mode = 0600,
+         .group = "",
+         .descriptor = -1}};
+  }
+  void start() {
+    listen();
+    options.thread_time = madeUpTime;
+    auto created = VarlinkServer::create(options, handler);
+    ASSERT_TRUE(created) << created.error().text();
+    server = std::move(*created);
+    thread_ = std::thread([this] { server->run(std::chrono::milliseconds(2), [this] { onPeriod(); }); });
+  }
+
+  /// A client that the server knows: one call of it has been answered.
+  RawClient connected(const std::string& socket) {
+    RawClient client(folder.path(socket));
+    client.call(kCall);
+    EXPECT_NE(RawClient::kNoAnswer, client.reply());
+    return client;
+  }
+
+  /// So that the last calls are counted too.
+  bool waitForAnotherPeriod() const {
+    const std::size_t before = periods;
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (periods == before && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    return periods != before;
+  }
+
+  std::size_t readCalls() const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        handler.calls(), [](const Caller& caller) { return caller.access == Access::read; }));
+  }
+
+  TemporaryFolder folder;
+  ServerOptions options;
+  HeldHandler handler;
+  std::unique_ptr<VarlinkServer> server;
+  std::atomic<std::size_t> periods{0};
+  std::atomic<std::size_t> most_reads_in_a_period{0};
+
+ private:
+  void onPeriod() {
+    const std::size_t reads = readCalls();
+    ++periods;
+    most_reads_in_a_period = std::max(most_reads_in_a_period.load(), reads - reads_before_);
+    reads_before_ = reads;
+  }
+
+  std::size_t reads_before_ = 0;
+  std::thread thread_;
+};
+
+TEST_F(VarlinkServerTurns, ConnectionsWithManyCallsWaitingTakeTurns) {
+  constexpr int kClients = 5;
+  constexpr int kCalls = 50;
+  start();
+  std::vector<RawClient> clients;
+  for (int i = 0; i < kClients; ++i) clients.push_back(connected("Status"));
+  handler.hold();
+  clients.front().call(kCall);
+  ASSERT_TRUE(handler.waitForCalls(kClients + 1));
+  for (RawClient& client : clients) client.send(repeated(kCall, kCalls));
+  handler.release();
+  ASSERT_TRUE(handler.waitForCalls(kClients + 1 + kClients * kCalls));
+  std::map<ConnectionId, int> counts;
+  int done = 0;
+  for (const Caller& caller : handler.calls()) {
+    if (++counts[caller.connection] > kCalls) ++done;
+    if (counts.size() < kClients || done > 0) continue;
+    const auto byCount = [](const auto& a, const auto& b) { return a.second < b.second; };
+    const auto [least, most] = std::minmax_element(counts.begin(), counts.end(), byCount);
+    ASSERT_LE(most->second - least->second, 2);
+  }
+}
+
+TEST_F(VarlinkServerTurns, ACallForControlPassesTheReadsThatWait) {
+  constexpr int kReaders = 39;
+  start();
+  std::vector<RawClient> readers;
+  for (int i = 0; i < kReaders; ++i) readers.push_back(connected("Status"));
+  RawClient control = connected("Control");
+  handler.hold();
+  readers.front().call(kCall);
+  ASSERT_TRUE(handler.waitForCalls(kReaders + 2));
+  for (RawClient& reader : readers) reader.send(repeated(kOnewayCall, 100));
+  control.call(kCall);
+  handler.release();
+  EXPECT_NE(RawClient::kNoAnswer, control.reply());
+  const auto calls = handler.calls();
+  const auto held = calls.begin() + kReaders + 1;
+  const auto answered =
+      std::find_if(held, calls.end(), [](const Caller& caller) { return caller.access == Access::control; });
+  ASSERT_NE(answered, calls.end());
+  EXPECT_LE(answered - held, 2);  // the one that was held, and one whose turn it was
+}
+
+TEST_F(VarlinkServerTurns, ReadsGetTheirShareOfThePeriodAndAllAreAnswered) {
+  constexpr int kReaders = 8;
+  constexpr std::size_t kCalls = 20;
+  handler.cost_ns = 1'000'000;
+  options.read_share = 0.5;  // of 2 ms
+  start();
+  std::vector<RawClient> readers;
+  for (int i = 0; i < kReaders; ++i) {
+    readers.emplace_back(folder.path("Status"));
+    readers.back().send(repeated(kOnewayCall, kCalls));
+  }
+  EXPECT_TRUE(handler.waitForCalls(kReaders * kCalls));
+  EXPECT_TRUE(waitForAnotherPeriod());
+  EXPECT_LE(most_reads_in_a_period, 1U);
+}
+
+TEST_F(VarlinkServerTurns, ACallThatTakesLongIsTakenOffThePeriodsBehind) {
+  constexpr std::size_t kCalls = 20;
+  handler.cost_ns = 5'000'000;
+  options.read_share = 0.5;  // of 2 ms
+  start();
+  RawClient reader(folder.path("Status"));
+  reader.send(repeated(kOnewayCall, kCalls));
+  EXPECT_TRUE(handler.waitForCalls(kCalls));
+  EXPECT_GE(periods, 5 * (kCalls - 1));
+}
+
+TEST_F(VarlinkServerTurns, ControlIsNotHeldBackByReadsThatHaveUsedUpTheirTime) {
+  handler.cost_ns = std::int64_t{1} << 50;  // ten days
+  start();
+  RawClient control(folder.path("Control"));
+  RawClient reader(folder.path("Status"));
+  reader.send(repeated(kCall, 2));
+  EXPECT_NE(RawClient::kNoAnswer, reader.reply());
+  for (int i = 0; i < 10; ++i) {
+    control.call(kCall);
+    EXPECT_NE(RawClient::kNoAnswer, control.reply());
+  }
+  EXPECT_EQ(1U, readCalls());
+}
+
+TEST_F(VarlinkServerTurns, TheRequestToStopPassesAllCallsThatWait) {
+  for (const char* socket : {"Status", "Control"}) {
+    HeldHandler stopping;
+    std::unique_ptr<VarlinkServer> stopped;
+    listen();
+    auto created = VarlinkServer::create(options, stopping);
+    ASSERT_TRUE(created) << created.error().text();
+    stopped = std::move(*created);
+    stopping.on_call = [&] { stopped->requestStop(); };
+    RawClient client(folder.path(socket));
+    client.send(repeated(kOnewayCall, 1000));
+    stopped->run(std::chrono::milliseconds(2), [] {});
+    EXPECT_EQ(1U, stopping.calls().size()) << socket;
+  }
+}
+
+TEST_F(VarlinkServerTurns, NothingIsDoneForAReaderThatHasLeft) {
+  start();
+  RawClient reader = connected("Status");
+  handler.hold();
+  reader.call(kOnewayCall);
+  ASSERT_TRUE(handler.waitForCalls(2));
+  reader.send(repeated(kOnewayCall, 2000));
+  reader.close();
+  handler.release();
+  ASSERT_TRUE(handler.waitUntilClosed(handler.calls().front().connection));
+  EXPECT_LE(handler.calls().size(), 3U);  // one more whose turn it may have been
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test
