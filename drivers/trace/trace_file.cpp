@@ -19,7 +19,7 @@ std::string remedyFor(int error) {
   switch (error) {
     case ENOSPC:
     case EDQUOT:
-      return "make room: delete old traces, or lower trace.max_folder_mb";
+      return "make room: delete old traces (hapticctl trace list, trace delete), or set trace.max_folder_mb";
     case EFBIG:
       return "the system limits the size of files: see ulimit -f and LimitFSIZE=";
     case EACCES:

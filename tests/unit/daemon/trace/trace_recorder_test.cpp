@@ -212,6 +212,31 @@ TEST_F(TraceRecorderTest, ShowsTheTicksThatAStalledDiskLosesWhileItStalls) {
   EXPECT_EQ(info->ticks + recorder->status().ticks_lost, pushed);
 }
 
+TEST_F(TraceRecorderTest, ListsMarksAndDeletesWhileTheTraceThreadWaitsForTheDisk) {
+  start();
+  ASSERT_TRUE(recorder->startTrace({}).get());
+  push(100);
+  const auto name = recorder->stopTrace().get();
+  ASSERT_TRUE(name);
+  std::promise<void> release;
+  {
+    const std::lock_guard lock(mutex);
+    stall = release.get_future().share();
+  }
+  auto begun = recorder->startTrace({});
+  ASSERT_TRUE(becomesTrue([&] { return stalled.load(); }));
+  const auto isDone = [](auto future) {
+    return future.wait_for(kMostPatience) == std::future_status::ready && future.get().has_value();
+  };
+  EXPECT_TRUE(isDone(recorder->listTraces()));
+  EXPECT_TRUE(isDone(recorder->keepTrace(*name, true)));
+  EXPECT_TRUE(isDone(recorder->keepTrace(*name, false)));
+  EXPECT_TRUE(isDone(recorder->deleteTrace(*name)));
+  EXPECT_FALSE(fs::exists(traces() / (*name + ".mcap")));
+  release.set_value();
+  EXPECT_TRUE(begun.get());
+}
+
 TEST_F(TraceRecorderTest, TicksDroppedAtTheVeryEndAreCounted) {
   start();
   ASSERT_TRUE(recorder->startTrace({}).get());
