@@ -269,11 +269,11 @@ TEST(TraceDisk, WhereOnlyProtectedTracesAreLeftATraceWaitsUntilOneIsReleased) {
 TEST(TraceDisk, DepthCountsForTheSizeAtWhichATraceGoesOnInAnotherFile) {
   const DaemonHome home;
   std::vector<std::string> set = kTracing;
-  set.insert(set.end(), {"trace.depth=true", "trace.max_file_mb=30", "trace.compression=none"});
+  set.insert(set.end(), {"trace.depth=true", "trace.max_file_mb=15", "trace.compression=none"});
   Daemon daemon(home, test::kWallYaml, set);
   ASSERT_TRUE(daemon.answers());
-  // ticks alone take 40 s for that; with depth it is 2 s, and files are looked at once a second
-  const auto tooLarge = [](const drivers::TraceEntry& trace) { return trace.bytes > 90'000'000; };
+  // ticks alone take 20 s for that; raw depth would be 18 MB/s, and files are looked at once a second
+  const auto tooLarge = [](const drivers::TraceEntry& trace) { return trace.bytes > 45'000'000; };
   ASSERT_TRUE(test::becomesTrue([&] {
     const auto traces = tracesIn(home.traceFolder());
     return std::ranges::any_of(traces, tooLarge) ||
