@@ -355,7 +355,6 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
 
 drivers::TraceOptions TraceRecorder::options() const {
   drivers::TraceOptions options = sources_.describe();
-  options.first_chunk_ns = kFirstChunk_ns;
   options.compress = settings_.compression == config::TraceCompression::zstd;
   options.realtime_offset_ns = drivers::realtimeNs() - drivers::monotonicNs();
   options.attachments.push_back({"settings.yaml", "application/yaml", settings_yaml_});
@@ -365,6 +364,7 @@ drivers::TraceOptions TraceRecorder::options() const {
 config::Result<void> TraceRecorder::beginSession() {
   if (auto may_begin = mayBegin(); !may_begin) return may_begin;
   TraceSession::Plan plan{folder_, request_.label, request_.depth, options()};
+  plan.options.first_chunk_ns = kFirstChunk_ns;
   auto session = TraceSession::begin(plan, sources_.scene_thread, sources_.core_memory);
   if (!session) return std::unexpected(session.error());
   session_ = std::move(*session);
