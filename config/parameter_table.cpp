@@ -415,13 +415,13 @@ constexpr auto kTable = std::to_array<Parameter>({
         "of the chunks of a trace"),
     row<HAPTICD_MEMBER(trace.max_file_mb)>(
         "trace.max_file_mb", kRestart, "MB", {1, 100'000}, "",
-        "a larger trace goes on in another file"),
+        "a trace that is larger, with its depth, goes on in another file; under trace.max_folder_mb at a quarter of that at the latest"),
     row<HAPTICD_MEMBER(trace.max_file_s)>(
         "trace.max_file_s", kRestart, "s", {5, 1e6}, "",
         "an older trace goes on in another file"),
     row<HAPTICD_MEMBER(trace.max_folder_mb)>(
-        "trace.max_folder_mb", kRestart, "MB", {1, 1e8}, "",
-        "with more in the folder the oldest finished traces are deleted"),
+        "trace.max_folder_mb", kRestart, "MB", {0, 1e8}, "",
+        "with more in the folder the oldest finished traces are deleted, but none that is marked to be kept, no dump of the flight recorder and not the newest; 0: no limit, nothing is deleted"),
     row<HAPTICD_MEMBER(trace.min_free_mb)>(
         "trace.min_free_mb", kRestart, "MB", {0, 1e6}, "",
         "with less free space on the disk nothing is written until there is more"),

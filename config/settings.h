@@ -141,10 +141,10 @@ struct TraceSettings {
   bool at_start = false;
   bool depth = false;  ///< raw depth in each trace, for haptic-replay
   TraceCompression compression = TraceCompression::zstd;
-  double max_file_mb = 1000;      ///< a larger trace goes on in another file
-  double max_file_s = 3600;       ///< as does an older one
-  double max_folder_mb = 20'000;  ///< above that the oldest finished traces are deleted
-  double min_free_mb = 500;       ///< with less free space nothing is written
+  double max_file_mb = 1000;  ///< a larger trace goes on in another file
+  double max_file_s = 3600;   ///< as does an older one
+  double max_folder_mb = 0;   ///< above that the oldest finished traces are deleted; 0: none ever is
+  double min_free_mb = 500;   ///< with less free space nothing is written
   double flight_recorder_s = 10;
 };
 

@@ -77,11 +77,21 @@ enum class TraceState {
   waiting,  ///< a trace is wanted, but cannot be written now; it goes on by itself, in another file
 };
 
+/// What was done with a trace without anybody having asked for it.
+struct TraceNews {
+  std::uint64_t number = 0;  ///< 1, 2, ...
+  bool warning = false;      ///< something was lost by it
+  std::string action;        ///< one word
+  std::string trace;         ///< its name
+  std::string text;          ///< with the name and the reason
+};
+
 /// What is written of the force loop's ticks.
 struct TraceStatus {
   TraceState state = TraceState::off;
   std::string detail;  ///< why it waits, and what to do; may be empty
-  /// What failed beside it: a dump, the recovery; with what to do.
+  /// What failed beside it (a dump, the recovery, a deletion) or is about to happen (a full folder, a disk that
+  /// stalls); with what to do.
   std::vector<std::string> problems;
   std::string name;                         ///< of the trace being written; empty: none
   std::uint64_t ticks = 0;                  ///< in it
@@ -99,6 +109,9 @@ struct TraceStatus {
   double flight_recorder_s = 0;             ///< of ticks that it holds now
   std::uint64_t folder_bytes = 0;           ///< of all traces
   std::optional<std::uint64_t> free_bytes;  ///< on their disk; nothing: not known
+  std::optional<std::uint64_t> limit_bytes;  ///< that they may take, trace.max_folder_mb; nothing: no limit
+  std::string next_deleted;                  ///< name of the trace that goes next at the limit; empty: none
+  std::vector<TraceNews> news;               ///< the newest, the oldest of them first
 };
 
 /// What a trace is to be.
@@ -162,7 +175,8 @@ class Box {
   virtual std::uint64_t acknowledgedGeneration() = 0;
 
   // What takes as long as the disk or the camera takes. Each begins at once and returns; the future gets the
-  // outcome. They follow each other in the order of the calls.
+  // outcome. Starting, stopping and dumping follow each other in the order of the calls; they, lists and
+  // deletions do not wait for one another.
 
   /// Begins a trace; its name. Errors: one is being written, the folder cannot be written, no space.
   virtual std::future<config::Result<std::string>> startTrace(const TraceRequest& request) = 0;
@@ -173,6 +187,8 @@ class Box {
   virtual std::future<config::Result<std::string>> dumpTrace() = 0;
   virtual std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() = 0;
   virtual std::future<config::Result<void>> deleteTrace(const std::string& name) = 0;
+  /// Marks a trace to be kept, or takes the mark away. Errors: no such trace, the disk's.
+  virtual std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) = 0;
   /// The newest frame. Errors: there is none yet.
   virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
 };

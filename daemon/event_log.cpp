@@ -106,11 +106,12 @@ void EventLog::tellTrace(const TraceStatus& trace) {
     tell(Priority::warning,
          fmt::format("{} traces that a crash had left open were finished", trace.recovered), "");
   }
-  if (trace.deleted != trace_.deleted) {
-    tell(Priority::notice,
-         fmt::format("{} old traces were deleted, trace.max_folder_mb is reached",
-                     trace.deleted - trace_.deleted),
-         "");
+  for (const TraceNews& news : trace.news) {
+    if (news.number <= trace_news_) continue;
+    trace_news_ = news.number;
+    write_({news.warning ? Priority::warning : Priority::notice,
+            news.text,
+            {{"EVENT", "trace"}, {"ACTION", news.action}, {"TRACE", news.trace}}});
   }
   trace_ = trace;
 }

@@ -40,6 +40,7 @@ class EventLog {
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
   TraceStatus trace_;
+  std::uint64_t trace_news_ = 0;                 // number of the newest one that was told
   std::map<std::string, std::string> warnings_;  // by the text without its numbers, which may always change
 };
 

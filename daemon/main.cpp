@@ -98,8 +98,9 @@ int run(int argc, char** argv) {
   CLI::App app{"hapticd: feels a depth camera's scene through a haptic handle"};
   app.footer(
       "SIGHUP has the file read again: live parameters are applied, the others are reported.\n"
-      "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable, 70 a part hung while it\n"
-      "stopped, 71 a thread cannot be started, 78 configuration.");
+      "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable or the state folder in\n"
+      "use by another hapticd, 70 a part hung while it stopped, 71 a thread cannot be started,\n"
+      "78 configuration.");
   std::string file;
   std::string script;
   std::vector<std::string> overrides;

@@ -420,6 +420,10 @@ std::future<config::Result<void>> RunningBox::deleteTrace(const std::string& nam
   return trace_.deleteTrace(name);
 }
 
+std::future<config::Result<void>> RunningBox::keepTrace(const std::string& name, bool keep) {
+  return trace_.keepTrace(name, keep);
+}
+
 std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
   auto promise = std::make_shared<std::promise<config::Result<SceneSnapshot>>>();
   auto future = promise->get_future();

@@ -59,6 +59,9 @@ void Service::requestStop() noexcept {
 
 int Service::run() {
   if (auto opened = openSockets(); !opened) return fail(opened.error(), EX_UNAVAILABLE);
+  auto lock = StateLock::take(box_.settings().state.folder);
+  if (!lock) return fail(lock.error(), EX_UNAVAILABLE);
+  state_lock_ = std::move(*lock);
   serving_ = server_.get();
   if (stop_requested_) server_->requestStop();
   if (auto started = startBox(); !started) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "daemon/service_manager.h"
 #include "daemon/state/settings_reader.h"
 #include "daemon/state/start_settings.h"
+#include "daemon/state/state_lock.h"
 
 namespace hapticd::daemon {
 
@@ -66,6 +68,7 @@ class Service {
   std::vector<std::string> notices_;  ///< of the last start or reload
   SettingsReader reader_;
   ServiceManager manager_;
+  std::optional<StateLock> state_lock_;  // held until the box and the control service write no more
   RunningBox box_;
   ControlService control_;
   EventLog events_;

@@ -141,7 +141,7 @@ OrderedJson ledsJson(const IndicatorStatus& leds) {
 OrderedJson traceJson(const TraceStatus& trace) {
   const auto& [state, detail, problems, name, ticks, bytes, duration_s, ticks_lost, records_lost,
                depth_frames, depth_frames_lost, traces, deleted, recovered, dumps, last_dump,
-               flight_recorder_s, folder_bytes, free_bytes] = trace;
+               flight_recorder_s, folder_bytes, free_bytes, limit_bytes, next_deleted, news] = trace;
   return {{"state", nameOf(state)},
           {"detail", detail},
           {"problems", OrderedJson(problems)},
@@ -160,7 +160,9 @@ OrderedJson traceJson(const TraceStatus& trace) {
           {"lastDump", last_dump},
           {"flightRecorderS", flight_recorder_s},
           {"folderBytes", folder_bytes},
-          {"freeBytes", free_bytes ? OrderedJson(*free_bytes) : OrderedJson()}};
+          {"freeBytes", free_bytes ? OrderedJson(*free_bytes) : OrderedJson()},
+          {"folderLimitBytes", limit_bytes ? OrderedJson(*limit_bytes) : OrderedJson()},
+          {"nextDeleted", next_deleted}};
 }
 
 OrderedJson controlJson(const ControlStatus& control) {

@@ -30,9 +30,14 @@ Reply listReply(const config::Result<std::vector<drivers::TraceEntry>>& entries,
   const std::size_t omitted = entries->size() - std::min(entries->size(), kMostListed);
   OrderedJson traces = OrderedJson::array();
   for (std::size_t i = omitted; i < entries->size(); ++i) {
-    const auto& [name, bytes, time_ns, open, depth] = (*entries)[i];
-    traces.push_back(
-        {{"name", name}, {"bytes", bytes}, {"timeNs", time_ns}, {"open", open}, {"depth", depth}});
+    const auto& [name, bytes, time_ns, open, depth, kept, begin_ns] = (*entries)[i];
+    traces.push_back({{"name", name},
+                      {"bytes", bytes},
+                      {"timeNs", time_ns},
+                      {"open", open},
+                      {"depth", depth},
+                      {"kept", kept},
+                      {"beginNs", begin_ns}});
   }
   return {"", {{"traces", std::move(traces)}, {"folder", folder}, {"omitted", omitted}}};
 }
@@ -58,6 +63,10 @@ std::vector<Method> TraceMethods::methods() {
        .access = control,
        .parameters = {"name"},
        .answer = std::bind_front(&Self::deleteTrace, this)},
+      {.name = "io.hapticd.Control.KeepTrace",
+       .access = control,
+       .parameters = {"name", "keep"},
+       .answer = std::bind_front(&Self::keepTrace, this)},
   };
 }
 
@@ -125,15 +134,31 @@ void TraceMethods::deleteTrace(const Call& call, const Caller& caller, Replies& 
   const auto name = requiredText(call, "name");
   if (!name) return replies.finish(caller.connection, name.error());
   if (refused(caller, replies)) return;
+  answerWhenDone(call, caller, replies, context_.box.deleteTrace(*name), *name, "delete", "deletes trace");
+}
+
+void TraceMethods::keepTrace(const Call& call, const Caller& caller, Replies& replies) {
+  const auto keep = flagField(call, "keep");
+  if (!keep) return replies.finish(caller.connection, keep.error());
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  if (refused(caller, replies)) return;
+  const bool mark = keep->value_or(true);
+  answerWhenDone(call, caller, replies, context_.box.keepTrace(*name, mark), *name, mark ? "keep" : "unkeep",
+                 mark ? "marks to be kept: trace" : "takes the mark to be kept from trace");
+}
+
+void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,
+                                  const std::string& name, const char* action, const char* change) {
   using Outcome = config::Result<void>;
-  const auto reply = [this, caller, name = *name](const Outcome& deleted) {
-    if (!deleted) return failed(kFailed, deleted.error().text());
-    logChange(context_, caller, "deletes trace " + name,
-              {{"EVENT", "trace"}, {"ACTION", "delete"}, {"TRACE", name}});
+  const auto reply = [this, caller, name, action, change](const Outcome& outcome) {
+    if (!outcome) return failed(kFailed, outcome.error().text());
+    logChange(context_, caller, fmt::format("{} {}", change, name),
+              {{"EVENT", "trace"}, {"ACTION", action}, {"TRACE", name}});
     return Reply{};
   };
   context_.pending.add(call, caller, replies, Unawaited::bring_end,
-                       whenReady<Outcome>(context_.box.deleteTrace(*name), reply));
+                       whenReady<Outcome>(std::move(done), reply));
 }
 
 }  // namespace hapticd::daemon

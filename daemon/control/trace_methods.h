@@ -9,7 +9,7 @@
 
 namespace hapticd::daemon {
 
-/// Starting, finishing, listing and deleting traces.
+/// Starting, finishing, listing, keeping and deleting traces.
 /// Thread: control thread only.
 class TraceMethods {
  public:
@@ -17,6 +17,7 @@ class TraceMethods {
   std::vector<Method> methods();
 
  private:
+  using Done = std::future<config::Result<void>>;
   using Named = std::future<config::Result<std::string>>;
 
   void listTraces(const Call&, const Caller&, Replies&);
@@ -24,12 +25,16 @@ class TraceMethods {
   void stopTrace(const Call&, const Caller&, Replies&);
   void dumpTrace(const Call&, const Caller&, Replies&);
   void deleteTrace(const Call&, const Caller&, Replies&);
+  void keepTrace(const Call&, const Caller&, Replies&);
 
   /// Whether the call was refused because too many wait already.
   bool refused(const Caller& caller, Replies& replies);
   /// Logs what was done and answers with the trace's name.
   void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
                       const char* action, const char* change);
+  /// The same for what has no answer; `name`: of the trace.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,
+                      const std::string& name, const char* action, const char* change);
 
   MethodContext& context_;
 };

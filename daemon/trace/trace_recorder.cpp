@@ -21,7 +21,12 @@ using drivers::kNsPerSecond;
 /// How often the rings are emptied, which hold seconds.
 constexpr std::chrono::milliseconds kPeriod{20};
 constexpr std::int64_t kLookPeriod_ns = kNsPerSecond;
-constexpr std::int64_t kLimitPeriod_ns = 60 * kNsPerSecond;
+/// How long the first list of the folder may take before recording begins; the ring holds 16 s.
+constexpr std::chrono::seconds kFirstLookPatience{5};
+/// A trace thread that was not heard of for so long waits for the disk.
+constexpr std::int64_t kStall_ns = 5 * kNsPerSecond;
+/// Of a trace that is cut off within its first second there are tenths of it.
+constexpr std::int64_t kFirstChunk_ns = kNsPerSecond / 10;
 /// What follows on a fault is written too.
 constexpr std::int64_t kAfterFault_ns = kNsPerSecond;
 /// That clients and events may be ahead of the trace thread.
@@ -30,10 +35,15 @@ constexpr std::size_t kMostWaitingRecords = 4096;
 /// Traces whose ending did not fit on the disk.
 constexpr std::size_t kMostUnfinished = 16;
 
-constexpr double kBytesPerMb = 1e6;
+/// News that nobody has told yet.
+constexpr std::size_t kMostNews = 64;
 
-std::uint64_t bytesOf(double megabytes) {
-  return static_cast<std::uint64_t>(megabytes * kBytesPerMb);
+std::string stallText(std::int64_t stalled_ns) {
+  const double ring_s = static_cast<double>(rt::kTraceRingCapacity) / 1000;
+  return fmt::format(
+      "the disk has not answered for {} s: at 1 kHz {:.0f} s of ticks wait in memory, later ones are lost "
+      "(look into the kernel's log, or put state.folder onto a faster disk)",
+      stalled_ns / kNsPerSecond, ring_s);
 }
 
 }  // namespace
@@ -45,17 +55,19 @@ TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
       sources_(std::move(sources)),
       wanted_(settings.trace.at_start),
       request_{"", settings.trace.depth},
-      flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz) {}
+      flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz),
+      space_(settings.state.folder, settings.trace.min_free_mb),
+      retention_(folder_, settings.trace, [this](const std::string& name, const std::string& reason) {
+        tell({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
+      }) {}
 
 TraceRecorder::~TraceRecorder() {
   stop();
 }
 
 config::Result<void> TraceRecorder::start() {
-  std::vector<drivers::TraceEntry> left_open;
-  if (auto entries = drivers::listTraces(folder_)) {
-    std::ranges::copy_if(*entries, std::back_inserter(left_open), &drivers::TraceEntry::open);
-  }
+  const std::vector<std::string> left_open = drivers::openTraces(folder_);
+  if (auto started = retention_.start(); !started) return started;
   auto thread = drivers::startThread("hapticd-trace", [this] { run(); });
   if (!thread) return std::unexpected(thread.error());
   thread_ = std::move(*thread);
@@ -76,15 +88,29 @@ void TraceRecorder::stop() {
     thread_.join();
   }
   if (recovery_.joinable()) recovery_.join();
+  retention_.stop();
 }
 
-void TraceRecorder::recoverLeftovers(const std::vector<drivers::TraceEntry>& entries) {
-  for (const drivers::TraceEntry& entry : entries) {
-    const auto recovered = drivers::recoverTrace(drivers::partOf(folder_ / (entry.name + ".mcap")));
+void TraceRecorder::tell(TraceNews news) {
+  const std::lock_guard lock(news_mutex_);
+  news.number = ++news_told_;
+  news_.push_back(std::move(news));
+  if (news_.size() > kMostNews) news_.pop_front();
+}
+
+void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const auto recovered = drivers::recoverTrace(drivers::partOf(folder_ / (name + ".mcap")));
     if (recovered && recovered->file.empty()) {  // what was recorded beside it is of no use either
       std::error_code ignored;
-      fs::remove_all(folder_ / (entry.name + ".depth"), ignored);
+      fs::remove_all(folder_ / (name + ".depth"), ignored);
+      tell({0, true, "lose", name,
+            fmt::format(
+                "trace {} was cut off by a crash before its first ticks were on the disk: nothing of it "
+                "could be recovered, and it was removed",
+                name)});
     }
+    retention_.look();
     const std::lock_guard lock(recovery_mutex_);
     if (!recovered) recovery_outcome_.problems.push_back("recovery: " + recovered.error().text());
     if (recovered && !recovered->file.empty()) ++recovery_outcome_.recovered;
@@ -126,6 +152,7 @@ std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRe
     if (wanted_) {
       return std::unexpected(config::Error{"trace", "one is being written already", "stop it first"});
     }
+    countDrops(sources_.ticks.dropped());  // those before are of no trace
     request_ = request;
     if (auto begun = beginSession(); !begun) return std::unexpected(begun.error());
     wanted_ = true;
@@ -135,6 +162,7 @@ std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRe
 
 std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
   return post<std::string>([this]() -> config::Result<std::string> {
+    countDrops(sources_.ticks.dropped());
     if (!std::exchange(wanted_, false)) {
       return std::unexpected(config::Error{"trace", "none is being written", "start one first"});
     }
@@ -145,23 +173,53 @@ std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
 }
 
 std::future<config::Result<std::string>> TraceRecorder::dumpTrace() {
-  return post<std::string>([this] { return dump("dump"); });
+  return post<std::string>([this] { return dump(std::string(drivers::kDumpLabel)); });
 }
 
 std::future<config::Result<std::vector<drivers::TraceEntry>>> TraceRecorder::listTraces() {
-  return post<std::vector<drivers::TraceEntry>>([this] { return drivers::listTraces(folder_); });
+  return lists_.run([this] { return drivers::listTraces(folder_); });
 }
 
 std::future<config::Result<void>> TraceRecorder::deleteTrace(const std::string& name) {
-  return post<void>([this, name] { return drivers::deleteTrace(folder_, name); });
+  return deletions_.run([this, name] {
+    auto deleted = drivers::deleteTrace(folder_, name);
+    retention_.look();
+    return deleted;
+  });
+}
+
+std::future<config::Result<void>> TraceRecorder::keepTrace(const std::string& name, bool keep) {
+  return lists_.run([this, name, keep] {
+    auto kept = drivers::keepTrace(folder_, name, keep);
+    retention_.look();
+    return kept;
+  });
 }
 
 TraceStatus TraceRecorder::status() const {
-  const std::lock_guard lock(status_mutex_);
-  return status_;
+  Published published;
+  {
+    const std::lock_guard lock(status_mutex_);
+    published = published_;
+  }
+  TraceStatus& status = published.status;
+  // What the ring has dropped since: while the trace thread waits for the disk it cannot say it.
+  if (published.wanted) status.ticks_lost += sources_.ticks.dropped() - published.ring_drops;
+  const std::int64_t silent_ns = drivers::monotonicNs() - published.time_ns;
+  if (published.time_ns != 0 && silent_ns >= kStall_ns) status.problems.push_back(stallText(silent_ns));
+  Retention::Status retention = retention_.status();
+  status.folder_bytes = retention.folder_bytes;
+  status.limit_bytes = retention.limit_bytes;
+  status.next_deleted = std::move(retention.next);
+  status.deleted = retention.deleted;
+  std::ranges::move(retention.problems, std::back_inserter(status.problems));
+  const std::lock_guard lock(news_mutex_);
+  status.news.assign(news_.begin(), news_.end());
+  return status;
 }
 
 void TraceRecorder::run() {
+  retention_.awaitFirstLook(kFirstLookPatience);
   bool stopping = false;
   while (!stopping) {
     {
@@ -171,8 +229,13 @@ void TraceRecorder::run() {
     }
     step();
   }
+  countDrops(sources_.ticks.dropped());
   if (session_) endSession();
+  finishUnfinished();
   publishStatus();
+  const std::lock_guard lock(status_mutex_);
+  published_.time_ns = 0;
+  published_.wanted = false;
 }
 
 void TraceRecorder::step() {
@@ -232,11 +295,16 @@ void TraceRecorder::takeTicks() {
   for (std::size_t i = 0; i < rt::kTraceRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
 }
 
+/// `drops`: of the ring since the start.
+void TraceRecorder::countDrops(std::uint64_t drops) {
+  if (drops <= ring_drops_) return;  // a tick from before the newest count
+  if (wanted_) own_status_.ticks_lost += drops - ring_drops_;
+  ring_drops_ = drops;
+}
+
 void TraceRecorder::take(const rt::Tick& tick) {
-  if (wanted_) {
-    own_status_.ticks_lost += tick.trace_dropped - last_tick_.trace_dropped;
-    if (!session_) ++own_status_.ticks_lost;
-  }
+  countDrops(tick.trace_dropped);
+  if (wanted_ && !session_) ++own_status_.ticks_lost;
   watchForFaults(tick);
   last_tick_ = tick;
   write(tick);
@@ -246,43 +314,41 @@ void TraceRecorder::watchForFaults(const rt::Tick& tick) {
   const bool faulted = tick.mode == rt::Mode::faulted && last_tick_.mode != rt::Mode::faulted;
   const bool burst = tick.cause == rt::Cause::overrun_burst && last_tick_.cause != rt::Cause::overrun_burst;
   if (dump_due_ns_ != 0 || settings_.flight_recorder_s <= 0 || !(faulted || burst)) return;
-  dump_label_ = faulted ? "fault" : "overrun-burst";
+  dump_label_ = faulted ? drivers::kFaultLabel : drivers::kOverrunBurstLabel;
   dump_due_ns_ = tick.planned_ns + kAfterFault_ns;
 }
 
 void TraceRecorder::lookAtDisk(std::int64_t now_ns) {
   next_look_ns_ = now_ns + kLookPeriod_ns;
-  if (now_ns >= next_limit_ns_) limitFolder();
+  space_.measure();
   finishUnfinished();
   if (session_ && session_->vanished()) {
     suspend({session_->writer().file().string(), "was taken away while it was written", ""});
   }
-  const auto space = checkSpace();
-  if (!space && session_) suspend(space.error());
+  if (session_) {
+    if (auto go_on = mayGoOn(); !go_on) suspend(go_on.error());
+  }
   if (wanted_ && !session_) {
-    const auto begun = space ? beginSession() : space;
-    if (!begun) own_status_.detail = begun.error().text();
+    if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
   }
   rotateIfDue(now_ns);
 }
 
-/// Nothing is wrong where the space is not known: then the attempt to write says why.
-config::Result<void> TraceRecorder::checkSpace() {
-  std::error_code failure;
-  const fs::space_info space = fs::space(folder_.parent_path(), failure);
-  own_status_.free_bytes = failure ? std::nullopt : std::optional<std::uint64_t>(space.available);
-  if (failure || space.available >= bytesOf(settings_.min_free_mb)) return {};
-  return std::unexpected(
-      config::Error{folder_.string(),
-                    fmt::format("only {:.0f} MB are free, less than trace.min_free_mb = {:.0f}",
-                                static_cast<double>(space.available) / kBytesPerMb, settings_.min_free_mb),
-                    "delete traces (hapticctl trace list, trace delete), or lower trace.min_free_mb"});
+config::Result<void> TraceRecorder::mayBegin() {
+  space_.measure();
+  if (auto space = space_.enoughToBegin(); !space) return space;
+  return retention_.mayBegin();
+}
+
+config::Result<void> TraceRecorder::mayGoOn() const {
+  if (auto space = space_.enoughToGoOn(); !space) return space;
+  return retention_.mayGoOn();
 }
 
 void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
   if (!session_) return;
   const auto age_s = static_cast<double>(now_ns - session_->beginNs()) / static_cast<double>(kNsPerSecond);
-  if (session_->writer().bytes() < bytesOf(settings_.max_file_mb) && age_s < settings_.max_file_s) return;
+  if (session_->writer().bytes() < retention_.mostFileBytes() && age_s < settings_.max_file_s) return;
   note("end of the trace", endSession());
   if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
 }
@@ -296,8 +362,9 @@ drivers::TraceOptions TraceRecorder::options() const {
 }
 
 config::Result<void> TraceRecorder::beginSession() {
-  if (auto space = checkSpace(); !space) return space;
+  if (auto may_begin = mayBegin(); !may_begin) return may_begin;
   TraceSession::Plan plan{folder_, request_.label, request_.depth, options()};
+  plan.options.first_chunk_ns = kFirstChunk_ns;
   auto session = TraceSession::begin(plan, sources_.scene_thread, sources_.core_memory);
   if (!session) return std::unexpected(session.error());
   session_ = std::move(*session);
@@ -311,12 +378,14 @@ config::Result<void> TraceRecorder::beginSession() {
   return written;
 }
 
+/// What did not get into the file by then never will.
 config::Result<std::string> TraceRecorder::endSession() {
   std::unique_ptr<TraceSession> session = std::move(session_);
   const auto ended = session->end();
+  own_status_.ticks_lost += session->ticksGiven() - session->writer().ticks();
   const std::string name = session->name();
   own_status_.depth_frames_lost += session->depthFramesLost();
-  next_limit_ns_ = 0;
+  retention_.lookAfter(name);
   if (!ended) {
     unfinished_.push_back(std::move(session));
     if (unfinished_.size() > kMostUnfinished) unfinished_.pop_front();  // the next start recovers it
@@ -329,14 +398,18 @@ config::Result<std::string> TraceRecorder::endSession() {
 /// A full disk has no room for a trace's ending either; later it may have.
 void TraceRecorder::finishUnfinished() {
   std::erase_if(unfinished_, [this](const std::unique_ptr<TraceSession>& session) {
-    const bool over = session->vanished() || session->end();
-    if (over) ++own_status_.traces;
-    return over;
+    if (!session->vanished() && !session->end()) return false;
+    if (session->gone()) {
+      own_status_.ticks_lost += session->writer().ticks();
+    } else {
+      ++own_status_.traces;
+    }
+    retention_.look();
+    return true;
   });
 }
 
 void TraceRecorder::suspend(const config::Error& error) {
-  own_status_.ticks_lost += session_->writer().ticksPending();
   endSession();
   own_status_.detail = error.text();
 }
@@ -355,7 +428,7 @@ config::Result<std::string> TraceRecorder::dump(const std::string& label) {
   if (!ended) return std::unexpected(ended.error());
   ++own_status_.dumps;
   own_status_.last_dump = (*session)->name();
-  next_limit_ns_ = 0;
+  retention_.look();
   return own_status_.last_dump;
 }
 
@@ -366,17 +439,6 @@ void TraceRecorder::note(const std::string& what, const config::Result<T>& outco
   } else {
     problems_[what] = outcome.error().text();
   }
-}
-
-void TraceRecorder::limitFolder() {
-  next_limit_ns_ = drivers::monotonicNs() + kLimitPeriod_ns;
-  const auto deleted = drivers::limitFolder(folder_, bytesOf(settings_.max_folder_mb));
-  note("trace.max_folder_mb", deleted);
-  if (deleted) own_status_.deleted += deleted->size();
-  const auto entries = drivers::listTraces(folder_);
-  own_status_.folder_bytes = 0;
-  if (!entries) return;
-  for (const drivers::TraceEntry& entry : *entries) own_status_.folder_bytes += entry.bytes;
 }
 
 void TraceRecorder::publishStatus() {
@@ -399,8 +461,9 @@ void TraceRecorder::publishStatus() {
     std::ranges::copy(recovery_outcome_.problems, std::back_inserter(status.problems));
   }
   status.flight_recorder_s = flight_recorder_.duration_s();
+  status.free_bytes = space_.freeBytes();
   const std::lock_guard lock(status_mutex_);
-  status_ = std::move(status);
+  published_ = {std::move(status), wanted_, ring_drops_, drivers::monotonicNs()};
 }
 
 }  // namespace hapticd::daemon

@@ -18,7 +18,10 @@
 
 #include "config/settings.h"
 #include "daemon/box.h"
+#include "daemon/state/state_worker.h"
+#include "daemon/trace/disk_space.h"
 #include "daemon/trace/flight_recorder.h"
+#include "daemon/trace/retention.h"
 #include "daemon/trace/trace_session.h"
 #include "drivers/trace/trace_folder.h"
 
@@ -27,9 +30,11 @@ namespace hapticd::daemon {
 /// Takes every tick out of the force loop and writes it where it is wanted: into a trace, and into memory,
 /// from where the newest ones are written out on a fault, on an overrun burst and on request.
 ///
-/// A thread of normal priority does all of it, so nothing else ever waits for the disk. When the disk is
-/// full, the folder is gone or may not be written, the trace waits and goes on in another file by itself;
-/// what is lost meanwhile is counted. Thread: control thread, where nothing else is said.
+/// A thread of normal priority does all of it, so nothing else ever waits for the disk; lists and deletions
+/// have threads of their own, so that the rings do not wait for a large folder. When the disk is full, the
+/// folder is gone or may not be written, the trace waits and goes on in another file by itself. Every tick
+/// that is taken while a trace is wanted ends in a file or is counted as lost.
+/// Thread: control thread, where nothing else is said.
 class TraceRecorder {
  public:
   /// All of it outlives the recorder.
@@ -67,7 +72,9 @@ class TraceRecorder {
   std::future<config::Result<std::string>> dumpTrace();
   std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces();
   std::future<config::Result<void>> deleteTrace(const std::string& name);
+  std::future<config::Result<void>> keepTrace(const std::string& name, bool keep);
 
+  /// Never waits for the disk; ticks that are lost while that stalls are in it at once.
   TraceStatus status() const;
 
  private:
@@ -80,10 +87,12 @@ class TraceRecorder {
   void takeRecords();
   void takeTicks();
   void take(const rt::Tick& tick);
+  void countDrops(std::uint64_t drops);
   void watchForFaults(const rt::Tick& tick);
-  /// Once a second: space, rotation, retention, a new attempt.
+  /// Once a second: space, rotation, a new attempt.
   void lookAtDisk(std::int64_t now_ns);
-  config::Result<void> checkSpace();
+  config::Result<void> mayBegin();
+  config::Result<void> mayGoOn() const;
   void rotateIfDue(std::int64_t now_ns);
   config::Result<void> beginSession();
   config::Result<std::string> endSession();
@@ -96,10 +105,11 @@ class TraceRecorder {
   /// What went wrong beside the trace that is written stands in the status until the same succeeds.
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
-  void limitFolder();
   drivers::TraceOptions options() const;
-  void recoverLeftovers(const std::vector<drivers::TraceEntry>& entries);  // a thread of its own
+  void recoverLeftovers(const std::vector<std::string>& names);  // a thread of its own
   void publishStatus();
+  /// Thread: any.
+  void tell(TraceNews news);
 
   const std::filesystem::path folder_;
   const config::TraceSettings settings_;
@@ -121,15 +131,27 @@ class TraceRecorder {
   FlightRecorder flight_recorder_;
   drivers::DirectiveRecord directive_;  // the newest one: each trace begins with it
   rt::Tick last_tick_;
+  std::uint64_t ring_drops_ = 0;  // of the ring, as far as they are known
   std::int64_t dump_due_ns_ = 0;  // 0: none is
   std::string dump_label_;
   std::int64_t next_look_ns_ = 0;
-  std::int64_t next_limit_ns_ = 0;
+  DiskSpace space_;
   std::map<std::string, std::string> problems_;  // by what was tried
   TraceStatus own_status_;
 
+  /// What the trace thread last said of itself.
+  struct Published {
+    TraceStatus status;
+    bool wanted = false;           // a trace
+    std::uint64_t ring_drops = 0;  // of the ring, as far as status.ticks_lost has them
+    std::int64_t time_ns = 0;      // CLOCK_MONOTONIC; 0: it has not begun or has ended
+  };
   mutable std::mutex status_mutex_;
-  TraceStatus status_;
+  Published published_;
+
+  mutable std::mutex news_mutex_;
+  std::deque<TraceNews> news_;
+  std::uint64_t news_told_ = 0;
 
   /// What the thread of recoverLeftovers() has done.
   struct Recovery {
@@ -139,8 +161,12 @@ class TraceRecorder {
   std::mutex recovery_mutex_;
   Recovery recovery_outcome_;
 
+  Retention retention_;
   std::thread thread_;
   std::thread recovery_;
+  // They end first, as their jobs use all of the above.
+  StateWorker lists_;
+  StateWorker deletions_;
 };
 
 }  // namespace hapticd::daemon

@@ -31,6 +31,7 @@ config::Result<std::unique_ptr<TraceSession>> TraceSession::begin(const Plan& pl
   std::unique_ptr<TraceSession> session(new TraceSession(std::move(*writer), scene_thread, core_memory));
   if (!plan.depth) return session;
   if (auto recording = session->recordDepth(options.depth_header); !recording) {
+    session->discard();
     return std::unexpected(recording.error());
   }
   return session;
@@ -66,6 +67,7 @@ config::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
 }
 
 config::Result<void> TraceSession::write(const rt::Tick& tick) {
+  ++ticks_given_;
   const bool reproducible = first_model_ != 0 && tick.scene_model >= first_model_;
   if (reproducible && request_ == 0 && tick.planned_ns >= next_snapshot_ns_) {
     request_ = core_memory_.request.fetch_add(1, std::memory_order_relaxed) + 1;
@@ -111,6 +113,10 @@ config::Result<void> TraceSession::end() {
   endDepth();
   while (depth_ && !writeDepth()) {
   }
+  if (auto flushed = writer_->flush(); !flushed && writer_->ticks() == 0) {
+    discard();
+    return flushed;
+  }
   return writer_->close();
 }
 
@@ -118,9 +124,20 @@ std::uint64_t TraceSession::depthFramesLost() const noexcept {
   return depth_ ? depth_->lost() + depth_frames_dropped_ : 0;
 }
 
+void TraceSession::discard() {
+  endDepth();
+  std::error_code ignored;
+  fs::remove(drivers::partOf(writer_->file()), ignored);
+}
+
 bool TraceSession::vanished() const {
   struct stat file {};
   return ::stat(drivers::partOf(writer_->file()).c_str(), &file) != 0;
+}
+
+bool TraceSession::gone() const {
+  std::error_code ignored;
+  return vanished() && !fs::exists(writer_->file(), ignored);
 }
 
 }  // namespace hapticd::daemon

@@ -48,11 +48,17 @@ class TraceSession {
   /// What other threads have ready: depth frames, and the answer to a request for a snapshot.
   config::Result<void> writeWhatIsReady();
 
-  /// Finishes the trace. Where the trace's end does not fit on the disk it may be called again.
+  /// Finishes the trace. Where its end does not fit on the disk it may be called again. A trace that failed
+  /// before any tick was on the disk is removed: it holds nothing.
   config::Result<void> end();
 
-  /// Whether somebody has taken the file away.
+  /// Whether there is no unfinished file any more: it was finished, removed, or somebody has taken it away.
   bool vanished() const;
+  /// Whether there is no file of it at all any more.
+  bool gone() const;
+
+  /// Ticks that write() was given; they may be in the file, in the open chunk, or lost.
+  std::uint64_t ticksGiven() const noexcept { return ticks_given_; }
 
   std::string name() const { return writer_->file().stem().string(); }
   drivers::TraceWriter& writer() noexcept { return *writer_; }
@@ -63,6 +69,8 @@ class TraceSession {
  private:
   TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneThread& scene_thread,
                rt::CoreMemoryChannel& core_memory);
+  /// Removes what it has made.
+  void discard();
   config::Result<void> recordDepth(const rt::DepthFrameHeader& common);
   config::Result<void> writeDepth();
   config::Result<void> writeSnapshot();
@@ -76,6 +84,7 @@ class TraceSession {
   SceneThread& scene_thread_;
   rt::CoreMemoryChannel& core_memory_;
   std::int64_t begin_ns_;
+  std::uint64_t ticks_given_ = 0;
   std::uint64_t first_model_ = 0;  // since the last gap that is of a recorded frame; 0: none yet
   std::uint64_t request_ = 0;      // for a snapshot, not answered yet; 0: none
   std::int64_t next_snapshot_ns_ = 0;

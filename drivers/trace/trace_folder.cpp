@@ -1,11 +1,18 @@
 #include "drivers/trace/trace_folder.h"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <limits>
+#include <optional>
 
 #include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_file.h"
@@ -19,6 +26,9 @@ namespace fs = std::filesystem;
 constexpr std::string_view kEnding = ".mcap";
 constexpr std::string_view kPartEnding = ".mcap.part";
 constexpr std::string_view kDepthEnding = ".depth";
+constexpr std::string_view kKeepEnding = ".keep";
+/// "2026-03-04T05-06-07Z", UTC: what names begin with.
+constexpr std::size_t kTimeLength = 20;
 constexpr std::size_t kLongestName = 100;
 
 std::unexpected<config::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
@@ -34,6 +44,24 @@ bool isNameCharacter(char c) {
          c == '.';
 }
 
+bool has(const fs::path& folder, std::string_view name, std::string_view ending) {
+  std::error_code ignored;
+  return fs::exists(fileOf(folder, name, ending), ignored);
+}
+
+/// The time that a name begins with; nothing for other names.
+std::optional<std::int64_t> beginOf(std::string_view name) {
+  if (name.size() < kTimeLength) return std::nullopt;
+  std::tm utc{};
+  const char* const end =
+      ::strptime(std::string(name.substr(0, kTimeLength)).c_str(), "%Y-%m-%dT%H-%M-%SZ", &utc);
+  if (end == nullptr || *end != '\0') return std::nullopt;
+  const std::int64_t seconds = ::timegm(&utc);
+  constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / kNsPerSecond;
+  if (seconds < 0 || seconds >= kMostSeconds) return std::nullopt;
+  return seconds * kNsPerSecond;
+}
+
 /// Of all files in a folder; what vanishes meanwhile counts for nothing.
 std::uint64_t bytesIn(const fs::path& folder) {
   std::uint64_t bytes = 0;
@@ -45,6 +73,12 @@ std::uint64_t bytesIn(const fs::path& folder) {
     if (!no_file) bytes += size;
   }
   return bytes;
+}
+
+/// The name of the trace that is written to this file; empty for another file.
+std::string openTraceName(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name.ends_with(kPartEnding) ? name.substr(0, name.size() - kPartEnding.size()) : "";
 }
 
 /// Nothing for what is no trace, or has just been renamed or deleted.
@@ -63,7 +97,19 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   const bool beside = fs::is_directory(depth, ignored);
   if (beside) entry.bytes += bytesIn(depth);
   entry.depth = beside || hasDepthChannel(file);
+  entry.kept = has(file.parent_path(), entry.name, kKeepEnding);
+  entry.begin_ns = beginOf(entry.name).value_or(entry.time_ns);
   return true;
+}
+
+config::Result<void> checkName(std::string_view name) {
+  if (isTraceName(name)) return {};
+  return refuse({}, fmt::format("\"{}\" is no name of a trace", name.substr(0, kLongestName)),
+                "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
+}
+
+std::unexpected<config::Error> noSuchTrace(const fs::path& file) {
+  return refuse(file, "there is no such trace", "list them: hapticctl trace list");
 }
 
 }  // namespace
@@ -71,6 +117,18 @@ bool describe(const fs::path& file, TraceEntry& entry) {
 bool isTraceName(std::string_view name) {
   return !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
          std::ranges::all_of(name, isNameCharacter);
+}
+
+bool isDumpName(std::string_view name) {
+  if (!beginOf(name)) return false;
+  std::string_view label = name.substr(kTimeLength);
+  if (const std::size_t dash = label.rfind('-');
+      dash != std::string_view::npos && dash + 1 < label.size() &&
+      label.find_first_not_of("0123456789", dash + 1) == std::string_view::npos) {
+    label = label.substr(0, dash);  // the number of a name that was taken
+  }
+  constexpr std::array kLabels{kDumpLabel, kFaultLabel, kOverrunBurstLabel};
+  return label.starts_with('-') && std::ranges::find(kLabels, label.substr(1)) != kLabels.end();
 }
 
 std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::string_view label) {
@@ -81,10 +139,8 @@ std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::
   std::ranges::replace_if(
       name, [](char c) { return !isNameCharacter(c); }, '-');
   const auto taken = [&folder](const std::string& candidate) {
-    std::error_code ignored;
-    return std::ranges::any_of(std::array{kEnding, kPartEnding, kDepthEnding}, [&](std::string_view ending) {
-      return fs::exists(fileOf(folder, candidate, ending), ignored);
-    });
+    return std::ranges::any_of(std::array{kEnding, kPartEnding, kDepthEnding, kKeepEnding},
+                               [&](std::string_view ending) { return has(folder, candidate, ending); });
   };
   std::string candidate = name;
   for (int number = 2; taken(candidate); ++number) candidate = fmt::format("{}-{}", name, number);
@@ -101,24 +157,34 @@ config::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
     if (describe(file->path(), entry)) traces.push_back(std::move(entry));
   }
   if (failure) {
-    return refuse(folder, "cannot be read: " + failure.message(), "check trace.folder and its permissions");
+    return refuse(folder, "cannot be read: " + failure.message(), "check state.folder and its permissions");
   }
-  std::ranges::sort(traces, {}, [](const TraceEntry& entry) { return std::pair(entry.time_ns, entry.name); });
+  std::ranges::sort(traces, {}, [](const TraceEntry& entry) {
+    return std::tuple(entry.begin_ns, entry.time_ns, entry.name);
+  });
   return traces;
 }
 
+std::vector<std::string> openTraces(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failure;
+  fs::directory_iterator file(folder, failure);
+  for (const fs::directory_iterator end; !failure && file != end; file.increment(failure)) {
+    if (std::string name = openTraceName(file->path()); isTraceName(name)) names.push_back(std::move(name));
+  }
+  return names;
+}
+
 config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) {
-  if (!isTraceName(name)) {
-    return refuse({}, fmt::format("\"{}\" is no name of a trace", name.substr(0, kLongestName)),
-                  "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
+  if (auto named = checkName(name); !named) return named;
+  const fs::path file = fileOf(folder, name, kEnding);
+  if (has(folder, name, kPartEnding)) return refuse(file, "is being written", "stop the trace first");
+  if (!has(folder, name, kEnding)) return noSuchTrace(file);
+  if (has(folder, name, kKeepEnding)) {
+    return refuse(file, "is marked to be kept",
+                  fmt::format("take the mark away first: hapticctl trace keep --undo {}", name));
   }
   std::error_code failure;
-  const fs::path file = fileOf(folder, name, kEnding);
-  if (fs::exists(fileOf(folder, name, kPartEnding), failure)) {
-    return refuse(file, "is being written", "stop the trace first");
-  }
-  if (!fs::exists(file, failure))
-    return refuse(file, "there is no such trace", "list them: hapticctl trace list");
   fs::remove(file, failure);
   // the trace goes first: a depth recording alone is listed nowhere, but a trace without its one is
   if (!failure) fs::remove_all(fileOf(folder, name, kDepthEnding), failure);
@@ -128,20 +194,24 @@ config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) 
   return {};
 }
 
-config::Result<std::vector<std::string>> limitFolder(const fs::path& folder, std::uint64_t most_bytes) {
-  auto traces = listTraces(folder);
-  if (!traces) return std::unexpected(traces.error());
-  std::uint64_t bytes = 0;
-  for (const TraceEntry& trace : *traces) bytes += trace.bytes;
-  std::vector<std::string> deleted;
-  for (const TraceEntry& trace : *traces) {
-    if (bytes <= most_bytes) break;
-    if (trace.open) continue;
-    if (auto done = deleteTrace(folder, trace.name); !done) return std::unexpected(done.error());
-    bytes -= trace.bytes;
-    deleted.push_back(trace.name);
+config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bool keep) {
+  if (auto named = checkName(name); !named) return named;
+  const fs::path mark = fileOf(folder, name, kKeepEnding);
+  const auto failed = [&] {
+    return refuse(mark, fmt::format("cannot be {}: {}", keep ? "created" : "removed", std::strerror(errno)),
+                  "check the space on the disk and the permissions of the folder");
+  };
+  if (!has(folder, name, kEnding) && !has(folder, name, kPartEnding)) {
+    return noSuchTrace(fileOf(folder, name, kEnding));
   }
-  return deleted;
+  if (keep) {
+    const int descriptor = ::open(mark.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
+    if (descriptor < 0) return failed();
+    ::close(descriptor);
+  } else if (::unlink(mark.c_str()) != 0 && errno != ENOENT) {
+    return failed();
+  }
+  return synchroniseFolder(folder);
 }
 
 }  // namespace hapticd::drivers

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -17,27 +18,42 @@ struct TraceEntry {
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
   bool open = false;         ///< being written, or left by a crash (".part")
   bool depth = false;        ///< raw depth is in it, or in NAME.depth beside it, as of older versions
+  bool kept = false;         ///< somebody has marked it to be kept, by an empty file NAME.keep
+  /// CLOCK_REALTIME of its begin, in whole seconds, as its name says; of a name without a time that of its
+  /// last change.
+  std::int64_t begin_ns = 0;
 };
+
+/// Labels of what the flight recorder writes out: on request, and on the two kinds of faults.
+inline constexpr std::string_view kDumpLabel = "dump";
+inline constexpr std::string_view kFaultLabel = "fault";
+inline constexpr std::string_view kOverrunBurstLabel = "overrun-burst";
 
 /// True for names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.'.
 bool isTraceName(std::string_view name);
+
+/// True for the name of a trace that the flight recorder has written: a time and one of the labels above.
+bool isDumpName(std::string_view name);
 
 /// A name from the time and a label, "2026-03-04T05-06-07Z-LABEL"; the label may be empty. With a number
 /// behind it where the folder has that already.
 std::string newTraceName(const std::filesystem::path& folder, std::int64_t realtime_ns,
                          std::string_view label);
 
-/// Traces of the folder, the oldest first. None where there is no such folder.
+/// Traces of the folder, sorted by their begin, the oldest first. None where there is no such folder.
 /// Errors: the folder cannot be read.
 config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& folder);
 
+/// Names of the traces that are not finished; none where the folder cannot be read. Looks at no other file,
+/// so it is quick in large folders too.
+std::vector<std::string> openTraces(const std::filesystem::path& folder);
+
 /// Deletes a finished trace and its depth recording.
-/// Errors: no such trace, it is being written, no permission.
+/// Errors: no such trace, it is being written, it is marked to be kept, no permission.
 config::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
 
-/// Deletes the oldest finished traces until the folder holds no more than `most_bytes`. Returns their names.
-/// Errors: the folder cannot be read, one cannot be deleted.
-config::Result<std::vector<std::string>> limitFolder(const std::filesystem::path& folder,
-                                                     std::uint64_t most_bytes);
+/// Marks a trace, finished or not, to be kept, or takes the mark away. The mark survives a crash.
+/// Errors: no such trace, no permission, no space.
+config::Result<void> keepTrace(const std::filesystem::path& folder, std::string_view name, bool keep);
 
 }  // namespace hapticd::drivers

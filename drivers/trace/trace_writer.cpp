@@ -35,6 +35,7 @@ class TraceWriter::Implementation {
   Implementation(TraceFile part, const std::filesystem::path& file, const TraceOptions& options)
       : file_(std::move(part), file, options.compress),
         chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.chunk_ns, 0))),
+        first_chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.first_chunk_ns, 0))),
         offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)) {}
 
   config::Result<void> begin(const TraceOptions& options) {
@@ -114,7 +115,8 @@ class TraceWriter::Implementation {
     if (file_.failure()) return std::unexpected(*file_.failure());
     const std::uint64_t age_ns =
         time_ns > chunk_begin_ns_ ? time_ns - chunk_begin_ns_ : chunk_begin_ns_ - time_ns;
-    const bool long_enough = age_ns >= chunk_ns_ || file_.pendingBytes() >= mcap::kMostMessageBytes;
+    const std::uint64_t most_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
+    const bool long_enough = age_ns >= most_ns || file_.pendingBytes() >= mcap::kMostMessageBytes;
     return long_enough && file_.pendingBytes() > 0 ? flush() : config::Result<void>{};
   }
 
@@ -126,6 +128,7 @@ class TraceWriter::Implementation {
 
   mcap::Writer file_;
   std::uint64_t chunk_ns_;
+  std::uint64_t first_chunk_ns_;
   std::uint64_t offset_ns_;
   std::uint64_t chunk_begin_ns_ = 0;
   OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -22,6 +23,9 @@ struct TraceAttachment {
 struct TraceOptions {
   bool compress = true;                   ///< chunks by zstd
   std::int64_t chunk_ns = 1'000'000'000;  ///< a chunk holds ticks of at most that much time
+  /// Those before and with the first ticks of at most that much too: of a trace that breaks off before they
+  /// are whole nothing is left.
+  std::int64_t first_chunk_ns = std::numeric_limits<std::int64_t>::max();
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC at the start of the trace.
   std::int64_t realtime_offset_ns = 0;
   /// Name-value pairs of the metadata record "hapticd": versions, serial numbers, kernel, ...

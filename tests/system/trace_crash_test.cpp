@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <optional>
 #include <random>
 #include <thread>
@@ -139,6 +140,33 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   RecordProperty("longest_loss_ms", static_cast<int>(longest_loss_ns / 1'000'000));
   std::printf("longest loss %.3f s, %d of %d killed without a whole chunk\n",
               static_cast<double>(longest_loss_ns) * 1e-9, empty, 100);
+}
+
+TEST(TraceCrash, ATraceWithoutOneWholeChunkIsNamedAsLost) {
+  const DaemonHome home;
+  fs::create_directories(home.traceFolder());
+  const std::string name = "2026-03-04T05-06-07Z-short";
+  std::ofstream(home.traceFolder() / (name + ".mcap.part")) << "\x89MCAP0\r\n";
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_TRUE(test::becomesTrue([&] {
+    return home.control({"events"}).output.find("trace " + name + " was cut off by a crash") !=
+           std::string::npos;
+  }));
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST(TraceCrash, InfoOnTheTraceThatIsWrittenSaysSoAndNeverSuggestsRecovery) {
+  const DaemonHome home;
+  Daemon daemon(home, test::kWallYaml, {"trace.at_start=true", "trace.min_free_mb=0"});
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status.at("trace").at("bytes") > 200'000; }));
+  const std::string name = daemon.status().at("trace").at("name");
+  const test::Finished info = home.control({"trace", "info", name});
+  const std::string said = info.output + info.errors;
+  EXPECT_TRUE(test::contains(said, "being written (finish it first: hapticctl trace stop)"));
+  EXPECT_EQ(said.find("recover"), std::string::npos) << said;
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
 }  // namespace

@@ -114,6 +114,11 @@ std::string localTime(double realtime_ns) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03}", fmt::localtime(seconds), milliseconds % 1000);
 }
 
+std::string utcTime(double realtime_ns) {
+  if (std::isnan(realtime_ns)) return "-";
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(realtime_ns / 1e9)));
+}
+
 int runEvents(const CommandOptions& options, const EventOptions& events) {
   auto client = connectTo(options, false);
   if (!client) return report(client.error(), options.json);

@@ -19,4 +19,7 @@ int runEvents(const CommandOptions& options, const EventOptions& events);
 /// "2026-03-04 05:06:07.123" in the caller's time zone; "-" for NaN. `realtime_ns`: CLOCK_REALTIME.
 std::string localTime(double realtime_ns);
 
+/// "2026-03-04 05:06:07 UTC", as names of traces have it; "-" for NaN.
+std::string utcTime(double realtime_ns);
+
 }  // namespace hapticd::tools

@@ -103,6 +103,10 @@ constexpr std::array kNumbers{
            "Times that the flight recorder was written out."},
     Number{"traces_finished", Type::counter, "", "trace.traces", "Finished traces."},
     Number{"trace_folder_bytes", Type::gauge, "bytes", "trace.folderBytes", "Size of all traces."},
+    Number{"trace_folder_limit_bytes", Type::gauge, "bytes", "trace.folderLimitBytes",
+           "Size of all traces above which the oldest are deleted."},
+    Number{"traces_deleted", Type::counter, "", "trace.deleted",
+           "Traces deleted because all of them were larger than the limit."},
     Number{"trace_free_bytes", Type::gauge, "bytes", "trace.freeBytes",
            "Free space on the disk of the traces."},
 };

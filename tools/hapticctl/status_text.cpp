@@ -164,6 +164,15 @@ std::string handleText(const Json& status) {
          lastHopText(status) + linkText(status);
 }
 
+/// ", 12.3 of 20.0 GB in the folder"
+std::string folderText(const Json& status) {
+  const double bytes = numberAt(status, "trace.folderBytes");
+  const double limit = numberAt(status, "trace.folderLimitBytes");
+  if (std::isnan(bytes)) return "";
+  return fmt::format(", {}{} in the folder", bytesText(bytes),
+                     std::isnan(limit) ? "" : " of " + bytesText(limit));
+}
+
 std::string rangeText(const Json& parameter) {
   const Json* minimum = fieldAt(parameter, "minimum");
   const Json* maximum = fieldAt(parameter, "maximum");
@@ -225,6 +234,7 @@ std::string traceText(const Json& status) {
     text += ": " + textAt(status, "trace.detail");
   }
   text += fmt::format(", {} traces", countAt(status, "trace.traces"));
+  text += folderText(status);
   const double free_bytes = numberAt(status, "trace.freeBytes");
   if (!std::isnan(free_bytes)) text += fmt::format(", {} free", bytesText(free_bytes));
   if (numberAt(status, "trace.ticksLost") > 0)

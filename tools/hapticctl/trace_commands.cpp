@@ -23,10 +23,11 @@ constexpr std::chrono::seconds kDiskLimit{15};
 std::string tracesText(const Json& reply) {
   std::string text;
   for (const Json& trace : listAt(reply, "traces")) {
-    text += fmt::format("{}  {:>9}  {}{}{}\n", localTime(numberAt(trace, "timeNs")),
+    const bool begin_known = fieldAt(trace, "beginNs") != nullptr;  // not to an older hapticd
+    text += fmt::format("{}  {:>9}  {}{}{}{}\n", utcTime(numberAt(trace, begin_known ? "beginNs" : "timeNs")),
                         bytesText(numberAt(trace, "bytes")), textAt(trace, "name"),
                         flagAt(trace, "open") ? ", being written" : "",
-                        flagAt(trace, "depth") ? ", with depth" : "");
+                        flagAt(trace, "depth") ? ", with depth" : "", flagAt(trace, "kept") ? ", kept" : "");
   }
   return text.empty() ? fmt::format("there are none in {}\n", textAt(reply, "folder")) : text;
 }
@@ -78,11 +79,12 @@ void addRecording(CommandLine& line, CLI::App& group) {
 void addFolder(CommandLine& line, CLI::App& group) {
   const CommandOptions& options = line.options();
   const auto names_only = std::make_shared<bool>(false);
-  CLI::App& list = line.add(group, "list", "List the traces, the oldest first", [&options, names_only] {
-    return callAndPrint(options, {"io.hapticd.Status.ListTraces"}, [&](const Json& reply) {
-      return *names_only ? namesText(reply, "traces") : tracesText(reply);
-    });
-  });
+  CLI::App& list = line.add(
+      group, "list", "List the traces by their begin in UTC, the oldest first", [&options, names_only] {
+        return callAndPrint(options, {"io.hapticd.Status.ListTraces"}, [&](const Json& reply) {
+          return *names_only ? namesText(reply, "traces") : tracesText(reply);
+        });
+      });
   addNames(list, *names_only);
   const auto name = std::make_shared<std::string>();
   line.add(group, "delete", "Delete a finished trace, and a depth recording of older versions beside it",
@@ -94,6 +96,22 @@ void addFolder(CommandLine& line, CLI::App& group) {
       .add_option("NAME", *name, "Name of the trace")
       ->type_name("TRACE")
       ->required();
+}
+
+void addKeep(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  const auto undo = std::make_shared<bool>(false);
+  CLI::App& keep =
+      line.add(group, "keep", "Mark a trace, so that nothing deletes it", [&options, name, undo] {
+        const Json parameters{{"name", *name}, {"keep", !*undo}};
+        return callAndPrint(
+            options, {"io.hapticd.Control.KeepTrace", parameters, true, kDiskLimit}, [&](const Json&) {
+              return fmt::format("{} {}\n", *undo ? "no mark any more:" : "keeps", printable(*name));
+            });
+      });
+  keep.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
+  keep.add_flag("--undo", *undo, "Take the mark away");
 }
 
 /// A subcommand for one trace file.
@@ -166,6 +184,7 @@ void addTraceCommands(CommandLine& line) {
   CLI::App& group = line.addGroup("trace", "Record what the force loop does, and work with the recordings");
   addRecording(line, group);
   addFolder(line, group);
+  addKeep(line, group);
   addFiles(line, group);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tools/hapticctl/error_text.h"
@@ -24,7 +25,21 @@ Json durationsJson(const TraceDurations& durations) {
   return {{"p50Us", median_us}, {"p99Us", p99_us}, {"p999Us", p999_us}, {"maxUs", max_us}};
 }
 
-Json infoJson(const TraceSummary& summary) {
+constexpr const char* kFinishFirst = "finish it first: hapticctl trace stop";
+
+/// What went wrong with a trace. One that is being written has no end yet, and needs no recovery.
+config::Error errorOf(const std::filesystem::path& file, const config::Error& error) {
+  if (!error.where.starts_with(file.string()) || !drivers::isBeingWritten(file)) return error;
+  return {file.string(), "is being written", kFinishFirst};
+}
+
+std::string stateText(const TraceSummary& summary, bool being_written) {
+  if (summary.info.complete) return "complete";
+  return being_written ? fmt::format("being written ({})", kFinishFirst)
+                       : "not closed: hapticctl trace recover";
+}
+
+Json infoJson(const TraceSummary& summary, bool being_written) {
   const drivers::TraceInfo& info = summary.info;
   Json metadata = Json::object();
   for (const auto& [name, value] : info.metadata) metadata[name] = value;
@@ -34,6 +49,7 @@ Json infoJson(const TraceSummary& summary) {
   for (const auto& [mode, seconds] : summary.modes_s) modes[mode] = seconds;
   return {{"bytes", info.bytes},
           {"complete", info.complete},
+          {"beingWritten", being_written},
           {"firstNs", info.first_ns},
           {"lastNs", info.last_ns},
           {"durationS", summary.duration_s},
@@ -64,9 +80,9 @@ void showDurations(const char* name, const TraceDurations& durations) {
              fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
 }
 
-void showInfo(const TraceSummary& summary) {
+void showInfo(const TraceSummary& summary, bool being_written) {
   const drivers::TraceInfo& info = summary.info;
-  fmt::print("time         {}, {} s\n", localTime(static_cast<double>(info.first_ns)),
+  fmt::print("time         {}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
              fixed(summary.duration_s, 3));
   fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
              fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
@@ -85,7 +101,7 @@ void showInfo(const TraceSummary& summary) {
   fmt::print("records      {} models, {} parameter sets, {} events, {} snapshots, {} depth frames\n",
              info.models, info.directives, info.events, info.snapshots, info.depth_frames);
   fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
-             info.complete ? "complete" : "not closed: hapticctl trace recover");
+             stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
     fmt::print("{:<12} {}\n", printable(name), printable(value));
   }
@@ -145,11 +161,12 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
   ProgressLine progress("reading");
   const auto summary = summariseTrace(file, [&](double share) { progress.show(share); });
   progress.end();
-  if (!summary) return report(summary.error(), options.json);
+  if (!summary) return report(errorOf(file, summary.error()), options.json);
+  const bool being_written = drivers::isBeingWritten(file);
   if (options.json) {
-    printJson(infoJson(*summary));
+    printJson(infoJson(*summary, being_written));
   } else {
-    showInfo(*summary);
+    showInfo(*summary, being_written);
   }
   return kOk;
 }
@@ -185,7 +202,7 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
       hdf5 ? exportHdf5ByProgram(file, out, wanted.selection, show, wanted.if_exists)
            : exportCsv(file, out, channelOf(wanted.channel), wanted.selection, show, wanted.if_exists);
   progress.end();
-  if (!rows) return report(rows.error(), options.json);
+  if (!rows) return report(errorOf(file, rows.error()), options.json);
   if (options.json) {
     printJson({{"file", out.string()}, {"rows", *rows}});
   } else {
@@ -203,7 +220,7 @@ int runTracePlot(const CommandOptions& options, const std::filesystem::path& fil
   const auto drawn = plotTrace(
       file, out, wanted.selection, [&](double share) { progress.show(share); }, wanted.if_exists);
   progress.end();
-  if (!drawn) return report(drawn.error(), options.json);
+  if (!drawn) return report(errorOf(file, drawn.error()), options.json);
   if (options.json) {
     printJson({{"file", out.string()}});
   } else {

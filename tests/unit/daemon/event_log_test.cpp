@@ -115,5 +115,24 @@ TEST_F(EventLogTest, TellsThatTheHandleGoesAndComes) {
   EXPECT_EQ(entries[1].text, "handle present (simulated)");
 }
 
+TEST_F(EventLogTest, TellsEachDeletedAndEachLostTraceOnceByItsName) {
+  BoxStatus status;
+  status.camera.state = drivers::CameraState::absent;
+  log.onStatus(status);
+  const std::size_t before = entries.size();
+  status.trace.news = {{1, false, "delete", "old", "trace old was deleted: why"}};
+  log.onStatus(status);
+  log.onStatus(status);
+  status.trace.news.push_back({2, true, "lose", "short", "trace short was cut off"});
+  log.onStatus(status);
+  ASSERT_EQ(entries.size(), before + 2);
+  EXPECT_EQ(entries[before].text, "trace old was deleted: why");
+  EXPECT_EQ(fields(before)["TRACE"], "old");
+  EXPECT_EQ(fields(before)["ACTION"], "delete");
+  EXPECT_EQ(entries[before].priority, JournalEntry::Priority::notice);
+  EXPECT_EQ(fields(before + 1)["TRACE"], "short");
+  EXPECT_EQ(entries[before + 1].priority, JournalEntry::Priority::warning);
+}
+
 }  // namespace
 }  // namespace hapticd::daemon

@@ -184,6 +184,17 @@ std::future<config::Result<void>> FakeBox::deleteTrace(const std::string& name) 
   });
 }
 
+std::future<config::Result<void>> FakeBox::keepTrace(const std::string& name, bool keep) {
+  return begin<void>([this, name, keep]() -> config::Result<void> {
+    for (drivers::TraceEntry& trace : traces_) {
+      if (trace.name != name) continue;
+      trace.kept = keep;
+      return {};
+    }
+    return std::unexpected(config::Error{"trace " + name, "there is no such trace", "list them"});
+  });
+}
+
 std::future<config::Result<SceneSnapshot>> FakeBox::takeSnapshot() {
   return begin<SceneSnapshot>([this]() -> config::Result<SceneSnapshot> {
     if (!frame_there_) return std::unexpected(config::Error{"camera", "no frame yet", "connect it"});

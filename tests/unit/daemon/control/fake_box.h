@@ -27,6 +27,7 @@ class FakeBox final : public Box {
   std::future<config::Result<std::string>> dumpTrace() override;
   std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
   std::future<config::Result<void>> deleteTrace(const std::string& name) override;
+  std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
   std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
 
   /// From now on changes wait for acknowledge().

@@ -25,7 +25,8 @@ TEST_F(TraceMethodsTest, StartsStopsListsAndDeletes) {
   start();
   EXPECT_EQ("trace-0-grip", ask("StartTrace", {{"label", "grip"}, {"depth", true}})["parameters"]["name"]);
   const json listed = askStatus("io.hapticd.Status.ListTraces")["parameters"];
-  EXPECT_EQ(R"([{"name":"trace-0-grip","bytes":0,"timeNs":5000,"open":true,"depth":true}])"_json,
+  EXPECT_EQ(R"([{"name":"trace-0-grip","bytes":0,"timeNs":5000,"open":true,"depth":true,"kept":false,
+                 "beginNs":0}])"_json,
             listed["traces"]);
   EXPECT_EQ(json(folder.path("state/traces")), listed["folder"]);
   EXPECT_EQ(0, listed["omitted"]);
@@ -33,6 +34,29 @@ TEST_F(TraceMethodsTest, StartsStopsListsAndDeletes) {
   EXPECT_EQ("trace-1-dump", ask("DumpTrace")["parameters"]["name"]);
   EXPECT_EQ(json({{"parameters", json::object()}}), ask("DeleteTrace", {{"name", "trace-0-grip"}}));
   EXPECT_EQ(json({"trace-1-dump"}), names());
+}
+
+TEST_F(TraceMethodsTest, MarksTracesToBeKeptAndLogsIt) {
+  start();
+  box.setTraces(2);
+  const auto kept = [&] {
+    const json reply = askStatus("io.hapticd.Status.ListTraces");
+    return json{reply["parameters"]["traces"][0]["kept"], reply["parameters"]["traces"][1]["kept"]};
+  };
+  EXPECT_EQ(json({{"parameters", json::object()}}), ask("KeepTrace", {{"name", "trace-1"}, {"keep", true}}));
+  EXPECT_EQ(json({false, true}), kept());
+  EXPECT_EQ(json({{"parameters", json::object()}}), ask("KeepTrace", {{"name", "trace-1"}, {"keep", false}}));
+  EXPECT_EQ(json({false, false}), kept());
+  EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("KeepTrace", {{"name", "x"}, {"keep", true}})["error"]);
+  EXPECT_EQ(invalidParameter("keep"), ask("KeepTrace", {{"name", "trace-1"}, {"keep", "yes"}}));
+  EXPECT_EQ(invalidParameter("name"), ask("KeepTrace", {{"keep", true}}));
+  ask("KeepTrace", {{"name", "trace-0"}});
+  EXPECT_EQ(json({true, false}), kept());
+  const auto entries = logged("trace");
+  ASSERT_EQ(3U, entries.size());
+  EXPECT_EQ("keep", entries[0].at("ACTION"));
+  EXPECT_EQ("unkeep", entries[1].at("ACTION"));
+  EXPECT_EQ("trace-1", entries[1].at("TRACE"));
 }
 
 TEST_F(TraceMethodsTest, TakesDepthFromTheConfigurationWhereNothingIsSaid) {

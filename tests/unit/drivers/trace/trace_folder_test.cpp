@@ -5,6 +5,7 @@
 #include <chrono>
 #include <string>
 
+#include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_writer.h"
 #include "tests/support/temporary_folder.h"
 
@@ -94,6 +95,62 @@ TEST(TraceFolder, SaysWhichTracesHaveTheirDepthInside) {
   }
 }
 
+TEST(TraceFolder, SortsByTheBeginThatNamesTellAndNotByTheLastChange) {
+  const TemporaryFolder folder;
+  addFile(folder, "2026-03-04T05-06-07Z-2.mcap", 1, std::chrono::hours(1));
+  addFile(folder, "2026-03-04T05-06-07Z.mcap", 1, std::chrono::hours(2));
+  addFile(folder, "2026-03-04T05-06-08Z-a.mcap", 1, std::chrono::hours(5));
+  addFile(folder, "2026-03-04T05-06-06Z-b.mcap.part", 1, std::chrono::hours(0));
+  addFile(folder, "9999-99-99T05-06-06Z.mcap", 1, std::chrono::hours(3));  // no time
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{"2026-03-04T05-06-06Z-b", "2026-03-04T05-06-07Z",
+                                                       "2026-03-04T05-06-07Z-2", "2026-03-04T05-06-08Z-a",
+                                                       "9999-99-99T05-06-06Z"}));
+  const auto traces = listTraces(folder.path());
+  EXPECT_EQ((*traces)[1].begin_ns, kTime_ns / kNsPerSecond * kNsPerSecond);
+  EXPECT_EQ((*traces)[4].begin_ns, (*traces)[4].time_ns);
+}
+
+TEST(TraceFolder, KnowsWhatTheFlightRecorderHasWritten) {
+  const std::string time = "2026-03-04T05-06-07Z";
+  for (const char* dump : {"-dump", "-fault", "-overrun-burst", "-fault-2", "-overrun-burst-17"}) {
+    EXPECT_TRUE(isDumpName(time + dump)) << dump;
+  }
+  for (const char* other : {"", "-2", "-faulty", "-my-fault", "-fault-", "-fault-x", "-faults-2"}) {
+    EXPECT_FALSE(isDumpName(time + other)) << other;
+  }
+  EXPECT_FALSE(isDumpName("x-fault"));
+}
+
+TEST(TraceFolder, FindsOpenTraces) {
+  const TemporaryFolder folder;
+  addFile(folder, "a.mcap", 1, {});
+  addFile(folder, "b.mcap.part", 1, {});
+  addFile(folder, "c.part", 1, {});
+  EXPECT_EQ(openTraces(folder.path()), std::vector<std::string>{"b"});
+  EXPECT_TRUE(openTraces(folder.path() / "nowhere").empty());
+}
+
+TEST(TraceFolder, WhatIsMarkedToBeKeptIsDeletedOnlyWhenTheMarkIsGone) {
+  const TemporaryFolder folder;
+  addFile(folder, "a.mcap", 1, {});
+  addFile(folder, "b.mcap.part", 1, {});
+  ASSERT_TRUE(keepTrace(folder.path(), "a", true));
+  ASSERT_TRUE(keepTrace(folder.path(), "a", true)) << "twice is no error";
+  ASSERT_TRUE(keepTrace(folder.path(), "b", true)) << "also while it is written";
+  auto traces = *listTraces(folder.path());
+  ASSERT_EQ(traces.size(), 2U) << "marks are no traces";
+  EXPECT_TRUE(traces[0].kept && traces[1].kept);
+  const auto refused = deleteTrace(folder.path(), "a");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("trace keep --undo a"), std::string::npos) << refused.error().text();
+  ASSERT_TRUE(keepTrace(folder.path(), "a", false));
+  ASSERT_TRUE(keepTrace(folder.path(), "a", false));
+  ASSERT_TRUE(deleteTrace(folder.path(), "a"));
+  for (const char* name : {"a", "nowhere", "../b", ""})
+    EXPECT_FALSE(keepTrace(folder.path(), name, true)) << name;
+  EXPECT_FALSE(fs::exists(folder.path() / "a.keep"));
+}
+
 TEST(TraceFolder, AFolderThatIsNotThereIsEmptyAndAFileIsNone) {
   const TemporaryFolder folder;
   const auto none = listTraces(folder.path() / "nowhere");
@@ -119,21 +176,6 @@ TEST(TraceFolder, DeletesATraceWithItsDepthAndNothingElse) {
   EXPECT_FALSE(fs::exists(folder.path() / "a.mcap"));
   EXPECT_FALSE(fs::exists(folder.path() / "a.depth"));
   EXPECT_TRUE(fs::exists(folder.path() / "open.mcap.part"));
-}
-
-TEST(TraceFolder, MakesRoomByDeletingTheOldestFinishedTraces) {
-  const TemporaryFolder folder;
-  addFile(folder, "open.mcap.part", 100, std::chrono::hours(9));
-  for (int age = 1; age <= 4; ++age) {
-    addFile(folder, "t" + std::to_string(age) + ".mcap", 100, std::chrono::hours(age));
-  }
-  addDepth(folder, "t4", 100);
-  ASSERT_TRUE(limitFolder(folder.path(), 600)->empty());  // that much it has
-  const auto deleted = limitFolder(folder.path(), 399);
-  ASSERT_TRUE(deleted) << deleted.error().text();
-  EXPECT_EQ(*deleted, (std::vector<std::string>{"t4", "t3"}));  // 600 - 200 = 400 is one too many
-  EXPECT_EQ(limitFolder(folder.path(), 0)->size(), 2U);
-  EXPECT_EQ(namesIn(folder), std::vector<std::string>{"open"});
 }
 
 }  // namespace

@@ -1,0 +1,206 @@
+#include "daemon/trace/retention.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/trace/disk_space.h"
+#include "drivers/start_thread.h"
+
+namespace hapticd::daemon {
+namespace {
+
+/// How often the folder is listed though nothing is known to have changed: the open trace grows, and others
+/// may delete. With a limit more often, as recording stops there.
+constexpr std::chrono::seconds kListPeriod{60};
+constexpr std::chrono::seconds kListPeriodWithLimit{10};
+
+std::uint64_t mostFileBytes(const config::TraceSettings& settings) {
+  constexpr double kShareOfLimit = 0.25;
+  const double most_mb = settings.max_folder_mb > 0
+                             ? std::min(settings.max_file_mb, kShareOfLimit * settings.max_folder_mb)
+                             : settings.max_file_mb;
+  return bytesOf(most_mb);
+}
+
+config::Result<void> resultOf(const std::optional<config::Error>& refusal) {
+  if (refusal) return std::unexpected(*refusal);
+  return {};
+}
+
+}  // namespace
+
+Retention::Retention(std::filesystem::path folder, const config::TraceSettings& settings, Tell tell)
+    : folder_(std::move(folder)),
+      limit_bytes_(bytesOf(settings.max_folder_mb)),
+      most_file_bytes_(daemon::mostFileBytes(settings)),
+      tell_(std::move(tell)) {
+  if (limit_bytes_ > 0) status_.limit_bytes = limit_bytes_;
+}
+
+Retention::~Retention() {
+  stop();
+}
+
+config::Result<void> Retention::start() {
+  auto thread = drivers::startThread("trace-retention", [this] { run(); });
+  if (!thread) return std::unexpected(thread.error());
+  thread_ = std::move(*thread);
+  return {};
+}
+
+void Retention::stop() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+bool Retention::stopping() const {
+  const std::lock_guard lock(mutex_);
+  return stop_;
+}
+
+void Retention::look() {
+  {
+    const std::lock_guard lock(mutex_);
+    due_ = true;
+  }
+  wake_.notify_all();
+}
+
+void Retention::lookAfter(const std::string& finished) {
+  {
+    const std::lock_guard lock(mutex_);
+    just_finished_ = finished;
+  }
+  look();
+}
+
+void Retention::awaitFirstLook(std::chrono::seconds patience) {
+  if (limit_bytes_ == 0) return;
+  std::unique_lock lock(mutex_);
+  wake_.wait_for(lock, patience, [this] { return looked_ || stop_; });
+}
+
+config::Result<void> Retention::mayBegin() const {
+  const std::lock_guard lock(mutex_);
+  return resultOf(begin_refusal_);
+}
+
+config::Result<void> Retention::mayGoOn() const {
+  const std::lock_guard lock(mutex_);
+  return resultOf(go_on_refusal_);
+}
+
+Retention::Status Retention::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void Retention::run() {
+  const auto period = limit_bytes_ > 0 ? kListPeriodWithLimit : kListPeriod;
+  while (true) {
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, period, [this] { return stop_ || due_; });
+      if (stop_) return;
+      due_ = false;
+    }
+    lookNow();
+  }
+}
+
+void Retention::lookNow() {
+  const auto traces = drivers::listTraces(folder_);
+  std::string just_finished;
+  {
+    const std::lock_guard lock(mutex_);
+    just_finished = just_finished_;
+  }
+  if (!traces) {
+    const std::lock_guard lock(mutex_);
+    status_.problems = {traces.error().text()};
+    return;
+  }
+  drivers::RetentionPlan plan = drivers::planRetention(*traces, just_finished);
+  if (limit_bytes_ > 0 && plan.bytes > limit_bytes_) {
+    deleteDown(plan);
+  } else {
+    publish(plan, {});
+  }
+}
+
+/// What cannot be deleted counts as protected, so that recording stops at the limit all the same.
+void Retention::deleteDown(drivers::RetentionPlan& plan) {
+  std::vector<std::string> problems;
+  while (plan.bytes > limit_bytes_ && !plan.deletable.empty() && !stopping()) {
+    const drivers::TraceEntry trace = plan.deletable.front();
+    const auto deleted = drivers::deleteTrace(folder_, trace.name);
+    plan.deletable.erase(plan.deletable.begin());
+    if (!deleted) {
+      plan.protected_bytes += trace.bytes;
+      problems.push_back("trace.max_folder_mb: " + deleted.error().text());
+      continue;
+    }
+    tell_(trace.name,
+          fmt::format("the traces took {}, more than trace.max_folder_mb allows, and it was the oldest",
+                      megabytes(plan.bytes)));
+    plan.bytes -= trace.bytes;
+    {
+      const std::lock_guard lock(mutex_);
+      ++status_.deleted;
+    }
+    publish(plan, problems);
+  }
+  publish(plan, problems);
+}
+
+void Retention::publish(const drivers::RetentionPlan& plan, std::vector<std::string> problems) {
+  if (std::string warning = warningOf(plan); !warning.empty()) problems.push_back(std::move(warning));
+  {
+    const std::lock_guard lock(mutex_);
+    looked_ = true;
+    status_.folder_bytes = plan.bytes;
+    status_.next = limit_bytes_ > 0 && !plan.deletable.empty() ? plan.deletable.front().name : "";
+    status_.problems = std::move(problems);
+    begin_refusal_ = refusalAbove(limit_bytes_ - limit_bytes_ / 10, plan);
+    go_on_refusal_ = refusalAbove(limit_bytes_, plan);
+  }
+  wake_.notify_all();
+}
+
+/// Said from nine tenths of the limit on, or earlier where one more file of the largest size would reach it.
+std::string Retention::warningOf(const drivers::RetentionPlan& plan) const {
+  if (limit_bytes_ == 0) return "";
+  const std::uint64_t room = std::max(limit_bytes_ / 10, most_file_bytes_);
+  if (plan.bytes + room < limit_bytes_) return "";
+  const std::string filled = fmt::format("the traces take {} of the {} that trace.max_folder_mb allows",
+                                         megabytes(plan.bytes), megabytes(limit_bytes_));
+  if (plan.deletable.empty()) {
+    return filled +
+           ", and none of them may be deleted by itself: recording stops there (delete traces that are not "
+           "needed, or raise trace.max_folder_mb)";
+  }
+  return fmt::format("{}: {} is deleted next (hapticctl trace keep {} keeps it)", filled,
+                     plan.deletable.front().name, plan.deletable.front().name);
+}
+
+std::optional<config::Error> Retention::refusalAbove(std::uint64_t most_bytes,
+                                                     const drivers::RetentionPlan& plan) const {
+  if (limit_bytes_ == 0 || plan.protected_bytes <= most_bytes) return std::nullopt;
+  return config::Error{
+      folder_.string(),
+      fmt::format(
+          "{} of the {} that trace.max_folder_mb allows are protected from deletion: {} traces marked "
+          "to be kept, {} of the flight recorder, the newest one, and what is not finished",
+          megabytes(plan.protected_bytes), megabytes(limit_bytes_), plan.kept, plan.dumps),
+      "delete traces (hapticctl trace list, trace delete), take marks away (trace keep --undo), or raise "
+      "trace.max_folder_mb"};
+}
+
+}  // namespace hapticd::daemon
