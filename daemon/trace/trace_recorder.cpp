@@ -79,15 +79,22 @@ void TraceRecorder::stop() {
 }
 
 void TraceRecorder::recoverLeftovers(const std::vector<drivers::TraceEntry>& entries) {
+  using Outcome = drivers::RecoveredTrace::Outcome;
   for (const drivers::TraceEntry& entry : entries) {
-    const auto recovered = drivers::recoverTrace(drivers::partOf(folder_ / (entry.name + ".mcap")));
-    if (recovered && recovered->file.empty()) {  // what was recorded beside it is of no use either
-      std::error_code ignored;
-      fs::remove_all(folder_ / (entry.name + ".depth"), ignored);
-    }
+    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (entry.name + ".mcap")));
     const std::lock_guard lock(recovery_mutex_);
-    if (!recovered) recovery_outcome_.problems.push_back("recovery: " + recovered.error().text());
-    if (recovered && !recovered->file.empty()) ++recovery_outcome_.recovered;
+    auto& [recovered, problems] = recovery_outcome_;
+    if (!finished) {
+      problems.push_back("recovery: " + finished.error().text());
+    } else if (finished->outcome == Outcome::hopeless) {
+      problems.push_back(fmt::format("recovery: nothing whole is in {}", finished->original.string()));
+    } else {
+      ++recovered;
+      if (finished->outcome != Outcome::rewritten) continue;
+      problems.push_back(fmt::format("recovery: {} was damaged: {} bytes of it could not be kept in {}",
+                                     finished->original.string(), finished->bytes_lost,
+                                     finished->file.string()));
+    }
   }
 }
 

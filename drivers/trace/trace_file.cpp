@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -47,8 +48,15 @@ config::Result<TraceFile> TraceFile::open(const std::filesystem::path& path, int
   return TraceFile(path, descriptor);
 }
 
+/// A file system without locks is no reason to write nothing.
+config::Result<TraceFile> TraceFile::openLocked(const std::filesystem::path& path, int flags) {
+  auto file = open(path, flags);
+  if (!file || ::flock(file->descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
+  return std::unexpected(config::Error{path.string(), "is being written", "stop the trace first"});
+}
+
 config::Result<TraceFile> TraceFile::create(const std::filesystem::path& path) {
-  return open(path, O_RDWR | O_CREAT | O_EXCL);
+  return openLocked(path, O_RDWR | O_CREAT | O_EXCL);
 }
 
 config::Result<TraceFile> TraceFile::openToRead(const std::filesystem::path& path) {
@@ -56,7 +64,7 @@ config::Result<TraceFile> TraceFile::openToRead(const std::filesystem::path& pat
 }
 
 config::Result<TraceFile> TraceFile::openToMend(const std::filesystem::path& path) {
-  return open(path, O_RDWR);
+  return openLocked(path, O_RDWR);
 }
 
 TraceFile::TraceFile(TraceFile&& other) noexcept
@@ -113,6 +121,14 @@ config::Result<void> TraceFile::truncate(std::uint64_t size) {
 config::Result<void> TraceFile::synchronise() {
   if (::fdatasync(descriptor_) != 0) return failure("written to the disk");
   return {};
+}
+
+bool isBeingWritten(const std::filesystem::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(descriptor);  // which gives the lock back
+  return locked;
 }
 
 std::filesystem::path partOf(const std::filesystem::path& file) {

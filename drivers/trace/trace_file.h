@@ -10,12 +10,14 @@
 
 namespace hapticd::drivers {
 
-/// An open file. Thread: one.  RT: not safe.
+/// An open file. Whoever writes it holds a lock on it (flock), which ends with the object or its process.
+/// Thread: one.  RT: not safe.
 class TraceFile {
  public:
   /// Errors: it exists already, or what the system says.
   static config::Result<TraceFile> create(const std::filesystem::path& path);
   static config::Result<TraceFile> openToRead(const std::filesystem::path& path);
+  /// Errors: it is being written, or what the system says.
   static config::Result<TraceFile> openToMend(const std::filesystem::path& path);
   TraceFile(TraceFile&& other) noexcept;
   TraceFile& operator=(TraceFile&&) = delete;
@@ -34,11 +36,15 @@ class TraceFile {
  private:
   TraceFile(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
   static config::Result<TraceFile> open(const std::filesystem::path& path, int flags);
+  static config::Result<TraceFile> openLocked(const std::filesystem::path& path, int flags);
   std::unexpected<config::Error> failure(std::string_view doing) const;
 
   std::filesystem::path path_;
   int descriptor_;
 };
+
+/// True if a TraceFile of some process may write this file.
+bool isBeingWritten(const std::filesystem::path& file);
 
 /// The name of a trace while it is written.
 std::filesystem::path partOf(const std::filesystem::path& file);
