@@ -211,8 +211,7 @@ class Search {
         keep(found_.metadata, offset, std::move(content));
         return "";
       case Opcode::attachment:
-        attachment(offset, head, content);
-        return "";
+        return attachment(offset, head, content);
       case Opcode::message_index:
         return messageIndex(content);
       case Opcode::data_end:
@@ -242,13 +241,16 @@ class Search {
     return end;
   }
 
-  void attachment(std::uint64_t offset, const Head& head, std::string_view content) {
+  std::string attachment(std::uint64_t offset, const Head& head, std::string_view content) {
     AttachmentRecord attachment;
     AttachmentRecord::of(content, attachment);
-    const std::size_t covered =
-        static_cast<std::size_t>(attachment.data.end() - content.begin()) + sizeof(std::uint32_t);
+    const auto data_end = static_cast<std::size_t>(attachment.data.end() - content.begin());
+    const std::size_t covered = data_end + sizeof(std::uint32_t);
+    const bool has_checksum = ByteReader(content.substr(data_end)).number<std::uint32_t>() != 0;
+    if (!has_checksum && covered < content.size()) return "an attachment that is longer than its data";
     const std::uint64_t end = endOfChecked(offset, head, covered);
     keep(found_.attachments, offset, std::string(content.substr(0, end - offset - kRecordHeadBytes)));
+    return "";
   }
 
   static void keep(std::vector<WholeRecord>& all, std::uint64_t offset, std::string content) {

@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "config/value_text.h"
-#include "drivers/trace/depth_codec.h"
 #include "drivers/monotonic_clock.h"
+#include "drivers/trace/depth_codec.h"
 #include "drivers/trace/fields.h"
 #include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
@@ -183,7 +183,7 @@ class Reading final : public mcap::Visitor {
 
   const TraceVisitor& visitor_;
   std::function<bool(const DepthRecord&)> depth_;  ///< empty: images are not wanted
-  std::map<std::uint16_t, Taker> takers_;  ///< of the messages of a channel
+  std::map<std::uint16_t, Taker> takers_;          ///< of the messages of a channel
   std::optional<std::string> other_format_;
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
