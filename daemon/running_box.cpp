@@ -323,6 +323,7 @@ drivers::TraceOptions RunningBox::describeTrace() const {
   utsname kernel{};
   ::uname(&kernel);
   options.metadata = {{std::string(drivers::kWriterVersionKey), HAPTICD_VERSION},
+                      {std::string(drivers::kRunKey), fmt::format("{}-{}", ::getpid(), start_ns_)},
                       {"kernel", fmt::format("{} {} {}", kernel.sysname, kernel.release, kernel.version)},
                       {"host", kernel.nodename},
                       {"machine", kernel.machine},

@@ -1,6 +1,9 @@
 #include "daemon/trace/flight_recorder.h"
 
 #include <cmath>
+#include <limits>
+
+#include "drivers/trace/fields.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -58,16 +61,26 @@ void FlightRecorder::forgetOldRecords() {
 
 config::Result<void> FlightRecorder::writeTo(drivers::TraceWriter& writer) const {
   config::Result<void> result;
-  const auto writeAll = [&](const auto& records) {
-    for (auto record = records.begin(); record != records.end() && result; ++record)
-      result = writer.write(*record);
+  // in the order of time, as a trace is written: its chunks then follow each other
+  const auto writeBefore = [&](const auto& records, auto& next, std::int64_t time_ns) {
+    for (; next != records.end() && drivers::timeOf(*next) <= time_ns && result; ++next) {
+      result = writer.write(*next);
+    }
   };
-  writeAll(directives_);
-  writeAll(models_);
-  writeAll(events_);
+  auto directive = directives_.begin();
+  auto model = models_.begin();
+  auto event = events_.begin();
+  const auto writeRecordsBefore = [&](std::int64_t time_ns) {
+    writeBefore(directives_, directive, time_ns);
+    writeBefore(models_, model, time_ns);
+    writeBefore(events_, event, time_ns);
+  };
   for (std::size_t i = 0; i < held_ && result; ++i) {
-    result = writer.write(ticks_[(next_ + ticks_.size() - held_ + i) % ticks_.size()]);
+    const rt::Tick& tick = ticks_[(next_ + ticks_.size() - held_ + i) % ticks_.size()];
+    writeRecordsBefore(tick.planned_ns);
+    if (result) result = writer.write(tick);
   }
+  writeRecordsBefore(std::numeric_limits<std::int64_t>::max());
   return result;
 }
 

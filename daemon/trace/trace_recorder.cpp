@@ -99,21 +99,31 @@ void TraceRecorder::tell(TraceNews news) {
 }
 
 void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
+  using Outcome = drivers::RecoveredTrace::Outcome;
   for (const std::string& name : names) {
-    const auto recovered = drivers::recoverTrace(drivers::partOf(folder_ / (name + ".mcap")));
-    if (recovered && recovered->file.empty()) {  // what was recorded beside it is of no use either
-      std::error_code ignored;
-      fs::remove_all(folder_ / (name + ".depth"), ignored);
+    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (name + ".mcap")));
+    const bool holds_nothing =
+        finished && (finished->outcome == Outcome::empty || finished->outcome == Outcome::hopeless);
+    if (holds_nothing) {
       tell({0, true, "lose", name,
-            fmt::format(
-                "trace {} was cut off by a crash before its first ticks were on the disk: nothing of it "
-                "could be recovered, and it was removed",
-                name)});
+            fmt::format("trace {} was cut off by a crash before its first ticks were on the disk: nothing of "
+                        "it could be recovered",
+                        name)});
     }
     retention_.look();
     const std::lock_guard lock(recovery_mutex_);
-    if (!recovered) recovery_outcome_.problems.push_back("recovery: " + recovered.error().text());
-    if (recovered && !recovered->file.empty()) ++recovery_outcome_.recovered;
+    auto& [recovered, problems] = recovery_outcome_;
+    if (!finished) {
+      problems.push_back("recovery: " + finished.error().text());
+    } else if (finished->outcome == Outcome::hopeless) {
+      problems.push_back(fmt::format("recovery: nothing whole is in {}", finished->original.string()));
+    } else if (!holds_nothing) {
+      ++recovered;
+      if (finished->outcome != Outcome::rewritten) continue;
+      problems.push_back(fmt::format("recovery: {} was damaged: {} bytes of it could not be kept in {}",
+                                     finished->original.string(), finished->bytes_lost,
+                                     finished->file.string()));
+    }
   }
 }
 

@@ -1,8 +1,32 @@
 #include "drivers/trace/compression.h"
 
+#include <lz4frame.h>
 #include <zstd.h>
 
+#include <algorithm>
+#include <optional>
+
 namespace hapticd::drivers {
+namespace {
+
+/// Collects what `step(room, length)` puts into that room: so many bytes, 0 at the end, nothing if the input
+/// is wrong.
+template <typename Step>
+bool collect(std::size_t length, std::string& to, Step step) {
+  constexpr std::size_t kPieceBytes = 1 << 18;
+  to.clear();
+  while (true) {
+    const std::size_t at = to.size();
+    to.resize(at + std::min(kPieceBytes, length - at + 1));  // one byte too many shows
+    const std::optional<std::size_t> written = step(to.data() + at, to.size() - at);
+    if (!written) return false;
+    to.resize(at + *written);
+    if (to.size() > length) return false;
+    if (*written == 0) return to.size() == length;
+  }
+}
+
+}  // namespace
 
 struct Compressor::Context {
   ZSTD_CCtx* zstd = ::ZSTD_createCCtx();
@@ -22,16 +46,48 @@ bool Compressor::compress(std::string_view bytes, std::string& to) {
   return true;
 }
 
-bool decompress(std::string_view bytes, std::size_t length, std::string& to) {
-  return decompressUpTo(bytes, length, to) && to.size() == length;
+bool decompressZstd(std::string_view bytes, std::size_t length, std::string& to) {
+  const std::unique_ptr<ZSTD_DCtx, decltype(&::ZSTD_freeDCtx)> context(::ZSTD_createDCtx(), &::ZSTD_freeDCtx);
+  if (!context) return false;
+  ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+  std::size_t wanted = 0;  // more input; 0 at the end of a frame
+  return collect(length, to, [&](char* room, std::size_t size) -> std::optional<std::size_t> {
+    ZSTD_outBuffer out{room, size, 0};
+    while (out.pos == 0 && (wanted != 0 || in.pos < in.size)) {
+      const std::size_t before = in.pos;
+      wanted = ::ZSTD_decompressStream(context.get(), &out, &in);
+      if (::ZSTD_isError(wanted) != 0) return std::nullopt;
+      const bool stuck = out.pos == 0 && in.pos == before;
+      if (stuck && wanted != 0) return std::nullopt;  // the last frame is cut off
+    }
+    return out.pos;
+  });
+}
+
+bool decompressLz4(std::string_view bytes, std::size_t length, std::string& to) {
+  LZ4F_dctx* created = nullptr;
+  if (::LZ4F_isError(::LZ4F_createDecompressionContext(&created, LZ4F_VERSION)) != 0) return false;
+  const std::unique_ptr<LZ4F_dctx, decltype(&::LZ4F_freeDecompressionContext)> context(
+      created, &::LZ4F_freeDecompressionContext);
+  std::size_t wanted = 0;  // more input; 0 at the end of a frame
+  return collect(length, to, [&](char* room, std::size_t size) -> std::optional<std::size_t> {
+    std::size_t written = 0;
+    while (written == 0 && (wanted != 0 || !bytes.empty())) {
+      std::size_t taken = bytes.size();
+      written = size;
+      wanted = ::LZ4F_decompress(context.get(), room, &written, bytes.data(), &taken, nullptr);
+      if (::LZ4F_isError(wanted) != 0) return std::nullopt;
+      if (written == 0 && taken == 0 && wanted != 0) return std::nullopt;  // the last frame is cut off
+      bytes.remove_prefix(taken);
+    }
+    return written;
+  });
 }
 
 bool decompressUpTo(std::string_view bytes, std::size_t most_bytes, std::string& to) {
   const unsigned long long length = ::ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   const bool known = length != ZSTD_CONTENTSIZE_UNKNOWN && length != ZSTD_CONTENTSIZE_ERROR;
-  if (!known || length > most_bytes) return false;
-  to.resize(length);
-  return ::ZSTD_decompress(to.data(), to.size(), bytes.data(), bytes.size()) == length;
+  return known && length <= most_bytes && decompressZstd(bytes, length, to);
 }
 
 }  // namespace hapticd::drivers

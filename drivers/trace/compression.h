@@ -23,8 +23,10 @@ class Compressor {
   std::unique_ptr<Context> context_;
 };
 
-/// `to`: exactly `length` bytes out of a zstd frame. False: it is none, or of another length.
-bool decompress(std::string_view bytes, std::size_t length, std::string& to);
+// `to`: exactly `length` bytes out of frames of that compression. False: they are none, or hold another
+// number of bytes. Memory grows with what comes out of them, not with what `length` says.
+bool decompressZstd(std::string_view bytes, std::size_t length, std::string& to);
+bool decompressLz4(std::string_view bytes, std::size_t length, std::string& to);
 
 /// `to`: what a zstd frame holds, of a length that is not known before. False: it is none, or longer than
 /// `most_bytes`; then no memory was taken for it.

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <numeric>
 
+#include "config/value_text.h"
 #include "drivers/trace/compression.h"
 
 namespace hapticd::drivers::mcap {
@@ -31,24 +30,35 @@ void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::st
   });
 }
 
+bool MessageRecord::of(std::string_view content, MessageRecord& message) {
+  ByteReader reader(content);
+  message.channel = reader.number<std::uint16_t>();
+  message.sequence = reader.number<std::uint32_t>();
+  message.time_ns = reader.number<std::uint64_t>();
+  message.publish_time_ns = reader.number<std::uint64_t>();
+  message.data = reader.raw(reader.left());
+  return reader.good();
+}
+
+bool mayBeInChunk(Opcode opcode) {
+  return opcode == Opcode::schema || opcode == Opcode::channel || opcode > Opcode::data_end;
+}
+
 bool ChunkContent::of(std::string_view records, ChunkContent& content) {
   content = {};
   bool first = true;
-  for (ByteReader reader(records); !reader.atEnd();) {
-    const std::uint64_t offset = records.size() - reader.left();
-    const auto opcode = static_cast<Opcode>(reader.number<std::uint8_t>());
-    ByteReader message(reader.sized<std::uint64_t>());
-    const auto channel = message.number<std::uint16_t>();
-    message.number<std::uint32_t>();  // sequence
-    const auto time_ns = message.number<std::uint64_t>();
-    message.number<std::uint64_t>();  // publish time
-    if (opcode != Opcode::message || !reader.good() || !message.good()) return false;
-    content.start_ns = first ? time_ns : std::min(content.start_ns, time_ns);
-    content.end_ns = std::max(content.end_ns, time_ns);
-    content.messages[channel].emplace_back(time_ns, offset);
+  return visitRecords(records, [&](Opcode opcode, std::string_view record, std::uint64_t offset) {
+    if (opcode == Opcode::schema) content.schemas.push_back(record);
+    if (opcode == Opcode::channel) content.channels.push_back(record);
+    if (mayBeInChunk(opcode)) return true;
+    MessageRecord message;
+    if (opcode != Opcode::message || !MessageRecord::of(record, message)) return false;
+    content.start_ns = first ? message.time_ns : std::min(content.start_ns, message.time_ns);
+    content.end_ns = std::max(content.end_ns, message.time_ns);
+    content.messages[message.channel].emplace_back(message.time_ns, offset);
     first = false;
-  }
-  return true;
+    return true;
+  });
 }
 
 std::string ChunkContent::indexRecords() const {
@@ -76,24 +86,38 @@ bool ChunkRecord::of(std::string_view content, ChunkRecord& chunk) {
   chunk.crc = reader.number<std::uint32_t>();
   chunk.compression = reader.text();
   chunk.records = reader.sized<std::uint64_t>();
-  return reader.good() && reader.atEnd();
+  return reader.good();  // fields that a later version of the format adds are skipped
 }
 
-std::string ChunkRecord::unpack(std::string& buffer, std::string_view& unpacked) const {
+std::string ChunkRecord::unpack(std::string& unpacked) const {
   if (uncompressed_bytes > kMostChunkBytes) {
     return fmt::format("a chunk of {} bytes; at most {} are read", uncompressed_bytes, kMostChunkBytes);
   }
   if (compression == "zstd") {
-    if (!decompress(records, uncompressed_bytes, buffer)) return "the chunk cannot be decompressed";
-    unpacked = buffer;
+    if (!decompressZstd(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
+  } else if (compression == "lz4") {
+    if (!decompressLz4(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
   } else if (compression.empty()) {
     if (records.size() != uncompressed_bytes) return "the lengths of the chunk do not fit each other";
     unpacked = records;
   } else {
-    return fmt::format("the chunk is compressed by \"{}\"; only zstd is read", compression.substr(0, 20));
+    return fmt::format("the chunk is compressed by {}; only lz4 and zstd are read",
+                       config::inQuotes(std::string(compression.substr(0, 20))));
   }
-  if (crcOf(unpacked) != crc) return "the checksum of the chunk does not fit";
+  if (crc != 0 && crcOf(unpacked) != crc) return "the checksum of the chunk does not fit";
   return "";
+}
+
+void addChunk(std::string& to, const ChunkRecord& chunk) {
+  addRecord(to, Opcode::chunk, [&] {
+    ByteWriter writer(to);
+    writer.number(chunk.start_ns);
+    writer.number(chunk.end_ns);
+    writer.number(chunk.uncompressed_bytes);
+    writer.number(chunk.crc);
+    writer.text(chunk.compression);
+    writer.sized<std::uint64_t>([&] { writer.raw(chunk.records); });
+  });
 }
 
 std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& attachment) {
@@ -105,128 +129,9 @@ std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& att
   attachment.data = reader.sized<std::uint64_t>();
   const std::size_t covered = content.size() - reader.left();
   const auto crc = reader.number<std::uint32_t>();
-  if (!reader.good() || !reader.atEnd()) return "an attachment that is not whole";
-  return crc == crcOf(content.substr(0, covered)) ? "" : "the checksum of an attachment does not fit";
-}
-
-void Summary::addOnce(std::vector<std::string>& to, std::string_view content) {
-  if (std::ranges::find(to, content) == to.end()) to.emplace_back(content);
-}
-
-void Summary::addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
-                       const ChunkContent& content) {
-  constexpr std::size_t kIndexHeadBytes = kRecordHeadBytes + 2 + 4;  // channel, length of the places
-  constexpr std::size_t kPlaceBytes = 16;
-  ByteWriter writer(chunk_indexes_);
-  addRecord(chunk_indexes_, Opcode::chunk_index, [&] {
-    writer.number(content.start_ns);
-    writer.number(content.end_ns);
-    writer.number(offset);
-    writer.number(bytes);
-    std::uint64_t index_at = offset + bytes;
-    writer.sized<std::uint32_t>([&] {
-      for (const auto& [channel, places] : content.messages) {
-        writer.number(channel);
-        writer.number(index_at);
-        index_at += kIndexHeadBytes + places.size() * kPlaceBytes;
-      }
-    });
-    writer.number(index_at - offset - bytes);
-    writer.text(chunk.compression);
-    writer.number(std::uint64_t{chunk.records.size()});
-    writer.number(chunk.uncompressed_bytes);
-  });
-  for (const auto& [channel, places] : content.messages) messages_[channel] += places.size();
-  start_ns_ = chunks_ == 0 ? content.start_ns : std::min(start_ns_, content.start_ns);
-  end_ns_ = std::max(end_ns_, content.end_ns);
-  ++chunks_;
-}
-
-void Summary::addAttachment(std::uint64_t offset, std::uint64_t bytes, const AttachmentRecord& attachment) {
-  ByteWriter writer(attachment_indexes_);
-  addRecord(attachment_indexes_, Opcode::attachment_index, [&] {
-    writer.number(offset);
-    writer.number(bytes);
-    writer.number(attachment.log_time_ns);
-    writer.number(attachment.create_time_ns);
-    writer.number(std::uint64_t{attachment.data.size()});
-    writer.text(attachment.name);
-    writer.text(attachment.media_type);
-  });
-  ++attachments_;
-}
-
-void Summary::addMetadata(std::uint64_t offset, std::uint64_t bytes, std::string_view content) {
-  ByteWriter writer(metadata_indexes_);
-  addRecord(metadata_indexes_, Opcode::metadata_index, [&] {
-    writer.number(offset);
-    writer.number(bytes);
-    writer.text(ByteReader(content).text());
-  });
-  ++metadata_;
-}
-
-std::string Summary::statistics() const {
-  std::string record;
-  ByteWriter writer(record);
-  addRecord(record, Opcode::statistics, [&] {
-    writer.number(std::accumulate(messages_.begin(), messages_.end(), std::uint64_t{0},
-                                  [](std::uint64_t sum, const auto& entry) { return sum + entry.second; }));
-    writer.number(static_cast<std::uint16_t>(schemas_.size()));
-    writer.number(static_cast<std::uint32_t>(channels_.size()));
-    writer.number(attachments_);
-    writer.number(metadata_);
-    writer.number(chunks_);
-    writer.number(start_ns_);
-    writer.number(end_ns_);
-    writer.sized<std::uint32_t>([&] {
-      for (const auto& [channel, count] : messages_) {
-        writer.number(channel);
-        writer.number(count);
-      }
-    });
-  });
-  return record;
-}
-
-std::string Summary::ending(std::uint64_t offset, std::uint32_t crc) const {
-  const auto recordsOf = [](Opcode opcode, const std::vector<std::string>& contents) {
-    std::string records;
-    for (const std::string& content : contents) addRecord(records, opcode, [&] { records += content; });
-    return records;
-  };
-  std::string data_end;
-  addRecord(data_end, Opcode::data_end, [&] { ByteWriter(data_end).number(crc); });
-
-  const std::uint64_t start = offset + data_end.size();
-  const std::array<std::pair<Opcode, std::string>, 6> groups{
-      {{Opcode::schema, recordsOf(Opcode::schema, schemas_)},
-       {Opcode::channel, recordsOf(Opcode::channel, channels_)},
-       {Opcode::statistics, statistics()},
-       {Opcode::chunk_index, chunk_indexes_},
-       {Opcode::attachment_index, attachment_indexes_},
-       {Opcode::metadata_index, metadata_indexes_}}};
-  std::string summary, offsets;
-  for (const auto& [opcode, records] : groups) {
-    if (records.empty()) continue;
-    addRecord(offsets, Opcode::summary_offset,
-              [&offsets, &summary, opcode = opcode, &records = records, start] {
-                ByteWriter writer(offsets);
-                writer.number(static_cast<std::uint8_t>(opcode));
-                writer.number(start + summary.size());
-                writer.number(std::uint64_t{records.size()});
-              });
-    summary += records;
-  }
-  const std::uint64_t offsets_at = start + summary.size();
-  summary += offsets;
-  ByteWriter footer(summary);
-  footer.number(static_cast<std::uint8_t>(Opcode::footer));
-  footer.number(kFooterBytes);
-  footer.number(start);
-  footer.number(offsets_at);
-  footer.number(crcOf(summary));  // of all in front of it
-  return data_end + summary + std::string(kMagic);
+  if (!reader.good()) return "an attachment that is not whole";
+  return crc == 0 || crc == crcOf(content.substr(0, covered)) ? ""
+                                                              : "the checksum of an attachment does not fit";
 }
 
 }  // namespace hapticd::drivers::mcap

@@ -37,10 +37,13 @@ enum class Opcode : std::uint8_t {
   data_end = 15,
 };
 
-// What is longer is not written, and refused when it is read, before memory is taken for it.
+// What is longer is not written.
 inline constexpr std::size_t kMostMessageBytes = 4 << 20;
-inline constexpr std::size_t kMostChunkBytes = 2 * kMostMessageBytes + (1 << 20);  ///< uncompressed
-inline constexpr std::size_t kMostRecordBytes = 64 << 20;
+inline constexpr std::size_t kMostAttachmentBytes = 32 << 20;
+// What is longer is refused when it is read, before memory is taken for it. Other programs write longer
+// chunks and records than this one.
+inline constexpr std::size_t kMostChunkBytes = 256 << 20;   ///< uncompressed
+inline constexpr std::size_t kMostRecordBytes = 320 << 20;  ///< a chunk that compression made longer, too
 
 /// IEEE 802.3, as in zlib. `before`: of what comes before.
 inline std::uint32_t crcOf(std::string_view bytes, std::uint32_t before = 0) {
@@ -57,6 +60,18 @@ void addRecord(std::string& to, Opcode opcode, Fill fill) {
 void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::string_view text);
 void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic);
 
+/// A Message record taken apart.
+struct MessageRecord {
+  std::uint16_t channel = 0;
+  std::uint32_t sequence = 0;
+  std::uint64_t time_ns = 0;
+  std::uint64_t publish_time_ns = 0;
+  std::string_view data;
+
+  /// False: it is none.
+  static bool of(std::string_view content, MessageRecord& message);
+};
+
 /// One place of a message: its time and its offset in the uncompressed chunk.
 using MessagePlace = std::pair<std::uint64_t, std::uint64_t>;
 
@@ -65,12 +80,32 @@ struct ChunkContent {
   std::uint64_t start_ns = 0;  ///< of the earliest message
   std::uint64_t end_ns = 0;
   std::map<std::uint16_t, std::vector<MessagePlace>> messages;  ///< by channel, in the order of the chunk
+  // contents of the records
+  std::vector<std::string_view> schemas;
+  std::vector<std::string_view> channels;
 
-  /// Looks through the uncompressed records. False: they are not only whole messages.
+  /// Looks through the uncompressed records. False: they are not what a chunk may hold.
   static bool of(std::string_view records, ChunkContent& content);
   /// The MessageIndex records that belong behind the chunk.
   std::string indexRecords() const;
 };
+
+/// Calls visit(opcode, content, offset) for the records that follow each other in `records`, until it returns
+/// false. False: it did, or they are not whole.
+template <typename Visit>
+bool visitRecords(std::string_view records, Visit visit) {
+  for (ByteReader reader(records); !reader.atEnd();) {
+    const std::uint64_t offset = records.size() - reader.left();
+    const auto opcode = static_cast<Opcode>(reader.number<std::uint8_t>());
+    const auto content = reader.sized<std::uint64_t>();
+    if (!reader.good() || !visit(opcode, content, offset)) return false;
+  }
+  return true;
+}
+
+/// True for what a chunk may hold beside messages: definitions, and records that later versions of the format
+/// or private extensions add.
+bool mayBeInChunk(Opcode opcode);
 
 /// A Chunk record taken apart.
 struct ChunkRecord {
@@ -83,9 +118,11 @@ struct ChunkRecord {
 
   /// False: it is none.
   static bool of(std::string_view content, ChunkRecord& chunk);
-  /// The uncompressed records, in the file or in `buffer`. What is wrong with them, or "".
-  std::string unpack(std::string& buffer, std::string_view& unpacked) const;
+  /// The uncompressed records, with their checksum where there is one. What is wrong with them, or "".
+  std::string unpack(std::string& unpacked) const;
 };
+
+void addChunk(std::string& to, const ChunkRecord& chunk);
 
 /// An Attachment record taken apart.
 struct AttachmentRecord {
@@ -97,40 +134,6 @@ struct AttachmentRecord {
 
   /// What is wrong with it, or "".
   static std::string of(std::string_view content, AttachmentRecord& attachment);
-};
-
-/// What the end of a file says of all before it.
-class Summary {
- public:
-  // `content`: of the record; what is there already is not added again
-  void addSchema(std::string_view content) { addOnce(schemas_, content); }
-  void addChannel(std::string_view content) { addOnce(channels_, content); }
-  // `offset`, `bytes`: of the whole record in the file
-  void addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
-                const ChunkContent& content);
-  void addAttachment(std::uint64_t offset, std::uint64_t bytes, const AttachmentRecord& attachment);
-  void addMetadata(std::uint64_t offset, std::uint64_t bytes, std::string_view content);
-
-  std::uint64_t chunks() const { return chunks_; }
-
-  /// DataEnd, summary, footer and magic for a data section that ends at `offset`. `crc`: of all before it.
-  std::string ending(std::uint64_t offset, std::uint32_t crc) const;
-
- private:
-  static void addOnce(std::vector<std::string>& to, std::string_view content);
-  std::string statistics() const;
-
-  std::vector<std::string> schemas_;  ///< contents of the records
-  std::vector<std::string> channels_;
-  std::string chunk_indexes_;  ///< whole records
-  std::string attachment_indexes_;
-  std::string metadata_indexes_;
-  std::map<std::uint16_t, std::uint64_t> messages_;  ///< by channel
-  std::uint64_t start_ns_ = 0;
-  std::uint64_t end_ns_ = 0;
-  std::uint32_t chunks_ = 0;
-  std::uint32_t attachments_ = 0;
-  std::uint32_t metadata_ = 0;
 };
 
 }  // namespace hapticd::drivers::mcap

@@ -2,121 +2,59 @@
 
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
+#include <limits>
 #include <optional>
+#include <set>
+
+#include "drivers/trace/mcap_merger.h"
+#include "drivers/trace/mcap_survey.h"
 
 namespace hapticd::drivers::mcap {
 namespace {
 
 constexpr const char* kNotWhole = "a record that is not whole";
 
-struct Schema {
-  std::string name;
-  std::string encoding;
-  std::string text;
-};
+/// Messages that are held because others, which follow in the file, may be earlier.
+constexpr std::size_t kMostOverlapBytes = 512 << 20;
 
-/// One pass over a file. What is wrong with a record or a part of it is a text, "" if nothing is.
-class Reading {
+/// What is read of one file. What is wrong with a record or a part of it is a text, "" if nothing is.
+class Reading final : SurveyVisitor {
  public:
   Reading(Scanner scanner, Visitor& visitor) : scanner_(std::move(scanner)), visitor_(visitor) {}
 
   std::expected<void, Fault> run() {
-    while (!visitor_.enough()) {
-      const auto record = scanner_.next();
-      if (!record) return std::unexpected(record.error());
-      if (const std::string wrong = take(*record); !wrong.empty()) {
-        return std::unexpected(scanner_.damaged(record->offset, wrong));
-      }
-      if (const auto refusal = visitor_.refusal()) {
-        return std::unexpected(scanner_.foreign(refusal->what, refusal->remedy));
-      }
-      if (record->opcode != Opcode::footer) continue;
-      if (const auto end = scanner_.atClosingMagic(); !end) return std::unexpected(end.error());
-      return {};
+    survey_ = survey(scanner_, *this);
+    visitor_.messages();
+    if (const auto refused = refusal()) {
+      return std::unexpected(survey_.fault ? *survey_.fault : *refused);  // what it lacks may be missing
     }
-    return {};
+    scanner_.restart();
+    const bool in_order = survey_.inOrderOfTime();
+    gives_ = in_order;
+    const auto checked = records();
+    if (!in_order) {
+      if (const auto given = inOrderOfTime(); !given) return given;
+    }
+    return checked;
   }
 
  private:
-  std::string take(const Record& record) {
-    const bool first = record.offset == kMagic.size();
-    if (first != (record.opcode == Opcode::header)) return "the header is not where it should be";
-    if (summary_at_) return record.opcode == Opcode::footer ? footer(record) : "";
-    switch (record.opcode) {
-      case Opcode::schema:
-        return schema(record.content);
-      case Opcode::channel:
-        return channel(record.content);
-      case Opcode::chunk:
-        return chunk(record);
-      case Opcode::attachment:
-        return attachment(record.content);
-      case Opcode::metadata:
-        return metadata(record.content);
-      case Opcode::data_end:
-        return dataEnd(record);
-      case Opcode::message:
-        return "a message outside of chunks, which a trace does not have";
-      case Opcode::footer:
-        return "the end of the data is missing";
-      default:
-        return "";  // indexes, which are for whoever reads in another order, and what later versions add
-    }
+  // -- what is outside of chunks and messages, before them --
+
+  std::string definition(const Record& record) override { return define(record.opcode, record.content); }
+
+  std::string companion(const Record& record) override {
+    return record.opcode == Opcode::metadata ? metadata(record.content) : attachment(record.content);
   }
 
-  std::string schema(std::string_view content) {
-    ByteReader reader(content);
-    const auto id = reader.number<std::uint16_t>();
-    Schema schema;
-    schema.name = reader.text();
-    schema.encoding = reader.text();
-    schema.text = reader.text();
-    if (!reader.good()) return kNotWhole;
-    schemas_[id] = std::move(schema);
-    return "";
-  }
-
-  std::string channel(std::string_view content) {
-    ByteReader reader(content);
-    Channel channel;
-    channel.id = reader.number<std::uint16_t>();
-    const Schema& schema = schemas_[reader.number<std::uint16_t>()];
-    channel.topic = reader.text();
-    channel.encoding = reader.text();
-    channel.schema_name = schema.name;
-    channel.schema_encoding = schema.encoding;
-    channel.schema = schema.text;
-    if (!reader.good()) return kNotWhole;
-    visitor_.channel(channel);
-    return "";
-  }
-
-  std::string chunk(const Record& record) {
-    ChunkRecord chunk;
-    if (!ChunkRecord::of(record.content, chunk)) return kNotWhole;
-    std::string_view records;
-    if (std::string wrong = chunk.unpack(buffer_, records); !wrong.empty()) return wrong;
-    visitor_.chunk(record.offset, scanner_.size());
-    for (ByteReader reader(records); !reader.atEnd() && !visitor_.enough();) {
-      const auto opcode = static_cast<Opcode>(reader.number<std::uint8_t>());
-      const std::string_view content = reader.sized<std::uint64_t>();
-      if (!reader.good()) return kNotWhole;
-      if (std::string wrong = takeOfChunk(opcode, content); !wrong.empty()) return wrong;
-    }
-    return "";
-  }
-
-  std::string takeOfChunk(Opcode opcode, std::string_view content) {
-    if (opcode != Opcode::message) return "something else than messages in a chunk";
-    ByteReader reader(content);
-    Message message;
-    message.channel = reader.number<std::uint16_t>();
-    reader.number<std::uint32_t>();  // sequence
-    message.time_ns = reader.number<std::uint64_t>();
-    reader.number<std::uint64_t>();  // publish time
-    message.data = reader.raw(reader.left());
-    return reader.good() ? visitor_.message(message) : kNotWhole;
+  std::string define(Opcode opcode, std::string_view content) {
+    if (opcode == Opcode::schema) return definitions_.addSchema(content);
+    const std::uint16_t id = ByteReader(content).number<std::uint16_t>();
+    const bool is_new = !definitions_.hasChannel(id);
+    std::string wrong = definitions_.addChannel(content);
+    if (wrong.empty() && is_new) visitor_.channel(definitions_.channel(id));
+    return wrong;
   }
 
   std::string attachment(std::string_view content) {
@@ -140,17 +78,119 @@ class Reading {
     return "";
   }
 
+  std::optional<Fault> refusal() const {
+    const auto refusal = visitor_.refusal();
+    if (!refusal) return {};
+    return scanner_.foreign(refusal->what, refusal->remedy);
+  }
+
+  // -- one pass in the order of the file --
+
+  /// All records with their checksums; the messages are given where they are in the order of time.
+  std::expected<void, Fault> records() {
+    while (!visitor_.enough()) {
+      const auto record = scanner_.next();
+      if (!record) return ended(record.error());
+      if (const std::string wrong = take(*record); !wrong.empty()) {
+        return ended(scanner_.damaged(record->offset, wrong));
+      }
+      whole_to_ = scanner_.offset();
+      if (const auto refused = refusal()) return std::unexpected(*refused);
+      if (record->opcode != Opcode::footer) continue;
+      if (const auto end = scanner_.atClosingMagic(); !end) return std::unexpected(end.error());
+      return {};
+    }
+    return {};
+  }
+
+  /// What is whole is given before it is said what is not.
+  std::expected<void, Fault> ended(const Fault& fault) {
+    merger_.add(whole_to_, std::exchange(loose_, {}));
+    if (const std::string wrong = give(std::numeric_limits<std::uint64_t>::max()); !wrong.empty()) {
+      return std::unexpected(scanner_.damaged(scanner_.offset(), wrong));
+    }
+    return std::unexpected(fault);
+  }
+
+  std::string take(const Record& record) {
+    const bool first = record.offset == kMagic.size();
+    if (first != (record.opcode == Opcode::header)) return "the header is not where it should be";
+    if (summary_at_) return record.opcode == Opcode::footer ? footer(record) : "";
+    switch (record.opcode) {
+      case Opcode::schema:
+      case Opcode::channel:
+        return define(record.opcode, record.content);  // again, for what is in chunks before it
+      case Opcode::chunk:
+        return chunk(record);
+      case Opcode::message:
+        return looseMessage(record);
+      case Opcode::data_end:
+        return dataEnd(record);
+      case Opcode::footer:
+        return "the end of the data is missing";
+      default:
+        return "";  // indexes, which are for whoever reads in another order, and what later versions add
+    }
+  }
+
+  std::string chunk(const Record& record) {
+    std::string records;
+    if (std::string wrong = unpack(record.content, records); !wrong.empty()) return wrong;
+    visitor_.chunk(record.offset, scanner_.size());
+    return gives_ ? giveAfter(record.offset, std::move(records)) : "";
+  }
+
+  /// The records of a chunk, checked, and its definitions.
+  std::string unpack(std::string_view content, std::string& records) {
+    ChunkRecord chunk;
+    if (!ChunkRecord::of(content, chunk)) return kNotWhole;
+    if (std::string wrong = chunk.unpack(records); !wrong.empty()) return wrong;
+    std::string wrong;
+    const bool whole = visitRecords(records, [&](Opcode opcode, std::string_view record, std::uint64_t) {
+      if (opcode == Opcode::message) {
+        wrong = checkMessage(record, chunk.start_ns, chunk.end_ns);
+      } else if (opcode == Opcode::schema || opcode == Opcode::channel) {
+        wrong = define(opcode, record);
+      } else if (!mayBeInChunk(opcode)) {
+        wrong = "a record in a chunk that does not belong there";
+      }
+      return wrong.empty();
+    });
+    return whole ? "" : wrong.empty() ? kNotWhole : wrong;
+  }
+
+  std::string checkMessage(std::string_view content, std::uint64_t from_ns, std::uint64_t to_ns) const {
+    MessageRecord message;
+    if (!MessageRecord::of(content, message)) return kNotWhole;
+    if (!definitions_.hasChannel(message.channel)) {
+      return fmt::format("a message of channel {}, which is not defined", message.channel);
+    }
+    const bool within = message.time_ns >= from_ns && message.time_ns <= to_ns;
+    return within ? "" : "a message whose time is not within those of its chunk";
+  }
+
+  std::string looseMessage(const Record& record) {
+    constexpr std::uint64_t kAnyTime = std::numeric_limits<std::uint64_t>::max();
+    if (std::string wrong = checkMessage(record.content, 0, kAnyTime); !wrong.empty() || !gives_)
+      return wrong;
+    if (next_stretch_ >= survey_.stretches.size()) return "the file changes while it is read";
+    addRecord(loose_, Opcode::message, [&] { loose_ += record.content; });
+    const Stretch& stretch = survey_.stretches[next_stretch_];
+    if (scanner_.offset() < stretch.end()) return "";
+    return giveAfter(stretch.offset, std::exchange(loose_, {}));
+  }
+
   std::string dataEnd(const Record& record) {
     ByteReader reader(record.content);
     const auto crc = reader.number<std::uint32_t>();
     if (!reader.good()) return kNotWhole;
-    if (crc != record.crc) return "the checksum of the data does not fit";
+    if (crc != 0 && crc != record.crc) return "the checksum of the data does not fit";
     summary_at_ = scanner_.offset();
     scanner_.restartCrc();
     return "";
   }
 
-  std::string footer(const Record& record) {
+  std::string footer(const Record& record) const {
     if (record.content.size() != kFooterBytes) return kNotWhole;
     ByteReader reader(record.content);
     const auto summary_at = reader.number<std::uint64_t>();
@@ -159,15 +199,63 @@ class Reading {
     std::string head;
     addRecord(head, Opcode::footer, [&] { head += record.content; });
     const std::string_view covered = std::string_view(head).substr(0, head.size() - sizeof crc);
-    if (summary_at != summary_at_) return "the summary is not where it should be";
-    if (crc != crcOf(covered, record.crc)) return "the checksum of the summary does not fit";
+    if (summary_at != 0 && summary_at != summary_at_) return "the summary is not where it should be";
+    if (crc != 0 && crc != crcOf(covered, record.crc)) return "the checksum of the summary does not fit";
     return "";
+  }
+
+  // -- messages --
+
+  /// Takes the records of the next stretch, and gives what can no longer be preceded.
+  std::string giveAfter(std::uint64_t offset, std::string records) {
+    merger_.add(offset, std::move(records));
+    ++next_stretch_;
+    const bool last = next_stretch_ >= survey_.stretches.size();
+    std::string wrong =
+        give(last ? std::numeric_limits<std::uint64_t>::max() : survey_.stretches[next_stretch_].start_ns);
+    if (wrong.empty() && merger_.bytes() > kMostOverlapBytes) {
+      return fmt::format("more than {} MB of messages overlap in time; sort the file, as with mcap sort",
+                         kMostOverlapBytes >> 20);
+    }
+    return wrong;
+  }
+
+  std::string give(std::uint64_t until_ns) {
+    MessageRecord message;
+    while (!visitor_.enough() && merger_.next(until_ns, message)) {
+      std::string wrong = visitor_.message({message.channel, message.time_ns, message.data});
+      if (!wrong.empty()) return wrong;
+    }
+    return "";
+  }
+
+  /// The stretches that records() has found whole, by their times.
+  std::expected<void, Fault> inOrderOfTime() {
+    std::erase_if(survey_.stretches, [this](const Stretch& stretch) { return stretch.end() > whole_to_; });
+    std::ranges::stable_sort(survey_.stretches, {}, &Stretch::start_ns);
+    next_stretch_ = 0;
+    while (next_stretch_ < survey_.stretches.size() && !visitor_.enough()) {
+      const Stretch stretch = survey_.stretches[next_stretch_];
+      std::string bytes, records;
+      if (auto read = scanner_.read(stretch.offset, stretch.bytes, bytes); !read) return read;
+      std::string wrong =
+          stretch.chunk ? unpack(std::string_view(bytes).substr(kRecordHeadBytes), records) : "";
+      if (wrong.empty()) wrong = giveAfter(stretch.offset, stretch.chunk ? std::move(records) : bytes);
+      if (!wrong.empty()) return std::unexpected(scanner_.damaged(stretch.offset, wrong));
+      if (const auto refused = refusal()) return std::unexpected(*refused);
+    }
+    return {};
   }
 
   Scanner scanner_;
   Visitor& visitor_;
-  std::map<std::uint16_t, Schema> schemas_;
-  std::string buffer_;  ///< of an uncompressed chunk
+  Survey survey_;
+  Definitions definitions_;
+  Merger merger_;
+  std::uint64_t whole_to_ = 0;    ///< records before that place in the file are as they should be
+  std::size_t next_stretch_ = 0;  ///< of the survey, not taken yet
+  bool gives_ = false;            ///< the pass in the order of the file gives the messages
+  std::string loose_;             ///< messages outside of chunks of the next stretch
   std::optional<std::uint64_t> summary_at_;
 };
 

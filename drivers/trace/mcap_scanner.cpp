@@ -12,10 +12,15 @@ std::unexpected<Fault> unreadable(config::Error error) {
 }
 
 Fault cut(const std::filesystem::path& file, std::uint64_t offset) {
+  const std::string where = fmt::format("{} at byte {}", file.string(), offset);
+  if (isBeingWritten(file)) {
+    return {Fault::Kind::cut,
+            {where, "the trace is still being written", "stop it first, as with hapticctl trace stop"}};
+  }
   return {Fault::Kind::cut,
-          {fmt::format("{} at byte {}", file.string(), offset), "the trace is cut off",
-           "it is still being written, or hapticd or the machine stopped meanwhile: stop the trace, or "
-           "recover the file with hapticctl trace recover"}};
+          {where, "the trace is cut off",
+           "hapticd or the machine stopped while it was written, or the copy is not whole: hapticctl trace "
+           "recover saves what is whole into a new file"}};
 }
 
 }  // namespace
@@ -39,35 +44,41 @@ std::expected<Scanner, Fault> Scanner::open(const std::filesystem::path& path) {
 Fault Scanner::damaged(std::uint64_t offset, std::string_view what) const {
   return {Fault::Kind::damaged,
           {fmt::format("{} at byte {}", file_.path().string(), offset), std::string(what),
-           "the file is damaged; hapticctl trace recover keeps what is before that"}};
+           "the file is damaged; hapticctl trace recover saves what is whole into a new file"}};
 }
 
 Fault Scanner::foreign(std::string_view what, std::string_view remedy) const {
   return {Fault::Kind::foreign, {file_.path().string(), std::string(what), std::string(remedy)}};
 }
 
+std::expected<RecordHead, Fault> Scanner::head() const {
+  const auto bytes = peek(kRecordHeadBytes);
+  if (!bytes) return std::unexpected(bytes.error());
+  if (bytes->size() < kRecordHeadBytes) return std::unexpected(cut(file_.path(), offset_));
+  ByteReader reader(*bytes);
+  RecordHead head{.opcode = static_cast<Opcode>(reader.number<std::uint8_t>()), .offset = offset_};
+  head.length = reader.number<std::uint64_t>();
+  if (head.length > size_ - offset_ - kRecordHeadBytes) return std::unexpected(cut(file_.path(), offset_));
+  if (head.length > kMostRecordBytes) {
+    return std::unexpected(damaged(
+        offset_, fmt::format("a record of {} bytes; at most {} are read", head.length, kMostRecordBytes)));
+  }
+  return head;
+}
+
 std::expected<Record, Fault> Scanner::next() {
-  const auto head = peek(kRecordHeadBytes);
+  const auto head = this->head();
   if (!head) return std::unexpected(head.error());
-  if (head->size() < kRecordHeadBytes) return std::unexpected(cut(file_.path(), offset_));
-  ByteReader reader(*head);
-  Record record{.opcode = static_cast<Opcode>(reader.number<std::uint8_t>()),
-                .offset = offset_,
-                .content = {},
-                .crc = crc_};
-  const auto length = reader.number<std::uint64_t>();
-  if (length > kMostRecordBytes) {
-    return std::unexpected(
-        damaged(offset_, fmt::format("a record of {} bytes; at most {} are read", length, kMostRecordBytes)));
+  std::string& bytes = content_;
+  if (auto there = read(offset_, kRecordHeadBytes + head->length, bytes); !there) {
+    return std::unexpected(there.error());
   }
-  if (length > size_ - offset_ - kRecordHeadBytes) return std::unexpected(cut(file_.path(), offset_));
-  if (auto read = file_.readAt(offset_ + kRecordHeadBytes, length, content_); !read) {
-    return unreadable(read.error());
-  }
-  if (content_.size() < length) return std::unexpected(cut(file_.path(), offset_));
-  record.content = content_;
-  skip(*head);
-  skip(content_);
+  if (bytes.size() < kRecordHeadBytes + head->length) return std::unexpected(cut(file_.path(), offset_));
+  const Record record{.opcode = head->opcode,
+                      .offset = offset_,
+                      .content = std::string_view(bytes).substr(kRecordHeadBytes),
+                      .crc = crc_};
+  skip(bytes);
   return record;
 }
 
@@ -79,10 +90,21 @@ std::expected<bool, Fault> Scanner::atClosingMagic() {
   return std::unexpected(damaged(offset_, "there is something else than the end of the file"));
 }
 
+std::expected<void, Fault> Scanner::read(std::uint64_t offset, std::size_t length, std::string& to) const {
+  if (auto read = file_.readAt(offset, length, to); !read) return unreadable(read.error());
+  return {};
+}
+
 std::expected<std::string, Fault> Scanner::peek(std::size_t length) const {
   std::string bytes;
-  if (auto read = file_.readAt(offset_, length, bytes); !read) return unreadable(read.error());
+  if (auto there = read(offset_, length, bytes); !there) return std::unexpected(there.error());
   return bytes;
+}
+
+void Scanner::restart() {
+  offset_ = 0;
+  crc_ = 0;
+  skip(kMagic);
 }
 
 void Scanner::skip(std::string_view bytes) {

@@ -35,6 +35,15 @@ struct Record {
   std::uint64_t bytes() const { return kRecordHeadBytes + content.size(); }
 };
 
+/// What a record begins with.
+struct RecordHead {
+  Opcode opcode = Opcode::header;
+  std::uint64_t offset = 0;  ///< of the record in the file
+  std::uint64_t length = 0;  ///< of its content, all of which is in the file
+
+  std::uint64_t end() const { return offset + kRecordHeadBytes + length; }
+};
+
 /// Goes through the records of a file one by one, with a bound on memory.
 /// Thread: one.  RT: not safe.
 class Scanner {
@@ -43,12 +52,20 @@ class Scanner {
 
   /// Errors: the file ends, a record that is too long.
   std::expected<Record, Fault> next();
+  /// Of the next record, which stays the next one. The same errors.
+  std::expected<RecordHead, Fault> head() const;
+  /// Goes on at that place, without a checksum of what is before it.
+  void jump(std::uint64_t offset) { offset_ = offset; }
   /// True if the file's last bytes are next, as they should be.
   std::expected<bool, Fault> atClosingMagic();
+  /// These bytes, fewer at the end of the file.
+  std::expected<void, Fault> read(std::uint64_t offset, std::size_t length, std::string& to) const;
   /// The next bytes, fewer at the end of the file. They stay the next ones.
   std::expected<std::string, Fault> peek(std::size_t length) const;
   /// Goes on behind these bytes, which are, or ought to be, the next ones.
   void skip(std::string_view bytes);
+  /// Back to the first record, with the checksum of what is before it.
+  void restart();
   /// Begins the checksum anew.
   void restartCrc() { crc_ = 0; }
 

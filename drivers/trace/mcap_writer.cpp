@@ -1,5 +1,8 @@
 #include "drivers/trace/mcap_writer.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace hapticd::drivers::mcap {
 
 Writer::Writer(TraceFile part, std::filesystem::path file, bool compress)
@@ -62,14 +65,44 @@ config::Result<void> Writer::begin() {
 
 void Writer::addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
                         std::string_view message) {
-  addRecord(chunk_, Opcode::message, [&] {
-    ByteWriter writer(chunk_);
+  const std::size_t at = pending_.size();
+  addRecord(pending_, Opcode::message, [&] {
+    ByteWriter writer(pending_);
     writer.number(channel);
     writer.number(sequence);
     writer.number(time_ns);
     writer.number(time_ns);
     writer.raw(message);
   });
+  earliest_ns_ = places_.empty() ? time_ns : std::min(earliest_ns_, time_ns);
+  latest_ns_ = places_.empty() ? time_ns : std::max(latest_ns_, time_ns);
+  places_.push_back({time_ns, channel, at, pending_.size() - at});
+}
+
+std::uint64_t Writer::pendingMessages(std::uint16_t channel) const {
+  return static_cast<std::uint64_t>(std::ranges::count(places_, channel, &Pending::channel));
+}
+
+/// The records of pending messages in the order of their times; the others stay pending.
+std::string Writer::takeBefore(std::uint64_t time_ns) {
+  const auto later = std::ranges::stable_partition(
+      places_, [time_ns](const Pending& place) { return place.time_ns < time_ns; });
+  std::vector<Pending> taken(places_.begin(), later.begin());
+  std::ranges::stable_sort(taken, {}, &Pending::time_ns);
+  std::string records, left;
+  for (const Pending& place : taken) records.append(pending_, place.offset, place.bytes);
+  places_.erase(places_.begin(), later.begin());
+  for (Pending& place : places_) {
+    const std::size_t offset = left.size();
+    left.append(pending_, place.offset, place.bytes);
+    place.offset = offset;
+  }
+  pending_ = std::move(left);
+  if (!places_.empty()) {
+    earliest_ns_ = std::ranges::min(places_, {}, &Pending::time_ns).time_ns;
+    latest_ns_ = std::ranges::max(places_, {}, &Pending::time_ns).time_ns;
+  }
+  return records;
 }
 
 /// All of it, or nothing.
@@ -85,22 +118,14 @@ config::Result<void> Writer::append(std::string_view bytes) {
   return {};
 }
 
-config::Result<void> Writer::writeChunk() {
+config::Result<void> Writer::write(const std::string& records) {
   ChunkContent content;
-  ChunkContent::of(chunk_, content);
-  const bool compressed = compressor_ && compressor_->compress(chunk_, compressed_);
-  const ChunkRecord chunk{content.start_ns, content.end_ns,           chunk_.size(),
-                          crcOf(chunk_),    compressed ? "zstd" : "", compressed ? compressed_ : chunk_};
+  ChunkContent::of(records, content);
+  const bool compressed = compressor_ && compressor_->compress(records, compressed_);
+  const ChunkRecord chunk{content.start_ns, content.end_ns,           records.size(),
+                          crcOf(records),   compressed ? "zstd" : "", compressed ? compressed_ : records};
   std::string bytes;
-  addRecord(bytes, Opcode::chunk, [&] {
-    ByteWriter writer(bytes);
-    writer.number(chunk.start_ns);
-    writer.number(chunk.end_ns);
-    writer.number(chunk.uncompressed_bytes);
-    writer.number(chunk.crc);
-    writer.text(chunk.compression);
-    writer.sized<std::uint64_t>([&] { writer.raw(chunk.records); });
-  });
+  addChunk(bytes, chunk);
   const std::uint64_t offset = end_, length = bytes.size();
   auto written = append(bytes + content.indexRecords());
   if (written) summary_.addChunk(offset, length, chunk, content);
@@ -108,11 +133,19 @@ config::Result<void> Writer::writeChunk() {
 }
 
 config::Result<void> Writer::flush() {
+  return flushBefore(std::numeric_limits<std::uint64_t>::max());
+}
+
+config::Result<void> Writer::flushBefore(std::uint64_t time_ns) {
   if (failure_) return std::unexpected(*failure_);
-  if (chunk_.empty()) return {};
-  auto written = writeChunk();
-  chunk_.clear();
-  if (!written) failure_ = written.error();
+  if (places_.empty()) return {};
+  std::string records = takeBefore(time_ns);
+  if (records.empty()) records = takeBefore(std::numeric_limits<std::uint64_t>::max());
+  auto written = write(records);
+  if (written) return {};
+  failure_ = written.error();
+  pending_.clear();
+  places_.clear();
   return written;
 }
 

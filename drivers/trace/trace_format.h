@@ -12,5 +12,7 @@ inline constexpr std::string_view kOffsetKey = "realtime_offset_ns";
 /// Metadata record with what its writer wants to say.
 inline constexpr std::string_view kOwnerMetadata = "hapticd";
 inline constexpr std::string_view kWriterVersionKey = "hapticd_version";
+/// Of one run of hapticd: ticks, scenes and parameter sets are numbered anew in the next one.
+inline constexpr std::string_view kRunKey = "run";
 
 }  // namespace hapticd::drivers

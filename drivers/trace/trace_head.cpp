@@ -1,22 +1,38 @@
 #include "drivers/trace/trace_head.h"
 
-#include "drivers/trace/mcap_scanner.h"
+#include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
 
 namespace hapticd::drivers {
+namespace {
+
+/// Looks among the channels: hapticd defines all of them before the first message, other programs anywhere.
+class LookingForDepth final : public mcap::Visitor {
+ public:
+  bool found = false;
+
+  void metadata(std::string_view, mcap::Pairs) override {}
+  void attachment(const mcap::AttachmentRecord&) override {}
+  void channel(const mcap::Channel& channel) override {
+    found = found || channel.topic == kChannelName<DepthRecord>.topic;
+    some_ = true;
+  }
+  void messages() override { all_ = some_; }
+  std::string message(const mcap::Message&) override { return ""; }
+  void chunk(std::uint64_t, std::uint64_t) override {}
+  bool enough() const override { return found || all_; }
+
+ private:
+  bool some_ = false;  ///< channels have been seen
+  bool all_ = false;   ///< no others are expected
+};
+
+}  // namespace
 
 bool hasDepthChannel(const std::filesystem::path& trace) {
-  auto scanner = mcap::Scanner::open(trace);
-  if (!scanner) return false;
-  for (auto record = scanner->next(); record; record = scanner->next()) {
-    if (record->opcode == mcap::Opcode::chunk || record->opcode == mcap::Opcode::data_end) return false;
-    if (record->opcode != mcap::Opcode::channel) continue;
-    mcap::ByteReader reader(record->content);
-    reader.number<std::uint16_t>();  // its id
-    reader.number<std::uint16_t>();  // that of its schema
-    if (reader.text() == kChannelName<DepthRecord>.topic) return true;
-  }
-  return false;
+  LookingForDepth looking;
+  (void)mcap::read(trace, looking);  // what is wrong with it concerns who reads it next
+  return looking.found;
 }
 
 }  // namespace hapticd::drivers

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "config/value_text.h"
+#include "drivers/monotonic_clock.h"
 #include "drivers/trace/depth_codec.h"
 #include "drivers/trace/fields.h"
 #include "drivers/trace/mcap_reader.h"
@@ -20,6 +21,9 @@ namespace {
 constexpr const char* kOtherReaders =
     "take hapticctl of that version, or Foxglove, Lichtblick or PlotJuggler, which read every version";
 
+/// Parts of one run follow each other; meanwhile the wall clock may be set.
+constexpr std::int64_t kMostClockStep_ns = 3600 * kNsPerSecond;
+
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);
   return found == pairs.end() ? nullptr : &found->second;
@@ -27,22 +31,28 @@ const std::string* find(const TraceText& pairs, std::string_view key) {
 
 class Reading final : public mcap::Visitor {
  public:
-  explicit Reading(const TraceVisitor& visitor) : visitor_(visitor) {}
+  explicit Reading(const TraceVisitor& visitor) : visitor_(visitor) {
+    if (visitor.depth) depth_ = [this](const DepthRecord& record) { return depth(record); };
+  }
 
   TraceInfo info;
 
   void channel(const mcap::Channel& channel) override {
-    if (format_ && *format_ != kTraceVersion) {
-      return refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*format_),
-                                kTraceVersion));
-    }
-    if (!header_seen_) {
+    (void)(bind<rt::Tick>(channel, info.ticks, visitor_.tick) ||
+           bind<ModelRecord>(channel, info.models, visitor_.model) ||
+           bind<DirectiveRecord>(channel, info.directives, visitor_.directive) ||
+           bind<EventRecord>(channel, info.events, visitor_.event) ||
+           bind<SnapshotRecord>(channel, info.snapshots, visitor_.snapshot) ||
+           bind<DepthRecord>(channel, info.depth_frames, depth_));
+  }
+
+  void messages() override {
+    if (other_format_) {
+      refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*other_format_),
+                         kTraceVersion));
+    } else if (!header_seen_) {
       refusal_ = mcap::Refusal{"is no trace of hapticd", "give one"};
-      return;
     }
-    (void)(bind(channel, ticks_, &Reading::tick) || bind(channel, models_, &Reading::model) ||
-           bind(channel, directives_, &Reading::directive) || bind(channel, events_, &Reading::event) ||
-           bind(channel, snapshots_, &Reading::snapshot) || bind(channel, depth_, &Reading::depth));
   }
 
   std::string message(const mcap::Message& message) override {
@@ -51,13 +61,12 @@ class Reading final : public mcap::Visitor {
     info.last_ns = messages_ == 0 ? time_ns : std::max(info.last_ns, time_ns);
     ++messages_;
     const auto taker = takers_.find(message.channel);
-    return taker == takers_.end() ? "" : (this->*taker->second)(message.data);
+    return taker == takers_.end() ? "" : taker->second(message.data);
   }
 
   void metadata(std::string_view name, mcap::Pairs pairs) override {
-    if (name == kOwnerMetadata) info.metadata = std::move(pairs);
-    if (name != kTraceMetadata) return;
-    header_seen_ = readHeader(pairs);
+    if (name == kOwnerMetadata) takeOwner(std::move(pairs));
+    if (name == kTraceMetadata) takeHeader(pairs);
   }
 
   void attachment(const mcap::AttachmentRecord& attachment) override {
@@ -74,15 +83,38 @@ class Reading final : public mcap::Visitor {
   std::optional<mcap::Refusal> refusal() const override { return refusal_; }
 
  private:
-  using Taker = std::string (Reading::*)(std::string_view);
+  using Taker = std::function<std::string(std::string_view)>;
 
-  bool readHeader(const TraceText& pairs) {
+  /// A file that was merged of several traces says several times who wrote it: the first one is as good as
+  /// any, as long as they are parts of one run of hapticd.
+  void takeOwner(TraceText pairs) {
+    const std::string* const run = find(pairs, kRunKey);
+    const std::string* const before = find(info.metadata, kRunKey);
+    if (run != nullptr && before != nullptr && *run != *before) refuseMerged();
+    if (info.metadata.empty()) info.metadata = std::move(pairs);
+  }
+
+  void takeHeader(const TraceText& pairs) {
     const std::string* const version = find(pairs, kVersionKey);
     const std::string* const offset = find(pairs, kOffsetKey);
-    if (version != nullptr) format_ = *version;
-    if (version == nullptr || offset == nullptr) return false;
+    if (version != nullptr && *version != kTraceVersion) other_format_ = *version;
+    if (version == nullptr || offset == nullptr) return;
+    std::int64_t offset_ns = 0;
     const char* const end = offset->data() + offset->size();
-    return std::from_chars(offset->data(), end, info.realtime_offset_ns).ptr == end;
+    if (std::from_chars(offset->data(), end, offset_ns).ptr != end) return;
+    if (!header_seen_) info.realtime_offset_ns = offset_ns;
+    // wraps instead of overflowing, whatever the file says
+    const auto apart_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(offset_ns) -
+                                                    static_cast<std::uint64_t>(info.realtime_offset_ns));
+    if (apart_ns < -kMostClockStep_ns || apart_ns > kMostClockStep_ns) refuseMerged();
+    header_seen_ = true;
+  }
+
+  void refuseMerged() {
+    refusal_ = mcap::Refusal{
+        "is merged of traces of several runs of hapticd, whose times and numbers do not belong "
+        "together",
+        "read the traces that it was merged of one by one"};
   }
 
   /// `what`: the trace is, so that this version does not read it.
@@ -92,9 +124,10 @@ class Reading final : public mcap::Visitor {
     refusal_ = mcap::Refusal{fmt::format("is {}; written by hapticd {}", what, writer), kOtherReaders};
   }
 
-  /// True if it is the channel of these records; its messages are taken then, unless it is refused.
+  /// True if it is a channel of these records; its messages are taken then, unless it is refused.
   template <typename Record>
-  bool bind(const mcap::Channel& channel, MessageDecoder<Record>& decoder, Taker taker) {
+  bool bind(const mcap::Channel& channel, std::uint64_t& count,
+            const std::function<bool(const Record&)>& to) {
     if (channel.topic != kChannelName<Record>.topic) return false;
     if (channel.encoding != "cdr" || channel.schema_encoding != "ros2msg" ||
         channel.schema_name != kChannelName<Record>.schema) {
@@ -106,15 +139,23 @@ class Reading final : public mcap::Visitor {
       refuse(fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
       return true;
     }
-    decoder = std::move(*found);
-    if (!decoder.missing().empty()) info.missing[std::string(channel.topic)] = decoder.missing();
-    takers_[channel.id] = taker;
+    info.topics.emplace(channel.topic);
+    if (!found->missing().empty()) info.missing[std::string(channel.topic)] = found->missing();
+    takers_[channel.id] = [this, &count, &to, decoder = std::move(*found)](std::string_view data) mutable {
+      return take(data, decoder, count, to);
+    };
     return true;
   }
 
   template <typename Record>
   std::string take(std::string_view data, MessageDecoder<Record>& decoder, std::uint64_t& count,
                    const std::function<bool(const Record&)>& to) {
+    if constexpr (std::is_same_v<Record, DepthRecord>) {
+      if (!to) {  // what is in it, and of which version, concerns only those who want the image
+        ++count;
+        return "";
+      }
+    }
     Record record;
     constexpr std::string_view kTopic = kChannelName<Record>.topic;
     if (!decoder.decode(data, record)) {
@@ -134,40 +175,16 @@ class Reading final : public mcap::Visitor {
     last_tick_ = tick.number;
   }
 
-  std::string tick(std::string_view data) { return take(data, ticks_, info.ticks, visitor_.tick); }
-  std::string model(std::string_view data) { return take(data, models_, info.models, visitor_.model); }
-  std::string directive(std::string_view data) {
-    return take(data, directives_, info.directives, visitor_.directive);
-  }
-  std::string event(std::string_view data) { return take(data, events_, info.events, visitor_.event); }
-  std::string snapshot(std::string_view data) {
-    return take(data, snapshots_, info.snapshots, visitor_.snapshot);
-  }
-  /// A header of another version concerns only those who want the image.
-  std::string depth(std::string_view data) {
-    if (!visitor_.depth) {
-      ++info.depth_frames;
-      return "";
-    }
-    std::string fault;
-    const std::string wrong =
-        take<DepthRecord>(data, depth_, info.depth_frames, [&](const DepthRecord& record) {
-          fault = depthHeaderFault(record.header);
-          return !fault.empty() || visitor_.depth(record);
-        });
+  bool depth(const DepthRecord& record) {
+    const std::string fault = depthHeaderFault(record.header);
     if (!fault.empty()) refuse(fmt::format("a trace with {}", fault));
-    return wrong;
+    return !fault.empty() || visitor_.depth(record);
   }
 
   const TraceVisitor& visitor_;
-  MessageDecoder<rt::Tick> ticks_;
-  MessageDecoder<ModelRecord> models_;
-  MessageDecoder<DirectiveRecord> directives_;
-  MessageDecoder<EventRecord> events_;
-  MessageDecoder<SnapshotRecord> snapshots_;
-  MessageDecoder<DepthRecord> depth_;
-  std::map<std::uint16_t, Taker> takers_;  ///< of the messages of a channel
-  std::optional<std::string> format_;      ///< version of the format
+  std::function<bool(const DepthRecord&)> depth_;  ///< empty: images are not wanted
+  std::map<std::uint16_t, Taker> takers_;          ///< of the messages of a channel
+  std::optional<std::string> other_format_;
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
@@ -180,6 +197,12 @@ class Reading final : public mcap::Visitor {
 bool TraceInfo::lacks(std::string_view topic, std::string_view field) const {
   const auto fields = missing.find(topic);
   return fields != missing.end() && std::ranges::find(fields->second, field) != fields->second.end();
+}
+
+config::Result<void> TraceInfo::require(const std::filesystem::path& file, std::string_view topic) const {
+  if (topics.contains(topic)) return {};
+  return std::unexpected(config::Error{file.string(), fmt::format("holds no channel {}", topic),
+                                       "take the trace that it was filtered from"});
 }
 
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,10 +40,16 @@ struct TraceInfo {
   /// Fields that its records do not have, by the topic: it is of another version of hapticd.
   std::map<std::string, std::vector<std::string>, std::less<>> missing;
 
+  /// Its channels that this version knows; programs that filter files leave some out.
+  std::set<std::string, std::less<>> topics;
+
   bool lacks(std::string_view topic, std::string_view field) const;
+  /// Errors: the trace `file` has no such channel.
+  config::Result<void> require(const std::filesystem::path& file, std::string_view topic) const;
 };
 
-/// Gets what a trace holds, in the order of the file; what is not set is skipped. False ends the reading.
+/// Gets what a trace holds, in the order of the messages' times in the file (log_time), whatever their order
+/// in it; what is not set is skipped. False ends the reading.
 struct TraceVisitor {
   std::function<bool(const rt::Tick&)> tick = {};
   std::function<bool(const ModelRecord&)> model = {};
@@ -56,11 +63,12 @@ struct TraceVisitor {
 };
 
 /// Reads a trace from its begin to its end with all checksums; metadata and attachments are in the result.
-/// Other versions have other fields: those that this one does not know are left out, and what MessageDecoder
-/// says holds for those that are missing.
-/// Errors: no such file, no MCAP file, no trace of hapticd, of a version that this one does not read (another
-/// format, or a field of another type), a checksum that does not fit (with the place), cut off (a ".part" or
-/// a damaged end: what was whole has been visited by then; recover it). Thread: any.
+/// Traces that other programs have rewritten, filtered or merged are read like any other, as long as they are
+/// of one run of hapticd. Other versions have other fields: those that this one does not know are left out,
+/// and what MessageDecoder says holds for those that are missing. Errors: no such file, no MCAP file, no
+/// trace of hapticd, of a version that this one does not read (another format, or a field of another type),
+/// merged of several runs of hapticd, a checksum that does not fit (with the place), cut off (a ".part" or a
+/// damaged end: what was whole has been visited by then; recover it). Thread: any.
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
 
 }  // namespace hapticd::drivers

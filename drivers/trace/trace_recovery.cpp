@@ -1,120 +1,34 @@
 #include "drivers/trace/trace_recovery.h"
 
-#include <optional>
+#include <algorithm>
+#include <string>
 #include <utility>
-#include <vector>
 
 #include "drivers/trace/mcap_reader.h"
-#include "drivers/trace/mcap_scanner.h"
+#include "drivers/trace/messages.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_format.h"
+#include "drivers/trace/trace_reader.h"
+#include "drivers/trace/trace_rewriter.h"
 
 namespace hapticd::drivers {
 namespace {
 
-using mcap::Fault;
-using mcap::Opcode;
-using Progress = std::function<void(double)>;
+namespace fs = std::filesystem;
+using Outcome = RecoveredTrace::Outcome;
 
-/// What of a file is whole.
-struct Salvage {
-  mcap::Summary summary;
-  std::uint64_t good_end = 0;  ///< all in front of it is whole, once `indexes` are written
-  std::uint32_t crc = 0;       ///< of all that
-  std::vector<std::pair<std::uint64_t, std::string>> indexes;  ///< to be written, and where
-  bool of_hapticd = false;
-  bool whole_data = false;     ///< only what comes after the messages is missing
-  std::optional<Fault> fault;  ///< why it does not go on
-};
+std::unexpected<config::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
+  return std::unexpected(config::Error{where.string(), std::move(what), std::move(remedy)});
+}
 
-/// Goes through a file up to what is not whole.
-class Search {
- public:
-  Search(mcap::Scanner scanner, const Progress& progress)
-      : scanner_(std::move(scanner)), progress_(progress) {}
+bool isPart(const fs::path& file) {
+  return file.extension() == ".part";
+}
 
-  Salvage run() && {
-    do {
-      found_.good_end = scanner_.offset();
-      found_.crc = scanner_.crc();
-    } while (takeNext());
-    return std::move(found_);
-  }
-
- private:
-  bool takeNext() {
-    const auto record = scanner_.next();
-    if (!record) {
-      found_.fault = record.error();
-      return false;
-    }
-    if (record->opcode == Opcode::data_end) {
-      found_.whole_data = true;
-      return false;
-    }
-    const std::string wrong = take(*record);
-    if (!wrong.empty()) found_.fault = scanner_.damaged(record->offset, wrong);
-    return wrong.empty();
-  }
-
-  /// What is wrong with it, or "".
-  std::string take(const mcap::Record& record) {
-    switch (record.opcode) {
-      case Opcode::header:
-        return "";
-      case Opcode::schema:
-        found_.summary.addSchema(record.content);
-        return "";
-      case Opcode::channel:
-        found_.summary.addChannel(record.content);
-        return "";
-      case Opcode::metadata:
-        found_.of_hapticd |= mcap::ByteReader(record.content).text() == kTraceMetadata;
-        found_.summary.addMetadata(record.offset, record.bytes(), record.content);
-        return "";
-      case Opcode::attachment:
-        return attachment(record);
-      case Opcode::chunk:
-        return chunk(record);
-      default:
-        return "a record that does not belong here";
-    }
-  }
-
-  std::string attachment(const mcap::Record& record) {
-    mcap::AttachmentRecord attachment;
-    std::string wrong = mcap::AttachmentRecord::of(record.content, attachment);
-    if (wrong.empty()) found_.summary.addAttachment(record.offset, record.bytes(), attachment);
-    return wrong;
-  }
-
-  /// The indexes behind a chunk follow from it: they are written again where they are not as they should be.
-  std::string chunk(const mcap::Record& record) {
-    mcap::ChunkRecord chunk;
-    mcap::ChunkContent content;
-    std::string_view records;
-    if (!mcap::ChunkRecord::of(record.content, chunk)) return "a chunk that is not whole";
-    if (std::string wrong = chunk.unpack(buffer_, records); !wrong.empty()) return wrong;
-    if (!mcap::ChunkContent::of(records, content)) return "something else than messages in a chunk";
-    found_.summary.addChunk(record.offset, record.bytes(), chunk, content);
-
-    std::string index = content.indexRecords();
-    const auto there = scanner_.peek(index.size());
-    if (!there) return there.error().error.what;
-    const std::uint64_t index_at = scanner_.offset();
-    scanner_.skip(index);
-    if (*there != index) found_.indexes.emplace_back(index_at, std::move(index));
-    if (progress_) {
-      progress_(static_cast<double>(scanner_.offset()) / static_cast<double>(scanner_.size()));
-    }
-    return "";
-  }
-
-  mcap::Scanner scanner_;
-  const Progress& progress_;
-  Salvage found_;
-  std::string buffer_;  ///< of an uncompressed chunk
-};
+/// Its name as a complete file.
+fs::path finishedName(const fs::path& file) {
+  return isPart(file) ? file.parent_path() / file.stem() : file;
+}
 
 /// Whether a file can be read to its end.
 class Everything final : public mcap::Visitor {
@@ -129,71 +43,228 @@ class Everything final : public mcap::Visitor {
   bool enough() const override { return false; }
 };
 
-bool isPart(const std::filesystem::path& file) {
-  return file.extension() == ".part";
-}
-
-/// Its name as a complete file.
-std::filesystem::path finishedName(const std::filesystem::path& file) {
-  return isPart(file) ? file.parent_path() / file.stem() : file;
-}
-
-/// Writes what is missing. It may be cut short at any time: what is found is the same the next time.
-config::Result<void> mend(const std::filesystem::path& path, const Salvage& salvage) {
-  auto file = TraceFile::openToMend(path);
-  if (!file) return std::unexpected(file.error());
-  auto done = file->truncate(salvage.good_end);
-  for (const auto& [offset, index] : salvage.indexes) {
-    if (done) done = file->writeAt(offset, index);
+/// Errors: why it is not, as a reader says it.
+std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path) {
+  Everything everything;
+  if (auto read = mcap::read(path, everything); !read) return std::unexpected(read.error());
+  if (!everything.of_hapticd) {
+    return std::unexpected(
+        mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), "is no trace of hapticd", ""}});
   }
-  if (done) done = file->writeAt(salvage.good_end, salvage.summary.ending(salvage.good_end, salvage.crc));
-  if (done) done = file->synchronise();
-  if (!done) (void)file->truncate(salvage.good_end);
-  return done;
+  return RecoveredTrace{.outcome = Outcome::intact, .file = path, .chunks = everything.chunks};
 }
 
-config::Result<RecoveredTrace> finished(const std::filesystem::path& path, std::uint64_t chunks,
-                                        std::uint64_t bytes_cut) {
-  const std::filesystem::path name = finishedName(path);
-  if (name != path) {
-    if (auto renamed = renameDurably(path, name); !renamed) return std::unexpected(renamed.error());
-  }
-  return RecoveredTrace{name, chunks, bytes_cut};
+bool hasHeader(const mcap::Salvage& whole) {
+  return std::ranges::any_of(whole.metadata, [](const mcap::WholeRecord& metadata) {
+    return mcap::ByteReader(metadata.content).text() == kTraceMetadata;
+  });
 }
 
-/// A ".part" that broke off before its first chunk was whole holds nothing; anything else is left alone.
-config::Result<RecoveredTrace> nothingWhole(const std::filesystem::path& path, std::uint64_t bytes,
-                                            const Fault& fault) {
-  std::error_code failure;
-  if (fault.kind != Fault::Kind::cut || !isPart(path)) return std::unexpected(fault.error);
-  if (!std::filesystem::remove(path, failure)) {
-    return std::unexpected(config::Error{path.string(), "cannot be removed: " + failure.message(),
-                                         "check the permissions of the folder"});
+bool isOfHapticd(const mcap::Salvage& whole) {
+  const auto hasOurTopic = [](const mcap::WholeRecord& record) {
+    mcap::ChannelRecord channel;
+    return mcap::ChannelRecord::of(record.content, channel) && channel.topic == kChannelName<rt::Tick>.topic;
+  };
+  return hasHeader(whole) || std::ranges::any_of(whole.channels, hasOurTopic);
+}
+
+/// CLOCK_REALTIME minus CLOCK_MONOTONIC, as the first tick has both; nothing: no tick is there that this
+/// version reads.
+std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::Salvage& whole) {
+  mcap::Definitions definitions;
+  for (const mcap::WholeRecord& schema : whole.schemas) definitions.addSchema(schema.content);
+  for (const mcap::WholeRecord& channel : whole.channels) definitions.addChannel(channel.content);
+  std::optional<std::int64_t> offset_ns;
+  for (const mcap::WholeChunk& place : whole.chunks) {
+    std::string content, records;
+    mcap::ChunkRecord chunk;
+    if (!file.readAt(place.offset + mcap::kRecordHeadBytes, place.bytes - mcap::kRecordHeadBytes, content))
+      return {};
+    if (!mcap::ChunkRecord::of(content, chunk) || !chunk.unpack(records).empty()) continue;
+    mcap::visitRecords(records, [&](mcap::Opcode opcode, std::string_view record, std::uint64_t) {
+      mcap::MessageRecord message;
+      rt::Tick tick;
+      if (opcode != mcap::Opcode::message || !mcap::MessageRecord::of(record, message)) return true;
+      if (!definitions.hasChannel(message.channel)) return true;
+      const mcap::Channel channel = definitions.channel(message.channel);
+      if (channel.topic != kChannelName<rt::Tick>.topic) return true;
+      auto decoder = MessageDecoder<rt::Tick>::forSchema(channel.schema);
+      if (!decoder || !decoder->decode(message.data, tick)) return true;
+      offset_ns = static_cast<std::int64_t>(message.time_ns - static_cast<std::uint64_t>(tick.planned_ns));
+      return false;
+    });
+    if (offset_ns) break;
   }
-  return RecoveredTrace{{}, 0, bytes};
+  return offset_ns;
+}
+
+/// Without the metadata that make a file a trace nothing of it would be read.
+void restoreHeader(const TraceFile& file, mcap::Salvage& whole) {
+  if (hasHeader(whole)) return;
+  const auto offset_ns = offsetOfTicks_ns(file, whole);
+  if (!offset_ns) return;
+  std::string content;
+  mcap::ByteWriter writer(content);
+  writer.text(kTraceMetadata);
+  writer.sized<std::uint32_t>([&] {
+    writer.text(kVersionKey);
+    writer.text(kTraceVersion);
+    writer.text(kOffsetKey);
+    writer.text(std::to_string(*offset_ns));
+  });
+  whole.metadata.push_back({0, std::move(content)});
+  whole.damages.push_back(
+      {.offset = 0,
+       .bytes = 0,
+       .what = "the metadata that make the file a trace are lost; its clock follows from the ticks",
+       .loses = false});
+}
+
+bool isEmpty(const mcap::Salvage& whole) {
+  return whole.chunks.empty() && whole.messages.empty();
+}
+
+/// Where what is whole ends, if nothing before that is damaged: all that was missing is what was being
+/// written.
+std::optional<std::uint64_t> wholeTo(const mcap::Salvage& whole) {
+  std::uint64_t end = 0;
+  for (const auto* records : {&whole.schemas, &whole.channels, &whole.metadata, &whole.attachments}) {
+    for (const mcap::WholeRecord& record : *records) {
+      end = std::max(end, record.offset + mcap::kRecordHeadBytes + record.content.size());
+    }
+  }
+  const std::uint64_t head_end = end;
+  std::uint64_t start_ns = 0;
+  for (const mcap::WholeChunk& chunk : whole.chunks) {
+    const bool in_place = chunk.offset >= head_end && (chunk.indexed || &chunk == &whole.chunks.back());
+    if (!in_place || chunk.start_ns < start_ns) return {};
+    start_ns = chunk.start_ns;
+    end = std::max(end, chunk.end());
+  }
+  const bool early =
+      std::ranges::any_of(whole.damages, [end](const mcap::Damage& d) { return d.offset < end; });
+  if (early || whole.ended || !whole.messages.empty() || end == 0) return {};
+  return end;
+}
+
+std::uint64_t bytesLost(const mcap::Salvage& whole) {
+  std::uint64_t bytes = 0;
+  for (const mcap::Damage& damage : whole.damages) bytes += damage.loses ? damage.bytes : 0;
+  return bytes;
+}
+
+/// What a recovery says of `whole`, out of which `file` was made.
+config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole) {
+  RecoveredTrace recovered{.outcome = outcome, .file = file};
+  recovered.bytes_lost = bytesLost(whole);
+  recovered.damages = whole.damages;
+  if (whole.messages_meant && *whole.messages_meant >= whole.messages_whole) {
+    recovered.messages_lost = *whole.messages_meant - whole.messages_whole;
+  }
+  // other versions and lost metadata make a file that is whole, but that this program cannot interpret
+  if (const auto info = readTrace(file)) recovered.ticks_missing = info->ticks_dropped;
+  Everything everything;
+  if (const auto read = mcap::read(file, everything); !read) return std::unexpected(read.error().error);
+  recovered.chunks = everything.chunks;
+  return recovered;
+}
+
+/// `why`: what a reader has to say of the file.
+config::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& why,
+                                        const RecoveryProgress& progress) {
+  const auto size = file.size();
+  if (!size) return std::unexpected(size.error());
+  auto whole = mcap::salvage(file, *size, progress);
+  if (whole && !isOfHapticd(*whole) && !isEmpty(*whole)) {
+    return refuse(file.path(), "is no trace of hapticd", "it is left as it is");
+  }
+  if (whole) restoreHeader(file, *whole);
+  if (whole && whole->damages.empty())
+    whole->damages.push_back({.what = why.error.where + ": " + why.error.what});
+  return whole;
+}
+
+/// The name under which a damaged file is kept.
+fs::path damagedName(const fs::path& finished) {
+  fs::path name = finished.string() + ".damaged";
+  std::error_code ignored;
+  for (int number = 2; fs::exists(name, ignored); ++number) {
+    name = finished.string() + ".damaged-" + std::to_string(number);
+  }
+  return name;
+}
+
+config::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvage& whole) {
+  RecoveredTrace recovered{
+      .outcome = Outcome::hopeless, .file = {}, .original = damagedName(finishedName(part))};
+  recovered.bytes_lost = bytesLost(whole);
+  recovered.damages = whole.damages;
+  if (auto moved = renameDurably(part, recovered.original); !moved) return std::unexpected(moved.error());
+  return recovered;
+}
+
+config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole,
+                                          std::uint64_t whole_to) {
+  const fs::path name = finishedName(file.path());
+  auto done = endTrace(file, whole, whole_to);
+  if (done) done = renameDurably(file.path(), name);
+  if (!done) return std::unexpected(done.error());
+  return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
+}
+
+/// Cut short in between, both are there, and the next attempt says so.
+config::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap::Salvage& whole,
+                                              const RecoveryProgress& progress) {
+  const fs::path name = finishedName(file.path()), kept = damagedName(name);
+  if (auto written = rewriteTrace(file, whole, name, progress); !written)
+    return std::unexpected(written.error());
+  if (auto moved = renameDurably(file.path(), kept); !moved) return std::unexpected(moved.error());
+  auto recovered = reported(Outcome::rewritten, name, whole);
+  if (recovered) recovered->original = kept;
+  return recovered;
 }
 
 }  // namespace
 
-config::Result<RecoveredTrace> recoverTrace(const std::filesystem::path& path, const Progress& progress) {
-  Everything everything;
-  if (mcap::read(path, everything) && everything.of_hapticd) return finished(path, everything.chunks, 0);
+fs::path recoveredName(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return file.parent_path() / (name.substr(0, name.rfind(".mcap")) + "-recovered.mcap");
+}
 
-  std::error_code ignored;
-  const std::uint64_t bytes = std::filesystem::file_size(path, ignored);
-  auto scanner = mcap::Scanner::open(path);
-  if (!scanner) return nothingWhole(path, bytes, scanner.error());
-  const Salvage salvage = Search(std::move(*scanner), progress).run();
-  if (salvage.fault && salvage.fault->kind == Fault::Kind::unreadable) {
-    return std::unexpected(salvage.fault->error);
+config::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path& out,
+                                            const RecoveryProgress& progress) {
+  const auto file = TraceFile::openToRead(path);
+  if (!file) return std::unexpected(file.error());
+  if (isBeingWritten(path)) {
+    return refuse(path, "is being written", "stop the trace first, as with hapticctl trace stop");
   }
-  if (salvage.summary.chunks() > 0 && !salvage.of_hapticd) {
-    return std::unexpected(config::Error{path.string(), "is no trace of hapticd", "it is left as it is"});
+  const auto complete = intact(path);
+  if (complete) return *complete;
+  const auto whole = salvageOf(*file, complete.error(), progress);
+  if (!whole) return std::unexpected(whole.error());
+  if (isEmpty(*whole)) return refuse(path, "holds no message that is whole", "it is left as it is");
+  if (auto written = rewriteTrace(*file, *whole, out, progress); !written)
+    return std::unexpected(written.error());
+  auto recovered = reported(Outcome::rewritten, out, *whole);
+  if (recovered) recovered->original = path;
+  return recovered;
+}
+
+config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryProgress& progress) {
+  auto file = TraceFile::openToMend(part);
+  if (!file) return std::unexpected(file.error());
+  const fs::path name = finishedName(part);
+  auto complete = intact(part);
+  if (complete) {
+    if (auto renamed = renameDurably(part, name); !renamed) return std::unexpected(renamed.error());
+    complete->file = name;
+    return *complete;
   }
-  if (salvage.summary.chunks() == 0 && salvage.fault) return nothingWhole(path, bytes, *salvage.fault);
-  if (auto mended = mend(path, salvage); !mended) return std::unexpected(mended.error());
-  const bool lost = !salvage.whole_data && bytes > salvage.good_end;
-  return finished(path, salvage.summary.chunks(), lost ? bytes - salvage.good_end : 0);
+  const auto whole = salvageOf(*file, complete.error(), progress);
+  if (!whole) return std::unexpected(whole.error());
+  if (!isOfHapticd(*whole)) return hopeless(part, *whole);
+  if (const auto whole_to = wholeTo(*whole)) return endInPlace(*file, *whole, *whole_to);
+  return replaceDamaged(*file, *whole, progress);
 }
 
 }  // namespace hapticd::drivers

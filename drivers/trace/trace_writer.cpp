@@ -18,7 +18,7 @@ struct OpenChannel {
 };
 
 config::Result<void> checkAttachments(const TraceOptions& options) {
-  constexpr std::size_t kMostBytes = mcap::kMostRecordBytes / 2;
+  constexpr std::size_t kMostBytes = mcap::kMostAttachmentBytes;
   for (const TraceAttachment& attachment : options.attachments) {
     if (attachment.data.size() <= kMostBytes) continue;
     return std::unexpected(
@@ -104,25 +104,29 @@ class TraceWriter::Implementation {
           ""});
     }
     if (auto written = makeRoom(time_ns); !written) return written;
-    // Records of one channel may lag behind those of another: a chunk begins with its earliest.
-    chunk_begin_ns_ = file_.pendingBytes() == 0 ? time_ns : std::min(chunk_begin_ns_, time_ns);
     file_.addMessage(channel.id, channel.messages++, time_ns, message_);
     return {};
   }
 
-  /// Writes the open chunk if it is long enough for a message of that time to begin the next one.
+  /// Writes a chunk if what is pending gets long enough by a message of that time. Records of one channel lag
+  /// behind those of another: the newest ones wait for them, so that chunks do not overlap in time.
   config::Result<void> makeRoom(std::uint64_t time_ns) {
+    constexpr std::uint64_t kHeldShare = 10;  // of a chunk
     if (file_.failure()) return std::unexpected(*file_.failure());
-    const std::uint64_t age_ns =
-        time_ns > chunk_begin_ns_ ? time_ns - chunk_begin_ns_ : chunk_begin_ns_ - time_ns;
+    if (file_.pendingBytes() == 0) return {};
     const std::uint64_t most_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
-    const bool long_enough = age_ns >= most_ns || file_.pendingBytes() >= mcap::kMostMessageBytes;
-    return long_enough && file_.pendingBytes() > 0 ? flush() : config::Result<void>{};
+    const auto [earliest_ns, latest_ns] = file_.pendingTimes_ns();
+    const std::uint64_t begin_ns = std::min(earliest_ns, time_ns), end_ns = std::max(latest_ns, time_ns);
+    const bool long_enough =
+        end_ns - begin_ns >= most_ns || file_.pendingBytes() >= mcap::kMostMessageBytes;
+    if (!long_enough) return {};
+    return counted(file_.flushBefore(end_ns - std::min(end_ns, most_ns / kHeldShare)));
   }
 
   config::Result<void> counted(config::Result<void> written) {
-    if (written) ticks_ += ticks_pending_;
-    ticks_pending_ = 0;
+    const std::uint64_t left = file_.pendingMessages(ticks_channel_.id);
+    if (written) ticks_ += ticks_pending_ - left;
+    ticks_pending_ = left;
     return written;
   }
 
@@ -130,7 +134,6 @@ class TraceWriter::Implementation {
   std::uint64_t chunk_ns_;
   std::uint64_t first_chunk_ns_;
   std::uint64_t offset_ns_;
-  std::uint64_t chunk_begin_ns_ = 0;
   OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_,
       depth_channel_;
   std::uint64_t ticks_ = 0;

@@ -22,9 +22,9 @@ struct TraceAttachment {
 
 struct TraceOptions {
   bool compress = true;                   ///< chunks by zstd
-  std::int64_t chunk_ns = 1'000'000'000;  ///< a chunk holds ticks of at most that much time
-  /// Those before and with the first ticks of at most that much too: of a trace that breaks off before they
-  /// are whole nothing is left.
+  std::int64_t chunk_ns = 1'000'000'000;  ///< a chunk is written when there are messages of that much time
+  /// The same of those before and with the first ticks: of a trace that breaks off before they are written
+  /// nothing is left.
   std::int64_t first_chunk_ns = std::numeric_limits<std::int64_t>::max();
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC at the start of the trace.
   std::int64_t realtime_offset_ns = 0;
@@ -49,7 +49,8 @@ class TraceWriter {
   /// Leaves a ".part" behind if close() was not called.
   ~TraceWriter();
 
-  // Each is kept until its chunk is complete, then the chunk is written and synchronised to the disk.
+  // Each is kept until its chunk is complete, then the chunk is written, in the order of time, and
+  // synchronised to the disk. Records may come a tenth of a chunk late without chunks that overlap in time.
   // Errors: what the disk says. The trace then ends with its last whole chunk: nothing more is written, and
   // close() still makes a readable file of it, once there is space for the summary.
   config::Result<void> write(const rt::Tick& tick);
@@ -60,7 +61,7 @@ class TraceWriter {
   /// Only where TraceOptions::depth says so.
   config::Result<void> write(const DepthRecord& depth);
 
-  /// Writes the open chunk, whatever its age.
+  /// Writes all as a chunk, whatever its age.
   config::Result<void> flush();
   /// Writes chunk, summary and footer, and renames the file. Nothing may be written after it.
   config::Result<void> close();
@@ -68,7 +69,7 @@ class TraceWriter {
   const std::filesystem::path& file() const noexcept;  ///< its name after close()
   std::uint64_t bytes() const noexcept;                ///< written so far
   std::uint64_t ticks() const noexcept;                ///< in whole chunks
-  std::uint64_t ticksPending() const noexcept;         ///< in the open chunk
+  std::uint64_t ticksPending() const noexcept;         ///< in no chunk yet
 
  private:
   class Implementation;

@@ -139,6 +139,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
       {"libusb", {"drivers"}},
+      {"lz4", {"drivers/trace"}},
       {"nettle/", {"drivers/handle/udp"}},
       {"png.h", {"tools/hapticctl/snapshot"}},
       {"nlohmann/", {"daemon", "tools"}},

@@ -241,6 +241,13 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
     records.events.push_back(madeUpEvent(random));
     records.snapshots.push_back(madeUpSnapshot(random));
   }
+  const auto sort = [](auto& several) {
+    std::ranges::stable_sort(several, {}, [](const auto& record) { return drivers::timeOf(record); });
+  };
+  sort(records.models);
+  sort(records.directives);
+  sort(records.events);
+  sort(records.snapshots);
   return records;
 }
 

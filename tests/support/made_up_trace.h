@@ -34,7 +34,8 @@ struct MadeUpRecords {
   std::vector<drivers::DepthRecord> depth;  ///< madeUpRecords() makes none
 };
 
-/// `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk.
+/// `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk. Each kind is in
+/// the order of its times.
 MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, unsigned seed = 1);
 
 /// Writes and closes a trace of them.

@@ -104,17 +104,41 @@ TEST_F(HapticctlTraceFiles, NothingReplacesTheTraceItself) {
 TEST_F(HapticctlTraceFiles, RecoverSaysWhatItKeptAndInfoThenReads) {
   cutOff();
   fs::rename(trace, drivers::partOf(trace));
+  const std::string before = contentOf(drivers::partOf(trace));
   const Finished broken = home.run({"trace", "info", drivers::partOf(trace)});
   EXPECT_TRUE(has(broken.output + broken.errors, "trace recover")) << broken.output << broken.errors;
   const Finished recovered = home.run({"--json", "trace", "recover", drivers::partOf(trace)});
   ASSERT_EQ(recovered.ending, exitedWith(0)) << recovered.errors;
+  EXPECT_EQ(contentOf(drivers::partOf(trace)), before) << "it is only read";
   const json said = json::parse(recovered.output);
-  EXPECT_EQ(said.at("file"), trace);
+  EXPECT_EQ(said.at("file"), file("a-recovered.mcap"));
   EXPECT_EQ(said.at("chunks"), 1);
-  EXPECT_GT(said.at("bytesCut"), 0);
-  const Finished info = home.run({"--json", "trace", "info", trace});
+  EXPECT_GT(said.at("bytesLost"), 0);
+  EXPECT_FALSE(said.at("damage").empty());
+  const Finished info = home.run({"--json", "trace", "info", file("a-recovered.mcap")});
   EXPECT_EQ(json::parse(info.output).at("complete"), true);
   EXPECT_EQ(json::parse(info.output).at("ticks"), kTicks / 2);
+}
+
+TEST_F(HapticctlTraceFiles, RecoverKeepsWhatIsBehindTheDamageAndOverwritesNothing) {
+  std::string bytes = contentOf(trace);
+  bytes[bytes.size() / 4] ^= 1;  // in the first of two chunks
+  const std::string damaged = home.folder().write("b.mcap", bytes);
+  const Finished recovered = home.run({"trace", "recover", damaged, "--out", file("c.mcap")});
+  ASSERT_EQ(recovered.ending, exitedWith(0)) << recovered.errors;
+  for (const char* said : {"damaged      bytes", "the chunk", "1 chunks kept", "is left as it was"}) {
+    EXPECT_TRUE(has(recovered.output, said)) << recovered.output << " lacks: " << said;
+  }
+  EXPECT_EQ(contentOf(damaged), bytes);
+  EXPECT_EQ(json::parse(home.run({"--json", "trace", "info", file("c.mcap")}).output).at("ticks"),
+            kTicks / 2);
+  const Finished again = home.run({"trace", "recover", damaged, "--out", file("c.mcap")});
+  EXPECT_EQ(again.ending, exitedWith(1));
+  EXPECT_TRUE(has(again.errors, "is there already")) << again.errors;
+  const Finished whole = home.run({"trace", "recover", trace});
+  EXPECT_EQ(whole.ending, exitedWith(0));
+  EXPECT_TRUE(has(whole.output, "nothing is wrong with it")) << whole.output;
+  EXPECT_FALSE(fs::exists(file("a-recovered.mcap")));
 }
 
 TEST_F(HapticctlTraceFiles, LongWorkShowsHowFarItIsOnATerminal) {

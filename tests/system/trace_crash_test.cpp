@@ -14,6 +14,7 @@
 #include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
+#include "tests/support/strict_mcap.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd {
@@ -127,6 +128,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
     }
     const Content content = contentOf(kill.trace);
     EXPECT_TRUE(content.complete) << kill.trace;
+    EXPECT_EQ(test::readStrictly(kill.trace).text(), "") << kill.trace;
     EXPECT_EQ(content.missing, 0U) << kill.trace;
     EXPECT_GE(content.ticks + kChunkTicks, kill.ticks) << kill.trace << ": more than the open chunk is lost";
     EXPECT_GE(fs::file_size(kill.trace), kill.bytes) << kill.trace << ": a whole chunk is lost";

@@ -417,7 +417,7 @@ TEST_F(TraceReader, ReadsWhatWasRecovered) {
   const std::string whole = contentOf(writeTrace(true));
   const fs::path part = folder_.write("b.mcap.part", whole.substr(0, whole.size() * 6 / 10));
   EXPECT_EQ(readTrace(part).finished.ending, exitedWith(1)) << "before that it is cut off";
-  const auto recovered = drivers::recoverTrace(part);
+  const auto recovered = drivers::recoverTrace(part, folder_.path() / "c.mcap");
   ASSERT_TRUE(recovered) << recovered.error().text();
   ASSERT_EQ(recovered->chunks, 1U);
   MadeUpRecords expected = records_;

@@ -165,8 +165,17 @@ void addFiles(CommandLine& line, CLI::App& group) {
       ->check(CLI::Range(2, 1'000'000'000));
   addTimes(exported, wanted->selection);
 
-  addForFile(line, group, "recover", "Make a trace readable that was cut off or never closed",
-             [&options](const fs::path& file) { return runTraceRecover(options, file); });
+  const auto recovered_out = std::make_shared<std::string>();
+  CLI::App& recovered = addForFile(line, group, "recover",
+                                   "Save what is whole of a trace that is damaged or cut off into a new file",
+                                   [&options, recovered_out](const fs::path& file) {
+                                     return runTraceRecover(options, file, *recovered_out);
+                                   });
+  recovered
+      .add_option(
+          "--out", *recovered_out,
+          "The file to write, which must not exist (default: the trace's name with -recovered, beside it)")
+      ->type_name("FILE");
 
   const auto plot = std::make_shared<PlotOptions>();
   CLI::App& plotted =

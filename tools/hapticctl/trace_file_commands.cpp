@@ -114,6 +114,62 @@ void showInfo(const TraceSummary& summary, bool being_written) {
   }
 }
 
+const char* nameOf(drivers::RecoveredTrace::Outcome outcome) {
+  return outcome == drivers::RecoveredTrace::Outcome::intact ? "intact" : "rewritten";
+}
+
+Json recoveryJson(const drivers::RecoveredTrace& recovered) {
+  Json damages = Json::array();
+  for (const drivers::mcap::Damage& damage : recovered.damages) {
+    damages.push_back({{"offset", damage.offset},
+                       {"bytes", damage.bytes},
+                       {"what", damage.what},
+                       {"loses", damage.loses},
+                       {"afterNs", damage.after_ns},
+                       {"beforeNs", damage.before_ns}});
+  }
+  Json json{{"file", recovered.file.string()},
+            {"outcome", nameOf(recovered.outcome)},
+            {"chunks", recovered.chunks},
+            {"bytesLost", recovered.bytes_lost},
+            {"ticksMissing", recovered.ticks_missing},
+            {"damage", std::move(damages)}};
+  json["messagesLost"] = recovered.messages_lost ? Json(*recovered.messages_lost) : Json(nullptr);
+  return json;
+}
+
+/// Which messages may be lost by it, as far as the whole ones around it tell.
+std::string whenText(const drivers::mcap::Damage& damage) {
+  if (!damage.loses) return "; nothing is lost by that";
+  const auto time = [](std::uint64_t time_ns) { return localTime(static_cast<double>(time_ns)); };
+  if (damage.after_ns != 0 && damage.before_ns > damage.after_ns) {
+    const auto gap_s = static_cast<double>(damage.before_ns - damage.after_ns) * 1e-9;
+    return fmt::format("; {} s after {} are missing there", fixed(gap_s, 3), time(damage.after_ns));
+  }
+  if (damage.after_ns != 0 && damage.before_ns == 0) {
+    return fmt::format("; what came after {} is missing", time(damage.after_ns));
+  }
+  return "";
+}
+
+void showRecovery(const drivers::RecoveredTrace& recovered) {
+  const std::string name = printable(recovered.file.string());
+  if (recovered.outcome == drivers::RecoveredTrace::Outcome::intact) {
+    fmt::print("{}: nothing is wrong with it; nothing was written\n", name);
+    return;
+  }
+  for (const drivers::mcap::Damage& damage : recovered.damages) {
+    const std::string where =
+        damage.bytes == 0 ? fmt::format("at byte {}", damage.offset)
+                          : fmt::format("bytes {} to {}", damage.offset, damage.offset + damage.bytes - 1);
+    fmt::print("damaged      {}: {}{}\n", where, printable(damage.what), whenText(damage));
+  }
+  if (recovered.messages_lost) fmt::print("lost         {} messages\n", *recovered.messages_lost);
+  fmt::print("missing      {} ticks between the first and the last one\n", recovered.ticks_missing);
+  fmt::print("{}: {} chunks kept, {} bytes lost; {} is left as it was\n", name, recovered.chunks,
+             recovered.bytes_lost, printable(recovered.original.string()));
+}
+
 /// The trace's name with that ending, here.
 std::filesystem::path besideHere(const std::filesystem::path& trace, const std::string& ending) {
   return trace.filename().replace_extension(ending);
@@ -171,20 +227,18 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
   return kOk;
 }
 
-int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file) {
+int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file,
+                    const std::string& out) {
   ProgressLine progress("recovering");
-  const auto recovered = drivers::recoverTrace(file, [&](double share) { progress.show(share); });
+  const auto recovered =
+      drivers::recoverTrace(file, out.empty() ? drivers::recoveredName(file) : std::filesystem::path(out),
+                            [&](double share) { progress.show(share); });
   progress.end();
   if (!recovered) return report(recovered.error(), options.json);
   if (options.json) {
-    printJson({{"file", recovered->file.string()},
-               {"chunks", recovered->chunks},
-               {"bytesCut", recovered->bytes_cut}});
-  } else if (recovered->file.empty()) {
-    fmt::print("nothing whole was in it; it was removed\n");
+    printJson(recoveryJson(*recovered));
   } else {
-    fmt::print("{}: {} chunks kept, {} bytes cut\n", printable(recovered->file.string()), recovered->chunks,
-               recovered->bytes_cut);
+    showRecovery(*recovered);
   }
   return kOk;
 }

@@ -117,7 +117,10 @@ config::Result<std::uint64_t> exportChannel(const SelectedTrace& trace, WholeFil
   csv.addHeader<Record>();
   drivers::TraceVisitor visitor;
   visitor.*visit = [&csv](const Record& record) { return csv.addRow(record); };
-  if (const auto read = trace.read(visitor, progress); !read) return std::unexpected(read.error());
+  const auto read = trace.read(visitor, progress);
+  if (!read) return std::unexpected(read.error());
+  const auto there = read->require(trace.file(), drivers::kChannelName<Record>.topic);
+  if (!there) return std::unexpected(there.error());
   return csv.finish();
 }
 

@@ -19,6 +19,11 @@ class SelectedTrace {
   static config::Result<SelectedTrace> open(const std::filesystem::path& file,
                                             const TraceSelection& selection);
 
+  const std::filesystem::path& file() const { return file_; }
+  /// Errors: the trace has no channel of ticks, as one that was filtered.
+  config::Result<void> requireTicks() const {
+    return info_.require(file_, drivers::kChannelName<rt::Tick>.topic);
+  }
   /// CLOCK_MONOTONIC that times in seconds count from.
   std::int64_t start_ns() const { return start_ns_; }
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC.
@@ -53,7 +58,7 @@ class SelectedTrace {
   std::filesystem::path file_;
   TraceSelection selection_;
   std::int64_t start_ns_ = 0;
-  drivers::TraceInfo info_;  ///< of its begin
+  drivers::TraceInfo info_;  ///< up to the first tick; of all of a trace without ticks
 };
 
 }  // namespace hapticd::tools

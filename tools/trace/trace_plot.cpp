@@ -162,6 +162,7 @@ config::Result<void> plotTrace(const std::filesystem::path& trace_file, const st
   if (!terminal) return std::unexpected(terminal.error());
   const auto trace = SelectedTrace::open(trace_file, selection);
   if (!trace) return std::unexpected(trace.error());
+  if (auto ticks = trace->requireTicks(); !ticks) return ticks;
   auto file = WholeFile::create(image, if_exists);
   if (!file) return std::unexpected(file.error());
   Curves curves = curvesOf(*trace);

@@ -9,6 +9,7 @@
 #include "drivers/trace/trace_reader.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
+#include "tests/support/strict_mcap.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -74,6 +75,8 @@ void expectChunks(const fs::path& file, std::size_t chunks) {
   }
 }
 
+using Outcome = RecoveredTrace::Outcome;
+
 TEST(TraceRecovery, KeepsExactlyTheWholeChunksOfAFileCutAnywhere) {
   const WholeTrace& whole = wholeTrace();
   ASSERT_EQ(whole.chunk_ends.size(), kChunks);
@@ -82,24 +85,30 @@ TEST(TraceRecovery, KeepsExactlyTheWholeChunksOfAFileCutAnywhere) {
   for (std::size_t cut = 0; cut < whole.bytes.size(); ++cut) {
     SCOPED_TRACE(cut);
     folder.write("a.mcap.part", whole.bytes.substr(0, cut));
-    const auto recovered = recoverTrace(part);
-    ASSERT_TRUE(recovered) << recovered.error().text();
+    const auto finished = finishTrace(part);
+    ASSERT_TRUE(finished) << finished.error().text();
     ASSERT_FALSE(fs::exists(part));
     const std::size_t chunks = whole.chunksWithin(cut);
-    ASSERT_EQ(recovered->chunks, chunks);
-    ASSERT_EQ(recovered->file, chunks > 0 ? file : fs::path());
-    ASSERT_EQ(fs::exists(file), chunks > 0);
-    if (chunks == 0) {
-      ASSERT_EQ(recovered->bytes_cut, cut);
+    ASSERT_EQ(finished->chunks, chunks);
+    if (finished->outcome == Outcome::hopeless) {
+      ASSERT_EQ(chunks, 0U);
+      ASSERT_EQ(contentOf(finished->original), whole.bytes.substr(0, cut)) << "it is kept all the same";
+      fs::remove(finished->original);
       continue;
     }
+    ASSERT_EQ(finished->outcome, chunks == 0 ? Outcome::empty : Outcome::ended);
+    ASSERT_EQ(finished->file, file);
+    ASSERT_FALSE(finished->damages.empty());
+    ASSERT_EQ(test::readStrictly(file).text(), "");
     const std::string bytes = contentOf(file);
     // what follows from the whole chunks does not depend on where the file was cut
     if (chunks == kChunks) {
       ASSERT_EQ(bytes, whole.bytes);
     }
-    ASSERT_TRUE(bytes.starts_with(whole.bytes.substr(0, whole.chunk_ends[chunks - 1])));
-    expectChunks(file, chunks);
+    if (chunks > 0) {
+      ASSERT_TRUE(bytes.starts_with(whole.bytes.substr(0, whole.chunk_ends[chunks - 1])));
+      expectChunks(file, chunks);
+    }
     if (testing::Test::HasFailure()) return;
     fs::remove(file);
   }
@@ -107,44 +116,85 @@ TEST(TraceRecovery, KeepsExactlyTheWholeChunksOfAFileCutAnywhere) {
 
 TEST(TraceRecovery, LeavesACompleteFileAloneAndTakesPartOffItsName) {
   const TemporaryFolder folder(test::memoryFolder());
-  for (const char* name : {"a.mcap.part", "a.mcap", "a.mcap"}) {
-    if (std::string_view(name).ends_with("part")) folder.write(name, wholeTrace().bytes);
-    const auto recovered = recoverTrace(folder.path() / name);
-    ASSERT_TRUE(recovered) << recovered.error().text();
-    EXPECT_EQ(recovered->file, folder.path() / "a.mcap");
-    EXPECT_EQ(recovered->chunks, kChunks);
-    EXPECT_EQ(recovered->bytes_cut, 0U);
-    EXPECT_EQ(contentOf(folder.path() / "a.mcap"), wholeTrace().bytes);
-  }
+  const fs::path file = folder.write("a.mcap", wholeTrace().bytes), out = folder.path() / "out.mcap";
+  const auto recovered = recoverTrace(file, out);
+  ASSERT_TRUE(recovered) << recovered.error().text();
+  EXPECT_EQ(recovered->outcome, Outcome::intact);
+  EXPECT_EQ(recovered->chunks, kChunks);
+  EXPECT_FALSE(fs::exists(out));
+  fs::rename(file, folder.path() / "a.mcap.part");
+  const auto finished = finishTrace(folder.path() / "a.mcap.part");
+  ASSERT_TRUE(finished) << finished.error().text();
+  EXPECT_EQ(finished->outcome, Outcome::intact);
+  EXPECT_EQ(finished->file, file);
+  EXPECT_EQ(contentOf(file), wholeTrace().bytes);
 }
 
-TEST(TraceRecovery, KeepsWhatIsBeforeADamagedChunkAndSaysHowMuchIsLost) {
+TEST(TraceRecovery, KeepsAllOtherChunksOfAFileWithOneDamagedChunkAndTheFileToo) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
-  for (std::size_t damaged = 1; damaged < kChunks; ++damaged) {
+  const fs::path out = folder.path() / "out.mcap";
+  for (std::size_t damaged = 0; damaged < kChunks; ++damaged) {
+    SCOPED_TRACE(damaged);
     std::string bytes = whole.bytes;
     bytes[whole.chunk_ends[damaged] - 10] ^= 1;
     const fs::path file = folder.write("a.mcap", bytes);
-    const auto recovered = recoverTrace(file);
+    const auto recovered = recoverTrace(file, out);
     ASSERT_TRUE(recovered) << recovered.error().text();
-    EXPECT_EQ(recovered->chunks, damaged);
-    EXPECT_EQ(recovered->bytes_cut, bytes.size() - whole.chunk_begins[damaged]);
-    expectChunks(file, damaged);
+    EXPECT_EQ(recovered->outcome, Outcome::rewritten);
+    EXPECT_EQ(contentOf(file), bytes) << "the original is only read";
+    EXPECT_EQ(recovered->chunks, kChunks - 1);
+    EXPECT_EQ(recovered->bytes_lost, whole.chunk_ends[damaged] - whole.chunk_begins[damaged]);
+    EXPECT_EQ(recovered->messages_lost, damaged == 0 ? kTicksPerChunk + 12 : kTicksPerChunk);
+    EXPECT_EQ(recovered->ticks_missing, damaged == 1 ? kTicksPerChunk : 0);
+    ASSERT_EQ(recovered->damages.size(), 1U);
+    EXPECT_EQ(recovered->damages[0].offset, whole.chunk_begins[damaged]);
+    EXPECT_EQ(test::readStrictly(out).text(), "");
+    std::vector<std::uint64_t> ticks;
+    ASSERT_TRUE(
+        readTrace(out, {.tick = [&](const rt::Tick& tick) { return ticks.push_back(tick.number), true; }}));
+    std::vector<std::uint64_t> expected;
+    for (const rt::Tick& tick : whole.records.ticks) {
+      if ((tick.number - 1) / kTicksPerChunk != damaged) expected.push_back(tick.number);
+    }
+    EXPECT_EQ(ticks, expected);
+    fs::remove(out);
   }
+}
+
+TEST(TraceRecovery, FinishesADamagedLeftoverInANewFileAndKeepsTheDamagedOne) {
+  const WholeTrace& whole = wholeTrace();
+  const TemporaryFolder folder(test::memoryFolder());
+  std::string bytes = whole.bytes.substr(0, whole.data_end);
+  bytes[whole.chunk_ends[1] - 10] ^= 1;
+  const fs::path part = folder.write("a.mcap.part", bytes);
+  const auto finished = finishTrace(part);
+  ASSERT_TRUE(finished) << finished.error().text();
+  EXPECT_EQ(finished->outcome, Outcome::rewritten);
+  EXPECT_EQ(finished->file, folder.path() / "a.mcap");
+  EXPECT_EQ(finished->original, folder.path() / "a.mcap.damaged");
+  EXPECT_EQ(contentOf(finished->original), bytes);
+  EXPECT_FALSE(fs::exists(part));
+  EXPECT_EQ(readTrace(finished->file)->ticks, (kChunks - 1) * kTicksPerChunk);
+  EXPECT_EQ(test::readStrictly(finished->file).text(), "");
 }
 
 TEST(TraceRecovery, WritesDamagedIndexesAgain) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
+  const fs::path out = folder.path() / "out.mcap";
   for (const std::size_t chunk_end : whole.chunk_ends) {
     std::string bytes = whole.bytes;
     bytes[chunk_end] ^= 1;       // the opcode of the first index
     bytes[chunk_end + 20] ^= 1;  // and something in it
-    const fs::path file = folder.write("a.mcap", bytes);
-    const auto recovered = recoverTrace(file);
+    const auto recovered = recoverTrace(folder.write("a.mcap", bytes), out);
     ASSERT_TRUE(recovered) << recovered.error().text();
-    EXPECT_EQ(recovered->bytes_cut, 0U);
-    EXPECT_EQ(contentOf(file), whole.bytes);
+    EXPECT_EQ(recovered->bytes_lost, 0U);
+    EXPECT_FALSE(recovered->damages.empty());
+    EXPECT_EQ(recovered->messages_lost, 0U);
+    EXPECT_EQ(test::readStrictly(out).text(), "");
+    expectChunks(out, kChunks);
+    fs::remove(out);
   }
 }
 
@@ -154,53 +204,66 @@ TEST(TraceRecovery, CutsOffWhatFollowsTheWholeChunks) {
   for (const std::string& tail :
        {std::string(5000, '\0'), std::string(5000, '\xff'), std::string("\x06 text")}) {
     folder.write("a.mcap.part", whole.bytes.substr(0, whole.data_end) + tail);
-    const auto recovered = recoverTrace(folder.path() / "a.mcap.part");
-    ASSERT_TRUE(recovered) << recovered.error().text();
-    EXPECT_EQ(recovered->bytes_cut, tail.size());
+    const auto finished = finishTrace(folder.path() / "a.mcap.part");
+    ASSERT_TRUE(finished) << finished.error().text();
+    EXPECT_EQ(finished->outcome, Outcome::ended);
+    EXPECT_EQ(finished->bytes_lost, tail.size());
     EXPECT_EQ(contentOf(folder.path() / "a.mcap"), whole.bytes);
     fs::remove(folder.path() / "a.mcap");
   }
 }
 
-TEST(TraceRecovery, LeavesAloneWhatItCannotMend) {
+TEST(TraceRecovery, RefusesWhatItCannotRecoverAndLeavesItAlone) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
-  std::string first_damaged = whole.bytes;
-  first_damaged[whole.chunk_ends[0] - 10] ^= 1;
-  std::string head_damaged = whole.bytes;
-  head_damaged[whole.bytes.find("data")] ^= 1;  // of the attachment
-  std::string foreign = whole.bytes;
-  foreign[whole.bytes.find("hapticd_trace")] = 'H';
-  for (const std::string& bytes : {std::string("hello, world"), first_damaged, head_damaged, foreign}) {
-    for (const char* name : {"a.mcap", "a.mcap.part"}) {
-      const fs::path file = folder.write(name, bytes);
-      const auto recovered = recoverTrace(file);
-      EXPECT_FALSE(recovered) << name;
-      EXPECT_EQ(contentOf(file), bytes) << name;
-      fs::remove(file);
-    }
+  std::string foreign = whole.bytes.substr(0, whole.data_end);
+  for (const char* ours : {"hapticd_trace", "/hapticd/tick"}) foreign[foreign.find(ours)] = 'H';
+  const std::string no_chunk = whole.bytes.substr(0, whole.chunk_begins[0] + 5);
+  for (const std::string& bytes : {std::string("hello, world"), foreign, no_chunk, std::string()}) {
+    const fs::path file = folder.write("a.mcap", bytes), out = folder.path() / "out.mcap";
+    EXPECT_FALSE(recoverTrace(file, out));
+    EXPECT_EQ(contentOf(file), bytes);
+    EXPECT_FALSE(fs::exists(out));
   }
-  EXPECT_FALSE(recoverTrace(folder.path() / "none.mcap.part"));
+  EXPECT_FALSE(finishTrace(folder.path() / "none.mcap.part"));
 }
 
-TEST(TraceRecovery, RemovesNoFinishedFileThatBrokeOffBeforeItsFirstChunk) {
+TEST(TraceRecovery, ReadsTheChunksOfAFileWhoseBeginIsDamaged) {
+  const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
-  const std::string bytes = wholeTrace().bytes.substr(0, wholeTrace().chunk_begins[0] + 5);
-  const fs::path file = folder.write("a.mcap", bytes);
-  EXPECT_FALSE(recoverTrace(file));
-  EXPECT_EQ(contentOf(file), bytes);
+  for (const std::size_t at :
+       {std::size_t{0}, whole.bytes.find("data"), whole.bytes.find("hapticd_msgs/msg/Tick"),
+        whole.bytes.find("hapticd_trace")}) {
+    SCOPED_TRACE(at);
+    std::string bytes = whole.bytes;
+    bytes[at] ^= 1;
+    const fs::path out = folder.path() / "out.mcap";
+    const auto recovered = recoverTrace(folder.write("a.mcap", bytes), out);
+    ASSERT_TRUE(recovered) << recovered.error().text();
+    EXPECT_FALSE(recovered->damages.empty());
+    EXPECT_EQ(readTrace(out)->ticks, kChunks * kTicksPerChunk);
+    EXPECT_EQ(test::readStrictly(out).text(), "");
+    fs::remove(out);
+  }
 }
 
-TEST(TraceRecovery, OverwritesNoFileWithTheNameThatItWouldGive) {
+TEST(TraceRecovery, OverwritesNoFile) {
+  const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
   folder.write("a.mcap", "mine");
-  folder.write("a.mcap.part", wholeTrace().bytes.substr(0, wholeTrace().data_end));
-  const auto recovered = recoverTrace(folder.path() / "a.mcap.part");
-  ASSERT_FALSE(recovered);
+  const fs::path part = folder.write("a.mcap.part", whole.bytes.substr(0, whole.data_end));
+  EXPECT_FALSE(recoverTrace(part, folder.path() / "a.mcap"));
+  ASSERT_FALSE(finishTrace(part));
   EXPECT_EQ(contentOf(folder.path() / "a.mcap"), "mine");
   fs::remove(folder.path() / "a.mcap");
-  ASSERT_TRUE(recoverTrace(folder.path() / "a.mcap.part")) << "it may be tried again";
-  EXPECT_EQ(contentOf(folder.path() / "a.mcap"), wholeTrace().bytes);
+  ASSERT_TRUE(finishTrace(part)) << "it may be tried again";
+  EXPECT_EQ(contentOf(folder.path() / "a.mcap"), whole.bytes);
+}
+
+TEST(TraceRecovery, NamesItsFilesAfterTheTrace) {
+  for (const char* name : {"/f/a.mcap", "/f/a.mcap.part", "/f/a.mcap.damaged"}) {
+    EXPECT_EQ(recoveredName(name), "/f/a-recovered.mcap");
+  }
 }
 
 TEST(TraceRecovery, IsTheSameWhenItWasCutShortItself) {
@@ -209,7 +272,7 @@ TEST(TraceRecovery, IsTheSameWhenItWasCutShortItself) {
   // two chunks without the indexes of the second: cut at any state of the mending in between
   const std::size_t cut = whole.chunk_ends[1];
   folder.write("b.mcap.part", whole.bytes.substr(0, cut));
-  ASSERT_TRUE(recoverTrace(folder.path() / "b.mcap.part"));
+  ASSERT_TRUE(finishTrace(folder.path() / "b.mcap.part"));
   const std::string expected = contentOf(folder.path() / "b.mcap");
   for (std::size_t written = cut; written < expected.size(); written += 97) {
     for (const std::size_t hole : {cut, written}) {  // bytes that were not on the disk yet, in front or none
@@ -217,8 +280,8 @@ TEST(TraceRecovery, IsTheSameWhenItWasCutShortItself) {
       std::fill(state.begin() + static_cast<std::ptrdiff_t>(cut),
                 state.begin() + static_cast<std::ptrdiff_t>(written - (hole - cut)), '\0');
       folder.write("a.mcap.part", state);
-      const auto recovered = recoverTrace(folder.path() / "a.mcap.part");
-      ASSERT_TRUE(recovered) << recovered.error().text();
+      const auto finished = finishTrace(folder.path() / "a.mcap.part");
+      ASSERT_TRUE(finished) << finished.error().text();
       ASSERT_EQ(contentOf(folder.path() / "a.mcap"), expected) << written;
       fs::remove(folder.path() / "a.mcap");
     }

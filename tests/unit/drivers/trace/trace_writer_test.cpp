@@ -5,14 +5,17 @@
 #include <csignal>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <string>
 
+#include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/program.h"
 #include "tests/support/rerun.h"
+#include "tests/support/strict_mcap.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -141,8 +144,9 @@ TEST(TraceWriter, BeginsAChunkWhenTheOneBeforeIsLongEnough) {
   for (std::uint64_t number = 1; number <= 25; ++number) {
     ASSERT_TRUE((*writer)->write(tickOf(number)));
   }
-  EXPECT_EQ((*writer)->ticks(), 20U);
-  EXPECT_EQ((*writer)->ticksPending(), 5U);
+  // after 10 ms, and then after 9 ms: the last one is held for what may come late
+  EXPECT_EQ((*writer)->ticks(), 18U);
+  EXPECT_EQ((*writer)->ticksPending(), 7U);
   EXPECT_EQ((*writer)->bytes(), fs::file_size(folder.path() / "a.mcap.part"));
   ASSERT_TRUE((*writer)->flush());
   EXPECT_EQ((*writer)->ticks(), 25U);
@@ -160,7 +164,46 @@ TEST(TraceWriter, KeepsChunksShortAlsoWhenTicksLagBehindOtherRecords) {
     ASSERT_TRUE((*writer)->write(tickOf(number)));
     EXPECT_LE((*writer)->ticksPending(), 10U);
   }
-  EXPECT_EQ((*writer)->ticks(), 10U);
+  EXPECT_EQ((*writer)->ticks(), 9U);
+}
+
+/// Records as they come in: other records up to 20 ms earlier or later than the ticks beside them.
+TEST(TraceWriter, PutsMessagesInTheOrderOfTimeAcrossChunks) {
+  const TemporaryFolder folder(test::memoryFolder());
+  std::mt19937_64 random(5);
+  auto writer = TraceWriter::create(folder.path() / "a.mcap", {.chunk_ns = 300'000'000});
+  ASSERT_TRUE(writer);
+  for (std::uint64_t number = 1; number <= 3000; ++number) {
+    ASSERT_TRUE((*writer)->write(tickOf(number)));
+    if (number % 10 != 0) continue;
+    const auto off_ns = static_cast<std::int64_t>(random() % 40'000'000) - 20'000'000;
+    const std::int64_t time_ns = std::max<std::int64_t>(tickOf(number).planned_ns + off_ns, 0);
+    ASSERT_TRUE((*writer)->write(EventRecord{.time_ns = time_ns}));
+  }
+  ASSERT_TRUE((*writer)->close());
+  const auto strict = test::readStrictly(folder.path() / "a.mcap");
+  EXPECT_EQ(strict.text(), "");
+  EXPECT_EQ(strict.messages.size(), 3300U);
+  EXPECT_EQ(strict.late_messages, 0U);
+  EXPECT_GT(strict.chunks, 8U);
+}
+
+TEST(TraceWriter, LocksItsFileWhileItIsOpen) {
+  const TemporaryFolder folder(test::memoryFolder());
+  const fs::path part = folder.path() / "a.mcap.part";
+  auto writer = TraceWriter::create(folder.path() / "a.mcap", {.chunk_ns = 1});
+  ASSERT_TRUE(writer && (*writer)->write(tickOf(1)) && (*writer)->write(tickOf(2)) && (*writer)->flush());
+  EXPECT_TRUE(isBeingWritten(part));
+  EXPECT_NE(errorOf(part).find("still being written"), std::string::npos) << errorOf(part);
+  for (const auto& refused : {recoverTrace(part, folder.path() / "b.mcap"), finishTrace(part)}) {
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().text().find("being written"), std::string::npos) << refused.error().text();
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / "b.mcap"));
+  ASSERT_TRUE((*writer)->close());
+  writer->reset();
+  EXPECT_FALSE(isBeingWritten(folder.path() / "a.mcap"));
+  EXPECT_EQ(errorOf(folder.path() / "a.mcap"), "");
 }
 
 TEST(TraceWriter, HasItsNameOnlyWhenItIsClosed) {
@@ -170,7 +213,7 @@ TEST(TraceWriter, HasItsNameOnlyWhenItIsClosed) {
   ASSERT_TRUE(writer);
   ASSERT_TRUE((*writer)->write(rt::Tick{}));
   EXPECT_FALSE(fs::exists(file));
-  EXPECT_NE(errorOf(folder.path() / "a.mcap.part").find("cut off"), std::string::npos);
+  EXPECT_NE(errorOf(folder.path() / "a.mcap.part").find("being written"), std::string::npos);
   ASSERT_TRUE((*writer)->close());
   ASSERT_TRUE((*writer)->close()) << "a second time changes nothing";
   EXPECT_FALSE(fs::exists(folder.path() / "a.mcap.part"));
@@ -225,6 +268,8 @@ TEST(TraceWriter, RefusesAMessageThatNoReaderWouldTakeAndGoesOn) {
   EXPECT_EQ(readTrace(folder.path() / "a.mcap")->events, 1U);
 }
 
+constexpr std::uint64_t kTicksThatFit = 270;
+
 /// In a child whose files may not grow beyond a limit: writes until that fails, then closes.
 void writeUntilTheDiskIsFull(const fs::path& file) {
   std::signal(SIGXFSZ, SIG_IGN);
@@ -241,7 +286,7 @@ void writeUntilTheDiskIsFull(const fs::path& file) {
   EXPECT_FALSE(written.error().remedy.empty()) << written.error().text();
   EXPECT_FALSE((*writer)->write(tick)) << "nothing more is written";
   EXPECT_FALSE((*writer)->flush());
-  EXPECT_EQ((*writer)->ticks(), 300U);
+  EXPECT_EQ((*writer)->ticks(), kTicksThatFit);
   EXPECT_EQ((*writer)->bytes(), fs::file_size(file.string() + ".part"));
   EXPECT_EQ((*writer)->close().has_value(), file.stem() == "room");
 }
@@ -260,11 +305,11 @@ TEST(TraceWriter, EndsWithItsLastWholeChunkWhenTheDiskIsFull) {
   const fs::path with_room = folder.path() / "room.mcap", without = folder.path() / "none.mcap";
   fillTheDisk(with_room, 175'000);  // 9 kB in front of the chunks, 47 kB of each, 10 kB behind them
   ASSERT_EQ(errorOf(with_room), "");
-  EXPECT_EQ(readTrace(with_room)->ticks, 300U);
+  EXPECT_EQ(readTrace(with_room)->ticks, kTicksThatFit);
 
   fillTheDisk(without, fs::file_size(with_room) - 1);  // the ending does not fit either
   EXPECT_FALSE(fs::exists(without));
-  ASSERT_TRUE(recoverTrace(without.string() + ".part"));
+  ASSERT_TRUE(finishTrace(without.string() + ".part"));
   EXPECT_EQ(contentOf(without), contentOf(with_room));
 }
 

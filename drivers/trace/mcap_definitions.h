@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace hapticd::drivers::mcap {
+
+/// A channel with its schema.
+struct Channel {
+  std::uint16_t id = 0;
+  std::string_view topic;
+  std::string_view encoding;
+  std::string_view schema_name;
+  std::string_view schema_encoding;
+  std::string_view schema;
+};
+
+/// A Schema record taken apart.
+struct SchemaRecord {
+  std::uint16_t id = 0;
+  std::string_view name;
+  std::string_view encoding;
+  std::string_view text;
+
+  /// False: it is none.
+  static bool of(std::string_view content, SchemaRecord& schema);
+};
+
+/// A Channel record taken apart.
+struct ChannelRecord {
+  std::uint16_t id = 0;
+  std::uint16_t schema = 0;  ///< its id; 0: none
+  std::string_view topic;
+  std::string_view encoding;
+
+  /// False: it is none.
+  static bool of(std::string_view content, ChannelRecord& channel);
+};
+
+/// The schemas and channels of a file, which it may repeat. Thread: one.
+class Definitions {
+ public:
+  // `content`: of the record. What is wrong with it, or "".
+  std::string addSchema(std::string_view content);
+  std::string addChannel(std::string_view content);
+
+  bool hasChannel(std::uint16_t id) const { return channels_.contains(id); }
+  /// Of a channel that it has.
+  Channel channel(std::uint16_t id) const;
+
+ private:
+  // contents of the records by their ids
+  std::map<std::uint16_t, std::string> schemas_;
+  std::map<std::uint16_t, std::string> channels_;
+};
+
+}  // namespace hapticd::drivers::mcap

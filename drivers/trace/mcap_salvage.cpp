@@ -1,0 +1,480 @@
+#include "drivers/trace/mcap_salvage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "drivers/trace/mcap_record_form.h"
+
+namespace hapticd::drivers::mcap {
+namespace {
+
+constexpr std::uint64_t kWindowBytes = 1 << 20;
+
+bool isKnown(Opcode opcode) {
+  return opcode >= Opcode::header && opcode <= Opcode::data_end;
+}
+
+/// A ChunkIndex record, as far as it says which chunk it is of.
+struct IndexedChunk {
+  std::uint64_t start_ns = 0, end_ns = 0, offset = 0, bytes = 0;
+
+  static IndexedChunk of(std::string_view content) {
+    ByteReader reader(content);
+    IndexedChunk chunk;
+    chunk.start_ns = reader.number<std::uint64_t>();
+    chunk.end_ns = reader.number<std::uint64_t>();
+    chunk.offset = reader.number<std::uint64_t>();
+    chunk.bytes = reader.number<std::uint64_t>();
+    return chunk;
+  }
+};
+
+class Search {
+ public:
+  Search(const TraceFile& file, std::uint64_t size, const std::function<void(double)>& progress)
+      : file_(file), size_(size), progress_(progress) {}
+
+  config::Result<Salvage> run() {
+    at_ = kMagic.size();
+    if (bytes(0, kMagic.size()) != kMagic) {
+      damaged(0, kMagic.size(), "the first bytes of the file are not those of MCAP");
+    }
+    while (at_ < size_ && !failure_) {
+      if (at_ + kMagic.size() == size_ && bytes(at_, kMagic.size()) == kMagic) {
+        found_.ended = footer_seen_;
+        break;
+      }
+      step();
+    }
+    if (failure_) return std::unexpected(*failure_);
+    finish();
+    return std::move(found_);
+  }
+
+ private:
+  // -- bytes --
+
+  std::string bytes(std::uint64_t offset, std::uint64_t length) {
+    std::string to;
+    if (auto read = file_.readAt(offset, std::min(length, size_ - std::min(size_, offset)), to); !read) {
+      failure_ = read.error();
+      to.clear();
+    }
+    return to;
+  }
+
+  struct Head {
+    Opcode opcode{};
+    std::uint64_t end = 0;  ///< of the record in the file
+  };
+
+  /// Nothing: no known record can begin with these bytes, which are at that place.
+  std::optional<Head> headOf(std::string_view begin, std::uint64_t offset) const {
+    if (begin.size() < kRecordHeadBytes) return {};
+    ByteReader reader(begin);
+    const auto opcode = static_cast<Opcode>(reader.number<std::uint8_t>());
+    const auto length = reader.number<std::uint64_t>();
+    const std::uint64_t room = size_ - offset - kRecordHeadBytes;
+    if (!isKnown(opcode) || length > room || length > kMostRecordBytes) return {};
+    return Head{opcode, offset + kRecordHeadBytes + length};
+  }
+  std::optional<Head> head(std::uint64_t offset) { return headOf(bytes(offset, kRecordHeadBytes), offset); }
+  std::string content(std::uint64_t offset, const Head& head) {
+    return bytes(offset + kRecordHeadBytes, head.end - offset - kRecordHeadBytes);
+  }
+
+  bool isClosingMagic(std::uint64_t offset) {
+    return offset + kMagic.size() == size_ && bytes(offset, kMagic.size()) == kMagic;
+  }
+
+  // -- where to go on --
+
+  void damaged(std::uint64_t offset, std::uint64_t length, std::string what, bool loses = true) {
+    if (!found_.damages.empty()) {
+      Damage& last = found_.damages.back();
+      if (last.offset + last.bytes == offset && last.what == what && last.loses == loses) {
+        last.bytes += length;
+        return;
+      }
+    }
+    found_.damages.push_back({offset, length, std::move(what), loses});
+  }
+
+  /// Indexes and the summary follow from the rest.
+  bool loses(std::uint64_t from, std::uint64_t to) const {
+    if (in_summary_ && !data_differ_) return false;
+    if (found_.chunks.empty()) return true;
+    const WholeChunk& chunk = found_.chunks.back();
+    const std::uint64_t index_at = chunk.offset + chunk.bytes;
+    return from < index_at || to > index_at + chunk.index_bytes;
+  }
+
+  void step() {
+    const std::uint64_t begin = at_;
+    const auto record = head(begin);
+    const std::string wrong = record ? take(begin, *record) : beginning(begin);
+    if (failure_) return;
+    if (wrong.empty()) {
+      at_ = next_;
+    } else {
+      indexed_.reset();
+      at_ = resume(begin, record);
+      damaged(begin, at_ - begin, wrong, loses(begin, at_));
+      trusted_ = false;
+    }
+    if (progress_) progress_(static_cast<double>(at_) / static_cast<double>(size_));
+  }
+
+  /// What is at a place where no record can begin.
+  std::string beginning(std::uint64_t offset) {
+    if (size_ - offset < kRecordHeadBytes) return "a record that is not whole";
+    const auto opcode = static_cast<Opcode>(bytes(offset, 1).front());
+    return isKnown(opcode) ? "a record that is not whole" : "bytes that are no record of a trace";
+  }
+
+  /// Where the next record begins that is whole.
+  std::uint64_t resume(std::uint64_t begin, const std::optional<Head>& record) {
+    if (record && (record->end == size_ || isClosingMagic(record->end) || looksWhole(record->end) ||
+                   (record->opcode == Opcode::message && isMessage(record->end)))) {
+      return record->end;
+    }
+    std::string window;
+    for (std::uint64_t from = begin + 1; from < size_ && !failure_; from += kWindowBytes) {
+      window = bytes(from, kWindowBytes + kRecordHeadBytes);
+      const std::uint64_t places = std::min<std::uint64_t>(kWindowBytes, window.size());
+      for (std::uint64_t i = 0; i < places; ++i) {
+        if (!isKnown(static_cast<Opcode>(window[i]))) continue;
+        if (headOf(std::string_view(window).substr(i), from + i) && looksWhole(from + i)) return from + i;
+      }
+    }
+    return size_;
+  }
+
+  bool isMessage(std::uint64_t offset) {
+    const auto next = head(offset);
+    return next && next->opcode == Opcode::message;
+  }
+
+  /// Whether a record may begin at that place, or the file end. A record without a checksum that is not
+  /// followed by another one has a wrong length, and may have swallowed what is whole.
+  bool goesOn(std::uint64_t offset) {
+    constexpr std::uint64_t kMostLength = std::uint64_t{1} << 40;  // of any file: it may be cut off there
+    if (offset >= size_ || isClosingMagic(offset)) return true;
+    const std::string begin = bytes(offset, kRecordHeadBytes);
+    ByteReader reader(begin);
+    if (!isKnown(static_cast<Opcode>(reader.number<std::uint8_t>()))) return false;
+    const auto length = reader.number<std::uint64_t>();
+    return !reader.good() || length < kMostLength;
+  }
+
+  /// By its checksum, or by its form and what follows it. Messages have neither: in a damaged chunk that is
+  /// not compressed they look like records of the file.
+  bool looksWhole(std::uint64_t offset) {
+    const auto record = head(offset);
+    if (!record || record->opcode == Opcode::header || record->opcode == Opcode::message) return false;
+    if (record->opcode == Opcode::chunk) {
+      std::string unpacked;
+      const std::string all = content(offset, *record);
+      return unpackChunk(all, unpacked).empty();
+    }
+    if (!hasForm(record->opcode, content(offset, *record))) return false;
+    return record->opcode == Opcode::attachment || isClosingMagic(record->end) || head(record->end);
+  }
+
+  // -- records --
+
+  /// What is wrong with it, or "".
+  std::string take(std::uint64_t offset, const Head& head) {
+    if (head.opcode != Opcode::message_index) indexed_.reset();
+    next_ = head.end;
+    std::string content = this->content(offset, head);
+    if (head.opcode == Opcode::chunk) return chunk(offset, head, content);
+    if (head.opcode == Opcode::message) return message(offset, std::move(content));
+    const bool has_checksum = head.opcode == Opcode::attachment;
+    if (!hasForm(head.opcode, content) || !(has_checksum || goesOn(head.end)))
+      return whatIsNotWhole(head.opcode);
+    switch (head.opcode) {
+      case Opcode::header:
+        return offset == kMagic.size() ? "" : "a header that does not belong there";
+      case Opcode::schema:
+        keep(found_.schemas, offset, std::move(content));
+        return "";
+      case Opcode::channel:
+        keep(found_.channels, offset, std::move(content));
+        return "";
+      case Opcode::metadata:
+        keep(found_.metadata, offset, std::move(content));
+        return "";
+      case Opcode::attachment:
+        return attachment(offset, head, content);
+      case Opcode::message_index:
+        return messageIndex(content);
+      case Opcode::data_end:
+        dataEnd(offset, content);
+        return "";
+      case Opcode::footer:
+        footer(offset, content);
+        return "";
+      case Opcode::chunk_index:
+        if (in_summary_) chunk_indexes_.push_back(IndexedChunk::of(content));
+        return "";
+      case Opcode::statistics:
+        if (in_summary_) messages_meant_ = ByteReader(content).number<std::uint64_t>();
+        return "";
+      default:
+        return "";
+    }
+  }
+
+  /// A record with a checksum that is longer than what that covers: by fields of a later version, or by a
+  /// wrong length, which has swallowed what follows. Where it ends.
+  std::uint64_t endOfChecked(std::uint64_t offset, const Head& head, std::size_t covered) {
+    const std::uint64_t end = offset + kRecordHeadBytes + covered;
+    if (end >= head.end || goesOn(head.end)) return head.end;
+    damaged(offset, kRecordHeadBytes, "the length of a record is wrong", false);
+    next_ = end;
+    return end;
+  }
+
+  std::string attachment(std::uint64_t offset, const Head& head, std::string_view content) {
+    AttachmentRecord attachment;
+    AttachmentRecord::of(content, attachment);
+    const auto data_end = static_cast<std::size_t>(attachment.data.end() - content.begin());
+    const std::size_t covered = data_end + sizeof(std::uint32_t);
+    const bool has_checksum = ByteReader(content.substr(data_end)).number<std::uint32_t>() != 0;
+    if (!has_checksum && covered < content.size()) return "an attachment that is longer than its data";
+    const std::uint64_t end = endOfChecked(offset, head, covered);
+    keep(found_.attachments, offset, std::string(content.substr(0, end - offset - kRecordHeadBytes)));
+    return "";
+  }
+
+  static void keep(std::vector<WholeRecord>& all, std::uint64_t offset, std::string content) {
+    if (std::ranges::find(all, content, &WholeRecord::content) != all.end()) return;
+    all.push_back({offset, std::move(content)});
+  }
+
+  std::string chunk(std::uint64_t offset, const Head& head, const std::string& content) {
+    std::string unpacked;
+    if (std::string wrong = unpackChunk(content, unpacked); !wrong.empty()) return wrong;
+    ChunkRecord chunk;
+    ChunkContent inside;
+    ChunkRecord::of(content, chunk);
+    ChunkContent::of(unpacked, inside);
+    const auto covered = static_cast<std::size_t>(chunk.records.end() - std::string_view(content).begin());
+    if (chunk.crc == 0 && covered < content.size()) return "a chunk that is longer than its records";
+    if (unpacked.empty()) return "";  // nothing is in it
+    const std::uint64_t end = endOfChecked(offset, head, covered);
+    const auto key = std::tuple(crcOf(unpacked), unpacked.size(), inside.start_ns, inside.end_ns);
+    if (!seen_.insert(key).second) {
+      damaged(offset, end - offset, "a chunk that is there twice", false);
+      return "";
+    }
+    if (chunk.start_ns != inside.start_ns || chunk.end_ns != inside.end_ns) {
+      damaged(offset, end - offset, "the times of a chunk are not those of its messages", false);
+    }
+    for (const std::string_view schema : inside.schemas) {
+      if (hasForm(Opcode::schema, schema)) keep(found_.schemas, offset, std::string(schema));
+    }
+    for (const std::string_view channel : inside.channels) {
+      if (hasForm(Opcode::channel, channel)) keep(found_.channels, offset, std::string(channel));
+    }
+    for (const auto& [channel, places] : inside.messages) {
+      found_.used_channels.insert(channel);
+      found_.messages_whole += places.size();
+    }
+    const std::string index = inside.indexRecords();
+    const bool indexed = bytes(end, index.size()) == index;
+    found_.chunks.push_back({offset, end - offset, inside.start_ns, inside.end_ns, indexed, index.size()});
+    if (indexed) {
+      next_ = end + index.size();
+    } else {
+      indexed_ = std::move(inside.messages);
+    }
+    return "";
+  }
+
+  /// Of the chunk before it, from which it follows.
+  std::string messageIndex(std::string_view content) {
+    MessageIndex index;
+    MessageIndex::of(content, index);
+    if (!indexed_) return "";  // of a chunk that is damaged itself
+    const auto meant = indexed_->find(index.channel);
+    const bool fits = meant != indexed_->end() && std::ranges::is_permutation(meant->second, index.places);
+    if (!fits && !index.places.empty()) {
+      damaged(at_, kRecordHeadBytes + content.size(), "the index of a chunk does not fit it", false);
+    }
+    return "";
+  }
+
+  /// Messages outside of chunks have no checksum.
+  std::string message(std::uint64_t offset, std::string content) {
+    MessageRecord message;
+    if (!MessageRecord::of(content, message)) return "a message that is not whole";
+    const bool defined = std::ranges::any_of(found_.channels, [&](const WholeRecord& channel) {
+      return ByteReader(channel.content).number<std::uint16_t>() == message.channel;
+    });
+    if (!defined) return fmt::format("a message of channel {}, which is not defined", message.channel);
+    if (!trusted_ && !found_.chunks.empty()) return "a message that may be of a damaged chunk";
+    found_.messages.push_back({offset, std::move(content)});
+    return "";
+  }
+
+  // -- the end --
+
+  std::uint32_t crcOfFile(std::uint64_t from, std::uint64_t to) {
+    std::uint32_t crc = 0;
+    for (; from < to && !failure_; from += kWindowBytes) {
+      crc = crcOf(bytes(from, std::min(kWindowBytes, to - from)), crc);
+    }
+    return crc;
+  }
+
+  void dataEnd(std::uint64_t offset, std::string_view content) {
+    const auto crc = ByteReader(content).number<std::uint32_t>();
+    data_differ_ = crc != 0 && crcOfFile(0, offset) != crc;
+    data_end_ = offset;
+    in_summary_ = true;
+    chunk_indexes_.clear();
+  }
+
+  void footer(std::uint64_t offset, std::string_view content) {
+    ByteReader reader(content);
+    const auto summary_at = reader.number<std::uint64_t>();
+    const std::uint64_t covered_to = offset + kRecordHeadBytes + kFooterBytes - sizeof(std::uint32_t);
+    reader.number<std::uint64_t>();
+    const auto crc = reader.number<std::uint32_t>();
+    const std::uint64_t from = summary_at == 0 ? offset : summary_at;
+    const bool fits = from <= offset && crc == crcOfFile(from, covered_to);
+    footer_seen_ = true;
+    summary_whole_ = fits && in_summary_;
+    if (crc != 0 && !fits) damaged(offset, 0, "the summary at the end does not fit its checksum", false);
+  }
+
+  void finish() {
+    if (!found_.ended) damaged(size_, 0, "the end of the file is missing", false);
+    settle(found_.schemas, "a schema");
+    settle(found_.channels, "a channel");
+    if (summary_whole_) compareWithSummary();
+    if (found_.ended && !summary_whole_ && !in_summary_)
+      damaged(size_, 0, "the end of the data is missing", false);
+    if (data_differ_ && found_.damages.empty()) {
+      damaged(
+          0, data_end_,
+          "the checksum of the data does not fit, though all chunks and attachments do: something in header, "
+          "schemas, channels, metadata or indexes has changed",
+          true);
+    }
+    if (!found_.chunks.empty() && !found_.messages.empty() && !trusted_) dropMessages();
+    findUndefined();
+    found_.messages_whole += found_.messages.size();
+    std::ranges::stable_sort(found_.damages, {}, &Damage::offset);
+    for (Damage& damage : found_.damages) findTimes(damage);
+  }
+
+  static bool holds(const std::vector<WholeRecord>& records, std::uint16_t id) {
+    return std::ranges::any_of(records, [id](const WholeRecord& record) {
+      return ByteReader(record.content).number<std::uint16_t>() == id;
+    });
+  }
+
+  void findUndefined() {
+    for (const std::uint16_t id : found_.used_channels) {
+      if (!holds(found_.channels, id)) damaged(0, 0, fmt::format("the definition of channel {} is lost", id));
+    }
+    for (const WholeRecord& channel : found_.channels) {
+      ByteReader reader(channel.content);
+      reader.number<std::uint16_t>();
+      const auto schema = reader.number<std::uint16_t>();
+      if (schema != 0 && !holds(found_.schemas, schema)) {
+        damaged(0, 0, fmt::format("the definition of schema {} is lost", schema));
+      }
+    }
+  }
+
+  /// Of definitions with the same id but different contents that of the summary is taken, which has a
+  /// checksum.
+  void settle(std::vector<WholeRecord>& records, const char* what) {
+    std::map<std::uint16_t, WholeRecord> taken;
+    for (WholeRecord& record : records) {
+      const auto id = ByteReader(record.content).number<std::uint16_t>();
+      const auto [place, is_new] = taken.emplace(id, record);
+      if (is_new) continue;
+      const bool better = summary_whole_ && record.offset > data_end_;
+      damaged(better ? place->second.offset : record.offset, kRecordHeadBytes + record.content.size(),
+              fmt::format("{} that differs from {} of the same number {}", what, what, id), !better);
+      if (better) place->second = record;
+    }
+    records.clear();
+    for (auto& [id, record] : taken) records.push_back(std::move(record));
+  }
+
+  /// Where there are chunks, what follows damage may be what is left of one.
+  void dropMessages() {
+    const std::uint64_t first = found_.damages.empty() ? 0 : found_.damages.front().offset;
+    const auto dropped =
+        std::erase_if(found_.messages, [first](const WholeRecord& m) { return m.offset > first; });
+    if (dropped > 0) damaged(first, 0, fmt::format("{} messages that may be of a damaged chunk", dropped));
+  }
+
+  void compareWithSummary() {
+    found_.messages_meant = messages_meant_;
+    for (const IndexedChunk& meant : chunk_indexes_) {
+      const auto is_it = [&meant](const WholeChunk& chunk) {
+        return chunk.start_ns == meant.start_ns && chunk.end_ns == meant.end_ns && chunk.bytes == meant.bytes;
+      };
+      const auto found = std::ranges::find_if(found_.chunks, is_it);
+      const bool known = std::ranges::any_of(found_.damages, [&meant](const Damage& damage) {
+        return damage.loses && damage.offset < meant.offset + meant.bytes &&
+               meant.offset < damage.offset + damage.bytes;
+      });
+      if (found == found_.chunks.end() && !known) damaged(meant.offset, 0, "a chunk is missing");
+      if (found != found_.chunks.end() && found->offset != meant.offset) {
+        damaged(found->offset, found->bytes, "a chunk is not where the summary says", false);
+      }
+    }
+  }
+
+  void findTimes(Damage& damage) const {
+    for (const WholeChunk& chunk : found_.chunks) {
+      if (chunk.offset < damage.offset) damage.after_ns = std::max(damage.after_ns, chunk.end_ns);
+      if (chunk.offset >= damage.offset + damage.bytes && chunk.offset != damage.offset) {
+        damage.before_ns =
+            damage.before_ns == 0 ? chunk.start_ns : std::min(damage.before_ns, chunk.start_ns);
+      }
+    }
+  }
+
+  const TraceFile& file_;
+  std::uint64_t size_;
+  const std::function<void(double)>& progress_;
+  Salvage found_;
+  std::optional<config::Error> failure_;
+  std::uint64_t at_ = 0;
+  std::uint64_t next_ = 0;  ///< where to go on behind the record at `at_`, if that is whole
+  bool trusted_ = true;     ///< nothing was damaged so far
+  /// Messages of the chunk that indexes may follow.
+  std::optional<std::map<std::uint16_t, std::vector<MessagePlace>>> indexed_;
+  std::set<std::tuple<std::uint32_t, std::size_t, std::uint64_t, std::uint64_t>> seen_;  ///< chunks
+  // of the end
+  bool in_summary_ = false;
+  bool footer_seen_ = false;
+  bool summary_whole_ = false;
+  bool data_differ_ = false;
+  std::uint64_t data_end_ = 0;
+  std::vector<IndexedChunk> chunk_indexes_;
+  std::optional<std::uint64_t> messages_meant_;
+};
+
+}  // namespace
+
+config::Result<Salvage> salvage(const TraceFile& file, std::uint64_t size,
+                                const std::function<void(double)>& progress) {
+  return Search(file, size, progress).run();
+}
+
+}  // namespace hapticd::drivers::mcap

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/trace/mcap_format.h"
+
+namespace hapticd::drivers::mcap {
+
+/// What the end of a file says of all before it.
+class Summary {
+ public:
+  // `content`: of the record; what is there already is not added again
+  void addSchema(std::string_view content) { addOnce(schemas_, content); }
+  void addChannel(std::string_view content) { addOnce(channels_, content); }
+  // `offset`, `bytes`: of the whole record in the file
+  void addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
+                const ChunkContent& content);
+  void addAttachment(std::uint64_t offset, std::uint64_t bytes, const AttachmentRecord& attachment);
+  void addMetadata(std::uint64_t offset, std::uint64_t bytes, std::string_view content);
+
+  std::uint64_t chunks() const { return chunks_; }
+
+  /// DataEnd, summary, footer and magic for a data section that ends at `offset`. `crc`: of all before it.
+  std::string ending(std::uint64_t offset, std::uint32_t crc) const;
+
+ private:
+  static void addOnce(std::vector<std::string>& to, std::string_view content);
+  std::string statistics() const;
+
+  std::vector<std::string> schemas_;  ///< contents of the records
+  std::vector<std::string> channels_;
+  std::string chunk_indexes_;  ///< whole records
+  std::string attachment_indexes_;
+  std::string metadata_indexes_;
+  std::map<std::uint16_t, std::uint64_t> messages_;  ///< by channel
+  std::uint64_t start_ns_ = 0;
+  std::uint64_t end_ns_ = 0;
+  std::uint32_t chunks_ = 0;
+  std::uint32_t attachments_ = 0;
+  std::uint32_t metadata_ = 0;
+};
+
+}  // namespace hapticd::drivers::mcap
