@@ -101,7 +101,7 @@ config::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
     if (describe(file->path(), entry)) traces.push_back(std::move(entry));
   }
   if (failure) {
-    return refuse(folder, "cannot be read: " + failure.message(), "check trace.folder and its permissions");
+    return refuse(folder, "cannot be read: " + failure.message(), "check state.folder and its permissions");
   }
   std::ranges::sort(traces, {}, [](const TraceEntry& entry) { return std::pair(entry.time_ns, entry.name); });
   return traces;
