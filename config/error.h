@@ -11,7 +11,7 @@ struct Error {
   std::string what;    ///< the fact, with the offending value and the allowed range
   std::string remedy;  ///< what to do about it; may be empty
 
-  /// "where: what (remedy)", without the parts that are empty.
+  /// "where: what (remedy)", without the parts that are empty, in one line of printable text.
   std::string text() const;
 };
 

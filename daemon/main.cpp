@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/program.h"
 #include "config/value_text.h"
 #include "daemon/journal.h"
 #include "daemon/service.h"
@@ -119,7 +120,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
 
   const auto start = startSettings(file, overrides);
@@ -145,5 +146,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::daemon
 
 int main(int argc, char** argv) {
-  return hapticd::daemon::run(argc, argv);
+  return hapticd::config::runProgram("hapticd", [&] { return hapticd::daemon::run(argc, argv); });
 }

@@ -8,6 +8,7 @@
 #include "config/law_choice.h"
 #include "daemon/control/interface_texts.h"
 #include "daemon/control/names.h"
+#include "rt/force_law.h"
 
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
 // until it is shown.
@@ -193,6 +194,7 @@ const std::string& kernelRelease() {
 
 /// Mode and cause are shown at the top.
 OrderedJson tickJson(const rt::Tick& tick) {
+  const bool has_proxy = rt::hasProxy(tick.law);
   return {{"number", tick.number},
           {"plannedNs", tick.planned_ns},
           {"wakeupLatencyNs", tick.wakeup_latency_ns},
@@ -209,7 +211,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"outsideModel", tick.outside_model},
           {"blending", tick.blending},
           {"law", config::nameOf(tick.law)},
-          {"contact", nameOf(tick.contact)},
+          {"contact", has_proxy ? OrderedJson(nameOf(tick.contact)) : OrderedJson()},
           {"pointsUsed", tick.points_used},
           {"sceneFrame", tick.scene_frame},
           {"sceneAgeNs", tick.scene_age_ns},
@@ -222,7 +224,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"handleDelayS", tick.handle.delay_s},
           {"handleCommandLatencyNs", tick.handle.command_latency_ns},
           {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
-          {"proxyMInWorld", vectorJson(tick.proxy_m_in_world)},
+          {"proxyMInWorld", has_proxy ? vectorJson(tick.proxy_m_in_world) : OrderedJson()},
           {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
           {"blendedForceNInWorld", vectorJson(tick.blended_force_n_in_world)},
           {"scaledForceNInWorld", vectorJson(tick.scaled_force_n_in_world)},

@@ -33,7 +33,7 @@ class HapticctlTraceFiles : public testing::Test {
 TEST_F(HapticctlTraceFiles, ExportSaysHowManyRowsItWroteAndWhere) {
   const Finished csv = home.run({"trace", "export", trace, "--out", file("a.csv")});
   EXPECT_EQ(csv.ending, exitedWith(0)) << csv.errors;
-  EXPECT_EQ(csv.output, file("a.csv") + ": 2000 rows\n");
+  EXPECT_EQ(csv.output, file("a.csv") + ": 2000 rows\n" + file("a.settings.yaml") + ": the settings\n");
   EXPECT_EQ(csv.errors, "") << "progress is for terminals";
   const Finished hdf5 = home.run({"--json", "trace", "export", trace, "--out", file("a.h5")});
   EXPECT_EQ(json::parse(hdf5.output).at("file"), file("a.h5"));
@@ -73,8 +73,8 @@ TEST_F(HapticctlTraceFiles, ATraceOfAnOlderVersionIsReadAndWhatItLacksIsNamed) {
   EXPECT_TRUE(has(info.output, "0.0.7"));
   const json missing = json::parse(home.run({"--json", "trace", "info", older}).output).at("missingFields");
   EXPECT_EQ(missing, json({{"/hapticd/tick", {"slewed_force_n_in_world"}}}));
-  for (const char* command : {"export", "plot"}) {
-    const Finished made = home.run({"trace", command, older, "--out", file(std::string(command) + ".svg")});
+  for (const auto& [command, out] : {std::pair("export", "a.csv"), std::pair("plot", "a.svg")}) {
+    const Finished made = home.run({"trace", command, older, "--out", file(out)});
     EXPECT_EQ(made.ending, exitedWith(0)) << command << ": " << made.errors;
   }
 }

@@ -55,7 +55,7 @@ TEST_F(HapticctlWork, TraceListShowsNamesSizesAndWhatIsOpen) {
              {{"name", "b\033"}, {"bytes", 1}, {"timeNs", 0}, {"open", true}, {"depth", false}}}}});
   const std::string output = home.run({"trace", "list"}).output;
   EXPECT_TRUE(has(output, "12.3 MB  a, with depth\n")) << output;
-  EXPECT_TRUE(has(output, "b?, being written\n")) << output;
+  EXPECT_TRUE(has(output, "b\\x1b, being written\n")) << output;
 }
 
 TEST_F(HapticctlWork, TraceFilesAreLookedForByNameInTheFolderOfTheDaemon) {

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "rt/periodic_clock.h"
+#include "tools/haptic-bridge/bounded_force.h"
 #include "tools/haptic-bridge/dead_man.h"
 
 namespace hapticd::tools {
@@ -88,9 +89,7 @@ rt::Vec3 Bridge::forceAt(std::int64_t now_ns) {
   if (!command_ || !command_->active) return {};
   const double share = deadManShare(now_ns - command_ns_);
   if (share < 1) ++summary_.dead_man_ticks;
-  const double length_n = norm(command_->force_n_in_handle);
-  const double kept = length_n > options_.max_force_n ? options_.max_force_n / length_n : 1;
-  return share * kept * command_->force_n_in_handle;
+  return share * boundedForce(command_->force_n_in_handle, options_.max_force_n);
 }
 
 void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {

@@ -32,7 +32,8 @@ class DeviceLog {
   static config::Result<DeviceLog> at(const std::string& path);
 
   void add(const DeviceTick& tick);
-  /// Errors: not all could be written.
+  /// Closes the file; nothing may be added after it.  Errors: not all could be written; then nothing of it is
+  /// left.
   config::Result<void> finish();
 
  private:
@@ -42,7 +43,10 @@ class DeviceLog {
 
   DeviceLog(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
 
+  void write(const std::string& text);
+
   std::string path_;
+  int error_ = 0;  ///< errno of the first write that failed; 0: none has
   std::unique_ptr<std::FILE, Close> file_;
 };
 

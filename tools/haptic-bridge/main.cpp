@@ -2,16 +2,22 @@
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "config/program.h"
+#include "config/value_text.h"
 #include "drivers/handle/udp/key_file.h"
 #include "tools/child/interrupt.h"
 #include "tools/haptic-bridge/bridge.h"
 #include "tools/haptic-bridge/bridge_report.h"
 #include "tools/haptic-bridge/simulated_device.h"
+#include "tools/options/output_file.h"
+#include "tools/options/within.h"
 
 namespace hapticd::tools {
 namespace {
@@ -36,7 +42,8 @@ int fail(const config::Error& error, int status) {
 config::Result<void> readEndpoint(const std::string& text, const char* option, config::Ipv4Endpoint& into) {
   auto endpoint = config::ipv4EndpointFrom(text);
   if (endpoint && endpoint->port == 0) {
-    return std::unexpected(config::Error{option, fmt::format("\"{}\" names no port", text), ""});
+    return std::unexpected(
+        config::Error{option, fmt::format("{} names no port", config::inQuotes(text)), ""});
   }
   if (!endpoint) {
     return std::unexpected(config::Error{option, endpoint.error().what, endpoint.error().remedy});
@@ -90,16 +97,18 @@ int bridge(Options& options) {
 
 void addImpairments(CLI::App& app, Impairments& impairments) {
   const auto addShare = [&app](const char* name, double& share, const char* what) {
-    app.add_option(name, share, what)->type_name("SHARE")->check(CLI::Range(0.0, 1.0));
+    app.add_option(name, share, what)->type_name("SHARE")->check(within(0.0, 1.0));
   };
   app.add_option("--delay-ms", impairments.delay_ms, "each packet comes that much later, each way (0)")
       ->type_name("MS")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(within(0.0, 1000.0));
   addShare("--loss", impairments.loss, "share of packets that are lost, each way (0)");
   addShare("--duplicate", impairments.duplicate, "share of packets that come twice, each way (0)");
   addShare("--reorder", impairments.reorder, "share of packets that others overtake, each way (0)");
   addShare("--corrupt", impairments.corrupt, "share of packets with a wrong bit, each way (0)");
-  app.add_option("--seed", impairments.seed, "of these accidents (1)");
+  app.add_option("--seed", impairments.seed, "of these accidents (1)")
+      ->type_name("N")
+      ->check(within(std::uint64_t{0}, std::numeric_limits<std::uint64_t>::max()));
 }
 
 void addHand(CLI::App& app, Options& options) {
@@ -108,21 +117,21 @@ void addHand(CLI::App& app, Options& options) {
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(CLI::Range(-10.0, 10.0));
+      ->check(within(-10.0, 10.0));
   app.add_option("--direction", options.direction, "where it moves (0,0,-1)")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(CLI::Range(-1.0, 1.0));
+      ->check(within(-1.0, 1.0));
   app.add_option("--travel", hand.travel_m, "how far, metres (0.4)")
       ->type_name("METRES")
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(within(0.0, 10.0));
   app.add_option("--speed", hand.speed_m_per_s, "how fast, m/s (0.1)")
       ->type_name("SPEED")
-      ->check(CLI::Range(0.001, 5.0));
+      ->check(within(0.001, 5.0));
   app.add_option("--press-force", hand.press_force_n, "how hard it presses, N (2)")
       ->type_name("NEWTONS")
-      ->check(CLI::Range(0.0, 50.0));
+      ->check(within(0.0, 50.0));
 }
 
 int run(int argc, char** argv) {
@@ -142,23 +151,24 @@ int run(int argc, char** argv) {
       ->type_name("FILE");
   app.add_option("--duration", options.duration_s, "seconds to run")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(within(0.001, 1e6));
   app.add_option("--log", options.log,
                  "one row per tick: newest command and its age, exerted force, position")
-      ->type_name("CSV");
+      ->type_name("CSV")
+      ->check(endsIn(".csv"));
   app.add_option("--max-force", options.bridge.max_force_n, "what the device bears, N (10)")
       ->type_name("NEWTONS")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(within(0.0, 100.0));
   app.add_option("--mute-after", options.bridge.mute_after_s, "send no states after that many seconds")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(within(0.001, 1e6));
   addHand(app, options);
   addImpairments(app, options.bridge.impairments);
   app.set_version_flag("--version", std::string("haptic-bridge ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
   return bridge(options);
 }
@@ -167,5 +177,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::tools::run(argc, argv);
+  return hapticd::config::runProgram("haptic-bridge", [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "config/value_text.h"
 #include "rt/haptic_core.h"
 
 namespace hapticd::tools {
@@ -74,7 +75,7 @@ class Parser {
       value = *parsed;
       return true;
     }
-    report(number, fmt::format("{}: '{}' is {} (allowed: {}..{} {})", kColumns[column], field,
+    report(number, fmt::format("{}: {} is {} (allowed: {}..{} {})", kColumns[column], config::inQuotes(field),
                                parsed ? "out of range" : "no number", low, high, is_time ? "s" : "m"));
     return false;
   }

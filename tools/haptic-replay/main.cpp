@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <numeric>
 #include <set>
@@ -13,9 +12,12 @@
 #include <vector>
 
 #include "config/parameter_table.h"
+#include "config/program.h"
 #include "config/yaml_loader.h"
 #include "tools/haptic-replay/replay.h"
 #include "tools/haptic-replay/trace_replay.h"
+#include "tools/options/output_file.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -36,18 +38,6 @@ int fail(const std::vector<config::Error>& errors, int status) {
     std::fputs(fmt::format("haptic-replay: {}\n", error.text()).c_str(), stderr);
   }
   return status;
-}
-
-/// False when not all of `text` could be written; then no part of it is left.
-bool writeFile(const std::string& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  if (!out.is_open()) return false;
-  out << text;
-  out.close();
-  if (out) return true;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) std::filesystem::remove(path, ignored);
-  return false;
 }
 
 std::optional<config::Error> timeGoesBack(const std::vector<HipSample>& samples) {
@@ -91,9 +81,8 @@ int replayFile(const Options& options) {
   Replay replay(*settings, *source, options.stage);
   const auto text = forcesOf(replay, *samples);
   if (!text) return fail({text.error()}, EX_DATAERR);
-  if (!writeFile(options.out, *text)) {
-    return fail({{options.out, "cannot be written", "check --out and the free space"}}, EX_CANTCREAT);
-  }
+  const auto written = writeWholeFile(options.out, *text, IfExists::replace);
+  if (!written) return fail({written.error()}, EX_CANTCREAT);
   std::fputs(fmt::format("{} forces, {} scenes modelled\n", samples->size(), replay.models()).c_str(),
              stdout);
   return EX_OK;
@@ -179,8 +168,9 @@ int replayTrace(const Options& options) {
   }
   const auto comparison = replay->run(on_tick);
   if (!comparison) return fail({comparison.error()}, EX_DATAERR);
-  if (!options.out.empty() && !writeFile(options.out, table.text())) {
-    return fail({{options.out, "cannot be written", "check --out and the free space"}}, EX_CANTCREAT);
+  if (!options.out.empty()) {
+    const auto written = writeWholeFile(options.out, table.text(), IfExists::replace);
+    if (!written) return fail({written.error()}, EX_CANTCREAT);
   }
   print(*comparison);
   return comparison->different == 0 ? EX_OK : EXIT_FAILURE;
@@ -215,7 +205,9 @@ int run(int argc, char** argv) {
   CLI::Option* const hip =
       app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")
           ->type_name("CSV");
-  app.add_option("--out", options.out, "where the forces go; needed without --trace")->type_name("CSV");
+  app.add_option("--out", options.out, "where the forces go; needed without --trace")
+      ->type_name("CSV")
+      ->check(endsIn(".csv"));
   trace->excludes(config)->excludes(hip);
   app.add_option("--stage", options.stage, "law (default) or command")
       ->type_name("STAGE")
@@ -225,7 +217,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
   if (!options.trace.empty()) return replayTrace(options);
   for (const auto& [name, given] : {std::pair{"--config", options.config},
@@ -242,5 +234,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::tools::run(argc, argv);
+  return hapticd::config::runProgram("haptic-replay", [&] { return hapticd::tools::run(argc, argv); });
 }

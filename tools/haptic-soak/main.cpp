@@ -4,15 +4,20 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
+#include <limits>
 #include <random>
 #include <string>
 
+#include "config/program.h"
 #include "tools/haptic-soak/flood_study.h"
 #include "tools/haptic-soak/load_study.h"
 #include "tools/haptic-soak/soak_report.h"
+#include "tools/options/output_file.h"
+#include "tools/options/within.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -38,11 +43,9 @@ void showTime(double now_s, double seconds) {
 
 bool writeJson(const std::string& file, const std::string& text) {
   if (file.empty()) return true;
-  std::ofstream out(file);
-  out << text << std::flush;
-  if (out) return true;
-  fail({file, "cannot be written", "check --json"}, EX_CANTCREAT);
-  return false;
+  const auto written = writeWholeFile(file, text, IfExists::replace);
+  if (!written) fail(written.error(), EX_CANTCREAT);
+  return written.has_value();
 }
 
 int compareLoads(const LoadOptions& options, const std::string& json_file) {
@@ -99,11 +102,11 @@ int run(int argc, char** argv) {
       ->take_all()
       ->allow_extra_args(false);
   auto* const in_minutes =
-      app.add_option("--minutes", minutes, "how long it runs (10)")->check(CLI::Range(0.1, 1e5));
-  app.add_option("--seconds", seconds, "the same in seconds")
-      ->check(CLI::Range(1.0, 6e6))
-      ->excludes(in_minutes);
-  app.add_option("--seed", options.seed, "of what is random (chosen and printed)");
+      app.add_option("--minutes", minutes, "how long it runs (10)")->check(within(0.1, 1e5));
+  app.add_option("--seconds", seconds, "the same in seconds")->check(within(1.0, 6e6))->excludes(in_minutes);
+  app.add_option("--seed", options.seed, "of what is random (chosen and printed)")
+      ->type_name("N")
+      ->check(within(std::uint64_t{0}, std::numeric_limits<std::uint64_t>::max()));
   app.add_option("--daemon", options.daemon, "hapticd (the one of this build or installation)")
       ->type_name("FILE");
   app.add_option(
@@ -111,27 +114,25 @@ int run(int argc, char** argv) {
          "command for the shell that unplugs and plugs devices, run again and again; knows $HAPTICD_PID")
       ->type_name("CMD");
   app.add_option("--replug-every", options.replug_every_s, "seconds between two of them (5)")
-      ->check(CLI::Range(0.1, 3600.0));
+      ->check(within(0.1, 3600.0));
   app.add_flag("--strict", limits.strict,
                "late and left-out ticks break a limit too: for a machine with real time");
   app.add_option("--max-memory-growth-kb", limits.memory_growth_kb,
                  "beyond the noise (1024, per 10 minutes in longer runs)")
-      ->check(CLI::Range(0.0, 1e9));
-  app.add_option("--max-memory-kb", limits.memory_kb, "at any time (no limit)")->check(CLI::Range(0.0, 1e9));
+      ->check(within(0.0, 1e9));
+  app.add_option("--max-memory-kb", limits.memory_kb, "at any time (no limit)")->check(within(0.0, 1e9));
   LoadOptions load;
   bool compare = false;
   auto* const compare_loads =
       app.add_flag("--compare-loads", compare,
                    "instead: how late ticks begin without load, under clients, and while tracing");
   app.add_option("--clients", load.clients, "of --compare-loads (30)")
-      ->check(CLI::Range(1, 1000))
+      ->check(within(1, 1000))
       ->needs(compare_loads);
   app.add_option("--round", load.round_s, "seconds of one round of --compare-loads (10)")
-      ->check(CLI::Range(1.0, 60.0))
+      ->check(within(1.0, 60.0))
       ->needs(compare_loads);
-  app.add_option("--rounds", load.rounds, "of each load (4)")
-      ->check(CLI::Range(1, 10'000))
-      ->needs(compare_loads);
+  app.add_option("--rounds", load.rounds, "of each load (4)")->check(within(1, 10'000))->needs(compare_loads);
   FloodOptions flood;
   bool floods = false;
   auto* const flood_flag =
@@ -141,16 +142,18 @@ int run(int argc, char** argv) {
              "up; judges the longest wait of the watchdog, of hapticctl disengage, and ticks lost")
           ->excludes(compare_loads);
   app.add_option("--connections", flood.connections, "of --flood (40)")
-      ->check(CLI::Range(1, 1000))
+      ->check(within(1, 1000))
       ->needs(flood_flag);
   app.add_option("--max-gap-s", flood.max_gap_s, "of --flood: the longest wait of the watchdog (0.5)")
-      ->check(CLI::Range(0.0, 3600.0))
+      ->check(within(0.0, 3600.0))
       ->needs(flood_flag);
   app.add_option("--max-disengage-s", flood.max_disengage_s,
                  "of --flood: the longest hapticctl disengage (0.1)")
-      ->check(CLI::Range(0.0, 3600.0))
+      ->check(within(0.0, 3600.0))
       ->needs(flood_flag);
-  app.add_option("--json", json_file, "write the result there too")->type_name("FILE");
+  app.add_option("--json", json_file, "write the result there too")
+      ->type_name("FILE")
+      ->check(endsIn(".json"));
   app.footer(
       "Ctrl-C ends it early, with the table.\n"
       "Exit status: 0 all limits kept, 1 a limit is broken, 64 usage, 69 hapticd does not start, 73 --json "
@@ -158,7 +161,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
   if (compare) {
     load.soak = options;
@@ -170,7 +173,7 @@ int run(int argc, char** argv) {
     return floodDaemon(flood, json_file);
   }
   fmt::print("haptic-soak: {:.0f} s, --seed {}\n", options.seconds, options.seed);
-  std::fflush(stdout);
+  config::flushOutput();
   const Interrupt interrupt;
   const auto result = runSoak(options, interrupt, [&](double now_s) { showTime(now_s, options.seconds); });
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<30}\r", "");
@@ -181,5 +184,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::tools::run(argc, argv);
+  return hapticd::config::runProgram("haptic-soak", [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -10,8 +10,14 @@ namespace hapticd::tools {
 /// `text` as gnuplot reads it between single quotes.
 std::string gnuplotQuoted(const std::string& text);
 
-/// Runs gnuplot on `script`, which writes `image`. A file beside the image holds the script meanwhile.
-/// Errors: gnuplot is not installed, refuses the script or leaves no image; `remedy` ends the message.
+/// "pngcairo" or "svg", by the ending of the image.
+const char* gnuplotTerminal(const std::filesystem::path& image);
+
+/// The image that gnuplot makes of `script`, which sets a terminal and leaves the output at standard output.
+/// Errors: gnuplot is not installed, refuses the script or makes nothing; `remedy` ends the message.
+config::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy);
+
+/// The same as a file, which is there whole or not at all; one of that name is replaced.
 config::Result<void> runGnuplot(const std::string& script, const std::filesystem::path& image,
                                 const std::string& remedy);
 

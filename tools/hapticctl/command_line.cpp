@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/nearest_names.h"
+#include "config/program.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/reply_reader.h"
 
@@ -76,11 +77,11 @@ int CommandLine::run(int argc, char** argv) {
     app_.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
     const std::string text = unknownCommandText(app_);
-    if (text.empty()) return app_.exit(error) == 0 ? kOk : kUsage;
+    if (text.empty()) return config::endWithoutWork(app_, error, kUsage);
     fmt::print(stderr, "{}", text);
     return kUsage;
   } catch (const CLI::ParseError& error) {
-    return app_.exit(error) == 0 ? kOk : kUsage;
+    return config::endWithoutWork(app_, error, kUsage);
   }
   return action_();
 }

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "config/parameter_table.h"
+#include "config/value_text.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
@@ -27,11 +28,11 @@ std::expected<Assignments, std::string> split(const std::vector<std::string>& te
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     if (equals == 0 || equals == std::string::npos) {
-      return std::unexpected(fmt::format("'{}' is not of the form NAME=VALUE", text));
+      return std::unexpected(fmt::format("{} is not of the form NAME=VALUE", config::inQuotes(text)));
     }
     const std::string name = text.substr(0, equals);
     for (const auto& [other, value] : assignments) {
-      if (other == name) return std::unexpected(fmt::format("'{}' is set twice", name));
+      if (other == name) return std::unexpected(fmt::format("{} is set twice", config::inQuotes(name)));
     }
     assignments.emplace_back(name, text.substr(equals + 1));
   }

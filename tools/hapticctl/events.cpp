@@ -10,6 +10,7 @@
 #include <deque>
 #include <optional>
 
+#include "config/program.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/signals.h"
@@ -46,7 +47,7 @@ class EventPrinter {
                                      priority, textAt(reply, "event.kind"), textAt(reply, "event.text")),
                          colourOf(priority), colours_));
     }
-    return std::fflush(stdout) == 0;
+    return config::flushOutput();
   }
 
  private:

@@ -29,14 +29,14 @@ void addLinesOf(std::vector<std::string>& lines, const std::string& text) {
 }
 
 /// All complaints, wrapped; with a note where they take too much of the screen.
-std::vector<std::string> complaintLines(const Json& status, std::size_t columns) {
+std::vector<std::string> complaintLines(const Json& status, std::size_t columns, std::size_t most_rows) {
   std::vector<std::string> lines;
   const std::vector<std::string> all = complaints(status);
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::vector<std::string> own;
     addLinesOf(own, wrapped("! " + all[i], columns, "  "));
     const bool last = i + 1 == all.size();
-    if (lines.size() + own.size() > kComplaintRows - (last ? 0 : 1)) {
+    if (lines.size() + own.size() > most_rows - (last ? 0 : 1)) {
       lines.push_back(fmt::format("! and {} more: hapticctl status --all", all.size() - i));
       break;
     }
@@ -116,7 +116,9 @@ std::vector<std::string> rows(const Json& status) {
 std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style) {
   const std::size_t columns = std::max(style.size.columns, kFewestColumns);
   std::vector<std::string> lines;
-  for (const std::string& line : complaintLines(status, columns)) {
+  const bool has_limit = style.size.rows != TerminalSize::kNoLimit;
+  for (const std::string& line :
+       complaintLines(status, columns, has_limit ? kComplaintRows : TerminalSize::kNoLimit)) {
     lines.push_back(painted(line, Colour::red, style.colours));
   }
   const std::string mode =

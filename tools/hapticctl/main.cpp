@@ -1,6 +1,9 @@
+#include "config/program.h"
 #include "tools/hapticctl/command_line.h"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
   using namespace hapticd::tools;
   CommandLine line;
   addStateCommands(line);
@@ -12,4 +15,10 @@ int main(int argc, char** argv) {
   addDoctorCommand(line);
   addCompletionCommand(line);
   return line.run(argc, argv);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return hapticd::config::runProgram("hapticctl", [&] { return run(argc, argv); });
 }

@@ -42,16 +42,6 @@ std::string receiveRequest() {
   return received;
 }
 
-bool sendAll(std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t count = ::write(STDOUT_FILENO, text.data(), text.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
-}
-
 }  // namespace
 
 int runMetrics(const CommandOptions& options) {
@@ -64,7 +54,8 @@ int runMetricsOverHttp(const CommandOptions& options) {
     const auto reply = callOnce(options, kGetStatus);
     return openMetricsOf(reply ? statusIn(*reply) : Json());
   });
-  return sendAll(answer) ? kOk : kFailed;
+  fmt::print("{}", answer);
+  return kOk;
 }
 
 }  // namespace hapticd::tools

@@ -11,6 +11,7 @@
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fetch_snapshot.h"
 #include "tools/hapticctl/reply_reader.h"
+#include "tools/options/within.h"
 #include "tools/registration/landmark_depth.h"
 #include "tools/registration/point_files.h"
 #include "tools/registration/rigid_fit.h"
@@ -265,7 +266,7 @@ void addRegisterCommand(CommandLine& line) {
       .add_option("--max-residual", wanted->max_residual_m,
                   "Refuse a pose that leaves a point farther off (default 0.01)")
       ->type_name("M")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(within(0.0, 1.0));
   command.add_flag("--force", wanted->force, "Take the pose, however far off the points are");
   command.add_flag("--dry-run", wanted->dry_run, "Show the pose and do not send it");
   auto* show = command.add_flag("--show", wanted->show, "Show the pose in use and the one that waits");

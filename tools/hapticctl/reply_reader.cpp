@@ -75,13 +75,4 @@ std::string valueText(const Json& value) {
   return value.dump();
 }
 
-std::string printable(std::string_view text) {
-  std::string result(text);
-  for (char& character : result) {
-    const auto byte = static_cast<unsigned char>(character);
-    if (byte < 0x20 || byte == 0x7f) character = '?';
-  }
-  return result;
-}
-
 }  // namespace hapticd::tools

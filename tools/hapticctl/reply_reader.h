@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/value_text.h"
 #include "tools/hapticctl/varlink_client.h"
 
 namespace hapticd::tools {
@@ -35,7 +36,6 @@ std::string duration(double nanoseconds);
 /// "500", "true", "paper": a parameter's value as people write it.
 std::string valueText(const Json& value);
 
-/// Text from outside as a terminal may show it: control characters become '?'.
-std::string printable(std::string_view text);
+using config::printable;
 
 }  // namespace hapticd::tools

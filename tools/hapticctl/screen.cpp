@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 
-#include <cstdio>
+#include "config/program.h"
 
 namespace hapticd::tools {
 
@@ -12,7 +12,7 @@ bool Screen::show(const std::vector<std::string>& lines) {
   // cleared before it is written: behind a line that fills the terminal the cursor still stands on its end
   for (std::size_t i = 0; i < lines.size(); ++i) text += (i == 0 ? "\033[K" : "\r\n\033[K") + lines[i];
   fmt::print("{}\033[J", text);
-  return std::fflush(stdout) == 0;
+  return config::flushOutput();
 }
 
 void Screen::stop() {
@@ -23,12 +23,12 @@ void Screen::stop() {
 
 void Screen::enter() {
   fmt::print("\033[?1049h\033[?25l\033[2J");
-  std::fflush(stdout);
+  config::flushOutput();
 }
 
 void Screen::leave() {
   fmt::print("\033[?25h\033[?1049l");
-  std::fflush(stdout);
+  config::flushOutput();
 }
 
 }  // namespace hapticd::tools

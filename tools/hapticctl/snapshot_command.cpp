@@ -11,6 +11,7 @@
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
+#include "tools/options/output_file.h"
 #include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -75,8 +76,11 @@ void addSnapshotCommand(CommandLine& line) {
   CLI::App& command = line.add("snapshot", "Save what the camera sees now, with the HIP marked",
                                [&options, wanted] { return runSnapshot(options, *wanted); });
   command.add_option("--ply", wanted->ply, "Points in the world, in metres, for MeshLab and others")
-      ->type_name("FILE");
-  command.add_option("--png", wanted->png, "The depth image, light where it is near")->type_name("FILE");
+      ->type_name("FILE")
+      ->check(endsIn(".ply"));
+  command.add_option("--png", wanted->png, "The depth image, light where it is near")
+      ->type_name("FILE")
+      ->check(endsIn(".png"));
   addForce(command, wanted->if_exists);
 }
 

@@ -10,6 +10,7 @@
 #include "tools/hapticctl/metrics_command.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/watch.h"
+#include "tools/options/within.h"
 
 namespace hapticd::tools {
 namespace {
@@ -67,13 +68,13 @@ void addWatch(CommandLine& line) {
   command
       .add_option("--interval", watch->interval_ms, "Time between two states, 20 to 60000 ms (default 200)")
       ->type_name("MS")
-      ->check(CLI::Range(20, 60000));
+      ->check(within(20, 60000));
   command.add_option("--count", watch->count, "End after that many states")
       ->type_name("N")
-      ->check(CLI::Range(1, 1'000'000'000));
+      ->check(within(1, 1'000'000'000));
   command.add_option("--seconds", watch->seconds, "End after that time")
       ->type_name("N")
-      ->check(CLI::Range(1, 1'000'000));
+      ->check(within(1, 1'000'000));
   command
       .add_option("--fields", watch->fields,
                   "With --json: these fields of the status only, such as loop.rateHz")
@@ -91,7 +92,7 @@ void addEvents(CommandLine& line) {
   command.add_flag("-f,--follow", events->follow, "Go on with what happens, until Ctrl-C");
   command.add_option("-n,--number", events->count, "Past events to show, 0 to 64 (default 20)")
       ->type_name("N")
-      ->check(CLI::Range(0, 64));
+      ->check(within(0, 64));
   command.add_option("--kind", events->kinds, "Only these kinds, such as mode, camera, handle or parameter")
       ->type_name("KIND")
       ->delimiter(',');

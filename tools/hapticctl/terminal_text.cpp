@@ -81,6 +81,7 @@ bool showsUtf8() {
 }
 
 TerminalSize terminalSize() {
+  if (::isatty(STDOUT_FILENO) != 1) return {TerminalSize::kNoLimit, TerminalSize::kNoLimit};
   winsize size{};
   if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0 || size.ws_row == 0) return {};
   return {size.ws_col, size.ws_row};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -28,10 +29,11 @@ bool wantsColours(std::string_view when);
 bool showsUtf8();
 
 struct TerminalSize {
+  static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
   std::size_t columns = 80;
   std::size_t rows = 24;
 };
-/// Of the terminal that stdout is; 80x24 where it is none or does not say.
+/// Of the terminal that stdout is; 80x24 where it does not say. What goes to a file or a program is not cut.
 TerminalSize terminalSize();
 
 }  // namespace hapticd::tools

@@ -11,6 +11,7 @@
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/trace_file_commands.h"
+#include "tools/options/within.h"
 
 namespace hapticd::tools {
 namespace {
@@ -19,6 +20,7 @@ namespace fs = std::filesystem;
 
 /// A disk may take its time over the end of a file.
 constexpr std::chrono::seconds kDiskLimit{15};
+constexpr double kLongestTrace_s = 1e9;  // nanoseconds of it fit into 64 bits
 
 std::string tracesText(const Json& reply) {
   std::string text;
@@ -130,8 +132,11 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
 
 void addTimes(CLI::App& command, TraceSelection& selection) {
   command.add_option("--from", selection.from_s, "Begin so many seconds after the first tick")
-      ->type_name("S");
-  command.add_option("--to", selection.to_s, "End so many seconds after the first tick")->type_name("S");
+      ->type_name("S")
+      ->check(within(0.0, kLongestTrace_s));
+  command.add_option("--to", selection.to_s, "End so many seconds after the first tick")
+      ->type_name("S")
+      ->check(within(0.0, kLongestTrace_s));
 }
 
 void addFiles(CommandLine& line, CLI::App& group) {
@@ -146,8 +151,8 @@ void addFiles(CommandLine& line, CLI::App& group) {
   exported
       .add_option(
           "--format", wanted->format,
-          "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: by the ending of\n"
-          "--out, else csv)")
+          "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: what the\n"
+          "ending of --out says, else csv)")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"csv", "hdf5", "libfreenect"}));
   exported
@@ -155,14 +160,17 @@ void addFiles(CommandLine& line, CLI::App& group) {
                   "What a CSV holds: ticks (default), models, directives, events")
       ->type_name("CHANNEL")
       ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
-  exported.add_option("--out", wanted->out, "The file or folder to write (default: the trace's name here)")
+  exported
+      .add_option(
+          "--out", wanted->out,
+          "The .csv, .h5, .hdf5 or folder to write (default: the trace's name here); beside a CSV its settings")
       ->type_name("FILE");
   addForce(exported, wanted->if_exists);
   exported
       .add_option("--rows", wanted->selection.most_ticks,
                   "At most that many ticks; all peaks of the force are kept")
       ->type_name("N")
-      ->check(CLI::Range(2, 1'000'000'000));
+      ->check(within(2, 1'000'000'000));
   addTimes(exported, wanted->selection);
 
   const auto recovered_out = std::make_shared<std::string>();

@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
+#include <string_view>
+
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
@@ -11,6 +15,7 @@
 #include "tools/hapticctl/progress.h"
 #include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/terminal_text.h"
 #include "tools/trace/csv_export.h"
 #include "tools/trace/hdf5_program.h"
 #include "tools/trace/recording_export.h"
@@ -39,14 +44,27 @@ std::string stateText(const TraceSummary& summary, bool being_written) {
                        : "not closed: hapticctl trace recover";
 }
 
+Json timesJson(const std::vector<std::pair<std::string, double>>& times_s) {
+  Json times = Json::object();
+  for (const auto& [name, seconds] : times_s) times[name] = seconds;
+  return times;
+}
+
+Json emptyPeriodsJson(const TraceSummary& summary) {
+  const EmptyPeriods& periods = summary.empty_periods;
+  return {{"count", periods.empty},
+          {"stretches", periods.stretches},
+          {"longest", periods.longest},
+          {"longestAfterTick", periods.after_tick},
+          {"longestTimeS", summary.longest_empty_time_s}};
+}
+
 Json infoJson(const TraceSummary& summary, bool being_written) {
   const drivers::TraceInfo& info = summary.info;
   Json metadata = Json::object();
   for (const auto& [name, value] : info.metadata) metadata[name] = value;
   Json attachments = Json::array();
   for (const drivers::TraceAttachment& attachment : info.attachments) attachments.push_back(attachment.name);
-  Json modes = Json::object();
-  for (const auto& [mode, seconds] : summary.modes_s) modes[mode] = seconds;
   return {{"bytes", info.bytes},
           {"complete", info.complete},
           {"beingWritten", being_written},
@@ -57,13 +75,17 @@ Json infoJson(const TraceSummary& summary, bool being_written) {
           {"ticks", info.ticks},
           {"ticksMissing", info.ticks_dropped},
           {"gaps", summary.gaps},
+          {"periodNs", summary.empty_periods.period_ns},
+          {"periods", summary.empty_periods.periods},
+          {"emptyPeriods", emptyPeriodsJson(summary)},
           {"overruns", summary.overruns},
           {"wakeupLatency", durationsJson(summary.wakeup_latency)},
           {"computeTime", durationsJson(summary.compute_time)},
           {"largestForceN", summary.largest_force_n},
           {"largestForceTimeS", summary.largest_force_time_s},
           {"contactShare", summary.contact_share},
-          {"modesS", modes},
+          {"modesS", timesJson(summary.modes_s)},
+          {"lawsS", timesJson(summary.laws_s)},
           {"models", info.models},
           {"directives", info.directives},
           {"events", info.events},
@@ -80,12 +102,41 @@ void showDurations(const char* name, const TraceDurations& durations) {
              fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
 }
 
+void showPeriods(const TraceSummary& summary) {
+  const EmptyPeriods& periods = summary.empty_periods;
+  if (periods.period_ns == 0) return;
+  fmt::print("periods      {} of {}, {} without a tick", periods.periods,
+             duration(static_cast<double>(periods.period_ns)), periods.empty);
+  if (periods.empty > 0) {
+    fmt::print(" in {} stretches, the longest of {} after tick {}, at {} s", periods.stretches,
+               periods.longest, periods.after_tick, fixed(summary.longest_empty_time_s, 3));
+  }
+  fmt::print("\n");
+}
+
+/// What a file says of itself: it may be anything.
+std::string shown(const std::string& text) {
+  constexpr std::size_t kMostColumns = 200;
+  return cutTo(printable(text), kMostColumns);
+}
+
+void showLaws(const TraceSummary& summary) {
+  for (const auto& [law, seconds] : summary.laws_s) {
+    fmt::print("law          {} for {} s\n", law, fixed(seconds, 1));
+  }
+  if (summary.law_without_proxy) {
+    fmt::print(
+        "             contact state and penetration do not apply to a law of springs: it has no proxy\n");
+  }
+}
+
 void showInfo(const TraceSummary& summary, bool being_written) {
   const drivers::TraceInfo& info = summary.info;
   fmt::print("time         {}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
              fixed(summary.duration_s, 3));
   fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
              fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
+  showPeriods(summary);
   for (const TraceGap& gap : summary.first_gaps) {
     fmt::print("gap          {} ticks after tick {}, at {} s\n", gap.ticks, gap.after_tick,
                fixed(gap.time_s, 3));
@@ -98,19 +149,20 @@ void showInfo(const TraceSummary& summary, bool being_written) {
   for (const auto& [mode, seconds] : summary.modes_s) {
     fmt::print("mode         {} for {} s\n", mode, fixed(seconds, 1));
   }
+  showLaws(summary);
   fmt::print("records      {} models, {} parameter sets, {} events, {} snapshots, {} depth frames\n",
              info.models, info.directives, info.events, info.snapshots, info.depth_frames);
   fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
              stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
-    fmt::print("{:<12} {}\n", printable(name), printable(value));
+    fmt::print("{:<12} {}\n", shown(name), shown(value));
   }
   for (const auto& [topic, fields] : info.missing) {
     fmt::print("lacks        {} of {}: it is of another version of hapticd\n",
-               printable(fmt::format("{}", fmt::join(fields, ", "))), topic);
+               shown(fmt::format("{}", fmt::join(fields, ", "))), topic);
   }
   for (const drivers::TraceAttachment& attachment : info.attachments) {
-    fmt::print("holds        {} ({} bytes)\n", printable(attachment.name), attachment.data.size());
+    fmt::print("holds        {} ({} bytes)\n", shown(attachment.name), attachment.data.size());
   }
 }
 
@@ -211,6 +263,32 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   return kOk;
 }
 
+/// A form that traces are exported in, by the ending of a file's name.
+struct ExportFormat {
+  std::string_view name;
+  std::string_view ending;
+};
+constexpr std::string_view kHdf5 = "hdf5";
+constexpr std::array<ExportFormat, 3> kFormats{{{"csv", ".csv"}, {kHdf5, ".h5"}, {kHdf5, ".hdf5"}}};
+
+/// What the ending of --out says, else --format, else CSV.
+config::Result<ExportFormat> formatFor(const ExportOptions& wanted) {
+  if (wanted.out.empty()) {
+    const auto named = std::ranges::find(kFormats, wanted.format, &ExportFormat::name);
+    return named == kFormats.end() ? kFormats.front() : *named;
+  }
+  std::vector<std::string_view> endings;
+  for (const ExportFormat& format : kFormats) {
+    if (checkEnding(wanted.out, std::array{format.ending})) {
+      if (wanted.format.empty() || wanted.format == format.name) return format;
+      return std::unexpected(config::Error{wanted.out, "is not of the format " + wanted.format,
+                                           "leave out --format, or give another ending"});
+    }
+    endings.push_back(format.ending);
+  }
+  return std::unexpected(checkEnding(wanted.out, endings).error());
+}
+
 }  // namespace
 
 int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file) {
@@ -246,10 +324,12 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
                    const ExportOptions& wanted) {
   if (wanted.format == "libfreenect") return exportDepth(options, file, wanted);
-  const bool hdf5 = wanted.format == "hdf5" || (wanted.format.empty() && wanted.out.ends_with(".h5"));
+  if (const auto good = mayBecome(wanted.out, file); !good) return report(good.error(), options.json);
+  const auto format = formatFor(wanted);
+  if (!format) return report(format.error(), options.json);
+  const bool hdf5 = format->name == kHdf5;
   const std::filesystem::path out =
-      wanted.out.empty() ? besideHere(file, hdf5 ? ".h5" : ".csv") : std::filesystem::path(wanted.out);
-  if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
+      wanted.out.empty() ? besideHere(file, std::string(format->ending)) : std::filesystem::path(wanted.out);
   ProgressLine progress("exporting");
   const auto show = [&](double share) { progress.show(share); };
   const auto rows =
@@ -258,9 +338,12 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
   progress.end();
   if (!rows) return report(errorOf(file, rows.error()), options.json);
   if (options.json) {
-    printJson({{"file", out.string()}, {"rows", *rows}});
+    Json document{{"file", out.string()}, {"rows", *rows}};
+    if (!hdf5) document["settings"] = settingsBeside(out).string();
+    printJson(document);
   } else {
     fmt::print("{}: {} rows\n", printable(out.string()), *rows);
+    if (!hdf5) fmt::print("{}: the settings\n", printable(settingsBeside(out).string()));
   }
   return kOk;
 }

@@ -11,7 +11,8 @@ namespace hapticd::tools {
 
 /// What `trace export` makes of a trace.
 struct ExportOptions {
-  std::string format;             ///< csv, hdf5 or libfreenect; empty: by the ending of `out`, else csv
+  /// csv, hdf5 or libfreenect; of a file what its ending stands for; empty: that, else csv
+  std::string format;
   std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
   std::string out;                ///< empty: the trace's name with another ending, in this folder
   IfExists if_exists = IfExists::refuse;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "config/program.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/force_history.h"
 #include "tools/hapticctl/glance_text.h"
@@ -44,7 +45,7 @@ class JsonLines : public Display {
  public:
   bool show(const Json& reply) override {
     printJsonLine(reply);
-    return std::fflush(stdout) == 0;
+    return config::flushOutput();
   }
 };
 
@@ -53,7 +54,7 @@ class Lines : public Display {
   explicit Lines(bool short_lines) : short_lines_(short_lines) {}
   bool show(const Json& reply) override {
     fmt::print("{}\n", short_lines_ ? liveLine(reply) : monitorLine(reply));
-    return std::fflush(stdout) == 0;
+    return config::flushOutput();
   }
 
  private:
@@ -66,7 +67,7 @@ class StandingLine : public Display {
   ~StandingLine() override { fmt::print("\n"); }
   bool show(const Json& reply) override {
     fmt::print("\r{}\033[K", cutTo(liveLine(reply), terminalSize().columns - 1));
-    return std::fflush(stdout) == 0;
+    return config::flushOutput();
   }
 };
 

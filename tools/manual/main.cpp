@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "config/program.h"
 #include "tools/manual/page.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -43,9 +45,8 @@ int writePage(const Arguments& arguments) {
   }
   const auto page = manualPage(source);
   if (!page) return fail(page.error(), EX_DATAERR);
-  std::ofstream out(arguments.out_file, std::ios::binary);
-  out << *page << std::flush;
-  return out ? EX_OK : fail({arguments.out_file, "cannot be written", "check --out"}, EX_CANTCREAT);
+  const auto written = writeWholeFile(arguments.out_file, *page, IfExists::replace);
+  return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
 }
 
 int run(int argc, char** argv) {
@@ -61,7 +62,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
   return writePage(arguments);
 }
@@ -70,5 +71,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::tools::run(argc, argv);
+  return hapticd::config::runProgram("manual-page", [&] { return hapticd::tools::run(argc, argv); });
 }

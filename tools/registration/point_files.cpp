@@ -10,6 +10,7 @@
 #include <optional>
 #include <string_view>
 
+#include "config/value_text.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::tools {
@@ -75,14 +76,15 @@ class Table {
     const std::optional<T> value = numberOf<T>(text);
     // written so that a value that is not a number is out of range
     if (value && *value >= lowest && *value <= highest) return *value;
-    report(fmt::format("{}: '{}' is {} (allowed: {}..{})", column, text, value ? "out of range" : "no number",
-                       lowest, highest));
+    report(fmt::format("{}: {} is {} (allowed: {}..{})", column, config::inQuotes(text),
+                       value ? "out of range" : "no number", lowest, highest));
     return {};
   }
 
   std::string name(std::string_view text) {
     if (text.empty()) report("the name is missing");
-    if (std::ranges::find(names_, text) != names_.end()) report(fmt::format("'{}' is there twice", text));
+    if (std::ranges::find(names_, text) != names_.end())
+      report(fmt::format("{} is there twice", config::inQuotes(text)));
     return names_.emplace_back(text);
   }
 

@@ -2,22 +2,27 @@
 // stdout.
 
 #include <fmt/format.h>
+#include <sysexits.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <cstdio>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
+#include "config/program.h"
+#include "tools/options/within.h"
 #include "tools/trace/hdf5_export.h"
 
 namespace hapticd::tools {
 namespace {
 
+constexpr double kLongest_s = 1e9;  // nanoseconds of it fit into 64 bits
+
 void answer(const nlohmann::json& line) {
   fmt::print("{}\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-  std::fflush(stdout);
+  config::flushOutput();
 }
 
 int run(int argc, char** argv) {
@@ -29,11 +34,18 @@ int run(int argc, char** argv) {
   TraceSelection selection;
   app.add_option("--trace", trace, "the trace")->required()->type_name("FILE");
   app.add_option("--out", out, "the HDF5 file to write")->required()->type_name("FILE");
-  app.add_option("--from", selection.from_s, "begin so many seconds after the first tick");
-  app.add_option("--to", selection.to_s, "end so many seconds after the first tick");
-  app.add_option("--rows", selection.most_ticks, "at most that many ticks; 0: all");
+  app.add_option("--from", selection.from_s, "begin so many seconds after the first tick")
+      ->check(within(0.0, kLongest_s));
+  app.add_option("--to", selection.to_s, "end so many seconds after the first tick")
+      ->check(within(0.0, kLongest_s));
+  app.add_option("--rows", selection.most_ticks, "at most that many ticks; 0: all")
+      ->check(within(std::size_t{0}, std::size_t{1'000'000'000}));
   app.add_flag("--force", replace, "replace the file if it exists");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return config::endWithoutWork(app, error, EX_USAGE);
+  }
 
   int shown_percent = -1;
   const auto show = [&](double share) {
@@ -54,5 +66,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::tools::run(argc, argv);
+  return hapticd::config::runProgram("haptic-hdf5", [&] { return hapticd::tools::run(argc, argv); });
 }

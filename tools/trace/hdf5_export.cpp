@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -11,7 +13,9 @@
 #include "drivers/trace/names.h"
 #include "tools/trace/columns.h"
 #include "tools/trace/hdf5_file.h"
+#include "tools/trace/parameter_columns.h"
 #include "tools/trace/selected_trace.h"
+#include "tools/trace/trace_settings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -44,26 +48,53 @@ struct ColumnsOfFields {
   template <drivers::NamedEnumeration Enumeration>
   void operator()(std::string_view name, const Enumeration&) {
     const Hdf5Column& added = column(name, H5T_NATIVE_UINT8);
-    good = good && addAttribute(added.dataset(), "names", drivers::kNames<Enumeration>);
+    std::vector<std::string_view> names(drivers::kNames<Enumeration>.begin(),
+                                        drivers::kNames<Enumeration>.end());
+    if (needsProxy(name)) names.push_back("does_not_apply");
+    good = good && addAttribute(added.dataset(), "names", names);
+    sayWhenItApplies(name, added);
   }
-  void operator()(std::string_view name, const rt::Vec3&) { column(name, H5T_NATIVE_DOUBLE, 3); }
+  void operator()(std::string_view name, const rt::Vec3&) {
+    sayWhenItApplies(name, column(name, H5T_NATIVE_DOUBLE, 3));
+  }
+  void sayWhenItApplies(std::string_view name, const Hdf5Column& added) {
+    if (!needsProxy(name)) return;
+    good = good && addAttribute(added.dataset(), "applies_to", std::string("the laws proxy and surface"));
+  }
   void operator()(std::string_view name, const std::string&) { column(name, hdf5TextType()); }
-  void operator()(std::string_view name, const Pairs&) { column(name, hdf5TextType()); }
+  /// The parameters of a directive are columns of their own.
+  void operator()(std::string_view name, const Pairs&) {
+    if (name != kParameters) column(name, hdf5TextType());
+  }
 };
 
+template <typename Record>
 struct Hdf5Row {
   std::vector<Hdf5Column>& columns;
   std::size_t& next;
+  const SelectedTrace& trace;
+  const Record& record;
 
   template <typename Value>
-  requires std::is_arithmetic_v<Value> || drivers::NamedEnumeration<Value>
+  requires std::is_arithmetic_v<Value>
   void operator()(std::string_view, const Value& value) { column().add(&value, sizeof value); }
-  void operator()(std::string_view, const rt::Vec3& vector) {
-    const double components[] = {vector.x, vector.y, vector.z};
+  /// Behind the enumerators where the field does not apply.
+  template <drivers::NamedEnumeration Value>
+  void operator()(std::string_view name, const Value& value) {
+    const auto none = static_cast<std::uint8_t>(drivers::kNames<Value>.size());
+    const std::uint8_t kept = trace.says(record, name) ? static_cast<std::uint8_t>(value) : none;
+    column().add(&kept, sizeof kept);
+  }
+  void operator()(std::string_view name, const rt::Vec3& vector) {
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    const bool says = trace.says(record, name);
+    const double components[] = {says ? vector.x : none, says ? vector.y : none, says ? vector.z : none};
     column().add(components, sizeof components);
   }
   void operator()(std::string_view, const std::string& text) { column().add(text); }
-  void operator()(std::string_view, const Pairs& pairs) { column().add(joined(pairs)); }
+  void operator()(std::string_view name, const Pairs& pairs) {
+    if (name != kParameters) column().add(joined(pairs));
+  }
 
   Hdf5Column& column() { return columns[next++]; }
 };
@@ -76,17 +107,29 @@ class Table {
       : trace_(trace),
         group_(::H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), ::H5Gclose),
         good_(group_.good()) {
+    for (const char* time : {"time_s", "realtime_s"}) {
+      columns_.emplace_back(group_, time, H5T_NATIVE_DOUBLE, 1);
+      good_ = good_ && addAttribute(columns_.back().dataset(), "unit", std::string("s"));
+    }
     trace_.visitKnown(example, ColumnsOfFields{group_, columns_, good_});
+    if constexpr (std::is_same_v<Record, drivers::DirectiveRecord>)
+      parameters_.emplace(group_, std::string(kParameters));
   }
 
-  void add(const auto& record) {
+  template <typename Record>
+  void add(const Record& record) {
+    const std::int64_t time_ns = drivers::timeOf(record);
+    const double times_s[] = {trace_.seconds(time_ns), trace_.realtimeSeconds(time_ns)};
     std::size_t next = 0;
-    trace_.visitKnown(record, Hdf5Row{columns_, next});
+    for (const double& time_s : times_s) columns_[next++].add(&time_s, sizeof time_s);
+    trace_.visitKnown(record, Hdf5Row<Record>{columns_, next, trace_, record});
     for (Hdf5Column& column : columns_) column.endRow();
+    if constexpr (std::is_same_v<Record, drivers::DirectiveRecord>) parameters_->addRow(record.parameters);
     ++rows_;
   }
 
   bool finish() {
+    if (parameters_) good_ = parameters_->finish() && good_;
     for (Hdf5Column& column : columns_) good_ = column.finish() && good_;
     return group_.close() && good_;
   }
@@ -96,13 +139,40 @@ class Table {
   const SelectedTrace& trace_;
   Hdf5Handle group_;
   std::vector<Hdf5Column> columns_;
+  std::optional<ParameterColumns> parameters_;
   std::uint64_t rows_ = 0;
   bool good_;
 };
 
-config::Error writeError(const std::filesystem::path& file) {
-  return {file.string(), "cannot be written as HDF5",
-          "is there space, and may the user write into the folder?"};
+/// The whole configuration as attributes, and as the text that it was.
+bool addSettings(hid_t file, const drivers::TraceInfo& trace) {
+  const std::string text(settingsText(trace));
+  if (text.empty()) return true;
+  Hdf5Handle group(::H5Gcreate2(file, "settings", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), ::H5Gclose);
+  bool good = group.good() && addText(group, "yaml", text);
+  for (const TraceSetting& setting : settingsIn(text)) {
+    const std::optional<double> number = setting.text ? std::nullopt : numberIn(setting.value);
+    good = good && (number ? addAttribute(group, setting.name, *number)
+                           : addAttribute(group, setting.name, setting.value));
+  }
+  return group.close() && good;
+}
+
+bool addMetadata(hid_t file, const drivers::TraceInfo& trace, std::int64_t start_ns) {
+  bool good = addAttribute(file, "start_ns", start_ns) &&
+              addAttribute(file, "realtime_offset_ns", trace.realtime_offset_ns);
+  for (const auto& [name, value] : trace.metadata) {
+    // a kernel "6.10" and a serial number "007" are no numbers
+    const std::optional<double> number = name == "force_thread_cpu" ? numberIn(value) : std::nullopt;
+    good = good && (number ? addAttribute(file, name, static_cast<std::int64_t>(*number))
+                           : addAttribute(file, name, value));
+  }
+  return good;
+}
+
+config::Error fillError(const std::filesystem::path& file) {
+  return {file.string(), "libhdf5 does not take what is in the trace",
+          "is there memory for the whole file? Or export a stretch: --from, --to"};
 }
 
 /// Everything into an open file. Nothing: it could not be written.
@@ -121,9 +191,7 @@ config::Result<std::optional<std::uint64_t>> fill(hid_t file, const SelectedTrac
       {.tick = into(ticks), .model = into(models), .directive = into(directives), .event = into(events)},
       progress);
   if (!read) return std::unexpected(read.error());
-  bool good = addAttribute(file, "start_ns", std::to_string(trace.start_ns())) &&
-              addAttribute(file, "realtime_offset_ns", std::to_string(trace.realtimeOffset_ns()));
-  for (const auto& [name, value] : trace.metadata()) good = addAttribute(file, name, value) && good;
+  bool good = addMetadata(file, *read, trace.start_ns()) && addSettings(file, *read);
   std::uint64_t rows = 0;
   for (Table* const table : {&ticks, &models, &directives, &events}) {
     good = table->finish() && good;
@@ -143,11 +211,13 @@ config::Result<std::uint64_t> exportHdf5(const std::filesystem::path& trace_file
   auto whole = WholeFile::create(hdf5_file, if_exists);
   if (!whole) return std::unexpected(whole.error());
   ::H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // it would print what we say ourselves
-  Hdf5Handle file(::H5Fcreate(whole->draft().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), ::H5Fclose);
-  if (!file.good()) return std::unexpected(writeError(hdf5_file));
-  const auto rows = fill(file, *trace, progress);
+  Hdf5Memory file;
+  if (!file.good()) return std::unexpected(fillError(hdf5_file));
+  const auto rows = fill(file.id(), *trace, progress);
   if (!rows) return std::unexpected(rows.error());
-  if (!file.close() || !*rows) return std::unexpected(writeError(hdf5_file));
+  const auto content = file.content();
+  if (!content || !*rows) return std::unexpected(fillError(hdf5_file));
+  if (auto written = whole->append(*content); !written) return std::unexpected(written.error());
   if (auto finished = whole->finish(); !finished) return std::unexpected(finished.error());
   return **rows;
 }

@@ -28,6 +28,13 @@ bool writeAttribute(hid_t object, const std::string& name, hid_t space,
   return attribute.good() && ::H5Awrite(attribute, type, values.data()) >= 0;
 }
 
+bool writeNumber(hid_t object, const std::string& name, hid_t type, const void* value) {
+  const Hdf5Handle space(::H5Screate(H5S_SCALAR), ::H5Sclose);
+  const Hdf5Handle attribute(::H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+                             ::H5Aclose);
+  return attribute.good() && ::H5Awrite(attribute, type, value) >= 0;
+}
+
 }  // namespace
 
 Hdf5Handle::Hdf5Handle(Hdf5Handle&& other) noexcept
@@ -42,6 +49,24 @@ bool Hdf5Handle::close() {
   return id < 0 || close_(id) >= 0;
 }
 
+Hdf5Memory::Hdf5Memory()
+    : access_(::H5Pcreate(H5P_FILE_ACCESS), ::H5Pclose), file_(H5I_INVALID_HID, ::H5Fclose) {
+  constexpr std::size_t kGrowth = 1 << 24;
+  constexpr hbool_t kOnDisk = 0;
+  if (!access_.good() || ::H5Pset_fapl_core(access_, kGrowth, kOnDisk) < 0) return;
+  file_.reset(::H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access_));
+}
+
+std::optional<std::string_view> Hdf5Memory::content() {
+  void* memory = nullptr;
+  hsize_t bytes = 0;
+  // of the core driver, what it calls a handle is the place of the pointer to its memory
+  const bool found = ::H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0 && ::H5Fget_filesize(file_, &bytes) >= 0 &&
+                     ::H5Fget_vfd_handle(file_, access_, &memory) >= 0 && memory != nullptr;
+  if (!found) return std::nullopt;
+  return std::string_view(*static_cast<const char* const*>(memory), bytes);
+}
+
 Hdf5Handle hdf5TextType() {
   Hdf5Handle type(::H5Tcopy(H5T_C_S1), ::H5Tclose);
   ::H5Tset_size(type, H5T_VARIABLE);
@@ -52,6 +77,25 @@ Hdf5Handle hdf5TextType() {
 bool addAttribute(hid_t object, const std::string& name, const std::string& value) {
   const Hdf5Handle space(::H5Screate(H5S_SCALAR), ::H5Sclose);
   return writeAttribute(object, name, space, {value.c_str()});
+}
+
+bool addAttribute(hid_t object, const std::string& name, double value) {
+  return writeNumber(object, name, H5T_NATIVE_DOUBLE, &value);
+}
+
+bool addAttribute(hid_t object, const std::string& name, std::int64_t value) {
+  return writeNumber(object, name, H5T_NATIVE_INT64, &value);
+}
+
+bool addText(hid_t group, const std::string& name, const std::string& text) {
+  const Hdf5Handle space(::H5Screate(H5S_SCALAR), ::H5Sclose);
+  const Hdf5Handle type = hdf5TextType();
+  Hdf5Handle dataset(::H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                     ::H5Dclose);
+  const char* const pointer = text.c_str();
+  const bool written =
+      dataset.good() && ::H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &pointer) >= 0;
+  return dataset.close() && written;
 }
 
 bool addAttribute(hid_t object, const std::string& name, std::span<const std::string_view> values) {

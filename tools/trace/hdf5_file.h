@@ -4,7 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,6 +22,10 @@ class Hdf5Handle {
 
   operator hid_t() const { return id_; }
   bool good() const { return id_ >= 0; }
+  void reset(hid_t id) {
+    close();
+    id_ = id;
+  }
   /// False: what was written is not in the file.
   bool close();
 
@@ -30,12 +34,32 @@ class Hdf5Handle {
   herr_t (*close_)(hid_t);
 };
 
+/// A new HDF5 file in memory. libhdf5 crashes where a disk takes no more, so that the disk is left to others.
+class Hdf5Memory {
+ public:
+  Hdf5Memory();
+
+  bool good() const { return file_.good(); }
+  hid_t id() const { return file_; }
+  /// The whole file, as long as this object lives and nothing is added.  Nothing: it could not be finished.
+  std::optional<std::string_view> content();
+
+ private:
+  Hdf5Handle access_;
+  Hdf5Handle file_;
+};
+
 /// The type of texts of any length.
 Hdf5Handle hdf5TextType();
 
 // Attributes of an object.  False: they cannot be written.
 bool addAttribute(hid_t object, const std::string& name, const std::string& value);
+bool addAttribute(hid_t object, const std::string& name, double value);
+bool addAttribute(hid_t object, const std::string& name, std::int64_t value);
 bool addAttribute(hid_t object, const std::string& name, std::span<const std::string_view> values);
+
+/// A dataset of one text of any length.  False: it cannot be written.
+bool addText(hid_t group, const std::string& name, const std::string& text);
 
 /// A dataset that grows by rows of `width` numbers, or of one text.
 class Hdf5Column {

@@ -56,6 +56,11 @@ double SelectedTrace::seconds(std::int64_t time_ns) const {
          static_cast<double>(drivers::kNsPerSecond);
 }
 
+double SelectedTrace::realtimeSeconds(std::int64_t time_ns) const {
+  return (static_cast<double>(time_ns) + static_cast<double>(info_.realtime_offset_ns)) /
+         static_cast<double>(drivers::kNsPerSecond);
+}
+
 bool SelectedTrace::holds(std::int64_t time_ns) const {
   const double time_s = seconds(time_ns);
   // what is in front of the first tick belongs to the begin

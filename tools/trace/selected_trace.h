@@ -8,6 +8,7 @@
 #include "drivers/trace/fields.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_reader.h"
+#include "tools/trace/columns.h"
 #include "tools/trace/trace_selection.h"
 
 namespace hapticd::tools {
@@ -28,7 +29,6 @@ class SelectedTrace {
   std::int64_t start_ns() const { return start_ns_; }
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC.
   std::int64_t realtimeOffset_ns() const { return info_.realtime_offset_ns; }
-  const drivers::TraceText& metadata() const { return info_.metadata; }
   template <typename Record>
   bool lacks(std::string_view field) const {
     return info_.lacks(drivers::kChannelName<Record>.topic, field);
@@ -41,7 +41,14 @@ class SelectedTrace {
       if (!lacks<Record>(name)) visit(name, field);
     });
   }
+  /// applies(); of ticks that do not say their law, every field does.
+  template <typename Record>
+  bool says(const Record& record, std::string_view field) const {
+    return applies(record, field) || lacks<Record>("law");
+  }
   double seconds(std::int64_t time_ns) const;
+  /// UTC since 1970; a floating-point number tells tenths of microseconds apart.
+  double realtimeSeconds(std::int64_t time_ns) const;
 
   /// Ticks in the selected time, whatever their number.
   config::Result<std::uint64_t> countTicks(const Progress& progress) const;

@@ -5,7 +5,10 @@
 #include <cmath>
 
 #include "drivers/monotonic_clock.h"
+#include "drivers/trace/messages.h"
 #include "drivers/trace/names.h"
+#include "rt/force_law.h"
+#include "tools/trace/trace_settings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -42,7 +45,10 @@ class Summing {
     }
     wakeup_ns_.push_back(tick.wakeup_latency_ns);
     compute_ns_.push_back(tick.compute_ns);
+    empty_periods_.add(tick);
     ++in_mode_[static_cast<std::size_t>(tick.mode)];
+    ++in_law_[static_cast<std::size_t>(tick.law)];
+    summary_.law_without_proxy |= !rt::hasProxy(tick.law);
     if (inContact(tick)) ++contacts_;
     if (tick.after_overrun) ++summary_.overruns;
     last_ = tick;
@@ -65,15 +71,28 @@ class Summing {
     const auto periods = static_cast<double>(last_.number - first_.number);
     if (summary_.duration_s > 0) summary_.rate_hz = periods / summary_.duration_s;
     const double period_s = summary_.rate_hz > 0 ? 1 / summary_.rate_hz : 0;
-    for (std::size_t mode = 0; mode < in_mode_.size(); ++mode) {
-      if (in_mode_[mode] == 0) continue;
-      summary_.modes_s.emplace_back(drivers::kNames<rt::Mode>[mode],
-                                    static_cast<double>(in_mode_[mode]) * period_s);
-    }
+    summary_.modes_s = timesOf<rt::Mode>(in_mode_, period_s);
+    const bool knows_law = !summary_.info.lacks(drivers::kChannelName<rt::Tick>.topic, "law");
+    if (knows_law) summary_.laws_s = timesOf<rt::ForceLaw>(in_law_, period_s);
+    summary_.law_without_proxy &= knows_law;
+    summary_.empty_periods = empty_periods_.finish(periodIn(summary_.info));
+    if (summary_.empty_periods.longest > 0)
+      summary_.longest_empty_time_s = since(summary_.empty_periods.after_ns);
     return std::move(summary_);
   }
 
  private:
+  /// Those that occur, and how long.
+  template <typename Enumeration>
+  static std::vector<std::pair<std::string, double>> timesOf(const auto& ticks, double period_s) {
+    std::vector<std::pair<std::string, double>> times;
+    for (std::size_t value = 0; value < ticks.size(); ++value) {
+      if (ticks[value] == 0) continue;
+      times.emplace_back(drivers::kNames<Enumeration>[value], static_cast<double>(ticks[value]) * period_s);
+    }
+    return times;
+  }
+
   double since(std::int64_t time_ns) const {
     return (static_cast<double>(time_ns) - static_cast<double>(first_.planned_ns)) /
            static_cast<double>(drivers::kNsPerSecond);
@@ -89,7 +108,9 @@ class Summing {
   rt::Tick first_, last_;
   std::uint64_t ticks_ = 0;
   std::uint64_t contacts_ = 0;
+  EmptyPeriodCount empty_periods_;
   std::array<std::uint64_t, rt::kModeCount> in_mode_{};
+  std::array<std::uint64_t, drivers::kNames<rt::ForceLaw>.size()> in_law_{};
   std::vector<std::int64_t> wakeup_ns_, compute_ns_;
 };
 

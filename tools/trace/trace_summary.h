@@ -8,6 +8,7 @@
 
 #include "config/error.h"
 #include "drivers/trace/trace_reader.h"
+#include "tools/trace/empty_periods.h"
 #include "tools/trace/trace_selection.h"
 
 namespace hapticd::tools {
@@ -30,17 +31,21 @@ struct TraceGap {
 struct TraceSummary {
   drivers::TraceInfo info;
   double duration_s = 0;  ///< from the first tick to the last one
-  double rate_hz = 0;     ///< of the loop: missing ticks are counted in
+  double rate_hz = 0;     ///< of the loop: ticks that are missing in the trace are counted in
   std::uint64_t gaps = 0;
   std::vector<TraceGap> first_gaps;  ///< at most 20
-  std::uint64_t overruns = 0;        ///< ticks after one that ended late
+  EmptyPeriods empty_periods;
+  double longest_empty_time_s = 0;  ///< when the longest run of them began, since the first tick
+  std::uint64_t overruns = 0;       ///< ticks after one that ended late
   TraceDurations wakeup_latency;
   TraceDurations compute_time;
   double largest_force_n = 0;                           ///< of the commanded force
   double largest_force_time_s = 0;                      ///< when, since the first tick
   double contact_share = 0;                             ///< of the ticks with something to feel, 0..1
   std::vector<std::pair<std::string, double>> modes_s;  ///< each mode that occurs, and its time in seconds
-  std::vector<drivers::EventRecord> events;             ///< the first 1000
+  std::vector<std::pair<std::string, double>> laws_s;   ///< the same for each force law
+  bool law_without_proxy = false;  ///< a law that occurs has no proxy: no state of contact, no penetration
+  std::vector<drivers::EventRecord> events;  ///< the first 1000
 };
 
 /// Reads the whole trace once.  Errors: those of readTrace().

@@ -2,9 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -51,8 +54,23 @@ int renameTo(const std::filesystem::path& draft, const std::filesystem::path& fi
 
 Result<void> mayWrite(const std::filesystem::path& file, IfExists if_exists) {
   std::error_code ignored;
-  if (if_exists == IfExists::refuse && std::filesystem::exists(file, ignored)) return alreadyThere(file);
+  const auto status = std::filesystem::status(file, ignored);
+  if (!std::filesystem::exists(status)) return {};
+  if (!std::filesystem::is_regular_file(status)) {
+    return std::unexpected(Error{file.string(), "is not a file that can be replaced", "give another name"});
+  }
+  if (if_exists == IfExists::refuse) return alreadyThere(file);
   return {};
+}
+
+Result<void> checkEnding(const std::filesystem::path& file, std::span<const std::string_view> endings) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (std::ranges::find(endings, ending) != endings.end()) return {};
+  return std::unexpected(Error{file.string(),
+                               ending.empty() ? "has no ending that says its format"
+                                              : "has an ending that stands for no format written here",
+                               fmt::format("end the name in {}", fmt::join(endings, " or "))});
 }
 
 Result<WholeFile> WholeFile::create(const std::filesystem::path& file, IfExists if_exists) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string_view>
 
 #include "config/error.h"
@@ -43,7 +44,13 @@ class WholeFile {
 config::Result<void> writeWholeFile(const std::filesystem::path& file, std::string_view bytes,
                                     IfExists if_exists);
 
-/// create()'s check of an existing file, beforehand, for work that takes long.
+/// create()'s check of what is there, beforehand, for work that takes long.
+/// Errors: a file exists and is not to be replaced; a device, pipe or folder has that name.
 config::Result<void> mayWrite(const std::filesystem::path& file, IfExists if_exists);
+
+/// The ending of a file's name says its format.  Errors: it is none of `endings` (".csv"), in small letters
+/// or capitals.
+config::Result<void> checkEnding(const std::filesystem::path& file,
+                                 std::span<const std::string_view> endings);
 
 }  // namespace hapticd::tools

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/value_text.h"
 #include "drivers/camera/damaged_pixels.h"
 
 namespace hapticd::drivers {
@@ -46,13 +47,15 @@ std::unexpected<config::Error> refuseHeader(const std::filesystem::path& file, s
   const std::string_view line = header.substr(0, line_end);
   if (header.starts_with("P5") && line.size() < kHeader.size() - 1) {
     return refuse(file,
-                  fmt::format("the header begins with the line \"{}\"; expected one single line "
+                  fmt::format("the header begins with the line {}; expected one single line "
                               "\"P5 640 480 65535\"",
-                              line),
+                              config::inQuotes(line)),
                   kRemedy);
   }
   if (header.starts_with("P5")) {
-    return refuse(file, fmt::format("the header is \"{}\"; expected \"P5 640 480 65535\"", line), kRemedy);
+    return refuse(file,
+                  fmt::format("the header is {}; expected \"P5 640 480 65535\"", config::inQuotes(line)),
+                  kRemedy);
   }
   return refuse(file, "this is no PGM image: it does not begin with \"P5\"", kRemedy);
 }

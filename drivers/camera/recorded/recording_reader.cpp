@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "config/file_content.h"
+#include "config/value_text.h"
 #include "drivers/camera/recorded/depth_pgm.h"
 #include "drivers/monotonic_clock.h"
 
@@ -88,12 +89,12 @@ config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::pa
   if (line.empty() || line.starts_with("r-") || line.starts_with("a-")) return std::nullopt;
   auto frame = parseDepthName(line);
   if (!frame) {
-    return refuse(where, fmt::format("\"{}\" is no name of a recorded file", line.substr(0, 80)),
+    return refuse(where, fmt::format("{} is no name of a recorded file", config::inQuotes(line)),
                   "expected d-<host seconds>-<device ticks>.pgm, or the same with r- or a-");
   }
   std::error_code failure;
   if (!std::filesystem::is_regular_file(folder / frame->file, failure)) {
-    return refuse(where, fmt::format("there is no file {}", frame->file),
+    return refuse(where, fmt::format("there is no file {}", config::inQuotes(frame->file)),
                   "copy the recording again, or take the line out of INDEX.txt");
   }
   return frame;

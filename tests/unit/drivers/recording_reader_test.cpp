@@ -191,6 +191,23 @@ TEST(DepthPgm, RefusesAMissingFileAndAFolder) {
   EXPECT_FALSE(imageError(folder.path()).empty());
 }
 
+TEST(RecordingReader, ShowsOfAnIndexAndAnImageWhatATerminalMayShow) {
+  for (const std::string& line : {std::string("\x1b[2Jd-1.pgm\xc2\x9b"), std::string(3000, 'x'),
+                                  "d-1." + std::string(3000, '0') + "-1.pgm"}) {
+    ScratchRecording recording;
+    recording.addIndexLine(line);
+    recording.writeIndex();
+    const std::string error = openError(recording.path());
+    EXPECT_FALSE(contains(error, "\x1b") || contains(error, "\xc2\x9b")) << error;
+    EXPECT_LT(error.size(), 500U) << error;
+  }
+  const test::TemporaryFolder folder;
+  test::writeFile(folder.path() / "header.pgm", test::pgmBytes(0, "P5 \x1b[2J 640 480 65535\n"));
+  const std::string error = imageError(folder.path() / "header.pgm");
+  EXPECT_TRUE(contains(error, R"(\x1b[2J)")) << error;
+  EXPECT_FALSE(contains(error, "\x1b")) << error;
+}
+
 TEST(RecordingReader, ReadsEveryFrameAsItIsInItsFile) {
   const test::Recording recording("02_raw11_desk_near/desk_near.tar.xz");
   const auto reader = RecordingReader::open(recording.path());

@@ -473,7 +473,7 @@ TEST(DoctorsServiceManager, TellsPropertiesALineEach) {
 
 TEST(DoctorsFindings, AreALineEachForPeople) {
   const Findings findings{{Verdict::ok, "a", "well", ""}, {Verdict::fail, "b", "\033[2J", "mend it"}};
-  EXPECT_EQ(textOf(findings), "ok    a: well\nfail  b: ?[2J (mend it)\n");
+  EXPECT_EQ(textOf(findings), "ok    a: well\nfail  b: \\x1b[2J (mend it)\n");
 }
 
 TEST(DoctorsFindings, AreAnArrayForPrograms) {

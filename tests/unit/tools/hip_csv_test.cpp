@@ -93,32 +93,32 @@ TEST(HipCsv, RefusesAnotherNumberOfColumns) {
 }
 
 TEST(HipCsv, RefusesWhatIsNoNumberWithItsColumnAndValue) {
-  EXPECT_EQ(errorOfRow("1,left,3,4"), "x_m: 'left' is no number (allowed: -10..10 m)");
-  EXPECT_EQ(errorOfRow("1,2,,4"), "y_m: '' is no number (allowed: -10..10 m)");
-  EXPECT_EQ(errorOfRow("1,2,3,4m"), "z_m: '4m' is no number (allowed: -10..10 m)");
-  EXPECT_EQ(errorOfRow("0x10,2,3,4"), "t_s: '0x10' is no number (allowed: 0..1000000000 s)");
+  EXPECT_EQ(errorOfRow("1,left,3,4"), "x_m: \"left\" is no number (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("1,2,,4"), "y_m: \"\" is no number (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("1,2,3,4m"), "z_m: \"4m\" is no number (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("0x10,2,3,4"), "t_s: \"0x10\" is no number (allowed: 0..1000000000 s)");
 }
 
 TEST(HipCsv, RefusesNumbersThatAreNotFinite) {
-  EXPECT_EQ(errorOfRow("nan,2,3,4"), "t_s: 'nan' is out of range (allowed: 0..1000000000 s)");
-  EXPECT_EQ(errorOfRow("1,NaN,3,4"), "x_m: 'NaN' is out of range (allowed: -10..10 m)");
-  EXPECT_EQ(errorOfRow("1,2,inf,4"), "y_m: 'inf' is out of range (allowed: -10..10 m)");
-  EXPECT_EQ(errorOfRow("1,2,3,-inf"), "z_m: '-inf' is out of range (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("nan,2,3,4"), "t_s: \"nan\" is out of range (allowed: 0..1000000000 s)");
+  EXPECT_EQ(errorOfRow("1,NaN,3,4"), "x_m: \"NaN\" is out of range (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("1,2,inf,4"), "y_m: \"inf\" is out of range (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("1,2,3,-inf"), "z_m: \"-inf\" is out of range (allowed: -10..10 m)");
 }
 
 TEST(HipCsv, RefusesValuesOutOfRangeWithTheRange) {
-  EXPECT_EQ(errorOfRow("-0.001,2,3,4"), "t_s: '-0.001' is out of range (allowed: 0..1000000000 s)");
-  EXPECT_EQ(errorOfRow("1.1e9,2,3,4"), "t_s: '1.1e9' is out of range (allowed: 0..1000000000 s)");
-  EXPECT_EQ(errorOfRow("1,10.0001,3,4"), "x_m: '10.0001' is out of range (allowed: -10..10 m)");
-  EXPECT_EQ(errorOfRow("1,2,3,-10.0001"), "z_m: '-10.0001' is out of range (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("-0.001,2,3,4"), "t_s: \"-0.001\" is out of range (allowed: 0..1000000000 s)");
+  EXPECT_EQ(errorOfRow("1.1e9,2,3,4"), "t_s: \"1.1e9\" is out of range (allowed: 0..1000000000 s)");
+  EXPECT_EQ(errorOfRow("1,10.0001,3,4"), "x_m: \"10.0001\" is out of range (allowed: -10..10 m)");
+  EXPECT_EQ(errorOfRow("1,2,3,-10.0001"), "z_m: \"-10.0001\" is out of range (allowed: -10..10 m)");
 }
 
 TEST(HipCsv, ListsEveryBadLineWithItsNumber) {
   const auto errors = errorsOf(std::string(kHeader) + "0,0,0,0\n1,nan,0,0\n2,0,0,0\n\n3,0,0\n4,0,0,99\n");
   ASSERT_EQ(errors.size(), 3U);
-  EXPECT_NE(errors[0].find("hip.csv:3: x_m: 'nan'"), std::string::npos) << errors[0];
+  EXPECT_NE(errors[0].find("hip.csv:3: x_m: \"nan\""), std::string::npos) << errors[0];
   EXPECT_NE(errors[1].find("hip.csv:6: 3 columns"), std::string::npos) << errors[1];
-  EXPECT_NE(errors[2].find("hip.csv:7: z_m: '99'"), std::string::npos) << errors[2];
+  EXPECT_NE(errors[2].find("hip.csv:7: z_m: \"99\""), std::string::npos) << errors[2];
 }
 
 TEST(HipCsv, ListsNoMoreErrorsThanAPersonReads) {
@@ -133,6 +133,15 @@ TEST(HipCsv, SurvivesBytesThatAreNoText) {
   std::string content = kHeader;
   for (int byte = 0; byte < 256; ++byte) content.push_back(static_cast<char>(byte));
   EXPECT_FALSE(errorsOf(content).empty());
+}
+
+TEST(HipCsv, ShowsOfALongOrDangerousFieldWhatATerminalMayShow) {
+  const auto errors =
+      errorsOf(std::string(kHeader) + "\x1b[2J\xc2\x9b,1,2,3\n" + std::string(3000, 'x') + ",1,2,3\n");
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_NE(errors[0].find(R"("\x1b[2J\xc2\x9b")"), std::string::npos) << errors[0];
+  EXPECT_EQ(errors[0].find('\x1b'), std::string::npos);
+  EXPECT_LT(errors[1].size(), 300U) << errors[1];
 }
 
 }  // namespace

@@ -196,8 +196,7 @@ TEST(JitterReport, GivesProgramsTheWholeHistograms) {
 }
 
 TEST(JitterPlot, ShowsEachLoadInItsOwnPanelWithAllCounts) {
-  const std::string script = jitterPlotScript(madeUpResult(), "it's.svg");
-  EXPECT_NE(script.find("set output 'it''s.svg'"), std::string::npos);
+  const std::string script = jitterPlotScript(madeUpResult());
   EXPECT_NE(script.find("layout 2,1"), std::string::npos);
   EXPECT_NE(script.find("30.5 10\n"), std::string::npos) << script;
 }

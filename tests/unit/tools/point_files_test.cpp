@@ -31,9 +31,10 @@ TEST(PointFiles, NamesEveryBadLine) {
   ASSERT_FALSE(pairs);
   std::string all;
   for (const config::Error& error : pairs.error()) all += error.text() + "\n";
-  for (const char* part : {":2: world_z_m: 'x' is no number (allowed: -20..20)", ":3: 'a' is there twice",
-                           ":4: the name is missing", ":5: 3 columns where 7 are expected",
-                           ":6: camera_x_m: 'nan' is out of range", ":6: world_z_m: '21' is out of range"}) {
+  for (const char* part :
+       {":2: world_z_m: \"x\" is no number (allowed: -20..20)", ":3: \"a\" is there twice",
+        ":4: the name is missing", ":5: 3 columns where 7 are expected",
+        ":6: camera_x_m: \"nan\" is out of range", ":6: world_z_m: \"21\" is out of range"}) {
     EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
   }
 }
@@ -78,6 +79,17 @@ TEST(LandmarkDepth, RefusesAPlaceWithoutDepth) {
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error().where, "mark");
   EXPECT_NE(seen.error().what.find("0 of 9 pixels"), std::string::npos) << seen.error().what;
+}
+
+TEST(PointPairs, AreRefusedInWordsThatATerminalMayShow) {
+  const test::TemporaryFolder folder;
+  const auto pairs =
+      readPointPairs(folder.write("pairs.csv", std::string(kPairsHeader) + "\na,\x1b[2J,0,0,0,0,0\nb," +
+                                                   std::string(3000, 'x') + ",0,0,0,0,0\n"));
+  ASSERT_FALSE(pairs);
+  ASSERT_EQ(pairs.error().size(), 2U);
+  EXPECT_NE(pairs.error()[0].text().find(R"("\x1b[2J")"), std::string::npos) << pairs.error()[0].text();
+  EXPECT_LT(pairs.error()[1].text().size(), 300U);
 }
 
 }  // namespace

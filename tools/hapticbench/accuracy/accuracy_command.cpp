@@ -5,12 +5,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
-#include <fstream>
+#include <limits>
 
 #include "config/error.h"
 #include "tools/hapticbench/accuracy/accuracy_report.h"
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
+#include "tools/options/output_file.h"
+#include "tools/options/within.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -56,15 +60,18 @@ AccuracyCommand::AccuracyCommand(CLI::App& app)
       ->check(CLI::IsMember(sceneNames()));
   list("--laws", laws_, "of nearest_springs, smooth_springs, proxy, surface (all)")
       ->check(CLI::IsMember(namesOf(kAllLaws)));
-  list("--distances", distances_m_, "metres from the camera (0.6,1,2)")->check(CLI::Range(0.5, 3.9));
+  list("--distances", distances_m_, "metres from the camera (0.6,1,2)")->check(within(0.5, 3.9));
   list("--noises", noises_, "of none, quantised, sensor (none,sensor)")
       ->check(CLI::IsMember(namesOf(kAllNoises)));
-  list("--voxels", voxel_edges_mm_, "voxel edges, millimetres (10)")->check(CLI::Range(1.0, 100.0));
+  list("--voxels", voxel_edges_mm_, "voxel edges, millimetres (10)")->check(within(1.0, 100.0));
   list("--filters", filters_, "of off, on (off,on)")->check(CLI::IsMember({"off", "on"}));
-  command_->add_option("--seed", seed_, "of the places and of the noise (1)");
+  command_->add_option("--seed", seed_, "of the places and of the noise (1)")
+      ->check(within(std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max()));
   CLI::Option* quick = command_->add_flag("--quick", quick_, "plane and sphere at 1 m, one push each");
   command_->add_flag("--full", full_, "distances 0.6,0.8,1,2,3.5 and voxels 5,10,20,40")->excludes(quick);
-  command_->add_option("--json", json_file_, "write the result there too")->type_name("FILE");
+  command_->add_option("--json", json_file_, "write the result there too")
+      ->type_name("FILE")
+      ->check(endsIn(".json"));
 }
 
 AccuracyOptions AccuracyCommand::options() const {
@@ -103,11 +110,9 @@ int AccuracyCommand::run() const {
   if (watched) fmt::print(stderr, "\r{:<40}\r", "");
   fmt::print("{}", accuracyTable(rows));
   if (json_file_.empty()) return EX_OK;
-  std::ofstream out(json_file_);
-  out << accuracyJson(rows) << std::flush;
-  if (out) return EX_OK;
-  fmt::print(stderr, "hapticbench: {}\n",
-             config::Error{json_file_, "cannot be written", "check --json"}.text());
+  const auto written = writeWholeFile(json_file_, accuracyJson(rows), IfExists::replace);
+  if (written) return EX_OK;
+  fmt::print(stderr, "hapticbench: {}\n", written.error().text());
   return EX_CANTCREAT;
 }
 

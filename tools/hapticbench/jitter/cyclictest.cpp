@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "config/value_text.h"
 #include "tools/child/child_process.h"
 #include "tools/hapticbench/jitter/cpus.h"
 
@@ -124,7 +125,8 @@ config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std:
   for (const auto& [key, count] : histogram->items()) {
     const auto latency_us = latencyOf(key);
     if (!latency_us || !count.is_number_unsigned()) {
-      return refused(name, fmt::format("\"{}\" in its histogram is no latency with a count", key));
+      return refused(name,
+                     fmt::format("{} in its histogram is no latency with a count", config::inQuotes(key)));
     }
     counts.add(*latency_us, count.get<std::uint64_t>());
   }

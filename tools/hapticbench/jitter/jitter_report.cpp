@@ -114,13 +114,12 @@ std::string jitterJson(const JitterResult& result) {
   return document.dump(2) + "\n";
 }
 
-std::string jitterPlotScript(const JitterResult& result, const std::filesystem::path& svg_file) {
+std::string jitterPlotScript(const JitterResult& result) {
   fmt::memory_buffer script;
   const auto add = [&script](const std::string& text) {
     fmt::format_to(std::back_inserter(script), "{}", text);
   };
-  add(fmt::format("set terminal svg size 900,{} background rgb 'white'\nset output '{}'\n",
-                  360 * result.loads.size(), gnuplotQuoted(svg_file.string())));
+  add(fmt::format("set terminal svg size 900,{} background rgb 'white'\n", 360 * result.loads.size()));
   add(
       fmt::format("set multiplot layout {},1\nset logscale xy\nset grid\nset key top right\n"
                   "set xlabel 'wake-up latency, us'\nset ylabel 'wake-ups'\n",

@@ -14,6 +14,6 @@ std::string jitterTable(const JitterResult& result);
 std::string jitterJson(const JitterResult& result);
 
 /// A script for gnuplot: for each load how many wake-ups came how late.
-std::string jitterPlotScript(const JitterResult& result, const std::filesystem::path& svg_file);
+std::string jitterPlotScript(const JitterResult& result);
 
 }  // namespace hapticd::tools

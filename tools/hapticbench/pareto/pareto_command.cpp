@@ -6,7 +6,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "config/error.h"
 #include "rt/realtime_thread.h"
@@ -14,6 +13,9 @@
 #include "tools/hapticbench/pareto/pareto_plot.h"
 #include "tools/hapticbench/pareto/pareto_report.h"
 #include "tools/hapticbench/pareto/readme_figures.h"
+#include "tools/options/output_file.h"
+#include "tools/options/within.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -25,10 +27,9 @@ int fail(const config::Error& error, int status) {
   return status;
 }
 
-int write(const std::string& file, const std::string& text, const char* option) {
-  std::ofstream out(file);
-  out << text << std::flush;
-  return out ? EX_OK : fail({file, "cannot be written", fmt::format("check {}", option)}, EX_CANTCREAT);
+int write(const std::string& file, const std::string& text) {
+  const auto written = writeWholeFile(file, text, IfExists::replace);
+  return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
 }
 
 void progress(const std::string& what) {
@@ -48,23 +49,23 @@ ParetoCommand::ParetoCommand(CLI::App& app, const std::string& recordings)
           app.add_subcommand("pareto", "CPU time against force error, every law and setting as one point")),
       recordings_(recordings) {
   const auto file = [this](const char* option, std::string& name, const char* what) {
-    command_->add_option(option, name, what)->type_name("FILE");
+    return command_->add_option(option, name, what)->type_name("FILE");
   };
-  command_->add_option("--cpu", cpu_, "CPU to be pinned to (the last one)")->check(CLI::Range(-1, 1023));
+  command_->add_option("--cpu", cpu_, "CPU to be pinned to (the last one)")->check(within(-1, 1023));
   command_->add_option("--recordings", recordings_,
                        "folder of recordings ($HAPTICD_RECORDINGS, or ../shared/recordings)");
   command_->add_flag("--quick", quick_, "short motions, one run, the default settings only");
-  file("--json", json_file_, "write the result there too");
-  file("--plot", plot_file_, "draw it there with gnuplot, .svg or .png");
-  file("--readme", readme_file_, "put the figures between the marks of that file");
-  file("--laws-table", laws_table_file_, "write what the choice of a law reads (config/measured_laws.inc)");
+  file("--json", json_file_, "write the result there too")->check(endsIn(".json"));
+  file("--plot", plot_file_, "draw it there with gnuplot, .svg or .png")->check(endsIn(".svg", ".png"));
+  file("--readme", readme_file_, "put the figures between the marks of that file")->check(endsIn(".md"));
+  file("--laws-table", laws_table_file_, "write what the choice of a law reads (config/measured_laws.inc)")
+      ->check(endsIn(".inc"));
 }
 
 int ParetoCommand::report(const ParetoResult& result, int cpu) const {
   fmt::print("{}", paretoTable(result, cpu));
   if (!json_file_.empty()) {
-    if (const int status = write(json_file_, paretoJson(result, cpu), "--json"); status != EX_OK)
-      return status;
+    if (const int status = write(json_file_, paretoJson(result, cpu)); status != EX_OK) return status;
   }
   if (!plot_file_.empty()) {
     if (const auto plotted = plotPareto(result, plot_file_); !plotted)
@@ -78,7 +79,7 @@ int ParetoCommand::report(const ParetoResult& result, int cpu) const {
 int ParetoCommand::writeLawsTable() const {
   LawsTableOptions options;
   if (quick_) options = {.distances_m = {1}, .seconds = 0.1, .repeats = 1, .pushes = 1};
-  return write(laws_table_file_, lawsTable(measureLaws(options, progress), "tools/figures"), "--laws-table");
+  return write(laws_table_file_, lawsTable(measureLaws(options, progress), "tools/figures"));
 }
 
 int ParetoCommand::run() const {

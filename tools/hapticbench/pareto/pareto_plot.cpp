@@ -57,9 +57,7 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
   const auto add = [&script](const std::string& text) {
     fmt::format_to(std::back_inserter(script), "{}", text);
   };
-  add(image.extension() == ".png" ? "set terminal pngcairo size 900,640 background rgb 'white'\n"
-                                  : "set terminal svg size 900,640 background rgb 'white'\n");
-  add(fmt::format("set output '{}'\n", gnuplotQuoted(image.string())));
+  add(fmt::format("set terminal {} size 900,640 background rgb 'white'\n", gnuplotTerminal(image)));
   add("set logscale xy\nset grid\nset offsets graph 0.03, graph 0.15, graph 0.08, graph 0.03\n"
       "set xlabel 'CPU time, ms per second of use (30 frames modelled, 1000 forces)'\n"
       "set ylabel 'RMS force error, multiples of the just noticeable difference'\n"

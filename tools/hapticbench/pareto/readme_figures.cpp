@@ -1,4 +1,5 @@
 #include "tools/hapticbench/pareto/readme_figures.h"
+#include "tools/whole_file/whole_file.h"
 
 #include <fmt/format.h>
 
@@ -35,10 +36,7 @@ config::Result<void> putFigures(const std::filesystem::path& readme, const std::
   if (!in) return std::unexpected(config::Error{readme.string(), "cannot be read", "check --readme"});
   const auto replaced = withFigures(text, figures, readme.string());
   if (!replaced) return std::unexpected(replaced.error());
-  std::ofstream out(readme);
-  out << *replaced << std::flush;
-  if (out) return {};
-  return std::unexpected(config::Error{readme.string(), "cannot be written", "check --readme"});
+  return writeWholeFile(readme, *replaced, IfExists::replace);
 }
 
 }  // namespace hapticd::tools

@@ -56,8 +56,7 @@ void addPanel(fmt::memory_buffer& script, const std::string& wall, const std::ve
       wall);
 }
 
-std::string scriptOf(const std::vector<RegionPoint>& points, const std::string& title,
-                     const std::filesystem::path& svg_file) {
+std::string scriptOf(const std::vector<RegionPoint>& points, const std::string& title) {
   const std::vector<std::string> walls = wallsIn(points);
   const auto [lowest, highest] = std::minmax_element(
       points.begin(), points.end(),
@@ -65,12 +64,12 @@ std::string scriptOf(const std::vector<RegionPoint>& points, const std::string& 
   fmt::memory_buffer script;
   fmt::format_to(
       std::back_inserter(script),
-      "set terminal svg size {},480 background rgb 'white'\nset output '{}'\n"
+      "set terminal svg size {},480 background rgb 'white'\n"
       "set multiplot layout 1,{} title '{}' noenhanced\nset logscale xy\n"
       "set xlabel 'B + 0.1 (N s/m)'\nset ylabel 'K (N/m)'\nset xrange [0.08:50]\nset yrange [{}:{}]\n"
       "set bmargin 9\nset key at screen 0.5, 0.16 center\n",
-      360 * walls.size(), gnuplotQuoted(svg_file.string()), walls.size(), gnuplotQuoted(title),
-      lowest->stiffness_n_per_m / 1.2, highest->stiffness_n_per_m * 1.2);
+      360 * walls.size(), walls.size(), gnuplotQuoted(title), lowest->stiffness_n_per_m / 1.2,
+      highest->stiffness_n_per_m * 1.2);
   for (const std::string& wall : walls) {
     addPanel(script, wall, points);
     fmt::format_to(std::back_inserter(script), "unset key\n");  // the first panel's is for all
@@ -95,7 +94,7 @@ std::string regionTsv(const std::vector<RegionPoint>& points) {
 
 config::Result<void> plotRegion(const std::vector<RegionPoint>& points, const std::string& title,
                                 const std::filesystem::path& svg_file) {
-  return runGnuplot(scriptOf(points, title, svg_file), svg_file, "--region writes the data");
+  return runGnuplot(scriptOf(points, title), svg_file, "--region writes the data");
 }
 
 }  // namespace hapticd::tools

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "config/error.h"
 #include "tools/hapticbench/stability/plot.h"
 #include "tools/hapticbench/stability/stability_report.h"
+#include "tools/options/output_file.h"
+#include "tools/options/within.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -42,10 +44,9 @@ std::vector<double> logSpaced(double first, double last, int count) {
   return values;
 }
 
-bool write(const std::string& file, const std::string& content) {
-  std::ofstream out(file);
-  out << content << std::flush;
-  return static_cast<bool>(out);
+/// Nothing to do where no file is wanted.
+config::Result<void> write(const std::string& file, const std::string& content) {
+  return file.empty() ? config::Result<void>() : writeWholeFile(file, content, IfExists::replace);
 }
 
 }  // namespace
@@ -65,15 +66,20 @@ StabilityCommand::StabilityCommand(CLI::App& app)
       ->check(CLI::IsMember(namesOf(allDevices())));
   command_->add_option("--delays", delays_ticks_, "delays of the force, ms (0,1,2,5,10)")
       ->delimiter(',')
-      ->check(CLI::Range(0, 100));
+      ->check(within(0, 100));
   command_->add_option("--region-delay", region_delay_ticks_, "delay of the (K, B) region, ms (1)")
-      ->check(CLI::Range(0, 100));
+      ->check(within(0, 100));
   command_->add_option("--region-hand", region_hand_, "hand of the (K, B) region (light)")
       ->check(CLI::IsMember(namesOf(allGrips())));
   command_->add_option("--region", region_file_, "write the (K, B) region there, tab-separated")
-      ->type_name("FILE");
-  command_->add_option("--plot", plot_file_, "plot the (K, B) region with gnuplot")->type_name("FILE.svg");
-  command_->add_option("--json", json_file_, "write the result there too")->type_name("FILE");
+      ->type_name("FILE")
+      ->check(endsIn(".tsv"));
+  command_->add_option("--plot", plot_file_, "plot the (K, B) region with gnuplot")
+      ->type_name("FILE.svg")
+      ->check(endsIn(".svg"));
+  command_->add_option("--json", json_file_, "write the result there too")
+      ->type_name("FILE")
+      ->check(endsIn(".json"));
   command_->add_flag("--quick", quick_, "one hand, one device, two delays and a coarse region");
 }
 
@@ -110,11 +116,11 @@ int StabilityCommand::run() const {
   }
   fmt::print("{}", stabilityTable(results));
 
-  if (!json_file_.empty() && !write(json_file_, stabilityJson(results))) {
-    return fail({json_file_, "cannot be written", "check --json"}, EX_CANTCREAT);
+  if (const auto written = write(json_file_, stabilityJson(results)); !written) {
+    return fail(written.error(), EX_CANTCREAT);
   }
-  if (!region_file_.empty() && !write(region_file_, regionTsv(results.region))) {
-    return fail({region_file_, "cannot be written", "check --region"}, EX_CANTCREAT);
+  if (const auto written = write(region_file_, regionTsv(results.region)); !written) {
+    return fail(written.error(), EX_CANTCREAT);
   }
   if (plot_file_.empty()) return EX_OK;
   const std::string title = fmt::format(

@@ -9,6 +9,9 @@
 #include <iterator>
 
 #include "tools/hapticbench/sweep/sweep_report.h"
+#include "tools/options/output_file.h"
+#include "tools/options/within.h"
+#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -24,9 +27,8 @@ int fail(const config::Error& error, int status) {
 int report(const SweepPart& part, const std::string& json_file) {
   fmt::print("{}", sweepTable(part));
   if (json_file.empty()) return EX_OK;
-  std::ofstream out(json_file);
-  out << sweepJson(part) << std::flush;
-  return out ? EX_OK : fail({json_file, "cannot be written", "check --json"}, EX_CANTCREAT);
+  const auto written = writeWholeFile(json_file, sweepJson(part), IfExists::replace);
+  return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
 }
 
 /// "synthetic" where there are no recordings.
@@ -51,11 +53,13 @@ SweepCommand::SweepCommand(CLI::App& app, const std::string& recordings)
       ->add_option("--merge", merged_files_, "join the parts that --shard and --json wrote, compute nothing")
       ->type_name("FILE")
       ->expected(1, 100000);
-  command_->add_option("--json", json_file_, "write the result there too")->type_name("FILE");
+  command_->add_option("--json", json_file_, "write the result there too")
+      ->type_name("FILE")
+      ->check(endsIn(".json"));
   command_->add_option("--recordings", recordings_,
                        "folder of recordings ($HAPTICD_RECORDINGS, or ../shared/recordings)");
   command_->add_option("--delay", delay_ticks_, "delay of the force for the stability margin, ms (2)")
-      ->check(CLI::Range(0, 100));
+      ->check(within(0, 100));
   command_->add_flag("--filter", filter_,
                      "measure noise behind the depth filter (8 frames, 2 pixels to each side)");
   command_->add_flag("--quick", quick_, "few values of each parameter, few frames");

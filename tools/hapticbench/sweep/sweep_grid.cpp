@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "config/value_text.h"
+
 namespace hapticd::tools {
 
 bool SweepPoint::isPapers() const {
@@ -34,7 +36,7 @@ std::vector<SweepPoint> pointsOf(const SweepGrid& grid) {
 }
 
 config::Result<Shard> parseShard(const std::string& text) {
-  const config::Error wrong{"--shard", "'" + text + "' is not i/n with i from 1 to n",
+  const config::Error wrong{"--shard", config::inQuotes(text) + " is not i/n with i from 1 to n",
                             "for example --shard 3/8"};
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) return std::unexpected(wrong);

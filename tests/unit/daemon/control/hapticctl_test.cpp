@@ -140,7 +140,7 @@ TEST_F(HapticctlTest, ShowsNoControlCharactersOfTheOtherSide) {
   box.setStatus(status);
   start();
   const std::string output = run({"status"}).output;
-  EXPECT_TRUE(contains(output, "evil?[2J?name"));
+  EXPECT_TRUE(contains(output, R"(evil\x1b[2J\x07name)"));
 }
 
 TEST_F(HapticctlTest, GetShowsValuesWithUnits) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "config/program.h"
 #include "tests/vm/emulators/hid/controller.h"
 #include "tests/vm/emulators/hid/gadget_link.h"
 #include "tests/vm/emulators/hid/hid_emulator.h"
@@ -76,7 +77,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
   return emulate(options);
 }
@@ -85,5 +86,6 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test::hid
 
 int main(int argc, char** argv) {
-  return hapticd::test::hid::run(argc, argv);
+  return hapticd::config::runProgram("emulated-hid-handle",
+                                     [&] { return hapticd::test::hid::run(argc, argv); });
 }

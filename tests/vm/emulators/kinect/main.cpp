@@ -9,9 +9,11 @@
 #include <cstdio>
 #include <string>
 
+#include "config/program.h"
 #include "tests/vm/emulators/kinect/kinect_device.h"
 #include "tests/vm/emulators/usbip/emulator.h"
 #include "tests/vm/emulators/usbip/vhci_port.h"
+#include "tools/options/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -93,11 +95,13 @@ int run(int argc, char** argv) {
       ->type_name("DIR");
   app.add_option("--frames", options.most_frames, "frames to be played at most; 0.4 MB each (60)")
       ->type_name("N")
-      ->check(CLI::Range(1, 2000));
+      ->check(tools::within(1, 2000));
   app.add_option("--fps", options.kinect.fps, "frames per second, 1 to 33 (30)")
       ->type_name("RATE")
-      ->check(CLI::Range(1.0, kMostFps));
-  app.add_option("--freeze", options.kinect.freeze, "repeat this frame, 0 for the first")->type_name("FRAME");
+      ->check(tools::within(1.0, kMostFps));
+  app.add_option("--freeze", options.kinect.freeze, "repeat this frame, 0 for the first")
+      ->type_name("FRAME")
+      ->check(tools::within(std::size_t{0}, std::size_t{1'000'000}));
   app.add_option("--serial", options.kinect.serial, "serial number (A00000000000002A)")
       ->type_name("TEXT")
       ->check(refuseSerial);
@@ -109,7 +113,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? EX_OK : EX_USAGE;
+    return config::endWithoutWork(app, error, EX_USAGE);
   }
   return app.count("--tell") != 0 ? sendCommand(options) : emulate(options);
 }
@@ -118,5 +122,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test
 
 int main(int argc, char** argv) {
-  return hapticd::test::run(argc, argv);
+  return hapticd::config::runProgram("emulated-kinect", [&] { return hapticd::test::run(argc, argv); });
 }

@@ -1,0 +1,184 @@
+// Every program: numeric options take numbers within their range only, and output that is lost is an error.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// A program and what it exits with on wrong usage.
+struct Subject {
+  const char* name;
+  const char* path;
+  int usage_status;
+};
+const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
+                                     {"hapticctl", HAPTICCTL_PROGRAM, 2},
+                                     {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
+                                     {"haptic-replay", HAPTIC_REPLAY_PROGRAM, 64},
+                                     {"haptic-soak", HAPTIC_SOAK_PROGRAM, 64},
+                                     {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
+
+/// What else options take, by the word that help shows; all of it is text.
+const std::set<std::string> kTexts{
+    "ADDRESS:PORT", "CHANNEL",  "CMD",     "CSV",    "DIR_OR_PGM", "FIELD ...", "FILE",
+    "FILE ...",     "FILE.svg", "FOLDER",  "FORMAT", "KIND ...",   "LABEL",     "NAME=VALUE ...",
+    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...",   "i/n"};
+
+struct Option {
+  std::string name;
+  std::string takes;
+};
+
+/// The options that help shows, of those that take something.
+std::vector<Option> optionsIn(const std::string& help) {
+  static const std::regex line(R"(\n  (?:-\w,)?(--[\w-]+) ([^\n]*))");
+  std::vector<Option> options;
+  for (std::sregex_iterator found(help.begin(), help.end(), line), end; found != end; ++found) {
+    std::string takes = (*found)[2];
+    takes = " " + takes.substr(0, takes.find("  "));
+    for (const std::string_view rest : {" REQUIRED", " Excludes:", " Needs:"}) {
+      takes = takes.substr(0, takes.find(rest));
+    }
+    takes.erase(0, takes.find_first_not_of(' '));
+    if (!takes.empty()) options.push_back({(*found)[1], takes});
+  }
+  return options;
+}
+
+Words subcommandsIn(const std::string& help) {
+  static const std::regex line(R"(\n  ([a-z][\w-]*) )");
+  Words names;
+  const std::size_t begin = help.find("\nSubcommands:");
+  if (begin == std::string::npos) return names;
+  const std::string list = help.substr(begin);
+  for (std::sregex_iterator found(list.begin(), list.end(), line), end; found != end; ++found) {
+    names.push_back((*found)[1]);
+  }
+  return names;
+}
+
+/// Calls `visit(line, help)` for the program and each of its subcommands.
+template <typename Visit>
+void visitCommands(const Words& line, const Visit& visit) {
+  Words asking = line;
+  asking.push_back("--help");
+  const Finished help = runToEnd(asking);
+  ASSERT_EQ(help.ending, exitedWith(0)) << help.errors;
+  visit(line, help.output);
+  for (const std::string& name : subcommandsIn(help.output)) {
+    Words below = line;
+    below.push_back(name);
+    visitCommands(below, visit);
+  }
+}
+
+bool isWords(const std::string& takes) {
+  return takes.find('{') != std::string::npos;
+}
+
+TEST(ProgramOptions, NumericOptionsTakeNumbersWithinTheirRangeOnly) {
+  int options = 0;
+  for (const Subject& program : kPrograms) {
+    visitCommands({program.path}, [&](const Words& line, const std::string& help) {
+      for (const Option& option : optionsIn(help)) {
+        if (isWords(option.takes) || kTexts.contains(option.takes)) continue;
+        ASSERT_NE(option.takes.find(" in ["), std::string::npos)
+            << program.name << " " << option.name << " takes " << option.takes
+            << ": give a number a range with within(), or add the word to this test's texts";
+        ++options;
+        const std::string first = option.takes.find(" x 3") != std::string::npos ? "0,0," : "";
+        for (const char* bad : {"nan", "-nan", "NAN", "inf", "-inf", "1e400", "-1e400", "", "5x", "0x10"}) {
+          Words wrong = line;
+          wrong.push_back(option.name + "=" + first + bad);
+          const Finished refused = runToEnd(wrong);
+          EXPECT_EQ(refused.ending, exitedWith(program.usage_status)) << program.name << " " << wrong.back();
+          EXPECT_NE(refused.errors.find(option.name), std::string::npos)
+              << program.name << " " << wrong.back() << ": " << refused.errors;
+        }
+      }
+    });
+  }
+  EXPECT_GT(options, 30);
+}
+
+/// With standard output there.
+Finished runInto(const char* output, const Words& command) {
+  Words line{"/bin/sh", "-c", std::string("exec \"$@\" > ") + output, "sh"};
+  line.insert(line.end(), command.begin(), command.end());
+  return runToEnd(line);
+}
+
+void expectLost(const Words& command, const char* program) {
+  const Finished finished = runInto("/dev/full", command);
+  EXPECT_EQ(finished.ending, exitedWith(1)) << command[0] << " " << command[1] << ": " << finished.errors;
+  EXPECT_TRUE(finished.errors.ends_with(std::string(program) +
+                                        ": cannot write to standard output: No space left on device\n"))
+      << command[0] << " " << command[1] << ": " << finished.errors;
+}
+
+TEST(ProgramOptions, HelpAndVersionThatAreLostAreAnError) {
+  for (const Subject& program : kPrograms) {
+    expectLost({program.path, "--version"}, program.name);
+    visitCommands({program.path}, [&](Words line, const std::string&) {
+      line.push_back("--help");
+      expectLost(line, program.name);
+    });
+  }
+}
+
+TEST(ProgramOptions, ResultsThatAreLostAreAnError) {
+  const TemporaryFolder folder;
+  const std::string yaml = folder.write("hapticd.yaml", "camera: {driver: synthetic}\n");
+  expectLost({HAPTICD_PROGRAM, "--config", yaml, "--check"}, "hapticd");
+  expectLost({HAPTIC_BRIDGE_PROGRAM, "--peer", "127.83.2.1:9", "--duration", "0.02"}, "haptic-bridge");
+  expectLost({HAPTICBENCH_PROGRAM, "speed", "--positions", "100", "--frames", "3", "--recordings",
+              folder.path() / "none"},
+             "hapticbench");
+}
+
+TEST(ProgramOptions, EndingsThatStandForNoFormatAreRefusedBeforeTheWork) {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() / "a.parquet";
+  const std::vector<Words> commands{{HAPTIC_BRIDGE_PROGRAM, "--log"},
+                                    {HAPTIC_REPLAY_PROGRAM, "--out"},
+                                    {HAPTIC_SOAK_PROGRAM, "--json"},
+                                    {HAPTICBENCH_PROGRAM, "speed", "--json"},
+                                    {HAPTICBENCH_PROGRAM, "accuracy", "--json"},
+                                    {HAPTICBENCH_PROGRAM, "stability", "--region"},
+                                    {HAPTICBENCH_PROGRAM, "stability", "--plot"},
+                                    {HAPTICBENCH_PROGRAM, "pareto", "--plot"},
+                                    {HAPTICBENCH_PROGRAM, "jitter", "--plot"},
+                                    {HAPTICBENCH_PROGRAM, "sweep", "--json"}};
+  for (Words command : commands) {
+    command.push_back(file);
+    const Finished refused = runToEnd(command);
+    EXPECT_EQ(refused.ending, exitedWith(64)) << command[1] << command[2];
+    EXPECT_NE(refused.errors.find("end the name in ."), std::string::npos) << refused.errors;
+  }
+}
+
+TEST(ProgramOptions, ALogThatCannotBeWrittenNeitherStopsTheBridgeNorStays) {
+  const TemporaryFolder folder;
+  const std::string log = folder.path() / "log.csv";
+  const Finished finished =
+      runToEnd({HAPTIC_BRIDGE_PROGRAM, "--peer", "127.83.2.2:9", "--duration", "0.3", "--log", log},
+               {.largest_file_bytes = 2000});
+  EXPECT_EQ(finished.ending, exitedWith(73)) << finished.errors;
+  EXPECT_NE(finished.errors.find("log.csv: cannot be written: File too large"), std::string::npos)
+      << finished.errors;
+  EXPECT_NE(finished.output, "") << "the table is there all the same";
+  EXPECT_FALSE(std::filesystem::exists(log));
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,204 @@
+// What traces do not say by themselves: periods without a tick, fields that a law does not have, settings.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/support/file_content.h"
+#include "tests/support/made_up_trace.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/tools/exported_trace.h"
+#include "tools/trace/csv_export.h"
+#include "tools/trace/hdf5_export.h"
+#include "tools/trace/trace_plot.h"
+#include "tools/trace/trace_summary.h"
+
+namespace hapticd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kBegin_ns = 7'000'000'000;
+constexpr const char* kSettings =
+    "force:\n  law: \"proxy\"\n  radius_m: 0.04\n  max_points: 100\ntrace:\n  flight_recorder_s: 10\n"
+    "safety:\n  engage_inside: true\nhandle:\n  serial: \"0042\"\n";
+
+class TraceMeaning : public testing::Test {
+ protected:
+  fs::path path(const std::string& name) const { return folder_.path() / name; }
+
+  /// A tick in that period of a millisecond.
+  static rt::Tick tickAt(std::uint64_t number, std::int64_t period, rt::ForceLaw law = rt::ForceLaw::proxy) {
+    rt::Tick tick;
+    tick.number = number;
+    tick.planned_ns = kBegin_ns + period * 1'000'000;
+    tick.law = law;
+    tick.contact = rt::ContactState::free;
+    tick.hip_m_in_world = tick.proxy_m_in_world = {0, 0, -1};
+    tick.command_force_n_in_world = {0, 0, 4};
+    return tick;
+  }
+  fs::path write(const test::MadeUpRecords& records, const std::string& settings = kSettings) {
+    drivers::TraceOptions options{.realtime_offset_ns = 1'700'000'000'000'000'000,
+                                  .metadata = {{"kernel", "6.10"}, {"force_thread_cpu", "3"}}};
+    if (!settings.empty()) options.attachments = {{"settings.yaml", "application/yaml", settings}};
+    test::writeTrace(path("a.mcap"), records, 1000, options);
+    return path("a.mcap");
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(TraceMeaning, PeriodsWithoutATickAreCountedThoughNumbersHaveNoGap) {
+  test::MadeUpRecords records;
+  // periods 0 1 2 . 4 . . . 8 9: numbered without a gap
+  std::uint64_t number = 100;
+  for (const std::int64_t period : {0, 1, 2, 4, 8, 9}) records.ticks.push_back(tickAt(number++, period));
+  const auto summary = summariseTrace(write(records));
+  ASSERT_TRUE(summary) << summary.error().text();
+  EXPECT_EQ(summary->gaps, 0U);
+  const EmptyPeriods& periods = summary->empty_periods;
+  EXPECT_EQ(periods.period_ns, 1'000'000);
+  EXPECT_EQ(periods.periods, 10U);
+  EXPECT_EQ(periods.empty, 4U);
+  EXPECT_EQ(periods.stretches, 2U);
+  EXPECT_EQ(periods.longest, 3U);
+  EXPECT_EQ(periods.after_tick, 103U);
+  EXPECT_DOUBLE_EQ(summary->longest_empty_time_s, 0.004);
+}
+
+TEST_F(TraceMeaning, TicksThatTheTraceLacksAreNoEmptyPeriods) {
+  test::MadeUpRecords records;
+  // from 2 to 9 five ticks are missing in the trace, and one of those periods had none
+  for (const auto& [number, period] : {std::pair(1, 1), {2, 2}, {8, 9}, {9, 10}}) {
+    records.ticks.push_back(tickAt(static_cast<std::uint64_t>(number), period));
+  }
+  const auto summary = summariseTrace(write(records));
+  ASSERT_TRUE(summary);
+  EXPECT_EQ(summary->info.ticks_dropped, 5U);
+  EXPECT_EQ(summary->empty_periods.empty, 1U);
+  EXPECT_EQ(summary->empty_periods.periods, 10U);
+}
+
+TEST_F(TraceMeaning, TheSettingsSayThePeriodWhereNoTwoTicksAreOneApart) {
+  test::MadeUpRecords records;
+  for (std::int64_t i = 0; i < 5; ++i)
+    records.ticks.push_back(tickAt(static_cast<std::uint64_t>(i + 1), 2 * i));
+  const auto summary = summariseTrace(write(records, "loop:\n  rate_hz: 1000\n"));
+  ASSERT_TRUE(summary);
+  EXPECT_EQ(summary->empty_periods.periods, 9U);
+  EXPECT_EQ(summary->empty_periods.empty, 4U);
+}
+
+TEST_F(TraceMeaning, InALawWithoutAProxyContactAndPenetrationDoNotApply) {
+  test::MadeUpRecords records;
+  records.ticks = {tickAt(1, 1, rt::ForceLaw::nearest_springs), tickAt(2, 2, rt::ForceLaw::surface)};
+  records.ticks[1].contact = rt::ContactState::contact;
+  const fs::path trace = write(records);
+
+  ASSERT_TRUE(exportCsv(trace, path("a.csv"), TraceChannel::ticks));
+  const test::Rows rows = test::rowsOf(path("a.csv"));
+  EXPECT_EQ(test::cell(rows, 1, "contact"), "");
+  EXPECT_EQ(test::cell(rows, 1, "proxy_m_in_world_z"), "");
+  EXPECT_EQ(test::cell(rows, 1, "hip_m_in_world_z"), "-1");
+  EXPECT_EQ(test::cell(rows, 2, "contact"), "contact");
+  EXPECT_EQ(test::cell(rows, 2, "proxy_m_in_world_z"), "-1");
+  EXPECT_EQ(rows[1].size(), rows[0].size());
+
+  ASSERT_TRUE(exportHdf5(trace, path("a.h5")));
+  const test::Hdf5 file(path("a.h5"));
+  const auto contacts = file.numbers<std::uint8_t>("ticks/contact", H5T_NATIVE_UINT8);
+  EXPECT_EQ(file.attribute("ticks/contact", "names").at(contacts.at(0)), "does_not_apply");
+  EXPECT_EQ(file.attribute("ticks/contact", "names").at(contacts.at(1)), "contact");
+  const auto proxies = file.numbers<double>("ticks/proxy_m_in_world", H5T_NATIVE_DOUBLE);
+  EXPECT_TRUE(std::isnan(proxies.at(2)));
+  EXPECT_EQ(proxies.at(5), -1);
+  EXPECT_EQ(file.attribute("ticks/proxy_m_in_world", "applies_to").at(0), "the laws proxy and surface");
+
+  const auto summary = summariseTrace(trace);
+  ASSERT_TRUE(summary);
+  EXPECT_TRUE(summary->law_without_proxy);
+  ASSERT_EQ(summary->laws_s.size(), 2U);
+  EXPECT_EQ(summary->laws_s[0].first, "nearest_springs");
+}
+
+TEST_F(TraceMeaning, APlotDrawsNoPenetrationOfALawWithoutAProxy) {
+  test::MadeUpRecords records;
+  for (std::uint64_t i = 1; i < 50; ++i) {
+    records.ticks.push_back(tickAt(i, static_cast<std::int64_t>(i), rt::ForceLaw::smooth_springs));
+  }
+  const auto plotted = plotTrace(write(records), path("a.svg"));
+  if (!plotted && plotted.error().text().find("gnuplot-nox") != std::string::npos) {
+    GTEST_SKIP() << "no gnuplot here (Debian package gnuplot-nox)";
+  }
+  ASSERT_TRUE(plotted) << plotted.error().text();
+  const std::string image = test::contentOf(path("a.svg"));
+  EXPECT_NE(image.find("a.mcap, of a law without a proxy: no penetration"), std::string::npos);
+  EXPECT_EQ(image.find("penetration (mm)"), std::string::npos);
+  EXPECT_NE(image.find("force (N)"), std::string::npos);
+}
+
+TEST_F(TraceMeaning, Hdf5HasTimesSettingsAndNumbersAsNumbers) {
+  test::MadeUpRecords records;
+  records.ticks = {tickAt(1, 0), tickAt(2, 3)};
+  records.directives.resize(2);
+  records.directives[0].time_ns = kBegin_ns;
+  records.directives[0].parameters = {{"force.radius_m", "0.04"}, {"force.law", "proxy"}};
+  records.directives[1].time_ns = kBegin_ns + 1'000'000;
+  records.directives[1].parameters = {
+      {"force.radius_m", "0.05"}, {"force.law", "surface"}, {"safety.engage_inside", "true"}};
+  ASSERT_TRUE(exportHdf5(write(records), path("a.h5")));
+  const test::Hdf5 file(path("a.h5"));
+  EXPECT_DOUBLE_EQ(file.numbers<double>("ticks/time_s", H5T_NATIVE_DOUBLE).at(1), 0.003);
+  EXPECT_DOUBLE_EQ(file.numbers<double>("directives/time_s", H5T_NATIVE_DOUBLE).at(1), 0.001);
+  EXPECT_NEAR(file.numbers<double>("ticks/realtime_s", H5T_NATIVE_DOUBLE).at(1), 1'700'000'007.003, 1e-6);
+  EXPECT_EQ(file.numericAttribute("/", "start_ns"), static_cast<double>(kBegin_ns));
+  EXPECT_EQ(file.numericAttribute("/", "realtime_offset_ns"), 1.7e18);
+  EXPECT_EQ(file.numericAttribute("/", "force_thread_cpu"), 3);
+  EXPECT_EQ(file.attribute("/", "kernel").at(0), "6.10") << "a name, not a number";
+  EXPECT_EQ(file.numericAttribute("settings", "force.radius_m"), 0.04);
+  EXPECT_EQ(file.numericAttribute("settings", "safety.engage_inside"), 1);
+  EXPECT_EQ(file.attribute("settings", "force.law").at(0), "proxy");
+  EXPECT_EQ(file.attribute("settings", "handle.serial").at(0), "0042");
+  EXPECT_EQ(file.texts("settings/yaml").at(0), kSettings);
+  EXPECT_EQ(file.numbers<double>("directives/parameters/force.radius_m", H5T_NATIVE_DOUBLE),
+            (std::vector<double>{0.04, 0.05}));
+  EXPECT_EQ(file.texts("directives/parameters/force.law"), (std::vector<std::string>{"proxy", "surface"}));
+  const auto late = file.numbers<double>("directives/parameters/safety.engage_inside", H5T_NATIVE_DOUBLE);
+  EXPECT_TRUE(std::isnan(late.at(0)));
+  EXPECT_EQ(late.at(1), 1);
+}
+
+TEST_F(TraceMeaning, BesideACsvAreTheSettingsItWasRecordedWith) {
+  test::MadeUpRecords records;
+  records.ticks = {tickAt(1, 0)};
+  const fs::path trace = write(records);
+  ASSERT_TRUE(exportCsv(trace, path("a.csv"), TraceChannel::ticks));
+  const std::string settings = test::contentOf(path("a.settings.yaml"));
+  EXPECT_TRUE(settings.ends_with(kSettings)) << settings;
+  EXPECT_NE(settings.find("# kernel: 6.10\n"), std::string::npos) << settings;
+
+  folder_.write("b.settings.yaml", "mine");
+  EXPECT_FALSE(exportCsv(trace, path("b.csv"), TraceChannel::ticks));
+  EXPECT_FALSE(fs::exists(path("b.csv")));
+  EXPECT_EQ(test::contentOf(path("b.settings.yaml")), "mine");
+}
+
+TEST_F(TraceMeaning, ParametersOfDirectivesAreColumnsOfACsv) {
+  test::MadeUpRecords records;
+  records.ticks = {tickAt(1, 0)};
+  records.directives.resize(2);
+  records.directives[0].parameters = {{"force.radius_m", "0.04"}};
+  records.directives[1].parameters = {{"force.law", "proxy"}, {"safety.engage_inside", "false"}};
+  ASSERT_TRUE(exportCsv(write(records), path("a.csv"), TraceChannel::directives));
+  const test::Rows rows = test::rowsOf(path("a.csv"));
+  EXPECT_EQ(test::cell(rows, 1, "force.radius_m"), "0.04");
+  EXPECT_EQ(test::cell(rows, 1, "force.law"), "");
+  EXPECT_EQ(test::cell(rows, 2, "force.radius_m"), "");
+  EXPECT_EQ(test::cell(rows, 2, "force.law"), "proxy");
+  EXPECT_EQ(test::cell(rows, 2, "safety.engage_inside"), "0");
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/Validators.hpp>
+#include <charconv>
+#include <concepts>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "config/value_text.h"
+
+namespace hapticd::tools {
+
+/// The number that `text` is as a whole, or nothing.
+template <typename Number>
+std::optional<Number> wholeNumber(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// What a numeric option takes: a finite number, or for whole numbers one without a fraction, from `lowest`
+/// to `highest`. Every numeric option of the programs has it. CLI11's own Range lets NaN pass, for which no
+/// comparison holds, and reads "010" as eight.
+template <typename Number>
+requires std::integral<Number> || std::floating_point<Number> CLI::Validator within(Number lowest,
+                                                                                    Number highest) {
+  const auto refusal = [lowest, highest](std::string& text) {
+    const std::optional<Number> number = wholeNumber<Number>(text);
+    // written so that NaN is out of range
+    if (number && *number >= lowest && *number <= highest) return std::string();
+    const char* const kinds = std::integral<Number> ? "whole numbers" : "numbers";
+    return fmt::format("{} is not among the {} {}..{}", config::inQuotes(text), kinds, lowest, highest);
+  };
+  const char* const kind = std::integral<Number> ? "INT" : "FLOAT";
+  return {refusal, fmt::format("{} in [{} - {}]", kind, lowest, highest)};
+}
+
+}  // namespace hapticd::tools
