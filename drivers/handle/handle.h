@@ -53,8 +53,8 @@ struct HandleStatus {
   std::string advice = {};         ///< for people: what is doubtful about a handle that works; may be empty
   std::optional<LinkStatus> link = {};
   HandleScheduling scheduling = {};
-  /// From the writing of a command by the force thread to its sending to the device, or that of a newer one in
-  /// its place; nothing: none was sent.
+  /// From the writing of a command by the force thread to its sending to the device, or that of a newer one
+  /// in its place; nothing: none was sent.
   std::optional<rt::LatencySummary> last_hop = {};
 };
 
