@@ -34,6 +34,13 @@ struct IndexedChunk {
   }
 };
 
+/// Other programs leave checksums out, which is allowed.
+bool isByHapticd(std::string_view header) {
+  ByteReader reader(header);
+  reader.text();  // profile
+  return reader.text() == "hapticd";
+}
+
 class Search {
  public:
   Search(const TraceFile& file, std::uint64_t size, const std::function<void(double)>& progress)
@@ -200,7 +207,9 @@ class Search {
       return whatIsNotWhole(head.opcode);
     switch (head.opcode) {
       case Opcode::header:
-        return offset == kMagic.size() ? "" : "a header that does not belong there";
+        if (offset != kMagic.size()) return "a header that does not belong there";
+        has_all_checksums_ = isByHapticd(content);
+        return "";
       case Opcode::schema:
         keep(found_.schemas, offset, std::move(content));
         return "";
@@ -247,7 +256,8 @@ class Search {
     const auto data_end = static_cast<std::size_t>(attachment.data.end() - content.begin());
     const std::size_t covered = data_end + sizeof(std::uint32_t);
     const bool has_checksum = ByteReader(content.substr(data_end)).number<std::uint32_t>() != 0;
-    if (!has_checksum && covered < content.size()) return "an attachment that is longer than its data";
+    if (!has_checksum && (has_all_checksums_ || covered < content.size()))
+      return "an attachment without checksum";
     const std::uint64_t end = endOfChecked(offset, head, covered);
     keep(found_.attachments, offset, std::string(content.substr(0, end - offset - kRecordHeadBytes)));
     return "";
@@ -266,8 +276,8 @@ class Search {
     ChunkRecord::of(content, chunk);
     ChunkContent::of(unpacked, inside);
     const auto covered = static_cast<std::size_t>(chunk.records.end() - std::string_view(content).begin());
-    if (chunk.crc == 0 && covered < content.size()) return "a chunk that is longer than its records";
-    if (unpacked.empty()) return "";  // nothing is in it
+    if (unpacked.empty() && covered == content.size()) return "";  // nothing is in it
+    if (chunk.crc == 0 && (has_all_checksums_ || covered < content.size())) return "a chunk without checksum";
     const std::uint64_t end = endOfChecked(offset, head, covered);
     const auto key = std::tuple(crcOf(unpacked), unpacked.size(), inside.start_ns, inside.end_ns);
     if (!seen_.insert(key).second) {
@@ -455,8 +465,9 @@ class Search {
   Salvage found_;
   std::optional<config::Error> failure_;
   std::uint64_t at_ = 0;
-  std::uint64_t next_ = 0;  ///< where to go on behind the record at `at_`, if that is whole
-  bool trusted_ = true;     ///< nothing was damaged so far
+  std::uint64_t next_ = 0;          ///< where to go on behind the record at `at_`, if that is whole
+  bool trusted_ = true;             ///< nothing was damaged so far
+  bool has_all_checksums_ = false;  ///< so a missing one is damage
   /// Messages of the chunk that indexes may follow.
   std::optional<std::map<std::uint16_t, std::vector<MessagePlace>>> indexed_;
   std::set<std::tuple<std::uint32_t, std::size_t, std::uint64_t, std::uint64_t>> seen_;  ///< chunks
