@@ -219,7 +219,7 @@ class HidEmulatorTest : public testing::Test {
   bool eventuallyWithForce(const rt::Vec3& force_n, auto condition) {
     return eventually([&] {
       channels_->state.refresh();
-      channels_->command.write({force_n, ++tick_, channels_->state.front().session, monotonicNs()});
+      channels_->command.write({force_n, ++tick_, channels_->state.front().session, drivers::monotonicNs()});
       return condition();
     });
   }
