@@ -45,7 +45,7 @@ std::vector<std::string> DaemonHome::command(const std::string& yaml,
 std::vector<std::string> DaemonHome::entries() const {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(path())) {
-    names.push_back(entry.path().filename().string());
+    if (entry.path() != stateFolder()) names.push_back(entry.path().filename().string());
   }
   std::ranges::sort(names);
   return names;

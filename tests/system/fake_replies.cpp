@@ -160,7 +160,7 @@ void answerEverything(FakeDaemon& daemon) {
   for (const char* method : {"StartTrace", "StopTrace", "DumpTrace"}) {
     daemon.answer(std::string("io.hapticd.Control.") + method, name);
   }
-  for (const char* method : {"DeleteTrace", "DeleteProfile", "SetBootProfile"}) {
+  for (const char* method : {"DeleteTrace", "KeepTrace", "DeleteProfile", "SetBootProfile"}) {
     daemon.answer(std::string("io.hapticd.Control.") + method, json::object());
   }
   daemon.answer("io.hapticd.Status.ListTraces",

@@ -60,8 +60,8 @@ TEST_F(ReplayBadInput, TheInputOfTheseTestsIsGoodUntilTheyBreakIt) {
 TEST_F(ReplayBadInput, AHipThatIsNotANumberIsRefusedWithItsLineAndRange) {
   write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-1\n0.001,nan,0,-1\n0.002,0,0,11\n");
   const Finished finished = replay();
-  expectRefused(finished, kBadData, "hip.csv:3: x_m: 'nan' is out of range (allowed: -10..10 m)");
-  EXPECT_TRUE(contains(finished.errors, "hip.csv:4: z_m: '11' is out of range (allowed: -10..10 m)"));
+  expectRefused(finished, kBadData, "hip.csv:3: x_m: \"nan\" is out of range (allowed: -10..10 m)");
+  EXPECT_TRUE(contains(finished.errors, "hip.csv:4: z_m: \"11\" is out of range (allowed: -10..10 m)"));
 }
 
 TEST_F(ReplayBadInput, AMissingHipFileIsRefused) {
@@ -123,7 +123,7 @@ TEST_F(ReplayBadInput, AnotherPgmHeaderIsRefusedWithTheOneExpected) {
 
 TEST_F(ReplayBadInput, AnOutputThatCannotBeWrittenIsReported) {
   const Finished finished = replay({"--out=" + path("none/out.csv")});
-  expectRefused(finished, kCannotCreate, "none/out.csv: cannot be written");
+  expectRefused(finished, kCannotCreate, "none/out.csv: cannot be created");
 }
 
 TEST_F(ReplayBadInput, AFullDiskLeavesNoTruncatedOutput) {

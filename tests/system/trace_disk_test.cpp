@@ -85,6 +85,15 @@ Ticks ticksIn(const fs::path& folder) {
   return ticks;
 }
 
+/// Whether a trace that is being written has ticks on the disk.
+bool holdsTicks(const fs::path& part) {
+  bool any = false;
+  drivers::TraceVisitor visitor;
+  visitor.tick = [&](const rt::Tick&) { return !(any = true); };
+  (void)drivers::readTrace(part, visitor);
+  return any;
+}
+
 /// To its last byte.
 void fillTheDisk(const fs::path& file) {
   std::ofstream stream(file, std::ios::binary);
@@ -119,6 +128,7 @@ TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
       fs::path("/proc") / std::to_string(daemon.pid()) / "root" / home.traceFolder().relative_path();
   ASSERT_TRUE(daemon.reaches(writes));
   const std::string first = daemon.status().at("trace").at("name");
+  ASSERT_TRUE(test::becomesTrue([&] { return holdsTicks(inside / (first + ".mcap.part")); }));
   const fs::path filler = inside.parent_path() / "filler";
   fillTheDisk(filler);
   ASSERT_TRUE(daemon.reaches(waits));

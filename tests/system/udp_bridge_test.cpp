@@ -224,7 +224,8 @@ TEST_F(UdpBridge, RefusesOptionsThatCannotWorkWithItsExitStatus) {
   EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--loss", "2"}), exitedWith(64));
   EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--key-file", "/nonexistent"}), exitedWith(66));
   EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--local", "192.0.2.1:1024"}), exitedWith(69)) << "not ours";
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--log", "/nonexistent/log"}), exitedWith(73));
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--log", "/nonexistent/log"}), exitedWith(64)) << "no .csv";
+  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--log", "/nonexistent/log.csv"}), exitedWith(73));
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ TEST_F(RewrittenTrace, FilteredToSomeTopicsSaysWhatItLacks) {
   const Finished events = hapticctl({"trace", "export", out_.string(), "--channel", "events", "--out", csv});
   EXPECT_EQ(events.ending, exitedWith(0)) << events.errors;
   fs::remove(csv);
-  const Finished ticks = hapticctl({"trace", "export", out_.string(), "--out", csv});
+  const Finished ticks = hapticctl({"trace", "export", out_.string(), "--out", csv, "--force"});
   EXPECT_EQ(ticks.ending, exitedWith(1));
   EXPECT_TRUE(contains(ticks.errors, "holds no channel /hapticd/tick")) << ticks.errors;
   EXPECT_FALSE(fs::exists(csv));

@@ -11,6 +11,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLook{20};
 constexpr double kReloadEvery_s = 0.7;
+constexpr double kReloadPatience_s = 30;
 constexpr int kSamples = 200;
 
 double secondsSince(Clock::time_point begin) {
@@ -44,8 +45,8 @@ class Soak {
         sample_(options.seconds / kSamples) {}
 
   SoakResult run(const std::function<void(double)>& progress) {
+    useOnce();
     result_.before = settled();
-    dumpOnce();
     begin_ = Clock::now();
     {
       SoakClients clients(
@@ -99,12 +100,19 @@ class Soak {
     result_.samples.push_back(*sample);
   }
 
-  /// What writing the first trace takes stays with the daemon, and any burst of overruns makes it write one:
-  /// taken before the memory is looked at, it is no growth. Refused when there is no flight recorder; then
-  /// nothing dumps by itself either.
-  void dumpOnce() {
+  /// What the daemon takes at the first use of something stays with it, and is no growth: the memory of the
+  /// first trace, which any burst of overruns may make it write, and the threads for files. Dumping is
+  /// refused when there is no flight recorder; then nothing dumps by itself either.
+  void useOnce() {
     auto client = VarlinkClient::connect(daemon_.controlSocket());
     if (client) (void)client->call("io.hapticd.Control.DumpTrace");
+    if (client) (void)client->call("io.hapticd.Status.ListTraces");
+    daemon_.reload(ReloadKind::same);
+    const auto begin = Clock::now();
+    while (daemon_.running() && secondsSince(begin) < kReloadPatience_s &&
+           daemon_.lastWords().find("configuration reloaded") == std::string::npos) {
+      std::this_thread::sleep_for(kLook);
+    }
   }
 
   /// Once nothing is on its way out any more: the fewest descriptors within a while.

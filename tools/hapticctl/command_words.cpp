@@ -34,16 +34,22 @@ Takes takenBy(const CLI::Option& option) {
   return {file ? Kind::files : Kind::anything, {}};
 }
 
+/// Shells show a help beside a word: it is broken into lines for people only.
+std::string inOneLine(std::string help) {
+  std::ranges::replace(help, '\n', ' ');
+  return help;
+}
+
 void addWords(const CLI::App& app, const std::string& path, std::vector<CommandWords>& all) {
-  CommandWords own{path, app.get_description(), {}, {}, {}};
+  CommandWords own{path, inOneLine(app.get_description()), {}, {}, {}};
   for (const CLI::Option* option : app.get_options({})) {
     const Takes takes = takenBy(*option);
     if (option->get_positional()) own.argument = takes;
     for (const std::string& name : option->get_lnames()) {
-      own.options.push_back({"--" + name, option->get_description(), takes});
+      own.options.push_back({"--" + name, inOneLine(option->get_description()), takes});
     }
     for (const std::string& name : option->get_snames()) {
-      own.options.push_back({"-" + name, option->get_description(), takes});
+      own.options.push_back({"-" + name, inOneLine(option->get_description()), takes});
     }
   }
   const std::vector<const CLI::App*> below = app.get_subcommands({});
