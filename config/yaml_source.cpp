@@ -61,7 +61,7 @@ class SourceWalk {
         if (at_ > end) return fail("a comment is taken for a value", "put the value in quotes");
       } else if (before() == '\n' && isMarker()) {
         at_ += restOfLine().starts_with("%") ? restOfLine().size() : 3;
-      } else if (current() == '{' && !mayBeginValue()) {
+      } else if (current() == '{' && !mayBeginValue() && !isIndentedGroup()) {
         return failValueElsewhere();
       } else if (!passSign()) {
         return failHere();
@@ -84,7 +84,10 @@ class SourceWalk {
 
   bool passSign() {
     const char sign = current();
-    if (sign == '{') ++depth_;
+    if (sign == '{') {
+      ++depth_;
+      name_column_.reset();
+    }
     if (sign == '}' && --depth_ < 0) return false;
     if (sign == ',' && depth_ == 0) return false;
     constexpr std::string_view kSigns = " \t\r\n{},~";
@@ -93,6 +96,14 @@ class SourceWalk {
     ++at_;
     return true;
   }
+
+  std::size_t column() const {
+    const std::size_t break_at = text_.substr(0, at_).rfind('\n');
+    return break_at == std::string_view::npos ? at_ : at_ - break_at - 1;
+  }
+
+  /// The entries of a group in braces, below its name: all readers take them where they are indented.
+  bool isIndentedGroup() const { return name_column_ && column() > *name_column_; }
 
   /// Values in another line than their name: readers differ in what indentation they ask for.
   bool mayBeginValue() const { return depth_ > 0 || behind_name_ || !in_entries_; }
@@ -108,6 +119,7 @@ class SourceWalk {
     if (!scalar.name && !mayBeginValue()) return failValueElsewhere();
     in_entries_ = true;
     behind_name_ = scalar.name;
+    name_column_ = scalar.name && depth_ == 0 ? std::optional(column()) : std::nullopt;
     const bool quoted = first == '"' || first == '\'';
     if (!(quoted ? passQuoted(first) : passPlain(scalar.value))) return false;
     return scalar.name ? passColon(quoted) : isEndOfValue() || failHere();
@@ -158,11 +170,12 @@ class SourceWalk {
   std::string_view text_;
   std::span<const SourceScalar> scalars_;
   std::size_t at_ = 0;
-  int depth_ = 0;             // of flow maps
-  bool has_version_ = false;  // by a line %YAML, behind which a line --- must come
-  bool begun_ = false;        // by a line ---
-  bool in_entries_ = false;   // behind the first name
-  bool behind_name_ = false;  // on its line
+  int depth_ = 0;                           // of flow maps
+  bool has_version_ = false;                // by a line %YAML, behind which a line --- must come
+  bool begun_ = false;                      // by a line ---
+  bool in_entries_ = false;                 // behind the first name
+  bool behind_name_ = false;                // on its line
+  std::optional<std::size_t> name_column_;  // of the name whose value is due; nothing in braces
   SourceProblem problem_;
 };
 

@@ -80,6 +80,9 @@ udp_handle:
   peer: 192.0.2.10:47801
   address: "0.0.0.0"
 leds: {chip: "a \"label\"", power_line: "\x31 \u00e9"}
+simulated_handle:
+  {start_x_m: -0.12, start_y_m: -0.05,
+   travel_m: 0.03}
 )";
 
 std::vector<std::string> soundFiles() {

@@ -71,6 +71,16 @@ TEST(YamlLoader, ReadsWindowsLineEnds) {
   EXPECT_EQ(settings.live.springs.radius_m, 0.05);
 }
 
+TEST(YamlLoader, ReadsAGroupInBracesBelowItsName) {
+  for (const char* yaml :
+       {"force:\n  {radius_m: 0.035, min_points: 12}\n",
+        "force:   # what is felt\n\n   # of the law\n {radius_m: 0.035,\n min_points: 12}\n"}) {
+    SCOPED_TRACE(yaml);
+    EXPECT_EQ(load(yaml).live.springs.radius_m, 0.035);
+    EXPECT_EQ(load(yaml).live.springs.min_points, 12);
+  }
+}
+
 TEST(YamlLoader, ReadsJson) {
   EXPECT_EQ(load("{\"force\": {\"radius_m\": 0.05},\n \"grid\": {}}").live.springs.radius_m, 0.05);
 }
