@@ -53,8 +53,8 @@ bool has(const fs::path& folder, std::string_view name, std::string_view ending)
 std::optional<std::int64_t> beginOf(std::string_view name) {
   if (name.size() < kTimeLength) return std::nullopt;
   std::tm utc{};
-  const char* const end =
-      ::strptime(std::string(name.substr(0, kTimeLength)).c_str(), "%Y-%m-%dT%H-%M-%SZ", &utc);
+  const std::string time(name.substr(0, kTimeLength));  // strptime() returns a place in it
+  const char* const end = ::strptime(time.c_str(), "%Y-%m-%dT%H-%M-%SZ", &utc);
   if (end == nullptr || *end != '\0') return std::nullopt;
   const std::int64_t seconds = ::timegm(&utc);
   constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / kNsPerSecond;

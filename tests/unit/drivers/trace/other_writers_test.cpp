@@ -24,7 +24,7 @@ const std::string kMcapMagic("\x89MCAP0\r\n", 8);
 
 std::string little(std::uint64_t value, std::size_t bytes) {
   std::string text;
-  for (std::size_t i = 0; i < bytes; ++i) text.push_back(static_cast<char>(value >> (8 * i)));
+  for (std::size_t i = 0; i < bytes; ++i, value >>= 8) text.push_back(static_cast<char>(value));
   return text;
 }
 std::string sizedText(const std::string& text) {
