@@ -13,7 +13,8 @@ namespace hapticd::rt {
 /// so far. Thread: one.  Progress: wait-free.  RT: safe.
 class LowPass {
  public:
-  /// Nobody feels less; without it the output would come ever nearer to its input and never be equal to it.
+  /// Far less than any device exerts; without it the output would approach its input and never be equal to
+  /// it.
   static constexpr double kArrived_n = 1e-9;
 
   /// `force_n`: finite; `cutoff_hz`: 0 passes everything on.

@@ -35,9 +35,10 @@ void writeHolder(int file) {
   [[maybe_unused]] const ssize_t ignored = ::pwrite(file, text.data(), text.size(), 0);
 }
 
+/// For the daemon's user alone: who may read a file may lock it too, and keep hapticd from starting.
 Descriptor openFile(const fs::path& file) {
   constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
-  Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0644));
+  Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0600));
   return writable ? std::move(writable) : Descriptor(::open(file.c_str(), O_RDONLY | kFlags));
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <string>
 
 #include "tests/support/temporary_folder.h"
@@ -25,6 +26,15 @@ TEST(StateLock, OneHolderAtATimeAndTheOtherIsToldWhoItIs) {
       << second.error().text();
   EXPECT_FALSE(second.error().remedy.empty());
   EXPECT_TRUE(StateLock::take(folder.path() / "other")) << "another folder is free";
+}
+
+TEST(StateLock, CanBeTakenByNobodyElse) {
+  using std::filesystem::perms;
+  const TemporaryFolder folder;
+  const auto lock = StateLock::take(folder.path());
+  ASSERT_TRUE(lock && lock->held());
+  EXPECT_EQ(std::filesystem::status(folder.path() / "hapticd.lock").permissions(),
+            perms::owner_read | perms::owner_write);
 }
 
 TEST(StateLock, EndsWithItsHolder) {
