@@ -90,8 +90,8 @@ struct TraceNews {
 struct TraceStatus {
   TraceState state = TraceState::off;
   std::string detail;  ///< why it waits, and what to do; may be empty
-  /// What failed beside it (a dump, the recovery, a deletion) or is about to happen (a full folder, a disk that
-  /// stalls); with what to do.
+  /// What failed beside it (a dump, the recovery, a deletion) or is about to happen (a full folder, a disk
+  /// that stalls); with what to do.
   std::vector<std::string> problems;
   std::string name;                         ///< of the trace being written; empty: none
   std::uint64_t ticks = 0;                  ///< in it

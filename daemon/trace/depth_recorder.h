@@ -17,8 +17,8 @@
 
 namespace hapticd::daemon {
 
-/// Raw depth on its way from the scene thread into a trace: compressed by a thread of its own, which takes about
-/// two milliseconds a frame, so that neither the scene nor the ticks of the trace wait for it.
+/// Raw depth on its way from the scene thread into a trace: compressed by a thread of its own, which takes
+/// about two milliseconds a frame, so that neither the scene nor the ticks of the trace wait for it.
 class DepthRecorder {
  public:
   /// Frames on their way to the compression: a quarter of a second.

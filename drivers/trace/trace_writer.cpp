@@ -117,8 +117,7 @@ class TraceWriter::Implementation {
     const std::uint64_t most_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
     const auto [earliest_ns, latest_ns] = file_.pendingTimes_ns();
     const std::uint64_t begin_ns = std::min(earliest_ns, time_ns), end_ns = std::max(latest_ns, time_ns);
-    const bool long_enough =
-        end_ns - begin_ns >= most_ns || file_.pendingBytes() >= mcap::kMostMessageBytes;
+    const bool long_enough = end_ns - begin_ns >= most_ns || file_.pendingBytes() >= mcap::kMostMessageBytes;
     if (!long_enough) return {};
     return counted(file_.flushBefore(end_ns - std::min(end_ns, most_ns / kHeldShare)));
   }

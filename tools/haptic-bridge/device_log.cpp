@@ -27,10 +27,10 @@ void DeviceLog::add(const DeviceTick& tick) {
   const rt::Vec3& f = tick.commanded_n;
   const rt::Vec3& e = tick.exerted_n;
   const rt::Vec3& p = tick.position_m;
-  write(fmt::format(
-      "{},{},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.9g},{:.9g},{:.9g}\n",
-      tick.time_ns, tick.command_sequence, tick.command_made_ns, tick.command_age_ns, tick.force_tick,
-      tick.force_tick_ns, tick.active ? "active" : "zero", f.x, f.y, f.z, e.x, e.y, e.z, p.x, p.y, p.z));
+  write(fmt::format("{},{},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.9g},{:.9g},{:.9g}\n",
+                    tick.time_ns, tick.command_sequence, tick.command_made_ns, tick.command_age_ns,
+                    tick.force_tick, tick.force_tick_ns, tick.active ? "active" : "zero", f.x, f.y, f.z, e.x,
+                    e.y, e.z, p.x, p.y, p.z));
 }
 
 /// fmt::print() would throw out of the loop that commands the device.

@@ -174,9 +174,8 @@ config::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_
   if (!takesUp(tick)) return leaveOut(LeftOut::core), config::Result<void>{};
   if (tick.stopping) (*directive)->engage = false;
   const std::int64_t woke_ns = tick.planned_ns + tick.wakeup_latency_ns;
-  const rt::Tick computed =
-      core_->step({woke_ns, 1 / settings_.loop.rate_hz, scenes_->scene(), tick.handle, **directive,
-                   tick.after_overrun, tick.stopping && tick.released});
+  const rt::Tick computed = core_->step({woke_ns, 1 / settings_.loop.rate_hz, scenes_->scene(), tick.handle,
+                                         **directive, tick.after_overrun, tick.stopping && tick.released});
   compare(tick, computed);
   if (on_tick) on_tick(tick, computed);
   last_tick_ = tick.number;

@@ -149,10 +149,9 @@ void addFiles(CommandLine& line, CLI::App& group) {
       addForFile(line, group, "export", "Write a trace in a form that other programs read",
                  [&options, wanted](const fs::path& file) { return runTraceExport(options, file, *wanted); });
   exported
-      .add_option(
-          "--format", wanted->format,
-          "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: what the\n"
-          "ending of --out says, else csv)")
+      .add_option("--format", wanted->format,
+                  "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: what the\n"
+                  "ending of --out says, else csv)")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"csv", "hdf5", "libfreenect"}));
   exported
@@ -161,9 +160,9 @@ void addFiles(CommandLine& line, CLI::App& group) {
       ->type_name("CHANNEL")
       ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
   exported
-      .add_option(
-          "--out", wanted->out,
-          "The .csv, .h5, .hdf5 or folder to write (default: the trace's name here); beside a CSV its settings")
+      .add_option("--out", wanted->out,
+                  "The .csv, .h5, .hdf5 or folder to write (default: the trace's name here); beside a CSV "
+                  "its settings")
       ->type_name("FILE");
   addForce(exported, wanted->if_exists);
   exported

@@ -43,9 +43,9 @@ config::Result<fs::path> findProgram() {
 
 std::vector<std::string> commandFor(const fs::path& program, const fs::path& trace, const fs::path& hdf5,
                                     const TraceSelection& selection, IfExists if_exists) {
-  std::vector<std::string> command{
-      program, "--trace=" + trace.string(), "--out=" + hdf5.string(),
-      fmt::format("--from={}", selection.from_s), fmt::format("--rows={}", selection.most_ticks)};
+  std::vector<std::string> command{program, "--trace=" + trace.string(), "--out=" + hdf5.string(),
+                                   fmt::format("--from={}", selection.from_s),
+                                   fmt::format("--rows={}", selection.most_ticks)};
   if (!std::isinf(selection.to_s)) command.push_back(fmt::format("--to={}", selection.to_s));
   if (if_exists == IfExists::replace) command.emplace_back("--force");
   return command;
