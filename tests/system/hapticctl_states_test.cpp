@@ -262,9 +262,9 @@ TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
   FakeDaemon daemon(home.socket());
   answerEverything(daemon);
   const Expected denied{kFailed, "members of the group haptic may"};
-  for (const char* method :
-       {"SetParameters", "Engage", "Disengage", "ClearFault", "StartTrace", "StopTrace", "DumpTrace",
-        "DeleteTrace", "SaveProfile", "LoadProfile", "DeleteProfile", "SetBootProfile", "SetCalibration"}) {
+  for (const char* method : {"SetParameters", "Engage", "Disengage", "ClearFault", "StartTrace", "StopTrace",
+                             "DumpTrace", "DeleteTrace", "KeepTrace", "SaveProfile", "LoadProfile",
+                             "DeleteProfile", "SetBootProfile", "SetCalibration"}) {
     daemon.refuse(std::string("io.hapticd.Control.") + method, "org.varlink.service.PermissionDenied",
                   json::object());
   }
