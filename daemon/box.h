@@ -63,7 +63,7 @@ struct LawStatus {
 /// How an LED shines; isLit() (indicators.h) has the times.
 enum class LedPattern { off, on, slow_blink, fast_blink, double_blink };
 
-/// Of each drivers::Led, at its number.
+/// The pattern of each LED; the index is the value of its drivers::Led.
 using LedPatterns = std::array<LedPattern, drivers::kLedCount>;
 
 struct IndicatorStatus {

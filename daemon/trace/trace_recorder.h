@@ -66,7 +66,7 @@ class TraceRecorder {
   void add(drivers::DirectiveRecord directive);
   void add(drivers::EventRecord event);
 
-  // As of Box.
+  // The same functions of Box (box.h) say what these do.
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request);
   std::future<config::Result<std::string>> stopTrace();
   std::future<config::Result<std::string>> dumpTrace();

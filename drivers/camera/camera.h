@@ -40,7 +40,7 @@ class Camera {
  public:
   virtual ~Camera() = default;
   /// Starts the driver's thread. `sink` outlives stop().
-  /// Errors: what no waiting can mend (a folder that is no recording, a failing thread).
+  /// Errors: permanent ones only (a folder that is no recording, a thread that cannot be started).
   virtual config::Result<void> start(FrameSink& sink) = 0;
   /// Ends the thread; no frame is published after it returns. Harmless when not started.
   virtual void stop() = 0;

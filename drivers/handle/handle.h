@@ -69,7 +69,7 @@ class Handle {
  public:
   virtual ~Handle() = default;
   /// Starts the driver's thread. `channels` outlive stop().
-  /// Errors: what no waiting can mend (settings that describe no device, a failing thread).
+  /// Errors: permanent ones only (settings that describe no device, a thread that cannot be started).
   virtual config::Result<void> start(HandleChannels& channels) = 0;
   /// Exerts zero force, then ends the thread. Harmless when not started.
   virtual void stop() = 0;

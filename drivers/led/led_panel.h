@@ -37,7 +37,7 @@ class LedPanel {
  public:
   virtual ~LedPanel() = default;
   /// Starts with all LEDs off.
-  /// Errors: what no waiting can mend (a line that cannot be read, a failing thread).
+  /// Errors: permanent ones only (a line that cannot be read, a thread that cannot be started).
   virtual config::Result<void> start() = 0;
   /// Switches all LEDs off and gives their lines back. Harmless when not started.
   virtual void stop() = 0;
