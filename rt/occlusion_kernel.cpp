@@ -16,37 +16,47 @@ HWY_INLINE Raws distance(Raws a, Raws b) {
   return hn::Sub(hn::Max(a, b), hn::Min(a, b));
 }
 
-std::size_t takeUnchangedBlocks(const OcclusionRow& row, std::uint8_t* changed) {
+HWY_INLINE Raws seenAt(const OcclusionRow& row, std::size_t at, Raws last, Raws nothing) {
+  const auto raw = hn::LoadU(RawTag(), row.raw + at);
+  return hn::IfThenElse(hn::Gt(raw, last), nothing, raw);
+}
+
+template <bool kHidden>
+HWY_INLINE std::size_t takeUnchangedBlocks(const OcclusionRow& row, std::uint8_t* changed) {
   const RawTag dr;
   const std::size_t lanes = hn::Lanes(dr);
   const auto nothing = hn::Set(dr, kNothingSeen);
   const auto last = hn::Set(dr, row.last_raw);
   const auto none_hidden = hn::Set(dr, row.no_hidden);
-  const auto noise = hn::Set(dr, row.noise_raw);
+  const auto most = hn::Set(dr, row.most_raw);
   std::size_t changed_blocks = 0;
   for (std::size_t block = 0; block < row.blocks; ++block) {
     const std::size_t begin = block * kOcclusionBlock;
-    bool unchanged = true;
+    auto farthest = hn::Zero(dr);
     for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
-      const auto raw = hn::LoadU(dr, row.raw + begin + part);
-      const auto seen = hn::IfThenElse(hn::Gt(raw, last), nothing, raw);
-      const auto hidden = hn::LoadU(dr, row.hidden + begin + part);
-      const auto still =
-          hn::Eq(hn::Max(distance(seen, hn::LoadU(dr, row.visible + begin + part)), noise), noise);
-      const auto apart = hn::Or(hn::Eq(hidden, none_hidden), hn::Gt(distance(seen, hidden), noise));
-      unchanged = unchanged && hn::AllTrue(dr, hn::And(still, apart));
+      const auto seen = seenAt(row, begin + part, last, nothing);
+      farthest = hn::Max(farthest, distance(seen, hn::LoadU(dr, row.visible + begin + part)));
+      if constexpr (kHidden) {
+        const auto hidden = hn::LoadU(dr, row.hidden + begin + part);
+        const auto near =
+            hn::AndNot(hn::Eq(hidden, none_hidden), hn::Eq(hn::Max(distance(seen, hidden), most), most));
+        farthest = hn::IfThenElse(near, nothing, farthest);
+      }
     }
-    if (!unchanged) {
+    if (!hn::AllTrue(dr, hn::Eq(hn::Max(farthest, most), most))) {
       changed[changed_blocks++] = static_cast<std::uint8_t>(block);
       continue;
     }
     for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
-      const auto raw = hn::LoadU(dr, row.raw + begin + part);
-      const auto missing = hn::Gt(raw, last);
-      hn::StoreU(hn::IfThenElse(missing, nothing, raw), dr, row.visible + begin + part);
+      hn::StoreU(seenAt(row, begin + part, last, nothing), dr, row.visible + begin + part);
     }
   }
   return changed_blocks;
+}
+
+std::size_t takeUnchangedRow(const OcclusionRow& row, std::uint8_t* changed) {
+  return row.hidden == nullptr ? takeUnchangedBlocks<false>(row, changed)
+                               : takeUnchangedBlocks<true>(row, changed);
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -55,10 +65,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hapticd::rt {
 
-HWY_EXPORT(takeUnchangedBlocks);
+HWY_EXPORT(takeUnchangedRow);
 
 std::size_t takeUnchanged(const OcclusionRow& row, std::uint8_t* changed) noexcept {
-  return HWY_DYNAMIC_DISPATCH(takeUnchangedBlocks)(row, changed);
+  return HWY_DYNAMIC_DISPATCH(takeUnchangedRow)(row, changed);
 }
 
 }  // namespace hapticd::rt

@@ -6,7 +6,7 @@
 namespace hapticd::rt {
 
 /// Pixels that occlusionRow() passes over or reports together.
-inline constexpr std::size_t kOcclusionBlock = 16;
+inline constexpr std::size_t kOcclusionBlock = 32;
 /// A pixel without measurement, and a pixel of which nothing is remembered.
 inline constexpr std::uint16_t kNothingSeen = 0xFFFF;
 
@@ -14,11 +14,11 @@ inline constexpr std::uint16_t kNothingSeen = 0xFFFF;
 struct OcclusionRow {
   const std::uint16_t* raw;     ///< newly seen; above `last_raw`: no measurement
   std::uint16_t* visible;       ///< last seen, or another value above `last_raw`, such as kNothingSeen
-  const std::uint16_t* hidden;  ///< what is hidden behind it, or `no_hidden`
+  const std::uint16_t* hidden;  ///< what is hidden behind it, or `no_hidden`; null: nothing is, anywhere
   std::size_t blocks;
   std::uint16_t last_raw;
   std::uint16_t no_hidden;
-  std::uint16_t noise_raw;  ///< a still surface changes by no more
+  std::uint16_t most_raw;  ///< by which a value changes that is taken over
 };
 
 /// Takes over the new values of all blocks whose pixels show what they showed before, up to noise, and

@@ -11,7 +11,7 @@ namespace {
 /// Measurements of a surface that rests differ by no more from frame to frame, but for 1 % of them.
 constexpr std::uint16_t kNoise_raw = 2;
 /// Where the shell's depth is less than that, far away, noise must not be taken for an occluder.
-constexpr int kLeastShell_raw = 3;
+constexpr std::uint16_t kLeastShell_raw = 3;
 /// Beyond, raw values mean nothing any more; they are taken for places that far away.
 constexpr double kFarthest_m = 10;
 
@@ -58,6 +58,7 @@ void OcclusionMemory::forget() noexcept {
   ++epoch_;
   hidden_count_ = 0;
   newest_ = 0;
+  samples_of_strip_ = {};
 }
 
 bool OcclusionMemory::hidesAnything(const PixelWindow& window) const noexcept {
@@ -87,7 +88,10 @@ void OcclusionMemory::see(const DepthFrame& frame, const PixelWindow& window) no
       forget();
       newest_ = frame.sequence;
     }
-    seeStrip(frame);
+    const std::size_t strip = frame.sequence % kStripPeriod;
+    for (std::size_t row = strip * kStripRows; row < (strip + 1) * kStripRows; ++row) {
+      seeRow(frame, row, 0, kFrameWidth - 1);
+    }
   }
   if (window.empty()) return;
   for (int row = window.row_first; row <= window.row_last; ++row) {
@@ -96,30 +100,38 @@ void OcclusionMemory::see(const DepthFrame& frame, const PixelWindow& window) no
   }
 }
 
-void OcclusionMemory::seeStrip(const DepthFrame& frame) noexcept {
-  for (std::size_t row = frame.sequence % kStripPeriod; row < kFrameHeight; row += kStripPeriod) {
-    seeRow(frame, row, 0, kFrameWidth - 1);
+bool OcclusionMemory::cameraMoved(const DepthFrame& frame) noexcept {
+  const std::size_t strip = frame.sequence % kStripPeriod;
+  samples_of_strip_[strip] = {};
+  for (std::size_t row = strip * kStripRows; row < (strip + 1) * kStripRows; ++row) {
+    if (epoch_of_row_[row] == epoch_) compare(frame, row, samples_of_strip_[strip]);
+  }
+  Samples all;
+  for (const Samples& of_strip : samples_of_strip_) {
+    all.comparable += of_strip.comparable;
+    all.moved += of_strip.moved;
+  }
+  return all.moved > kMovedShare * all.comparable;
+}
+
+void OcclusionMemory::compare(const DepthFrame& frame, std::size_t row, Samples& samples) noexcept {
+  for (std::size_t tile = row * kTilesAcross; tile < (row + 1) * kTilesAcross; ++tile) {
+    const std::uint16_t raw = frame.raw[tile * kTile];
+    std::uint16_t& first = first_shown_[tile];
+    if (!isMeasured(raw)) continue;
+    if (first == kNothingSeen || isNearer(raw, first) || isNearer(first, raw)) {
+      first = raw;  // another surface
+      continue;
+    }
+    ++samples.comparable;
+    if (!differsByNoise(raw, first)) ++samples.moved;
   }
 }
 
-bool OcclusionMemory::cameraMoved(const DepthFrame& frame) noexcept {
-  std::uint32_t comparable = 0;
-  std::uint32_t moved = 0;
-  for (std::size_t row = frame.sequence % kStripPeriod; row < kFrameHeight; row += kStripPeriod) {
-    if (epoch_of_row_[row] != epoch_) continue;
-    for (std::size_t tile = row * kTilesAcross; tile < (row + 1) * kTilesAcross; ++tile) {
-      const std::uint16_t raw = frame.raw[tile * kTile];
-      std::uint16_t& first = first_shown_[tile];
-      if (!isMeasured(raw)) continue;
-      if (first == kNothingSeen || isNearer(raw, first) || isNearer(first, raw)) {
-        first = raw;  // another surface
-        continue;
-      }
-      ++comparable;
-      if (!differsByNoise(raw, first)) ++moved;
-    }
-  }
-  return moved > kMovedShare * comparable;
+bool OcclusionMemory::rowHides(std::size_t row) const noexcept {
+  const std::uint8_t* const tiles = &hidden_of_tile_[row * kTilesAcross];
+  return hidden_count_ > 0 &&
+         std::any_of(tiles, tiles + kTilesAcross, [](std::uint8_t count) { return count > 0; });
 }
 
 void OcclusionMemory::startRow(std::size_t row) noexcept {
@@ -139,11 +151,11 @@ void OcclusionMemory::seeRow(const DepthFrame& frame, std::size_t row, std::size
   const std::size_t first = row * kFrameWidth + first_block * kOcclusionBlock;
   const OcclusionRow pixels{.raw = frame.raw + first,
                             .visible = visible_.get() + first,
-                            .hidden = hidden_.get() + first,
+                            .hidden = rowHides(row) ? hidden_.get() + first : nullptr,
                             .blocks = blocks,
                             .last_raw = kRawNoMeasurement - 1,
                             .no_hidden = kRawNoMeasurement,
-                            .noise_raw = kNoise_raw};
+                            .most_raw = kLeastShell_raw};
   std::array<std::uint8_t, kFrameWidth / kOcclusionBlock> changed;
   const std::size_t changed_blocks = takeUnchanged(pixels, changed.data());
   Gap gap;
@@ -154,13 +166,25 @@ void OcclusionMemory::seeRow(const DepthFrame& frame, std::size_t row, std::size
 
 void OcclusionMemory::seeBlock(const std::uint16_t* raw_row, std::size_t row, std::size_t column,
                                Gap& gap) noexcept {
-  for (std::size_t end = column + kOcclusionBlock; column < end; ++column) {
-    if (isMeasured(raw_row[column])) {
-      seePixel(raw_row[column], row * kFrameWidth + column);
+  const std::size_t first = row * kFrameWidth + column;
+  const auto hiddenPixels = [&] {
+    return static_cast<std::uint32_t>(kOcclusionBlock) -
+           static_cast<std::uint32_t>(
+               std::count(&hidden_[first], &hidden_[first] + kOcclusionBlock, kRawNoMeasurement));
+  };
+  const std::uint32_t before = hiddenPixels();
+  for (std::size_t i = 0; i < kOcclusionBlock; ++i) {
+    const std::uint16_t raw = raw_row[column + i];
+    if (isMeasured(raw)) {
+      seePixel(raw, first + i);
     } else {
-      missPixel(raw_row, row, column, gap);
+      missPixel(raw_row, row, column + i, gap);
     }
   }
+  const std::uint32_t change = hiddenPixels() - before;  // negative ones wrap around, and back
+  std::uint8_t& of_tile = hidden_of_tile_[first / kTile];
+  of_tile = static_cast<std::uint8_t>(of_tile + change);
+  hidden_count_ += change;
 }
 
 void OcclusionMemory::seePixel(std::uint16_t raw, std::size_t pixel) noexcept {
@@ -171,10 +195,11 @@ void OcclusionMemory::seePixel(std::uint16_t raw, std::size_t pixel) noexcept {
     since_[pixel] = now_;
   } else if (isNearer(raw, before_raw)) {
     const bool settled = static_cast<std::uint16_t>(now_ - since_[pixel]) >= kSettledFrames;
-    if (hidden_[pixel] == kRawNoMeasurement || ((before & kMissing) == 0 && settled)) hide(pixel, before_raw);
+    if (hidden_[pixel] == kRawNoMeasurement || ((before & kMissing) == 0 && settled))
+      hidden_[pixel] = before_raw;
     since_[pixel] = now_;
   } else {
-    if ((before & kOffered) != 0) hide(pixel, kRawNoMeasurement);
+    if ((before & kOffered) != 0) hidden_[pixel] = kRawNoMeasurement;
     if (isNearer(before_raw, raw)) {
       since_[pixel] = now_;
     } else if ((before & kMissing) != 0) {
@@ -183,7 +208,7 @@ void OcclusionMemory::seePixel(std::uint16_t raw, std::size_t pixel) noexcept {
   }
   const std::uint16_t hidden = hidden_[pixel];
   if (hidden != kRawNoMeasurement && nearnessOf(raw) + kNoise_raw >= nearnessOf(hidden)) {
-    hide(pixel, kRawNoMeasurement);
+    hidden_[pixel] = kRawNoMeasurement;
   }
 }
 
@@ -197,7 +222,7 @@ void OcclusionMemory::missPixel(const std::uint16_t* raw_row, std::size_t row, s
     visible_[pixel] = before | kMissing;
     if (hidden_[pixel] != kRawNoMeasurement) return;
     visible_[pixel] = before | kMissing | kOffered;
-    hide(pixel, before);
+    hidden_[pixel] = before;
     return;
   }
   if (static_cast<std::uint16_t>(now_ - since_[pixel]) < kHoldFrames) return;
@@ -206,7 +231,7 @@ void OcclusionMemory::missPixel(const std::uint16_t* raw_row, std::size_t row, s
     return;
   }
   visible_[pixel] = kNothingSeen;
-  hide(pixel, kRawNoMeasurement);
+  hidden_[pixel] = kRawNoMeasurement;
 }
 
 bool OcclusionMemory::inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw,
@@ -222,16 +247,6 @@ bool OcclusionMemory::inShadow(const std::uint16_t* raw_row, std::size_t column,
       gap.nearest_beside = std::min(gap.nearest_beside, nearnessOf(raw_row[gap.end]));
   }
   return raw != kRawNoMeasurement && gap.nearest_beside < shell_end_[nearnessOf(raw)];
-}
-
-void OcclusionMemory::hide(std::size_t pixel, std::uint16_t raw) noexcept {
-  const bool was_hidden = hidden_[pixel] != kRawNoMeasurement;
-  const bool is_hidden = raw != kRawNoMeasurement;
-  hidden_[pixel] = raw;
-  const int change = static_cast<int>(is_hidden) - static_cast<int>(was_hidden);
-  std::uint8_t& of_tile = hidden_of_tile_[pixel / kTile];
-  of_tile = static_cast<std::uint8_t>(of_tile + change);
-  hidden_count_ += static_cast<std::uint32_t>(change);
 }
 
 }  // namespace hapticd::rt

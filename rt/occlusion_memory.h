@@ -40,9 +40,9 @@ class OcclusionMemory {
 
   explicit OcclusionMemory(const DepthModel& model);
 
-  /// Takes in a new frame: the window's pixels at once, and of the rest of the image every kStripPeriod-th
-  /// row, so that what the hand has not been near is remembered too. The same frame again (same sequence,
-  /// other window) only adds pixels.
+  /// Takes in a new frame: the window's pixels at once, and of the rest of the image a strip of
+  /// 1 / kStripPeriod of the rows, so that what the hand has not been near is remembered too. The same frame
+  /// again (same sequence, other window) only adds pixels.
   void see(const DepthFrame& frame, const PixelWindow& window) noexcept;
 
   /// Raw values, in the layout of a whole frame: what lies hidden behind the visible surface of that pixel;
@@ -60,6 +60,14 @@ class OcclusionMemory {
   static constexpr std::size_t kTilesAcross = kFrameWidth / kTile;
   static_assert(kTilesAcross * kTile == kFrameWidth);
 
+  static constexpr std::size_t kStripRows = kFrameHeight / kStripPeriod;
+  static_assert(kStripRows * kStripPeriod == kFrameHeight);
+
+  /// Samples of a strip when it was last compared.
+  struct Samples {
+    std::uint32_t comparable = 0;
+    std::uint32_t moved = 0;
+  };
   /// Pixels side by side without measurement, and whether something nearer beside them casts a shadow.
   struct Gap {
     std::size_t begin = 0;
@@ -68,15 +76,15 @@ class OcclusionMemory {
   };
 
   bool cameraMoved(const DepthFrame& frame) noexcept;
-  void seeStrip(const DepthFrame& frame) noexcept;
+  void compare(const DepthFrame& frame, std::size_t row, Samples& samples) noexcept;
   void seeRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
               std::size_t column_last) noexcept;
   void seeBlock(const std::uint16_t* raw_row, std::size_t row, std::size_t column, Gap& gap) noexcept;
   void seePixel(std::uint16_t raw, std::size_t pixel) noexcept;
   void missPixel(const std::uint16_t* raw_row, std::size_t row, std::size_t column, Gap& gap) noexcept;
   bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
+  bool rowHides(std::size_t row) const noexcept;
   void startRow(std::size_t row) noexcept;
-  void hide(std::size_t pixel, std::uint16_t raw) noexcept;
 
   /// Raw values in the order of depth, whichever sign the camera's coefficient has; small is near.
   std::uint16_t nearnessOf(std::uint16_t raw) const noexcept {
@@ -94,6 +102,7 @@ class OcclusionMemory {
   /// Frame, its low 16 bits, since which the pixel has shown the surface that it shows, or nothing.
   std::unique_ptr<std::uint16_t[]> since_;
   std::array<std::uint8_t, kFrameHeight * kTilesAcross> hidden_of_tile_{};
+  std::array<Samples, kStripPeriod> samples_of_strip_{};
   /// What the first pixel of each tile showed at first, or kNothingSeen.
   std::array<std::uint16_t, kFrameHeight * kTilesAcross> first_shown_{};
   std::array<std::uint32_t, kFrameHeight> epoch_of_row_{};  ///< rows of an older one are to be started anew
