@@ -21,7 +21,6 @@ enum class ContactState : std::uint8_t {
   free,        ///< the proxy is the HIP; always so in the laws without a proxy
   contact,     ///< the surface holds the proxy back from the HIP
   entrenched,  ///< a moving surface went over the proxy, and it is on its way out
-  behind,      ///< behind what the camera sees without having come through it: nothing is felt
 };
 
 /// True for the laws whose force is a spring to a proxy that a surface holds back.
