@@ -14,10 +14,9 @@ namespace hapticd::rt::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using PixelTag = hn::ScalableTag<std::uint16_t>;
-using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
 
 /// Copies pixels, those without a depth as kRawNoMeasurement or from `fallback`; true if all have one then.
-HWY_INLINE bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback, int count, std::uint16_t raw_first,
+bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback, int count, std::uint16_t raw_first,
                         std::uint16_t raw_last, std::uint16_t* out) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
@@ -28,7 +27,7 @@ HWY_INLINE bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback,
   int i = 0;
   for (; i + lanes <= count; i += lanes) {
     const auto value = hn::LoadU(d, raw + i);
-    const auto seen = hn::And(hn::Ge(value, first), hn::Le(value, last));
+    const auto seen = hn::AndNot(hn::Lt(value, first), hn::Not(hn::Lt(last, value)));
     const auto other = fallback != nullptr ? hn::LoadU(d, fallback + i) : none;
     const auto kept = hn::IfThenElse(seen, value, other);
     all = all && hn::AllTrue(d, hn::Lt(kept, none));
@@ -42,7 +41,7 @@ HWY_INLINE bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback,
   return all;
 }
 
-HWY_INLINE bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t* image) {
+bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t* image) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const auto none = hn::Set(d, kRawNoMeasurement);
@@ -63,6 +62,26 @@ HWY_INLINE bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16
   return any;
 }
 
+#if HWY_TARGET == HWY_SCALAR
+/// Four rows of pixels from `image` on, which lies in a frame.
+void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
+  constexpr int kSide = BlockLattice::kBlock_px;
+  for (int block = 0; block < blocks; ++block) {
+    out.sum[block] = out.count[block] = out.greatest[block] = 0;
+    out.least[block] = kRawNoMeasurement;
+    for (int pixel = 0; pixel < kSide * kSide; ++pixel) {
+      const std::uint16_t value = image[pixel / kSide * kFrameWidth + block * kSide + pixel % kSide];
+      if (value >= kRawNoMeasurement) continue;
+      out.sum[block] += value;
+      ++out.count[block];
+      out.least[block] = std::min<std::uint64_t>(out.least[block], value);
+      out.greatest[block] = std::max<std::uint64_t>(out.greatest[block], value);
+    }
+  }
+}
+#else
+using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
+
 /// The sum of the four pixels in each lane of 64 bits.
 HWY_INLINE hn::Vec<BlockTag> sumOfLane(hn::Vec<PixelTag> pixels) {
   const BlockTag d64;
@@ -74,7 +93,7 @@ HWY_INLINE hn::Vec<BlockTag> sumOfLane(hn::Vec<PixelTag> pixels) {
 }
 
 /// Four rows of pixels from `image` on, which lies in a frame.
-HWY_INLINE void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
+void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
   static_assert(BlockLattice::kBlock_px == 4, "a block's row of pixels is one 64-bit lane");
   const PixelTag d;
   const BlockTag d64;
@@ -108,6 +127,7 @@ HWY_INLINE void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) 
     hn::StoreU(hn::And(hn::BitCast(d64, greatest4), low), d64, out.greatest + block);
   }
 }
+#endif
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -131,6 +131,7 @@ struct Estimate {
   Floats bend_uu, bend_uv, bend_vv;
   Floats sigma;  ///< standard deviation of `value`
   float half;    ///< of the support, blocks
+  bool is_small_plane;  ///< over 3 x 3 blocks
 };
 
 /// The small plane of the site itself, or that of a neighbour which fits much better and predicts the site.
@@ -169,6 +170,7 @@ HWY_INLINE Estimate bestSmallPlane(const FacetBlocks& blocks, const FacetFit& fi
   best.bend_uu = best.bend_uv = best.bend_vv = set(0);
   best.sigma = set(fit.noise_raw);
   best.half = 1.5F;
+  best.is_small_plane = true;
   return best;
 }
 
@@ -263,7 +265,9 @@ HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t
   const auto value = hn::MulAdd(curved, hn::Sub(bent_value, flat_value), flat_value);
 
   auto agreed = may_bend ? set(1) : flat;
-  const auto moved_by = hn::Div(hn::Abs(value), estimate.sigma);
+  // A plane over 3 x 3 blocks lies off a curved surface by two thirds of its bend.
+  const auto bias = hn::Mul(hn::Mul(curved, set(estimate.is_small_plane ? 2.0F / 3 : 0)), hn::Add(bend_uu, bend_vv));
+  const auto moved_by = hn::Div(hn::Abs(hn::Add(value, bias)), estimate.sigma);
   agreed = hn::Mul(agreed, fallingStep(moved_by, 1.5F, 3.0F));
   const auto turned_by = hn::Mul(hn::Add(hn::Abs(slope_u), hn::Abs(slope_v)), set(estimate.half / 1.7F));
   agreed = hn::Mul(agreed, fallingStep(hn::Div(turned_by, estimate.sigma), 2.0F, 4.0F));
@@ -279,6 +283,7 @@ HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t
   estimate.bend_vv = hn::MulAdd(chain, hn::MulSub(per_square, bend_vv, estimate.bend_vv), estimate.bend_vv);
   estimate.sigma = hn::MulAdd(chain, hn::Sub(sigma, estimate.sigma), estimate.sigma);
   estimate.half = 0.5F * support.side();
+  estimate.is_small_plane = false;
 }
 
 void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const SmallPlanes& planes, Facet* facets) {

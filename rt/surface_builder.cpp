@@ -33,6 +33,12 @@ constexpr double kFarthestMove_m = 0.03;
 /// The surface at the focus is what is no farther from it than that, along the ray and across.
 constexpr double kRegionDepth_m = 0.04;
 constexpr double kRegionHalf_m = 0.08;
+/// A pixel belongs to a facet, and neighbouring facets to one surface, as far as noise explains what lies between them
+/// and as far as their slopes leave it open.
+constexpr double kOfFacet_raw = 3;
+constexpr double kOfFacet_px = 2;
+constexpr double kNeighbours_raw = 2;
+constexpr double kNeighbours_px = 1.5;
 constexpr int kFewestInnovations = 8;
 constexpr float kFramesInMotion = 3;
 /// The alpha-beta filter of the velocity: how much of an innovation changes it, near the noise and far above.
@@ -60,13 +66,12 @@ double smoothStep(double x) noexcept {
 }
 
 /// Two facets, `du` and `dv` blocks apart, agree on what is halfway between them.
-bool agree(const Facet& a, const Facet& b, int du, int dv) noexcept {
+bool agree(const Facet& a, const Facet& b, int du, int dv, float most_raw) noexcept {
   constexpr float kHalf = 0.5F * kBlock_px;
-  constexpr float kMost_raw = 2;
   const float slope_u = a.per_column + b.per_column;
   const float slope_v = a.per_row + b.per_row;
   const float expected = kHalf * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
-  return a.disparity >= 0 && b.disparity >= 0 && std::abs(b.disparity - a.disparity - expected) <= kMost_raw;
+  return a.disparity >= 0 && b.disparity >= 0 && std::abs(b.disparity - a.disparity - expected) <= most_raw;
 }
 
 }  // namespace
@@ -224,14 +229,16 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
     }
   }
   constexpr int kNextRow = BlockLattice::kColumns;
+  const auto most = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px);
   for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
       const std::size_t index = BlockLattice::at(row, column);
       const Facet* const f = layer.facet + index;
       const std::uint8_t* const full = is_full_.get() + index;
       const bool all_full = (full[0] & full[1] & full[kNextRow] & full[kNextRow + 1]) != 0;
-      layer.is_whole[index] = all_full && agree(f[0], f[1], 1, 0) && agree(f[0], f[kNextRow], 0, 1) &&
-                              agree(f[1], f[kNextRow + 1], 0, 1) && agree(f[kNextRow], f[kNextRow + 1], 1, 0);
+      layer.is_whole[index] = all_full && agree(f[0], f[1], 1, 0, most) && agree(f[0], f[kNextRow], 0, 1, most) &&
+                              agree(f[1], f[kNextRow + 1], 0, 1, most) &&
+                              agree(f[kNextRow], f[kNextRow + 1], 1, 0, most);
     }
   }
 }
@@ -270,6 +277,7 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
   const Region region = regionAround(centre_m_in_world);
   surface.blocks = job.sites;
+  surface.of_facet_raw = static_cast<float>(kOfFacet_raw + kOfFacet_px * job.raw_per_px);
   gaps_.longest_px = static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m);
   gaps_.most_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
   copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);

@@ -7,9 +7,6 @@
 namespace hapticd::rt {
 namespace {
 
-/// A pixel belongs to a facet whose plane it lies on to within that many raw units: beyond the sensor's noise.
-constexpr float kOfFacet_raw = 3;
-
 /// A register of every machine; the compiler's own vector type, because four lanes are all that is needed.
 using Four = float __attribute__((vector_size(16)));
 
@@ -50,7 +47,7 @@ Four blended(const Cell& cell) noexcept {
 }
 
 /// The same of those facets alone that a pixel's measurement belongs to; at least its own value.
-Four ofPixel(const Cell& cell, float raw) noexcept {
+Four ofPixel(const Cell& cell, float raw, float of_facet_raw) noexcept {
   constexpr float kSide = BlockLattice::kBlock_px;
   const float weight_of[4] = {(1 - cell.t) * (1 - cell.s), cell.t * (1 - cell.s), (1 - cell.t) * cell.s,
                               cell.t * cell.s};
@@ -63,7 +60,7 @@ Four ofPixel(const Cell& cell, float raw) noexcept {
     const float du = kSide * (cell.t - static_cast<float>(i & 1));
     const float dv = kSide * (cell.s - static_cast<float>(i >> 1));
     numbers[0] += numbers[1] * du + numbers[2] * dv;
-    if (std::abs(numbers[0] - raw) > kOfFacet_raw) continue;
+    if (std::abs(numbers[0] - raw) > of_facet_raw) continue;
     const float share = weight_of[i] + 1e-3F;
     sum += share * numbers;
     weight += share;
@@ -77,7 +74,7 @@ double SurfaceView::rawUnit_m(double depth_m) const noexcept {
   return std::abs(model_.a_per_m) * depth_m * depth_m;
 }
 
-Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const noexcept HAPTICD_RT {
+Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
   constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
   const BlockWindow& window = surface_.blocks;
   if (window.columns() < 2 || window.rows() < 2) return {};
@@ -91,6 +88,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   const std::size_t index = BlockLattice::at(row, column);
   const Cell cell{layer.facet + index, layer.facet + index + BlockLattice::kColumns,
                   static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
+  Sheet sheet;
   Four numbers;
   if (layer.is_whole[index] != 0) {
     numbers = blended(cell);
@@ -98,13 +96,15 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
     const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, kFrameWidth - 1);
     const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, kFrameHeight - 1);
     const std::uint16_t raw = layer.image[pixel_row * kFrameWidth + pixel_column];
-    if (raw >= kRawNoMeasurement) return {.exists = false, .beyond_view = raw == SurfaceLayer::kBeyondView};
-    numbers = ofPixel(cell, static_cast<float>(raw));
+    if (raw >= kRawNoMeasurement) {
+      sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
+      return sheet;
+    }
+    numbers = ofPixel(cell, static_cast<float>(raw), surface_.of_facet_raw);
   }
-  Sheet sheet;
   const double a = model_.a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
-  if (!(w > 0)) return {};
+  if (!(w > 0)) return sheet;
   const double w_u = a * double{numbers[1]};
   const double w_v = a * double{numbers[2]};
   // The plane with 1/Z = w at this pixel and these slopes is N * X = 1 with this N, x right, y down, Z forward.
@@ -119,7 +119,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   return sheet;
 }
 
-SurfaceView::Place SurfaceView::look(const Vec3& p) const noexcept HAPTICD_RT {
+SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
   const double depth = depthOf(p);
   if (!(depth > kNearest_m)) return {};
   const ImagePosition image = project(p);
@@ -146,7 +146,7 @@ SurfaceView::Place SurfaceView::look(const Vec3& p) const noexcept HAPTICD_RT {
   return {.where = where, .sheet = {}, .distance_m = 0};
 }
 
-Sheet SurfaceView::sheetNear(const ImagePosition& image, double depth_m) const noexcept HAPTICD_RT {
+Sheet SurfaceView::sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT {
   const Sheet nearest = sheetOf(surface_.visible, image);
   if (!surface_.hides_anything) return nearest;
   const Sheet hidden = sheetOf(surface_.hidden, image);

@@ -66,6 +66,7 @@ struct VisibleSurface {
   BlockWindow blocks;      ///< whose facets are valid
   SurfaceLayer visible;
   SurfaceLayer hidden;          ///< the farthest surface known: what is visible where nothing is hidden behind it
+  float of_facet_raw = 3;  ///< a pixel belongs to a facet whose plane it lies on to within that many raw units
   bool hides_anything = false;  ///< `hidden` is modelled, and differs from `visible`
 
   /// True if places within `radius` of `p` may be looked at.  RT: safe.
@@ -130,10 +131,10 @@ class SurfaceView {
     Sheet sheet;            ///< the one that `distance_m` is from; may be none
     double distance_m = 0;  ///< from the sheet's plane, negative behind it; 0 without a sheet
   };
-  Place look(const Vec3& p) const noexcept HAPTICD_RT;
+  Place look(const Vec3& p) const HAPTICD_RT;
 
   /// Of the surfaces at an image position the one that is nearest to a depth.
-  Sheet sheetNear(const ImagePosition& image, double depth_m) const noexcept HAPTICD_RT;
+  Sheet sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT;
 
   /// Distance of a place from a sheet's tangent plane, negative behind it.
   static double distanceFrom(const Sheet& sheet, const Vec3& p) noexcept {
@@ -141,7 +142,7 @@ class SurfaceView {
   }
 
  private:
-  Sheet sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const noexcept HAPTICD_RT;
+  Sheet sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT;
 
   const VisibleSurface& surface_;
   const DepthModelParameters& model_;
