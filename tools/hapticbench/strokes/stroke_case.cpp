@@ -27,8 +27,9 @@ Vec3 StrokePath::approach_m(double before_m) const {
   return start_m + (before_m - depth_m) * from;
 }
 
-bool isResolved(const StrokeScene& scene, double distance_m) {
+bool isSeen(const StrokeScene& scene, double distance_m) {
   constexpr double kFewest_px = 7.9;
+  if (distance_m < scene.nearest_m) return false;
   return scene.narrowest_m * rt::DepthModelParameters{}.fx_px / distance_m >= kFewest_px;
 }
 

@@ -15,6 +15,10 @@
 
 namespace hapticd::tools {
 
+inline constexpr double kStrokeSpeed_m_per_s = 0.1;
+/// Bodies move that long before they count: a law may need so long to notice a motion.
+inline constexpr double kSteady_s = 0.2;
+
 /// The HIP's path along a body, metres in the bodies' frame: a straight line, or an arc where the surface
 /// bends. The HIP comes in from free space and then stays `depth_m` deep.
 struct StrokePath {
@@ -48,6 +52,8 @@ struct StrokeCase {
   BodyMotion motion;
   StrokePath path;
   HipMotion hip = HipMotion::strokes;
+  double stays_s = 0.3;  ///< how long a HIP that does not stroke is judged
+  double phase_s = 0;    ///< the stroke begins that much later, so that frames come at another moment of it
   std::optional<double> ends_at_m;  ///< where on the stroke the body or the image ends
   bool ends_unseen = false;         ///< it is the image: what is beyond nobody knows
   bool curved = false;              ///< needs a quadratic where a plane does for flat faces
@@ -62,6 +68,7 @@ struct StrokeScene {
   bool flat = false;   ///< one flat face under the whole stroke
   bool moving = false;
   double narrowest_m = std::numeric_limits<double>::infinity();  ///< width of a thin body
+  double nearest_m = 0;  ///< distance below which it would leave the camera's range
 };
 
 /// What the cases of a scene depend on.
@@ -79,8 +86,8 @@ const std::vector<StrokeScene>& strokeScenes();
 std::vector<StrokeCase> strokeCases(const StrokeScene& scene, const CasePlacement& placement,
                                     std::mt19937& random);
 
-/// True where the camera resolves the scene: a thin body spans at least 7.9 pixels, as a rod of 20 mm at
-/// 1.5 m does.
-bool isResolved(const StrokeScene& scene, double distance_m);
+/// True where the camera sees the scene: a thin body spans at least 7.9 pixels, as a rod of 20 mm at 1.5 m
+/// does, and none comes nearer than the camera can measure.
+bool isSeen(const StrokeScene& scene, double distance_m);
 
 }  // namespace hapticd::tools

@@ -416,23 +416,85 @@ Cases acrossBorder(CaseMaker& make) {
   Cases cases;
   for (const Border& border : borders(make.deadColumns())) {
     const Vec3 inwards{border.inwards_x, border.inwards_y, 0};
-    // The line of sight through the border meets the HIP's plane that much farther out than the surface.
-    const double depth = make.depth_m();
-    const Vec3 place =
-        ((make.distance_m() + depth) / make.distance_m()) * make.at_m(border.column, border.row);
+    // Contact ends where the place on the surface in front of the HIP leaves the image.
+    const Vec3 place = make.at_m(border.column, border.row);
     const double before = std::min(kBeforeEnd_m, make.length_m());
     cases.push_back({.variant = border.name,
                      .bodies = {kHalfSpace},
-                     .T_camera_bodies = CaseMaker::frame(place + Vec3{0, 0, depth}, {0, 0, 1}, -inwards),
+                     .T_camera_bodies = CaseMaker::frame(place, {0, 0, 1}, -inwards),
                      .motion = {},
                      .path = {.start_m = {-before, 0, 0},
                               .outward = {0, 0, 1},
                               .along = {1, 0, 0},
                               .length_m = before + kAfterEnd_m,
-                              .depth_m = depth},
+                              .depth_m = make.depth_m()},
                      .ends_at_m = before,
                      .ends_unseen = true});
   }
+  return cases;
+}
+
+/// The plane moves at that speed: to the camera, away from it, and aside where it is tilted by 30 degrees.
+Cases movingPlanes(CaseMaker& make, double speed_m_per_s) {
+  struct Way {
+    const char* name;
+    Vec3 direction;
+    double tilt_deg;
+    double inwards;  // how fast a HIP that stays gets deeper, by the speed
+  };
+  const Way ways[] = {
+      {"approaching", {0, 0, 1}, 0, 1}, {"receding", {0, 0, -1}, 0, -1}, {"sliding", {0, 1, 0}, 30, -0.5}};
+  constexpr double kShallow_m = 0.004;  // of a HIP that stays
+  constexpr double kDeep_m = 0.02;
+  constexpr double kStroke_s = 0.4;
+  constexpr double kFramePeriod_s = 1.0 / 30;
+  Cases cases;
+  for (const Way& way : ways) {
+    for (const HipMotion hip : {HipMotion::stays, HipMotion::strokes}) {
+      const bool stays = hip == HipMotion::stays;
+      StrokeCase one{.variant = fmt::format("{}, {}", way.name, stays ? "HIP stays" : "stroked"),
+                     .bodies = {kHalfSpace},
+                     .T_camera_bodies = make.tilted(way.tilt_deg * kDegree, 0),
+                     .motion = {},
+                     .path = make.straight({}, unitOf({1, 0.3, 0}), kStroke_s * kStrokeSpeed_m_per_s),
+                     .hip = hip,
+                     .ends_at_m = {}};
+      one.phase_s = make.uniform(0, kFramePeriod_s);
+      if (stays) {
+        one.stays_s = (kDeep_m - kShallow_m) / (std::abs(way.inwards) * speed_m_per_s);
+        one.path.depth_m = way.inwards > 0 ? kShallow_m : kDeep_m;
+      }
+      one.motion.velocity_m_per_s = speed_m_per_s * way.direction;
+      const double moves_s = kSteady_s + (stays ? one.stays_s : kStroke_s);
+      one.T_camera_bodies.origin_m += -0.5 * moves_s * one.motion.velocity_m_per_s;
+      one.beyond_m += 0.5 * moves_s * speed_m_per_s;
+      cases.push_back(std::move(one));
+    }
+  }
+  return cases;
+}
+
+/// The camera is held by hand: it sways by 3 mm and half a degree and turns slowly.
+Cases handHeld(CaseMaker& make) {
+  BodyMotion motion;
+  motion.turning_rad_per_s = {0, 2 * kDegree, 1 * kDegree};
+  motion.sway_m = {0.003, 0.003, 0.003};
+  motion.sway_rad = {0.5 * kDegree, 0.5 * kDegree, 0.3 * kDegree};
+  motion.sway_hz = 0.7;
+  Cases cases;
+  const auto add = [&](const char* what, const StrokeCase& rested) {
+    StrokeCase one = rested;
+    one.variant = what;
+    one.motion = motion;
+    cases.push_back(std::move(one));
+  };
+  const StrokeCase plane = planes(make, 20 * kDegree).front();
+  add("plane", plane);
+  add("plane, HIP stays", plane);
+  cases.back().hip = HipMotion::stays;
+  cases.back().stays_s = 1;
+  add("sphere100", balls(make, 0.05).front());
+  add("rod40", rods(make, 0.04).front());
   return cases;
 }
 
@@ -471,6 +533,16 @@ const std::vector<Entry>& entries() {
     list.push_back({{.name = "inner_corner", .smooth = false}, innerCorner});
     list.push_back({{.name = "border_along", .flat = true}, alongBorder});
     list.push_back({{.name = "border_across", .smooth = false}, acrossBorder});
+    for (const double speed : {0.1, 0.3, 0.5}) {
+      // A plane on its way to the camera is half of 0.6 s nearer at the end.
+      constexpr double kNearest_m = 0.42;
+      list.push_back({{.name = fmt::format("moving{:g}", speed),
+                       .smooth = false,
+                       .moving = true,
+                       .nearest_m = kNearest_m + 0.3 * speed},
+                      [speed](CaseMaker& make) { return movingPlanes(make, speed); }});
+    }
+    list.push_back({{.name = "hand_held", .smooth = false, .moving = true, .narrowest_m = 0.04}, handHeld});
     return list;
   }();
   return all;

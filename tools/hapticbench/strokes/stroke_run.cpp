@@ -13,22 +13,19 @@ using rt::Vec3;
 
 constexpr double kTick_s = 0.001;
 constexpr double kFramePeriod_s = 1.0 / 30;
-constexpr int kSettlingFrames = 20;  // more than any filter or fusion looks back
-constexpr double kSpeed_m_per_s = 0.1;
+constexpr int kSettlingFrames = 20;   // more than any filter or fusion looks back
 constexpr double kApproach_m = 0.02;  // in front of the surface
 constexpr double kPressed_s = 0.1;    // before the stroke begins
-constexpr double kSteady_s = 0.2;     // a motion that is that old can have been noticed
-constexpr double kStays_s = 0.3;      // a HIP that only presses
 
 /// What the hand does at which time. Time 0 is the beginning of the approach; frames were there before.
 class Schedule {
  public:
   explicit Schedule(const StrokeCase& stroke) : stroke_(stroke) {
     const double travel_m = kApproach_m + stroke.path.depth_m;
-    pressed_s_ = travel_m / kSpeed_m_per_s;
-    begins_s_ = pressed_s_ + kPressed_s + (stroke.motion.rests() ? 0 : kSteady_s);
+    pressed_s_ = travel_m / kStrokeSpeed_m_per_s;
+    begins_s_ = pressed_s_ + kPressed_s + stroke.phase_s + (stroke.motion.rests() ? 0 : kSteady_s);
     const bool moves_on = stroke.hip == HipMotion::strokes && stroke.path.length_m > 0;
-    ends_s_ = begins_s_ + (moves_on ? stroke.path.length_m / kSpeed_m_per_s : kStays_s);
+    ends_s_ = begins_s_ + (moves_on ? stroke.path.length_m / kStrokeSpeed_m_per_s : stroke.stays_s);
   }
 
   /// When the bodies begin to move.
@@ -37,14 +34,14 @@ class Schedule {
   bool judged(double t_s) const { return t_s >= (stroke_.motion.rests() ? pressed_s_ : begins_s_); }
   bool strokes(double t_s) const { return t_s >= begins_s_ && stroke_.hip == HipMotion::strokes; }
   double stroked_m(double t_s) const {
-    return std::clamp((t_s - begins_s_) * kSpeed_m_per_s, 0.0, stroke_.path.length_m);
+    return std::clamp((t_s - begins_s_) * kStrokeSpeed_m_per_s, 0.0, stroke_.path.length_m);
   }
 
   Vec3 hip_m(const BodyScene& scene, double t_s) const {
     const bool stays = stroke_.hip == HipMotion::stays && t_s > begins_s_;
     const RigidFrame bodies = scene.frameAt(stays ? begins_s_ : t_s);
     if (t_s < pressed_s_) {
-      const double before_m = kApproach_m + stroke_.path.depth_m - std::max(0.0, t_s) * kSpeed_m_per_s;
+      const double before_m = kApproach_m + stroke_.path.depth_m - std::max(0.0, t_s) * kStrokeSpeed_m_per_s;
       return bodies.positionOut(stroke_.path.approach_m(before_m));
     }
     return bodies.positionOut(stroke_.path.hip_m(stays ? 0 : stroked_m(t_s)));

@@ -114,7 +114,7 @@ std::vector<StrokesRow> measureStrokes(const StrokesOptions& options,
   for (const StrokeScene& scene : strokeScenes()) {
     if (!isChosen(scene, options)) continue;
     for (const double distance_m : options.distances_m) {
-      if (!isResolved(scene, distance_m)) continue;
+      if (!isSeen(scene, distance_m)) continue;
       if (progress) progress(fmt::format("{} at {} m", scene.name, distance_m));
       for (const SceneNoise noise : options.noises) measureScene(scene, distance_m, noise, options, rows);
     }
