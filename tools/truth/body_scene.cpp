@@ -61,7 +61,7 @@ BodyScene::BodyScene(std::vector<TrueBody> bodies, const RigidFrame& T_camera_bo
       T_camera_bodies_(T_camera_bodies),
       motion_(motion),
       model_(depth_model),
-      noise_(seed),
+      seed_(seed),
       exact_(rt::kFramePixels) {}
 
 double BodyScene::signedDistance(const Vec3& p, double t_s) const {
@@ -113,10 +113,19 @@ void BodyScene::removeOutsideLimits(std::uint16_t* raw) const {
   }
 }
 
+const drivers::SensorNoise& BodyScene::sensorNoise(SceneNoise noise) {
+  if (!sensor_noise_ || made_for_ != noise) {
+    sensor_noise_.emplace(seed_, noise == SceneNoise::harsh ? drivers::SensorNoise::harsh()
+                                                            : drivers::SensorNoise::recorded());
+    made_for_ = noise;
+  }
+  return *sensor_noise_;
+}
+
 void BodyScene::render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame) {
   measure(t_s);
-  if (noise == SceneNoise::sensor) {
-    noise_.applySensor(frame_number, exact_, frame.raw);
+  if (noise > SceneNoise::quantised) {
+    sensorNoise(noise).applySensor(frame_number, exact_, frame.raw);
   } else {
     std::ranges::transform(exact_, frame.raw, [](float exact) {
       return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;

@@ -57,13 +57,16 @@ class BodyScene {
 
  private:
   void measure(double t_s);
+  const drivers::SensorNoise& sensorNoise(SceneNoise noise);
   void removeOutsideLimits(std::uint16_t* raw) const;
 
   std::vector<TrueBody> bodies_;
   RigidFrame T_camera_bodies_;
   BodyMotion motion_;
   rt::DepthModelParameters model_;
-  drivers::SensorNoise noise_;
+  std::uint32_t seed_;
+  std::optional<drivers::SensorNoise> sensor_noise_;  // made when it is first needed
+  SceneNoise made_for_ = SceneNoise::none;
   std::vector<float> exact_;  // disparities at `measured_at_s_`
   std::optional<double> measured_at_s_;
 };

@@ -18,7 +18,8 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr SceneNoise kStrokeNoises[] = {SceneNoise::none, SceneNoise::quantised, SceneNoise::sensor};
+constexpr SceneNoise kStrokeNoises[] = {SceneNoise::none, SceneNoise::quantised, SceneNoise::sensor,
+                                        SceneNoise::harsh};
 
 std::vector<std::string> strokeSceneNames() {
   std::vector<std::string> names;
