@@ -15,6 +15,7 @@
 #include "tools/hapticbench/speed.h"
 #include "tools/hapticbench/speed_report.h"
 #include "tools/hapticbench/stability/stability_command.h"
+#include "tools/hapticbench/strokes/strokes_command.h"
 #include "tools/hapticbench/sweep/sweep_command.h"
 #include "tools/options/output_file.h"
 #include "tools/options/within.h"
@@ -71,6 +72,7 @@ int run(int argc, char** argv) {
   JitterCommand jitter(app);
   ParetoCommand pareto(app, defaultRecordings());
   StabilityCommand stability(app);
+  StrokesCommand strokes(app);
   SweepCommand sweep(app, defaultRecordings());
   try {
     app.parse(argc, argv);
@@ -81,6 +83,7 @@ int run(int argc, char** argv) {
   if (jitter.chosen()) return jitter.run();
   if (pareto.chosen()) return pareto.run();
   if (stability.chosen()) return stability.run();
+  if (strokes.chosen()) return strokes.run();
   if (sweep.chosen()) return sweep.run();
   return speed(options, cpu, recordings, json_file);
 }
