@@ -12,6 +12,7 @@
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/jitter/jitter_command.h"
 #include "tools/hapticbench/pareto/pareto_command.h"
+#include "tools/hapticbench/recordings/recordings_command.h"
 #include "tools/hapticbench/speed.h"
 #include "tools/hapticbench/speed_report.h"
 #include "tools/hapticbench/stability/stability_command.h"
@@ -70,6 +71,7 @@ int run(int argc, char** argv) {
   AccuracyCommand accuracy(app);
   JitterCommand jitter(app);
   ParetoCommand pareto(app, defaultRecordings());
+  RecordingsCommand recorded(app, defaultRecordings());
   StabilityCommand stability(app);
   SweepCommand sweep(app, defaultRecordings());
   try {
@@ -80,6 +82,7 @@ int run(int argc, char** argv) {
   if (accuracy.chosen()) return accuracy.run();
   if (jitter.chosen()) return jitter.run();
   if (pareto.chosen()) return pareto.run();
+  if (recorded.chosen()) return recorded.run();
   if (stability.chosen()) return stability.run();
   if (sweep.chosen()) return sweep.run();
   return speed(options, cpu, recordings, json_file);
