@@ -11,6 +11,7 @@
 #include "tools/hapticbench/accuracy/accuracy_command.h"
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/jitter/jitter_command.h"
+#include "tools/hapticbench/occlusion/occlusion_command.h"
 #include "tools/hapticbench/pareto/pareto_command.h"
 #include "tools/hapticbench/recordings/recordings_command.h"
 #include "tools/hapticbench/speed.h"
@@ -70,6 +71,7 @@ int run(int argc, char** argv) {
       ->check(endsIn(".json"));
   AccuracyCommand accuracy(app);
   JitterCommand jitter(app);
+  OcclusionCommand occlusion(app);
   ParetoCommand pareto(app, defaultRecordings());
   RecordingsCommand recorded(app, defaultRecordings());
   StabilityCommand stability(app);
@@ -81,6 +83,7 @@ int run(int argc, char** argv) {
   }
   if (accuracy.chosen()) return accuracy.run();
   if (jitter.chosen()) return jitter.run();
+  if (occlusion.chosen()) return occlusion.run();
   if (pareto.chosen()) return pareto.run();
   if (recorded.chosen()) return recorded.run();
   if (stability.chosen()) return stability.run();
