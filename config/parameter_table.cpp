@@ -131,6 +131,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(camera.speed)>(
         "camera.speed", kRestart, "", {0.1, 100}, "",
         "the driver recorded plays that many times faster than the clock"),
+    row<HAPTICD_MEMBER(live.camera.latency_s)>(
+        "camera.latency_s", kRestart, "s", {0, 0.2}, "",
+        "from exposure to the arrival of a frame; a law that predicts motion carries the surface forward by it"),
     row<HAPTICD_MEMBER(camera.depth_law)>(
         "camera.depth_law", kRestart, "", {}, "",
         "coefficients of raw value to depth: Table I, the driver's, or depth_a_per_m and depth_b_per_m"),

@@ -92,12 +92,18 @@ struct HandleScaleParameters {
   double damping_n_s_per_m = 4;            ///< of the device in the lightest grip, at the hand
 };
 
+/// Fixed at start. When the camera saw what a frame shows.
+struct CameraTimingParameters {
+  double latency_s = 0;  ///< from the middle of the exposure to the arrival of the frame
+};
+
 /// Live: all that may change while the force loop runs, as one consistent set.
 struct LiveParameters {
   ForceLaw law = ForceLaw::nearest_springs;
   SpringParameters springs;
   ContactParameters contact;
   SurfaceParameters surface;
+  CameraTimingParameters camera;
   FilterParameters filter;
   BlendParameters blend;
   SafetyParameters safety;

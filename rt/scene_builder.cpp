@@ -29,6 +29,7 @@ SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
   needs.field = parameters.law == ForceLaw::surface;
   needs.points = !needs.field;
   needs.image = parameters.law == ForceLaw::proxy;
+  needs.hidden = needs.image;
   needs.radius_m = reachOfLaw_m(parameters);
   needs.surface = parameters.surface;
   needs.filter = parameters.filter;
@@ -55,6 +56,7 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       filter_(model),
+      occlusions_(model),
       field_builder_(model) {}
 
 double SceneBuilder::largestBall_m() const noexcept {
@@ -134,12 +136,25 @@ void SceneBuilder::buildPoints(const DepthFrame& frame, const SceneNeeds& needs,
     raw = filter_.rounded(window);
   }
   if (needs.image) keepImage(raw, window, scene);
+  if (needs.hidden) occlusions_.see(frame, window);
   if (window.raw_first > window.raw_last) return;
+  DeprojectJob job = jobOf(scene, window);
+  job.raw = raw;
+  deproject(job);
+  if (needs.hidden && occlusions_.hidesAnything(window)) {
+    job.raw = occlusions_.hidden();
+    deproject(job);
+  }
+  scene.points = job.points;
+  scene.points_over_capacity = job.points_over_capacity;
+  sortIntoVoxels(job, scene);
+}
+
+DeprojectJob SceneBuilder::jobOf(const Scene& scene, const PixelWindow& window) const noexcept {
   const Vec3 camera = model_.cameraPosition_m_in_world() - scene.origin_m_in_world;
   const Vec3 ball = scene.ball_centre_m_in_world - scene.origin_m_in_world;
   const double ball_radius = scene.ball_radius_m + model_.singlePrecisionError_m();
   DeprojectJob job{};
-  job.raw = raw;
   job.window = window;
   job.tables = &model_.singlePrecision();
   job.camera_x_m = static_cast<float>(camera.x);
@@ -161,11 +176,7 @@ void SceneBuilder::buildPoints(const DepthFrame& frame, const SceneNeeds& needs,
   job.pixel_of_row = pixel_of_row_.get();
   job.run_voxel = run_voxel_.get();
   job.run_begin = run_begin_.get();
-  deproject(job);
-
-  scene.points = job.points;
-  scene.points_over_capacity = job.points_over_capacity;
-  sortIntoVoxels(job, scene);
+  return job;
 }
 
 }  // namespace hapticd::rt

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <memory>
 
+#include "rt/deproject_kernel.h"
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
 #include "rt/disparity_filter.h"
+#include "rt/occlusion_memory.h"
 #include "rt/scene.h"
 #include "rt/surface_field_builder.h"
 
@@ -16,6 +18,7 @@ namespace hapticd::rt {
 struct SceneNeeds {
   bool points = true;      ///< the points of the frame, sorted by voxel
   bool image = false;      ///< the raw values that the points come from
+  bool hidden = false;     ///< also the points that something nearer hides, see OcclusionMemory
   bool field = false;      ///< the signed distance field
   double radius_m = 0.04;  ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
   SurfaceParameters surface;
@@ -56,8 +59,10 @@ class SceneBuilder {
   void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene,
              const SceneNeeds& needs = {}) noexcept;
 
-  /// The next scene depends on its own frame only, not on those before: filter and fusion start anew.
+  /// The next scene depends on its own frame only, not on those before: filter, fusion and the memory of
+  /// what is hidden start anew.
   void forget() noexcept {
+    occlusions_.forget();
     filter_.forget();
     field_builder_.forget();
   }
@@ -67,6 +72,7 @@ class SceneBuilder {
   void buildField(const DepthFrame& frame, const SceneNeeds& needs, const Vec3& centre_m_in_world,
                   double radius_m, Scene& scene) noexcept;
   static void keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept;
+  DeprojectJob jobOf(const Scene& scene, const PixelWindow& window) const noexcept;
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
   PixelWindow windowOf(const Scene& scene) const noexcept;
 
@@ -80,6 +86,7 @@ class SceneBuilder {
   std::unique_ptr<std::uint32_t[]> run_voxel_;
   std::unique_ptr<std::uint32_t[]> run_begin_;
   DisparityFilter filter_;
+  OcclusionMemory occlusions_;
   SurfaceFieldBuilder field_builder_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 bool remembers(const rt::SceneNeeds& needs) {
   const bool filtered_in_time = needs.filter.temporal_frames > 1 || needs.filter.hold_frames > 0;
   const bool fused = needs.field && needs.surface.fusion_frames > 1;
-  return filtered_in_time || fused;
+  return filtered_in_time || fused || needs.hidden;
 }
 
 }  // namespace
