@@ -4,6 +4,7 @@ namespace hapticd::tools {
 namespace {
 
 constexpr double kTickPeriod_s = 0.001;
+constexpr std::int64_t kTickPeriod_ns = 1'000'000;
 
 }  // namespace
 
@@ -11,7 +12,7 @@ rt::Tick FramePlayer::tick(const rt::Vec3& hip_m_in_world) {
   frame_is_new_ = false;
   while (stream_.arrival_tick(frame_ + 1) <= next_tick_) {
     ++frame_;
-    box_.show(stream_.frame(frame_));
+    box_.show(stream_.frame(frame_), next_tick_ * kTickPeriod_ns);
     frame_is_new_ = true;
   }
   const rt::Vec3 velocity =

@@ -11,8 +11,9 @@ namespace hapticd::tools {
 
 /// Frames in the order of their arrival, as many as are asked for.
 struct FrameStream {
-  std::function<const rt::DepthFrame&(int index)> frame;  ///< stays valid until the next but one is asked for
-  std::function<long(int index)> arrival_tick;            ///< 0 for the first, strictly increasing
+  /// Its arrival_ns is that of arrival_tick. Stays valid until the next but one is asked for.
+  std::function<const rt::DepthFrame&(int index)> frame;
+  std::function<long(int index)> arrival_tick;  ///< 0 for the first, strictly increasing
 };
 
 /// The tick at which frame `index` of a camera with 30 frames per second arrives.
@@ -20,7 +21,7 @@ constexpr long tickOfRegularFrame(int index) {
   return (static_cast<long>(index) * 100 + 2) / 3;
 }
 
-/// Ticks of one millisecond, with each frame shown at the tick that it arrives at.
+/// Ticks of one millisecond, with each frame shown at the tick that it arrives at; ticks know its age.
 /// Thread: one.  RT: not safe.
 class FramePlayer {
  public:

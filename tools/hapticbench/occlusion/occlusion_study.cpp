@@ -16,15 +16,14 @@ std::vector<PassageCase> casesOf(const PassageRow& row, const OcclusionOptions& 
                           .noise = row.noise,
                           .seed = options.seed};
   if (options.one_passage) return {usual};
-  PassageCase to_left = usual;
-  to_left.speed_m_per_s = -usual.speed_m_per_s;
   PassageCase pausing = usual;
+  pausing.speed_m_per_s = -usual.speed_m_per_s;
   pausing.pause_s = 1;
-  PassageCase without_shadow = usual;
-  without_shadow.projector_shadow = false;
+  if (row.noise != SceneNoise::none) return {usual, pausing};
   PassageCase round = usual;
   round.shape = OccluderShape::elliptic_cylinder;
-  return {usual, to_left, pausing, without_shadow, round};
+  round.projector_shadow = false;
+  return {usual, pausing, round};
 }
 
 /// True if the camera measures the body.
@@ -35,24 +34,21 @@ bool isMeasured(const PassageRow& row) {
   return front_m > rt::DepthModelParameters{}.near_m + kBeyondNear_m;
 }
 
-std::vector<PassageRow> rowsOf(const OcclusionOptions& options) {
+/// A law's rows under `law`; those of the other laws differ in that alone.
+std::vector<PassageRow> rowsOf(config::LawChoice law, const OcclusionOptions& options) {
   std::vector<PassageRow> rows;
-  for (const config::LawChoice law : options.laws) {
-    for (const SceneNoise noise : options.noises) {
-      for (const double wall_m : options.distances_m) {
-        for (const HandDuringPassage hand : options.hands) {
-          for (const double thickness_m : options.thicknesses_m) {
-            for (const double gap_m : options.gaps_m) {
-              const PassageRow row{.law = law,
-                                   .wall_m = wall_m,
-                                   .noise = noise,
-                                   .hand = hand,
-                                   .thickness_m = thickness_m,
-                                   .gap_m = gap_m,
-                                   .result = {}};
-              if (isMeasured(row)) rows.push_back(row);
-            }
-          }
+  const auto add = [&](SceneNoise noise, double wall_m, HandDuringPassage hand, double thickness_m,
+                       double gap_m) {
+    PassageRow row{.law = law, .wall_m = wall_m, .noise = noise, .hand = hand, .result = {}};
+    row.thickness_m = thickness_m;
+    row.gap_m = gap_m;
+    if (isMeasured(row)) rows.push_back(row);
+  };
+  for (const SceneNoise noise : options.noises) {
+    for (const double wall_m : options.distances_m) {
+      for (const HandDuringPassage hand : options.hands) {
+        for (const double thickness_m : options.thicknesses_m) {
+          for (const double gap_m : options.gaps_m) add(noise, wall_m, hand, thickness_m, gap_m);
         }
       }
     }
@@ -64,15 +60,24 @@ std::vector<PassageRow> rowsOf(const OcclusionOptions& options) {
 
 OcclusionResult measureOcclusion(const OcclusionOptions& options,
                                  const std::function<void(const std::string&)>& progress) {
-  OcclusionResult result{.passages = rowsOf(options)};
-  for (PassageRow& row : result.passages) {
-    progress(fmt::format("{}: {} hand at {} m, a body {:.0f} mm before it", nameOf(row.law), nameOf(row.hand),
-                         row.wall_m, 1000 * row.gap_m));
-    for (const PassageCase& passage : casesOf(row, options)) {
-      row.result.add(runPassage(row.law, passage));
-      ++row.passages;
+  std::vector<std::vector<PassageRow>> rows_of_law;
+  for (const config::LawChoice law : options.laws) rows_of_law.push_back(rowsOf(law, options));
+  const std::size_t rows = rows_of_law.empty() ? 0 : rows_of_law.front().size();
+  for (std::size_t i = 0; i < rows; ++i) {
+    const PassageRow& usual = rows_of_law.front()[i];
+    progress(fmt::format("{} hand at {} m, a body {:.0f} mm before it", nameOf(usual.hand), usual.wall_m,
+                         1000 * usual.gap_m));
+    for (const PassageCase& passage_case : casesOf(usual, options)) {
+      Passage passage(passage_case);
+      for (std::vector<PassageRow>& of_law : rows_of_law) {
+        of_law[i].result.add(passage.run(of_law[i].law));
+        ++of_law[i].passages;
+      }
     }
   }
+  OcclusionResult result;
+  for (std::vector<PassageRow>& of_law : rows_of_law)
+    result.passages.insert(result.passages.end(), of_law.begin(), of_law.end());
   return result;
 }
 

@@ -20,7 +20,8 @@ struct OcclusionOptions {
                                        HandDuringPassage::stroking, HandDuringPassage::entering,
                                        HandDuringPassage::leaving};
   std::uint32_t seed = 1;
-  bool one_passage = false;  ///< a box that goes right; else both ways, with a pause, without shadow, round
+  bool one_passage = false;  ///< only a box that goes right; else one that comes back and pauses too,
+                             ///< and without noise a round body without shadow
 };
 
 /// All passages of a hand behind bodies of one thickness with one gap.

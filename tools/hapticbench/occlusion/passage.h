@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <string_view>
 #include <vector>
 
 #include "config/settings.h"
+#include "rt/depth_frame.h"
 #include "rt/vec3.h"
 #include "tools/hapticbench/force_series.h"
 #include "tools/truth/occluded_scene.h"
@@ -56,6 +58,33 @@ struct PassageTick {
 /// `before`: of the time before the body set out, where the hand is already as it will be.
 PassageResult judgePassage(const std::vector<PassageTick>& before, const std::vector<PassageTick>& during);
 
-PassageResult runPassage(config::LawChoice law, const PassageCase& passage);
+/// Where the body is and what the hand does, tick by tick, and what the camera sees of it, rendered once for
+/// all laws. Thread: one at a time.  RT: not safe.
+class Passage {
+ public:
+  explicit Passage(const PassageCase& passage);
+
+  PassageResult run(config::LawChoice law);
+
+  /// Ticks from the start to half a second after the body is gone.
+  long end() const { return end_; }
+  /// The middle of the body.
+  double bodyX_m(long tick) const;
+  rt::Vec3 hip_m(long tick) const;
+  /// Of the HIP behind the wall's front; negative in front of it.
+  double depth_m(long tick) const;
+
+ private:
+  const rt::DepthFrame& frame(int index);
+
+  PassageCase case_;
+  double back_m_;
+  double sight_x_m_;  ///< of the body where it is before the hand
+  long arrives_;      ///< there, at that tick
+  long leaves_;
+  long end_;
+  OccludedScene scene_;
+  std::vector<std::unique_ptr<rt::DepthFrame>> frames_;
+};
 
 }  // namespace hapticd::tools
