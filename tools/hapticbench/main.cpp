@@ -11,6 +11,7 @@
 #include "tools/hapticbench/accuracy/accuracy_command.h"
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/jitter/jitter_command.h"
+#include "tools/hapticbench/noise/noise_command.h"
 #include "tools/hapticbench/pareto/pareto_command.h"
 #include "tools/hapticbench/speed.h"
 #include "tools/hapticbench/speed_report.h"
@@ -69,6 +70,7 @@ int run(int argc, char** argv) {
       ->check(endsIn(".json"));
   AccuracyCommand accuracy(app);
   JitterCommand jitter(app);
+  NoiseCommand noise(app);
   ParetoCommand pareto(app, defaultRecordings());
   StabilityCommand stability(app);
   SweepCommand sweep(app, defaultRecordings());
@@ -79,6 +81,7 @@ int run(int argc, char** argv) {
   }
   if (accuracy.chosen()) return accuracy.run();
   if (jitter.chosen()) return jitter.run();
+  if (noise.chosen()) return noise.run();
   if (pareto.chosen()) return pareto.run();
   if (stability.chosen()) return stability.run();
   if (sweep.chosen()) return sweep.run();
