@@ -11,6 +11,7 @@
 #include "tools/hapticbench/accuracy/accuracy_command.h"
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/jitter/jitter_command.h"
+#include "tools/hapticbench/noise/noise_command.h"
 #include "tools/hapticbench/occlusion/occlusion_command.h"
 #include "tools/hapticbench/pareto/pareto_command.h"
 #include "tools/hapticbench/recordings/recordings_command.h"
@@ -72,6 +73,7 @@ int run(int argc, char** argv) {
       ->check(endsIn(".json"));
   AccuracyCommand accuracy(app);
   JitterCommand jitter(app);
+  NoiseCommand noise(app);
   OcclusionCommand occlusion(app);
   ParetoCommand pareto(app, defaultRecordings());
   RecordingsCommand recorded(app, defaultRecordings());
@@ -85,6 +87,7 @@ int run(int argc, char** argv) {
   }
   if (accuracy.chosen()) return accuracy.run();
   if (jitter.chosen()) return jitter.run();
+  if (noise.chosen()) return noise.run();
   if (occlusion.chosen()) return occlusion.run();
   if (pareto.chosen()) return pareto.run();
   if (recorded.chosen()) return recorded.run();
