@@ -187,7 +187,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "what the driver synthetic shows"),
     row<HAPTICD_MEMBER(synthetic.noise)>(
         "synthetic.noise", kRestart, "", {}, "",
-        "noise of its depth: none, random rounding to whole raw units, or like the real sensor"),
+        "noise of its depth: none, random rounding to whole raw units, like a recorded sensor, or like a harsher one"),
     row<HAPTICD_MEMBER(synthetic.distance_m)>(
         "synthetic.distance_m", kRestart, "m", {0.1, 10}, "",
         "from the camera to the plane, or to the sphere's centre"),
