@@ -51,9 +51,8 @@ struct WindowSummary {
 struct LawStatus {
   rt::ForceLaw law = rt::ForceLaw::nearest_springs;
   std::string reason;           ///< one sentence
-  double voxel_edge_m = 0;      ///< of the law surface
   bool filtered = false;        ///< depth passes a filter
-  double expected_error_n = 0;  ///< measured for this law, resolution and distance; 0: not known
+  double expected_error_n = 0;  ///< measured for this law, filter and distance; 0: not known
   double max_error_n = 0;       ///< that the law auto may make
   double distance_m = 0;        ///< of what is felt, from the camera; 0: not known
   /// k_s times motion and force scale, as far as the handle's delay allows: what the hand feels.

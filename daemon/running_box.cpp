@@ -208,7 +208,6 @@ LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
   const rt::LiveParameters& live = directive_.parameters;
   LawStatus status;
   status.law = live.law;
-  status.voxel_edge_m = live.law == rt::ForceLaw::surface ? live.surface.voxel_edge_m : 0;
   status.filtered = !live.filter.isOff();
   status.max_error_n = settings_.force.effectiveMaxError_n(settings_.live.safety);
   status.distance_m = distance_m_;

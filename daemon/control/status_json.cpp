@@ -83,11 +83,10 @@ OrderedJson sceneJson(const SceneStatus& scene) {
 }
 
 OrderedJson lawJson(const LawStatus& law) {
-  const auto& [chosen, reason, voxel_edge_m, filtered, expected_error_n, max_error_n, distance_m,
-               hand_stiffness_n_per_m] = law;
+  const auto& [chosen, reason, filtered, expected_error_n, max_error_n, distance_m, hand_stiffness_n_per_m] =
+      law;
   return {{"chosen", config::nameOf(chosen)},
           {"reason", reason},
-          {"voxelEdgeM", voxel_edge_m},
           {"filtered", filtered},
           {"expectedErrorN", expected_error_n > 0 ? OrderedJson(expected_error_n) : OrderedJson()},
           {"maxErrorN", max_error_n},

@@ -87,10 +87,7 @@ std::string forceText(const Json& status) {
 }
 
 std::string lawText(const Json& status) {
-  const std::string law = textAt(status, "law.chosen");
-  std::string text = law;
-  if (law == "surface")
-    text += fmt::format(", {} mm voxels", fixed(1000 * numberAt(status, "law.voxelEdgeM"), 1));
+  std::string text = textAt(status, "law.chosen");
   if (flagAt(status, "law.filtered")) text += ", filtered depth";
   return line("law", text + ": " + textAt(status, "law.reason"));
 }

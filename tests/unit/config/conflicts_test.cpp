@@ -212,20 +212,10 @@ TEST(Conflicts, TheWindowHoldsWhatTheLawsLookAtThatAutoMayChoose) {
   EXPECT_TRUE(contains(texts[0], ", which auto may choose, needs ")) << texts[0];
 }
 
-// 13.4 voxels less the 2 that are looked at, 0.057 m of 0.005 m each, are covered in 1/30 s + 0.02 s at 1.07
-// m/s.
-TEST(Conflicts, TheFieldHoldsWhatTheHipReachesBeforeTheNextFrame) {
-  const auto at = [](const char* speed) {
-    return textsFor({"force.law=surface", "surface.voxel_edge_m=0.005",
-                     std::string("grid.max_hip_speed_m_per_s=") + speed});
-  };
-  EXPECT_EQ(at("1.06"), Texts{});
-  EXPECT_EQ(
-      at("1.08"),
-      Texts{"grid.max_hip_speed_m_per_s: a field of voxels of 0.005 m reaches 0.067 m, but the law surface "
-            "needs 0.0676 m on each side: 0.01 m that it looks at + grid.max_hip_speed_m_per_s 1.08 m/s * "
-            "0.05333 s of frame period and margin (set surface.voxel_edge_m to at least 0.00506, or "
-            "grid.max_hip_speed_m_per_s to at most 1.06)"});
+// It is in the image, not in a window of voxels.
+TEST(Conflicts, TheLawSurfaceNeedsNoWindow) {
+  EXPECT_EQ(textsFor({"force.law=surface", "grid.max_hip_speed_m_per_s=5", "grid.cells_per_axis=8"}),
+            Texts{});
 }
 
 TEST(Conflicts, TheWindowDoesNotMatterWhileTheWholeFrameIsModelled) {
