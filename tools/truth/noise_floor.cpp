@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace hapticd::tools {
 namespace {
@@ -17,11 +18,11 @@ using Eigen::VectorXd;
 constexpr double kRoundingVariance = 1.0 / 12;
 
 /// Correlation of the noise along one axis of the image.
-MatrixXd windowCorrelation(int pixels) {
+MatrixXd windowCorrelation(int pixels, int window) {
   MatrixXd correlation(pixels, pixels);
   for (int i = 0; i < pixels; ++i) {
     for (int j = 0; j < pixels; ++j) {
-      correlation(i, j) = std::max(0.0, 1 - std::abs(i - j) / double{drivers::NoisePattern::kWindow});
+      correlation(i, j) = std::max(0.0, 1 - std::abs(i - j) / double(window));
     }
   }
   return correlation;
@@ -61,15 +62,19 @@ MatrixXd roundingCovariance(const MatrixXd& noise, const FloorPatch& patch) {
   return covariance;
 }
 
-/// One axis of the image: the eigenvalues of the correlation, and 1, x and x^2 (x from -1 to 1, pixel's
-/// middle) in its eigenvectors' base.
+/// One axis of the image: the eigenvalues of the noise's correlation; in its eigenvectors' base 1, x and x^2
+/// (x from -1 to 1, pixel's middle) and the correlation of the distortion.
 struct Axis {
   VectorXd eigenvalues;
+  MatrixXd coarse;
   std::array<VectorXd, 3> powers;
 
   explicit Axis(int pixels) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(windowCorrelation(pixels));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
+        windowCorrelation(pixels, drivers::NoisePattern::kWindow));
     eigenvalues = solver.eigenvalues();
+    coarse = solver.eigenvectors().transpose() *
+             windowCorrelation(pixels, drivers::NoisePattern::kCoarseWindow) * solver.eigenvectors();
     const VectorXd x = VectorXd::LinSpaced(pixels, -1.0 + 1.0 / pixels, 1.0 - 1.0 / pixels);
     powers[0] = solver.eigenvectors().transpose() * VectorXd::Ones(pixels);
     powers[1] = solver.eigenvectors().transpose() * x;
@@ -98,22 +103,36 @@ struct Power {
 constexpr std::array<Power, 6> kPowers{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
 
 /// Covariance of the coefficients of the model, raw units^2 with x and y from -1 to 1 over the patch.
-MatrixXd coefficientCovariance(const Axis& axis, const FrameModes& frames, Eigen::Index coefficients) {
-  MatrixXd information = MatrixXd::Zero(coefficients, coefficients);
+MatrixXd coefficientCovariance(const Axis& axis, const FrameModes& frames, double coarse_raw,
+                               std::size_t coefficients) {
   const Eigen::Index pixels = axis.eigenvalues.size();
+  MatrixXd weights(pixels, pixels);  // of a pixel's mode, over all frames
   for (Eigen::Index y = 0; y < pixels; ++y) {
     for (Eigen::Index x = 0; x < pixels; ++x) {
       const double correlation = axis.eigenvalues[x] * axis.eigenvalues[y];
-      const double weight = (frames.weight.array() / (frames.noise.array() * correlation + 1)).sum();
-      VectorXd row(coefficients);
-      for (Eigen::Index i = 0; i < coefficients; ++i) {
-        const Power power = kPowers[static_cast<std::size_t>(i)];
-        row[i] = axis.powers[power.x][x] * axis.powers[power.y][y];
-      }
-      information += weight * row * row.transpose();
+      weights(y, x) = (frames.weight.array() / (frames.noise.array() * correlation + 1)).sum();
     }
   }
-  return information.ldlt().solve(MatrixXd::Identity(coefficients, coefficients));
+  std::vector<MatrixXd> shapes;    // of the coefficients
+  std::vector<MatrixXd> weighted;  // what a pixel adds to them, before they are told from each other
+  for (std::size_t i = 0; i < coefficients; ++i) {
+    shapes.emplace_back(axis.powers[kPowers[i].y] * axis.powers[kPowers[i].x].transpose());
+    weighted.emplace_back(weights.cwiseProduct(shapes.back()));
+  }
+  const auto size = static_cast<Eigen::Index>(coefficients);
+  MatrixXd information(size, size);
+  MatrixXd distortion(size, size);
+  for (std::size_t j = 0; j < coefficients; ++j) {
+    const MatrixXd distorted = axis.coarse * weighted[j] * axis.coarse;
+    for (std::size_t i = 0; i < coefficients; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const auto column = static_cast<Eigen::Index>(j);
+      information(row, column) = shapes[i].cwiseProduct(weighted[j]).sum();
+      distortion(row, column) = weighted[i].cwiseProduct(distorted).sum();
+    }
+  }
+  const MatrixXd covariance = information.ldlt().solve(MatrixXd::Identity(size, size));
+  return covariance + coarse_raw * coarse_raw * covariance * distortion * covariance;
 }
 
 }  // namespace
@@ -132,7 +151,7 @@ FloorError noiseFloor(const drivers::SensorNoise::Parameters& noise, const rt::D
   }
   const Axis axis(floor.side_px);
   const FrameModes frames(noise.pattern, patch);
-  const MatrixXd covariance = coefficientCovariance(axis, frames, is_plane ? 3 : 6);
+  const MatrixXd covariance = coefficientCovariance(axis, frames, noise.pattern.coarse_raw, is_plane ? 3 : 6);
   const double depth_per_raw = std::abs(camera.a_per_m) * patch.distance_m * patch.distance_m;
   const double half_side_m = 0.5 * floor.side_px / pixels_per_m;
   floor.depth_m = depth_per_raw * std::sqrt(covariance(0, 0));

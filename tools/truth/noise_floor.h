@@ -43,8 +43,9 @@ inline constexpr double kFloorPenetration_m = 0.008;
 
 /// Generalised least squares with the noise's own covariance in space and time (Gauss-Markov): the standing,
 /// the drifting and the fast part are correlated over the matching window; rounding adds 1/12 raw unit^2,
-/// independent in space and, where the noise moves a value over a step, in time.
-/// `stiffness_n_per_m` turns depth into force.
+/// independent between pixels and, as far as the noise moves a value over a step, between frames. The
+/// camera's distortion (coarse_raw) is not known to the estimate; what it adds to the error is in the
+/// figures. `stiffness_n_per_m` turns depth into force.
 FloorError noiseFloor(const drivers::SensorNoise::Parameters& noise, const rt::DepthModelParameters& camera,
                       const FloorPatch& patch, double stiffness_n_per_m);
 

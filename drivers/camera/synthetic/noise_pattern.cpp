@@ -14,6 +14,7 @@ namespace {
 constexpr std::uint32_t kStandingPurpose = 0x10;
 constexpr std::uint32_t kFixedPurpose = 0x11;
 constexpr std::uint32_t kSlowPurpose = 0x15;
+constexpr std::uint32_t kCoarsePurpose = 0x16;
 constexpr std::uint32_t kDriftPurpose = 0x12;
 constexpr std::uint32_t kFastPurpose = 0x13;
 constexpr std::uint32_t kEpochPurpose = 0x14;
@@ -75,17 +76,50 @@ double levelCorrelation(double s) noexcept {
 }
 
 /// Sums of the window around each place of a row that wraps around.
+template <int window>
 void sumAlongRow(const float* row, float* sums) {
-  constexpr int kReach = NoisePattern::kWindow / 2;
-  std::array<float, kWidth + 2 * kReach> padded;
+  constexpr int kReach = window / 2;
+  std::array<float, std::size_t{kWidth} + 2 * kReach> padded;
   std::copy_n(row, kWidth, padded.begin() + kReach);
   std::copy_n(row + kWidth - kReach, kReach, padded.begin());
   std::copy_n(row, kReach, padded.end() - kReach);
-  for (int column = 0; column < kWidth; ++column) {
-    float sum = 0;
-    for (int k = 0; k < NoisePattern::kWindow; ++k) sum += padded[static_cast<std::size_t>(column + k)];
-    sums[column] = sum;
+  std::array<float, kWidth>
+      total{};  // here and below: a buffer that the compiler knows nobody else writes to
+  for (std::size_t k = 0; k < window; ++k) {
+    for (std::size_t column = 0; column < kWidth; ++column) total[column] += padded[column + k];
   }
+  std::ranges::copy(total, sums);
+}
+
+/// Turns independent cells of variance 1 into an image of variance 1 whose pixels share the cells of a square
+/// window; the image wraps around.
+template <int window>
+void smooth(const std::vector<float>& cells, std::span<float> image) {
+  std::vector<float> row_sums(rt::kFramePixels);
+  for (std::size_t row = 0; row < kHeight; ++row)
+    sumAlongRow<window>(&cells[row * kWidth], &row_sums[row * kWidth]);
+  constexpr int kReach = window / 2;
+  constexpr float kUnitVariance = 1.0F / window;  // a sum of window^2 has `window` times the deviation
+  for (int row = 0; row < kHeight; ++row) {
+    std::array<float, kWidth> total{};
+    for (int k = -kReach; k <= kReach; ++k) {
+      const auto other = static_cast<std::size_t>((row + k + kHeight) % kHeight);
+      for (std::size_t column = 0; column < kWidth; ++column)
+        total[column] += row_sums[other * kWidth + column];
+    }
+    for (std::size_t column = 0; column < kWidth; ++column)
+      image[static_cast<std::size_t>(row) * kWidth + column] = total[column] * kUnitVariance;
+  }
+}
+
+/// Independent cells of that deviation.
+std::vector<float> fixedCells(std::uint32_t seed, std::uint32_t purpose, double deviation) {
+  std::vector<float> cells(rt::kFramePixels);
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    cells[cell] =
+        static_cast<float>(deviation) * uniform(static_cast<std::uint32_t>(bitsFor(seed, purpose, cell)));
+  }
+  return cells;
 }
 
 }  // namespace
@@ -96,13 +130,11 @@ NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& par
       slow_salt_(static_cast<std::uint32_t>(bitsFor(seed, kSlowPurpose, 0))),
       drift_salt_(static_cast<std::uint32_t>(bitsFor(seed, kDriftPurpose, 0))),
       fast_salt_(static_cast<std::uint32_t>(bitsFor(seed, kFastPurpose, 0))),
-      fixed_(rt::kFramePixels),
+      fixed_(fixedCells(seed, kFixedPurpose, parameters.standing_raw * std::sqrt(parameters.share_of_pixel))),
+      coarse_(parameters.coarse_raw > 0 ? rt::kFramePixels : 0),
       epochs_(parameters.drift_raw > 0 ? rt::kFramePixels : 0) {
-  const double deviation = parameters.standing_raw * std::sqrt(parameters.share_of_pixel);
-  for (std::size_t cell = 0; cell < fixed_.size(); ++cell) {
-    fixed_[cell] = static_cast<float>(deviation) *
-                   uniform(static_cast<std::uint32_t>(bitsFor(seed, kFixedPurpose, cell)));
-  }
+  if (!coarse_.empty())
+    smooth<kCoarseWindow>(fixedCells(seed, kCoarsePurpose, parameters.coarse_raw), coarse_);
   // A cell keeps a value for T frames. If T is distributed as the sum of two exponential variables of mean
   // `drift_frames`, then the chance that k frames share a value, E[max(0, 1 - k/T)], is exp(-k/drift_frames).
   for (std::size_t cell = 0; cell < epochs_.size(); ++cell) {
@@ -153,20 +185,9 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
 
 void NoisePattern::render(std::uint64_t frame, std::span<const float> exact, std::span<float> noise) const {
   std::vector<float> cells(rt::kFramePixels);
-  std::vector<float> row_sums(rt::kFramePixels);
   fillCells(frame, exact, cells);
-  for (std::size_t row = 0; row < kHeight; ++row) sumAlongRow(&cells[row * kWidth], &row_sums[row * kWidth]);
-  constexpr int kReach = kWindow / 2;
-  constexpr float kUnitVariance = 1.0F / kWindow;  // a sum of kWindow^2 has kWindow times the deviation
-  for (int row = 0; row < kHeight; ++row) {
-    float* const out = &noise[static_cast<std::size_t>(row) * kWidth];
-    std::fill_n(out, kWidth, 0.0F);
-    for (int k = -kReach; k <= kReach; ++k) {
-      const auto other = static_cast<std::size_t>((row + k + kHeight) % kHeight);
-      for (std::size_t column = 0; column < kWidth; ++column)
-        out[column] += row_sums[other * kWidth + column] * kUnitVariance;
-    }
-  }
+  smooth<kWindow>(cells, noise);
+  for (std::size_t pixel = 0; pixel < coarse_.size(); ++pixel) noise[pixel] += coarse_[pixel];
 }
 
 }  // namespace hapticd::drivers

@@ -7,7 +7,7 @@
 
 namespace hapticd::drivers {
 
-/// Standard deviations before rounding, raw units, of the three parts of a depth camera's noise.
+/// Standard deviations before rounding, raw units, of the parts of a depth camera's noise.
 struct NoisePatternParameters {
   /// The part that a resting camera shows again in every frame of a resting scene: each pixel's error depends
   /// on the disparity that the pixel sees.
@@ -22,21 +22,26 @@ struct NoisePatternParameters {
   double drift_frames = 1;
   /// The part that is independent from frame to frame.
   double fast_raw = 0;
+  /// The camera's distortion: it belongs to the pixel alone and extends over kCoarseWindow pixels.
+  double coarse_raw = 0;
 
   double variance() const noexcept {
-    return standing_raw * standing_raw + drift_raw * drift_raw + fast_raw * fast_raw;
+    return standing_raw * standing_raw + drift_raw * drift_raw + fast_raw * fast_raw +
+           coarse_raw * coarse_raw;
   }
 };
 
 /// Noise as a matching window makes it: every pixel's error is the mean of the errors of the cells (one per
 /// pixel) of a square window around it, so that neighbours share most of their errors; correlation
 /// (1 - |dx| / kWindow)(1 - |dy| / kWindow). A cell's error depends on the seed, the cell, the disparity seen
-/// there (standing part) and the frame's number (drift and fast part).
-/// Thread: any, rendering does not change the object.  RT: not safe (allocates).
+/// there (standing part) and the frame's number (drift and fast part). The distortion is another such image,
+/// with a larger window. Thread: any, rendering does not change the object.  RT: not safe (allocates).
 class NoisePattern {
  public:
   /// Side of the matching window, pixels.
   static constexpr int kWindow = 9;
+  /// The same for the distortion.
+  static constexpr int kCoarseWindow = 33;
   /// A part of a cell's error that depends on the disparity goes over from one random value to the next
   /// within so many raw units; values two or more spacings apart share nothing.
   static constexpr float kFastSpacing_raw = 0.5F;
@@ -67,6 +72,7 @@ class NoisePattern {
   std::uint32_t drift_salt_;
   std::uint32_t fast_salt_;
   std::vector<float> fixed_;   // per cell: the standing part's share of the pixel
+  std::vector<float> coarse_;  // per pixel; empty without distortion
   std::vector<Epoch> epochs_;  // per cell; empty without drift
 };
 

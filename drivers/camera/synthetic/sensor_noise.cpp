@@ -64,7 +64,11 @@ float fractionOf(std::uint32_t bits) noexcept {
 }  // namespace
 
 SensorNoise::Parameters SensorNoise::recorded() {
-  return {.pattern = {.standing_raw = 0.40, .drift_raw = 0.25, .drift_frames = 11.5, .fast_raw = 0.25}};
+  return {.pattern = {.standing_raw = 0.30,
+                      .drift_raw = 0.28,
+                      .drift_frames = 11.5,
+                      .fast_raw = 0.22,
+                      .coarse_raw = 0.22}};
 }
 
 SensorNoise::Parameters SensorNoise::harsh() {

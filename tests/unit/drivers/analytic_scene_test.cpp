@@ -163,7 +163,7 @@ TEST(AnalyticScene, TheEdgeHasNothingBesideIt) {
 
 TEST(AnalyticScene, NoNoiseMakesARawValueOutsideNearAndFar) {
   for (const SyntheticNoise noise :
-       {SyntheticNoise::off, SyntheticNoise::quantised, SyntheticNoise::sensor}) {
+       {SyntheticNoise::off, SyntheticNoise::quantised, SyntheticNoise::sensor, SyntheticNoise::harsh}) {
     // From far above near_m to far below far_m within one image.
     SyntheticSettings settings = settingsOf(SyntheticScene::plane, 0.6, 1.3);
     settings.noise = noise;

@@ -14,10 +14,10 @@ using Image = std::vector<std::uint16_t>;
 constexpr float kFlat = 700.3F;
 constexpr int kFrames = 100;
 
-// All noise comes from one field of 1024 x 512 values that holds this many independent patches; statistics
-// over many frames cannot be better known than from those.
-constexpr double kIndependentPatches =
-    1024.0 * 512 / (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
+// Noise that is another one in each frame, so that every frame adds its own independent patches.
+constexpr double kSigmaRaw = 0.5;
+constexpr double kIndependentPatches = double{kFrames} * SensorNoise::kFirstDeadColumn * rt::kFrameHeight /
+                                       (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
 // Five standard errors: one false alarm in a million, and the seed is fixed.
 constexpr double kSigmas = 5;
 
@@ -25,6 +25,10 @@ Image sensorImage(const SensorNoise& noise, std::uint64_t frame, const std::vect
   Image raw(rt::kFramePixels);
   noise.applySensor(frame, exact, raw.data());
   return raw;
+}
+
+SensorNoise fastNoise() {
+  return SensorNoise(7, {.pattern = {.fast_raw = kSigmaRaw}});
 }
 
 std::size_t at(int column, int row) {
@@ -55,7 +59,7 @@ struct Moments {
 };
 
 Moments momentsAtLag(int lag) {
-  const SensorNoise noise(7);
+  const SensorNoise noise = fastNoise();
   const std::vector<float> exact(rt::kFramePixels, kFlat);
   Moments moments;
   for (int frame = 0; frame < kFrames; ++frame)
@@ -65,40 +69,51 @@ Moments momentsAtLag(int lag) {
 
 TEST(SensorNoise, HasTheMeanOfTheSurfaceAndTheVarianceOfNoiseAndRounding) {
   const Moments moments = momentsAtLag(0);
-  const double sigma = SensorNoise::kSigmaRaw;
   // Rounding adds 1/12; what depends on the phase within a unit is damped by exp(-2 pi^2 sigma^2) = 0.0072.
   const double phase = 0.0072;
-  const double expected = sigma * sigma + 1.0 / 12;
-  EXPECT_NEAR(moments.mean(), 0, kSigmas * sigma / std::sqrt(kIndependentPatches) + phase);
-  EXPECT_NEAR(moments.variance(), expected,
-              kSigmas * expected * std::sqrt(2 / kIndependentPatches) + (4 * sigma * sigma + 0.1) * phase);
+  const double expected = kSigmaRaw * kSigmaRaw + 1.0 / 12;
+  EXPECT_NEAR(moments.mean(), 0, kSigmas * kSigmaRaw / std::sqrt(kIndependentPatches) + phase);
+  EXPECT_NEAR(
+      moments.variance(), expected,
+      kSigmas * expected * std::sqrt(2 / kIndependentPatches) + (4 * kSigmaRaw * kSigmaRaw + 0.1) * phase);
 }
 
 TEST(SensorNoise, IsCorrelatedOverTheWindowAndNotBeyond) {
-  const double sigma = SensorNoise::kSigmaRaw;
-  const double share = sigma * sigma / (sigma * sigma + 1.0 / 12);  // rounding errors are not correlated
-  const double tolerance = kSigmas / std::sqrt(kIndependentPatches);
+  // Rounding errors of noise that differs are not correlated, but for the same damped part: neighbours three
+  // pixels apart differ by sigma sqrt(2/3), which leaves (1/12) exp(-2 pi^2 (2/3) sigma^2) or 0.003 of it.
+  const double share = kSigmaRaw * kSigmaRaw / (kSigmaRaw * kSigmaRaw + 1.0 / 12);
+  const double rounding = 0.003 / (kSigmaRaw * kSigmaRaw + 1.0 / 12);
+  const double tolerance = kSigmas / std::sqrt(kIndependentPatches) + rounding;
   EXPECT_NEAR(momentsAtLag(3).correlation(), share * (1 - 3.0 / SensorNoise::kCorrelationPixels), tolerance);
   EXPECT_NEAR(momentsAtLag(6).correlation(), share * (1 - 6.0 / SensorNoise::kCorrelationPixels), tolerance);
   EXPECT_NEAR(momentsAtLag(12).correlation(), 0, tolerance);
 }
 
-TEST(SensorNoise, IsIndependentFromFrameToFrame) {
-  const SensorNoise noise(7);
+TEST(SensorNoise, OfARestingSceneIsMostlyTheSameInEveryFrame) {
+  const SensorNoise noise(7, SensorNoise::harsh());
   const std::vector<float> exact(rt::kFramePixels, kFlat);
-  Image before = sensorImage(noise, 0, exact);
-  double products = 0, squares = 0;
-  for (std::uint64_t frame = 1; frame < kFrames; ++frame) {
-    Image raw = sensorImage(noise, frame, exact);
-    for (std::size_t pixel = 0; pixel < raw.size(); pixel += 17) {
-      if (raw[pixel] == rt::kRawNoMeasurement || before[pixel] == rt::kRawNoMeasurement) continue;
-      const double now = raw[pixel] - double{kFlat};
-      products += now * (before[pixel] - double{kFlat});
-      squares += now * now;
-    }
-    before.swap(raw);
+  const Image first = sensorImage(noise, 1, exact);
+  const Image later = sensorImage(noise, 5000, exact);
+  double count = 0;
+  double products = 0;
+  for (std::size_t pixel = 0; pixel < first.size(); ++pixel) {
+    if (first[pixel] == rt::kRawNoMeasurement || later[pixel] == rt::kRawNoMeasurement) continue;
+    products += (first[pixel] - double{kFlat}) * (later[pixel] - double{kFlat});
+    count += 1;
   }
-  EXPECT_NEAR(products / squares, 0, kSigmas / std::sqrt(kIndependentPatches));
+  // The standing part, and what two roundings of it have in common after a change of sqrt(2) 0.2 raw:
+  // exp(-2 pi^2 0.08) / (2 pi^2) = 0.0104.
+  const double expected = 0.25 + 0.0104;
+  const double patches = kIndependentPatches / kFrames;
+  EXPECT_NEAR(products / count, expected, kSigmas * expected * std::sqrt(2 / patches));
+}
+
+TEST(SensorNoise, IsTheSameForTheSameSeedFrameAndImage) {
+  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  const Image image = sensorImage(SensorNoise(7), 3, exact);
+  EXPECT_EQ(image, sensorImage(SensorNoise(7), 3, exact));
+  EXPECT_NE(image, sensorImage(SensorNoise(8), 3, exact));
+  EXPECT_NE(image, sensorImage(SensorNoise(7), 4, exact));
 }
 
 TEST(SensorNoise, MakesTheStatedShareOfPixelsFlicker) {
@@ -121,13 +136,13 @@ TEST(SensorNoise, MakesTheStatedShareOfPixelsFlicker) {
   }
   const double pixels = double{SensorNoise::kFirstDeadColumn} * rt::kFrameHeight;
   const double patches = pixels / (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
-  const double share = SensorNoise::kFlickerShare;
+  const double share = noise.parameters().flicker_share;
   EXPECT_NEAR(flickering / pixels, share, kSigmas * std::sqrt(share * (1 - share) / patches));
   EXPECT_EQ(always_missing, 0);
 }
 
 TEST(SensorNoise, MakesTheRimOfAStepFlickerAndNotItsSurroundings) {
-  const SensorNoise noise(7);
+  const SensorNoise noise(7, {.shadow_side = ShadowSide::none});
   std::vector<float> exact(rt::kFramePixels, kFlat);
   for (int row = 0; row < rt::kFrameHeight; ++row) {
     for (int column = 300; column < rt::kFrameWidth; ++column) exact[at(column, row)] = kFlat + 50;
@@ -148,7 +163,50 @@ TEST(SensorNoise, MakesTheRimOfAStepFlickerAndNotItsSurroundings) {
   const double tolerance =
       kSigmas * std::sqrt(0.25 / (40.0 * rt::kFrameHeight / SensorNoise::kCorrelationPixels));
   EXPECT_NEAR(rim / observations, 0.5, tolerance);
-  EXPECT_LT(beside / observations, 0.5 * SensorNoise::kFlickerShare + 4 * tolerance);
+  EXPECT_LT(beside / observations, 0.5 * noise.parameters().flicker_share + 4 * tolerance);
+}
+
+TEST(SensorNoise, LetsTheStatedShareOfTheMeasuredRimFlyBetweenBothSides) {
+  constexpr double kFlying = 0.2;
+  constexpr float kStep = 100;
+  const SensorNoise noise(7, {.flying_share = kFlying, .shadow_side = ShadowSide::none});
+  std::vector<float> exact(rt::kFramePixels, kFlat);
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 300; column < rt::kFrameWidth; ++column) exact[at(column, row)] = kFlat + kStep;
+  }
+  double measured = 0;
+  double flying = 0;
+  for (std::uint64_t frame = 0; frame < 40; ++frame) {
+    const Image raw = sensorImage(noise, frame, exact);
+    for (int row = 0; row < rt::kFrameHeight; ++row) {
+      for (const int column : {299, 300}) {
+        const double value = raw[at(column, row)];
+        if (value == rt::kRawNoMeasurement) continue;
+        measured += 1;
+        flying += value > double{kFlat} + 3 && value < double{kFlat + kStep} - 3;
+        EXPECT_GT(value, double{kFlat} - 3);
+        EXPECT_LT(value, double{kFlat + kStep} + 3);
+      }
+    }
+  }
+  // Six of a hundred raw units are within 3 of a side and do not count; every pixel flies for itself.
+  const double expected = kFlying * 0.94;
+  EXPECT_NEAR(flying / measured, expected, kSigmas * std::sqrt(expected * (1 - expected) / measured));
+}
+
+TEST(SensorNoise, DarkensTheStripBesideABodyThatTheProjectorDoesNotReach) {
+  const SensorNoise noise(7, {.flicker_share = 0});
+  std::vector<float> exact(rt::kFramePixels, kFlat + 100);
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 200; column < 300; ++column) exact[at(column, row)] = kFlat;
+  }
+  const Image raw = sensorImage(noise, 3, exact);
+  // 13.7 px at the left of the body; the rims of body and wall flicker
+  for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int column = 187; column < 200; ++column) ASSERT_EQ(raw[at(column, row)], rt::kRawNoMeasurement);
+    ASSERT_NE(raw[at(185, row)], rt::kRawNoMeasurement);
+    ASSERT_NE(raw[at(302, row)], rt::kRawNoMeasurement);
+  }
 }
 
 TEST(SensorNoise, LeavesTheLastColumnsWithoutMeasurement) {

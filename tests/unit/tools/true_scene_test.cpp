@@ -263,7 +263,7 @@ TEST(TrueScene, NothingIsMeasuredOutsideNearAndFar) {
   rt::DepthModelParameters model;
   model.near_m = 0.95;
   model.far_m = 1.05;
-  for (const SceneNoise noise : {SceneNoise::quantised, SceneNoise::sensor}) {
+  for (const SceneNoise noise : {SceneNoise::quantised, SceneNoise::sensor, SceneNoise::harsh}) {
     TrueScene scene({.kind = SceneKind::inner_corner}, model);
     const auto frame = std::make_unique<rt::DepthFrame>();
     scene.render(0, 1, noise, *frame);

@@ -20,7 +20,9 @@ nlohmann::json json(const Estimate& estimate) {
   const auto number = [](double value) {
     return std::isnan(value) ? nlohmann::json() : nlohmann::json(value);
   };
-  return {{"value", number(estimate.value)}, {"standard_error", number(estimate.standard_error)}};
+  return {{"value", number(estimate.value)},
+          {"spread", number(estimate.spread)},
+          {"standard_error", number(estimate.standard_error)}};
 }
 
 nlohmann::json json(const std::vector<Estimate>& estimates) {

@@ -1,9 +1,10 @@
 #include "tools/hapticbench/noise/noise_statistics.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <utility>
 
 #include "tools/hapticbench/noise/window_residuals.h"
 
@@ -11,6 +12,7 @@ namespace hapticd::tools {
 namespace {
 
 constexpr int kGroup = 8;  // frames of a mean
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// A sum of products and how many there are.
 struct Mean {
@@ -21,14 +23,10 @@ struct Mean {
     sum += value;
     count += 1;
   }
-  void add(const Mean& other, double sign) {
-    sum += sign * other.sum;
-    count += sign * other.count;
-  }
-  double value() const { return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN(); }
+  double value() const { return count > 0 ? sum / count : kUnknown; }
 };
 
-/// What the estimates of a window, or of all windows together, are made from.
+/// What the figures of one window are made from.
 struct Sums {
   Mean temporal;
   Mean first_half;
@@ -37,16 +35,6 @@ struct Sums {
   Mean groups;
   std::array<Mean, kTimeLags + 1> in_time;
   std::array<Mean, kSpaceLags + 1> in_space;
-
-  void add(const Sums& other, double sign) {
-    temporal.add(other.temporal, sign);
-    first_half.add(other.first_half, sign);
-    second_half.add(other.second_half, sign);
-    both_halves.add(other.both_halves, sign);
-    groups.add(other.groups, sign);
-    for (std::size_t i = 0; i < in_time.size(); ++i) in_time[i].add(other.in_time[i], sign);
-    for (std::size_t i = 0; i < in_space.size(); ++i) in_space[i].add(other.in_space[i], sign);
-  }
 };
 
 double meanOver(const WindowResiduals& residuals, std::size_t place, std::size_t first, std::size_t end) {
@@ -107,52 +95,51 @@ Sums sumsOf(const NoiseSession& session, const WindowResiduals& residuals) {
   return sums;
 }
 
-/// `figure` of all windows, with its error.
-template <typename Part>
-Estimate estimate(const std::vector<Part>& windows, const std::function<double(const Part&)>& figure) {
-  Part all;
-  for (const Part& window : windows) all.add(window, 1);
-  Estimate result{figure(all), std::numeric_limits<double>::quiet_NaN()};
-  double squares = 0;
-  for (const Part& window : windows) {
-    Part without = all;
-    without.add(window, -1);
-    const double change = figure(without) - result.value;
-    squares += change * change;
-  }
-  const auto count = static_cast<double>(windows.size());
-  if (count > 1) result.standard_error = std::sqrt((count - 1) / count * squares);
+double medianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Of the values that are known.
+Estimate estimate(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  if (values.empty()) return {kUnknown, kUnknown, kUnknown};
+  Estimate result;
+  result.value = medianOf(values);
+  for (double& value : values) value = std::abs(value - result.value);
+  constexpr double kNormalDeviation = 1.4826;    // of a normal distribution whose median distance is one
+  constexpr double kMedianAgainstMean = 1.2533;  // sqrt(pi / 2): the median's error of a normal distribution
+  result.spread = kNormalDeviation * medianOf(values);
+  result.standard_error = kMedianAgainstMean * result.spread / std::sqrt(static_cast<double>(values.size()));
   return result;
 }
 
+double deviation(const Mean& variance) {
+  return std::sqrt(std::max(0.0, variance.value()));
+}
+
+double correlation(const Mean& product, const Mean& a, const Mean& b) {
+  return product.value() / std::sqrt(a.value() * b.value());
+}
+
 void estimateAll(const std::vector<Sums>& windows, NoiseStatistics& statistics) {
-  const auto of = [&windows](const std::function<double(const Sums&)>& figure) {
-    return estimate<Sums>(windows, figure);
+  const auto of = [&windows](const auto& figure) {
+    std::vector<double> values;
+    values.reserve(windows.size());
+    for (const Sums& window : windows) values.push_back(figure(window));
+    return estimate(std::move(values));
   };
-  statistics.temporal_raw = of([](const Sums& s) { return std::sqrt(s.temporal.value()); });
-  statistics.standing_raw = of([](const Sums& s) { return std::sqrt(std::max(0.0, s.both_halves.value())); });
-  statistics.halves_correlation = of([](const Sums& s) {
-    return s.both_halves.value() / std::sqrt(s.first_half.value() * s.second_half.value());
-  });
-  statistics.left_after_8_raw = of([](const Sums& s) { return std::sqrt(s.groups.value()); });
+  statistics.temporal_raw = of([](const Sums& s) { return deviation(s.temporal); });
+  statistics.standing_raw = of([](const Sums& s) { return deviation(s.both_halves); });
+  statistics.halves_correlation =
+      of([](const Sums& s) { return correlation(s.both_halves, s.first_half, s.second_half); });
+  statistics.left_after_8_raw = of([](const Sums& s) { return deviation(s.groups); });
   for (std::size_t i = 0; i <= kTimeLags; ++i)
     statistics.in_time.push_back(of([i](const Sums& s) { return s.in_time[i].value(); }));
   for (std::size_t i = 0; i <= kSpaceLags; ++i)
     statistics.in_space.push_back(of([i](const Sums& s) { return s.in_space[i].value(); }));
 }
-
-/// What the mean images of two sessions have in common in a window.
-struct PairSums {
-  Mean a;
-  Mean b;
-  Mean both;
-
-  void add(const PairSums& other, double sign) {
-    a.add(other.a, sign);
-    b.add(other.b, sign);
-    both.add(other.both, sign);
-  }
-};
 
 }  // namespace
 
@@ -173,24 +160,25 @@ NoiseStatistics measureNoise(const NoiseSession& session, int window_px) {
 }
 
 Estimate patternCorrelation(const NoiseSession& a, const NoiseSession& b, int window_px) {
-  std::vector<PairSums> windows;
+  std::vector<double> correlations;
   for (const Window& window : windowsOf(window_px)) {
     const WindowResiduals of_a = residualsOf(a, window);
     const WindowResiduals of_b = residualsOf(b, window);
     if (of_a.state != WindowState::good || of_b.state != WindowState::good) continue;
-    PairSums sums;
+    Mean squares_a;
+    Mean squares_b;
+    Mean products;
     for (std::size_t place = 0; place < of_a.steady.size(); ++place) {
       if (!of_a.steady[place] || !of_b.steady[place]) continue;
       const double in_a = meanOver(of_a, place, 0, of_a.frames.size());
       const double in_b = meanOver(of_b, place, 0, of_b.frames.size());
-      sums.a.add(in_a * in_a);
-      sums.b.add(in_b * in_b);
-      sums.both.add(in_a * in_b);
+      squares_a.add(in_a * in_a);
+      squares_b.add(in_b * in_b);
+      products.add(in_a * in_b);
     }
-    windows.push_back(sums);
+    correlations.push_back(correlation(products, squares_a, squares_b));
   }
-  return estimate<PairSums>(
-      windows, [](const PairSums& s) { return s.both.value() / std::sqrt(s.a.value() * s.b.value()); });
+  return estimate(std::move(correlations));
 }
 
 }  // namespace hapticd::tools

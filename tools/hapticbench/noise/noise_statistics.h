@@ -6,10 +6,12 @@
 
 namespace hapticd::tools {
 
-/// A figure and its standard error, from leaving out one window after the other (jackknife).
+/// A figure's median over all windows, which a few bad windows do not change, and its standard error, from
+/// how the windows differ.
 struct Estimate {
   double value = 0;
-  double standard_error = 0;
+  double spread = 0;          ///< standard deviation between windows, by the median of their distances
+  double standard_error = 0;  ///< of `value`
 };
 
 /// What is left of resting surfaces, raw units, when a smooth surface is taken away from each window.
@@ -29,7 +31,7 @@ struct NoiseStatistics {
 
 inline constexpr int kTimeLags = 20;
 inline constexpr int kSpaceLags = 16;
-inline constexpr double kSteadyShare = 0.6;
+inline constexpr double kSteadyShare = 0.8;
 inline constexpr double kMotionRaw = 0.25;
 /// Sides of the windows in which the fact sheet states its figures, pixels.
 inline constexpr int kWindowSides_px[] = {24, 40, 64, 96};

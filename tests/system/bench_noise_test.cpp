@@ -1,0 +1,70 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+#include "tests/support/recording.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd {
+namespace {
+
+using nlohmann::json;
+
+json noiseReport(const std::string& file) {
+  std::ifstream stream(file);
+  return json::parse(stream);
+}
+
+TEST(BenchNoise, ReportsTheNoiseOfARecordingForPeopleAndForPrograms) {
+  const test::TemporaryFolder folder;
+  const test::Recording room("03_raw11_room_static/room_static.tar.xz");
+  const std::string report = (folder.path() / "noise.json").string();
+  const test::Finished finished = test::runToEnd(
+      {HAPTICBENCH_PROGRAM, "noise", room.path().string(), "--windows", "24,64", "--json", report});
+  ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
+  EXPECT_EQ(finished.errors, "");
+  for (const char* part : {"standing", "halves", "24 px", "64 px", "in time", "in space"})
+    EXPECT_NE(finished.output.find(part), std::string::npos) << part;
+
+  const json document = noiseReport(report);
+  ASSERT_EQ(document.at("windows").size(), 2U);
+  for (const json& window : document.at("windows")) {
+    const int windows_along = 632 / window.at("window_px").get<int>();
+    const int windows_down = 480 / window.at("window_px").get<int>();
+    const int counted = window.at("windows").get<int>() + window.at("with_holes").get<int>() +
+                        window.at("not_smooth").get<int>() + window.at("moving").get<int>();
+    EXPECT_EQ(counted, windows_along * windows_down);
+    EXPECT_EQ(window.at("in_time_raw2").size(), 21U);
+    EXPECT_EQ(window.at("in_space_raw2").size(), 17U);
+  }
+}
+
+TEST(BenchNoise, MeasuresTheSyntheticCamerasSettings) {
+  const test::TemporaryFolder folder;
+  const std::string report = (folder.path() / "noise.json").string();
+  double standing_raw[2] = {};
+  for (const int i : {0, 1}) {
+    const test::Finished finished =
+        test::runToEnd({HAPTICBENCH_PROGRAM, "noise", "--made-up", i == 0 ? "recorded" : "harsh", "--frames",
+                        "16", "--windows", "64", "--json", report});
+    ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
+    const json document = noiseReport(report);
+    EXPECT_EQ(document.at("frames"), 16);
+    standing_raw[i] = document.at("windows").at(0).at("standing_raw").at("value").get<double>();
+  }
+  EXPECT_LT(standing_raw[0], standing_raw[1]);
+}
+
+TEST(BenchNoise, SaysWhatIsMissing) {
+  const test::Finished nothing = test::runToEnd({HAPTICBENCH_PROGRAM, "noise"});
+  EXPECT_EQ(nothing.ending, test::exitedWith(64));
+  EXPECT_NE(nothing.errors.find("--made-up"), std::string::npos) << nothing.errors;
+  const test::Finished absent = test::runToEnd({HAPTICBENCH_PROGRAM, "noise", "/nowhere/recording"});
+  EXPECT_EQ(absent.ending, test::exitedWith(66));
+  EXPECT_NE(absent.errors.find("/nowhere/recording"), std::string::npos) << absent.errors;
+}
+
+}  // namespace
+}  // namespace hapticd
