@@ -49,10 +49,13 @@ constexpr auto kTable = std::to_array<Parameter>({
         "how near the proxy of the law proxy comes to a point; above the points' distance it cannot slip through"),
     row<HAPTICD_MEMBER(live.surface.voxel_edge_m)>(
         "surface.voxel_edge_m", kLive, "m", {0.003, 0.05}, "",
-        "voxel edge of the law surface: finer features are rounded off"),
+        "without effect: the law surface has no voxels any more; kept so that older configurations load"),
     row<HAPTICD_MEMBER(live.surface.fusion_frames)>(
-        "surface.fusion_frames", kLive, "", {1, 100}, "",
-        "frames that a voxel of the law surface is a mean over while the scene stands still; 1: off"),
+        "surface.fusion_frames", kLive, "", {1, 64}, "",
+        "frames that a resting surface is a mean over; 1: the newest alone"),
+    row<HAPTICD_MEMBER(live.surface.shell_m)>(
+        "surface.shell_m", kLive, "m", {0.02, 0.2}, "",
+        "how far behind the visible surface is solid; beyond, what was seen there last, else free"),
     row<HAPTICD_MEMBER(live.filter.temporal_frames)>(
         "filter.temporal_frames", kLive, "", {1, 100}, "",
         "frames that a pixel is a mean over while it stands still; 1: off"),
@@ -131,6 +134,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(camera.speed)>(
         "camera.speed", kRestart, "", {0.1, 100}, "",
         "the driver recorded plays that many times faster than the clock"),
+    row<HAPTICD_MEMBER(live.camera.latency_s)>(
+        "camera.latency_s", kRestart, "s", {0, 0.2}, "",
+        "from exposure to the arrival of a frame; a law that predicts motion carries the surface forward by it"),
     row<HAPTICD_MEMBER(camera.depth_law)>(
         "camera.depth_law", kRestart, "", {}, "",
         "coefficients of raw value to depth: Table I, the driver's, or depth_a_per_m and depth_b_per_m"),

@@ -200,9 +200,6 @@ HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
 }
 
 void deprojectFrame(DeprojectJob& job) {
-  job.points = 0;
-  job.points_over_capacity = 0;
-  job.run_count = 0;
   job.voxel_of_row[0] = ~0U;  // no voxel: the first point of a row starts a run
   const Deprojector deprojector(job);
   const bool has_ball = std::isfinite(job.ball_radius_squared_m2);

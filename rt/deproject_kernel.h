@@ -30,9 +30,10 @@ struct DeprojectJob {
   std::uint32_t* run_voxel;  ///< bit number in the grid's occupancy
   std::uint32_t* run_begin;  ///< first point; the next run's begin is the end
 
-  std::uint32_t points;                ///< out
-  std::uint32_t points_over_capacity;  ///< out
-  std::size_t run_count;               ///< out; run_begin[run_count] is `points`
+  // In and out: zero for the first image; those of a further one are appended.
+  std::uint32_t points;
+  std::uint32_t points_over_capacity;
+  std::size_t run_count;  ///< run_begin[run_count] is `points`
 };
 
 /// Finds the pixels of the window that have a depth and lie in the ball, in the order of the image, and

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "rt/parameters.h"
@@ -8,12 +9,25 @@
 
 namespace hapticd::rt {
 
+/// A surface that moves is carried forward for no longer than that: an older motion says little of where the
+/// surface is.
+inline constexpr double kLongestPrediction_s = 0.1;
+
+/// How long before `now_ns` (the clock of Scene::frame_time_ns) the camera saw what the scene shows: the age
+/// of the frame since its arrival and the camera's latency, 0..kLongestPrediction_s.  RT: safe.
+inline double frameAge_s(const Scene& scene, std::int64_t now_ns, const LiveParameters& parameters) noexcept {
+  if (scene.frame == 0) return 0;
+  const double since_arrival_s = static_cast<double>(now_ns - scene.frame_time_ns) * 1e-9;
+  return std::clamp(since_arrival_s + parameters.camera.latency_s, 0.0, kLongestPrediction_s);
+}
+
 /// What every force law computes from.
 struct LawInput {
   const Scene& scene;
   Vec3 hip_m_in_world;                 ///< finite
   Vec3 hip_velocity_m_per_s_in_world;  ///< for damping only
   const LiveParameters& parameters;
+  double frame_age_s = 0;  ///< from what the frame shows to this tick, 0..kLongestPrediction_s
 };
 
 /// Where a constraint law's proxy is.
@@ -21,7 +35,13 @@ enum class ContactState : std::uint8_t {
   free,        ///< the proxy is the HIP; always so in the laws without a proxy
   contact,     ///< the surface holds the proxy back from the HIP
   entrenched,  ///< a moving surface went over the proxy, and it is on its way out
+  behind,      ///< behind what the camera sees, without having come through it: nothing is exerted
 };
+
+/// True where a surface holds the proxy back, or is still to let go of it.
+constexpr bool isHeld(ContactState state) noexcept {
+  return state == ContactState::contact || state == ContactState::entrenched;
+}
 
 /// True for the laws whose force is a spring to a proxy that a surface holds back.
 constexpr bool hasProxy(ForceLaw law) noexcept {
@@ -45,6 +65,9 @@ struct ProxyRadii {
   }
 };
 
+/// How far from its proxy the law `surface` looks at the surface in one evaluation.
+inline constexpr double kReachOfSurface_m = 0.012;
+
 /// How far around its focus a law needs the scene modelled for one evaluation, metres.  RT: safe.
 inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
   switch (parameters.law) {
@@ -56,7 +79,7 @@ inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
       return radii.swept_m + radii.touch_m + radii.search_m;
     }
     case ForceLaw::surface:
-      return 2 * parameters.surface.voxel_edge_m;
+      return kReachOfSurface_m;
   }
   return 0;
 }
@@ -70,6 +93,8 @@ struct ForceSample {
   Vec3 proxy_m_in_world{};     ///< the HIP in the laws without a proxy
   Vec3 normal_in_world{};      ///< of the surface in contact, a unit vector out of it; zero when free
   bool outside_model = false;  ///< the scene does not hold all that the force depends on; the force is zero
+  bool too_near = false;  ///< the surface in contact has come nearer than the camera can measure; the force
+                          ///< is that of where it was seen last
 };
 
 }  // namespace hapticd::rt

@@ -19,25 +19,29 @@ constexpr double kGainRise_per_s = 0.2;
 }  // namespace
 
 ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
-                                 const LiveParameters& parameters) HAPTICD_RT {
-  return laws_.force({scene, hip_m_in_world, {}, parameters});
+                                 const LiveParameters& parameters, double frame_age_s) HAPTICD_RT {
+  return laws_.force({scene, hip_m_in_world, {}, parameters, frame_age_s});
 }
 
 /// The law's force at the handle, or the held one for a moment where the scene is not modelled.
 Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
-  const ForceSample sample =
-      laws_.force({input.scene, input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world,
-                   input.directive.parameters});
+  const ForceSample sample = laws_.force({input.scene, input.handle.position_m_in_world,
+                                          input.handle.velocity_m_per_s_in_world, input.directive.parameters,
+                                          frameAge_s(input.scene, input.now_ns, input.directive.parameters)});
   tick.law = laws_.law();
   tick.contact = sample.state;
   tick.proxy_m_in_world = sample.proxy_m_in_world;
   tick.outside_model = sample.outside_model;
   if (sample.outside_model) {
     memory_.outside_model_s += input.period_s;
-    if (memory_.outside_model_s > kMaxHold_s) memory_.held_force_n_in_world = {};
+    if (memory_.outside_model_s > kMaxHold_s) {
+      memory_.held_force_n_in_world = {};
+      memory_.too_near = false;
+    }
     return memory_.held_force_n_in_world;
   }
   memory_.outside_model_s = 0;
+  memory_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
   tick.law_force_n_in_world = sample.force_n_in_world;
   memory_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
@@ -134,7 +138,8 @@ SafetyChain::Output HapticCore::exert(const Input& input, const Supervisor::Obst
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
   const Vec3 felt = blend(input, feel(input, tick), tick);
-  memory_.supervisor.decide(input, obstacle, norm(tick.law_force_n_in_world) > 0);
+  memory_.supervisor.decide(input, obstacle,
+                            {.touches = norm(tick.law_force_n_in_world) > 0, .too_near = memory_.too_near});
   const double gain = memory_.supervisor.gain() * stiffnessGain(input, tick);
   memory_.before.gain = gain;
   const SafetyChain::Motion motion = comparable ? motionSince(before, input) : SafetyChain::Motion{};
@@ -164,7 +169,8 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
     laws_.release();  // where the proxy is has no meaning any more
     memory_.blend.reset();
     memory_.origin = {};
-    memory_.supervisor.decide(input, obstacle, false);
+    memory_.too_near = false;
+    memory_.supervisor.decide(input, obstacle, {});
     tick.released = obstacle.releases;
     out = obstacle.releases ? memory_.safety.release(safety, input.period_s)
                             : memory_.safety.apply({}, safety, input.period_s);

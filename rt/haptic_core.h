@@ -55,6 +55,7 @@ class HapticCore {
     bool changed = false;  ///< the force comes from another scene, law or parameter set than the one before
     Vec3 held_force_n_in_world;  ///< of the last tick whose neighbourhood was modelled
     double outside_model_s = 0;  ///< since then
+    bool too_near = false;       ///< of that tick's force
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
@@ -63,9 +64,10 @@ class HapticCore {
   /// says.
   Tick step(const Input& input) HAPTICD_RT;
 
-  /// The law's force at a HIP, whatever the mode, before any safety stage.
-  ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world,
-                       const LiveParameters& parameters) HAPTICD_RT;
+  /// The law's force at a HIP, whatever the mode, before any safety stage. `frame_age_s`: as
+  /// LawInput::frame_age_s; 0: at the moment that the scene shows.
+  ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world, const LiveParameters& parameters,
+                       double frame_age_s = 0) HAPTICD_RT;
 
   /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
   void release() HAPTICD_RT { laws_.release(); }

@@ -39,9 +39,11 @@ enum class Cause : std::uint8_t {
   outside_workspace,      ///< the HIP is farther from the world's origin than safety.workspace_radius_m
   inside_surface,         ///< engaging was refused because something would have been felt at once
   overrun_burst,          ///< too many ticks ended late
+  surface_too_near,       ///< what is in contact has been nearer than the camera can measure for
+                          ///< safety.depth_timeout_s
 };
 inline constexpr std::size_t kModeCount = 5;
-inline constexpr std::size_t kCauseCount = 14;
+inline constexpr std::size_t kCauseCount = 15;
 
 /// A change of mode or cause.
 struct Transition {
@@ -160,7 +162,7 @@ struct LoopPrivileges {
 
 /// True if there is something to feel.  RT: safe.
 inline bool inContact(const Tick& tick) noexcept {
-  return tick.points_used > 0 || tick.contact != ContactState::free;
+  return tick.points_used > 0 || isHeld(tick.contact);
 }
 
 static_assert(std::is_trivially_copyable_v<Tick> && std::is_trivially_copyable_v<LoopState> &&

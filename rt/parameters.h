@@ -39,7 +39,8 @@ struct ContactParameters {
 /// Live. The signed distance field of the law `surface`.
 struct SurfaceParameters {
   double voxel_edge_m = 0.01;
-  int fusion_frames = 1;  ///< frames that a voxel's distance is a mean over; 1: the newest alone
+  int fusion_frames = 16;  ///< frames that a resting surface is a mean over; 1: the newest alone
+  double shell_m = 0.035;  ///< places no more than that behind the visible surface are inside the solid
 
   friend bool operator==(const SurfaceParameters&, const SurfaceParameters&) = default;
 };
@@ -92,12 +93,18 @@ struct HandleScaleParameters {
   double damping_n_s_per_m = 4;            ///< of the device in the lightest grip, at the hand
 };
 
+/// Fixed at start. When the camera saw what a frame shows.
+struct CameraTimingParameters {
+  double latency_s = 0;  ///< from the middle of the exposure to the arrival of the frame
+};
+
 /// Live: all that may change while the force loop runs, as one consistent set.
 struct LiveParameters {
   ForceLaw law = ForceLaw::nearest_springs;
   SpringParameters springs;
   ContactParameters contact;
   SurfaceParameters surface;
+  CameraTimingParameters camera;
   FilterParameters filter;
   BlendParameters blend;
   SafetyParameters safety;

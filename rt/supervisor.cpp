@@ -94,14 +94,23 @@ Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
   return {};
 }
 
+/// Whether the surface in contact has been nearer than the camera can measure for so long that where it was
+/// seen last says nothing any more.
+bool Supervisor::isTooNear(const Input& input, const Touch& touch) HAPTICD_RT {
+  if (touch.too_near && !was_too_near_) too_near_since_ns_ = input.now_ns;
+  was_too_near_ = touch.too_near;
+  return touch.too_near &&
+         isOlder(too_near_since_ns_, input.now_ns, input.directive.parameters.safety.depth_timeout_s);
+}
+
 void Supervisor::refuse(Cause cause) HAPTICD_RT {
   refused_ = true;
   mode_ = Mode::idle;
   cause_ = cause;
 }
 
-void Supervisor::engageOrRefuse(const Input& input, bool felt) HAPTICD_RT {
-  if (!accepted_ && felt && !input.directive.engage_inside &&
+void Supervisor::engageOrRefuse(const Input& input, bool touches) HAPTICD_RT {
+  if (!accepted_ && touches && !input.directive.engage_inside &&
       !input.directive.parameters.safety.engage_inside) {
     refuse(Cause::inside_surface);
     return;
@@ -111,9 +120,10 @@ void Supervisor::engageOrRefuse(const Input& input, bool felt) HAPTICD_RT {
   cause_ = Cause::requested;
 }
 
-void Supervisor::decide(const Input& input, const Obstacle& obstacle, bool felt) HAPTICD_RT {
+void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Touch& touch) HAPTICD_RT {
   const Directive& directive = input.directive;
   const bool replaced = std::exchange(session_changed_, false);
+  const bool too_near = isTooNear(input, touch);
   if (!directive.engage || directive.engage_request != request_) {
     request_ = directive.engage_request;
     accepted_ = false;
@@ -128,8 +138,11 @@ void Supervisor::decide(const Input& input, const Obstacle& obstacle, bool felt)
     } else if (obstacle.cause != Cause::none) {
       mode_ = Mode::holding;
       cause_ = obstacle.cause;
+    } else if (too_near) {
+      mode_ = Mode::holding;
+      cause_ = Cause::surface_too_near;
     } else {
-      engageOrRefuse(input, felt);
+      engageOrRefuse(input, touch.touches);
     }
   }
   moveGain(input, obstacle);

@@ -41,11 +41,17 @@ class Supervisor {
     bool releases = false;  ///< the force goes to zero at once
   };
 
+  /// What the law says of this tick; nothing where it was not asked.
+  struct Touch {
+    bool touches = false;   ///< something would be felt at once
+    bool too_near = false;  ///< ForceSample::too_near
+  };
+
   /// To be called once per tick, before the law is asked.
   Obstacle look(const Input& input) HAPTICD_RT;
 
-  /// The mode of this tick. `felt`: something would be felt at once.
-  void decide(const Input& input, const Obstacle& obstacle, bool felt) HAPTICD_RT;
+  /// The mode of this tick.
+  void decide(const Input& input, const Obstacle& obstacle, const Touch& touch) HAPTICD_RT;
 
   /// A force that is not finite was computed.
   void fault() HAPTICD_RT {
@@ -63,7 +69,8 @@ class Supervisor {
   Cause handleTrouble(const Input& input) HAPTICD_RT;
   bool isTooFast(const Input& input) HAPTICD_RT;
   bool isOverrunning(const Input& input) HAPTICD_RT;
-  void engageOrRefuse(const Input& input, bool felt) HAPTICD_RT;
+  bool isTooNear(const Input& input, const Touch& touch) HAPTICD_RT;
+  void engageOrRefuse(const Input& input, bool touches) HAPTICD_RT;
   void moveGain(const Input& input, const Obstacle& obstacle) HAPTICD_RT;
   void refuse(Cause cause) HAPTICD_RT;
 
@@ -80,6 +87,8 @@ class Supervisor {
   std::int64_t too_fast_until_ns_ = 0;
   std::uint64_t overruns_ = 0;  ///< bit n: the tick n before this one ended late
   std::int64_t overrunning_until_ns_ = 0;
+  bool was_too_near_ = false;           ///< at the last tick
+  std::int64_t too_near_since_ns_ = 0;  ///< the first tick of those that were
 };
 
 }  // namespace hapticd::rt

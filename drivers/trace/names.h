@@ -33,12 +33,14 @@ inline constexpr std::array<std::string_view, rt::kCauseCount> kNames<rt::Cause>
                                                                                  "handle_replaced",
                                                                                  "outside_workspace",
                                                                                  "inside_surface",
-                                                                                 "overrun_burst"};
+                                                                                 "overrun_burst",
+                                                                                 "surface_too_near"};
 template <>
 inline constexpr std::array<std::string_view, 4> kNames<rt::ForceLaw>{"nearest_springs", "smooth_springs",
                                                                       "proxy", "surface"};
 template <>
-inline constexpr std::array<std::string_view, 3> kNames<rt::ContactState>{"free", "contact", "entrenched"};
+inline constexpr std::array<std::string_view, 4> kNames<rt::ContactState>{"free", "contact", "entrenched",
+                                                                          "behind"};
 template <>
 inline constexpr std::array<std::string_view, 3> kNames<rt::HandleCondition>{"ready", "clutched",
                                                                              "not_calibrated"};

@@ -388,7 +388,7 @@ TEST_F(TraceReader, FindsTheNamesOfTheModesInTheSchema) {
             text(std::uint64_t{static_cast<std::uint8_t>(rt::ContactState::contact)}));
   EXPECT_EQ(constants["HANDLE_CONDITION_NOT_CALIBRATED"],
             text(std::uint64_t{static_cast<std::uint8_t>(rt::HandleCondition::not_calibrated)}));
-  EXPECT_EQ(constants.size(), rt::kModeCount + rt::kCauseCount + 4 + 3 + 3);
+  EXPECT_EQ(constants.size(), rt::kModeCount + rt::kCauseCount + 4 + 4 + 3);
 }
 
 TEST_F(TraceReader, FindsMetadataAndAttachments) {

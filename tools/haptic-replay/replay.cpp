@@ -56,12 +56,14 @@ config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
   const std::int64_t time_ns = std::llround(sample.time_s * 1e9);
   if (auto taken = takeFrame(source_.frameAt(time_ns)); !taken) return std::unexpected(taken.error());
   model(sample.hip_m_in_world);
+  scene_.frame_time_ns = source_.arrival_ns(frame_index_, time_ns);
   ReplayedForce result{.force_n_in_world = {}, .points_used = 0, .frame = frame_index_};
   if (stage_ == Stage::command) {
     result.force_n_in_world = command(sample, time_ns, result.points_used);
     return result;
   }
-  const rt::ForceSample force = core_.lawForce(scene_, sample.hip_m_in_world, settings_.live);
+  const rt::ForceSample force = core_.lawForce(scene_, sample.hip_m_in_world, settings_.live,
+                                               rt::frameAge_s(scene_, time_ns, settings_.live));
   result.force_n_in_world = force.force_n_in_world;
   result.points_used = force.points_used;
   return result;
@@ -70,7 +72,6 @@ config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
 rt::Vec3 Replay::command(const HipSample& sample, std::int64_t time_ns, std::uint32_t& points_used) {
   const double period_s = samples_ == 0 ? 1 / settings_.loop.rate_hz : sample.time_s - last_time_s_;
   last_time_s_ = sample.time_s;
-  scene_.frame_time_ns = source_.arrival_ns(frame_index_, time_ns);
   const rt::HandleState handle{sample.hip_m_in_world, {}, ++samples_, time_ns};
   const rt::Directive directive{.generation = 1,
                                 .engage = true,

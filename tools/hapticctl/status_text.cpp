@@ -14,7 +14,7 @@ namespace hapticd::tools {
 namespace {
 
 std::string causeText(const std::string& cause) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> texts{{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 13> texts{{
       {"no_scene", "no depth frame has been modelled yet"},
       {"depth_stale", "the newest depth frame is too old"},
       {"handle_stale", "the handle has stopped measuring"},
@@ -27,6 +27,7 @@ std::string causeText(const std::string& cause) {
       {"outside_workspace", "the handle is outside safety.workspace_radius_m"},
       {"inside_surface", "engaging was refused: something would be felt at once"},
       {"overrun_burst", "too many ticks ended late"},
+      {"surface_too_near", "the surface has come nearer than the camera can measure"},
   }};
   const auto found = std::ranges::find(texts, cause, &std::pair<std::string_view, std::string_view>::first);
   if (found != texts.end()) return std::string(found->second);

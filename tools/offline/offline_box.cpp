@@ -1,6 +1,7 @@
 #include "tools/offline/offline_box.h"
 
 #include <cmath>
+#include <utility>
 
 namespace hapticd::tools {
 
@@ -20,6 +21,22 @@ OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::Po
 void OfflineBox::show(const rt::DepthFrame& frame) noexcept {
   frame_ = &frame;
   frame_is_new_ = true;
+  frame_is_dated_ = false;
+}
+
+void OfflineBox::show(const rt::DepthFrame& frame, std::int64_t now_ns) noexcept {
+  show(frame);
+  frame_is_dated_ = true;
+  setTime(now_ns);
+}
+
+void OfflineBox::setTime(std::int64_t now_ns) noexcept {
+  now_ns_ = now_ns;
+  time_is_set_ = true;
+}
+
+void OfflineBox::dateScene() noexcept {
+  if (!frame_is_dated_) scene_.frame_time_ns = now_ns_;
 }
 
 void OfflineBox::model(const rt::Vec3& hip_m_in_world) noexcept {
@@ -44,15 +61,17 @@ rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
                           const rt::Vec3& velocity_m_per_s_in_world) noexcept {
   modelIfNeeded(hip_m_in_world);
   directive_.parameters.safety.max_handle_speed_m_per_s = 0;  // the caller may jump
-  now_ns_ += std::llround(period_s * 1e9);
-  scene_.frame_time_ns = now_ns_;
+  if (!std::exchange(time_is_set_, false)) now_ns_ += std::llround(period_s * 1e9);
+  dateScene();
   const rt::HandleState handle{hip_m_in_world, velocity_m_per_s_in_world, ++samples_, now_ns_};
   return core_.step({now_ns_, period_s, scene_, handle, directive_});
 }
 
 rt::ForceSample OfflineBox::lawForce(const rt::Vec3& hip_m_in_world) noexcept {
   modelIfNeeded(hip_m_in_world);
-  return core_.lawForce(scene_, hip_m_in_world, directive_.parameters);
+  dateScene();
+  return core_.lawForce(scene_, hip_m_in_world, directive_.parameters,
+                        rt::frameAge_s(scene_, now_ns_, directive_.parameters));
 }
 
 }  // namespace hapticd::tools

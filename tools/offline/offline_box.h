@@ -11,8 +11,8 @@
 namespace hapticd::tools {
 
 /// The way from depth frames to forces without threads, devices and a clock: what a benchmark measures, a
-/// replay computes and a test checks. Time is what the caller says; the same calls give the same forces.
-/// Thread: one.
+/// replay computes and a test checks. Time is what the caller says, by the periods of the ticks or by
+/// setTime(); the same calls give the same forces. Thread: one.
 class OfflineBox {
  public:
   OfflineBox(const rt::DepthModelParameters& depth_model, const rt::PoseParameters& T_world_camera,
@@ -25,15 +25,26 @@ class OfflineBox {
   rt::LiveParameters& parameters() noexcept { return directive_.parameters; }
   const rt::LiveParameters& parameters() const noexcept { return directive_.parameters; }
 
-  /// `frame` is the newest one from now on; it outlives its use. Modelled at the next tick or force.
+  /// `frame` is the newest one from now on; it outlives its use. Modelled at the next tick or force. It
+  /// counts as just arrived at every tick, however long it is shown: its age is 0 and it never becomes stale.
   void show(const rt::DepthFrame& frame) noexcept;
+
+  /// The same, but the frame counts as arrived at its `arrival_ns`, so that ticks know its true age and it
+  /// becomes stale. `now_ns`: as for setTime().
+  void show(const rt::DepthFrame& frame, std::int64_t now_ns) noexcept;
+
+  /// `now_ns`: the time of the next tick, on the clock of the frames' arrivals, whatever the period of that
+  /// tick; the ticks after it follow by their periods. The time of lawForce() as well. Never earlier than the
+  /// last tick.
+  void setTime(std::int64_t now_ns) noexcept;
 
   /// One tick of the whole core, engaged, `period_s` after the one before; models the frame first where that
   /// is needed, as the scene thread would have done in time.
   rt::Tick tick(const rt::Vec3& hip_m_in_world, double period_s = 0.001,
                 const rt::Vec3& velocity_m_per_s_in_world = {}) noexcept;
 
-  /// The law's force alone, before any blend or limit; models first where needed.
+  /// The law's force alone, before any blend or limit, at the time of setTime() or else of the last tick;
+  /// models first where needed.
   rt::ForceSample lawForce(const rt::Vec3& hip_m_in_world) noexcept;
 
   /// True if a tick or force at that HIP would model the newest frame first.
@@ -47,6 +58,7 @@ class OfflineBox {
 
  private:
   void modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept;
+  void dateScene() noexcept;
 
   rt::DepthModel depth_model_;
   rt::GridParameters grid_;
@@ -59,6 +71,8 @@ class OfflineBox {
   bool frame_is_new_ = false;
   std::uint64_t models_ = 0;
   std::uint64_t samples_ = 0;
+  bool frame_is_dated_ = false;  ///< it arrived at its arrival_ns, not just now
+  bool time_is_set_ = false;     ///< now_ns_ is the time of the next tick, else of the last one
   std::int64_t now_ns_ = 0;
 };
 

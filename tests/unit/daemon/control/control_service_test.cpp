@@ -367,7 +367,8 @@ TEST_F(ControlServiceTest, NamesEveryModeAndCause) {
                           "handle_replaced",
                           "outside_workspace",
                           "inside_surface",
-                          "overrun_burst"};
+                          "overrun_burst",
+                          "surface_too_near"};
   for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
     status.loop.tick.mode = rt::Mode(i % 5);
     status.loop.tick.cause = rt::Cause(i);

@@ -1,0 +1,114 @@
+// What the mode machine does with a law that holds a surface where it was seen last, because it has come
+// nearer than the camera can measure.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "rt/supervisor.h"
+
+namespace hapticd::test {
+namespace {
+
+using rt::Cause;
+using rt::Mode;
+using rt::Supervisor;
+
+constexpr double kTick_s = 0.001;
+
+/// A supervisor with good inputs whose law says what the test says.
+class TooNearSurface : public testing::Test {
+ protected:
+  TooNearSurface() {
+    scene.frame = 1;
+    handle.sequence = 1;
+    directive.engage = true;
+    directive.engage_inside = true;
+  }
+
+  void step(const Supervisor::Touch& touch) {
+    now_ns += 1'000'000;
+    handle.time_ns = now_ns;
+    if (depth_is_fresh) scene.frame_time_ns = now_ns;
+    const Supervisor::Input input{now_ns, kTick_s, scene, handle, directive};
+    supervisor.decide(input, supervisor.look(input), touch);
+  }
+  void steps(int count, const Supervisor::Touch& touch) {
+    for (int i = 0; i < count; ++i) step(touch);
+  }
+  void expect(Mode mode, Cause cause) const {
+    EXPECT_EQ(supervisor.mode(), mode);
+    EXPECT_EQ(supervisor.cause(), cause);
+  }
+
+  static constexpr Supervisor::Touch kSeen{.touches = true, .too_near = false};
+  static constexpr Supervisor::Touch kTooNear{.touches = true, .too_near = true};
+  static constexpr Supervisor::Touch kNothing{};
+
+  Supervisor supervisor;
+  rt::Scene scene;
+  rt::HandleState handle;
+  rt::Directive directive;  // the timeout is 0.5 s, the fade 0.2 s, the ramp of engaging 0.5 s
+  bool depth_is_fresh = true;
+  std::int64_t now_ns = 5'000'000'000;
+};
+
+TEST_F(TooNearSurface, IsHeldForTheTimeoutOfDepthAndThenFades) {
+  steps(501, kSeen);
+  ASSERT_EQ(supervisor.gain(), 1);
+  steps(501, kTooNear);  // the first of them is 500 ms old
+  expect(Mode::engaged, Cause::requested);
+  EXPECT_EQ(supervisor.gain(), 1);
+  step(kTooNear);
+  expect(Mode::holding, Cause::surface_too_near);
+  constexpr double kRounding = 1e-9;  // of 200 sums
+  EXPECT_NEAR(supervisor.gain(), 1 - kTick_s / 0.2, kRounding);
+  steps(100, kTooNear);
+  EXPECT_NEAR(supervisor.gain(), 1 - 101 * kTick_s / 0.2, kRounding);
+  steps(100, kTooNear);
+  EXPECT_EQ(supervisor.gain(), 0);
+  expect(Mode::holding, Cause::surface_too_near);
+}
+
+TEST_F(TooNearSurface, EndsByItselfWhenItIsSeenAgain) {
+  steps(1'500, kTooNear);
+  ASSERT_EQ(supervisor.cause(), Cause::surface_too_near);
+  step(kSeen);
+  expect(Mode::engaged, Cause::requested);
+  EXPECT_NEAR(supervisor.gain(), kTick_s / 0.5, 1e-12) << "the ramp begins anew";
+}
+
+TEST_F(TooNearSurface, EndsByItselfWhenItIsLetGoOf) {
+  steps(1'500, kTooNear);
+  step(kNothing);
+  expect(Mode::engaged, Cause::requested);
+}
+
+TEST_F(TooNearSurface, CountsAnewAfterEachSight) {
+  step(kSeen);
+  for (int i = 0; i < 10; ++i) {
+    steps(400, kTooNear);
+    step(kSeen);
+  }
+  expect(Mode::engaged, Cause::requested);
+}
+
+TEST_F(TooNearSurface, LeavesTheNameToStaleDepth) {
+  steps(2, kSeen);
+  depth_is_fresh = false;
+  steps(1'000, kTooNear);
+  expect(Mode::holding, Cause::depth_stale);
+  depth_is_fresh = true;
+  step(kTooNear);
+  expect(Mode::holding, Cause::surface_too_near);
+}
+
+TEST_F(TooNearSurface, IsNoCauseWhileNobodyIsEngaged) {
+  directive.engage = false;
+  steps(1'500, kTooNear);
+  EXPECT_EQ(supervisor.mode(), Mode::idle);
+  EXPECT_NE(supervisor.cause(), Cause::surface_too_near);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "rt/parameters.h"
+#include "rt/vec3.h"
+
+namespace hapticd::tools {
+
+/// A disparity at a pixel.
+struct DisparitySample {
+  double column = 0;
+  double row = 0;
+  double raw = 0;
+};
+
+/// Disparity as a quadratic of column and row: a plane's is linear, the rest takes curvature and the lens.
+struct DisparityQuadratic {
+  double middle_column = 0;
+  double middle_row = 0;
+  double half_px = 1;                    ///< the unit that columns and rows are counted in from the middle
+  std::array<double, 6> coefficients{};  ///< of 1, x, y, x^2, x y, y^2, raw units
+
+  double at(double column, double row) const;
+};
+
+/// A quadratic through samples that few outliers do not move, and how well it is known.
+struct RobustFit {
+  DisparityQuadratic quadratic;
+  double residual_raw = 0;   ///< robust standard deviation of the samples about it
+  double outlier_share = 0;  ///< of samples more than 4 of these away
+};
+
+/// By reweighted least squares with Tukey's weights. Nothing for fewer than 30 samples or such that do not
+/// determine it.
+std::optional<RobustFit> fitQuadratic(std::span<const DisparitySample> samples, double middle_column,
+                                      double middle_row, double half_px);
+
+/// The camera-frame point on the ray of (column, row) with disparity `raw`: x right, y up, -z ahead, metres.
+rt::Vec3 pointOf(const rt::DepthModelParameters& camera, double column, double row, double raw);
+
+/// A point of the quadratic's surface and the unit vector out of the solid there, towards the camera.
+struct SurfacePoint {
+  rt::Vec3 position_m;
+  rt::Vec3 normal;
+};
+SurfacePoint surfacePoint(const rt::DepthModelParameters& camera, const DisparityQuadratic& quadratic,
+                          double column, double row);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tools/hapticbench/bench_scene.h"
+
+namespace hapticd::tools {
+
+/// What a pixel measured over a session, raw units.
+struct PixelStatistics {
+  float mean = 0;
+  float deviation = 0;         ///< standard deviation over the frames
+  float drift = 0;             ///< mean of the second half less that of the first
+  std::uint16_t valid = 0;     ///< frames with a measurement
+  std::uint16_t farthest = 0;  ///< the raw value that a fifth of its measurements reach or exceed
+};
+
+/// Row by row, kFramePixels of them.
+std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session);
+
+/// A surface that rests was seen there: nearly always measured, never away from its mean by more than noise.
+bool rests(const PixelStatistics& pixel, std::size_t frames);
+
+}  // namespace hapticd::tools

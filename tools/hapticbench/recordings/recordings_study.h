@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/settings.h"
+#include "tools/hapticbench/bench_scene.h"
+#include "tools/hapticbench/recordings/resting_surface.h"
+#include "tools/hapticbench/recordings/surface_error.h"
+#include "tools/hapticbench/shipped_law.h"
+
+namespace hapticd::tools {
+
+struct RecordingsOptions {
+  std::vector<config::LawChoice> laws{kShippedLaws.begin(), kShippedLaws.end()};
+  RestingSurfaceOptions surfaces;
+};
+
+/// One law on one resting surface.
+struct SurfaceRow {
+  std::string session;
+  RestingSurface surface;
+  config::LawChoice law = config::LawChoice::automatic;
+  double stiffness_n_per_m = 500;
+  SurfaceError stroke;  ///< two strokes, along row and column
+  SurfaceError still;
+};
+
+/// What was measured on a session.
+struct SessionResult {
+  std::string session;
+  std::size_t frames = 0;
+  std::vector<SurfaceRow> surfaces;
+};
+
+/// Calls `progress` with what is measured next.
+SessionResult measureSession(const BenchSequence& session, const RecordingsOptions& options,
+                             const std::function<void(const std::string&)>& progress);
+
+}  // namespace hapticd::tools

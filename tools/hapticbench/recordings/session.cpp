@@ -1,0 +1,64 @@
+#include "tools/hapticbench/recordings/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace hapticd::tools {
+namespace {
+
+constexpr double kDeviceTicksPerTick = 60000;  // 60 MHz
+constexpr long kUsualPeriod = 33;
+constexpr long kLongestPeriod = 500;  // longer ones are a recording that was interrupted
+
+}  // namespace
+
+std::vector<long> arrivalTicks(const BenchSequence& session) {
+  std::vector<long> ticks{0};
+  for (std::size_t i = 1; i < session.frames.size(); ++i) {
+    // in 32 bits, so that a counter that wraps around goes on
+    const std::uint32_t passed = session.frames[i]->device_ticks - session.frames[i - 1]->device_ticks;
+    const long period = std::lround(passed / kDeviceTicksPerTick);
+    ticks.push_back(ticks.back() + (period >= 1 && period <= kLongestPeriod ? period : kUsualPeriod));
+  }
+  return ticks;
+}
+
+PlayedSession::PlayedSession(const BenchSequence& session, int first)
+    : session_(session), first_(first), arrival_ticks_(arrivalTicks(session)) {
+  for (auto& buffer : shown_) buffer = std::make_unique<rt::DepthFrame>();
+}
+
+int PlayedSession::frameOfSession(int index) const {
+  const int last = static_cast<int>(session_.frames.size()) - 1;
+  const int place = (first_ + index) % (2 * last);
+  return place <= last ? place : 2 * last - place;
+}
+
+long PlayedSession::arrivalTick(int index) const {
+  const int last = static_cast<int>(session_.frames.size()) - 1;
+  const auto since = [this, last](int played) {
+    const long turns = played / (2 * last);
+    const int place = played % (2 * last);
+    const long once = arrival_ticks_.back();
+    const long within = place <= last ? arrival_ticks_[static_cast<std::size_t>(place)]
+                                      : 2 * once - arrival_ticks_[static_cast<std::size_t>(2 * last - place)];
+    return turns * 2 * once + within;
+  };
+  return since(first_ + index) - since(first_);
+}
+
+const rt::DepthFrame& PlayedSession::frame(int index) {
+  rt::DepthFrame& shown = *shown_[static_cast<std::size_t>(index % kBuffers)];
+  shown = *session_.frames[static_cast<std::size_t>(frameOfSession(index))];
+  shown.sequence = static_cast<std::uint64_t>(index) + 1;
+  shown.arrival_ns = arrivalTick(index) * 1'000'000;
+  return shown;
+}
+
+FrameStream PlayedSession::stream() {
+  return {[this](int index) -> const rt::DepthFrame& { return frame(index); },
+          [this](int index) { return arrivalTick(index); }};
+}
+
+}  // namespace hapticd::tools
