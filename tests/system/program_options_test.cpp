@@ -158,6 +158,7 @@ TEST(ProgramOptions, EndingsThatStandForNoFormatAreRefusedBeforeTheWork) {
                                     {HAPTICBENCH_PROGRAM, "stability", "--plot"},
                                     {HAPTICBENCH_PROGRAM, "pareto", "--plot"},
                                     {HAPTICBENCH_PROGRAM, "jitter", "--plot"},
+                                    {HAPTICBENCH_PROGRAM, "strokes", "--json"},
                                     {HAPTICBENCH_PROGRAM, "sweep", "--json"}};
   for (Words command : commands) {
     command.push_back(file);

@@ -53,7 +53,8 @@ StrokesCommand::StrokesCommand(CLI::App& app)
       ->check(CLI::IsMember(strokeNoiseNames()));
   command_->add_option("--depth", depth_mm_, "of the strokes below the surface, millimetres (8)")
       ->check(within(1.0, 40.0));
-  command_->add_option("--latency", latency_ms_, "from what a frame shows to its arrival, milliseconds (0)")
+  command_
+      ->add_option("--latency", latency_ms_, "of the camera, as camera.latency_s knows it, milliseconds (0)")
       ->check(within(0.0, 200.0));
   command_->add_option("--repeats", repeats_, "of each stroke, at other places and with other noise (1)")
       ->check(within(1, 1000));

@@ -97,7 +97,10 @@ class StrokeMeasurement {
   /// `like`: the rows but for the law.
   void measure(const StrokeCase& stroke, double distance_m, const StrokesRow& like, std::uint32_t seed) {
     std::vector<rt::LiveParameters> settings;
-    for (const std::string& law : options_.laws) settings.push_back(strokeSetting(law, distance_m));
+    for (const std::string& law : options_.laws) {
+      settings.push_back(strokeSetting(law, distance_m));
+      settings.back().camera.latency_s = options_.latency_s;
+    }
     const StrokeView view{.noise = like.noise,
                           .camera = like.noise == SceneNoise::none
                                         ? fineDepthModelAround(distance_m, stroke.beyond_m)

@@ -21,9 +21,9 @@ struct StrokesOptions {
   std::vector<double> distances_m{0.6, 1, 2};
   std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::sensor, SceneNoise::harsh};
   double depth_m = 0.008;
-  double latency_s = 0;
-  int repeats = 1;   ///< of every variant of a scene, each at another place with other noise
-  int variants = 0;  ///< so many of a scene at most; 0: all
+  double latency_s = 0;  ///< of the camera, which `camera.latency_s` is set to
+  int repeats = 1;       ///< of every variant of a scene, each at another place with other noise
+  int variants = 0;      ///< so many of a scene at most; 0: all
   std::uint32_t seed = 1;
   bool each = false;  ///< one row per variant of a scene
 };
