@@ -204,7 +204,7 @@ TEST(BodyScene, AMovingPlaneIsWhereItsVelocityHasCarriedItWhenATickAsks) {
 TEST(BodyScene, TheCameraSeesEachBodyToItsRawUnit) {
   const rt::DepthModelParameters model;
   for (const NamedBody& named : allBodies()) {
-    BodyScene scene({named.body}, {.origin_m = {0.01, -0.02, -0.9}}, {}, model, 1);
+    BodyScene scene({named.body}, {.origin_m = {-0.2, -0.2, -0.9}}, {}, model, 1);  // in front of all faces
     auto frame = std::make_unique<rt::DepthFrame>();
     scene.render(0, 1, SceneNoise::quantised, *frame);
     int seen = 0;
@@ -212,7 +212,7 @@ TEST(BodyScene, TheCameraSeesEachBodyToItsRawUnit) {
       for (int column = 0; column < rt::kFrameWidth; column += 7) {
         const double depth = scene.trueDepth(column, row, 0);
         const std::uint16_t raw = frame->raw[row * rt::kFrameWidth + column];
-        if (depth > model.far_m) {
+        if (depth < model.near_m || depth > model.far_m) {
           EXPECT_EQ(raw, rt::kRawNoMeasurement);
           continue;
         }
