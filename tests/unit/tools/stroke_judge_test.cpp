@@ -131,7 +131,7 @@ TEST(StrokeJudge, SaysHowFarBeforeTheEndContactWasLost) {
 TEST(StrokeCases, EveryHipComesFromFreeSpaceAndIsThenAsDeepAsSaid) {
   std::mt19937 random(3);
   for (const StrokeScene& scene : strokeScenes()) {
-    if (scene.moving) continue;
+    if (scene.moving || scene.name.ends_with("_deep")) continue;
     for (const StrokeCase& stroke : strokeCases(scene, {.distance_m = 0.6, .depth_m = 0.004}, random)) {
       BodyScene bodies(stroke.bodies, stroke.T_camera_bodies, {}, {}, 1);
       IdealConstraint truth(bodies);

@@ -20,6 +20,9 @@ constexpr double kLargestPatch_m = 0.04;  // the fact sheet's patch
 constexpr double kBlockThickness_m = 0.06;
 constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
 constexpr double kAfterEnd_m = 0.03;
+// Of a rod's radius: a proxy moves aside by 1 / (1 - this) times what the HIP does, so that nearer to the
+// axis nothing but the error of the rod's place is measured.
+constexpr double kDeepestOnRod = 0.6;
 
 /// The ray through a place of the image, at depth 1.
 Vec3 rayThrough(double column, double row) {
@@ -113,7 +116,8 @@ Cases planes(CaseMaker& make, double tilt_rad) {
   return cases;
 }
 
-Cases rods(CaseMaker& make, double diameter_m) {
+/// `deep`: as deep as strokes are on flat surfaces, which is beyond the axis of the thinnest rods.
+Cases rods(CaseMaker& make, double diameter_m, bool deep) {
   struct Orientation {
     const char* name;
     double turn_deg;   // of the axis in the image
@@ -137,13 +141,14 @@ Cases rods(CaseMaker& make, double diameter_m) {
                     .outward = outward,
                     .along = {1, 0, 0},
                     .length_m = make.length_m(),
-                    .depth_m = std::min(make.depth_m(), 0.8 * radius)};
+                    .depth_m = deep ? make.depth_m() : std::min(make.depth_m(), kDeepestOnRod * radius)};
     cases.push_back({.variant = o.name,
                      .bodies = {RodBody{radius, 2 * make.distance_m()}, make.wallBehind(frame)},
                      .T_camera_bodies = frame,
                      .motion = {},
                      .path = path,
                      .ends_at_m = {},
+                     .held_in_front = deep,
                      .curved = true,
                      .patch_side_m = std::min(kLargestPatch_m, 0.8 * diameter_m)});
   }
@@ -494,7 +499,7 @@ Cases handHeld(CaseMaker& make) {
   cases.back().hip = HipMotion::stays;
   cases.back().stays_s = 1;
   add("sphere100", balls(make, 0.05).front());
-  add("rod40", rods(make, 0.04).front());
+  add("rod40", rods(make, 0.04, false).front());
   return cases;
 }
 
@@ -514,7 +519,12 @@ const std::vector<Entry>& entries() {
     for (const int diameter_mm : {10, 20, 40, 80}) {
       const double diameter_m = diameter_mm / 1000.0;
       list.push_back({{.name = fmt::format("rod{}", diameter_mm), .narrowest_m = diameter_m},
-                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m); }});
+                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m, false); }});
+    }
+    for (const int diameter_mm : {10, 20}) {
+      const double diameter_m = diameter_mm / 1000.0;
+      list.push_back({{.name = fmt::format("rod{}_deep", diameter_mm), .narrowest_m = diameter_m},
+                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m, true); }});
     }
     for (const int diameter_mm : {50, 100}) {
       const double radius_m = diameter_mm / 2000.0;
