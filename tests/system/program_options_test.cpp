@@ -159,6 +159,7 @@ TEST(ProgramOptions, EndingsThatStandForNoFormatAreRefusedBeforeTheWork) {
                                     {HAPTICBENCH_PROGRAM, "pareto", "--plot"},
                                     {HAPTICBENCH_PROGRAM, "jitter", "--plot"},
                                     {HAPTICBENCH_PROGRAM, "noise", "--json"},
+                                    {HAPTICBENCH_PROGRAM, "strokes", "--json"},
                                     {HAPTICBENCH_PROGRAM, "sweep", "--json"}};
   for (Words command : commands) {
     command.push_back(file);

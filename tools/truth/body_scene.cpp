@@ -115,8 +115,8 @@ void BodyScene::removeOutsideLimits(std::uint16_t* raw) const {
 
 const drivers::SensorNoise& BodyScene::sensorNoise(SceneNoise noise) {
   if (!sensor_noise_ || made_for_ != noise) {
-    sensor_noise_.emplace(seed_, noise == SceneNoise::harsh ? drivers::SensorNoise::harsh()
-                                                            : drivers::SensorNoise::recorded());
+    sensor_noise_.emplace(
+        seed_, noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded());
     made_for_ = noise;
   }
   return *sensor_noise_;

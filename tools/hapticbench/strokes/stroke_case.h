@@ -56,9 +56,11 @@ struct StrokeCase {
   double phase_s = 0;    ///< the stroke begins that much later, so that frames come at another moment of it
   std::optional<double> ends_at_m;  ///< where on the stroke the body or the image ends
   bool ends_unseen = false;         ///< it is the image: what is beyond nobody knows
-  bool curved = false;              ///< needs a quadratic where a plane does for flat faces
-  double patch_side_m = 0.04;       ///< of the square that fits on the body there, at most 40 mm
-  double beyond_m = 0.15;           ///< what of depth behind and in front of the scene the camera resolves
+  bool held_in_front = false;  ///< the HIP is so deep that no place on the body is the nearest: what counts
+                               ///< is that the side that it came through goes on holding it
+  bool curved = false;         ///< needs a quadratic where a plane does for flat faces
+  double patch_side_m = 0.04;  ///< of the square that fits on the body there, at most 40 mm
+  double beyond_m = 0.15;      ///< what of depth behind and in front of the scene the camera resolves
 };
 
 /// A kind of scene, as it is called on the command line.

@@ -6,91 +6,13 @@
 #include <map>
 #include <numbers>
 
+#include "tools/hapticbench/strokes/case_maker.h"
 #include "tools/hapticbench/strokes/stroke_case.h"
 
 namespace hapticd::tools {
 namespace {
 
 using rt::Vec3;
-
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLongest_m = 0.16;       // of a stroke
-constexpr double kWallBehind_m = 0.12;    // from a body's front to the wall behind it
-constexpr double kLargestPatch_m = 0.04;  // the fact sheet's patch
-constexpr double kBlockThickness_m = 0.06;
-constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
-constexpr double kAfterEnd_m = 0.03;
-
-/// The ray through a place of the image, at depth 1.
-Vec3 rayThrough(double column, double row) {
-  const rt::DepthModelParameters camera;
-  return {(column - camera.cx_px) / camera.fx_px, -(row - camera.cy_px) / camera.fy_px, -1};
-}
-
-/// Makes the cases of one scene.
-class CaseMaker {
- public:
-  CaseMaker(const CasePlacement& placement, std::mt19937& random) : placement_(placement), random_(random) {
-    constexpr double kAside_px = 20;
-    column_ = 320 + uniform(-kAside_px, kAside_px);
-    row_ = 240 + uniform(-kAside_px, kAside_px);
-  }
-
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  double distance_m() const { return placement_.distance_m; }
-  double depth_m() const { return placement_.depth_m; }
-  bool deadColumns() const { return placement_.dead_columns; }
-
-  /// Metres on a surface that faces the camera for one pixel there.
-  double pitch_m() const { return placement_.distance_m / rt::DepthModelParameters{}.fx_px; }
-  /// Not longer than what the camera sees sharply of it when it runs away from the camera.
-  double length_m() const { return std::min(kLongest_m, 0.25 * placement_.distance_m); }
-
-  /// The place that the scene is built around.
-  Vec3 middle_m() const { return placement_.distance_m * rayThrough(column_, row_); }
-  Vec3 at_m(double column, double row) const { return placement_.distance_m * rayThrough(column, row); }
-
-  /// A frame whose origin is there, whose z axis is `outward` and whose x axis is `along` as far as that
-  /// lies across.
-  static RigidFrame frame(const Vec3& origin_m, const Vec3& outward, const Vec3& along) {
-    const Vec3 x = unitOf(along - dot(along, outward) * outward);
-    return {origin_m, x, cross(outward, x), outward};
-  }
-  /// Facing the camera, its x axis turned in the image by `turn_rad` from the image's own.
-  RigidFrame facing(double turn_rad) const {
-    return frame(middle_m(), {0, 0, 1}, {std::cos(turn_rad), std::sin(turn_rad), 0});
-  }
-  /// Facing away from the camera's axis by `tilt_rad` about the image's direction `axis_rad`, which is the x
-  /// axis.
-  RigidFrame tilted(double tilt_rad, double axis_rad) const {
-    const Vec3 axis{std::cos(axis_rad), std::sin(axis_rad), 0};
-    return frame(middle_m(), turned({0, 0, 1}, tilt_rad * axis), axis);
-  }
-
-  /// A stroke over the surface z = 0 whose middle is `middle_m`.
-  StrokePath straight(const Vec3& middle_m, const Vec3& along, double length_m) const {
-    return {.start_m = middle_m - (length_m / 2) * along,
-            .outward = {0, 0, 1},
-            .along = along,
-            .length_m = length_m,
-            .depth_m = depth_m()};
-  }
-
-  /// The wall that faces the camera behind the scene, in the frame of the scene's bodies.
-  TrueBody wallBehind(const RigidFrame& bodies) const {
-    const Vec3 outward = bodies.directionIn({0, 0, 1});
-    const Vec3 on_wall = bodies.positionIn(middle_m() - Vec3{0, 0, kWallBehind_m});
-    return ConvexBody{{{outward, dot(outward, on_wall)}}};
-  }
-
- private:
-  const CasePlacement& placement_;
-  std::mt19937& random_;
-  double column_;
-  double row_;
-};
 
 using Cases = std::vector<StrokeCase>;
 
@@ -113,7 +35,8 @@ Cases planes(CaseMaker& make, double tilt_rad) {
   return cases;
 }
 
-Cases rods(CaseMaker& make, double diameter_m) {
+/// `deep`: as deep as strokes are on flat surfaces, which is beyond the axis of the thinnest rods.
+Cases rods(CaseMaker& make, double diameter_m, bool deep) {
   struct Orientation {
     const char* name;
     double turn_deg;   // of the axis in the image
@@ -137,13 +60,14 @@ Cases rods(CaseMaker& make, double diameter_m) {
                     .outward = outward,
                     .along = {1, 0, 0},
                     .length_m = make.length_m(),
-                    .depth_m = std::min(make.depth_m(), 0.8 * radius)};
+                    .depth_m = deep ? make.depth_m() : std::min(make.depth_m(), kDeepestOnRod * radius)};
     cases.push_back({.variant = o.name,
                      .bodies = {RodBody{radius, 2 * make.distance_m()}, make.wallBehind(frame)},
                      .T_camera_bodies = frame,
                      .motion = {},
                      .path = path,
                      .ends_at_m = {},
+                     .held_in_front = deep,
                      .curved = true,
                      .patch_side_m = std::min(kLargestPatch_m, 0.8 * diameter_m)});
   }
@@ -494,7 +418,7 @@ Cases handHeld(CaseMaker& make) {
   cases.back().hip = HipMotion::stays;
   cases.back().stays_s = 1;
   add("sphere100", balls(make, 0.05).front());
-  add("rod40", rods(make, 0.04).front());
+  add("rod40", rods(make, 0.04, false).front());
   return cases;
 }
 
@@ -514,7 +438,12 @@ const std::vector<Entry>& entries() {
     for (const int diameter_mm : {10, 20, 40, 80}) {
       const double diameter_m = diameter_mm / 1000.0;
       list.push_back({{.name = fmt::format("rod{}", diameter_mm), .narrowest_m = diameter_m},
-                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m); }});
+                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m, false); }});
+    }
+    for (const int diameter_mm : {10, 20}) {
+      const double diameter_m = diameter_mm / 1000.0;
+      list.push_back({{.name = fmt::format("rod{}_deep", diameter_mm), .narrowest_m = diameter_m},
+                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m, true); }});
     }
     for (const int diameter_mm : {50, 100}) {
       const double radius_m = diameter_mm / 2000.0;

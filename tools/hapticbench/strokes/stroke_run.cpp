@@ -137,6 +137,12 @@ TrueTick trueTick(const StrokeCase& stroke, const Schedule& schedule, const Body
     tick.hold.reset();
     return tick;
   }
+  if (tick.judged && stroke.held_in_front) {
+    const RigidFrame bodies = scene.frameAt(t_s);
+    const double into_m = stroke.path.depth_m;
+    const Vec3 outward = bodies.directionOut(stroke.path.outward);
+    tick.hold = Hold{tick.hip_m + into_m * outward, outward};
+  }
   if (tick.hold) {
     tick.force_n = stiffness_n_per_m * (tick.hold->proxy_m - tick.hip_m);
   } else {

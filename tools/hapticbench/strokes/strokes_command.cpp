@@ -6,11 +6,13 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 #include "config/error.h"
 #include "tools/hapticbench/accuracy/accuracy_study.h"
 #include "tools/hapticbench/strokes/strokes_report.h"
+#include "tools/hapticbench/strokes/strokes_requirements.h"
 #include "tools/options/output_file.h"
 #include "tools/options/within.h"
 #include "tools/whole_file/whole_file.h"
@@ -47,20 +49,26 @@ StrokesCommand::StrokesCommand(CLI::App& app)
   list("--scenes", scenes_, fmt::format("of {} (all)", fmt::join(strokeSceneNames(), ", ")))
       ->check(CLI::IsMember(strokeSceneNames()));
   list("--distances", distances_m_, "metres from the camera (0.6,1,2)")->check(within(0.45, 3.5));
-  list("--noises", noises_, fmt::format("of {} (none,sensor)", fmt::join(strokeNoiseNames(), ", ")))
+  list("--noises", noises_, fmt::format("of {} (none,sensor,harsh)", fmt::join(strokeNoiseNames(), ", ")))
       ->check(CLI::IsMember(strokeNoiseNames()));
   command_->add_option("--depth", depth_mm_, "of the strokes below the surface, millimetres (8)")
       ->check(within(1.0, 40.0));
-  command_->add_option("--latency", latency_ms_, "from what a frame shows to its arrival, milliseconds (0)")
+  command_
+      ->add_option("--latency", latency_ms_, "of the camera, as camera.latency_s knows it, milliseconds (0)")
       ->check(within(0.0, 200.0));
   command_->add_option("--repeats", repeats_, "of each stroke, at other places and with other noise (1)")
       ->check(within(1, 1000));
+  command_
+      ->add_option("--count", count_,
+                   "so many strokes instead, each over a random smooth scene at a random distance")
+      ->check(within(1, 100000));
   command_->add_option("--seed", seed_, "of the places and of the noise (1)")
       ->check(within(std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max()));
   CLI::Option* quick =
       command_->add_flag("--quick", quick_, "one stroke each over a plane, a rod and an edge at 1 m");
   command_->add_flag("--full", full_, "distances 0.45,0.6,1,1.5,2,3")->excludes(quick);
   command_->add_flag("--each", each_, "one row for each stroke of a scene");
+  command_->add_flag("--check", check_, "exit status 1 where a bound is not kept");
   command_->add_option("--json", json_file_, "write the result there too")
       ->type_name("FILE")
       ->check(endsIn(".json"));
@@ -93,16 +101,23 @@ StrokesOptions StrokesCommand::options() const {
 
 int StrokesCommand::run() const {
   const bool watched = isatty(STDERR_FILENO) != 0;
-  const std::vector<StrokesRow> rows = measureStrokes(options(), [watched](const std::string& what) {
+  const auto progress = [watched](const std::string& what) {
     if (watched) fmt::print(stderr, "\r{:<40}", what);
-  });
+  };
+  const std::vector<StrokesRow> rows =
+      count_ > 0 ? measureRandomStrokes(options(), count_, progress) : measureStrokes(options(), progress);
   if (watched) fmt::print(stderr, "\r{:<40}\r", "");
   fmt::print("{}", strokesTable(rows));
-  if (json_file_.empty()) return EX_OK;
-  const auto written = writeWholeFile(json_file_, strokesJson(rows), IfExists::replace);
-  if (written) return EX_OK;
-  fmt::print(stderr, "hapticbench: {}\n", written.error().text());
-  return EX_CANTCREAT;
+  if (!json_file_.empty()) {
+    const auto written = writeWholeFile(json_file_, strokesJson(rows), IfExists::replace);
+    if (!written) {
+      fmt::print(stderr, "hapticbench: {}\n", written.error().text());
+      return EX_CANTCREAT;
+    }
+  }
+  const bool kept = std::ranges::all_of(strokesRequirements(rows),
+                                        [](const StrokesRequirement& one) { return one.violated == 0; });
+  return check_ && !kept ? EXIT_FAILURE : EX_OK;
 }
 
 }  // namespace hapticd::tools

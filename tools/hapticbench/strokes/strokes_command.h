@@ -32,10 +32,12 @@ class StrokesCommand {
   double depth_mm_ = 8;
   double latency_ms_ = 0;
   int repeats_ = 1;
+  int count_ = 0;
   std::uint32_t seed_ = 1;
   bool quick_ = false;
   bool full_ = false;
   bool each_ = false;
+  bool check_ = false;
   std::string json_file_;
 };
 

@@ -3,15 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <random>
 
 #include "config/law_choice.h"
 #include "config/settings.h"
 #include "tools/hapticbench/accuracy/accuracy_study.h"
 #include "tools/truth/fine_depth_model.h"
+#include "tools/truth/noise_floor.h"
 
 namespace hapticd::tools {
 namespace {
+
+using rt::Vec3;
 
 double pixelPitch_m(double distance_m) {
   return distance_m / rt::DepthModelParameters{}.fx_px;
@@ -36,7 +41,7 @@ JudgeLimits limitsOf(const rt::LiveParameters& setting, SceneNoise noise, double
           .has_proxy = rt::hasProxy(setting.law)};
 }
 
-/// The row of that law and variant, which is made where there is none yet.
+/// The row like `like`, which is made where there is none yet.
 StrokesRow& rowOf(std::vector<StrokesRow>& rows, const StrokesRow& like) {
   const auto same = [&like](const StrokesRow& row) {
     return row.law == like.law && row.scene.name == like.scene.name && row.variant == like.variant &&
@@ -56,29 +61,102 @@ std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacemen
   return cases;
 }
 
+/// How much of an error in depth is one along the normal in the middle of a stroke.
+double depthToNormal(const StrokeCase& stroke) {
+  const StrokePath& path = stroke.path;
+  const double middle_m = path.length_m / 2;
+  const Vec3 place = stroke.T_camera_bodies.positionOut(path.hip_m(middle_m));
+  const Vec3 along = path.direction(middle_m);
+  const Vec3 outward =
+      path.bend_radius_m == 0 ? path.outward : unitOf(cross(along, cross(path.outward, along)));
+  return std::abs(dot(stroke.T_camera_bodies.directionOut(outward), (1 / -place.z) * place));
+}
+
+/// The unavoidable error of a stroke: that of a patch that faces the camera and has as many pixels.
+FloorError floorOf(const StrokeCase& stroke, SceneNoise noise, double distance_m, double stiffness_n_per_m) {
+  const bool moving = !stroke.motion.rests();
+  const double to_normal = depthToNormal(stroke);
+  const FloorPatch patch{.side_m = stroke.patch_side_m * std::sqrt(to_normal),
+                         .distance_m = distance_m,
+                         .frames = moving ? 3 : 8,
+                         .moving = moving,
+                         .model = stroke.curved ? FloorModel::quadratic : FloorModel::plane};
+  const auto parameters =
+      noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded();
+  FloorError floor = noiseFloor(parameters, {}, patch, stiffness_n_per_m);
+  floor.force_n *= to_normal;
+  return floor;
+}
+
+/// One stroke and the rows that it counts for.
+class StrokeMeasurement {
+ public:
+  StrokeMeasurement(const StrokesOptions& options, std::vector<StrokesRow>& rows)
+      : options_(options), rows_(rows) {}
+
+  /// `like`: the rows but for the law.
+  void measure(const StrokeCase& stroke, double distance_m, const StrokesRow& like, std::uint32_t seed) {
+    std::vector<rt::LiveParameters> settings;
+    for (const std::string& law : options_.laws) {
+      settings.push_back(strokeSetting(law, distance_m));
+      settings.back().camera.latency_s = options_.latency_s;
+    }
+    const StrokeView view{.noise = like.noise,
+                          .camera = like.noise == SceneNoise::none
+                                        ? fineDepthModelAround(distance_m, stroke.beyond_m)
+                                        : rt::DepthModelParameters{},
+                          .latency_s = options_.latency_s,
+                          .seed = seed};
+    const StrokeRun run = runStroke(stroke, view, settings);
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+      StrokesRow one = like;
+      one.law = options_.laws[i];
+      const JudgeLimits limits = limitsOf(settings[i], like.noise, distance_m, run.pitch_m);
+      StrokesRow& row = rowOf(rows_, one);
+      row.lag_limit_m = limits.lag_m;
+      add(row, judgeStroke(run.truth, run.felt[i], limits), stroke, distance_m,
+          settings[i].springs.stiffness_n_per_m);
+    }
+  }
+
+ private:
+  static void add(StrokesRow& row, const StrokeFigures& figures, const StrokeCase& stroke, double distance_m,
+                  double stiffness_n_per_m) {
+    row.figures.add(figures);
+    if (figures.lagged > 0) {
+      row.lagging.push_back(fmt::format("{:.2f} m, {}: {:.1f} mm{}", distance_m, stroke.variant,
+                                        1000 * figures.lag_m, figures.stopped > 0 ? ", stopped" : ""));
+    }
+    if (row.noise <= SceneNoise::quantised) return;
+    const FloorError floor = floorOf(stroke, row.noise, distance_m, stiffness_n_per_m);
+    if (!floor.determined) return;
+    row.floor_n.add(floor.force_n);
+    row.tilt_floor_n.add(floor.tilt_force_n);
+  }
+
+  const StrokesOptions& options_;
+  std::vector<StrokesRow>& rows_;
+};
+
+CasePlacement placementOf(const StrokesOptions& options, double distance_m, SceneNoise noise) {
+  return {
+      .distance_m = distance_m, .depth_m = options.depth_m, .dead_columns = noise > SceneNoise::quantised};
+}
+
 /// All strokes of one scene at one distance, as one camera sees them.
 void measureScene(const StrokeScene& scene, double distance_m, SceneNoise noise,
                   const StrokesOptions& options, std::vector<StrokesRow>& rows) {
-  std::vector<rt::LiveParameters> settings;
-  for (const std::string& law : options.laws) settings.push_back(strokeSetting(law, distance_m));
-  const CasePlacement placement{
-      .distance_m = distance_m, .depth_m = options.depth_m, .dead_columns = noise > SceneNoise::quantised};
+  StrokeMeasurement measurement(options, rows);
   std::mt19937 random(options.seed);
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
-    for (const StrokeCase& stroke : chosenCases(scene, placement, options, random)) {
-      const StrokeView view{.noise = noise,
-                            .camera = noise == SceneNoise::none
-                                          ? fineDepthModelAround(distance_m, stroke.beyond_m)
-                                          : rt::DepthModelParameters{},
-                            .latency_s = options.latency_s,
-                            .seed = static_cast<std::uint32_t>(random())};
-      const StrokeRun run = runStroke(stroke, view, settings);
-      for (std::size_t i = 0; i < settings.size(); ++i) {
-        const JudgeLimits limits = limitsOf(settings[i], noise, distance_m, run.pitch_m);
-        const StrokesRow like{
-            options.laws[i], scene, options.each ? stroke.variant : "", distance_m, noise, {}, limits.lag_m};
-        rowOf(rows, like).figures.add(judgeStroke(run.truth, run.felt[i], limits));
-      }
+    for (const StrokeCase& stroke :
+         chosenCases(scene, placementOf(options, distance_m, noise), options, random)) {
+      StrokesRow like;
+      like.scene = scene;
+      like.variant = options.each ? stroke.variant : "";
+      like.distance_m = distance_m;
+      like.noise = noise;
+      measurement.measure(stroke, distance_m, like, static_cast<std::uint32_t>(random()));
     }
   }
 }
@@ -120,6 +198,51 @@ std::vector<StrokesRow> measureStrokes(const StrokesOptions& options,
     }
   }
   return rows;
+}
+
+std::vector<StrokesRow> measureRandomStrokes(const StrokesOptions& options, int count,
+                                             const std::function<void(const std::string&)>& progress) {
+  constexpr double kNear_m = 1.2;  // to there the bounds know no noise
+  constexpr double kNearest_m = 0.45;
+  constexpr double kFarthest_m = 3;
+  std::vector<StrokeScene> scenes;
+  std::ranges::copy_if(strokeScenes(), std::back_inserter(scenes), [&options](const StrokeScene& scene) {
+    return scene.smooth && !scene.moving && isChosen(scene, options);
+  });
+  std::vector<StrokesRow> rows;
+  if (scenes.empty()) return rows;
+  StrokeMeasurement measurement(options, rows);
+  std::mt19937 random(options.seed);
+  std::uniform_real_distribution<double> log_distance(std::log(kNearest_m), std::log(kFarthest_m));
+  std::uniform_int_distribution<std::size_t> any_scene(0, scenes.size() - 1);
+  for (int i = 0; i < count;) {
+    const StrokeScene& scene = scenes[any_scene(random)];
+    const double distance_m = std::exp(log_distance(random));
+    if (!isSeen(scene, distance_m)) continue;
+    const SceneNoise noise = options.noises[static_cast<std::size_t>(i) % options.noises.size()];
+    ++i;
+    if (progress) progress(fmt::format("stroke {} of {}", i, count));
+    auto cases = strokeCases(scene, placementOf(options, distance_m, noise), random);
+    StrokeCase& stroke = cases[std::uniform_int_distribution<std::size_t>(0, cases.size() - 1)(random)];
+    stroke.variant = fmt::format("{}, {}", scene.name, stroke.variant);
+    StrokesRow like;
+    const bool near = distance_m <= kNear_m;
+    like.scene.name = near ? kRandomNear : kRandomFar;
+    like.distance_m = near ? kNear_m : kFarthest_m;
+    like.noise = noise;
+    measurement.measure(stroke, distance_m, like, static_cast<std::uint32_t>(random()));
+  }
+  return rows;
+}
+
+std::optional<double> StrokesRow::errorByFloor() const {
+  if (floor_n.count() == 0) return std::nullopt;
+  return figures.error.error_n.rms() / floor_n.rms();
+}
+
+std::optional<double> StrokesRow::alongByFloor() const {
+  if (tilt_floor_n.count() == 0) return std::nullopt;
+  return figures.along_n.rms() / tilt_floor_n.rms();
 }
 
 }  // namespace hapticd::tools
