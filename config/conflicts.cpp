@@ -221,7 +221,6 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   checkDepth(settings, conflicts);
   checkRecording(settings, conflicts);
   findWindowConflict(settings, conflicts);
-  findFieldConflict(settings, conflicts);
   findFrameGridConflict(settings, conflicts);
   checkDirection(settings, conflicts);
   checkHidHandle(settings, conflicts);

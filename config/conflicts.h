@@ -22,9 +22,6 @@ std::vector<Conflict> conflictsIn(const Settings& settings);
 /// until the next frame.
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
-/// The same rule for the signed distance field of the law `surface`.
-void findFieldConflict(const Settings& settings, std::vector<Conflict>& conflicts);
-
 /// The rule that the grid over the whole frame stays within the memory that is set aside for it.
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 

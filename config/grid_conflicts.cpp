@@ -14,7 +14,6 @@
 #include "rt/depth_model.h"
 #include "rt/scene.h"
 #include "rt/scene_builder.h"
-#include "rt/surface_field_builder.h"
 
 namespace hapticd::config {
 namespace {
@@ -60,9 +59,7 @@ double largestReachOfWindow_m(const rt::GridParameters& grid) {
 }
 
 bool isMet(const Demand& demand, const rt::GridParameters& grid) {
-  if (demand.needs.field) {
-    return demand.reach_m <= rt::SurfaceFieldBuilder::largestRadius_m(demand.live.surface.voxel_edge_m);
-  }
+  if (demand.needs.surface) return true;
   return grid.extent == rt::ModelExtent::frame || windowHolds(demand.reach_m, grid);
 }
 
@@ -71,11 +68,11 @@ bool allMet(const Settings& settings) {
                              [&](const Demand& demand) { return isMet(demand, settings.grid); });
 }
 
-// The largest demand that is not met, of those for a field or of those for points.
-std::optional<Demand> largestUnmet(const Settings& settings, bool field) {
+// The largest demand that is not met.
+std::optional<Demand> largestUnmet(const Settings& settings) {
   std::optional<Demand> largest;
   for (const Demand& demand : demandsOf(settings)) {
-    if (demand.needs.field != field || isMet(demand, settings.grid)) continue;
+    if (isMet(demand, settings.grid)) continue;
     if (!largest || demand.reach_m > largest->reach_m) largest = demand;
   }
   return largest;
@@ -132,19 +129,6 @@ std::string windowRemedy(const Settings& settings, const Demand& demand) {
       "law's radius together; one alone is not enough");
 }
 
-std::string fieldRemedy(const Settings& settings, const Demand& demand) {
-  const rt::GridParameters& grid = settings.grid;
-  const double edge_m = demand.live.surface.voxel_edge_m;
-  const double largest_m = rt::SurfaceFieldBuilder::largestRadius_m(edge_m);
-  const double spare_voxels = (largest_m - demand.needs.radius_m) / edge_m;
-  Remedies remedies(settings);
-  remedies.suggest("surface.voxel_edge_m", "least",
-                   rounded(grid.max_hip_speed_m_per_s * interval_s(grid) / spare_voxels, true));
-  remedies.suggest("grid.max_hip_speed_m_per_s", "most",
-                   rounded((largest_m - demand.needs.radius_m) / interval_s(grid), false));
-  return remedies.text("lower grid.max_hip_speed_m_per_s, or name another law in force.law");
-}
-
 // "nearest_springs", and that it is the choice of auto where it is.
 std::string lawText(const Settings& settings, const Demand& demand) {
   return fmt::format("{}{}", nameOf(demand.live.law),
@@ -164,7 +148,7 @@ std::string reachText(const Settings& settings, const Demand& demand) {
 std::vector<std::string_view> joinedWithReach(std::vector<std::string_view> first) {
   for (const std::string_view name :
        {"grid.max_hip_speed_m_per_s", "force.law", "force.radius_m", "contact.proxy_radius_m",
-        "surface.voxel_edge_m", "grid.frame_period_s", "grid.frame_margin_s", "force.max_error_n",
+        "grid.frame_period_s", "grid.frame_margin_s", "force.max_error_n",
         "force.stiffness_n_per_m", "safety.max_force_n"}) {
     if (std::ranges::find(first, name) == first.end()) first.push_back(name);
   }
@@ -190,7 +174,7 @@ std::optional<double> coarserEdge(const rt::GridParameters& grid, const rt::Dept
 }  // namespace
 
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
-  const auto demand = largestUnmet(settings, false);
+  const auto demand = largestUnmet(settings);
   if (!demand) return;
   const rt::GridParameters& grid = settings.grid;
   std::string what = fmt::format(
@@ -200,18 +184,6 @@ void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflic
   conflicts.push_back(
       {.parameters = joinedWithReach({"grid.cells_per_axis", "grid.voxel_edge_m", "grid.extent"}),
        .error = {"grid.cells_per_axis", std::move(what), windowRemedy(settings, *demand)}});
-}
-
-void findFieldConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
-  const auto demand = largestUnmet(settings, true);
-  if (!demand) return;
-  const double edge_m = demand->live.surface.voxel_edge_m;
-  std::string what = fmt::format("a field of voxels of {} m reaches {:.4g} m, but the law {} needs {}",
-                                 numberText(edge_m), rt::SurfaceFieldBuilder::largestRadius_m(edge_m),
-                                 lawText(settings, *demand), reachText(settings, *demand));
-  conflicts.push_back(
-      {.parameters = joinedWithReach({"grid.max_hip_speed_m_per_s"}),
-       .error = {"grid.max_hip_speed_m_per_s", std::move(what), fieldRemedy(settings, *demand)}});
 }
 
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts) {

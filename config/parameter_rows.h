@@ -26,7 +26,8 @@ template <>
 inline constexpr std::array<std::string_view, 4> kWords<SyntheticScene>{"plane", "sphere", "moving_sphere",
                                                                         "edge"};
 template <>
-inline constexpr std::array<std::string_view, 3> kWords<SyntheticNoise>{"off", "quantised", "sensor"};
+inline constexpr std::array<std::string_view, 4> kWords<SyntheticNoise>{"off", "quantised", "sensor",
+                                                                        "harsh"};
 template <>
 inline constexpr std::array<std::string_view, 4> kWords<HandleDriver>{"simulated", "udp", "hid", "falcon"};
 template <>

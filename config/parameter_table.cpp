@@ -49,10 +49,13 @@ constexpr auto kTable = std::to_array<Parameter>({
         "how near the proxy of the law proxy comes to a point; above the points' distance it cannot slip through"),
     row<HAPTICD_MEMBER(live.surface.voxel_edge_m)>(
         "surface.voxel_edge_m", kLive, "m", {0.003, 0.05}, "",
-        "voxel edge of the law surface: finer features are rounded off"),
+        "without effect: the law surface has no voxels any more; kept so that older configurations load"),
     row<HAPTICD_MEMBER(live.surface.fusion_frames)>(
-        "surface.fusion_frames", kLive, "", {1, 100}, "",
-        "frames that a voxel of the law surface is a mean over while the scene stands still; 1: off"),
+        "surface.fusion_frames", kLive, "", {1, 64}, "",
+        "frames that a resting surface is a mean over; 1: the newest alone"),
+    row<HAPTICD_MEMBER(live.surface.shell_m)>(
+        "surface.shell_m", kLive, "m", {0.02, 0.2}, "",
+        "how far behind the visible surface is solid; beyond, what was seen there last, else free"),
     row<HAPTICD_MEMBER(live.filter.temporal_frames)>(
         "filter.temporal_frames", kLive, "", {1, 100}, "",
         "frames that a pixel is a mean over while it stands still; 1: off"),
@@ -184,7 +187,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "what the driver synthetic shows"),
     row<HAPTICD_MEMBER(synthetic.noise)>(
         "synthetic.noise", kRestart, "", {}, "",
-        "noise of its depth: none, random rounding to whole raw units, or like the real sensor"),
+        "noise of its depth: none, random rounding to whole raw units, like a recorded sensor, or like a harsher one"),
     row<HAPTICD_MEMBER(synthetic.distance_m)>(
         "synthetic.distance_m", kRestart, "m", {0.1, 10}, "",
         "from the camera to the plane, or to the sphere's centre"),

@@ -11,7 +11,7 @@ enum class LawChoice { automatic, nearest_springs, smooth_springs, proxy, surfac
 enum class CameraDriver { freenect, recorded, synthetic };
 enum class DepthLaw { paper, factory, custom };
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
-enum class SyntheticNoise { off, quantised, sensor };
+enum class SyntheticNoise { off, quantised, sensor, harsh };
 enum class HandleDriver { simulated, udp, hid, falcon };
 enum class HandScript { stroke, tap, lean, mixed };
 enum class HidKind { controller, spacemouse };

@@ -112,6 +112,17 @@ class DepthModel {
     return {r[0] * d.x + r[3] * d.y + r[6] * d.z, r[1] * d.x + r[4] * d.y + r[7] * d.z,
             r[2] * d.x + r[5] * d.y + r[8] * d.z};
   }
+  /// A direction in the camera's frame, in the world.  RT: safe.
+  Vec3 directionInWorld(const Vec3& direction_in_camera) const noexcept {
+    const auto& r = rotation_world_camera_;
+    const Vec3& d = direction_in_camera;
+    return {r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z,
+            r[6] * d.x + r[7] * d.y + r[8] * d.z};
+  }
+  /// A position in the camera's frame, in the world.  RT: safe.
+  Vec3 positionInWorld(const Vec3& p_m_in_camera) const noexcept {
+    return directionInWorld(p_m_in_camera) + camera_position_;
+  }
   /// A position in the world, in the camera's frame.  RT: safe.
   Vec3 positionInCamera(const Vec3& p_m_in_world) const noexcept {
     return directionInCamera(p_m_in_world - camera_position_);

@@ -65,6 +65,9 @@ struct ProxyRadii {
   }
 };
 
+/// How far from its proxy the law `surface` looks at the surface in one evaluation.
+inline constexpr double kReachOfSurface_m = 0.012;
+
 /// How far around its focus a law needs the scene modelled for one evaluation, metres.  RT: safe.
 inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
   switch (parameters.law) {
@@ -76,7 +79,7 @@ inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
       return radii.swept_m + radii.touch_m + radii.search_m;
     }
     case ForceLaw::surface:
-      return 2 * parameters.surface.voxel_edge_m;
+      return kReachOfSurface_m;
   }
   return 0;
 }

@@ -16,7 +16,7 @@ bool serves(const Scene& scene, ForceLaw law) noexcept {
     case ForceLaw::proxy:
       return scene.has_points && scene.has_image;
     case ForceLaw::surface:
-      return scene.has_field;
+      return scene.has_surface;
   }
   return false;
 }

@@ -39,7 +39,8 @@ struct ContactParameters {
 /// Live. The signed distance field of the law `surface`.
 struct SurfaceParameters {
   double voxel_edge_m = 0.01;
-  int fusion_frames = 1;  ///< frames that a voxel's distance is a mean over; 1: the newest alone
+  int fusion_frames = 16;  ///< frames that a resting surface is a mean over; 1: the newest alone
+  double shell_m = 0.035;  ///< places no more than that behind the visible surface are inside the solid
 
   friend bool operator==(const SurfaceParameters&, const SurfaceParameters&) = default;
 };

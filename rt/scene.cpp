@@ -20,8 +20,18 @@ SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity)
       word_rank_(std::make_unique<std::uint32_t[]>(shape.words())),
       voxel_begin_(std::make_unique<std::uint32_t[]>(point_capacity + 2)),
       point_(std::make_unique<GridPoint[]>(point_capacity + kVectorPadding)),
-      image_(std::make_unique<std::uint16_t[]>(kFramePixels)),
-      field_distance_m_(std::make_unique<float[]>(SurfaceField::kNodes)) {}
+      image_(std::make_unique<std::uint16_t[]>(kFramePixels)) {}
+
+SceneStorage::Layer::Layer()
+    : image_(std::make_unique<std::uint16_t[]>(kFramePixels + kVectorPadding)),
+      facet_(std::make_unique<Facet[]>(BlockLattice::kBlocks)),
+      is_whole_(std::make_unique<std::uint8_t[]>(BlockLattice::kBlocks)) {}
+
+void SceneStorage::Layer::attachTo(SurfaceLayer& layer) const noexcept {
+  layer.image = image_.get();
+  layer.facet = facet_.get();
+  layer.is_whole = is_whole_.get();
+}
 
 void SceneStorage::attachTo(Scene& scene) const noexcept {
   scene.shape = shape_;
@@ -31,7 +41,8 @@ void SceneStorage::attachTo(Scene& scene) const noexcept {
   scene.voxel_begin = voxel_begin_.get();
   scene.point = point_.get();
   scene.image = image_.get();
-  scene.field.distance_m = field_distance_m_.get();
+  visible_.attachTo(scene.surface.visible);
+  hidden_.attachTo(scene.surface.hidden);
 }
 
 }  // namespace hapticd::rt

@@ -10,9 +10,9 @@
 
 #include "rt/depth_model.h"
 #include "rt/parameters.h"
-#include "rt/surface_field.h"
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
+#include "rt/visible_surface.h"
 
 namespace hapticd::rt {
 
@@ -73,8 +73,8 @@ struct Scene {
   bool has_image = false;          ///< the image below is modelled
   PixelWindow image_window;        ///< of the image
   std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values as the points come from, in the window only
-  bool has_field = false;          ///< the field below is modelled
-  SurfaceField field;
+  bool has_surface = false;        ///< the surface below is modelled
+  VisibleSurface surface;
 
   /// True if all points of the frame within `radius_m` of `centre_m_in_world` are in the scene.  RT: safe.
   bool covers(const Vec3& centre_m_in_world, double radius_m) const noexcept {
@@ -113,7 +113,17 @@ class SceneStorage {
   std::unique_ptr<std::uint32_t[]> voxel_begin_;
   std::unique_ptr<GridPoint[]> point_;
   std::unique_ptr<std::uint16_t[]> image_;
-  std::unique_ptr<float[]> field_distance_m_;
+  struct Layer {
+    Layer();
+    void attachTo(SurfaceLayer& layer) const noexcept;
+
+   private:
+    std::unique_ptr<std::uint16_t[]> image_;
+    std::unique_ptr<Facet[]> facet_;
+    std::unique_ptr<std::uint8_t[]> is_whole_;
+  };
+  Layer visible_;
+  Layer hidden_;
 };
 
 }  // namespace hapticd::rt

@@ -26,12 +26,12 @@ void clearOccupancy(Scene& scene) noexcept {
 
 SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
   SceneNeeds needs;
-  needs.field = parameters.law == ForceLaw::surface;
-  needs.points = !needs.field;
+  needs.surface = parameters.law == ForceLaw::surface;
+  needs.points = !needs.surface;
   needs.image = parameters.law == ForceLaw::proxy;
   needs.hidden = needs.image;
   needs.radius_m = reachOfLaw_m(parameters);
-  needs.surface = parameters.surface;
+  needs.surface_parameters = parameters.surface;
   needs.filter = parameters.filter;
   return needs;
 }
@@ -39,9 +39,7 @@ SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
 bool SceneNeeds::metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept {
   if (points && !scene.covers(focus_m_in_world, radius_m + margin_m)) return false;
   if (image && !scene.has_image) return false;
-  if (!field) return true;
-  return scene.has_field && scene.field.voxel_edge_m == surface.voxel_edge_m &&
-         scene.field.covers(focus_m_in_world, radius_m + margin_m);
+  return !surface || (scene.has_surface && scene.surface.covers(focus_m_in_world, radius_m + margin_m));
 }
 
 SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parameters)
@@ -57,7 +55,7 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       filter_(model),
       occlusions_(model),
-      field_builder_(model) {}
+      surface_builder_(model) {}
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
@@ -101,17 +99,15 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   scene.points_over_capacity = 0;
   scene.has_points = needs.points;
   scene.has_image = needs.points && needs.image;
-  scene.has_field = needs.field;
+  scene.has_surface = needs.surface;
   scene.image_window = {};
   if (needs.points) buildPoints(frame, needs, scene);
-  if (needs.field) buildField(frame, needs, centre_m_in_world, radius_m, scene);
-}
-
-void SceneBuilder::buildField(const DepthFrame& frame, const SceneNeeds& needs, const Vec3& centre_m_in_world,
-                              double radius_m, Scene& scene) noexcept {
-  const PixelWindow window = field_builder_.windowOf(centre_m_in_world, radius_m, needs.surface.voxel_edge_m);
-  const float* const disparity = window.empty() ? nullptr : filter_.apply(frame, window, needs.filter);
-  field_builder_.build(disparity, centre_m_in_world, radius_m, needs.surface, frame.sequence, scene.field);
+  if (needs.surface) {
+    const PixelWindow window = surface_builder_.windowOf(centre_m_in_world, radius_m);
+    occlusions_.see(frame, window);
+    const std::uint16_t* const hidden = occlusions_.hidesAnything(window) ? occlusions_.hidden() : nullptr;
+    surface_builder_.build(frame, hidden, centre_m_in_world, radius_m, needs.surface_parameters, scene.surface);
+  }
 }
 
 void SceneBuilder::keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept {

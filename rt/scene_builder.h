@@ -10,7 +10,7 @@
 #include "rt/disparity_filter.h"
 #include "rt/occlusion_memory.h"
 #include "rt/scene.h"
-#include "rt/surface_field_builder.h"
+#include "rt/surface_builder.h"
 
 namespace hapticd::rt {
 
@@ -19,9 +19,9 @@ struct SceneNeeds {
   bool points = true;      ///< the points of the frame, sorted by voxel
   bool image = false;      ///< the raw values that the points come from
   bool hidden = false;     ///< also the points that something nearer hides, see OcclusionMemory
-  bool field = false;      ///< the signed distance field
+  bool surface = false;    ///< the visible surface
   double radius_m = 0.04;  ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
-  SurfaceParameters surface;
+  SurfaceParameters surface_parameters;
   FilterParameters filter;
 
   static SceneNeeds of(const LiveParameters& parameters) noexcept;
@@ -36,7 +36,7 @@ constexpr double reachOfModel_m(const SceneNeeds& needs, const GridParameters& g
 }
 
 /// Turns a raw depth frame into a Scene in a fixed amount of memory: the points by a counting sort over
-/// voxels, the field by a SurfaceFieldBuilder.
+/// voxels, the surface by a SurfaceBuilder.
 ///
 /// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
 class SceneBuilder {
@@ -52,7 +52,7 @@ class SceneBuilder {
   double largestBall_m() const noexcept;
 
   /// Models what `needs` asks for within `radius_m` of `centre_m_in_world`; cut to largestBall_m() for the
-  /// points, to SurfaceFieldBuilder::largestRadius_m() for the field. All points of the frame are modelled
+  /// points. All points of the frame are modelled
   /// when that is the configured extent. `scene` is attached to memory of this shape and capacity, and gets
   /// the next number. Points over capacity are left out, last rows of the image first, and counted in the
   /// scene.
@@ -64,13 +64,11 @@ class SceneBuilder {
   void forget() noexcept {
     occlusions_.forget();
     filter_.forget();
-    field_builder_.forget();
+    surface_builder_.forget();
   }
 
  private:
   void buildPoints(const DepthFrame& frame, const SceneNeeds& needs, Scene& scene) noexcept;
-  void buildField(const DepthFrame& frame, const SceneNeeds& needs, const Vec3& centre_m_in_world,
-                  double radius_m, Scene& scene) noexcept;
   static void keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept;
   DeprojectJob jobOf(const Scene& scene, const PixelWindow& window) const noexcept;
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
@@ -87,7 +85,7 @@ class SceneBuilder {
   std::unique_ptr<std::uint32_t[]> run_begin_;
   DisparityFilter filter_;
   OcclusionMemory occlusions_;
-  SurfaceFieldBuilder field_builder_;
+  SurfaceBuilder surface_builder_;
 };
 
 }  // namespace hapticd::rt

@@ -3,240 +3,358 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/visible_surface.h"
+
 namespace hapticd::rt {
 namespace {
 
-/// The proxy rests on the surface when it is that near to it, in voxel edges.
-constexpr double kOnSurface_voxels = 2e-3;
-/// Longest step between two looks at the field, in voxel edges: nothing that the field can show is thinner.
-constexpr double kStep_voxels = 0.5;
-/// Shorter ways are not gone, in voxel edges.
-constexpr double kNoWay_voxels = 1e-5;
-/// Where the field is flatter than that it says nothing about the direction of the surface.
-constexpr double kFlat = 0.05;
+/// Shorter displacements are none.
+constexpr double kNone_m = 1e-7;
+/// Longest step between two looks at the surface, in pixel pitches: no body that the image shows is thinner.
+constexpr double kStride_px = 2;
+/// From one look to the next the distance from a surface that goes on changes by no more than the step; this much
+/// of it leaves room for facets that do not quite agree.
+constexpr double kGoesOn = 2.5;
+/// What facets may disagree by, raw units.
+constexpr double kFacetNoise_raw = 1.5;
+/// A proxy that lags behind by more is set anew.
+constexpr double kMostLag_m = 0.005;
+constexpr double kMostLag_px = 2;
+/// The surface at the near limit may vanish that far in front of it.
+constexpr double kNearMargin_m = 0.05;
 
-/// One tick of the proxy.
+/// One tick of the proxy, in the camera's frame.
 class SurfaceTick {
  public:
   SurfaceTick(const LawInput& input, ProxyMemory& proxy) noexcept
       : input_(input),
-        field_(input.scene.field),
-        proxy_(proxy),
-        hip_(input.hip_m_in_world),
-        on_surface_m_(kOnSurface_voxels * field_.voxel_edge_m),
-        longest_step_m_(kStep_voxels * field_.voxel_edge_m),
-        p_(proxy.placed ? proxy.position_m_in_world : hip_) {}
+        model_(*input.scene.depth_model),
+        view_(input.scene.surface, model_, input.parameters.surface.shell_m, input.frame_age_s),
+        memory_(proxy),
+        hip_(model_.positionInCamera(input.hip_m_in_world)),
+        p_(proxy.placed ? model_.positionInCamera(proxy.position_m_in_world) : hip_) {}
 
   ForceSample force() noexcept {
-    ForceSample result;
-    if (!field_.covers(p_, 0)) return outside();
+    const Vec3 start = memory_.placed ? memory_.position_m_in_world : input_.hip_m_in_world;
+    if (!input_.scene.surface.covers(start, 0)) return outside(start);
     look();
-    if (isBuried()) {
-      if (!holdOn()) goBuried();
+    normal_ = model_.directionInCamera(memory_.normal_in_world);
+    if (memory_.behind) {
+      comeOut();
+    } else if (mustHold()) {
+      held_ = in_contact_ = true;
     } else {
-      result.state = liftOut() ? ContactState::entrenched : ContactState::free;
-      follow();
+      if (here_.where == Where::inside) liftOut();
+      if (!behind_) follow();
     }
-    remember();
-    result.proxy_m_in_world = p_;
-    result.outside_model = cut_off_ && !in_contact_;
-    if (!in_contact_) {
-      result.state = ContactState::free;
-      return result;
-    }
-    if (result.state != ContactState::entrenched) result.state = ContactState::contact;
-    result.normal_in_world = normal_;
-    result.force_n_in_world = contactForce(input_, p_, normal_, 0);
-    return result;
+    return result();
   }
 
  private:
-  ForceSample outside() noexcept {
-    proxy_.placed =
-        proxy_.placed && !isZero(proxy_.normal_in_world);  // a free proxy is lost, one in contact waits
-    return {.force_n_in_world = {}, .proxy_m_in_world = p_, .normal_in_world = {}, .outside_model = true};
-  }
+  using Where = SurfaceView::Where;
+  using Place = SurfaceView::Place;
 
   static bool isZero(const Vec3& v) noexcept { return v == Vec3{}; }
 
-  FieldSample sample(const Vec3& p) noexcept {
-    ++samples_;
-    return sampleField(field_, p);
-  }
-  bool mayLook() const noexcept { return samples_ < kMaxSurfaceSamples; }
-  void look() noexcept { here_ = sample(p_); }
-
-  /// Deep behind the surface, where the field has no direction. A proxy gets there by being placed there, or
-  /// when something comes between it and the camera.
-  bool isBuried() const noexcept {
-    return here_.distance_m < -on_surface_m_ && (proxy_.behind || norm(here_.gradient_in_world) < kFlat);
+  ForceSample outside(const Vec3& start_m_in_world) noexcept {
+    memory_.placed =
+        memory_.placed && !isZero(memory_.normal_in_world);  // a free proxy is lost, one in contact waits
+    return {.force_n_in_world = {},
+            .proxy_m_in_world = start_m_in_world,
+            .normal_in_world = {},
+            .outside_model = true};
   }
 
-  /// What the HIP was pressed against has gone out of sight, behind something nearer to the camera: it is
-  /// taken to be still there as long as the HIP presses on.
-  bool holdOn() noexcept {
-    normal_ = proxy_.normal_in_world;
-    in_contact_ = !isZero(normal_) && dot(hip_ - p_, normal_) < 0;
-    return in_contact_;
+  bool mayLook() const noexcept { return looks_ < kMaxSurfaceSamples; }
+  Place placeOf(const Vec3& p) noexcept {
+    ++looks_;
+    return view_.look(p);
+  }
+  void look() noexcept { here_ = placeOf(p_); }
+  double pitch_m() const noexcept { return view_.pitch_m(SurfaceView::depthOf(p_)); }
+  double stride_m() const noexcept { return kStride_px * pitch_m(); }
+  bool covers(const Vec3& p) const noexcept {
+    return input_.scene.surface.covers(model_.positionInWorld(p), 0);
   }
 
-  /// Nothing holds the proxy; it goes with the HIP.
-  void goBuried() noexcept {
-    proxy_.behind = true;
-    if (!field_.covers(hip_, 0)) {
+  /// The HIP came to be inside a solid without having come through its visible surface. Nothing is exerted until it
+  /// is out again.
+  void comeOut() noexcept {
+    p_ = hip_;
+    if (!covers(p_)) {
       cut_off_ = true;
+      behind_ = true;
       return;
     }
-    p_ = hip_;
     look();
+    behind_ = here_.where == Where::inside || here_.where == Where::beyond;
   }
 
-  /// Out of a surface that went over it; true if it was in one.
-  bool liftOut() noexcept {
-    constexpr int kMaxSteps = 8;
-    const bool inside = here_.distance_m < -on_surface_m_;
-    for (int step = 0; step < kMaxSteps && here_.distance_m < -on_surface_m_ && mayLook(); ++step) {
-      if (!stepToSurface()) break;
+  /// What the HIP is pressed against is not seen any more: something hides it that it was not seen behind, or it came
+  /// too near to be measured. It is taken to be still there as long as the HIP presses on.
+  bool mustHold() noexcept {
+    if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
+    if (!(dot(hip_ - p_, normal_) < 0)) return false;
+    too_near_ = here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearMargin_m;
+    return too_near_ || here_.where == Where::unseen;
+  }
+
+  /// Out of a surface that went over the proxy.
+  void liftOut() noexcept {
+    if (!memory_.placed) {
+      behind_ = true;
+      p_ = hip_;
+      return;
     }
-    return inside && proxy_.placed;
+    constexpr int kMaxSteps = 2;
+    for (int step = 0; step < kMaxSteps && here_.where == Where::inside; ++step) {
+      const Vec3 next = p_ - here_.distance_m * here_.sheet.normal_in_camera;
+      if (!settleOn(next, here_.sheet.depth_m())) break;
+    }
+    entrenched_ = true;
   }
 
-  /// One Newton step to distance zero, along the gradient. False where there is none or the field ends.
-  bool stepToSurface() noexcept {
-    const double steepness_squared = dot(here_.gradient_in_world, here_.gradient_in_world);
-    if (steepness_squared < kFlat * kFlat) return false;
-    const double factor = -here_.distance_m / steepness_squared;
-    const double length = std::abs(factor) * std::sqrt(steepness_squared);
-    const double shortening = std::min(1.0, field_.voxel_edge_m / std::max(length, 1e-12));
-    const Vec3 next = p_ + (shortening * factor) * here_.gradient_in_world;
-    if (!field_.covers(next, 0)) {
+  /// The place of the surface at the image position of `p`, which is near to that depth. False where there is none.
+  bool settleOn(const Vec3& p, double depth_m) noexcept {
+    if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
+    const ImagePosition image = view_.project(p);
+    ++looks_;
+    const Sheet sheet = view_.sheetNear(image, depth_m);
+    if (!sheet.exists) return false;
+    const Vec3 place = view_.placeAt(image, sheet.depth_m());
+    if (!covers(place)) {
       cut_off_ = true;
       return false;
     }
-    p_ = next;
-    look();
+    p_ = place;
+    here_ = {.where = Where::free, .sheet = sheet, .distance_m = 0};
     return true;
   }
 
   /// To the HIP as far as the surface lets it.
   void follow() noexcept {
-    constexpr int kMaxMoves = 10;
+    constexpr int kMaxMoves = 14;
     for (int move = 0; move < kMaxMoves && mayLook(); ++move) {
-      const Vec3 way = hip_ - p_;
-      in_contact_ = here_.distance_m <= on_surface_m_ && pressesOn(way);
-      if (norm(way) < kNoWay_voxels * field_.voxel_edge_m) return;
-      if (!(in_contact_ ? slide(way) : fly(way))) return;
+      const Vec3 left = hip_ - p_;
+      in_contact_ = restsOnSurface() && pressesOn(left);
+      if (norm(left) < kNone_m) break;
+      if (!(in_contact_ ? slide(left) : fly(left))) break;
     }
-    in_contact_ = here_.distance_m <= 2 * on_surface_m_ && pressesOn(hip_ - p_);
+    if (at_side_ || behind_) return;
+    in_contact_ = restsOnSurface() && pressesOn(hip_ - p_);
+    if (in_contact_ && lags()) catchUp();
   }
 
-  /// Sets the normal; true if the way leads into the surface.
-  bool pressesOn(const Vec3& way) noexcept {
-    const double steepness = norm(here_.gradient_in_world);
-    if (steepness < kFlat) return false;
-    normal_ = (1 / steepness) * here_.gradient_in_world;
-    return dot(way, normal_) < 0;
+  bool restsOnSurface() const noexcept {
+    constexpr double kOnSurface_m = 1e-6;
+    return here_.sheet.exists && std::abs(here_.distance_m) <= kOnSurface_m;
   }
 
-  /// A step through free space, up to the surface at most. False at the end of the way or of the field.
-  bool fly(const Vec3& way) noexcept {
-    const double length = norm(way);
-    const double step = std::min(length, longest_step_m_);
-    const Vec3 from = p_;
-    const FieldSample from_sample = here_;
-    const Vec3 to = from + (step / length) * way;
-    if (!field_.covers(to, 0)) {
+  /// Sets the normal; true if the displacement leads into the surface.
+  bool pressesOn(const Vec3& displacement) noexcept {
+    normal_ = here_.sheet.normal_in_camera;
+    return dot(displacement, normal_) < 0;
+  }
+
+  /// A step through free space, up to the surface at most. False at the HIP, at the end of the model or at the side of
+  /// a body.
+  bool fly(const Vec3& left) noexcept {
+    const double length = norm(left);
+    const double step = std::min(length, stride_m());
+    const Vec3 to = p_ + (step / length) * left;
+    if (!covers(to)) {
       cut_off_ = true;
       return false;
     }
-    p_ = to;
-    look();
-    if (here_.distance_m >= 0) return step < length;
-    landBetween(from, from_sample, to);
-    return true;
-  }
-
-  /// Where the surface lies between a place in front of it and one behind: bisection with linear
-  /// interpolation.
-  void landBetween(Vec3 front, FieldSample front_sample, Vec3 back) noexcept {
-    FieldSample back_sample = here_;
-    constexpr int kMaxSteps = 6;
-    for (int step = 0; step < kMaxSteps && mayLook(); ++step) {
-      const double front_m = std::max(0.0, front_sample.distance_m);
-      const double share = std::clamp(front_m / (front_m - back_sample.distance_m), 0.02, 0.98);
-      p_ = front + share * (back - front);
-      look();
-      if (std::abs(here_.distance_m) <= on_surface_m_) return;
-      if (here_.distance_m > 0) {
-        front = p_;
-        front_sample = here_;
-      } else {
-        back = p_;
-        back_sample = here_;
-      }
-    }
-    p_ = front;  // never left behind the surface
-    here_ = front_sample;
-  }
-
-  /// A step along the surface, which must bring the proxy nearer to the HIP. False when it is as near as it
-  /// can be.
-  bool slide(const Vec3& way) noexcept {
-    Vec3 step = slideOf(way, normal_, 0, input_.parameters.contact.friction);
-    const double length = norm(step);
-    if (length < kNoWay_voxels * field_.voxel_edge_m) return false;
-    if (length > longest_step_m_) step = (longest_step_m_ / length) * step;
-    const Vec3 from = p_;
-    const FieldSample from_sample = here_;
-    const double before = dot(way, way);
-    constexpr int kMaxHalvings = 3;
-    for (int halving = 0; halving <= kMaxHalvings && mayLook(); ++halving) {
-      const Vec3 to = from + step;
-      if (!field_.covers(to, 0)) {
-        cut_off_ = true;
-        break;
-      }
+    const Place there = placeOf(to);
+    if (there.where != Where::inside) {
       p_ = to;
-      look();
-      settle();
-      const Vec3 left = hip_ - p_;
-      if (here_.distance_m >= -on_surface_m_ && dot(left, left) < before) return true;
-      step = 0.5 * step;
+      here_ = there;
+      return step < length;
     }
-    p_ = from;
-    here_ = from_sample;
+    if (here_.where == Where::unseen || here_.where == Where::beyond) return goBehind();
+    const double room = kGoesOn * step + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(to));
+    if (there.distance_m < -room) return touchSide(to);
+    const double from_m = here_.sheet.exists ? std::max(0.0, here_.distance_m) : 0;
+    const double share = from_m / (from_m - there.distance_m);
+    return settleOn(p_ + share * (to - p_), there.sheet.depth_m());
+  }
+
+  /// From behind into what is solid, or from beyond the image: the surface was never in between.
+  bool goBehind() noexcept {
+    behind_ = true;
+    p_ = hip_;
     return false;
   }
 
-  /// Back onto the surface after a step along its tangent, from either side.
-  void settle() noexcept {
-    constexpr int kMaxSteps = 4;  // near edges the gradient is not quite that of the value
-    for (int step = 0; step < kMaxSteps && mayLook(); ++step) {
-      if (std::abs(here_.distance_m) <= on_surface_m_ || here_.distance_m > longest_step_m_) return;
-      if (!stepToSurface()) return;
+  /// At the side of a body, which the camera does not see: the outline that it has in the image, going straight back.
+  bool touchSide(const Vec3& inside) noexcept {
+    Vec3 blocked = inside;
+    constexpr int kHalvings = 3;
+    for (int i = 0; i < kHalvings && mayLook(); ++i) {
+      const Vec3 middle = 0.5 * (p_ + blocked);
+      const Place there = placeOf(middle);
+      if (there.where == Where::inside) {
+        blocked = middle;
+      } else {
+        p_ = middle;
+        here_ = there;
+      }
     }
+    const Vec3 outward = sideNormal(blocked);
+    at_side_ = in_contact_ = false;
+    if (isZero(outward) || !(dot(hip_ - p_, outward) < 0)) return false;
+    at_side_ = in_contact_ = true;
+    normal_ = outward;
+    return slideAlongSide();
   }
 
-  void remember() noexcept {
-    if (here_.distance_m >= -on_surface_m_) proxy_.behind = false;
-    proxy_.placed = true;
-    proxy_.position_m_in_world = p_;
-    proxy_.normal_in_world = in_contact_ ? normal_ : Vec3{};
-    proxy_.frame = input_.scene.frame;
+  /// Away from the solid in the image: the mean of the directions in which there is none at that depth.
+  Vec3 sideNormal(const Vec3& at) noexcept {
+    constexpr double kRadius_px = 2;
+    constexpr double kDiagonal = 0.70710678118654752;
+    constexpr double kDirections[8][2] = {{1, 0},  {kDiagonal, kDiagonal},   {0, 1},  {-kDiagonal, kDiagonal},
+                                          {-1, 0}, {-kDiagonal, -kDiagonal}, {0, -1}, {kDiagonal, -kDiagonal}};
+    const double radius = kRadius_px * view_.pitch_m(SurfaceView::depthOf(at));
+    const Vec3 ray = (1 / norm(at)) * at;
+    Vec3 sum;
+    for (const auto& direction : kDirections) {
+      if (!mayLook()) break;
+      const Vec3 there{radius * direction[0], radius * direction[1], 0};
+      if (placeOf(at + there).where != Where::inside) sum += there;
+    }
+    sum = sum - dot(sum, ray) * ray;
+    const double length = norm(sum);
+    return length > 0.1 * radius ? (1 / length) * sum : Vec3{};
+  }
+
+  /// A step along the side towards the HIP. False where there is none to take.
+  bool slideAlongSide() noexcept {
+    const Vec3 left = hip_ - p_;
+    Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
+    const double length = norm(step);
+    if (length < kNone_m) return false;
+    step = std::min(1.0, 0.5 * stride_m() / length) * step;
+    const Vec3 to = p_ + step;
+    if (!covers(to)) {
+      cut_off_ = true;
+      return false;
+    }
+    const Place there = placeOf(to);
+    if (there.where == Where::inside) return false;
+    p_ = to;
+    here_ = there;
+    return true;
+  }
+
+  /// A step along the surface, which must bring the proxy nearer to the HIP. False when it is as near as it can be.
+  bool slide(const Vec3& left) noexcept {
+    Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
+    const double length = norm(step);
+    if (length < kNone_m) return false;
+    if (length > stride_m()) step = (stride_m() / length) * step;
+    constexpr int kMaxHalvings = 4;
+    for (int halving = 0; halving <= kMaxHalvings && mayLook(); ++halving) {
+      if (stepAlong(step, left)) return true;
+      step = 0.5 * step;
+    }
+    return false;
+  }
+
+  bool stepAlong(const Vec3& step, const Vec3& left) noexcept {
+    const Vec3 from = p_;
+    const Place from_here = here_;
+    const Vec3 to = p_ + step;
+    const double room = kGoesOn * norm(step) + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(to));
+    const bool settled = settleOn(to, SurfaceView::depthOf(to));
+    if (settled && std::abs(SurfaceView::distanceFrom(here_.sheet, to)) <= room) {
+      const Vec3 still_left = hip_ - p_;
+      if (dot(still_left, still_left) < dot(left, left)) return true;
+    } else if (!cut_off_) {
+      // The surface ends: over the edge, unless something stands there.
+      const Place there = placeOf(to);
+      if (there.where != Where::inside && covers(to)) {
+        p_ = to;
+        here_ = there;
+        return true;
+      }
+    }
+    p_ = from;
+    here_ = from_here;
+    return false;
+  }
+
+  double mostLag_m() const noexcept { return std::max(kMostLag_m, kMostLag_px * pitch_m()); }
+  bool lags() const noexcept {
+    const Vec3 left = hip_ - p_;
+    return norm(slideOf(left, normal_, 0, input_.parameters.contact.friction)) > mostLag_m();
+  }
+
+  /// The proxy did not get on: it is set where the line of sight to the HIP meets the same surface, if the surface goes
+  /// on to there and that is nearer to the HIP.
+  void catchUp() noexcept {
+    const Vec3 from = p_;
+    const Place from_here = here_;
+    const Vec3 left = hip_ - p_;
+    constexpr int kSteps = 6;
+    bool goes_on = true;
+    for (int i = 1; i <= kSteps && goes_on; ++i) {
+      const Vec3 between = from + (static_cast<double>(i) / kSteps) * left;
+      const double depth_before = SurfaceView::depthOf(p_);
+      const Vec3 before = p_;
+      goes_on = settleOn(between, depth_before);
+      constexpr double kSteepest = 3.7;
+      goes_on = goes_on && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
+                               kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);
+      goes_on = goes_on && !(p_ == before);
+    }
+    const Vec3 still_left = hip_ - p_;
+    if (goes_on && dot(still_left, still_left) < dot(left, left)) {
+      in_contact_ = pressesOn(still_left);
+      entrenched_ = true;
+      return;
+    }
+    p_ = from;
+    here_ = from_here;
+    in_contact_ = pressesOn(left);
+  }
+
+  ForceSample result() noexcept {
+    ForceSample result;
+    const Vec3 proxy = model_.positionInWorld(p_);
+    const Vec3 normal = in_contact_ ? model_.directionInWorld(normal_) : Vec3{};
+    memory_.placed = true;
+    memory_.position_m_in_world = proxy;
+    memory_.normal_in_world = normal;
+    memory_.frame = input_.scene.frame;
+    memory_.behind = behind_;
+    result.proxy_m_in_world = proxy;
+    result.outside_model = cut_off_ && !in_contact_;
+    if (behind_) result.state = ContactState::behind;
+    if (!in_contact_) return result;
+    result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
+    result.too_near = too_near_ && held_;
+    result.normal_in_world = normal;
+    result.force_n_in_world = contactForce(input_, proxy, normal, 0);
+    return result;
   }
 
   const LawInput& input_;
-  const SurfaceField& field_;
-  ProxyMemory& proxy_;
+  const DepthModel& model_;
+  const SurfaceView view_;
+  ProxyMemory& memory_;
   const Vec3 hip_;
-  const double on_surface_m_;
-  const double longest_step_m_;
   Vec3 p_;
-  FieldSample here_{};
+  Place here_;
   Vec3 normal_;
   bool in_contact_ = false;
-  bool cut_off_ = false;  // the field ended on the way
-  int samples_ = 0;
+  bool at_side_ = false;
+  bool held_ = false;
+  bool too_near_ = false;
+  bool behind_ = false;
+  bool entrenched_ = false;
+  bool cut_off_ = false;  // the model ended on the way
+  int looks_ = 0;
 };
 
 }  // namespace

@@ -15,6 +15,6 @@ namespace hapticd::rt {
 /// most kMaxSurfaceSamples samples of the field.
 ForceSample surfaceForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
 
-inline constexpr int kMaxSurfaceSamples = 32;
+inline constexpr int kMaxSurfaceSamples = 48;
 
 }  // namespace hapticd::rt

@@ -24,7 +24,7 @@ SmallScene::SmallScene()
   frame->arrival_ns = 0;
   storage_.attachTo(scene);
   // all that any of the laws reads
-  const rt::SceneNeeds all{.points = true, .image = true, .field = true, .surface = {}, .filter = {}};
+  const rt::SceneNeeds all{.points = true, .image = true, .surface = true, .surface_parameters = {}, .filter = {}};
   builder_.build(*frame, inFrontOfWall(0), builder_.largestBall_m(), scene, all);
 }
 

@@ -10,8 +10,7 @@ namespace {
 /// Whether a scene depends on those before it.
 bool remembers(const rt::SceneNeeds& needs) {
   const bool filtered_in_time = needs.filter.temporal_frames > 1 || needs.filter.hold_frames > 0;
-  const bool fused = needs.field && needs.surface.fusion_frames > 1;
-  return filtered_in_time || fused || needs.hidden;
+  return filtered_in_time || needs.surface || needs.hidden;
 }
 
 }  // namespace

@@ -11,12 +11,14 @@
 #include "tools/hapticbench/accuracy/accuracy_command.h"
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/jitter/jitter_command.h"
+#include "tools/hapticbench/noise/noise_command.h"
 #include "tools/hapticbench/occlusion/occlusion_command.h"
 #include "tools/hapticbench/pareto/pareto_command.h"
 #include "tools/hapticbench/recordings/recordings_command.h"
 #include "tools/hapticbench/speed.h"
 #include "tools/hapticbench/speed_report.h"
 #include "tools/hapticbench/stability/stability_command.h"
+#include "tools/hapticbench/strokes/strokes_command.h"
 #include "tools/hapticbench/sweep/sweep_command.h"
 #include "tools/options/output_file.h"
 #include "tools/options/within.h"
@@ -71,10 +73,12 @@ int run(int argc, char** argv) {
       ->check(endsIn(".json"));
   AccuracyCommand accuracy(app);
   JitterCommand jitter(app);
+  NoiseCommand noise(app);
   OcclusionCommand occlusion(app);
   ParetoCommand pareto(app, defaultRecordings());
   RecordingsCommand recorded(app, defaultRecordings());
   StabilityCommand stability(app);
+  StrokesCommand strokes(app);
   SweepCommand sweep(app, defaultRecordings());
   try {
     app.parse(argc, argv);
@@ -83,10 +87,12 @@ int run(int argc, char** argv) {
   }
   if (accuracy.chosen()) return accuracy.run();
   if (jitter.chosen()) return jitter.run();
+  if (noise.chosen()) return noise.run();
   if (occlusion.chosen()) return occlusion.run();
   if (pareto.chosen()) return pareto.run();
   if (recorded.chosen()) return recorded.run();
   if (stability.chosen()) return stability.run();
+  if (strokes.chosen()) return strokes.run();
   if (sweep.chosen()) return sweep.run();
   return speed(options, cpu, recordings, json_file);
 }

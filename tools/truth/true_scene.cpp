@@ -36,7 +36,7 @@ Strip edgeOn(double x, double outward_x, double distance, double farther) {
 
 TrueScene::TrueScene(const TrueSceneParameters& parameters, const rt::DepthModelParameters& depth_model,
                      std::uint32_t seed)
-    : parameters_(parameters), model_(depth_model), noise_(seed), exact_(rt::kFramePixels) {
+    : parameters_(parameters), model_(depth_model), seed_(seed), exact_(rt::kFramePixels) {
   for (int column = 0; column < rt::kFrameWidth; ++column) {
     ray_x_[static_cast<std::size_t>(column)] = (column - model_.cx_px) / model_.fx_px;
   }
@@ -253,10 +253,19 @@ void TrueScene::removeOutsideLimits(std::uint16_t* raw) const {
   }
 }
 
+const drivers::SensorNoise& TrueScene::sensorNoise(SceneNoise noise) {
+  const bool is_harsh = noise == SceneNoise::harsh;
+  std::optional<drivers::SensorNoise>& made = is_harsh ? harsh_ : sensor_;
+  if (!made) {
+    made.emplace(seed_, is_harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded());
+  }
+  return *made;
+}
+
 void TrueScene::render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame) {
   measure(t_s);
-  if (noise == SceneNoise::sensor) {
-    noise_.applySensor(frame_number, exact_, frame.raw);
+  if (noise == SceneNoise::sensor || noise == SceneNoise::harsh) {
+    sensorNoise(noise).applySensor(frame_number, exact_, frame.raw);
   } else {
     std::transform(exact_.begin(), exact_.end(), frame.raw, [](float exact) {
       return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;

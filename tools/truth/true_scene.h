@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "drivers/camera/synthetic/sensor_noise.h"
@@ -42,7 +43,8 @@ struct TrueSceneParameters {
 enum class SceneNoise : std::uint8_t {
   none,       ///< rounded to the camera's unit; the camera of fineDepthModel() makes that next to nothing
   quantised,  ///< rounded to the camera's unit
-  sensor,     ///< SensorNoise::applySensor(): correlated noise, rounding, flicker and dead columns
+  sensor,     ///< SensorNoise::recorded(): the noise of the resting room 03_raw11_room_static
+  harsh,      ///< SensorNoise::harsh(): two other devices, whose pattern hardly changes between frames
 };
 
 /// A scene whose surface is known, and its image in a camera at the world's origin that looks along -z (x
@@ -104,11 +106,14 @@ class TrueScene {
   bool isSolid(const rt::Vec3& p, double distance_m) const;
   void measure(double t_s);
   float exactDisparity(double depth_m) const;
+  const drivers::SensorNoise& sensorNoise(SceneNoise noise);
   void removeOutsideLimits(std::uint16_t* raw) const;
 
   TrueSceneParameters parameters_;
   rt::DepthModelParameters model_;
-  drivers::SensorNoise noise_;
+  std::uint32_t seed_;
+  std::optional<drivers::SensorNoise> sensor_;  // each is made when it is first needed
+  std::optional<drivers::SensorNoise> harsh_;
   std::array<double, rt::kFrameWidth> ray_x_;   // of the rays (x, y, -1) through each column
   std::array<double, rt::kFrameHeight> ray_y_;  // and each row
   std::uint16_t raw_first_ = 1;                 // raw values that stand for depths from near to far

@@ -23,7 +23,8 @@ AnalyticScene::AnalyticScene(const config::SyntheticSettings& settings,
                              const rt::DepthModelParameters& depth_model)
     : settings_(settings),
       model_(depth_model),
-      noise_(static_cast<std::uint32_t>(settings.seed)),
+      noise_(static_cast<std::uint32_t>(settings.seed),
+             settings.noise == SyntheticNoise::harsh ? SensorNoise::harsh() : SensorNoise::recorded()),
       inverse_distance_per_m_(1 / settings.distance_m),
       inverse_distance_slope_per_m_(std::tan(settings.tilt_rad) / settings.distance_m),
       exact_(rt::kFramePixels) {
@@ -131,6 +132,7 @@ void AnalyticScene::render(double t_s, rt::DepthFrame& frame) {
       noise_.dither(number, exact_, frame.raw);
       break;
     case SyntheticNoise::sensor:
+    case SyntheticNoise::harsh:
       noise_.applySensor(number, exact_, frame.raw);
       break;
   }

@@ -22,9 +22,9 @@ namespace hapticd::drivers {
 ///   fronto-parallel plane at depth D + R.
 /// - edge: the left half (x <= 0) of the plane as a solid block that ends at x = 0, nothing beside it.
 /// Noise `off`: each disparity is rounded to the nearest integer. `quantised`: SensorNoise::dither().
-/// `sensor`: SensorNoise::applySensor(). A surface nearer than near_m or farther than far_m is never
-/// measured, nor is a raw value delivered that stands for such a depth. Thread: one at a time (render uses a
-/// buffer of the object).  RT: not safe.
+/// `sensor` and `harsh`: SensorNoise::applySensor() with the parameters recorded() and harsh(). A surface
+/// nearer than near_m or farther than far_m is never measured, nor is a raw value delivered that stands for
+/// such a depth. Thread: one at a time (render uses a buffer of the object).  RT: not safe.
 class AnalyticScene {
  public:
   AnalyticScene(const config::SyntheticSettings& settings, const rt::DepthModelParameters& depth_model);

@@ -1,32 +1,18 @@
 #include "drivers/camera/synthetic/sensor_noise.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "drivers/camera/synthetic/random_bits.h"
 
 namespace hapticd::drivers {
 namespace {
 
-constexpr std::uint32_t kNoisePurpose = 1;
 constexpr std::uint32_t kFlickerPurpose = 2;
 constexpr std::uint32_t kWeakPurpose = 3;
 constexpr std::uint32_t kDitherPurpose = 4;
-constexpr float kWeakAbove =
-    1.2815516F;  // 90 % quantile of the normal distribution: kFlickerShare lies above
-
-/// A fixed bijection of 64 bits that spreads every input bit over all output bits (splitmix64's finaliser).
-constexpr std::uint64_t scramble(std::uint64_t bits) noexcept {
-  bits += 0x9e3779b97f4a7c15U;
-  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9U;
-  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebU;
-  return bits ^ (bits >> 31);
-}
-
-/// The same for 32 bits, cheap enough for every pixel.
-constexpr std::uint32_t scramble32(std::uint32_t bits) noexcept {
-  bits = (bits ^ (bits >> 16)) * 0x85ebca6bU;
-  bits = (bits ^ (bits >> 13)) * 0xc2b2ae35U;
-  return bits ^ (bits >> 16);
-}
+constexpr std::uint32_t kFlyingPurpose = 5;
 
 /// Sums kCorrelationPixels neighbours along a line that wraps around.
 void smoothLine(float* line, int length, int stride) {
@@ -53,6 +39,13 @@ void normalise(std::vector<float>& values) {
   for (float& value : values) value = static_cast<float>((double{value} - mean) / deviation);
 }
 
+/// The value that the share `share` of `values` lies above.
+float quantileAbove(std::vector<float> values, double share) {
+  const auto rank = static_cast<std::ptrdiff_t>((1 - share) * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
 std::uint16_t toRaw(float disparity) noexcept {
   return disparity >= 0 && disparity < static_cast<float>(rt::kRawNoMeasurement)
              ? static_cast<std::uint16_t>(disparity)
@@ -63,10 +56,27 @@ bool jumps(float a, float b) noexcept {
   return std::fabs(a - b) > SensorNoise::kEdgeJumpRaw;
 }
 
+/// 0 <= fraction < 1.
+float fractionOf(std::uint32_t bits) noexcept {
+  return static_cast<float>(bits >> 8) * 0x1p-24F;
+}
+
 }  // namespace
 
-SensorNoise::SensorNoise(std::uint32_t seed)
-    : seed_(seed), field_(static_cast<std::size_t>(kFieldWidth) * kFieldHeight) {
+SensorNoise::Parameters SensorNoise::recorded() {
+  return {.pattern = {.standing_raw = 0.40, .drift_raw = 0.25, .drift_frames = 11.5, .fast_raw = 0.25}};
+}
+
+SensorNoise::Parameters SensorNoise::harsh() {
+  return {.pattern = {.standing_raw = 0.5, .fast_raw = 0.2}};
+}
+
+SensorNoise::SensorNoise(std::uint32_t seed, const Parameters& parameters)
+    : seed_(seed),
+      parameters_(parameters),
+      weak_above_(0),
+      pattern_(seed, parameters.pattern),
+      field_(static_cast<std::size_t>(kFieldWidth) * kFieldHeight) {
   std::mt19937 generator(seed);
   for (float& value : field_) value = static_cast<float>(generator() >> 8);
   for (int row = 0; row < kFieldHeight; ++row)
@@ -75,52 +85,78 @@ SensorNoise::SensorNoise(std::uint32_t seed)
     smoothLine(&field_[static_cast<std::size_t>(column)], kFieldHeight, kFieldWidth);
   }
   normalise(field_);
+  weak_above_ = quantileAbove(field_, parameters.flicker_share);
 }
 
 SensorNoise::Offset SensorNoise::offset(std::uint64_t frame, std::uint32_t purpose) const {
-  const std::uint64_t bits = scramble(scramble((std::uint64_t{seed_} << 32) | purpose) ^ frame);
+  const std::uint64_t bits = bitsFor(seed_, purpose, frame);
   return {static_cast<int>(bits % kFieldWidth), static_cast<int>((bits >> 32) % kFieldHeight)};
 }
 
-const float* SensorNoise::fieldRow(Offset offset, int row) const {
-  return &field_[static_cast<std::size_t>((row + offset.row) % kFieldHeight) * kFieldWidth];
+float SensorNoise::field(Offset offset, int column, int row) const {
+  const auto line = static_cast<std::size_t>((row + offset.row) % kFieldHeight);
+  return field_[line * kFieldWidth + static_cast<std::size_t>((column + offset.column) % kFieldWidth)];
 }
 
 void SensorNoise::dither(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const {
-  const auto salt =
-      static_cast<std::uint32_t>(scramble(scramble((std::uint64_t{seed_} << 32) | kDitherPurpose) ^ frame));
+  const auto salt = static_cast<std::uint32_t>(bitsFor(seed_, kDitherPurpose, frame));
   for (std::size_t pixel = 0; pixel < exact.size(); ++pixel) {
     const std::uint32_t bits = scramble32(static_cast<std::uint32_t>(pixel) * 0x9e3779b9U + salt);
-    const float fraction = static_cast<float>(bits >> 8) * 0x1p-24F;  // 0 <= fraction < 1
-    raw[pixel] = exact[pixel] >= 0 ? toRaw(exact[pixel] + fraction) : rt::kRawNoMeasurement;
+    raw[pixel] = exact[pixel] >= 0 ? toRaw(exact[pixel] + fractionOf(bits)) : rt::kRawNoMeasurement;
   }
 }
 
-void SensorNoise::applySensor(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const {
-  const Offset noise_offset = offset(frame, kNoisePurpose);
-  const Offset flicker_offset = offset(frame, kFlickerPurpose);
-  const Offset weak_offset = offset(0, kWeakPurpose);
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    const float* const line = &exact[static_cast<std::size_t>(row) * rt::kFrameWidth];
-    const float* const above = row > 0 ? line - rt::kFrameWidth : line;
-    const float* const below = row + 1 < rt::kFrameHeight ? line + rt::kFrameWidth : line;
-    const float* const noise = fieldRow(noise_offset, row);
-    const float* const flicker = fieldRow(flicker_offset, row);
-    const float* const weak = fieldRow(weak_offset, row);
-    std::uint16_t* const out = raw + static_cast<std::size_t>(row) * rt::kFrameWidth;
-    for (int column = 0; column < kFirstDeadColumn; ++column) {
-      const auto at = [column](Offset offset) { return (column + offset.column) & (kFieldWidth - 1); };
-      const int left = column > 0 ? column - 1 : column;
-      const float disparity = line[column];
-      const bool unsteady = weak[at(weak_offset)] > kWeakAbove || jumps(disparity, line[left]) ||
-                            jumps(disparity, line[column + 1]) || jumps(disparity, above[column]) ||
-                            jumps(disparity, below[column]);
-      const bool missing = disparity < 0 || (unsteady && flicker[at(flicker_offset)] > 0);
-      const float noisy = disparity + static_cast<float>(kSigmaRaw) * noise[at(noise_offset)] + 0.5F;
-      out[column] = missing ? rt::kRawNoMeasurement : toRaw(noisy);
+/// A pixel at an edge that is measured: on its own side, or at a place between both sides.
+std::uint16_t SensorNoise::atEdge(std::uint32_t bits, float disparity, float neighbour, float noise) const {
+  const bool flies = neighbour >= 0 && fractionOf(bits) < static_cast<float>(parameters_.flying_share);
+  const float share = flies ? fractionOf(scramble32(bits + 1)) : 0;
+  return toRaw(disparity + share * (neighbour - disparity) + noise + 0.5F);
+}
+
+void SensorNoise::applyRow(std::uint64_t frame, int row, const Offsets& offsets, std::span<const float> lit,
+                           std::span<const float> noise, std::uint16_t* raw) const {
+  const auto first = static_cast<std::size_t>(row) * rt::kFrameWidth;
+  const float* const line = &lit[first];
+  const float* const above = row > 0 ? line - rt::kFrameWidth : line;
+  const float* const below = row + 1 < rt::kFrameHeight ? line + rt::kFrameWidth : line;
+  const auto salt = static_cast<std::uint32_t>(bitsFor(seed_, kFlyingPurpose, frame));
+  for (int column = 0; column < kFirstDeadColumn; ++column) {
+    const std::size_t pixel = first + static_cast<std::size_t>(column);
+    const float disparity = line[column];
+    if (disparity < 0) {
+      raw[pixel] = rt::kRawNoMeasurement;
+      continue;
     }
-    std::fill(out + kFirstDeadColumn, out + rt::kFrameWidth, rt::kRawNoMeasurement);
+    const float left = line[std::max(column - 1, 0)];
+    const float right = line[column + 1];
+    const float beside = jumps(disparity, left)            ? left
+                         : jumps(disparity, right)         ? right
+                         : jumps(disparity, above[column]) ? above[column]
+                                                           : below[column];
+    const bool edge = jumps(disparity, beside);
+    const bool unsteady = edge || field(offsets.weak, column, row) > weak_above_;
+    if (unsteady && field(offsets.flicker, column, row) > 0) {
+      raw[pixel] = rt::kRawNoMeasurement;
+    } else if (edge) {
+      const std::uint32_t bits = scramble32(static_cast<std::uint32_t>(pixel) * 0x9e3779b9U + salt);
+      raw[pixel] = atEdge(bits, disparity, beside, noise[pixel]);
+    } else {
+      raw[pixel] = toRaw(disparity + noise[pixel] + 0.5F);
+    }
   }
+  std::fill_n(raw + first + kFirstDeadColumn, rt::kFrameWidth - kFirstDeadColumn, rt::kRawNoMeasurement);
+}
+
+void SensorNoise::applySensor(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const {
+  std::vector<float> noise(rt::kFramePixels);
+  pattern_.render(frame, exact, noise);
+  std::vector<float> lit(exact.begin(), exact.end());
+  for (std::size_t row = 0; row < rt::kFrameHeight; ++row) {
+    removeShadow(std::span(lit).subspan(row * rt::kFrameWidth, rt::kFrameWidth), parameters_.shadow_side,
+                 parameters_.shadow_pixels_per_raw);
+  }
+  const Offsets offsets{offset(frame, kFlickerPurpose), offset(0, kWeakPurpose)};
+  for (int row = 0; row < rt::kFrameHeight; ++row) applyRow(frame, row, offsets, lit, noise, raw);
 }
 
 }  // namespace hapticd::drivers

@@ -4,43 +4,60 @@
 #include <span>
 #include <vector>
 
+#include "drivers/camera/synthetic/noise_pattern.h"
+#include "drivers/camera/synthetic/nothing_seen.h"
+#include "drivers/camera/synthetic/projector_shadow.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::drivers {
 
-/// What an exact disparity is when the scene shows nothing at a pixel.
-inline constexpr float kNothingSeen = -1;
-
 /// Turns exact raw disparities into what an integer sensor delivers. The same seed, frame number and image
 /// always give the same result.
-/// Thread: any, applying does not change the object.  RT: not safe (constructed at start).
+/// Thread: any, applying does not change the object.  RT: not safe (allocates).
 class SensorNoise {
  public:
-  /// Standard deviation of the noise before rounding, raw units; rounding makes it sqrt(0.5^2 + 1/12) = 0.58,
-  /// as measured on real cameras between 0.4 and 0.8 m.
-  static constexpr double kSigmaRaw = 0.5;
+  /// What differs from device to device and from room to room.
+  struct Parameters {
+    NoisePatternParameters pattern;
+    /// Share of the pixels that flicker between valid and invalid, in patches that stay where they are.
+    double flicker_share = 0.1;
+    /// Of the pixels at an edge that are measured at all, those that show something between both sides.
+    double flying_share = 0.1;
+    ShadowSide shadow_side = ShadowSide::right;
+    /// Width of the projector's shadow per raw unit between front and back: f B |a| with f = 594.2 px,
+    /// B = 75 mm between projector and camera, a = -0.003071 per metre and raw unit.
+    double shadow_pixels_per_raw = 0.137;
+  };
+
+  /// The resting room of the recording 03_raw11_room_static.
+  static Parameters recorded();
+  /// Two other devices, whose pattern hardly changes from frame to frame.
+  static Parameters harsh();
+
   /// Pixels closer than this share their noise: correlation 1 - distance/kCorrelationPixels along each axis.
-  static constexpr int kCorrelationPixels = 9;
-  /// Share of the pixels that flicker between valid and invalid, in patches that stay where they are.
-  static constexpr double kFlickerShare = 0.1;
-  /// A pixel flickers also where its disparity differs from a neighbour's by more than this many raw units.
+  static constexpr int kCorrelationPixels = NoisePattern::kWindow;
+  /// At an edge a pixel's disparity differs from a neighbour's by more than this many raw units; it is
+  /// missing in half of the frames.
   static constexpr float kEdgeJumpRaw = 3;
   /// The columns from here on hold no measurement in any frame of a real camera.
   static constexpr int kFirstDeadColumn = 632;
 
-  explicit SensorNoise(std::uint32_t seed);
+  explicit SensorNoise(std::uint32_t seed) : SensorNoise(seed, recorded()) {}
+  SensorNoise(std::uint32_t seed, const Parameters& parameters);
+
+  const Parameters& parameters() const noexcept { return parameters_; }
 
   /// Each pixel takes one of the two nearest integers, so that the mean over frames is exact; independent
   /// between pixels and frames. `exact`: kFramePixels disparities or kNothingSeen.
   void dither(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const;
 
-  /// Correlated noise, rounding, flicker and dead columns of a Kinect v1. No shadows of the projector: on
-  /// which side of an edge they lie depends on the camera's mounting and mirroring.
+  /// What a Kinect v1 makes of the image: the projector's shadow, correlated noise, rounding, edges whose
+  /// pixels are missing or fly, patches that flicker, and dead columns.
   void applySensor(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const;
 
  private:
-  // One field of correlated normal noise (mean 0, s.d. 1) that wraps around; a frame sees it at an offset of
-  // its own.
+  // One field of correlated normal noise (mean 0, s.d. 1) that wraps around, for what flickers; a frame sees
+  // it at an offset of its own.
   static constexpr int kFieldWidth = 1024;
   static constexpr int kFieldHeight = 512;
 
@@ -48,10 +65,21 @@ class SensorNoise {
     int column;
     int row;
   };
+  /// Where a frame's fields begin.
+  struct Offsets {
+    Offset flicker;
+    Offset weak;
+  };
   Offset offset(std::uint64_t frame, std::uint32_t purpose) const;
-  const float* fieldRow(Offset offset, int row) const;
+  float field(Offset offset, int column, int row) const;
+  std::uint16_t atEdge(std::uint32_t bits, float disparity, float neighbour, float noise) const;
+  void applyRow(std::uint64_t frame, int row, const Offsets& offsets, std::span<const float> lit,
+                std::span<const float> noise, std::uint16_t* raw) const;
 
   std::uint32_t seed_;
+  Parameters parameters_;
+  float weak_above_;  // of the field: flicker_share lies above
+  NoisePattern pattern_;
   std::vector<float> field_;
 };
 

@@ -37,5 +37,15 @@ TEST(Warnings, AreNoneOfAHandleWithAKeyOnThisComputerOrNotInUse) {
   EXPECT_TRUE(warningsOf(unused).empty());
 }
 
+TEST(Warnings, NameAVoxelEdgeThatTheLawSurfaceDoesNotHaveAnyMore) {
+  Settings settings;
+  settings.live.surface.voxel_edge_m = 0.02;
+  const std::vector<Error> warnings = warningsOf(settings);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(
+      warnings[0].text(),
+      "surface.voxel_edge_m: is 0.02, without effect: the law surface has no voxels any more (leave it out)");
+}
+
 }  // namespace
 }  // namespace hapticd::config

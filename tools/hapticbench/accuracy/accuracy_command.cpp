@@ -33,7 +33,8 @@ std::vector<std::string> namesOf(const Values& values) {
   return names;
 }
 
-constexpr std::array<SceneNoise, 3> kAllNoises{SceneNoise::none, SceneNoise::quantised, SceneNoise::sensor};
+constexpr std::array<SceneNoise, 4> kAllNoises{SceneNoise::none, SceneNoise::quantised, SceneNoise::sensor,
+                                               SceneNoise::harsh};
 
 /// Those of `values` that are named.
 template <typename Value, typename Values>
@@ -61,7 +62,7 @@ AccuracyCommand::AccuracyCommand(CLI::App& app)
   list("--laws", laws_, "of nearest_springs, smooth_springs, proxy, surface (all)")
       ->check(CLI::IsMember(namesOf(kAllLaws)));
   list("--distances", distances_m_, "metres from the camera (0.6,1,2)")->check(within(0.5, 3.9));
-  list("--noises", noises_, "of none, quantised, sensor (none,sensor)")
+  list("--noises", noises_, "of none, quantised, sensor, harsh (none,sensor)")
       ->check(CLI::IsMember(namesOf(kAllNoises)));
   list("--voxels", voxel_edges_mm_, "voxel edges, millimetres (10)")->check(within(1.0, 100.0));
   list("--filters", filters_, "of off, on (off,on)")->check(CLI::IsMember({"off", "on"}));

@@ -54,7 +54,7 @@ const rt::DepthFrame& FrameReel::frame(int index) {
   // A still scene's noise repeats after 1.3 s, long after any law has forgotten it.
   constexpr int kStillFrames = 40;
   const bool moves = scene_.parameters().speed_m_per_s > 0;
-  const bool changes = moves || noise_ == SceneNoise::sensor;
+  const bool changes = moves || noise_ == SceneNoise::sensor || noise_ == SceneNoise::harsh;
   const int place = moves ? index : changes ? index % kStillFrames : 0;
   if (place >= static_cast<int>(rendered_.size())) rendered_.resize(static_cast<std::size_t>(place) + 1);
   auto& frame = rendered_[static_cast<std::size_t>(place)];

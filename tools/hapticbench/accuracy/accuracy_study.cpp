@@ -303,7 +303,7 @@ void measureStage(Stage& stage, const AccuracyOptions& options, bool moves, std:
 }  // namespace
 
 std::string_view nameOf(SceneNoise noise) {
-  constexpr std::array<std::string_view, 3> kNames{"none", "quantised", "sensor"};
+  constexpr std::array<std::string_view, 4> kNames{"none", "quantised", "sensor", "harsh"};
   return kNames.at(static_cast<std::size_t>(noise));
 }
 

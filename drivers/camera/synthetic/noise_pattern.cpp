@@ -1,0 +1,172 @@
+#include "drivers/camera/synthetic/noise_pattern.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/camera/synthetic/random_bits.h"
+#include "rt/depth_frame.h"
+
+namespace hapticd::drivers {
+namespace {
+
+constexpr std::uint32_t kStandingPurpose = 0x10;
+constexpr std::uint32_t kFixedPurpose = 0x11;
+constexpr std::uint32_t kSlowPurpose = 0x15;
+constexpr std::uint32_t kDriftPurpose = 0x12;
+constexpr std::uint32_t kFastPurpose = 0x13;
+constexpr std::uint32_t kEpochPurpose = 0x14;
+
+constexpr std::uint64_t kFramesUntilItRepeats = 65536;  // keeps epochs exact in a float
+constexpr std::uint32_t kCellFactor = 0x9e3779b9U;      // odd: different cells never meet
+constexpr std::uint32_t kLevelFactor = 0x85157af5U;
+constexpr int kWidth = rt::kFrameWidth;
+constexpr int kHeight = rt::kFrameHeight;
+
+/// Uniform with mean 0 and variance 1; the window's mean of 81 of them is normal to a thousandth of its
+/// fourth moment.
+float uniform(std::uint32_t bits) noexcept {
+  constexpr float kHalfWidth = 1.7320508F;  // sqrt(3)
+  return (static_cast<float>(static_cast<std::int32_t>(bits)) * 0x1p-31F) * kHalfWidth;
+}
+
+/// Above 0 and at most 1.
+double aboveZero(std::uint32_t bits) noexcept {
+  return (double{static_cast<float>(bits >> 8)} + 1) * 0x1p-24;
+}
+
+/// Cosine and sine of a phase that goes from 0 to a right angle.
+struct Weights {
+  float here;
+  float next;
+};
+constexpr int kPhases = 256;
+
+using PhaseWeights = std::array<Weights, kPhases>;
+
+PhaseWeights phaseWeights() {
+  PhaseWeights weights{};
+  for (int i = 0; i < kPhases; ++i) {
+    const double angle = (i + 0.5) / kPhases * std::numbers::pi / 2;
+    weights[static_cast<std::size_t>(i)] = {static_cast<float>(std::cos(angle)),
+                                            static_cast<float>(std::sin(angle))};
+  }
+  return weights;
+}
+
+/// Goes over from the random value of one level to that of the next; variance 1 at every place.
+float atLevel(const PhaseWeights& weights, std::uint32_t cell, float place) noexcept {
+  const auto level = static_cast<std::uint32_t>(place);
+  const float fraction = place - static_cast<float>(level);
+  const Weights& weight = weights[static_cast<std::size_t>(fraction * kPhases) % kPhases];
+  const std::uint32_t here = cell + level * kLevelFactor;
+  return weight.here * uniform(scramble32(here)) + weight.next * uniform(scramble32(here + kLevelFactor));
+}
+
+/// Correlation of atLevel() at two places `s` >= 0 apart, in the mean over the first place: the integral of
+/// the products of the weights that belong to the same level.
+double levelCorrelation(double s) noexcept {
+  const double right_angle = std::numbers::pi / 2;
+  if (s < 1) return (1 - s / 2) * std::cos(right_angle * s) + std::sin(right_angle * s) / std::numbers::pi;
+  if (s >= 2) return 0;
+  const double overlap = 2 - s;
+  return std::sin(right_angle * overlap) / std::numbers::pi - overlap / 2 * std::cos(right_angle * overlap);
+}
+
+/// Sums of the window around each place of a row that wraps around.
+void sumAlongRow(const float* row, float* sums) {
+  constexpr int kReach = NoisePattern::kWindow / 2;
+  std::array<float, kWidth + 2 * kReach> padded;
+  std::copy_n(row, kWidth, padded.begin() + kReach);
+  std::copy_n(row + kWidth - kReach, kReach, padded.begin());
+  std::copy_n(row, kReach, padded.end() - kReach);
+  for (int column = 0; column < kWidth; ++column) {
+    float sum = 0;
+    for (int k = 0; k < NoisePattern::kWindow; ++k) sum += padded[static_cast<std::size_t>(column + k)];
+    sums[column] = sum;
+  }
+}
+
+}  // namespace
+
+NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& parameters)
+    : parameters_(parameters),
+      standing_salt_(static_cast<std::uint32_t>(bitsFor(seed, kStandingPurpose, 0))),
+      slow_salt_(static_cast<std::uint32_t>(bitsFor(seed, kSlowPurpose, 0))),
+      drift_salt_(static_cast<std::uint32_t>(bitsFor(seed, kDriftPurpose, 0))),
+      fast_salt_(static_cast<std::uint32_t>(bitsFor(seed, kFastPurpose, 0))),
+      fixed_(rt::kFramePixels),
+      epochs_(parameters.drift_raw > 0 ? rt::kFramePixels : 0) {
+  const double deviation = parameters.standing_raw * std::sqrt(parameters.share_of_pixel);
+  for (std::size_t cell = 0; cell < fixed_.size(); ++cell) {
+    fixed_[cell] = static_cast<float>(deviation) *
+                   uniform(static_cast<std::uint32_t>(bitsFor(seed, kFixedPurpose, cell)));
+  }
+  // A cell keeps a value for T frames. If T is distributed as the sum of two exponential variables of mean
+  // `drift_frames`, then the chance that k frames share a value, E[max(0, 1 - k/T)], is exp(-k/drift_frames).
+  for (std::size_t cell = 0; cell < epochs_.size(); ++cell) {
+    const std::uint64_t bits = bitsFor(seed, kEpochPurpose, cell);
+    const double product =
+        aboveZero(static_cast<std::uint32_t>(bits)) * aboveZero(static_cast<std::uint32_t>(bits >> 32));
+    const double duration_frames = -parameters.drift_frames * std::log(product);
+    const double shortest_frames = 0.05;  // changes in every frame all the same
+    const auto phase_bits = static_cast<std::uint32_t>(scramble(bits));
+    epochs_[cell] = {static_cast<float>(1 / std::max(duration_frames, shortest_frames)),
+                     static_cast<float>(aboveZero(phase_bits))};
+  }
+}
+
+double NoisePattern::standingCorrelation(const NoisePatternParameters& parameters, double change_raw) {
+  const double slow = levelCorrelation(std::abs(change_raw) / double{kSlowSpacing_raw});
+  const double fast = levelCorrelation(std::abs(change_raw) / double{kFastSpacing_raw});
+  const double share_of_fast = 1 - parameters.share_of_pixel - parameters.share_of_slow;
+  return parameters.share_of_pixel + parameters.share_of_slow * slow + share_of_fast * fast;
+}
+
+void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
+                             std::span<float> cells) const {
+  static const PhaseWeights weights = phaseWeights();
+  const double share_of_fast = 1 - parameters_.share_of_pixel - parameters_.share_of_slow;
+  const auto standing_slow =
+      static_cast<float>(parameters_.standing_raw * std::sqrt(parameters_.share_of_slow));
+  const auto standing_fast = static_cast<float>(parameters_.standing_raw * std::sqrt(share_of_fast));
+  const auto drift = static_cast<float>(parameters_.drift_raw);
+  const auto fast = static_cast<float>(parameters_.fast_raw);
+  const auto number = static_cast<std::uint32_t>(frame % kFramesUntilItRepeats);
+  const std::uint32_t fast_salt = scramble32(fast_salt_ + number);
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    const std::uint32_t base = static_cast<std::uint32_t>(cell) * kCellFactor;
+    const float place = exact[cell] + 2;  // above 0 also where nothing is seen
+    float sum = fixed_[cell] + fast * uniform(scramble32(base + fast_salt)) +
+                standing_fast * atLevel(weights, base + standing_salt_, place / kFastSpacing_raw) +
+                standing_slow * atLevel(weights, base + slow_salt_, place / kSlowSpacing_raw);
+    if (!epochs_.empty()) {
+      const Epoch epoch = epochs_[cell];
+      const auto value =
+          static_cast<std::uint32_t>(epoch.per_frame * static_cast<float>(number) + epoch.phase);
+      sum += drift * uniform(scramble32(base + drift_salt_ + value * kLevelFactor));
+    }
+    cells[cell] = sum;
+  }
+}
+
+void NoisePattern::render(std::uint64_t frame, std::span<const float> exact, std::span<float> noise) const {
+  std::vector<float> cells(rt::kFramePixels);
+  std::vector<float> row_sums(rt::kFramePixels);
+  fillCells(frame, exact, cells);
+  for (std::size_t row = 0; row < kHeight; ++row) sumAlongRow(&cells[row * kWidth], &row_sums[row * kWidth]);
+  constexpr int kReach = kWindow / 2;
+  constexpr float kUnitVariance = 1.0F / kWindow;  // a sum of kWindow^2 has kWindow times the deviation
+  for (int row = 0; row < kHeight; ++row) {
+    float* const out = &noise[static_cast<std::size_t>(row) * kWidth];
+    std::fill_n(out, kWidth, 0.0F);
+    for (int k = -kReach; k <= kReach; ++k) {
+      const auto other = static_cast<std::size_t>((row + k + kHeight) % kHeight);
+      for (std::size_t column = 0; column < kWidth; ++column)
+        out[column] += row_sums[other * kWidth + column] * kUnitVariance;
+    }
+  }
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,28 @@
+#include "drivers/camera/synthetic/projector_shadow.h"
+
+#include <limits>
+
+#include "drivers/camera/synthetic/nothing_seen.h"
+
+namespace hapticd::drivers {
+
+void removeShadow(std::span<float> disparities, ShadowSide side, double pixels_per_raw) {
+  if (side == ShadowSide::none) return;
+  // Where a pixel lies in the projector's image, counted away from the projector: column - pixels_per_raw *
+  // disparity. Seen from the projector it has to lie beyond all that come before it.
+  const auto scale = static_cast<float>(pixels_per_raw);
+  const std::size_t count = disparities.size();
+  float farthest = -std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < count; ++i) {
+    float& disparity = disparities[side == ShadowSide::right ? i : count - 1 - i];
+    if (disparity < 0) continue;
+    const float in_projector = static_cast<float>(i) - scale * disparity;
+    if (in_projector < farthest) {
+      disparity = kNothingSeen;
+    } else {
+      farthest = in_projector;
+    }
+  }
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,297 @@
+#include "rt/surface_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/scene.h"
+
+namespace hapticd::rt {
+namespace {
+
+constexpr int kBlock_px = BlockLattice::kBlock_px;
+/// Surfaces steeper than that to the ray are taken for edges.
+constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
+constexpr double kJump_raw = 3;
+/// Gaps in a surface up to that long are closed: patches that flicker are about 2 cm wide. The projector's shadow
+/// beside an object is no gap in a surface: there the disparity changes by 7 raw units per pixel, which is above what
+/// a surface of this slope does.
+constexpr double kLongestGap_m = 0.04;
+constexpr double kSteepestGap = 1.73;  // tan 60 degrees
+/// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
+constexpr double kGapNoise_raw = 6;
+/// Widest supports: beyond, few surfaces are flat, and beyond 0.1 mm of noise nothing is gained.
+constexpr double kWidestPlane_m = 0.17;
+constexpr double kWidestQuadratic_m = 0.048;
+constexpr double kEnough_m = 1e-4;
+constexpr double kNoisePatch_px = 9;  // neighbours that near share their noise
+constexpr double kNearestDepth_m = 0.05;
+
+/// A block that is off its mean by more is another surface, or moved.
+constexpr float kSame_raw = 2;
+/// A surface that moves faster than that between two frames is another one.
+constexpr double kFarthestMove_m = 0.03;
+/// The surface at the focus is what is no farther from it than that, along the ray and across.
+constexpr double kRegionDepth_m = 0.04;
+constexpr double kRegionHalf_m = 0.08;
+/// A pixel belongs to a facet, and neighbouring facets to one surface, as far as noise explains what lies between them
+/// and as far as their slopes leave it open.
+constexpr double kOfFacet_raw = 3;
+constexpr double kOfFacet_px = 2;
+constexpr double kNeighbours_raw = 2;
+constexpr double kNeighbours_px = 1.5;
+constexpr int kFewestInnovations = 8;
+constexpr float kFramesInMotion = 3;
+/// The alpha-beta filter of the velocity: how much of an innovation changes it, near the noise and far above.
+constexpr double kSlowGain = 0.3;
+constexpr double kFastGain = 1;
+constexpr double kFastFrom_sigma = 4;
+constexpr double kForgetRest = 0.8;
+
+constexpr double kUsualPeriod_s = 1.0 / 30;
+constexpr double kLongestPeriod_s = 0.2;
+constexpr std::uint32_t kFramesApart = 2;  // one frame may be lost
+
+int blockOf(double pixel) noexcept {
+  return static_cast<int>(std::floor((pixel - BlockLattice::kMiddle_px) / kBlock_px));
+}
+
+BlockWindow clipped(const BlockWindow& window) noexcept {
+  return {std::max(0, window.column_first), std::min(BlockLattice::kColumns - 1, window.column_last),
+          std::max(0, window.row_first), std::min(BlockLattice::kRows - 1, window.row_last)};
+}
+
+double smoothStep(double x) noexcept {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+/// Two facets, `du` and `dv` blocks apart, agree on what is halfway between them.
+bool agree(const Facet& a, const Facet& b, int du, int dv, float most_raw) noexcept {
+  constexpr float kHalf = 0.5F * kBlock_px;
+  const float slope_u = a.per_column + b.per_column;
+  const float slope_v = a.per_row + b.per_row;
+  const float expected = kHalf * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
+  return a.disparity >= 0 && b.disparity >= 0 && std::abs(b.disparity - a.disparity - expected) <= most_raw;
+}
+
+}  // namespace
+
+SurfaceBuilder::BlockMeans::BlockMeans()
+    : disparity(std::make_unique<float[]>(BlockLattice::kBlocks)),
+      frames(std::make_unique<float[]>(BlockLattice::kBlocks)),
+      updated(std::make_unique<std::uint32_t[]>(BlockLattice::kBlocks)) {}
+
+SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
+    : model_(model),
+      observed_(std::make_unique<float[]>(BlockLattice::kBlocks)),
+      is_full_(std::make_unique<std::uint8_t[]>(BlockLattice::kBlocks)),
+      fit_blocks_(std::make_unique<float[]>(FacetBlocks::kSize)) {
+  for (auto& plane : small_planes_) plane = std::make_unique<float[]>(FacetBlocks::kSize);
+  const PixelWindow all = model.wholeFrame();
+  gaps_.raw_first = all.raw_first;
+  gaps_.raw_last = all.raw_last;
+  gaps_.most_raw = static_cast<float>(kGapNoise_raw);
+}
+
+SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+  Job job{};
+  const DepthModelParameters& camera = model_.parameters();
+  job.depth_m = std::max(kNearestDepth_m, -model_.positionInCamera(centre_m_in_world).z);
+  // From pixel to pixel the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
+  job.raw_per_px = 1 / (camera.fx_px * std::abs(camera.a_per_m) * job.depth_m);
+  const double block_m = kBlock_px * job.depth_m / camera.fx_px;
+  const double raw_m = std::abs(camera.a_per_m) * job.depth_m * job.depth_m;
+  const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
+  constexpr double kLeast_blocks = 5;
+  job.fit = {.noise_raw = static_cast<float>(kNoise_raw),
+             .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
+             .largest_plane = static_cast<float>(
+                 std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks), kLeast_blocks + 2,
+                            2.0 * FacetBlocks::kBorder + 1)),
+             .largest_quadratic = static_cast<float>(std::max(kLeast_blocks, kWidestQuadratic_m / block_m))};
+  const PixelWindow ball = model_.pixelsOfBall(centre_m_in_world, radius_m);
+  if (ball.empty()) return job;
+  job.sites = clipped({blockOf(ball.column_first), blockOf(ball.column_last) + 1, blockOf(ball.row_first),
+                       blockOf(ball.row_last) + 1});
+  const int border = static_cast<int>(job.fit.largest_plane) / 2;
+  job.support = clipped({job.sites.column_first - border, job.sites.column_last + border, job.sites.row_first - border,
+                         job.sites.row_last + border});
+  job.pixels.column_first = job.support.column_first * kBlock_px;
+  job.pixels.column_last = job.support.column_last * kBlock_px + kBlock_px - 1;
+  job.pixels.row_first = job.support.row_first * kBlock_px;
+  job.pixels.row_last = job.support.row_last * kBlock_px + kBlock_px - 1;
+  return job;
+}
+
+PixelWindow SurfaceBuilder::windowOf(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+  return jobFor(centre_m_in_world, radius_m).pixels;
+}
+
+SurfaceBuilder::Region SurfaceBuilder::regionAround(const Vec3& centre_m_in_world) const noexcept {
+  const DepthModelParameters& camera = model_.parameters();
+  const Vec3 p = model_.positionInCamera(centre_m_in_world);
+  const double depth = std::max(kNearestDepth_m, -p.z);
+  const double u = camera.cx_px + camera.fx_px * p.x / depth;
+  const double v = camera.cy_px - camera.fy_px * p.y / depth;
+  const double half_px = kRegionHalf_m * camera.fx_px / depth;
+  const auto disparityOf = [&camera](double z) { return (1 / z - camera.b_per_m) / camera.a_per_m; };
+  return {.blocks = {blockOf(u - half_px), blockOf(u + half_px) + 1, blockOf(v - half_px), blockOf(v + half_px) + 1},
+          .disparity_least = static_cast<float>(disparityOf(std::max(kNearestDepth_m, depth - kRegionDepth_m))),
+          .disparity_greatest = static_cast<float>(disparityOf(depth + kRegionDepth_m))};
+}
+
+void SurfaceBuilder::beginFrame(const DepthFrame& frame, const SurfaceParameters& parameters) noexcept {
+  const auto sequence = static_cast<std::uint32_t>(frame.sequence);
+  if (sequence == sequence_) return;
+  const double since_s = static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9;
+  const bool goes_on = sequence_ != 0 && sequence > sequence_ && sequence - sequence_ <= kFramesApart &&
+                       since_s <= kLongestPeriod_s;
+  before_ = goes_on ? sequence_ : 0;
+  period_s_ = since_s > 0 ? since_s : kUsualPeriod_s;
+  if (!goes_on) rate_ = moving_ = used_rate_ = 0;
+  sequence_ = sequence;
+  arrival_ns_ = frame.arrival_ns;
+  const auto at_rest = static_cast<float>(std::max(1, parameters.fusion_frames));
+  const float in_motion = std::min(at_rest, kFramesInMotion);
+  most_frames_ = at_rest + static_cast<float>(moving_) * (in_motion - at_rest);
+  innovation_sum_ = 0;
+  innovations_ = 0;
+}
+
+/// Takes the blocks' new disparities into their means.
+void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& region) noexcept {
+  const auto moved = static_cast<float>(used_rate_ * period_s_);
+  const auto farthest = static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
+  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
+    for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
+      const std::size_t index = BlockLattice::at(row, column);
+      if (means.updated[index] == sequence_) continue;
+      const bool known = before_ != 0 && means.updated[index] == before_ && means.disparity[index] >= 0;
+      means.updated[index] = sequence_;
+      float& mean = means.disparity[index];
+      const float now = observed_[index];
+      if (!known || now < 0) {
+        mean = now;
+        means.frames[index] = 1;
+        continue;
+      }
+      const bool in_region = region.has(row, column, mean);
+      const float expected = in_region ? mean + moved : mean;
+      const float innovation = now - expected;
+      if (in_region && std::abs(innovation) <= farthest) {
+        innovation_sum_ += static_cast<double>(innovation);
+        ++innovations_;
+      }
+      const bool same = std::abs(innovation) <= kSame_raw;
+      means.frames[index] = same ? std::min(means.frames[index] + 1, most_frames_) : 1;
+      mean = expected + innovation / means.frames[index];
+    }
+  }
+}
+
+void SurfaceBuilder::estimateMotion(const Region&) noexcept {
+  if (innovations_ < kFewestInnovations) {
+    rate_ = moving_ = used_rate_ = 0;
+    return;
+  }
+  const double mean = innovation_sum_ / innovations_;
+  innovation_sum_ = 0;
+  const double patches = std::max(1.0, innovations_ * kBlock_px * kBlock_px / (kNoisePatch_px * kNoisePatch_px));
+  innovations_ = 0;
+  const double sigma = kNoise_raw * std::sqrt(2 / patches);
+  const double gain = std::abs(mean) > kFastFrom_sigma * sigma ? kFastGain : kSlowGain;
+  if (used_rate_ == 0) rate_ *= kForgetRest;
+  rate_ += gain * mean / period_s_;
+  moving_ = smoothStep((std::abs(rate_) * period_s_ / sigma - 0.7) / 0.8);
+  used_rate_ = moving_ * rate_;
+}
+
+void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept {
+  // The border is what lies outside the image; inside, the support is.
+  const int border = FacetBlocks::kBorder;
+  for (int row = -border; row < job.sites.rows() + border; ++row) {
+    std::fill_n(fit_blocks_.get() + FacetBlocks::at(row, -border),
+                job.sites.columns() + 2 * border + FacetBlocks::kPadding, -1.0F);
+  }
+  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
+    std::copy_n(means.disparity.get() + BlockLattice::at(row, job.support.column_first), job.support.columns(),
+                fit_blocks_.get() + FacetBlocks::at(row - job.sites.row_first,
+                                                    job.support.column_first - job.sites.column_first));
+  }
+  const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows()};
+  const SmallPlanes planes{small_planes_[0].get(), small_planes_[1].get(), small_planes_[2].get(),
+                           small_planes_[3].get()};
+  fitFacets(blocks, job.fit, planes, layer.facet + BlockLattice::at(job.sites.row_first, job.sites.column_first));
+  for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {
+    for (int column = job.sites.column_first; column <= job.sites.column_last; ++column) {
+      Facet& facet = layer.facet[BlockLattice::at(row, column)];
+      facet.per_second = region.has(row, column, facet.disparity) ? static_cast<float>(used_rate_) : 0.0F;
+    }
+  }
+  constexpr int kNextRow = BlockLattice::kColumns;
+  const auto most = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px);
+  for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
+    for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
+      const std::size_t index = BlockLattice::at(row, column);
+      const Facet* const f = layer.facet + index;
+      const std::uint8_t* const full = is_full_.get() + index;
+      const bool all_full = (full[0] & full[1] & full[kNextRow] & full[kNextRow + 1]) != 0;
+      layer.is_whole[index] = all_full && agree(f[0], f[1], 1, 0, most) && agree(f[0], f[kNextRow], 0, 1, most) &&
+                              agree(f[1], f[kNextRow + 1], 0, 1, most) &&
+                              agree(f[kNextRow], f[kNextRow + 1], 1, 0, most);
+    }
+  }
+}
+
+void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region& region,
+                                SurfaceLayer& layer) noexcept {
+  const auto jump = static_cast<float>(kJump_raw + kSteepestSlope * kBlock_px * job.raw_per_px);
+  sumUpBlocks(layer.image, job.support, jump, {observed_.get(), is_full_.get()});
+  follow(means, job, region);
+}
+
+/// Where something begins to be hidden, its mean goes on from when it was visible.
+void SurfaceBuilder::startHidden(const Job& job) noexcept {
+  if (before_ == 0) return;
+  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
+    for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
+      const std::size_t index = BlockLattice::at(row, column);
+      if (hidden_.updated[index] == before_ || hidden_.updated[index] == sequence_) continue;
+      if (visible_.updated[index] != before_) continue;
+      hidden_.disparity[index] = visible_.disparity[index];
+      hidden_.frames[index] = visible_.frames[index];
+      hidden_.updated[index] = before_;
+    }
+  }
+}
+
+void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
+                           double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept {
+  surface.centre_m_in_world = centre_m_in_world;
+  surface.radius_m = radius_m;
+  surface.blocks = {};
+  surface.hides_anything = false;
+  const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
+  beginFrame(frame, parameters);
+  const Job job = jobFor(centre_m_in_world, radius_m);
+  if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
+  const Region region = regionAround(centre_m_in_world);
+  surface.blocks = job.sites;
+  surface.of_facet_raw = static_cast<float>(kOfFacet_raw + kOfFacet_px * job.raw_per_px);
+  gaps_.longest_px = static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m);
+  gaps_.most_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
+  copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);
+  if (hidden != nullptr) {
+    copyClosingGaps(surface.visible.image, nullptr, job.pixels, gaps_, surface.hidden.image);
+    surface.hides_anything = putHidden(hidden, job.pixels, surface.hidden.image);
+  }
+  if (surface.hides_anything) startHidden(job);
+  buildLayer(visible_, job, region, surface.visible);
+  if (new_frame) estimateMotion(region);
+  fit(visible_, job, region, surface.visible);
+  if (!surface.hides_anything) return;
+  buildLayer(hidden_, job, region, surface.hidden);
+  fit(hidden_, job, region, surface.hidden);
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,158 @@
+#include "rt/visible_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace hapticd::rt {
+namespace {
+
+/// A register of every machine; the compiler's own vector type, because four lanes are all that is needed.
+using Four = float __attribute__((vector_size(16)));
+
+/// A facet's numbers in one register: disparity, per column, per row, per second.
+Four numbersOf(const Facet& facet) noexcept {
+  Four numbers;
+  std::memcpy(&numbers, &facet, sizeof numbers);
+  return numbers;
+}
+
+/// The four facets around an image position and their bilinear weights.
+struct Cell {
+  const Facet* upper;  // left and right
+  const Facet* lower;
+  float t;  // from the left to the right, 0..1
+  float s;  // from the upper to the lower
+};
+
+/// The surface between four facets, from their values and slopes: exact where the disparity is quadratic.
+Four blended(const Cell& cell) noexcept {
+  constexpr float kSide = BlockLattice::kBlock_px;
+  const float t = cell.t;
+  const float s = cell.s;
+  const Four a = numbersOf(cell.upper[0]);
+  const Four b = numbersOf(cell.upper[1]);
+  const Four c = numbersOf(cell.lower[0]);
+  const Four d = numbersOf(cell.lower[1]);
+  const Four upper = a + t * (b - a);
+  const Four lower = c + t * (d - c);
+  Four sum = upper + s * (lower - upper);
+  // The bend: what Hermite interpolation by values and slopes adds to the linear one.
+  const float left = (1 - s) * a[1] + s * c[1];
+  const float right = (1 - s) * b[1] + s * d[1];
+  const float top = (1 - t) * a[2] + t * b[2];
+  const float bottom = (1 - t) * c[2] + t * d[2];
+  sum[0] += 0.5F * kSide * (t * (1 - t) * (left - right) + s * (1 - s) * (top - bottom));
+  return sum;
+}
+
+/// The same of those facets alone that a pixel's measurement belongs to; at least its own value.
+Four ofPixel(const Cell& cell, float raw, float of_facet_raw) noexcept {
+  constexpr float kSide = BlockLattice::kBlock_px;
+  const float weight_of[4] = {(1 - cell.t) * (1 - cell.s), cell.t * (1 - cell.s), (1 - cell.t) * cell.s,
+                              cell.t * cell.s};
+  const Facet* const facet_of[4] = {cell.upper, cell.upper + 1, cell.lower, cell.lower + 1};
+  Four sum{};
+  float weight = 0;
+  for (int i = 0; i < 4; ++i) {
+    if (facet_of[i]->disparity < 0) continue;
+    Four numbers = numbersOf(*facet_of[i]);
+    const float du = kSide * (cell.t - static_cast<float>(i & 1));
+    const float dv = kSide * (cell.s - static_cast<float>(i >> 1));
+    numbers[0] += numbers[1] * du + numbers[2] * dv;
+    if (std::abs(numbers[0] - raw) > of_facet_raw) continue;
+    const float share = weight_of[i] + 1e-3F;
+    sum += share * numbers;
+    weight += share;
+  }
+  return weight > 0 ? (1 / weight) * sum : Four{raw, 0, 0, 0};
+}
+
+}  // namespace
+
+double SurfaceView::rawUnit_m(double depth_m) const noexcept {
+  return std::abs(model_.a_per_m) * depth_m * depth_m;
+}
+
+Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
+  constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
+  const BlockWindow& window = surface_.blocks;
+  if (window.columns() < 2 || window.rows() < 2) return {};
+  const double block_u =
+      std::clamp((image.u - BlockLattice::kMiddle_px) * kPerBlock, static_cast<double>(window.column_first),
+                 window.column_last - 1e-6);
+  const double block_v = std::clamp((image.v - BlockLattice::kMiddle_px) * kPerBlock,
+                                    static_cast<double>(window.row_first), window.row_last - 1e-6);
+  const int column = std::min(static_cast<int>(block_u), window.column_last - 1);
+  const int row = std::min(static_cast<int>(block_v), window.row_last - 1);
+  const std::size_t index = BlockLattice::at(row, column);
+  const Cell cell{layer.facet + index, layer.facet + index + BlockLattice::kColumns,
+                  static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
+  Sheet sheet;
+  Four numbers;
+  if (layer.is_whole[index] != 0) {
+    numbers = blended(cell);
+  } else {
+    const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, kFrameWidth - 1);
+    const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, kFrameHeight - 1);
+    const std::uint16_t raw = layer.image[pixel_row * kFrameWidth + pixel_column];
+    if (raw >= kRawNoMeasurement) {
+      sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
+      return sheet;
+    }
+    numbers = ofPixel(cell, static_cast<float>(raw), surface_.of_facet_raw);
+  }
+  const double a = model_.a_per_m;
+  const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
+  if (!(w > 0)) return sheet;
+  const double w_u = a * double{numbers[1]};
+  const double w_v = a * double{numbers[2]};
+  // The plane with 1/Z = w at this pixel and these slopes is N * X = 1 with this N, x right, y down, Z forward.
+  const double x = w_u * model_.fx_px;
+  const double y = w_v * model_.fy_px;
+  const double z = w - w_u * (image.u - model_.cx_px) - w_v * (image.v - model_.cy_px);
+  const double length = std::sqrt(x * x + y * y + z * z);
+  sheet.exists = true;
+  sheet.inverse_depth_per_m = w;
+  sheet.distance_m = 1 / length;
+  sheet.normal_in_camera = sheet.distance_m * Vec3{-x, y, z};
+  return sheet;
+}
+
+SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
+  const double depth = depthOf(p);
+  if (!(depth > kNearest_m)) return {};
+  const ImagePosition image = project(p);
+  const bool in_image =
+      image.u > -0.5 && image.u < kFrameWidth - 0.5 && image.v > -0.5 && image.v < kFrameHeight - 0.5;
+  if (!in_image) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
+  const auto placeAtSheet = [&p](const Sheet& sheet) -> Place {
+    const double distance = distanceFrom(sheet, p);
+    return {distance >= 0 ? Where::free : Where::inside, sheet, distance};
+  };
+  const Sheet nearest = sheetOf(surface_.visible, image);
+  if (nearest.exists) {
+    const Place place = placeAtSheet(nearest);
+    if (place.distance_m >= -shell_m_) return place;
+  }
+  if (surface_.hides_anything) {
+    const Sheet hidden = sheetOf(surface_.hidden, image);
+    if (hidden.exists) {
+      const Place place = placeAtSheet(hidden);
+      if (place.distance_m >= -shell_m_) return place;
+    }
+  }
+  const Where where = nearest.exists ? Where::unseen : nearest.beyond_view ? Where::beyond : Where::free;
+  return {.where = where, .sheet = {}, .distance_m = 0};
+}
+
+Sheet SurfaceView::sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT {
+  const Sheet nearest = sheetOf(surface_.visible, image);
+  if (!surface_.hides_anything) return nearest;
+  const Sheet hidden = sheetOf(surface_.hidden, image);
+  if (!nearest.exists || !hidden.exists) return nearest.exists ? nearest : hidden;
+  const bool nearer = std::abs(nearest.depth_m() - depth_m) <= std::abs(hidden.depth_m() - depth_m);
+  return nearer ? nearest : hidden;
+}
+
+}  // namespace hapticd::rt

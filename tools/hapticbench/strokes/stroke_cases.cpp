@@ -1,0 +1,570 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+
+#include "tools/hapticbench/strokes/stroke_case.h"
+
+namespace hapticd::tools {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kLongest_m = 0.16;       // of a stroke
+constexpr double kWallBehind_m = 0.12;    // from a body's front to the wall behind it
+constexpr double kLargestPatch_m = 0.04;  // the fact sheet's patch
+constexpr double kBlockThickness_m = 0.06;
+constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
+constexpr double kAfterEnd_m = 0.03;
+
+/// The ray through a place of the image, at depth 1.
+Vec3 rayThrough(double column, double row) {
+  const rt::DepthModelParameters camera;
+  return {(column - camera.cx_px) / camera.fx_px, -(row - camera.cy_px) / camera.fy_px, -1};
+}
+
+/// Makes the cases of one scene.
+class CaseMaker {
+ public:
+  CaseMaker(const CasePlacement& placement, std::mt19937& random) : placement_(placement), random_(random) {
+    constexpr double kAside_px = 20;
+    column_ = 320 + uniform(-kAside_px, kAside_px);
+    row_ = 240 + uniform(-kAside_px, kAside_px);
+  }
+
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  double distance_m() const { return placement_.distance_m; }
+  double depth_m() const { return placement_.depth_m; }
+  bool deadColumns() const { return placement_.dead_columns; }
+
+  /// Metres on a surface that faces the camera for one pixel there.
+  double pitch_m() const { return placement_.distance_m / rt::DepthModelParameters{}.fx_px; }
+  /// Not longer than what the camera sees sharply of it when it runs away from the camera.
+  double length_m() const { return std::min(kLongest_m, 0.25 * placement_.distance_m); }
+
+  /// The place that the scene is built around.
+  Vec3 middle_m() const { return placement_.distance_m * rayThrough(column_, row_); }
+  Vec3 at_m(double column, double row) const { return placement_.distance_m * rayThrough(column, row); }
+
+  /// A frame whose origin is there, whose z axis is `outward` and whose x axis is `along` as far as that
+  /// lies across.
+  static RigidFrame frame(const Vec3& origin_m, const Vec3& outward, const Vec3& along) {
+    const Vec3 x = unitOf(along - dot(along, outward) * outward);
+    return {origin_m, x, cross(outward, x), outward};
+  }
+  /// Facing the camera, its x axis turned in the image by `turn_rad` from the image's own.
+  RigidFrame facing(double turn_rad) const {
+    return frame(middle_m(), {0, 0, 1}, {std::cos(turn_rad), std::sin(turn_rad), 0});
+  }
+  /// Facing away from the camera's axis by `tilt_rad` about the image's direction `axis_rad`, which is the x
+  /// axis.
+  RigidFrame tilted(double tilt_rad, double axis_rad) const {
+    const Vec3 axis{std::cos(axis_rad), std::sin(axis_rad), 0};
+    return frame(middle_m(), turned({0, 0, 1}, tilt_rad * axis), axis);
+  }
+
+  /// A stroke over the surface z = 0 whose middle is `middle_m`.
+  StrokePath straight(const Vec3& middle_m, const Vec3& along, double length_m) const {
+    return {.start_m = middle_m - (length_m / 2) * along,
+            .outward = {0, 0, 1},
+            .along = along,
+            .length_m = length_m,
+            .depth_m = depth_m()};
+  }
+
+  /// The wall that faces the camera behind the scene, in the frame of the scene's bodies.
+  TrueBody wallBehind(const RigidFrame& bodies) const {
+    const Vec3 outward = bodies.directionIn({0, 0, 1});
+    const Vec3 on_wall = bodies.positionIn(middle_m() - Vec3{0, 0, kWallBehind_m});
+    return ConvexBody{{{outward, dot(outward, on_wall)}}};
+  }
+
+ private:
+  const CasePlacement& placement_;
+  std::mt19937& random_;
+  double column_;
+  double row_;
+};
+
+using Cases = std::vector<StrokeCase>;
+
+const TrueBody kHalfSpace = ConvexBody{{{{0, 0, 1}, 0}}};
+
+Cases planes(CaseMaker& make, double tilt_rad) {
+  Cases cases;
+  for (const double axis_deg : {0.0, 45.0, 90.0}) {
+    for (const double turn_deg : {0.0, 90.0}) {
+      const double aside = make.uniform(-10, 10) * kDegree;
+      const Vec3 along{std::cos(turn_deg * kDegree + aside), std::sin(turn_deg * kDegree + aside), 0};
+      cases.push_back({.variant = fmt::format("axis {:.0f}, stroke {:.0f} deg", axis_deg, turn_deg),
+                       .bodies = {kHalfSpace},
+                       .T_camera_bodies = make.tilted(tilt_rad, axis_deg * kDegree + aside),
+                       .motion = {},
+                       .path = make.straight({}, along, make.length_m()),
+                       .ends_at_m = {}});
+    }
+  }
+  return cases;
+}
+
+Cases rods(CaseMaker& make, double diameter_m) {
+  struct Orientation {
+    const char* name;
+    double turn_deg;   // of the axis in the image
+    double tilt_deg;   // of the axis in depth
+    double round_deg;  // of the place of contact around the axis, from the side that faces the camera
+  };
+  constexpr Orientation kOrientations[] = {{"across", 0, 0, 0},         {"down", 90, 0, 0},
+                                           {"oblique", 35, 0, 0},       {"tilted", 20, 30, 0},
+                                           {"across, side", 0, 0, 45},  {"down, side", 90, 0, -45},
+                                           {"oblique, side", 55, 0, 30}};
+  Cases cases;
+  const double radius = diameter_m / 2;
+  for (const Orientation& o : kOrientations) {
+    const double turn = (o.turn_deg + make.uniform(-4, 4)) * kDegree;
+    const Vec3 in_image{std::cos(turn), std::sin(turn), 0};
+    const Vec3 axis = std::cos(o.tilt_deg * kDegree) * in_image + Vec3{0, 0, std::sin(o.tilt_deg * kDegree)};
+    const Vec3 towards = unitOf(-make.middle_m() + dot(make.middle_m(), axis) * axis);
+    const RigidFrame frame = CaseMaker::frame(make.middle_m() - radius * towards, towards, axis);
+    const Vec3 outward = turned({0, 0, 1}, {o.round_deg * kDegree, 0, 0});
+    StrokePath path{.start_m = radius * outward - (make.length_m() / 2) * Vec3{1, 0, 0},
+                    .outward = outward,
+                    .along = {1, 0, 0},
+                    .length_m = make.length_m(),
+                    .depth_m = std::min(make.depth_m(), 0.8 * radius)};
+    cases.push_back({.variant = o.name,
+                     .bodies = {RodBody{radius, 2 * make.distance_m()}, make.wallBehind(frame)},
+                     .T_camera_bodies = frame,
+                     .motion = {},
+                     .path = path,
+                     .ends_at_m = {},
+                     .curved = true,
+                     .patch_side_m = std::min(kLargestPatch_m, 0.8 * diameter_m)});
+  }
+  return cases;
+}
+
+Cases balls(CaseMaker& make, double radius_m) {
+  constexpr double kHalfArc_rad = 40 * kDegree;
+  Cases cases;
+  for (const double turn_deg : {0.0, 45.0, 90.0, 150.0}) {
+    const double turn = (turn_deg + make.uniform(-5, 5)) * kDegree;
+    const Vec3 outward = unitOf(-make.middle_m());
+    RigidFrame frame =
+        CaseMaker::frame(make.middle_m() - radius_m * outward, outward, {std::cos(turn), std::sin(turn), 0});
+    const Vec3 from = turned({0, 0, 1}, {0, -kHalfArc_rad, 0});
+    StrokePath path{.start_m = radius_m * from,
+                    .outward = from,
+                    .along = turned({1, 0, 0}, {0, -kHalfArc_rad, 0}),
+                    .length_m = 2 * kHalfArc_rad * (radius_m - make.depth_m()),
+                    .depth_m = make.depth_m(),
+                    .bend_radius_m = radius_m};
+    cases.push_back({.variant = fmt::format("{:.0f} deg", turn_deg),
+                     .bodies = {BallBody{radius_m}, make.wallBehind(frame)},
+                     .T_camera_bodies = frame,
+                     .motion = {},
+                     .path = path,
+                     .ends_at_m = {},
+                     .curved = true,
+                     .patch_side_m = std::min(kLargestPatch_m, 0.8 * radius_m)});
+  }
+  return cases;
+}
+
+/// A block that faces the camera and ends at x = 0.
+TrueBody blockLeftOfZero() {
+  return ConvexBody{{{{0, 0, 1}, 0}, {{1, 0, 0}, 0}, {{0, 0, -1}, kBlockThickness_m}}};
+}
+
+constexpr double kBesideEdge_m[] = {0.003, 0.01, 0.02};
+
+/// Along the edge of a block that faces the camera. `turn_rad`: of the edge in the image from upright.
+Cases edges(CaseMaker& make, double turn_rad) {
+  Cases cases;
+  for (const double beside_m : kBesideEdge_m) {
+    for (const bool opposite : {false, true}) {
+      const double turn = turn_rad + (opposite ? std::numbers::pi : 0) + make.uniform(-2, 2) * kDegree;
+      const RigidFrame frame = make.facing(turn);
+      cases.push_back(
+          {.variant = fmt::format("{:.0f} mm beside{}", 1000 * beside_m, opposite ? ", other side" : ""),
+           .bodies = {blockLeftOfZero(), make.wallBehind(frame)},
+           .T_camera_bodies = frame,
+           .motion = {},
+           .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m()),
+           .ends_at_m = {},
+           .patch_side_m = kLargestPatch_m});
+    }
+  }
+  return cases;
+}
+
+/// The two faces of a table's edge, both seen at 45 degrees; x points over the edge.
+RigidFrame ridgeFrame(CaseMaker& make, double turn_rad) {
+  const Vec3 across{std::cos(turn_rad), std::sin(turn_rad), 0};
+  return CaseMaker::frame(make.middle_m(), unitOf(Vec3{0, 0, 1} - across), across);
+}
+const TrueBody kRidge = ConvexBody{{{{0, 0, 1}, 0}, {{1, 0, 0}, 0}}};
+
+Cases ridges(CaseMaker& make) {
+  Cases cases;
+  for (const double beside_m : kBesideEdge_m) {
+    for (const double turn_deg : {0.0, 45.0, 90.0}) {
+      const double turn = (turn_deg + make.uniform(-3, 3)) * kDegree;
+      cases.push_back({.variant = fmt::format("{:.0f} mm beside, {:.0f} deg", 1000 * beside_m, turn_deg),
+                       .bodies = {kRidge},
+                       .T_camera_bodies = ridgeFrame(make, turn),
+                       .motion = {},
+                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m()),
+                       .ends_at_m = {}});
+    }
+  }
+  return cases;
+}
+
+/// Out over the edge of a block, straight and obliquely, and over a ridge.
+Cases leaves(CaseMaker& make) {
+  Cases cases;
+  const double before = std::min(kBeforeEnd_m, make.length_m());
+  const auto add = [&](std::string variant, const RigidFrame& frame, TrueBody body, const Vec3& along) {
+    StrokeCase one{.variant = std::move(variant),
+                   .bodies = {std::move(body)},
+                   .T_camera_bodies = frame,
+                   .motion = {},
+                   .path = {.start_m = -before * along,
+                            .outward = {0, 0, 1},
+                            .along = along,
+                            .length_m = before + kAfterEnd_m,
+                            .depth_m = make.depth_m()},
+                   .ends_at_m = before};
+    cases.push_back(std::move(one));
+  };
+  for (const double turn_deg : {0.0, 90.0, 180.0, 270.0, 45.0, 200.0}) {
+    const RigidFrame frame = make.facing((turn_deg + make.uniform(-3, 3)) * kDegree);
+    add(fmt::format("edge {:.0f} deg", turn_deg), frame, blockLeftOfZero(), {1, 0, 0});
+    cases.back().bodies.push_back(make.wallBehind(frame));
+  }
+  const RigidFrame frame = make.facing(make.uniform(-3, 3) * kDegree);
+  add("edge, oblique", frame, blockLeftOfZero(), unitOf({1, 1, 0}));
+  cases.back().bodies.push_back(make.wallBehind(frame));
+  for (const double turn_deg : {0.0, 90.0}) {
+    const double turn = (turn_deg + make.uniform(-3, 3)) * kDegree;
+    add(fmt::format("ridge {:.0f} deg", turn_deg), ridgeFrame(make, turn), kRidge, {1, 0, 0});
+  }
+  return cases;
+}
+
+/// Out over the corner of a block that faces the camera.
+Cases leavesCorner(CaseMaker& make) {
+  Cases cases;
+  const double before = std::min(kBeforeEnd_m, make.length_m());
+  for (const double turn_deg : {0.0, 90.0, 180.0, 225.0}) {
+    const RigidFrame frame = make.facing((turn_deg + make.uniform(-3, 3)) * kDegree);
+    const Vec3 along = unitOf({1, 1, 0});
+    cases.push_back(
+        {.variant = fmt::format("{:.0f} deg", turn_deg),
+         .bodies = {ConvexBody{
+                        {{{0, 0, 1}, 0}, {{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, -1}, kBlockThickness_m}}},
+                    make.wallBehind(frame)},
+         .T_camera_bodies = frame,
+         .motion = {},
+         .path = {.start_m = -before * along,
+                  .outward = {0, 0, 1},
+                  .along = along,
+                  .length_m = before + kAfterEnd_m,
+                  .depth_m = make.depth_m()},
+         .ends_at_m = before});
+  }
+  return cases;
+}
+
+/// Three faces that meet at the origin, their diagonal towards the camera; `turn_rad` about it.
+RigidFrame cornerFrame(CaseMaker& make, double turn_rad) {
+  const Vec3 towards = unitOf(-make.middle_m());
+  const RigidFrame diagonal =
+      CaseMaker::frame(make.middle_m(), towards, {std::cos(turn_rad), std::sin(turn_rad), 0});
+  const auto axis = [&](double angle) {
+    return unitOf(
+        diagonal.directionOut({std::sqrt(2.0) * std::cos(angle), std::sqrt(2.0) * std::sin(angle), 1}));
+  };
+  const double third = 2 * std::numbers::pi / 3;
+  return {make.middle_m(), axis(0), axis(third), axis(2 * third)};
+}
+const std::vector<Face> kThreeFaces{{{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, 1}, 0}};
+
+Cases cubeCorner(CaseMaker& make) {
+  constexpr double kBeside_m = 0.01;
+  Cases cases;
+  const double before = std::min(kBeforeEnd_m, make.length_m());
+  for (const double turn_deg : {0.0, 50.0}) {
+    const RigidFrame frame = cornerFrame(make, (turn_deg + make.uniform(-3, 3)) * kDegree);
+    StrokeCase one{.variant = fmt::format("beside edge, {:.0f} deg", turn_deg),
+                   .bodies = {ConvexBody{kThreeFaces}},
+                   .T_camera_bodies = frame,
+                   .motion = {},
+                   .path = {.start_m = {-kBeside_m, -before, 0},
+                            .outward = {0, 0, 1},
+                            .along = {0, 1, 0},
+                            .length_m = before - kBeside_m,
+                            .depth_m = make.depth_m()},
+                   .ends_at_m = {}};
+    cases.push_back(one);
+    one.variant = fmt::format("pressed at the corner, {:.0f} deg", turn_deg);
+    one.path = {.start_m = {-0.002, -0.001, 0},
+                .outward = {0, 0, 1},
+                .along = {1, 0, 0},
+                .length_m = 0,
+                .depth_m = 0.01,
+                .entry = unitOf({1, 1, 1})};
+    cases.push_back(one);
+  }
+  return cases;
+}
+
+Cases innerEdge(CaseMaker& make) {
+  Cases cases;
+  const double depth = make.depth_m();
+  const double before = std::min(kBeforeEnd_m, make.length_m());
+  for (const double turn_deg : {0.0, 45.0, 90.0}) {
+    const double turn = (turn_deg + make.uniform(-3, 3)) * kDegree;
+    const Vec3 across{std::cos(turn), std::sin(turn), 0};
+    StrokeCase one{
+        .variant = fmt::format("along the crease, {:.0f} deg", turn_deg),
+        .bodies = {HollowBody{{{{0, 0, 1}, 0}, {{1, 0, 0}, 0}}}},
+        .T_camera_bodies = CaseMaker::frame(make.middle_m(), unitOf(Vec3{0, 0, 1} - across), across),
+        .motion = {},
+        .path = make.straight({}, {0, 1, 0}, make.length_m()),
+        .ends_at_m = {}};
+    one.path.outward = unitOf({1, 0, 1});
+    cases.push_back(one);
+    one.variant = fmt::format("into the crease, {:.0f} deg", turn_deg);
+    one.path = {.start_m = {before, 0, 0},
+                .outward = {0, 0, 1},
+                .along = {-1, 0, 0},
+                .length_m = before + depth,
+                .depth_m = depth};
+    cases.push_back(one);
+  }
+  return cases;
+}
+
+Cases innerCorner(CaseMaker& make) {
+  Cases cases;
+  const double depth = make.depth_m();
+  const double before = std::min(kBeforeEnd_m, make.length_m());
+  for (const double turn_deg : {0.0, 50.0}) {
+    const RigidFrame frame = cornerFrame(make, (turn_deg + make.uniform(-3, 3)) * kDegree);
+    StrokeCase one{.variant = fmt::format("pressed in, {:.0f} deg", turn_deg),
+                   .bodies = {HollowBody{kThreeFaces}},
+                   .T_camera_bodies = frame,
+                   .motion = {},
+                   .path = {.start_m = {},
+                            .outward = unitOf({1, 1, 1}),
+                            .along = unitOf({1, -1, 0}),
+                            .length_m = 0,
+                            .depth_m = depth},
+                   .ends_at_m = {}};
+    cases.push_back(one);
+    one.variant = fmt::format("stroked in, {:.0f} deg", turn_deg);
+    const Vec3 along = unitOf({-1, -1, 0});
+    one.path = {.start_m = -before * along,
+                .outward = {0, 0, 1},
+                .along = along,
+                .length_m = before + depth,
+                .depth_m = depth};
+    cases.push_back(one);
+  }
+  return cases;
+}
+
+struct Border {
+  const char* name;
+  double column, row;           // of a pixel on it, at its middle
+  double inwards_x, inwards_y;  // in the image, y up
+};
+std::vector<Border> borders(bool dead_columns) {
+  // Half a pixel outside of the last pixel's middle; a real camera measures nothing from column 632 on.
+  const double last_column = dead_columns ? 631.5 : 639.5;
+  return {{"left", -0.5, 240, 1, 0},
+          {"right", last_column, 240, -1, 0},
+          {"top", 320, -0.5, 0, -1},
+          {"bottom", 320, 479.5, 0, 1}};
+}
+
+Cases alongBorder(CaseMaker& make) {
+  Cases cases;
+  for (const Border& border : borders(make.deadColumns())) {
+    const double inside_px = make.uniform(25, 28);
+    const Vec3 inwards{border.inwards_x, border.inwards_y, 0};
+    const Vec3 place = make.at_m(border.column + inside_px * inwards.x, border.row - inside_px * inwards.y);
+    cases.push_back({.variant = border.name,
+                     .bodies = {kHalfSpace},
+                     .T_camera_bodies = CaseMaker::frame(place, {0, 0, 1}, cross(inwards, {0, 0, 1})),
+                     .motion = {},
+                     .path = make.straight({}, {1, 0, 0}, make.length_m()),
+                     .ends_at_m = {}});
+  }
+  return cases;
+}
+
+Cases acrossBorder(CaseMaker& make) {
+  Cases cases;
+  for (const Border& border : borders(make.deadColumns())) {
+    const Vec3 inwards{border.inwards_x, border.inwards_y, 0};
+    // Contact ends where the place on the surface in front of the HIP leaves the image.
+    const Vec3 place = make.at_m(border.column, border.row);
+    const double before = std::min(kBeforeEnd_m, make.length_m());
+    cases.push_back({.variant = border.name,
+                     .bodies = {kHalfSpace},
+                     .T_camera_bodies = CaseMaker::frame(place, {0, 0, 1}, -inwards),
+                     .motion = {},
+                     .path = {.start_m = {-before, 0, 0},
+                              .outward = {0, 0, 1},
+                              .along = {1, 0, 0},
+                              .length_m = before + kAfterEnd_m,
+                              .depth_m = make.depth_m()},
+                     .ends_at_m = before,
+                     .ends_unseen = true});
+  }
+  return cases;
+}
+
+/// The plane moves at that speed: to the camera, away from it, and aside where it is tilted by 30 degrees.
+Cases movingPlanes(CaseMaker& make, double speed_m_per_s) {
+  struct Way {
+    const char* name;
+    Vec3 direction;
+    double tilt_deg;
+    double inwards;  // how fast a HIP that stays gets deeper, by the speed
+  };
+  const Way ways[] = {
+      {"approaching", {0, 0, 1}, 0, 1}, {"receding", {0, 0, -1}, 0, -1}, {"sliding", {0, 1, 0}, 30, -0.5}};
+  constexpr double kShallow_m = 0.004;  // of a HIP that stays
+  constexpr double kDeep_m = 0.02;
+  constexpr double kStroke_s = 0.4;
+  constexpr double kFramePeriod_s = 1.0 / 30;
+  Cases cases;
+  for (const Way& way : ways) {
+    for (const HipMotion hip : {HipMotion::stays, HipMotion::strokes}) {
+      const bool stays = hip == HipMotion::stays;
+      StrokeCase one{.variant = fmt::format("{}, {}", way.name, stays ? "HIP stays" : "stroked"),
+                     .bodies = {kHalfSpace},
+                     .T_camera_bodies = make.tilted(way.tilt_deg * kDegree, 0),
+                     .motion = {},
+                     .path = make.straight({}, unitOf({1, 0.3, 0}), kStroke_s * kStrokeSpeed_m_per_s),
+                     .hip = hip,
+                     .ends_at_m = {}};
+      one.phase_s = make.uniform(0, kFramePeriod_s);
+      if (stays) {
+        one.stays_s = (kDeep_m - kShallow_m) / (std::abs(way.inwards) * speed_m_per_s);
+        one.path.depth_m = way.inwards > 0 ? kShallow_m : kDeep_m;
+      }
+      one.motion.velocity_m_per_s = speed_m_per_s * way.direction;
+      const double moves_s = kSteady_s + (stays ? one.stays_s : kStroke_s);
+      one.T_camera_bodies.origin_m += -0.5 * moves_s * one.motion.velocity_m_per_s;
+      one.beyond_m += 0.5 * moves_s * speed_m_per_s;
+      cases.push_back(std::move(one));
+    }
+  }
+  return cases;
+}
+
+/// The camera is held by hand: it sways by 3 mm and half a degree and turns slowly.
+Cases handHeld(CaseMaker& make) {
+  BodyMotion motion;
+  motion.turning_rad_per_s = {0, 2 * kDegree, 1 * kDegree};
+  motion.sway_m = {0.003, 0.003, 0.003};
+  motion.sway_rad = {0.5 * kDegree, 0.5 * kDegree, 0.3 * kDegree};
+  motion.sway_hz = 0.7;
+  Cases cases;
+  const auto add = [&](const char* what, const StrokeCase& rested) {
+    StrokeCase one = rested;
+    one.variant = what;
+    one.motion = motion;
+    cases.push_back(std::move(one));
+  };
+  const StrokeCase plane = planes(make, 20 * kDegree).front();
+  add("plane", plane);
+  add("plane, HIP stays", plane);
+  cases.back().hip = HipMotion::stays;
+  cases.back().stays_s = 1;
+  add("sphere100", balls(make, 0.05).front());
+  add("rod40", rods(make, 0.04).front());
+  return cases;
+}
+
+using Maker = std::function<Cases(CaseMaker&)>;
+struct Entry {
+  StrokeScene scene;
+  Maker make;
+};
+
+const std::vector<Entry>& entries() {
+  static const std::vector<Entry> all = [] {
+    std::vector<Entry> list;
+    for (const int tilt_deg : {0, 30, 45, 60}) {
+      list.push_back({{.name = fmt::format("plane{}", tilt_deg), .flat = true},
+                      [tilt_deg](CaseMaker& make) { return planes(make, tilt_deg * kDegree); }});
+    }
+    for (const int diameter_mm : {10, 20, 40, 80}) {
+      const double diameter_m = diameter_mm / 1000.0;
+      list.push_back({{.name = fmt::format("rod{}", diameter_mm), .narrowest_m = diameter_m},
+                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m); }});
+    }
+    for (const int diameter_mm : {50, 100}) {
+      const double radius_m = diameter_mm / 2000.0;
+      list.push_back({{.name = fmt::format("sphere{}", diameter_mm), .narrowest_m = 2 * radius_m},
+                      [radius_m](CaseMaker& make) { return balls(make, radius_m); }});
+    }
+    for (const int turn_deg : {0, 22, 45}) {
+      list.push_back({{.name = fmt::format("edge{}", turn_deg), .flat = true},
+                      [turn_deg](CaseMaker& make) { return edges(make, turn_deg * kDegree); }});
+    }
+    list.push_back({{.name = "ridge", .flat = true}, ridges});
+    list.push_back({{.name = "over_edge", .smooth = false}, leaves});
+    list.push_back({{.name = "over_corner", .smooth = false}, leavesCorner});
+    list.push_back({{.name = "cube_corner", .smooth = false}, cubeCorner});
+    list.push_back({{.name = "inner_edge", .smooth = false}, innerEdge});
+    list.push_back({{.name = "inner_corner", .smooth = false}, innerCorner});
+    list.push_back({{.name = "border_along", .flat = true}, alongBorder});
+    list.push_back({{.name = "border_across", .smooth = false}, acrossBorder});
+    for (const double speed : {0.1, 0.3, 0.5}) {
+      // A plane on its way to the camera is half of 0.6 s nearer at the end.
+      constexpr double kNearest_m = 0.42;
+      list.push_back({{.name = fmt::format("moving{:g}", speed),
+                       .smooth = false,
+                       .moving = true,
+                       .nearest_m = kNearest_m + 0.3 * speed},
+                      [speed](CaseMaker& make) { return movingPlanes(make, speed); }});
+    }
+    list.push_back({{.name = "hand_held", .smooth = false, .moving = true, .narrowest_m = 0.04}, handHeld});
+    return list;
+  }();
+  return all;
+}
+
+}  // namespace
+
+const std::vector<StrokeScene>& strokeScenes() {
+  static const std::vector<StrokeScene> scenes = [] {
+    std::vector<StrokeScene> list;
+    for (const Entry& entry : entries()) list.push_back(entry.scene);
+    return list;
+  }();
+  return scenes;
+}
+
+Cases strokeCases(const StrokeScene& scene, const CasePlacement& placement, std::mt19937& random) {
+  const auto entry =
+      std::ranges::find(entries(), scene.name, [](const Entry& one) { return one.scene.name; });
+  if (entry == entries().end()) return {};
+  CaseMaker make(placement, random);
+  return entry->make(make);
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,201 @@
+#include "tools/hapticbench/strokes/stroke_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "tools/offline/offline_box.h"
+
+namespace hapticd::tools {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kTick_s = 0.001;
+constexpr double kFramePeriod_s = 1.0 / 30;
+constexpr int kSettlingFrames = 20;   // more than any filter or fusion looks back
+constexpr double kApproach_m = 0.02;  // in front of the surface
+constexpr double kPressed_s = 0.1;    // before the stroke begins
+
+/// What the hand does at which time. Time 0 is the beginning of the approach; frames were there before.
+class Schedule {
+ public:
+  explicit Schedule(const StrokeCase& stroke) : stroke_(stroke) {
+    const double travel_m = kApproach_m + stroke.path.depth_m;
+    pressed_s_ = travel_m / kStrokeSpeed_m_per_s;
+    begins_s_ = pressed_s_ + kPressed_s + stroke.phase_s + (stroke.motion.rests() ? 0 : kSteady_s);
+    const bool moves_on = stroke.hip == HipMotion::strokes && stroke.path.length_m > 0;
+    ends_s_ = begins_s_ + (moves_on ? stroke.path.length_m / kStrokeSpeed_m_per_s : stroke.stays_s);
+  }
+
+  /// When the bodies begin to move.
+  double motionStarts_s() const { return pressed_s_ + kPressed_s; }
+  double ends_s() const { return ends_s_; }
+  bool judged(double t_s) const { return t_s >= (stroke_.motion.rests() ? pressed_s_ : begins_s_); }
+  bool strokes(double t_s) const { return t_s >= begins_s_ && stroke_.hip == HipMotion::strokes; }
+  double stroked_m(double t_s) const {
+    return std::clamp((t_s - begins_s_) * kStrokeSpeed_m_per_s, 0.0, stroke_.path.length_m);
+  }
+
+  Vec3 hip_m(const BodyScene& scene, double t_s) const {
+    const bool stays = stroke_.hip == HipMotion::stays && t_s > begins_s_;
+    const RigidFrame bodies = scene.frameAt(stays ? begins_s_ : t_s);
+    if (t_s < pressed_s_) {
+      const double before_m = kApproach_m + stroke_.path.depth_m - std::max(0.0, t_s) * kStrokeSpeed_m_per_s;
+      return bodies.positionOut(stroke_.path.approach_m(before_m));
+    }
+    return bodies.positionOut(stroke_.path.hip_m(stays ? 0 : stroked_m(t_s)));
+  }
+
+ private:
+  const StrokeCase& stroke_;
+  double pressed_s_;
+  double begins_s_;
+  double ends_s_;
+};
+
+std::unique_ptr<OfflineBox> boxFor(const rt::LiveParameters& setting,
+                                   const rt::DepthModelParameters& camera) {
+  auto box = std::make_unique<OfflineBox>(camera, rt::PoseParameters{}, rt::GridParameters{});
+  const double ramp_s = box->parameters().safety.engage_ramp_s;
+  box->parameters() = setting;
+  rt::SafetyParameters& safety = box->parameters().safety;
+  safety.engage_ramp_s = ramp_s;
+  safety.max_force_n = 1e6;  // the blend cuts to it
+  safety.passivity_control = false;
+  safety.stiffness_limit = rt::StiffnessLimit::off;
+  return box;
+}
+
+/// The frames of a scene one after the other, of which only the newest is kept.
+class Camera {
+ public:
+  Camera(BodyScene& scene, const StrokeView& view) : scene_(scene), view_(view) {}
+
+  /// Renders what has arrived by `t_s`; true if that is a new frame.
+  bool refresh(double t_s, std::int64_t start_ns) {
+    constexpr double kRounding_s = 1e-9;
+    bool is_new = false;
+    while (shows_s(number_ + 1) + view_.latency_s <= t_s + kRounding_s) {
+      ++number_;
+      is_new = true;
+    }
+    if (!is_new) return false;
+    const bool same = scene_.rests() && number_ > 1 && view_.noise <= SceneNoise::quantised && rendered_;
+    if (!same) scene_.render(shows_s(number_), static_cast<std::uint64_t>(number_), view_.noise, *frame_);
+    rendered_ = true;
+    frame_->sequence = static_cast<std::uint64_t>(number_);
+    frame_->arrival_ns = start_ns + std::llround((shows_s(number_) + view_.latency_s) * 1e9);
+    return true;
+  }
+  const rt::DepthFrame& frame() const { return *frame_; }
+
+ private:
+  static double shows_s(long number) {
+    return static_cast<double>(number - kSettlingFrames) * kFramePeriod_s;
+  }
+
+  BodyScene& scene_;
+  const StrokeView& view_;
+  std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();
+  long number_ = 0;
+  bool rendered_ = false;
+};
+
+/// Shows the frame at the tick of `now_ns`, with its arrival where the box can take that.
+template <typename Box>
+void show(Box& box, const rt::DepthFrame& frame, std::int64_t now_ns) {
+  if constexpr (requires { box.show(frame, now_ns); }) {
+    box.show(frame, now_ns);
+  } else {
+    box.show(frame);
+  }
+}
+
+/// Metres along `direction` at `p` for one pixel of the image.
+double pitchAlong_m(const rt::DepthModelParameters& camera, const Vec3& p, const Vec3& direction) {
+  const double depth = -p.z;
+  // How fast the place in the image moves: the derivative of (f x / Z, f y / Z).
+  const double across = camera.fx_px * (direction.x / depth + direction.z * p.x / (depth * depth));
+  const double up = camera.fy_px * (direction.y / depth + direction.z * p.y / (depth * depth));
+  return 1 / std::hypot(across, up);
+}
+
+TrueTick trueTick(const StrokeCase& stroke, const Schedule& schedule, const BodyScene& scene,
+                  IdealConstraint& ideal, double t_s, double stiffness_n_per_m) {
+  TrueTick tick;
+  tick.t_s = t_s;
+  tick.hip_m = schedule.hip_m(scene, t_s);
+  tick.hold = ideal.follow(tick.hip_m, t_s);
+  tick.judged = schedule.judged(t_s);
+  if (schedule.strokes(t_s)) {
+    const double stroked_m = schedule.stroked_m(t_s);
+    tick.along = scene.frameAt(t_s).directionOut(stroke.path.direction(stroked_m));
+    if (stroke.ends_at_m) tick.past_end_m = stroked_m - *stroke.ends_at_m;
+  }
+  if (stroke.ends_unseen && tick.past_end_m.value_or(0) > 0) {
+    tick.hold.reset();
+    return tick;
+  }
+  if (tick.hold) {
+    tick.force_n = stiffness_n_per_m * (tick.hold->proxy_m - tick.hip_m);
+  } else {
+    tick.clearance_m = scene.signedDistance(tick.hip_m, t_s);
+  }
+  return tick;
+}
+
+FeltTick feltTick(OfflineBox& box, const Vec3& hip_m, const Vec3& velocity_m_per_s, double period_s) {
+  const rt::Tick tick = box.tick(hip_m, period_s, velocity_m_per_s);
+  return {tick.law_force_n_in_world, tick.blended_force_n_in_world, tick.proxy_m_in_world, tick.contact,
+          tick.outside_model};
+}
+
+}  // namespace
+
+StrokeRun runStroke(const StrokeCase& stroke, const StrokeView& view,
+                    const std::vector<rt::LiveParameters>& settings) {
+  const Schedule schedule(stroke);
+  BodyMotion motion = stroke.motion;
+  motion.start_s = schedule.motionStarts_s();
+  BodyScene scene(stroke.bodies, stroke.T_camera_bodies, motion, view.camera, view.seed);
+  Camera camera(scene, view);
+  IdealConstraint ideal(scene);
+  std::vector<std::unique_ptr<OfflineBox>> boxes;
+  for (const rt::LiveParameters& setting : settings) boxes.push_back(boxFor(setting, view.camera));
+
+  StrokeRun run;
+  run.felt.resize(settings.size());
+  // The boxes' clock begins at 0, well before the first frame arrives.
+  const long first_tick = -std::lround(kSettlingFrames * kFramePeriod_s / kTick_s);
+  const std::int64_t start_ns = -first_tick * std::llround(kTick_s * 1e9);
+  const long last_tick = std::lround(schedule.ends_s() / kTick_s);
+  long ticked = first_tick;
+  for (long i = first_tick + 1; i <= last_tick; ++i) {
+    const double t_s = static_cast<double>(i) * kTick_s;
+    const bool is_new = camera.refresh(t_s, start_ns);
+    if (is_new) {
+      for (const auto& box : boxes) show(*box, camera.frame(), start_ns + i * std::llround(kTick_s * 1e9));
+    }
+    const bool settling = i < 0;
+    if (settling && !is_new) continue;
+    const double period_s = static_cast<double>(i - ticked) * kTick_s;
+    ticked = i;
+    const Vec3 hip = schedule.hip_m(scene, t_s);
+    const Vec3 velocity = (1 / kTick_s) * (hip - schedule.hip_m(scene, t_s - kTick_s));
+    for (std::size_t box = 0; box < boxes.size(); ++box) {
+      const FeltTick felt = feltTick(*boxes[box], hip, velocity, period_s);
+      if (!settling) run.felt[box].push_back(felt);
+    }
+    if (settling) continue;
+    const double stiffness = settings.front().springs.stiffness_n_per_m;
+    run.truth.push_back(trueTick(stroke, schedule, scene, ideal, t_s, stiffness));
+  }
+  const Vec3 end_m = stroke.path.hip_m(stroke.ends_at_m.value_or(stroke.path.length_m));
+  const RigidFrame bodies = scene.frameAt(schedule.ends_s());
+  const Vec3 direction = bodies.directionOut(stroke.path.along);
+  run.pitch_m = pitchAlong_m(view.camera, bodies.positionOut(end_m), direction);
+  return run;
+}
+
+}  // namespace hapticd::tools

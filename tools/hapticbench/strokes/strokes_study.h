@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt/parameters.h"
+#include "tools/hapticbench/strokes/stroke_case.h"
+#include "tools/hapticbench/strokes/stroke_judge.h"
+#include "tools/hapticbench/strokes/stroke_run.h"
+
+namespace hapticd::tools {
+
+/// What is measured.
+struct StrokesOptions {
+  std::vector<std::string> laws{"proxy", "surface", "auto"};
+  std::vector<std::string> scenes;  ///< empty: all
+  std::vector<double> distances_m{0.6, 1, 2};
+  std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::sensor};
+  double depth_m = 0.008;
+  double latency_s = 0;
+  int repeats = 1;   ///< of every variant of a scene, each at another place with other noise
+  int variants = 0;  ///< so many of a scene at most; 0: all
+  std::uint32_t seed = 1;
+  bool each = false;  ///< one row per variant of a scene
+};
+
+/// What `force.law: name` of the shipped configuration acts with at that distance; names as on the command
+/// line, `auto` included.
+rt::LiveParameters strokeSetting(const std::string& law, double distance_m);
+/// All of those names.
+const std::vector<std::string>& strokeLaws();
+
+/// The strokes of one scene at one distance with one noise and one law.
+struct StrokesRow {
+  std::string law;
+  StrokeScene scene;
+  std::string variant;  ///< empty: all together
+  double distance_m = 0;
+  SceneNoise noise = SceneNoise::none;
+  StrokeFigures figures;
+  double lag_limit_m = 0;
+};
+
+/// `progress` is given what is measured next.
+std::vector<StrokesRow> measureStrokes(const StrokesOptions& options,
+                                       const std::function<void(const std::string&)>& progress);
+
+}  // namespace hapticd::tools
