@@ -10,9 +10,18 @@ namespace hapticd::tools {
 Bound Bound::atMost(std::string law, std::string what, double limit, double figure, const std::string& unit) {
   return {.law = std::move(law),
           .what = std::move(what),
-          .limit = fmt::format("{:g} {}", limit, unit),
+          .limit = fmt::format("at most {:g} {}", limit, unit),
           .figure = fmt::format("{:.3g} {}", figure, unit),
           .kept = figure <= limit};
+}
+
+Bound Bound::atLeast(std::string law, std::string what, double limit, double figure,
+                     const std::string& unit) {
+  return {.law = std::move(law),
+          .what = std::move(what),
+          .limit = fmt::format("at least {:g} {}", limit, unit),
+          .figure = fmt::format("{:.3g} {}", figure, unit),
+          .kept = figure >= limit};
 }
 
 Bound Bound::notMeasured(std::string law, std::string what) {
@@ -27,8 +36,7 @@ std::string boundsTable(std::span<const Bound> bounds) {
                    !measured    ? "not measured"
                    : bound.kept ? "kept"
                                 : "NOT KEPT",
-                   bound.law, bound.what, bound.figure,
-                   measured ? fmt::format("  at most {}", bound.limit) : "");
+                   bound.law, bound.what, bound.figure, measured ? "  " + bound.limit : "");
   }
   return fmt::to_string(text);
 }

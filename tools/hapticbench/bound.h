@@ -10,13 +10,16 @@ namespace hapticd::tools {
 struct Bound {
   std::string law;
   std::string what;
-  std::string limit;
+  std::string limit;   ///< "at most 0.1 N"
   std::string figure;  ///< empty: not measured
   bool kept = false;
 
   /// `figure` at most `limit`, both in `unit`.
   static Bound atMost(std::string law, std::string what, double limit, double figure,
                       const std::string& unit);
+  /// At least `limit`.
+  static Bound atLeast(std::string law, std::string what, double limit, double figure,
+                       const std::string& unit);
   static Bound notMeasured(std::string law, std::string what);
 };
 
