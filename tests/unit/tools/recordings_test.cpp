@@ -167,13 +167,16 @@ TEST(FitError, IsWhatFitsToAStandingPatternErrBy) {
   EXPECT_NEAR(std::sqrt(predicted_squares / squares), 1, 0.15);
 }
 
+const std::vector<RestingSurface>& surfacesOfSession() {
+  static const std::vector<RestingSurface> surfaces =
+      restingSurfaces(pixelStatistics(session()), kFrames, rt::DepthModelParameters{}, {.sizes_m = {0.16}});
+  return surfaces;
+}
+
 TEST(RestingSurfaces, AreFoundWhereNothingPassesAndLieOnTheTruth) {
   const rt::DepthModelParameters camera;
-  const auto pixels = pixelStatistics(session());
-  const RestingSurfaceOptions options{.sizes_m = {0.16}};
-  const auto surfaces = restingSurfaces(pixels, kFrames, camera, options);
-  ASSERT_FALSE(surfaces.empty());
-  for (const RestingSurface& surface : surfaces) {
+  ASSERT_FALSE(surfacesOfSession().empty());
+  for (const RestingSurface& surface : surfacesOfSession()) {
     EXPECT_TRUE(surface.column + surface.half_px < 300 || surface.column - surface.half_px >= 420);
     EXPECT_NEAR(surface.fit.at(surface.column, surface.row),
                 wallRaw(camera, static_cast<int>(surface.column)), 0.05);
@@ -182,10 +185,8 @@ TEST(RestingSurfaces, AreFoundWhereNothingPassesAndLieOnTheTruth) {
 
 TEST(SurfaceStroke, StaysEightMillimetresBehindTheSurface) {
   const rt::DepthModelParameters camera;
-  const auto pixels = pixelStatistics(session());
-  const auto surfaces = restingSurfaces(pixels, kFrames, camera, {.sizes_m = {0.16}});
-  ASSERT_FALSE(surfaces.empty());
-  const auto ticks = handleSurface(surfaces.front(), camera, Handling::along_row, 500);
+  ASSERT_FALSE(surfacesOfSession().empty());
+  const auto ticks = handleSurface(surfacesOfSession().front(), camera, Handling::along_row, 500);
   std::size_t pressing = 0;
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     if (!ticks[i].presses) continue;

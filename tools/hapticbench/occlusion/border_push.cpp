@@ -52,8 +52,10 @@ Vec3 footOf(const BorderPushCase& push, const rt::DepthModelParameters& camera) 
     case BorderKind::image_border:
       break;
   }
+  // in sight also where a surface that moves has come nearest
   const double border_px = drivers::SensorNoise::kFirstDeadColumn - 0.5;
-  return {(border_px - camera.cx_px) / camera.fx_px * push.wall_m - push.beside_m, kRow_m, -push.wall_m};
+  const double border_m = (border_px - camera.cx_px) / camera.fx_px * (push.wall_m - kSurfaceWay_m);
+  return {border_m - push.beside_m, kRow_m, -push.wall_m};
 }
 
 }  // namespace

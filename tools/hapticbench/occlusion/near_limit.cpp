@@ -45,16 +45,20 @@ class WallMotion {
 
 NearLimitResult judgeNearLimit(const std::vector<NearLimitTick>& ticks, std::size_t too_near,
                                std::size_t back) {
-  constexpr double kHeldShare = 0.8;
+  constexpr double kHeldShare = 0.5;
   constexpr double kReleasedShare = 0.05;
   NearLimitResult result = NearLimitResult::none();
   result.force_n = ticks[too_near - 1].outward_n;
+  result.least_held_n = result.force_n;
   bool held = true;
   for (std::size_t i = too_near; i < back; ++i) {
     const double outward_n = ticks[i].outward_n;
     const auto since_ms = static_cast<double>(i - too_near);
     held = held && outward_n >= kHeldShare * result.force_n;
-    if (held) result.held_ms = since_ms + 1;
+    if (held) {
+      result.held_ms = since_ms + 1;
+      result.least_held_n = std::min(result.least_held_n, outward_n);
+    }
     if (result.released_ms < 0 && outward_n < kReleasedShare * result.force_n) result.released_ms = since_ms;
     result.largest_step_n = std::max(result.largest_step_n, std::abs(outward_n - ticks[i - 1].outward_n));
     result.cause_named = result.cause_named || ticks[i].cause == rt::Cause::surface_too_near;

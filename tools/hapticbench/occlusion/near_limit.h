@@ -11,7 +11,8 @@ namespace hapticd::tools {
 /// measures.
 struct NearLimitResult {
   double force_n = 0;         ///< at the last tick before the surface was too near
-  double held_ms = 0;         ///< from then on until the force was below 80 % of that
+  double held_ms = 0;         ///< from then on until the force was below half of that
+  double least_held_n = 0;    ///< the smallest force in that time, the ramp of the release included
   double released_ms = 0;     ///< until it was below 5 % of it; negative: it never was
   double largest_step_n = 0;  ///< of the command from one tick to the next, from then on
   bool cause_named = false;   ///< the cause surface_too_near stood in a tick from then on

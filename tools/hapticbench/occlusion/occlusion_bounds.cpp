@@ -88,9 +88,10 @@ void addEntryBounds(const OcclusionResult& result, config::LawChoice law, std::v
 }
 
 void addNearBounds(const OcclusionResult& result, config::LawChoice law, std::vector<Bound>& bounds) {
-  // Ninety percent of safety.depth_timeout_s; and that, safety.depth_ramp_s and a tenth more.
-  constexpr double kLeastHeld_ms = 450;
-  constexpr double kLatestRelease_ms = 770;
+  // safety.depth_timeout_s; and that with safety.depth_ramp_s, after ten frames in which what is missing may
+  // only flicker, and a tenth more.
+  constexpr double kLeastHeld_ms = 500;
+  constexpr double kLatestRelease_ms = 1130;
   double least_held_ms = 1e9;
   double latest_ms = 0;
   int unnamed = 0;

@@ -131,6 +131,7 @@ Json nearJson(const NearRow& row) {
           {"speed_m_per_s", row.speed_m_per_s},
           {"force_n", row.result.force_n},
           {"held_ms", row.result.held_ms},
+          {"least_held_n", row.result.least_held_n},
           {"released_ms", row.result.released_ms},
           {"largest_step_n", row.result.largest_step_n},
           {"cause_named", row.result.cause_named},
