@@ -265,6 +265,7 @@ TEST(JudgePassing, TellsTheSensorsErrorFromWhatThePassageChanges) {
   const PassingError error = judgePassing(ticks);
   EXPECT_EQ(error.error.longest, 200U);
   EXPECT_EQ(error.change.longest, 50U);
+  EXPECT_EQ(error.calm.longest, 0U);
   EXPECT_EQ(error.ghost.ticks, 0U);
 }
 

@@ -29,21 +29,32 @@ double nearerRaw(const rt::DepthModelParameters& camera, double raw, double befo
   return (1 / (depthOf(camera, raw) - before_m) - camera.b_per_m) / camera.a_per_m;
 }
 
-bool isCovered(const rt::DepthFrame& frame, const PassedPlace& place, double nearest_raw) {
-  int nearer = 0;
-  int unmeasured = 0;
+/// What a frame shows in the square around a place.
+struct SquareContent {
   int pixels = 0;
+  int nearer = 0;  ///< than the surface, by so much that it is another body
+  int unmeasured = 0;
+
+  bool covered() const { return nearer > 0 || 2 * unmeasured > pixels; }
+  /// More than the pixels that fly at an edge.
+  bool passed() const { return 10 * nearer >= pixels; }
+};
+SquareContent contentOf(const rt::DepthFrame& frame, const PassedPlace& place, double nearest_raw) {
+  SquareContent content;
   const auto middle_column = static_cast<int>(place.column);
   const auto middle_row = static_cast<int>(place.row);
   for (int row = middle_row - place.half_px; row <= middle_row + place.half_px; ++row) {
     for (int column = middle_column - place.half_px; column <= middle_column + place.half_px; ++column) {
       const std::uint16_t raw = frame.raw[placeOf(column, row)];
-      ++pixels;
-      unmeasured += raw >= rt::kRawNoMeasurement ? 1 : 0;
-      nearer += raw < rt::kRawNoMeasurement && raw < nearest_raw ? 1 : 0;
+      ++content.pixels;
+      if (raw >= rt::kRawNoMeasurement) {
+        ++content.unmeasured;
+      } else if (raw < nearest_raw) {
+        ++content.nearer;
+      }
     }
   }
-  return nearer > 0 || 2 * unmeasured > pixels;
+  return content;
 }
 
 /// The longest run of frames that are not covered.
@@ -65,6 +76,7 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
   constexpr int kLeastHalf_px = 8;
   constexpr double kMostResidual_raw = 1;
   constexpr std::size_t kLeastFramesInSight = 15;
+  constexpr int kLeastFramesPassed = 2;
   const float raw = background[placeOf(column, row)];
   if (!std::isfinite(raw)) return std::nullopt;
   const double depth = depthOf(camera, raw);
@@ -94,9 +106,13 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
   place.distance_m = -place.point.position_m.z;
   place.half_px = std::max(2, static_cast<int>(std::lround(kPatch_m / 2 * camera.fx_px / depth)));
   const double nearest_raw = nearerRaw(camera, fit->quadratic.at(column, row), kCoverBefore_m);
-  for (const auto& frame : session.frames) place.covered.push_back(isCovered(*frame, place, nearest_raw));
-  const bool passed = std::ranges::count(place.covered, true) >= 2;
-  if (!passed || longestInSight(place.covered) < kLeastFramesInSight) return std::nullopt;
+  int passed = 0;
+  for (const auto& frame : session.frames) {
+    const SquareContent content = contentOf(*frame, place, nearest_raw);
+    place.covered.push_back(content.covered());
+    if (content.passed()) ++passed;
+  }
+  if (passed < kLeastFramesPassed || longestInSight(place.covered) < kLeastFramesInSight) return std::nullopt;
   return place;
 }
 

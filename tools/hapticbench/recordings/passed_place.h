@@ -27,7 +27,8 @@ struct PassedPlace {
                               ///< measured in most of it
 };
 
-/// Up to `most` places, spread over the image, at least two frames of each covered and half a second not.
+/// Up to `most` places, spread over the image, that something passes in two frames or more and that are in
+/// sight for half a second.
 std::vector<PassedPlace> passedPlaces(const BenchSequence& session, std::span<const float> background,
                                       const rt::DepthModelParameters& camera, int most);
 

@@ -42,6 +42,7 @@ void PassingError::add(const PassingError& other) {
   ghost_covered.add(other.ghost_covered);
   error.add(other.error);
   change.add(other.change);
+  calm.add(other.calm);
 }
 
 PassingError judgePassing(const std::vector<PassingTick>& ticks) {
@@ -49,14 +50,14 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks) {
   const bool presses =
       std::ranges::any_of(ticks, [](const PassingTick& tick) { return !(tick.true_n == Vec3{}); });
   Vec3 sum_n;
-  double calm = 0;
+  double calm_ticks = 0;
   for (const PassingTick& tick : ticks) {
     if (tick.covered || tick.left_out) continue;
     sum_n += tick.force_n;
-    calm += 1;
+    calm_ticks += 1;
   }
-  const Vec3 usual_n = calm > 0 ? (1 / calm) * sum_n : Vec3{};
-  std::vector<double> ghosts, ghosts_covered, errors, changes;
+  const Vec3 usual_n = calm_ticks > 0 ? (1 / calm_ticks) * sum_n : Vec3{};
+  std::vector<double> ghosts, ghosts_covered, errors, changes, calm_changes;
   for (const PassingTick& tick : ticks) {
     if (tick.left_out) {
       ++result.left_out;
@@ -68,7 +69,9 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks) {
       if (tick.covered) ghosts_covered.push_back(norm(tick.force_n));
     } else {
       errors.push_back(tick.covered ? norm(tick.force_n - tick.true_n) : 0);
-      changes.push_back(tick.covered ? norm(tick.force_n - usual_n) : 0);
+      const double change_n = norm(tick.force_n - usual_n);
+      changes.push_back(tick.covered ? change_n : 0);
+      calm_changes.push_back(tick.covered ? 0 : change_n);
     }
   }
   result.ghost = exceedance(ghosts, kGhost_n);
@@ -76,6 +79,7 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks) {
   if (presses) {
     result.error = exceedance(errors, kWrong_n);
     result.change = exceedance(changes, kWrong_n);
+    result.calm = exceedance(calm_changes, kWrong_n);
   }
   return result;
 }

@@ -25,6 +25,7 @@ struct PassingError {
   Exceedance ghost_covered;  ///< of these ticks, those while something passes
   Exceedance error;          ///< pressing hand, while something passes: error over 0.5 N
   Exceedance change;         ///< the same of the difference from the mean force while nothing passed
+  Exceedance calm;           ///< that difference while nothing passes: the sensor's own noise
   void add(const PassingError& other);
 };
 

@@ -1,5 +1,7 @@
 #include "tools/hapticbench/recordings/recordings_bounds.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -100,8 +102,9 @@ void addPassing(std::span<const SessionResult> sessions, config::LawChoice law, 
   bounds.push_back(Bound::atMost(name, "the same, ticks above 0.1 N", 0, free.ghost.percent(), "%"));
   bounds.push_back(Bound::atMost(name, "error of a pressing HIP while something passes above 0.5 N, longest",
                                  100, static_cast<double>(pressing.error.longest), "ms"));
-  bounds.push_back(Bound::atMost(name, "the same against the force while nothing passes", 100,
-                                 static_cast<double>(pressing.change.longest), "ms"));
+  bounds.push_back(Bound::atMost(
+      name, fmt::format("the same as a change; while nothing passes up to {} ms", pressing.calm.longest), 100,
+      static_cast<double>(pressing.change.longest), "ms"));
 }
 
 }  // namespace
