@@ -59,7 +59,7 @@ double largestReachOfWindow_m(const rt::GridParameters& grid) {
 }
 
 bool isMet(const Demand& demand, const rt::GridParameters& grid) {
-  if (demand.needs.surface) return true;
+  if (demand.needs.visible_surface) return true;
   return grid.extent == rt::ModelExtent::frame || windowHolds(demand.reach_m, grid);
 }
 

@@ -129,9 +129,9 @@ HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, st
 struct Estimate {
   Floats value, slope_u, slope_v;
   Floats bend_uu, bend_uv, bend_vv;
-  Floats sigma;  ///< standard deviation of `value`
+  Floats sigma;         ///< standard deviation of `value`
+  Floats bias_of_bend;  ///< how far it is off where the surface bends, for each unit of the bend
   float half;    ///< of the support, blocks
-  bool is_small_plane;  ///< over 3 x 3 blocks
 };
 
 /// The small plane of the site itself, or that of a neighbour which fits much better and predicts the site.
@@ -170,7 +170,7 @@ HWY_INLINE Estimate bestSmallPlane(const FacetBlocks& blocks, const FacetFit& fi
   best.bend_uu = best.bend_uv = best.bend_vv = set(0);
   best.sigma = set(fit.noise_raw);
   best.half = 1.5F;
-  best.is_small_plane = true;
+  best.bias_of_bend = set(2.0F / 3);
   return best;
 }
 
@@ -265,8 +265,8 @@ HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t
   const auto value = hn::MulAdd(curved, hn::Sub(bent_value, flat_value), flat_value);
 
   auto agreed = may_bend ? set(1) : flat;
-  // A plane over 3 x 3 blocks lies off a curved surface by two thirds of its bend.
-  const auto bias = hn::Mul(hn::Mul(curved, set(estimate.is_small_plane ? 2.0F / 3 : 0)), hn::Add(bend_uu, bend_vv));
+  const auto bias =
+      hn::Mul(hn::Mul(curved, hn::Mul(estimate.bias_of_bend, set(1 / square))), hn::Add(bend_uu, bend_vv));
   const auto moved_by = hn::Div(hn::Abs(hn::Add(value, bias)), estimate.sigma);
   agreed = hn::Mul(agreed, fallingStep(moved_by, 1.5F, 3.0F));
   const auto turned_by = hn::Mul(hn::Add(hn::Abs(slope_u), hn::Abs(slope_v)), set(estimate.half / 1.7F));
@@ -283,11 +283,13 @@ HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t
   estimate.bend_vv = hn::MulAdd(chain, hn::MulSub(per_square, bend_vv, estimate.bend_vv), estimate.bend_vv);
   estimate.sigma = hn::MulAdd(chain, hn::Sub(sigma, estimate.sigma), estimate.sigma);
   estimate.half = 0.5F * support.side();
-  estimate.is_small_plane = false;
+  const auto next_bias = hn::Mul(hn::Sub(set(1), curved), set(m2 * square));
+  estimate.bias_of_bend =
+      hn::MulAdd(chain, hn::Sub(next_bias, estimate.bias_of_bend), estimate.bias_of_bend);
 }
 
 void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const SmallPlanes& planes, Facet* facets) {
-  constexpr Support kSupports[] = {{2, 1}, {3, 1}, {3, 2}, {3, 3}, {3, 4}};
+  constexpr Support kSupports[] = {{1, 1}, {2, 1}, {3, 1}, {3, 2}, {3, 3}, {3, 4}};
   const FloatTag df;
   const auto lanes = static_cast<int>(hn::Lanes(df));
   for (int row = -1; row <= blocks.sites_down; ++row) {
@@ -304,6 +306,11 @@ void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const SmallPlanes&
         if (support.side() > fit.largest_plane || hn::AllTrue(df, hn::Le(chain, set(0)))) break;
         grow(blocks, fit, index, support, estimate, chain);
       }
+      // A block's mean lies off its middle by the bend within it.
+      constexpr float kSide = BlockLattice::kBlock_px;
+      constexpr float kBendOfMean = (kSide * kSide - 1) / (12 * kSide * kSide);
+      estimate.value =
+          hn::NegMulAdd(set(kBendOfMean), hn::Add(estimate.bend_uu, estimate.bend_vv), estimate.value);
       const auto known = hn::Ge(hn::LoadU(df, blocks.disparity + index), set(0));
       const float per_px = 1.0F / BlockLattice::kBlock_px;
       HWY_ALIGN float value[hn::MaxLanes(df)];

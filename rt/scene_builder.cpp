@@ -26,12 +26,12 @@ void clearOccupancy(Scene& scene) noexcept {
 
 SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
   SceneNeeds needs;
-  needs.surface = parameters.law == ForceLaw::surface;
-  needs.points = !needs.surface;
+  needs.visible_surface = parameters.law == ForceLaw::surface;
+  needs.points = !needs.visible_surface;
   needs.image = parameters.law == ForceLaw::proxy;
   needs.hidden = needs.image;
   needs.radius_m = reachOfLaw_m(parameters);
-  needs.surface_parameters = parameters.surface;
+  needs.surface = parameters.surface;
   needs.filter = parameters.filter;
   return needs;
 }
@@ -39,7 +39,7 @@ SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
 bool SceneNeeds::metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept {
   if (points && !scene.covers(focus_m_in_world, radius_m + margin_m)) return false;
   if (image && !scene.has_image) return false;
-  return !surface || (scene.has_surface && scene.surface.covers(focus_m_in_world, radius_m + margin_m));
+  return !visible_surface || (scene.has_surface && scene.surface.covers(focus_m_in_world, radius_m + margin_m));
 }
 
 SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parameters)
@@ -99,14 +99,14 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   scene.points_over_capacity = 0;
   scene.has_points = needs.points;
   scene.has_image = needs.points && needs.image;
-  scene.has_surface = needs.surface;
+  scene.has_surface = needs.visible_surface;
   scene.image_window = {};
   if (needs.points) buildPoints(frame, needs, scene);
-  if (needs.surface) {
+  if (needs.visible_surface) {
     const PixelWindow window = surface_builder_.windowOf(centre_m_in_world, radius_m);
     occlusions_.see(frame, window);
     const std::uint16_t* const hidden = occlusions_.hidesAnything(window) ? occlusions_.hidden() : nullptr;
-    surface_builder_.build(frame, hidden, centre_m_in_world, radius_m, needs.surface_parameters, scene.surface);
+    surface_builder_.build(frame, hidden, centre_m_in_world, radius_m, needs.surface, scene.surface);
   }
 }
 

@@ -19,9 +19,9 @@ struct SceneNeeds {
   bool points = true;      ///< the points of the frame, sorted by voxel
   bool image = false;      ///< the raw values that the points come from
   bool hidden = false;     ///< also the points that something nearer hides, see OcclusionMemory
-  bool surface = false;    ///< the visible surface
+  bool visible_surface = false;  ///< the visible surface
   double radius_m = 0.04;  ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
-  SurfaceParameters surface_parameters;
+  SurfaceParameters surface;
   FilterParameters filter;
 
   static SceneNeeds of(const LiveParameters& parameters) noexcept;

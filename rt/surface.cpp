@@ -17,6 +17,7 @@ constexpr double kStride_px = 2;
 constexpr double kGoesOn = 2.5;
 /// What facets may disagree by, raw units.
 constexpr double kFacetNoise_raw = 1.5;
+constexpr double kAnywhere_m = 10;
 /// A proxy that lags behind by more is set anew.
 constexpr double kMostLag_m = 0.005;
 constexpr double kMostLag_px = 2;
@@ -109,18 +110,19 @@ class SurfaceTick {
     constexpr int kMaxSteps = 2;
     for (int step = 0; step < kMaxSteps && here_.where == Where::inside; ++step) {
       const Vec3 next = p_ - here_.distance_m * here_.sheet.normal_in_camera;
-      if (!settleOn(next, here_.sheet.depth_m())) break;
+      if (!settleOn(next, here_.sheet.depth_m(), kAnywhere_m)) break;
     }
     entrenched_ = true;
   }
 
-  /// The place of the surface at the image position of `p`, which is near to that depth. False where there is none.
-  bool settleOn(const Vec3& p, double depth_m) noexcept {
+  /// The place of the surface at the image position of `p`, near that depth. False where there is none within `room_m`
+  /// of `p`.
+  bool settleOn(const Vec3& p, double depth_m, double room_m) noexcept {
     if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(p);
     ++looks_;
     const Sheet sheet = view_.sheetNear(image, depth_m);
-    if (!sheet.exists) return false;
+    if (!sheet.exists || std::abs(SurfaceView::distanceFrom(sheet, p)) > room_m) return false;
     const Vec3 place = view_.placeAt(image, sheet.depth_m());
     if (!covers(place)) {
       cut_off_ = true;
@@ -177,7 +179,7 @@ class SurfaceTick {
     if (there.distance_m < -room) return touchSide(to);
     const double from_m = here_.sheet.exists ? std::max(0.0, here_.distance_m) : 0;
     const double share = from_m / (from_m - there.distance_m);
-    return settleOn(p_ + share * (to - p_), there.sheet.depth_m());
+    return settleOn(p_ + share * (to - p_), there.sheet.depth_m(), room);
   }
 
   /// From behind into what is solid, or from beyond the image: the surface was never in between.
@@ -266,8 +268,7 @@ class SurfaceTick {
     const Place from_here = here_;
     const Vec3 to = p_ + step;
     const double room = kGoesOn * norm(step) + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(to));
-    const bool settled = settleOn(to, SurfaceView::depthOf(to));
-    if (settled && std::abs(SurfaceView::distanceFrom(here_.sheet, to)) <= room) {
+    if (settleOn(to, SurfaceView::depthOf(to), room)) {
       const Vec3 still_left = hip_ - p_;
       if (dot(still_left, still_left) < dot(left, left)) return true;
     } else if (!cut_off_) {
@@ -302,7 +303,7 @@ class SurfaceTick {
       const Vec3 between = from + (static_cast<double>(i) / kSteps) * left;
       const double depth_before = SurfaceView::depthOf(p_);
       const Vec3 before = p_;
-      goes_on = settleOn(between, depth_before);
+      goes_on = settleOn(between, depth_before, kAnywhere_m);
       constexpr double kSteepest = 3.7;
       goes_on = goes_on && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
                                kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);

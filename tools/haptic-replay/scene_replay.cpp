@@ -10,7 +10,7 @@ namespace {
 /// Whether a scene depends on those before it.
 bool remembers(const rt::SceneNeeds& needs) {
   const bool filtered_in_time = needs.filter.temporal_frames > 1 || needs.filter.hold_frames > 0;
-  return filtered_in_time || needs.surface || needs.hidden;
+  return filtered_in_time || needs.visible_surface || needs.hidden;
 }
 
 }  // namespace
