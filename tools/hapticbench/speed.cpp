@@ -97,7 +97,7 @@ class SpeedRun {
   }
 
   double reach_m() const {
-    return rt::reachOfModel_m({.radius_m = springs_.radius_m, .surface_parameters = {}, .filter = {}}, reach_.grid);
+    return rt::reachOfModel_m({.radius_m = springs_.radius_m, .surface = {}, .filter = {}}, reach_.grid);
   }
 
   /// Each way runs over all positions by itself, so that none finds its data driven out of the caches by

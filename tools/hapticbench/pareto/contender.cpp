@@ -71,7 +71,7 @@ class Tree : public OnPoints {
   Tree(const rt::DepthModelParameters& camera, bool reach_only) : OnPoints(camera), reach_only_(reach_only) {}
   void model(const rt::DepthFrame& frame, const Vec3& hip_m) override {
     const double reach_m =
-        rt::reachOfModel_m({.radius_m = springs_.radius_m, .surface_parameters = {}, .filter = {}}, {});
+        rt::reachOfModel_m({.radius_m = springs_.radius_m, .surface = {}, .filter = {}}, {});
     search_ = std::make_unique<KdTree>(
         KdTree::cloudOf(pointsOf(frame, hip_m, reach_only_ ? reach_m : kEverything_m)));
   }
