@@ -50,6 +50,14 @@ double meetsEllipse(const PlanPoint& from, const PlanPoint& to, const PlanPoint&
   return share >= 0 && share <= 1 ? share : kMissed;
 }
 
+/// Shadows come from the rays themselves.
+drivers::SensorNoise::Parameters sensorWithoutShadow(SceneNoise noise) {
+  auto parameters =
+      noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded();
+  parameters.shadow_side = drivers::ShadowSide::none;
+  return parameters;
+}
+
 }  // namespace
 
 double meetsOccluder(const OccludedSceneParameters& p, double occluder_x_m, const PlanPoint& from,
@@ -69,8 +77,12 @@ double meetsOccluder(const OccludedSceneParameters& p, double occluder_x_m, cons
 }
 
 OccludedScene::OccludedScene(const OccludedSceneParameters& parameters,
-                             const rt::DepthModelParameters& camera, std::uint32_t seed)
-    : parameters_(parameters), camera_(camera), noise_(seed), exact_(rt::kFramePixels) {}
+                             const rt::DepthModelParameters& camera, SceneNoise noise, std::uint32_t seed)
+    : parameters_(parameters),
+      camera_(camera),
+      noise_(noise),
+      sensor_(seed, sensorWithoutShadow(noise)),
+      exact_(rt::kFramePixels) {}
 
 double OccludedScene::depth_m(int column, const OccludedMoment& moment) const {
   const double slope = (column - camera_.cx_px) / camera_.fx_px;  // x per depth
@@ -97,8 +109,7 @@ double OccludedScene::depth_m(int column, const OccludedMoment& moment) const {
   return meetsOccluder(parameters_, moment.occluder_x_m, {kProjector_m, 0}, before) <= 1 ? 0 : depth;
 }
 
-void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_number, SceneNoise noise,
-                           rt::DepthFrame& frame) {
+void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_number, rt::DepthFrame& frame) {
   std::array<float, rt::kFrameWidth> of_column;
   for (int column = 0; column < rt::kFrameWidth; ++column) {
     const double depth = depth_m(column, moment);
@@ -110,12 +121,12 @@ void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_num
   }
   for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel)
     exact_[pixel] = of_column[pixel % rt::kFrameWidth];
-  if (noise == SceneNoise::none || noise == SceneNoise::quantised) {
+  if (noise_ == SceneNoise::none || noise_ == SceneNoise::quantised) {
     std::transform(exact_.begin(), exact_.end(), frame.raw, [](float exact) {
       return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;
     });
   } else {
-    noise_.applySensor(frame_number, exact_, frame.raw);
+    sensor_.applySensor(frame_number, exact_, frame.raw);
   }
   frame.sequence = frame_number;
   frame.device_ticks = 0;

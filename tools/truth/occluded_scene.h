@@ -41,15 +41,14 @@ class OccludedScene {
  public:
   /// `seed`: of the noise.
   OccludedScene(const OccludedSceneParameters& parameters, const rt::DepthModelParameters& camera,
-                std::uint32_t seed);
+                SceneNoise noise, std::uint32_t seed);
 
   /// Depth of the first surface on the rays of a column; 0 where nothing is measured: there is nothing, or
   /// the projector does not reach it. Not limited by near and far.
   double depth_m(int column, const OccludedMoment& moment) const;
 
   /// What the camera delivers as frame `frame_number`, from 1 on, which chooses the noise.
-  void render(const OccludedMoment& moment, std::uint64_t frame_number, SceneNoise noise,
-              rt::DepthFrame& frame);
+  void render(const OccludedMoment& moment, std::uint64_t frame_number, rt::DepthFrame& frame);
 
   const OccludedSceneParameters& parameters() const noexcept { return parameters_; }
   const rt::DepthModelParameters& camera() const noexcept { return camera_; }
@@ -57,7 +56,8 @@ class OccludedScene {
  private:
   OccludedSceneParameters parameters_;
   rt::DepthModelParameters camera_;
-  drivers::SensorNoise noise_;
+  SceneNoise noise_;
+  drivers::SensorNoise sensor_;
   std::vector<float> exact_;
 };
 

@@ -22,8 +22,10 @@ namespace {
 constexpr std::array<HandDuringPassage, 5> kAllHands{HandDuringPassage::free, HandDuringPassage::pressing,
                                                      HandDuringPassage::stroking, HandDuringPassage::entering,
                                                      HandDuringPassage::leaving};
-constexpr std::array<SceneNoise, 3> kPassageNoises{SceneNoise::none, SceneNoise::quantised,
-                                                   SceneNoise::sensor};
+constexpr std::array<SceneNoise, 4> kPassageNoises{SceneNoise::none, SceneNoise::quantised,
+                                                   SceneNoise::sensor, SceneNoise::harsh};
+constexpr std::array<OcclusionPart, 4> kAllParts{OcclusionPart::passages, OcclusionPart::entries,
+                                                 OcclusionPart::near, OcclusionPart::pushes};
 
 template <typename Values>
 std::vector<std::string> wordsOf(const Values& values) {
@@ -51,9 +53,11 @@ OcclusionCommand::OcclusionCommand(CLI::App& app)
   const auto list = [this](const char* option, auto& values, const char* what) {
     return command_->add_option(option, values, what)->delimiter(',');
   };
+  list("--parts", parts_, "of passages, entries, near, pushes (all)")
+      ->check(CLI::IsMember(wordsOf(kAllParts)));
   list("--laws", laws_, "of auto, surface, proxy (all)")->check(CLI::IsMember(wordsOf(kShippedLaws)));
   list("--distances", distances_m_, "of the wall, metres (1,2)")->check(within(0.6, 3.8));
-  list("--noises", noises_, "of none, quantised, sensor (none,sensor)")
+  list("--noises", noises_, "of none, quantised, sensor, harsh (none,sensor)")
       ->check(CLI::IsMember(wordsOf(kPassageNoises)));
   list("--hands", hands_, "of free, pressing, stroking, entering, leaving (all)")
       ->check(CLI::IsMember(wordsOf(kAllHands)));
@@ -79,13 +83,18 @@ OcclusionOptions OcclusionCommand::options() const {
     options.hands = {HandDuringPassage::free, HandDuringPassage::pressing};
     options.one_passage = true;
   }
+  choose(kAllParts, parts_, options.parts);
   choose(kShippedLaws, laws_, options.laws);
   choose(kPassageNoises, noises_, options.noises);
   choose(kAllHands, hands_, options.hands);
   if (!distances_m_.empty()) options.distances_m = distances_m_;
   if (!gaps_mm_.empty()) {
     options.gaps_m.clear();
-    for (const double gap_mm : gaps_mm_) options.gaps_m.push_back(gap_mm / 1000);
+    options.few_gaps_m.clear();
+    for (const double gap_mm : gaps_mm_) {
+      options.gaps_m.push_back(gap_mm / 1000);
+      options.few_gaps_m.push_back(gap_mm / 1000);
+    }
   }
   return options;
 }
@@ -96,9 +105,9 @@ int OcclusionCommand::run() const {
     if (watched) fmt::print(stderr, "\r{:<70}", what);
   });
   if (watched) fmt::print(stderr, "\r{:<70}\r", "");
-  fmt::print("{}", occlusionTable(result));
+  fmt::print("{}", occlusionTable(result, options()));
   if (json_file_.empty()) return EX_OK;
-  const auto written = writeWholeFile(json_file_, occlusionJson(result), IfExists::replace);
+  const auto written = writeWholeFile(json_file_, occlusionJson(result, options()), IfExists::replace);
   if (written) return EX_OK;
   fmt::print(stderr, "hapticbench: {}\n", written.error().text());
   return EX_CANTCREAT;

@@ -24,6 +24,7 @@ class OcclusionCommand {
   OcclusionOptions options() const;
 
   CLI::App* command_;
+  std::vector<std::string> parts_;
   std::vector<std::string> laws_;
   std::vector<double> distances_m_;
   std::vector<std::string> noises_;

@@ -7,9 +7,9 @@
 namespace hapticd::tools {
 
 /// The tables for people.
-std::string occlusionTable(const OcclusionResult& result);
+std::string occlusionTable(const OcclusionResult& result, const OcclusionOptions& options);
 
 /// The same for programs, as JSON.
-std::string occlusionJson(const OcclusionResult& result);
+std::string occlusionJson(const OcclusionResult& result, const OcclusionOptions& options);
 
 }  // namespace hapticd::tools

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
 #include "rt/parameters.h"
 
 namespace hapticd::tools {
@@ -47,8 +50,10 @@ std::vector<PassageRow> rowsOf(config::LawChoice law, const OcclusionOptions& op
   for (const SceneNoise noise : options.noises) {
     for (const double wall_m : options.distances_m) {
       for (const HandDuringPassage hand : options.hands) {
+        const bool all_gaps = hand == HandDuringPassage::free || hand == HandDuringPassage::pressing;
         for (const double thickness_m : options.thicknesses_m) {
-          for (const double gap_m : options.gaps_m) add(noise, wall_m, hand, thickness_m, gap_m);
+          for (const double gap_m : all_gaps ? options.gaps_m : options.few_gaps_m)
+            add(noise, wall_m, hand, thickness_m, gap_m);
         }
       }
     }
@@ -56,10 +61,14 @@ std::vector<PassageRow> rowsOf(config::LawChoice law, const OcclusionOptions& op
   return rows;
 }
 
-}  // namespace
+using Progress = std::function<void(const std::string&)>;
 
-OcclusionResult measureOcclusion(const OcclusionOptions& options,
-                                 const std::function<void(const std::string&)>& progress) {
+bool isChosen(const OcclusionOptions& options, OcclusionPart part) {
+  return std::ranges::find(options.parts, part) != options.parts.end();
+}
+
+/// Each passage is rendered once for all laws.
+std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const Progress& progress) {
   std::vector<std::vector<PassageRow>> rows_of_law;
   for (const config::LawChoice law : options.laws) rows_of_law.push_back(rowsOf(law, options));
   const std::size_t rows = rows_of_law.empty() ? 0 : rows_of_law.front().size();
@@ -75,9 +84,98 @@ OcclusionResult measureOcclusion(const OcclusionOptions& options,
       }
     }
   }
+  std::vector<PassageRow> all;
+  for (std::vector<PassageRow>& of_law : rows_of_law) all.insert(all.end(), of_law.begin(), of_law.end());
+  return all;
+}
+
+/// Calls `measure(law, noise, wall_m)` for each.
+template <typename Measure>
+void forEachSetting(const OcclusionOptions& options, const Measure& measure) {
+  for (const config::LawChoice law : options.laws) {
+    for (const SceneNoise noise : options.noises) {
+      for (const double wall_m : options.distances_m) measure(law, noise, wall_m);
+    }
+  }
+}
+
+std::vector<EntryRow> measureEntries(const OcclusionOptions& options, const Progress& progress) {
+  constexpr EntryKind kKinds[] = {EntryKind::visible_side, EntryKind::hidden_side, EntryKind::from_behind,
+                                  EntryKind::into_image, EntryKind::out_of_image};
+  constexpr double kBelow_m[] = {0.008, 0.02, 0.06};
+  std::vector<EntryRow> rows;
+  forEachSetting(options, [&](config::LawChoice law, SceneNoise noise, double wall_m) {
+    progress(fmt::format("{}: entries from the side at {} m", nameOf(law), wall_m));
+    for (const EntryKind kind : kKinds) {
+      for (const double below_m : kBelow_m) {
+        // from behind there is no level to be below of, and 60 mm is deeper than a hand presses
+        const bool once = kind == EntryKind::from_behind || kind == EntryKind::out_of_image;
+        if (once && below_m != kBelow_m[0]) continue;
+        rows.push_back({law, wall_m, noise, kind, below_m,
+                        runEntry(law, {.kind = kind,
+                                       .wall_m = wall_m,
+                                       .below_m = below_m,
+                                       .noise = noise,
+                                       .seed = options.seed})});
+      }
+    }
+  });
+  return rows;
+}
+
+std::vector<NearRow> measureNear(const OcclusionOptions& options) {
+  std::vector<NearRow> rows;
+  for (const config::LawChoice law : options.laws) {
+    for (const double speed_m_per_s : {0.03, 0.1, 0.3})
+      rows.push_back({law, speed_m_per_s, runNearLimit(law, speed_m_per_s)});
+  }
+  return rows;
+}
+
+std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progress& progress) {
+  constexpr BorderKind kKinds[] = {BorderKind::silhouette_hidden, BorderKind::silhouette_visible,
+                                   BorderKind::image_border};
+  constexpr double kBeside_m[] = {0.005, 0.01, 0.02, 0.04};
+  constexpr double kSpeeds_m_per_s[] = {0.1, 0.5};
+  std::vector<PushRow> rows;
+  forEachSetting(options, [&](config::LawChoice law, SceneNoise noise, double wall_m) {
+    progress(fmt::format("{}: pushes beside borders at {} m", nameOf(law), wall_m));
+    for (const BorderKind kind : kKinds) {
+      PushRow hand_moves{.law = law, .wall_m = wall_m, .noise = noise, .kind = kind, .result = {}};
+      PushRow surface_moves = hand_moves;
+      surface_moves.surface_moves = true;
+      for (const double beside_m : kBeside_m) {
+        BorderPushCase push{.kind = kind, .wall_m = wall_m, .beside_m = beside_m, .noise = noise};
+        push.seed = options.seed;
+        hand_moves.result.add(runBorderPush(law, push));
+        // half of the places for surfaces that move, each with all speeds
+        if (beside_m == kBeside_m[1] || beside_m == kBeside_m[3]) continue;
+        push.surface_moves = true;
+        for (const double speed_m_per_s : kSpeeds_m_per_s) {
+          push.speed_m_per_s = speed_m_per_s;
+          surface_moves.result.add(runBorderPush(law, push));
+        }
+      }
+      rows.push_back(hand_moves);
+      rows.push_back(surface_moves);
+    }
+  });
+  return rows;
+}
+
+}  // namespace
+
+std::string_view nameOf(OcclusionPart part) {
+  constexpr std::array<std::string_view, 4> kNames{"passages", "entries", "near", "pushes"};
+  return kNames.at(static_cast<std::size_t>(part));
+}
+
+OcclusionResult measureOcclusion(const OcclusionOptions& options, const Progress& progress) {
   OcclusionResult result;
-  for (std::vector<PassageRow>& of_law : rows_of_law)
-    result.passages.insert(result.passages.end(), of_law.begin(), of_law.end());
+  if (isChosen(options, OcclusionPart::passages)) result.passages = measurePassages(options, progress);
+  if (isChosen(options, OcclusionPart::entries)) result.entries = measureEntries(options, progress);
+  if (isChosen(options, OcclusionPart::near)) result.near = measureNear(options);
+  if (isChosen(options, OcclusionPart::pushes)) result.pushes = measurePushes(options, progress);
   return result;
 }
 

@@ -16,6 +16,7 @@ using rt::Vec3;
 constexpr double kGhostLimit_n = 0.1;
 constexpr double kErrorLimit_n = 0.5;
 constexpr double kLostShare = 0.1;
+constexpr double kSameTruth_n = 1e-6;
 constexpr double kFree_m = 0.03;
 constexpr double kPress_m = 0.006;
 constexpr double kStroke_m = 0.008;
@@ -46,6 +47,7 @@ OccludedScene sceneFor(const PassageCase& passage) {
            .back_m = backOf(passage),
            .projector_shadow = passage.projector_shadow},
           cameraFor(passage),
+          passage.noise,
           passage.seed};
 }
 
@@ -70,18 +72,23 @@ std::string_view nameOf(OccluderShape shape) {
 void PassageResult::add(const PassageResult& other) {
   ghost.add(other.ghost);
   error.add(other.error);
-  disturbance.add(other.disturbance);
+  change.add(other.change);
   pressed += other.pressed;
   lost += other.lost;
 }
 
 PassageResult judgePassage(const std::vector<PassageTick>& before, const std::vector<PassageTick>& during) {
-  Vec3 usual;
-  for (const PassageTick& tick : before) usual += (1.0 / static_cast<double>(before.size())) * tick.force_n;
+  const double share = 1.0 / static_cast<double>(std::max<std::size_t>(before.size(), 1));
+  Vec3 usual_n;
+  Vec3 usual_true_n;
+  for (const PassageTick& tick : before) {
+    usual_n += share * tick.force_n;
+    usual_true_n += share * tick.true_n;
+  }
   PassageResult result;
   std::vector<double> ghosts;
   std::vector<double> errors;
-  std::vector<double> disturbances;
+  std::vector<double> changes;
   for (const PassageTick& tick : during) {
     if (tick.true_n == Vec3{}) {
       ghosts.push_back(norm(tick.force_n));
@@ -89,12 +96,13 @@ PassageResult judgePassage(const std::vector<PassageTick>& before, const std::ve
     }
     ++result.pressed;
     errors.push_back(norm(tick.force_n - tick.true_n));
-    disturbances.push_back(norm(tick.force_n - usual));
+    const bool as_before = norm(tick.true_n - usual_true_n) < kSameTruth_n;
+    if (as_before) changes.push_back(norm(tick.force_n - usual_n));
     if (norm(tick.force_n) < kLostShare * norm(tick.true_n)) ++result.lost;
   }
   result.ghost = exceedance(ghosts, kGhostLimit_n);
   result.error = exceedance(errors, kErrorLimit_n);
-  result.disturbance = exceedance(disturbances, kErrorLimit_n);
+  result.change = exceedance(changes, kErrorLimit_n);
   return result;
 }
 
@@ -147,7 +155,7 @@ const rt::DepthFrame& Passage::frame(int index) {
   if (!frames_[place]) {
     frames_[place] = std::make_unique<rt::DepthFrame>();
     const long tick = tickOfRegularFrame(index);
-    scene_.render({case_.wall_m, bodyX_m(tick)}, place + 1, case_.noise, *frames_[place]);
+    scene_.render({case_.wall_m, bodyX_m(tick)}, place + 1, *frames_[place]);
     frames_[place]->arrival_ns = tick * 1'000'000;
   }
   return *frames_[place];

@@ -39,10 +39,10 @@ struct PassageCase {
 
 /// What a law did from when the body set out until half a second after it is gone.
 struct PassageResult {
-  Exceedance ghost;  ///< force, over 0.1 N, at ticks where the HIP is in front of the wall
-  Exceedance error;  ///< error against the true force, over 0.5 N, where it presses
-  Exceedance
-      disturbance;  ///< difference from the force before the body set out, over 0.5 N, where it presses
+  Exceedance ghost;   ///< force, over 0.1 N, at ticks where the HIP is in front of the wall
+  Exceedance error;   ///< error against the true force, over 0.5 N, where it presses
+  Exceedance change;  ///< difference from the force before the body set out, over 0.5 N, where the true force
+                      ///< is as it was then
   std::size_t pressed = 0;  ///< ticks that press
   std::size_t lost = 0;     ///< of these, those with less than a tenth of the true force
 

@@ -82,7 +82,7 @@ double DisparityQuadratic::at(double column, double row) const {
 
 std::optional<RobustFit> fitQuadratic(std::span<const DisparitySample> samples, double middle_column,
                                       double middle_row, double half_px) {
-  constexpr int kRounds = 8;
+  constexpr int kRounds = 6;
   constexpr std::size_t kFewest = 30;
   constexpr double kFinestDeviation = 0.02;  // raw; below that rounding rules
   if (samples.size() < kFewest) return std::nullopt;

@@ -31,7 +31,8 @@ RecordingsCommand::RecordingsCommand(CLI::App& app, const std::string& recording
       ->check(within(60.0, 1000.0));
   command_->add_option("--frames", most_frames_, "frames read of each recording (300)")
       ->check(within(2, 100000));
-  command_->add_flag("--quick", quick_, "one size, one surface per class of distances");
+  command_->add_flag("--quick", quick_,
+                     "one size, one surface per class of distances, two places that are passed");
   command_->add_option("--json", json_file_, "write the result there too")
       ->type_name("FILE")
       ->check(endsIn(".json"));
@@ -42,6 +43,7 @@ RecordingsOptions RecordingsCommand::options() const {
   if (quick_) {
     options.surfaces.sizes_m = {0.32};
     options.surfaces.most_per_class = 1;
+    options.passed_places = 2;
   }
   if (!laws_.empty()) {
     options.laws.clear();
@@ -75,7 +77,7 @@ int RecordingsCommand::run() const {
   progress("");
   fmt::print("{}", recordingsTable(results, options()));
   if (json_file_.empty()) return EX_OK;
-  const auto written = writeWholeFile(json_file_, recordingsJson(results), IfExists::replace);
+  const auto written = writeWholeFile(json_file_, recordingsJson(results, options()), IfExists::replace);
   return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
 }
 

@@ -11,6 +11,6 @@ namespace hapticd::tools {
 std::string recordingsTable(std::span<const SessionResult> sessions, const RecordingsOptions& options);
 
 /// The same for programs, as JSON.
-std::string recordingsJson(std::span<const SessionResult> sessions);
+std::string recordingsJson(std::span<const SessionResult> sessions, const RecordingsOptions& options);
 
 }  // namespace hapticd::tools

@@ -2,26 +2,58 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace hapticd::tools {
+
+namespace {
+
+constexpr double kFreeBefore_m = 0.03;
+constexpr double kPressingBefore_m = -0.006;
+
+SurfaceRow measureSurface(config::LawChoice law, const BenchSequence& session, const RestingSurface& surface,
+                          const rt::DepthModelParameters& camera) {
+  SurfaceRow row{.session = session.name, .surface = surface, .law = law, .stroke = {}, .still = {}};
+  row.stiffness_n_per_m = shippedParameters(law, surface.distance_m).springs.stiffness_n_per_m;
+  row.stroke = handleWith(law, session, surface, camera, Handling::along_row);
+  row.stroke.add(handleWith(law, session, surface, camera, Handling::along_column));
+  row.still = handleWith(law, session, surface, camera, Handling::still);
+  return row;
+}
+
+PassingRow measurePassing(config::LawChoice law, const BenchSequence& session,
+                          const std::vector<PassedPlace>& places, const rt::DepthModelParameters& camera) {
+  PassingRow row{.session = session.name, .law = law, .free = {}, .pressing = {}};
+  for (const PassedPlace& place : places) {
+    row.nearest_m = row.places == 0 ? place.distance_m : std::min(row.nearest_m, place.distance_m);
+    row.farthest_m = std::max(row.farthest_m, place.distance_m);
+    ++row.places;
+    row.free.add(passPlace(law, session, place, camera, kFreeBefore_m));
+    row.pressing.add(passPlace(law, session, place, camera, kPressingBefore_m));
+  }
+  return row;
+}
+
+}  // namespace
 
 SessionResult measureSession(const BenchSequence& session, const RecordingsOptions& options,
                              const std::function<void(const std::string&)>& progress) {
   const rt::DepthModelParameters camera;
-  SessionResult result{.session = session.name, .frames = session.frames.size(), .surfaces = {}};
+  SessionResult result{
+      .session = session.name, .frames = session.frames.size(), .surfaces = {}, .passings = {}};
   progress(fmt::format("{}: resting surfaces", session.name));
   const std::vector<PixelStatistics> pixels = pixelStatistics(session);
   const auto surfaces = restingSurfaces(pixels, session.frames.size(), camera, options.surfaces);
-  for (const RestingSurface& surface : surfaces) {
-    for (const config::LawChoice law : options.laws) {
+  const auto places =
+      passedPlaces(session, restingBackground(session, pixels), camera, options.passed_places);
+  for (const config::LawChoice law : options.laws) {
+    for (const RestingSurface& surface : surfaces) {
       progress(fmt::format("{}: {} on {:.2f} m at {:.2f} m", session.name, nameOf(law), surface.size_m,
                            surface.distance_m));
-      SurfaceRow row{.session = session.name, .surface = surface, .law = law, .stroke = {}, .still = {}};
-      row.stiffness_n_per_m = shippedParameters(law, surface.distance_m).springs.stiffness_n_per_m;
-      row.stroke = handleWith(law, session, surface, camera, Handling::along_row);
-      row.stroke.add(handleWith(law, session, surface, camera, Handling::along_column));
-      row.still = handleWith(law, session, surface, camera, Handling::still);
-      result.surfaces.push_back(std::move(row));
+      result.surfaces.push_back(measureSurface(law, session, surface, camera));
     }
+    progress(fmt::format("{}: {} while something passes", session.name, nameOf(law)));
+    if (!places.empty()) result.passings.push_back(measurePassing(law, session, places, camera));
   }
   return result;
 }

@@ -6,6 +6,7 @@
 
 #include "config/settings.h"
 #include "tools/hapticbench/bench_scene.h"
+#include "tools/hapticbench/recordings/passing_error.h"
 #include "tools/hapticbench/recordings/resting_surface.h"
 #include "tools/hapticbench/recordings/surface_error.h"
 #include "tools/hapticbench/shipped_law.h"
@@ -15,6 +16,7 @@ namespace hapticd::tools {
 struct RecordingsOptions {
   std::vector<config::LawChoice> laws{kShippedLaws.begin(), kShippedLaws.end()};
   RestingSurfaceOptions surfaces;
+  int passed_places = 10;  ///< of each session: with a free and with a pressing HIP
 };
 
 /// One law on one resting surface.
@@ -27,11 +29,23 @@ struct SurfaceRow {
   SurfaceError still;
 };
 
+/// One law at the places that something passes.
+struct PassingRow {
+  std::string session;
+  config::LawChoice law = config::LawChoice::automatic;
+  int places = 0;
+  double nearest_m = 0;  ///< of the places
+  double farthest_m = 0;
+  PassingError free;      ///< 30 mm in front of the surfaces
+  PassingError pressing;  ///< 6 mm behind them
+};
+
 /// What was measured on a session.
 struct SessionResult {
   std::string session;
   std::size_t frames = 0;
   std::vector<SurfaceRow> surfaces;
+  std::vector<PassingRow> passings;
 };
 
 /// Calls `progress` with what is measured next.

@@ -95,7 +95,7 @@ std::vector<DisparitySample> samplesOf(std::span<const PixelStatistics> pixels, 
 
 std::optional<RestingSurface> surfaceIn(const Square& square, std::span<const PixelStatistics> pixels,
                                         std::size_t frames, const rt::DepthModelParameters& camera) {
-  const int step = std::max(1, square.half_px / 24);
+  const int step = std::max(1, square.half_px / 16);
   const auto fit =
       fitQuadratic(samplesOf(pixels, frames, square, step), square.column, square.row, square.half_px);
   if (!fit || fit->residual_raw > kMostResidual_raw || fit->outlier_share > kMostOutliers)

@@ -1,0 +1,180 @@
+#include "tools/hapticbench/occlusion/side_entry.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "tools/hapticbench/frame_player.h"
+#include "tools/hapticbench/shipped_law.h"
+#include "tools/truth/fine_depth_model.h"
+#include "tools/truth/occluded_scene.h"
+
+namespace hapticd::tools {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kEdge_m = 0.1;         // of the block, beside the optical axis
+constexpr double kBackground_m = 0.35;  // from the front to the wall behind the block
+constexpr double kOutside_m = 0.05;
+constexpr double kInside_m = 0.04;
+constexpr double kBehind_m = 0.1;
+constexpr double kFront_m = 0.03;
+constexpr double kHandStep_m = 1e-4;  // 0.1 m/s
+constexpr long kWait_ticks = 600;
+constexpr double kClear_m = 0.002;
+constexpr double kNone_n = 0.1;
+constexpr double kHandRow_m = 0.0117;
+
+/// x where the last column of the image that is measured meets a depth, to the right.
+double borderAt(const rt::DepthModelParameters& camera, double depth_m) {
+  return (drivers::SensorNoise::kFirstDeadColumn - 0.5 - camera.cx_px) / camera.fx_px * depth_m;
+}
+
+rt::DepthModelParameters cameraOf(const EntryCase& entry) {
+  constexpr double kBefore_m = 0.1;
+  if (entry.noise != SceneNoise::none) return {};
+  return fineDepthModel(entry.wall_m - kBefore_m, entry.wall_m + kBackground_m + kBefore_m);
+}
+
+OccludedSceneParameters bodyOf(const EntryCase& entry) {
+  OccludedSceneParameters body;
+  const bool has_side = entry.kind == EntryKind::visible_side || entry.kind == EntryKind::hidden_side;
+  if (has_side) body.background_m = entry.wall_m + kBackground_m;
+  if (entry.kind == EntryKind::visible_side) body.left_m = kEdge_m;
+  if (entry.kind == EntryKind::hidden_side) body.right_m = kEdge_m;
+  return body;
+}
+
+/// The straight way of the hand.
+struct EntryWay {
+  Vec3 from_m;
+  Vec3 to_m;
+};
+EntryWay wayOf(const EntryCase& entry, const rt::DepthModelParameters& camera) {
+  const double level = -(entry.wall_m + entry.below_m);
+  const auto at = [level](double x) { return Vec3{x, kHandRow_m, level}; };
+  const double border = borderAt(camera, entry.wall_m + entry.below_m);
+  switch (entry.kind) {
+    case EntryKind::visible_side:
+      return {at(kEdge_m - kOutside_m), at(kEdge_m + kInside_m)};
+    case EntryKind::hidden_side:
+      return {at(kEdge_m + kOutside_m), at(kEdge_m - kInside_m)};
+    case EntryKind::from_behind:
+      return {{0.0213, kHandRow_m, -(entry.wall_m + kBehind_m)},
+              {0.0213, kHandRow_m, -(entry.wall_m - kFront_m)}};
+    case EntryKind::into_image:
+      return {at(border + kOutside_m), at(border - kInside_m)};
+    case EntryKind::out_of_image:
+      return {at(border - kInside_m), at(border + kOutside_m)};
+  }
+  return {};
+}
+
+/// Out of the solid through the side, metres; infinite without one.
+double toSide_m(const EntryCase& entry, const Vec3& hip) {
+  if (entry.kind == EntryKind::visible_side) return hip.x - kEdge_m;
+  if (entry.kind == EntryKind::hidden_side) return kEdge_m - hip.x;
+  return std::numeric_limits<double>::infinity();
+}
+
+EntryTick truthAt(const EntryCase& entry, const Vec3& hip, double stiffness) {
+  const double to_front = -hip.z - entry.wall_m;
+  const double to_side = toSide_m(entry, hip);
+  const double depth = std::min(to_front, to_side);
+  EntryTick tick{.force_n = {},
+                 .inside = depth > kClear_m,
+                 .outside = depth < -kClear_m,
+                 .through_front_n = {0, 0, stiffness * std::max(0.0, to_front)},
+                 .through_side_n = {}};
+  if (std::isfinite(to_side) && to_side > 0) {
+    const double outward = entry.kind == EntryKind::visible_side ? -1 : 1;
+    tick.through_side_n = {outward * stiffness * to_side, 0, 0};
+  }
+  return tick;
+}
+
+bool isAbout(const Vec3& force_n, const Vec3& true_n) {
+  constexpr double kShare = 0.2;
+  constexpr double kLeast_n = 0.5;
+  return norm(true_n) > 0 && norm(force_n - true_n) <= std::max(kLeast_n, kShare * norm(true_n));
+}
+
+}  // namespace
+
+std::string_view nameOf(EntryKind kind) {
+  constexpr std::array<std::string_view, 5> kNames{"visible_side", "hidden_side", "from_behind", "into_image",
+                                                   "out_of_image"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+void EntryResult::add(const EntryResult& other) {
+  inside += other.inside;
+  of_body += other.of_body;
+  none_said += other.none_said;
+  none_unsaid += other.none_unsaid;
+  wrong += other.wrong;
+  ghost_n = std::max(ghost_n, other.ghost_n);
+  sideways_n = std::max(sideways_n, other.sideways_n);
+}
+
+EntryResult judgeEntry(const std::vector<EntryTick>& ticks) {
+  EntryResult result;
+  for (const EntryTick& tick : ticks) {
+    if (tick.through_side_n == Vec3{})
+      result.sideways_n = std::max(result.sideways_n, std::abs(tick.force_n.x));
+    if (tick.outside) result.ghost_n = std::max(result.ghost_n, norm(tick.force_n));
+    if (!tick.inside) continue;
+    ++result.inside;
+    if (norm(tick.force_n) <= kNone_n) {
+      ++(tick.state == rt::ContactState::behind ? result.none_said : result.none_unsaid);
+    } else if (isAbout(tick.force_n, tick.through_front_n) || isAbout(tick.force_n, tick.through_side_n)) {
+      ++result.of_body;
+    } else {
+      ++result.wrong;
+    }
+  }
+  return result;
+}
+
+EntryResult runEntry(config::LawChoice law, const EntryCase& entry) {
+  const rt::DepthModelParameters camera = cameraOf(entry);
+  OccludedScene scene(bodyOf(entry), camera, entry.noise, entry.seed);
+  const auto box = shippedBox(law, entry.wall_m, camera);
+  const double stiffness = box->parameters().springs.stiffness_n_per_m;
+  std::array<std::unique_ptr<rt::DepthFrame>, 2> frames{std::make_unique<rt::DepthFrame>(),
+                                                        std::make_unique<rt::DepthFrame>()};
+  FramePlayer player(*box, {[&](int index) -> const rt::DepthFrame& {
+                              rt::DepthFrame& frame = *frames[static_cast<std::size_t>(index % 2)];
+                              scene.render({.wall_m = entry.wall_m}, static_cast<std::uint64_t>(index) + 1,
+                                           frame);
+                              frame.arrival_ns = tickOfRegularFrame(index) * 1'000'000;
+                              return frame;
+                            },
+                            tickOfRegularFrame});
+  const EntryWay way = wayOf(entry, camera);
+  const double length_m = norm(way.to_m - way.from_m);
+  const auto moving = std::lround(length_m / kHandStep_m);
+  // who leaves the image presses from the front before
+  const bool presses = entry.kind == EntryKind::out_of_image;
+  std::vector<EntryTick> ticks;
+  for (long tick = 0; tick < kWait_ticks + moving; ++tick) {
+    const double share =
+        std::clamp(static_cast<double>(tick - kWait_ticks) / static_cast<double>(moving), 0.0, 1.0);
+    Vec3 hip = way.from_m + share * (way.to_m - way.from_m);
+    if (presses) {
+      const double still_to_go_m = kHandStep_m * static_cast<double>(kWait_ticks - 100 - tick);
+      hip.z += std::clamp(still_to_go_m, 0.0, kFront_m + entry.below_m);
+    }
+    EntryTick judged = truthAt(entry, hip, stiffness);
+    const rt::Tick now = player.tick(hip);
+    judged.force_n = now.law_force_n_in_world;
+    judged.state = now.contact;
+    if (tick >= kWait_ticks) ticks.push_back(judged);
+  }
+  return judgeEntry(ticks);
+}
+
+}  // namespace hapticd::tools
