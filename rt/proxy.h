@@ -2,7 +2,6 @@
 
 #include "rt/contact.h"
 #include "rt/force_law.h"
-#include "rt/nearest_springs.h"
 #include "rt/realtime_safe.h"
 
 namespace hapticd::rt {
@@ -18,7 +17,7 @@ namespace hapticd::rt {
 /// one is pushed to the side that it came from. The force counts the HIP's depth below the mean plane of the
 /// points, not below the ball. `input.scene` must have points and image; where it does not cover the proxy
 /// the sample says so. RT: safe. Cost: kMaxProxyMoves searches of r3 at most.
-ForceSample proxyForce(const LawInput& input, SearchMemory& memory, ProxyMemory& proxy) HAPTICD_RT;
+ForceSample proxyForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
 
 inline constexpr int kMaxProxyMoves = 10;
 
