@@ -35,13 +35,15 @@ class ProxyTick {
 
   ForceSample force() noexcept {
     ForceSample result;
-    if (!scene_.covers(p_, radii_.search_m)) {
+    const bool modelled = scene_.covers(p_, radii_.most_m);
+    if (modelled) comeBackIntoSight();
+    if (!scene_.covers(p_, radii_.most_m)) {
       proxy_.placed = proxy_.placed && held_;
+      if (modelled) proxy_.position_m_in_world = p_;  // there the scene is modelled next
       result.outside_model = true;
       result.proxy_m_in_world = p_;
       return result;
     }
-    comeBackIntoSight();
     follow();
     remember();
     result.proxy_m_in_world = p_;
@@ -101,10 +103,8 @@ class ProxyTick {
   void comeBackIntoSight() noexcept {
     if (!proxy_.placed || proxy_.frame == scene_.frame || (proxy_.behind && !held_)) return;
     const double behind = sightOf(p_).behind_m;
-    if (behind <= radii_.touch_m || behind > radii_.swept_m) return;
-    const Vec3 back = p_ + behind * towardsCamera(p_);
-    if (!scene_.covers(back, radii_.search_m)) return;
-    p_ = back;
+    if (behind <= radii_.least_m || behind > radii_.swept_m) return;
+    p_ = p_ + behind * towardsCamera(p_);
     held_ = true;
     entrenched_ = true;
   }
@@ -114,8 +114,7 @@ class ProxyTick {
   void look() noexcept {
     ++looks_;
     const double depth = -scene_.depth_model->positionInCamera(p_).z;
-    const double modelled_m = scene_.ball_radius_m - norm(p_ - scene_.ball_centre_m_in_world);
-    sizes_ = PatchSizes::at(*scene_.depth_model, depth, radii_.touch_m, modelled_m);
+    sizes_ = PatchSizes::at(*scene_.depth_model, depth, radii_.least_m, radii_.most_m);
     const double band_m =
         (held_ ? sizes_.small_radius_m : sizes_.large_radius_m) + kBandOfNoise * sizes_.noise_m;
     here_ = patchAt(scene_, p_, isZero(side_) ? towardsCamera(p_) : side_, sizes_, band_m);
@@ -148,11 +147,12 @@ class ProxyTick {
   bool fly(const Vec3& to_hip) noexcept {
     const double length = norm(to_hip);
     if (length < kNoDistance_m || !mayLook()) return false;
-    const double free_m = here_.points > 0 ? here_.nearest_m - sizes_.small_radius_m : sizes_.large_radius_m;
-    const double longest = std::max(free_m, kStepShare * sizes_.small_radius_m);
+    const double longest =
+        std::max(here_.nearest_m - sizes_.small_radius_m, kStepShare * sizes_.small_radius_m);
+    const bool comes_beside = under_ || !here_.exists || here_.height_m + dot(to_hip, here_.normal) < 0;
     held_ = false;
     if (!moveTo(p_ + (std::min(length, longest) / length) * to_hip)) return false;
-    under_ = here_.exists && here_.height_m < 0;
+    under_ = comes_beside && here_.exists && here_.height_m < 0;
     return true;
   }
 
@@ -167,15 +167,15 @@ class ProxyTick {
     const Vec3 step = along - here_.height_m * here_.normal;
     held_ = true;
     const double settled_m = kSettledShare * sizes_.small_radius_m;
-    if (norm(step) > settled_m && mayLook()) return moveTo(p_ + step);
-    if (!scene_.covers(p_ + step, radii_.search_m)) return false;
-    p_ += step;
+    const bool modelled = scene_.covers(p_ + step, radii_.most_m);
+    if (norm(step) > settled_m && mayLook() && modelled) return moveTo(p_ + step);
+    p_ += step;  // where the model ends, onto the same plane; the next tick says that it needs another one
     here_.height_m = 0;
     return false;
   }
 
   bool moveTo(const Vec3& p) noexcept {
-    if (!scene_.covers(p, radii_.search_m)) {
+    if (!scene_.covers(p, radii_.most_m)) {
       cut_off_ = true;
       return false;
     }

@@ -9,14 +9,14 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kSmallRadius_px = 5;
-constexpr double kLargeRadius_px = 13.5;  // a patch of three times the noise's 9 px
+constexpr double kLargeRadius_px = 20;  // a patch of more than four times the noise's 9 px
 constexpr double kLeastLarge_m = 0.016;
-constexpr double kMostLarge_m = 0.05;
 /// With rounding, on a resting surface: measured on real cameras.
 constexpr double kNoise_raw = 0.6;
 constexpr double kLeastNoise_m = 1e-4;
-/// A patch is flat up to noise if its residual is below that many standard deviations of it.
-constexpr double kFlat = 1.5;
+/// A large patch is taken for flat up to that many variances of the noise, and not at all from the other on.
+constexpr double kFlat = 2.2;
+constexpr double kNotFlat = 4.5;
 /// Sum of weights (each at most 1) below which points say nothing about a surface.
 constexpr double kLeastWeight = 1;
 /// Steeper against the side that was assumed than that, the next look comes closer.
@@ -84,8 +84,8 @@ Fit choose(const PlanePoints& points, const PatchSizes& sizes) noexcept {
   if (points.small.w < kLeastWeight) return fitOf(points.large, blur_m);
   const Fit small = fitOf(points.small, blur_m);
   const Fit large = fitOf(points.large, blur_m);
-  const double flat_m = kFlat * sizes.noise_m;
-  return mixOf(large, small, std::clamp(2 - large.residual_m2 / (flat_m * flat_m), 0.0, 1.0));
+  const double variances = large.residual_m2 / (sizes.noise_m * sizes.noise_m);
+  return mixOf(large, small, std::clamp((kNotFlat - variances) / (kNotFlat - kFlat), 0.0, 1.0));
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ PatchSizes PatchSizes::at(const DepthModel& model, double depth_m, double least_
   sizes.small_radius_m = std::min(most_radius_m, std::max(least_radius_m, kSmallRadius_px * sizes.pitch_m));
   sizes.large_radius_m = std::max(
       sizes.small_radius_m,
-      std::min(most_radius_m, std::clamp(kLargeRadius_px * sizes.pitch_m, kLeastLarge_m, kMostLarge_m)));
+      std::min(most_radius_m, std::max(kLargeRadius_px * sizes.pitch_m, kLeastLarge_m)));
   return sizes;
 }
 
