@@ -138,8 +138,10 @@ class ProxyTick {
   /// One step towards the HIP; false when there is none to take.
   bool moveOn() noexcept {
     const Vec3 to_hip = hip_ - p_;
-    const bool presses = here_.exists && here_.height_m + dot(to_hip, here_.normal) < 0;
-    in_contact_ = presses && here_.supported && !under_;
+    presses_ = here_.exists && here_.height_m + dot(to_hip, here_.normal) < 0;
+    // what is far away says roughly at best where the surface is
+    const bool knows = held_ || here_.nearest_m <= sizes_.small_radius_m + kBandOfNoise * sizes_.noise_m;
+    in_contact_ = presses_ && knows && here_.supported && !under_;
     return in_contact_ ? slide(to_hip) : fly(to_hip);
   }
 
@@ -149,9 +151,9 @@ class ProxyTick {
     if (length < kNoDistance_m || !mayLook()) return false;
     const double longest =
         std::max(here_.nearest_m - sizes_.small_radius_m, kStepShare * sizes_.small_radius_m);
-    const bool comes_beside = under_ || !here_.exists || here_.height_m + dot(to_hip, here_.normal) < 0;
+    const bool comes_beside = under_ || !here_.exists || (presses_ && !here_.supported);
     held_ = false;
-    if (!moveTo(p_ + (std::min(length, longest) / length) * to_hip)) return false;
+    if (!moveBy((std::min(length, longest) / length) * to_hip)) return false;
     under_ = comes_beside && here_.exists && here_.height_m < 0;
     return true;
   }
@@ -168,20 +170,21 @@ class ProxyTick {
     held_ = true;
     const double settled_m = kSettledShare * sizes_.small_radius_m;
     const bool modelled = scene_.covers(p_ + step, radii_.most_m);
-    if (norm(step) > settled_m && mayLook() && modelled) return moveTo(p_ + step);
+    if (norm(step) > settled_m && mayLook() && modelled) return moveBy(step);
     p_ += step;  // where the model ends, onto the same plane; the next tick says that it needs another one
     here_.height_m = 0;
     return false;
   }
 
-  bool moveTo(const Vec3& p) noexcept {
-    if (!scene_.covers(p, radii_.most_m)) {
-      cut_off_ = true;
-      return false;
-    }
-    p_ = p;
-    look();
-    return true;
+  /// False where the model ends, next to which the proxy waits for the next one.
+  bool moveBy(const Vec3& step) noexcept {
+    const double length = norm(step);
+    const double modelled_m =
+        scene_.ball_radius_m - radii_.most_m - norm(p_ - scene_.ball_centre_m_in_world);
+    cut_off_ = modelled_m < length && !scene_.covers(p_ + step, radii_.most_m);
+    p_ += (cut_off_ ? std::max(0.0, modelled_m) / length : 1) * step;
+    if (!cut_off_) look();
+    return !cut_off_;
   }
 
   /// True if the surface that held the proxy may have come nearer than the camera can measure.
@@ -224,6 +227,7 @@ class ProxyTick {
   PatchSizes sizes_{};
   Vec3 last_along_;
   double share_ = 1;
+  bool presses_ = false;  // the HIP is below the surface
   bool in_contact_ = false;
   bool entrenched_ = false;
   bool under_ = false;

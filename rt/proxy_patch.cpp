@@ -18,7 +18,7 @@ constexpr double kLeastNoise_m = 1e-4;
 constexpr double kFlat = 2.2;
 constexpr double kNotFlat = 4.5;
 /// Sum of weights (each at most 1) below which points say nothing about a surface.
-constexpr double kLeastWeight = 1;
+constexpr double kLeastWeight = 2;
 /// Steeper against the side that was assumed than that, the next look comes closer.
 constexpr double kMostSlope = 1.5;
 /// The proxy does not fall into holes narrower than twice that.
@@ -45,7 +45,8 @@ struct Fit {
   double mean_y_m = 0;
 };
 
-/// Least squares. `blur_m`: where the points spread less than that, they tell no slope.
+/// Least squares. `blur_m`: where the points spread less than that, they tell no slope; it draws towards the
+/// side that was assumed, which the next look takes from this one.
 Fit fitOf(const PlaneSums& s, double blur_m) noexcept {
   Fit fit;
   const double per_w = 1 / s.w;
@@ -80,7 +81,7 @@ Fit mixOf(const Fit& a, const Fit& b, double share_of_a) noexcept {
 
 /// The large patch where it is flat up to noise, the small one where it is not.
 Fit choose(const PlanePoints& points, const PatchSizes& sizes) noexcept {
-  const double blur_m = 0.3 * sizes.pitch_m;
+  const double blur_m = sizes.pitch_m;
   if (points.small.w < kLeastWeight) return fitOf(points.large, blur_m);
   const Fit small = fitOf(points.small, blur_m);
   const Fit large = fitOf(points.large, blur_m);
