@@ -14,6 +14,7 @@ constexpr double kNoDistance_m = 1e-6;
 constexpr double kStepShare = 0.5;
 /// After a shorter step the plane still is the same.
 constexpr double kSettledShare = 0.1;
+constexpr double kShareGrowth = 1.05;
 /// After that many points the proxy goes on at the next tick, whatever distance is left.
 constexpr std::uint32_t kMostPointsPerTick = 20'000;
 /// A plane is as thick as that many standard deviations of its noise.
@@ -104,6 +105,10 @@ class ProxyTick {
     if (!proxy_.placed || proxy_.frame == scene_.frame || (proxy_.behind && !held_)) return;
     const double behind = sightOf(p_).behind_m;
     if (behind <= radii_.least_m || behind > radii_.swept_m) return;
+    if (held_) {
+      look();
+      if (here_.exists && here_.supported && std::abs(here_.height_m) < radii_.least_m) return;
+    }
     p_ = p_ + behind * towardsCamera(p_);
     held_ = true;
     entrenched_ = true;
@@ -161,11 +166,13 @@ class ProxyTick {
   /// A step along the surface, and onto it.
   bool slide(const Vec3& to_hip) noexcept {
     Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
-    if (dot(along, last_along_) < 0) share_ *= 0.5;  // in a hollow it would swing to and fro
-    last_along_ = along;
-    const double length = share_ * norm(along);
+    // deep in a hollow narrower than that depth, whole steps would swing to and fro ever farther
+    proxy_.slide_share = dot(along, proxy_.last_slide_m) < 0 ? 0.5 * proxy_.slide_share
+                                                             : std::min(1.0, kShareGrowth * proxy_.slide_share);
+    proxy_.last_slide_m = along;
+    const double length = norm(along);
     const double longest = kStepShare * sizes_.small_radius_m;
-    along = length > longest ? (share_ * longest / length) * along : share_ * along;
+    along = proxy_.slide_share * std::min(1.0, length > 0 ? longest / length : 1.0) * along;
     const Vec3 step = along - here_.height_m * here_.normal;
     held_ = true;
     const double settled_m = kSettledShare * sizes_.small_radius_m;
@@ -225,8 +232,6 @@ class ProxyTick {
   Vec3 side_;  // where the surface next to the proxy faces
   Patch here_;
   PatchSizes sizes_{};
-  Vec3 last_along_;
-  double share_ = 1;
   bool presses_ = false;  // the HIP is below the surface
   bool in_contact_ = false;
   bool entrenched_ = false;
