@@ -68,7 +68,8 @@ inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
     case ForceLaw::smooth_springs:
       return parameters.springs.radius_m;
     case ForceLaw::proxy: {
-      constexpr double kAhead_m = 0.004;  // the next scene is built before the proxy gets to the end of this one
+      constexpr double kAhead_m =
+          0.004;  // the next scene is built before the proxy gets to the end of this one
       return ProxyRadii::of(parameters.contact).most_m + kAhead_m;
     }
     case ForceLaw::surface:

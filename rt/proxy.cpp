@@ -131,7 +131,7 @@ class ProxyTick {
     look();
     under_ = isUnderAtFirst();
     for (bool moves = true; moves;) moves = moveOn();
-    if (!in_contact_ && held_ && isTooNear()) hold();
+    if (!in_contact_ && !isZero(proxy_.normal_in_world) && isTooNear()) hold();
   }
 
   /// Whether the proxy is on the far side of the surface next to it, having come there beside it.
@@ -167,8 +167,9 @@ class ProxyTick {
   bool slide(const Vec3& to_hip) noexcept {
     Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
     // deep in a hollow narrower than that depth, whole steps would swing to and fro ever farther
-    proxy_.slide_share = dot(along, proxy_.last_slide_m) < 0 ? 0.5 * proxy_.slide_share
-                                                             : std::min(1.0, kShareGrowth * proxy_.slide_share);
+    proxy_.slide_share = dot(along, proxy_.last_slide_m) < 0
+                             ? 0.5 * proxy_.slide_share
+                             : std::min(1.0, kShareGrowth * proxy_.slide_share);
     proxy_.last_slide_m = along;
     const double length = norm(along);
     const double longest = kStepShare * sizes_.small_radius_m;
@@ -186,8 +187,7 @@ class ProxyTick {
   /// False where the model ends, next to which the proxy waits for the next one.
   bool moveBy(const Vec3& step) noexcept {
     const double length = norm(step);
-    const double modelled_m =
-        scene_.ball_radius_m - radii_.most_m - norm(p_ - scene_.ball_centre_m_in_world);
+    const double modelled_m = scene_.ball_radius_m - radii_.most_m - norm(p_ - scene_.ball_centre_m_in_world);
     cut_off_ = modelled_m < length && !scene_.covers(p_ + step, radii_.most_m);
     p_ += (cut_off_ ? std::max(0.0, modelled_m) / length : 1) * step;
     if (!cut_off_) look();

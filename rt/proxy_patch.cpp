@@ -98,9 +98,9 @@ PatchSizes PatchSizes::at(const DepthModel& model, double depth_m, double least_
   sizes.pitch_m = depth_m / std::min(camera.fx_px, camera.fy_px);
   sizes.noise_m = std::max(kLeastNoise_m, kNoise_raw * std::abs(camera.a_per_m) * depth_m * depth_m);
   sizes.small_radius_m = std::min(most_radius_m, std::max(least_radius_m, kSmallRadius_px * sizes.pitch_m));
-  sizes.large_radius_m = std::max(
-      sizes.small_radius_m,
-      std::min(most_radius_m, std::max(kLargeRadius_px * sizes.pitch_m, kLeastLarge_m)));
+  sizes.large_radius_m =
+      std::max(sizes.small_radius_m,
+               std::min(most_radius_m, std::max(kLargeRadius_px * sizes.pitch_m, kLeastLarge_m)));
   return sizes;
 }
 

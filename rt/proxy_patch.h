@@ -18,7 +18,8 @@ struct PatchSizes {
   double small_radius_m;
   double large_radius_m;
 
-  /// `least_radius_m`: where pixels are dense; `most_radius_m`: of which points are modelled around the place.  RT: safe.
+  /// `least_radius_m`: where pixels are dense; `most_radius_m`: of which points are modelled around the
+  /// place.  RT: safe.
   static PatchSizes at(const DepthModel& model, double depth_m, double least_radius_m,
                        double most_radius_m) noexcept;
 };

@@ -181,17 +181,6 @@ HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* 
           hn::GetLane(hn::MinOfLanes(dd, nearest))};
 }
 
-WeightedSum sumOfOffsetTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                             const Vec3& centre_m_in_world, double radius_m, WorkVector* work) {
-  const DoubleTag dd;
-  const auto per_radius_squared = hn::Set(dd, 1 / (radius_m * radius_m));
-  return sumOfTerms(model, pixels, count, centre_m_in_world, radius_m, work, [&](Doubles s) HWY_ATTR {
-    const auto inner = hn::NegMulAdd(hn::Mul(s, s), per_radius_squared, hn::Set(dd, 1.0));
-    const auto weight = hn::Mul(inner, inner);
-    return Terms{weight, weight};
-  });
-}
-
 WeightedSum sumOfSmoothTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                              const Vec3& hip_m_in_world, double radius_m, double fade_m, WorkVector* work) {
   const DoubleTag dd;
@@ -213,7 +202,6 @@ HWY_EXPORT(findInBallOfGrid);
 HWY_EXPORT(countCandidatesWithin);
 HWY_EXPORT(takeCandidatesBetween);
 HWY_EXPORT(sumOfSprings);
-HWY_EXPORT(sumOfOffsetTerms);
 HWY_EXPORT(sumOfSmoothTerms);
 
 // clang cannot look through the table that Highway calls the kernels by, and the table does not take pointers
@@ -236,11 +224,6 @@ std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
 Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                       const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
   return HWY_DYNAMIC_DISPATCH(sumOfSprings)(model, pixels, count, hip_m_in_world, radius_m, work);
-}
-
-WeightedSum sumOfOffsets(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                         const Vec3& centre_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
-  return HWY_DYNAMIC_DISPATCH(sumOfOffsetTerms)(model, pixels, count, centre_m_in_world, radius_m, work);
 }
 
 WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
