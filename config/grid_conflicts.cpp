@@ -117,11 +117,7 @@ std::string windowRemedy(const Settings& settings, const Demand& demand) {
   remedies.suggest("grid.voxel_edge_m", "least", rounded(2 * demand.reach_m / inner_cells, true));
   remedies.suggest("grid.max_hip_speed_m_per_s", "most",
                    rounded((largest_m - demand.needs.radius_m) / interval_s(grid), false));
-  if (demand.live.law == rt::ForceLaw::proxy) {
-    // its reach holds the radius twice: around the proxy, and where the proxy was before
-    remedies.suggest("contact.proxy_radius_m", "most",
-                     rounded(settings.live.contact.proxy_radius_m - excess_m / 2, false));
-  } else {
+  if (demand.live.law != rt::ForceLaw::proxy) {
     remedies.suggest("force.radius_m", "most", rounded(settings.live.springs.radius_m - excess_m, false));
   }
   return remedies.text(

@@ -46,7 +46,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "damping along the surface's normal of the laws proxy and surface"),
     row<HAPTICD_MEMBER(live.contact.proxy_radius_m)>(
         "contact.proxy_radius_m", kLive, "m", {0.002, 0.03}, "",
-        "how near the proxy of the law proxy comes to a point; above the points' distance it cannot slip through"),
+        "radius of the smallest patch that the law proxy takes for a plane: finer features are rounded off"),
     row<HAPTICD_MEMBER(live.surface.voxel_edge_m)>(
         "surface.voxel_edge_m", kLive, "m", {0.003, 0.05}, "",
         "without effect: the law surface has no voxels any more; kept so that older configurations load"),

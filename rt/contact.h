@@ -17,6 +17,10 @@ struct ProxyMemory {
   Vec3 normal_in_world;     ///< of the surface that it rests on; zero: it is free
   std::uint64_t frame = 0;  ///< the depth frame that it was last moved in
   bool behind = false;      ///< it is where the camera does not see
+  Vec3 side_in_world;       ///< of the law `proxy`: where the surface next to it faces; zero: there is none
+  bool under = false;       ///< likewise: it is on the far side of that surface
+  Vec3 last_slide_m;        ///< likewise: what it had left to slide, at its last step
+  double slide_share = 1;   ///< likewise: of which it went
 };
 
 /// The way along the surface that is left for the proxy, given what it still has to the HIP: none as long as

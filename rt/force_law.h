@@ -48,20 +48,16 @@ constexpr bool hasProxy(ForceLaw law) noexcept {
   return law == ForceLaw::proxy || law == ForceLaw::surface;
 }
 
-/// How the law `proxy` looks at points; r1, r2 and r3 around the proxy.
+/// How far the law `proxy` looks at points around the proxy, and how far a surface can have come over it.
 struct ProxyRadii {
-  double touch_m;   ///< r1: no point comes nearer
-  double rest_m;    ///< r2: at rest on the surface the nearest point is between r1 and r2
-  double search_m;  ///< r3: points that make up the surface that is felt
-  double swept_m;   ///< how far a surface can have gone over the proxy between two frames
+  double least_m;  ///< of the surface that is taken for a plane, where pixels are dense
+  double most_m;   ///< likewise, where they are far apart
+  double swept_m;  ///< how far a surface can have gone over the proxy between two frames
 
   static ProxyRadii of(const ContactParameters& parameters) noexcept {
-    constexpr double kRest_m = 0.001;
-    constexpr double kSearch_m =
-        0.008;  // beyond the sensor's noise at 1 m, so that a stray point does not rule alone
-    const double touch = parameters.proxy_radius_m;
+    constexpr double kMost_m = 0.06;
     constexpr double kSwept_m = 0.04;  // 0.5 m/s for 50 ms, and a raw unit at 2 m
-    return {touch, touch + kRest_m, touch + kSearch_m, kSwept_m};
+    return {parameters.proxy_radius_m, std::max(kMost_m, parameters.proxy_radius_m), kSwept_m};
   }
 };
 
@@ -75,8 +71,9 @@ inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
     case ForceLaw::smooth_springs:
       return parameters.springs.radius_m;
     case ForceLaw::proxy: {
-      const ProxyRadii radii = ProxyRadii::of(parameters.contact);
-      return radii.swept_m + radii.touch_m + radii.search_m;
+      constexpr double kAhead_m =
+          0.004;  // the next scene is built before the proxy gets to the end of this one
+      return ProxyRadii::of(parameters.contact).most_m + kAhead_m;
     }
     case ForceLaw::surface:
       return kReachOfSurface_m;

@@ -51,7 +51,7 @@ ForceSample ForceLaws::force(const LawInput& input) HAPTICD_RT {
     case ForceLaw::smooth_springs:
       return smoothSprings(input, search_);
     case ForceLaw::proxy:
-      return proxyForce(input, search_, proxy_);
+      return proxyForce(input, proxy_);
     case ForceLaw::surface:
       return surfaceForce(input, proxy_);
   }

@@ -31,7 +31,7 @@ struct SpringParameters {
 struct ContactParameters {
   double friction = 0;            ///< Coulomb's coefficient; 0: the proxy slides freely
   double damping_n_s_per_m = 0;   ///< against the HIP's velocity along the normal, while in contact
-  double proxy_radius_m = 0.008;  ///< of the law `proxy`: how near its proxy comes to a point, r1
+  double proxy_radius_m = 0.008;  ///< of the law `proxy`: of the smallest patch taken for a plane
 
   friend bool operator==(const ContactParameters&, const ContactParameters&) = default;
 };
@@ -80,7 +80,7 @@ struct SafetyParameters {
   bool passivity_control = true;
   double passivity_max_damping_n_s_per_m = 5;  ///< the most that passivity control brings in
   StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
-  int overrun_burst = 5;  ///< late ticks of the last 64 that are a burst; 65: never
+  int overrun_burst = 5;                ///< late ticks of the last 64 that are a burst; 65: never
   double workspace_radius_m = 20;       ///< about the world's origin; beyond it nothing is felt
   double max_handle_speed_m_per_s = 5;  ///< of the hand; faster ones are taken for a fault; 0: no limit
 };

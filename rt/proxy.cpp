@@ -3,68 +3,61 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/search_kernel.h"
+#include "rt/proxy_patch.h"
 
 namespace hapticd::rt {
 namespace {
 
-/// Shorter ways are not gone.
-constexpr double kNoWay_m = 1e-6;
-/// Longest step along the surface, in r1: the ball still overlaps where it was.
-constexpr double kSlideShare = 0.5;
-/// Points that one look takes the mean of: a wall 0.4 m away has 1,800 within r3.
-constexpr std::uint32_t kMostPoints = 4096;
-/// After that many points the proxy goes on at the next tick, whatever way is left.
+/// Shorter distances are not gone.
+constexpr double kNoDistance_m = 1e-6;
+/// Longest step without a new look, in radii of the small patch.
+constexpr double kStepShare = 0.5;
+/// After a shorter step the plane still is the same.
+constexpr double kSettledShare = 0.1;
+constexpr double kShareGrowth = 1.05;
+/// After that many points the proxy goes on at the next tick, whatever distance is left.
 constexpr std::uint32_t kMostPointsPerTick = 20'000;
-/// Out of what a step along the surface ran into.
-constexpr int kMaxPushes = 2;
-/// A mean that is nearer than that gives no direction.
-constexpr double kNoDirection_m = 1e-4;
-
-/// Rounded, so that the order in which points were summed up does not decide which way the proxy takes.
-Vec3 toNanometres(const Vec3& v_m) noexcept {
-  const auto rounded = [](double m) { return std::nearbyint(m * 1e9) * 1e-9; };
-  return {rounded(v_m.x), rounded(v_m.y), rounded(v_m.z)};
-}
-
-/// What the points within r3 of a place say.
-struct Surroundings {
-  std::uint32_t points = 0;
-  double nearest_m = 0;  ///< r3 when there are none
-  Vec3 normal;           ///< unit vector from the points' mean to the place; zero when there is no direction
-  double height_m = 0;   ///< of the place above the points' mean, along the normal
-};
+/// A plane is as thick as that many standard deviations of its noise.
+constexpr double kBandOfNoise = 3;
+/// What had been seen nearer than near_m plus that share of it may have come too near to be measured at all.
+constexpr double kAlmostTooNear = 0.1;
 
 class ProxyTick {
  public:
-  ProxyTick(const LawInput& input, SearchMemory& memory, ProxyMemory& proxy) noexcept
+  ProxyTick(const LawInput& input, ProxyMemory& proxy) noexcept
       : input_(input),
         scene_(input.scene),
-        memory_(memory),
         proxy_(proxy),
         radii_(ProxyRadii::of(input.parameters.contact)),
         hip_(input.hip_m_in_world),
         p_(proxy.placed ? proxy.position_m_in_world : hip_),
-        normal_(proxy.normal_in_world) {}
+        held_(!isZero(proxy.normal_in_world)),
+        side_(held_ ? proxy.normal_in_world : proxy.side_in_world) {}
 
   ForceSample force() noexcept {
     ForceSample result;
-    if (!scene_.covers(p_, radii_.search_m)) {
-      proxy_.placed = proxy_.placed && !isZero(normal_);
+    const bool modelled = scene_.covers(p_, radii_.most_m);
+    if (modelled) comeBackIntoSight();
+    if (!scene_.covers(p_, radii_.most_m)) {
+      proxy_.placed = proxy_.placed && held_;
+      if (modelled) proxy_.position_m_in_world = p_;  // there the scene is modelled next
       result.outside_model = true;
       result.proxy_m_in_world = p_;
       return result;
     }
-    comeBackIntoSight();
     follow();
     remember();
     result.proxy_m_in_world = p_;
     result.points_used = here_.points;
     result.outside_model = cut_off_ && !in_contact_;
-    if (!in_contact_) return result;
+    if (!in_contact_) {
+      if (proxy_.under || proxy_.behind) result.state = ContactState::behind;
+      return result;
+    }
+    result.too_near = too_near_;
     result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
-    result.normal_in_world = normal_;
-    result.force_n_in_world = contactForce(input_, p_, normal_, here_.height_m);
+    result.normal_in_world = side_;
+    result.force_n_in_world = contactForce(input_, p_, side_, here_.height_m);
     return result;
   }
 
@@ -72,182 +65,187 @@ class ProxyTick {
   static bool isZero(const Vec3& v) noexcept { return v == Vec3{}; }
 
   Vec3 towardsCamera(const Vec3& p) const noexcept {
-    const Vec3 way = scene_.depth_model->cameraPosition_m_in_world() - p;
-    const double length = norm(way);
-    return length > 0 ? (1 / length) * way : Vec3{};
+    const Vec3 to_camera = scene_.depth_model->cameraPosition_m_in_world() - p;
+    const double length = norm(to_camera);
+    return length > 0 ? (1 / length) * to_camera : Vec3{0, 0, 1};
   }
 
-  /// How far behind what the camera sees on its ray a place is, metres along the ray; negative in front, and
-  /// where nothing is seen.
-  double behindSurface_m(const Vec3& p) const noexcept {
-    constexpr double kInFront_m = -1;
+  /// What the camera sees on the ray to a place.
+  struct Sight {
+    bool in_image = false;
+    std::uint16_t raw = kRawNoMeasurement;
+    double behind_m = -1;  ///< of the place behind what is seen, along the ray; -1 where nothing is seen
+    double depth_m = 0;    ///< of the place
+  };
+
+  Sight sightOf(const Vec3& p) const noexcept {
     const DepthModel& model = *scene_.depth_model;
     const DepthModelParameters& camera = model.parameters();
     const Vec3 local = model.positionInCamera(p);
-    const double depth = -local.z;
-    if (depth < camera.near_m) return kInFront_m;
-    const double u = camera.fx_px * local.x / depth + camera.cx_px;
-    const double v = camera.cy_px - camera.fy_px * local.y / depth;
+    Sight sight;
+    sight.depth_m = -local.z;
+    if (sight.depth_m <= kNoDistance_m) return sight;
+    const double u = camera.fx_px * local.x / sight.depth_m + camera.cx_px;
+    const double v = camera.cy_px - camera.fy_px * local.y / sight.depth_m;
     const PixelWindow& window = scene_.image_window;
-    const bool inside = u > window.column_first - 0.5 && u < window.column_last + 0.5 &&
-                        v > window.row_first - 0.5 && v < window.row_last + 0.5;
-    if (!inside) return kInFront_m;
+    sight.in_image = u > window.column_first - 0.5 && u < window.column_last + 0.5 &&
+                     v > window.row_first - 0.5 && v < window.row_last + 0.5;
+    if (!sight.in_image) return sight;
     const auto column = static_cast<std::size_t>(std::lround(u));
     const auto row = static_cast<std::size_t>(std::lround(v));
-    const std::uint16_t raw =
-        std::min<std::uint16_t>(scene_.image[row * kFrameWidth + column], kRawNoMeasurement);
-    const double seen = model.depth_m(raw);
-    return seen > 0 ? (depth - seen) * norm(local) / depth : kInFront_m;
+    sight.raw = std::min<std::uint16_t>(scene_.image[row * kFrameWidth + column], kRawNoMeasurement);
+    const double seen = model.depth_m(sight.raw);
+    if (seen > 0) sight.behind_m = (sight.depth_m - seen) * norm(local) / sight.depth_m;
+    return sight;
   }
 
-  /// A new frame may show the surface in front of a proxy that was in sight.
+  /// A new frame may show the surface in front of a proxy that was in sight. What is farther before it than a
+  /// surface can have come is something else, which hides it.
   void comeBackIntoSight() noexcept {
-    if (!proxy_.placed || proxy_.frame == scene_.frame || proxy_.behind) return;
-    const double behind = behindSurface_m(p_);
-    if (behind <= 0 || behind > radii_.swept_m) return;
-    const Vec3 back = p_ + (behind + radii_.touch_m) * towardsCamera(p_);
-    if (!scene_.covers(back, radii_.search_m)) return;
-    p_ = back;
+    if (!proxy_.placed || proxy_.frame == scene_.frame || (proxy_.behind && !held_)) return;
+    const double behind = sightOf(p_).behind_m;
+    if (behind <= radii_.least_m || behind > radii_.swept_m) return;
+    if (held_) {
+      look();
+      if (here_.exists && here_.supported && std::abs(here_.height_m) < radii_.least_m) return;
+    }
+    p_ = p_ + behind * towardsCamera(p_);
+    held_ = true;
     entrenched_ = true;
-  }
-
-  void look() noexcept {
-    ++looks_;
-    Candidates found = memory_.candidates();
-    const Vec3 local = p_ - scene_.origin_m_in_world;
-    findInBall(scene_,
-               {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z),
-                static_cast<float>(radii_.search_m + scene_.depth_model->singlePrecisionError_m())},
-               found);
-    points_looked_at_ += found.count;
-    thinOut(found, kMostPoints);
-    const WeightedSum sum =
-        sumOfOffsets(*scene_.depth_model, found.pixel, found.count, p_, radii_.search_m, memory_.work());
-    here_ = {.points = sum.weight > 0 ? found.count : 0, .nearest_m = radii_.search_m, .normal = {}};
-    if (here_.points == 0) return;
-    here_.nearest_m = sum.nearest_m;
-    const Vec3 from_mean = toNanometres((1 / sum.weight) * sum.sum);
-    here_.height_m = norm(from_mean);
-    if (here_.height_m > kNoDirection_m) here_.normal = (1 / here_.height_m) * from_mean;
-    orient();
   }
 
   bool mayLook() const noexcept { return looks_ < kMaxProxyMoves && points_looked_at_ < kMostPointsPerTick; }
 
-  /// An entrenched proxy is pushed to the side that it came from.
-  void orient() noexcept {
-    const bool entrenched = here_.nearest_m < radii_.touch_m;
-    if (!entrenched && !isZero(here_.normal)) return;
-    const Vec3 side = isZero(normal_) ? towardsCamera(p_) : normal_;
-    if (isZero(here_.normal)) {
-      here_.normal = side;
-      here_.height_m = 0;
-    } else if (dot(here_.normal, side) < 0) {
-      here_.normal = -here_.normal;
-      here_.height_m = -here_.height_m;
-    }
+  void look() noexcept {
+    ++looks_;
+    const double depth = -scene_.depth_model->positionInCamera(p_).z;
+    sizes_ = PatchSizes::at(*scene_.depth_model, depth, radii_.least_m, radii_.most_m);
+    const double band_m =
+        (held_ ? sizes_.small_radius_m : sizes_.large_radius_m) + kBandOfNoise * sizes_.noise_m;
+    here_ = patchAt(scene_, p_, isZero(side_) ? towardsCamera(p_) : side_, sizes_, band_m);
+    points_looked_at_ += here_.points;
+    side_ = here_.exists ? here_.normal : Vec3{};
   }
 
   void follow() noexcept {
     look();
-    entrenched_ = entrenched_ || (proxy_.placed && isEntrenched());
-    while (mayLook()) {
-      if (!moveOn()) break;
-    }
-    const bool rests = here_.points > 0 && here_.nearest_m <= radii_.rest_m;
-    in_contact_ = rests && dot(hip_ - p_, here_.normal) < 0;
-    normal_ = in_contact_ ? here_.normal : Vec3{};
+    under_ = isUnderAtFirst();
+    for (bool moves = true; moves;) moves = moveOn();
+    if (!in_contact_ && !isZero(proxy_.normal_in_world) && isTooNear()) hold();
   }
 
-  /// One step towards the HIP, or out of the points; false when there is none to take.
+  /// Whether the proxy is on the far side of the surface next to it, having come there beside it.
+  bool isUnderAtFirst() const noexcept {
+    const bool was_under = proxy_.placed ? proxy_.under && !held_ : !held_;
+    return was_under && here_.exists && here_.height_m < 0;
+  }
+
+  /// One step towards the HIP; false when there is none to take.
   bool moveOn() noexcept {
-    if (isEntrenched()) return pushOut();
-    const Vec3 way = hip_ - p_;
-    const bool slides = here_.points > 0 && here_.nearest_m <= radii_.rest_m && dot(way, here_.normal) < 0;
-    return slides ? slide(way) : fly(way);
+    const Vec3 to_hip = hip_ - p_;
+    presses_ = here_.exists && here_.height_m + dot(to_hip, here_.normal) < 0;
+    // what is far away says roughly at best where the surface is
+    const bool knows = held_ || here_.nearest_m <= sizes_.small_radius_m + kBandOfNoise * sizes_.noise_m;
+    in_contact_ = presses_ && knows && here_.supported && !under_;
+    return in_contact_ ? slide(to_hip) : fly(to_hip);
   }
 
-  bool isEntrenched() const noexcept { return here_.points > 0 && here_.nearest_m < radii_.touch_m; }
-
-  /// A safe step through free space.
-  bool fly(const Vec3& way) noexcept {
-    const double length = norm(way);
-    if (length < kNoWay_m) return false;
-    const double longest = std::min(here_.nearest_m - radii_.touch_m, radii_.search_m - travelled_m_);
-    if (longest < kNoWay_m) return false;
-    const double step = std::min(length, longest);
-    travelled_m_ += step;
-    return moveTo(p_ + (step / length) * way);
+  /// A step through free space.
+  bool fly(const Vec3& to_hip) noexcept {
+    const double length = norm(to_hip);
+    if (length < kNoDistance_m || !mayLook()) return false;
+    const double longest =
+        std::max(here_.nearest_m - sizes_.small_radius_m, kStepShare * sizes_.small_radius_m);
+    const bool comes_beside = under_ || !here_.exists || (presses_ && !here_.supported);
+    held_ = false;
+    if (!moveBy((std::min(length, longest) / length) * to_hip)) return false;
+    under_ = comes_beside && here_.exists && here_.height_m < 0;
+    return true;
   }
 
-  /// A step along the tangent plane, which must bring the proxy nearer to the HIP; else it is taken back.
-  bool slide(const Vec3& way) noexcept {
-    normal_ = here_.normal;
-    Vec3 step = slideOf(way, here_.normal, here_.height_m, input_.parameters.contact.friction);
-    const double length = norm(step);
-    if (length < kNoWay_m) return false;
-    const double longest = kSlideShare * radii_.touch_m;
-    if (length > longest) step = (longest / length) * step;
-    const Vec3 from = p_;
-    const Surroundings from_here = here_;
-    const double before = dot(way, way);
-    if (!moveTo(p_ + step)) return false;
-    for (int push = 0; push < kMaxPushes && isEntrenched() && mayLook(); ++push) {
-      if (!pushOut()) break;
-    }
-    const Vec3 left = hip_ - p_;
-    if (!isEntrenched() && dot(left, left) < before) return true;
-    p_ = from;
-    here_ = from_here;
+  /// A step along the surface, and onto it.
+  bool slide(const Vec3& to_hip) noexcept {
+    Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
+    // deep in a hollow narrower than that depth, whole steps would swing to and fro ever farther
+    proxy_.slide_share = dot(along, proxy_.last_slide_m) < 0
+                             ? 0.5 * proxy_.slide_share
+                             : std::min(1.0, kShareGrowth * proxy_.slide_share);
+    proxy_.last_slide_m = along;
+    const double length = norm(along);
+    const double longest = kStepShare * sizes_.small_radius_m;
+    along = proxy_.slide_share * std::min(1.0, length > 0 ? longest / length : 1.0) * along;
+    const Vec3 step = along - here_.height_m * here_.normal;
+    held_ = true;
+    const double settled_m = kSettledShare * sizes_.small_radius_m;
+    const bool modelled = scene_.covers(p_ + step, radii_.most_m);
+    if (norm(step) > settled_m && mayLook() && modelled) return moveBy(step);
+    p_ += step;  // where the model ends, onto the same plane; the next tick says that it needs another one
+    here_.height_m = 0;
     return false;
   }
 
-  bool pushOut() noexcept {
-    const double into_rest_m = 0.25 * (radii_.rest_m - radii_.touch_m);
-    const double way_m =
-        here_.height_m < 0 ? radii_.touch_m - here_.height_m : radii_.touch_m - here_.nearest_m;
-    return moveTo(p_ + (way_m + into_rest_m) * here_.normal);
+  /// False where the model ends, next to which the proxy waits for the next one.
+  bool moveBy(const Vec3& step) noexcept {
+    const double length = norm(step);
+    const double modelled_m = scene_.ball_radius_m - radii_.most_m - norm(p_ - scene_.ball_centre_m_in_world);
+    cut_off_ = modelled_m < length && !scene_.covers(p_ + step, radii_.most_m);
+    p_ += (cut_off_ ? std::max(0.0, modelled_m) / length : 1) * step;
+    if (!cut_off_) look();
+    return !cut_off_;
   }
 
-  bool moveTo(const Vec3& p) noexcept {
-    if (!scene_.covers(p, radii_.search_m)) {
-      cut_off_ = true;
-      return false;
-    }
-    p_ = p;
-    look();
-    return true;
+  /// True if the surface that held the proxy may have come nearer than the camera can measure.
+  bool isTooNear() const noexcept {
+    const Sight sight = sightOf(proxy_.position_m_in_world);
+    const DepthModelParameters& camera = scene_.depth_model->parameters();
+    if (!sight.in_image) return false;
+    if (sight.raw == kRawNoMeasurement) return sight.depth_m < (1 + kAlmostTooNear) * camera.near_m;
+    return camera.a_per_m * sight.raw + camera.b_per_m > 1 / camera.near_m;
+  }
+
+  /// The contact stays where it was.
+  void hold() noexcept {
+    p_ = proxy_.position_m_in_world;
+    side_ = proxy_.normal_in_world;
+    here_.height_m = 0;
+    in_contact_ = dot(hip_ - p_, side_) < 0;
+    too_near_ = in_contact_;
   }
 
   void remember() noexcept {
     proxy_.placed = true;
     proxy_.position_m_in_world = p_;
-    proxy_.normal_in_world = normal_;
+    proxy_.normal_in_world = in_contact_ ? side_ : Vec3{};
+    proxy_.side_in_world = side_;
     proxy_.frame = scene_.frame;
-    proxy_.behind = behindSurface_m(p_) > 0;
+    proxy_.behind = sightOf(p_).behind_m > 0;
+    proxy_.under = under_;
   }
 
   const LawInput& input_;
   const Scene& scene_;
-  SearchMemory& memory_;
   ProxyMemory& proxy_;
   const ProxyRadii radii_;
   const Vec3 hip_;
   Vec3 p_;
-  Vec3 normal_;
-  Surroundings here_;
+  bool held_;  // by a surface, at the last step
+  Vec3 side_;  // where the surface next to the proxy faces
+  Patch here_;
+  PatchSizes sizes_{};
+  bool presses_ = false;  // the HIP is below the surface
   bool in_contact_ = false;
   bool entrenched_ = false;
+  bool under_ = false;
+  bool too_near_ = false;
   bool cut_off_ = false;  // the model ended on the way
   int looks_ = 0;
   std::uint32_t points_looked_at_ = 0;
-  double travelled_m_ = 0;  // through free space; no farther than what is modelled around the proxy
 };
 
 }  // namespace
 
-ForceSample proxyForce(const LawInput& input, SearchMemory& memory, ProxyMemory& proxy) HAPTICD_RT {
-  return ProxyTick(input, memory, proxy).force();
+ForceSample proxyForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT {
+  return ProxyTick(input, proxy).force();
 }
 
 }  // namespace hapticd::rt

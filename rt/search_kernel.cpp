@@ -2,11 +2,9 @@
 #define HWY_TARGET_INCLUDE "rt/search_kernel.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
-#include <algorithm>
-#include <cmath>
-
 #include "hwy/highway.h"
 #include "rt/compress-inl.h"
+#include "rt/grid_walk-inl.h"
 #include "rt/search_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -15,24 +13,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using FloatTag = hn::ScalableTag<float>;
 using UintTag = hn::RebindToUnsigned<FloatTag>;
-
-/// First and last cell of an axis that an interval of positions meets; empty when first > last.
-struct CellRange {
-  int first;
-  int last;
-};
-
-HWY_INLINE CellRange cellsOf(float low_m, float high_m, float voxels_per_m, int cells) {
-  if (high_m < 0 || low_m * voxels_per_m >= static_cast<float>(cells)) return {0, -1};
-  return {static_cast<int>(std::max(low_m * voxels_per_m, 0.0F)),
-          static_cast<int>(std::min(high_m * voxels_per_m, static_cast<float>(cells - 1)))};
-}
-
-/// Distance on one axis from a position to a cell; 0 inside it.
-HWY_INLINE float distanceToCell(float position_m, int cell, float voxel_edge_m) {
-  const float low = static_cast<float>(cell) * voxel_edge_m;
-  return std::max({0.0F, low - position_m, position_m - (low + voxel_edge_m)});
-}
 
 /// Appends those of the points [begin, end) that lie in the ball.
 HWY_INLINE void appendPoints(const Scene& scene, const LocalBall& ball, std::uint32_t begin,
@@ -62,50 +42,11 @@ HWY_INLINE void appendPoints(const Scene& scene, const LocalBall& ball, std::uin
   }
 }
 
-/// Appends the points of the cells `range` of one row of voxels.
-HWY_INLINE void appendRow(const Scene& scene, const LocalBall& ball, std::size_t row_word, CellRange range,
-                          Candidates& candidates) {
-  constexpr int kBits = GridShape::kCellsPerWord;
-  for (int word = range.first / kBits; word <= range.last / kBits; ++word) {
-    const std::size_t index = row_word + static_cast<std::size_t>(word);
-    const int first_bit = std::max(range.first - word * kBits, 0);
-    const int last_bit = std::min(range.last - word * kBits, kBits - 1);
-    const std::uint64_t occupied = scene.occupancy[index];
-    const std::uint64_t met = occupied & (~0ULL << first_bit) & (~0ULL >> (kBits - 1 - last_bit));
-    if (met == 0) continue;
-    const std::uint32_t rank =
-        scene.word_rank[index] +
-        static_cast<std::uint32_t>(hwy::PopCount(occupied & ((1ULL << first_bit) - 1)));
-    const std::uint32_t end_rank = rank + static_cast<std::uint32_t>(hwy::PopCount(met));
-    appendPoints(scene, ball, scene.voxel_begin[rank], scene.voxel_begin[end_rank], candidates);
-  }
-}
-
 void findInBallOfGrid(const Scene& scene, const LocalBall& ball, Candidates& candidates) {
   candidates.count = 0;
-  const auto edge = static_cast<float>(scene.shape.voxel_edge_m);
-  const float voxels_per_m = 1 / edge;
-  // A point's voxel index and the cells met are rounded apart; a little more radius makes up for it.
-  const float radius = ball.radius_m + static_cast<float>(scene.depth_model->singlePrecisionError_m());
-  const float radius_squared = radius * radius;
-  const auto words_per_row = static_cast<std::size_t>(scene.shape.wordsPerRow());
-  const CellRange layers = cellsOf(ball.z_m - radius, ball.z_m + radius, voxels_per_m, scene.shape.cells_z);
-  const CellRange rows = cellsOf(ball.y_m - radius, ball.y_m + radius, voxels_per_m, scene.shape.cells_y);
-  for (int cell_z = layers.first; cell_z <= layers.last; ++cell_z) {
-    const float dz = distanceToCell(ball.z_m, cell_z, edge);
-    for (int cell_y = rows.first; cell_y <= rows.last; ++cell_y) {
-      const float dy = distanceToCell(ball.y_m, cell_y, edge);
-      const float half_chord_squared = radius_squared - dz * dz - dy * dy;
-      if (half_chord_squared < 0) continue;
-      const float half_chord = std::sqrt(half_chord_squared);
-      const CellRange cells =
-          cellsOf(ball.x_m - half_chord, ball.x_m + half_chord, voxels_per_m, scene.shape.cells_x);
-      if (cells.first > cells.last) continue;
-      const auto row = static_cast<std::size_t>(cell_z) * static_cast<std::size_t>(scene.shape.cells_y) +
-                       static_cast<std::size_t>(cell_y);
-      appendRow(scene, ball, row * words_per_row, cells, candidates);
-    }
-  }
+  walkBall(scene, ball, [&](std::uint32_t begin, std::uint32_t end) HWY_ATTR {
+    appendPoints(scene, ball, begin, end, candidates);
+  });
 }
 
 std::uint32_t countCandidatesWithin(const Candidates& candidates, float limit_m2) {
@@ -240,17 +181,6 @@ HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* 
           hn::GetLane(hn::MinOfLanes(dd, nearest))};
 }
 
-WeightedSum sumOfOffsetTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                             const Vec3& centre_m_in_world, double radius_m, WorkVector* work) {
-  const DoubleTag dd;
-  const auto per_radius_squared = hn::Set(dd, 1 / (radius_m * radius_m));
-  return sumOfTerms(model, pixels, count, centre_m_in_world, radius_m, work, [&](Doubles s) HWY_ATTR {
-    const auto inner = hn::NegMulAdd(hn::Mul(s, s), per_radius_squared, hn::Set(dd, 1.0));
-    const auto weight = hn::Mul(inner, inner);
-    return Terms{weight, weight};
-  });
-}
-
 WeightedSum sumOfSmoothTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                              const Vec3& hip_m_in_world, double radius_m, double fade_m, WorkVector* work) {
   const DoubleTag dd;
@@ -272,7 +202,6 @@ HWY_EXPORT(findInBallOfGrid);
 HWY_EXPORT(countCandidatesWithin);
 HWY_EXPORT(takeCandidatesBetween);
 HWY_EXPORT(sumOfSprings);
-HWY_EXPORT(sumOfOffsetTerms);
 HWY_EXPORT(sumOfSmoothTerms);
 
 // clang cannot look through the table that Highway calls the kernels by, and the table does not take pointers
@@ -295,11 +224,6 @@ std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
 Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                       const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
   return HWY_DYNAMIC_DISPATCH(sumOfSprings)(model, pixels, count, hip_m_in_world, radius_m, work);
-}
-
-WeightedSum sumOfOffsets(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                         const Vec3& centre_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
-  return HWY_DYNAMIC_DISPATCH(sumOfOffsetTerms)(model, pixels, count, centre_m_in_world, radius_m, work);
 }
 
 WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,

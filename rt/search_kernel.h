@@ -67,13 +67,8 @@ struct WeightedSum {
   double nearest_m = 0;  ///< distance of the nearest of the points; without any, the radius
 };
 
-/// Over the points of `count` pixels, V from each to the centre as in eq. (9), s = |V|, points with s above
-/// `radius_m` left out: sum of (1 - s^2 / radius^2)^2 V, and of those weights. Otherwise as
-/// sumOfUnitSprings().
-WeightedSum sumOfOffsets(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
-                         const Vec3& centre_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT;
-
-/// Likewise with w = 1 - s / radius: sum of w (radius - s) V / max(s, fade_m), and of w.
+/// Over the points of `count` pixels, V from each to the HIP as in eq. (9), s = |V|, points with s above
+/// `radius_m` left out, w = 1 - s / radius: sum of w (radius - s) V / max(s, fade_m), and of w.
 WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                                const Vec3& hip_m_in_world, double radius_m, double fade_m,
                                WorkVector* work) HAPTICD_RT;

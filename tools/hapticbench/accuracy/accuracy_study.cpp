@@ -207,7 +207,6 @@ class Stage {
 
   void compare(const Course& course, const std::vector<rt::ForceSample>& felt,
                const std::vector<Vec3>& law_truth, AccuracyRow& row) const {
-    const rt::ContactParameters contact;
     std::size_t sample = 0;
     for (std::size_t i = 0; i < felt.size(); ++i) {
       const CourseTick& tick = course.ticks[i];
@@ -223,8 +222,7 @@ class Stage {
       if (!behind) continue;
       row.against_law.add(felt[i].force_n_in_world, truth);
       const double t_s = FrameReel::time_s(tick.frame, course.first_moving_frame);
-      const double rest_m = row.law == ForceLaw::proxy ? contact.proxy_radius_m : 0;
-      const double gap_m = scene_.signedDistance(felt[i].proxy_m_in_world, t_s) - rest_m;
+      const double gap_m = scene_.signedDistance(felt[i].proxy_m_in_world, t_s);
       row.proxy_to_surface_mm.add(1000 * std::abs(gap_m));
     }
   }
