@@ -40,6 +40,8 @@ inline constexpr std::array<std::string_view, 4> kNames<rt::ForceLaw>{"nearest_s
 template <>
 inline constexpr std::array<std::string_view, 3> kNames<rt::ContactState>{"free", "contact", "entrenched"};
 template <>
+inline constexpr std::array<std::string_view, 3> kNames<rt::StiffnessRule>{"none", "delay", "mass"};
+template <>
 inline constexpr std::array<std::string_view, 3> kNames<rt::HandleCondition>{"ready", "clutched",
                                                                              "not_calibrated"};
 template <>
