@@ -94,7 +94,8 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTIC
   const double of_law = hasProxy(parameters.law) ? parameters.contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
-  rules.lag_s = loopLag_s(input.period_s, input.handle.delay_s, parameters.safety.force_filter_hz);
+  const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
+  rules.lag_s = loopLag_s(held_s, input.handle.delay_s, parameters.safety.force_filter_hz);
   rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(parameters.handle.device_mass_kg, rules.lag_s);
 
   const bool by_mass = automatic && !input.handle.damps;

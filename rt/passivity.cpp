@@ -12,7 +12,7 @@ constexpr double kSlowest_m_per_s = 1e-3;
 constexpr double kMostStored = 4;
 /// A hand rests that has stayed this near for this long: farther than encoders flicker (55 um), and longer than
 /// the turn of a swing that is large enough to matter takes.
-constexpr double kRestingPlace_m = 2e-4;
+constexpr double kRestingPlace_m = 1e-4;
 constexpr double kRest_s = 0.2;
 /// Time constant by which a debt fades while the hand rests.
 constexpr double kFading_s = 0.5;
