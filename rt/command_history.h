@@ -10,8 +10,8 @@
 
 namespace hapticd::rt {
 
-/// The forces that were commanded last, and which of them acts on the hand now: the one from the handle's delay ago.
-/// Thread: one.  Progress: wait-free.  RT: safe.
+/// The forces that were commanded last, and which of them acts on the hand now: the one from the handle's
+/// delay ago. Thread: one.  Progress: wait-free.  RT: safe.
 class CommandHistory {
  public:
   /// Ticks: a longer delay counts as that long. 127 ms at 1 kHz.
@@ -34,7 +34,8 @@ class CommandHistory {
   double largest_n(double delay_s, double period_s) const HAPTICD_RT {
     const auto ticks = static_cast<std::size_t>(std::ceil(ticksOf(delay_s, period_s)));
     double largest2_n2 = 0;
-    for (std::size_t age = 0; age <= ticks; ++age) largest2_n2 = std::max(largest2_n2, dot(ago(age), ago(age)));
+    for (std::size_t age = 0; age <= ticks; ++age)
+      largest2_n2 = std::max(largest2_n2, dot(ago(age), ago(age)));
     return std::sqrt(largest2_n2);
   }
 

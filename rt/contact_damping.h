@@ -14,9 +14,9 @@ struct DampedContact {
   double friction = 0;    ///< Coulomb's coefficient
 };
 
-/// The force with damping `damping_n_s_per_m` (>= 0) in contact. Along the normal it never makes the surface pull.
-/// Along the surface it damps only what friction holds: the force there stays within the cone of friction, and
-/// without friction it is left alone.  RT: safe.
+/// The force with damping `damping_n_s_per_m` (>= 0) in contact. Along the normal it never makes the surface
+/// pull. Along the surface it damps only what friction holds: the force there stays within the cone of
+/// friction, and without friction it is left alone.  RT: safe.
 inline Vec3 damped(const DampedContact& contact, double damping_n_s_per_m) noexcept {
   const double length_n = norm(contact.force_n);
   if (!(length_n > 0) || !(damping_n_s_per_m > 0)) return contact.force_n;

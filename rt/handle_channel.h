@@ -36,8 +36,8 @@ struct HandleCommand {
   std::uint64_t session = 0;  ///< of the measurement that it answers
   std::int64_t time_ns = 0;   ///< CLOCK_MONOTONIC of its writing
   std::int64_t tick_ns = 0;   ///< CLOCK_MONOTONIC when the tick began
-  /// For a device that damps contact by itself, from its own velocity v and without delay: it takes this times v's
-  /// component along the force away from the force, but never turns it round. At least 0.
+  /// For a device that damps contact by itself, from its own velocity v and without delay: it takes this
+  /// times v's component along the force away from the force, but never turns it round. At least 0.
   double contact_damping_n_s_per_m = 0;
 };
 

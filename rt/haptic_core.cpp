@@ -26,9 +26,8 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
 
 /// The law's force at the handle, or the held one for a moment where the scene is not modelled.
 ForceSample HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
-  ForceSample sample =
-      laws_.force({input.scene, input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world,
-                   input.directive.parameters});
+  ForceSample sample = laws_.force({input.scene, input.handle.position_m_in_world,
+                                    input.handle.velocity_m_per_s_in_world, input.directive.parameters});
   tick.law = laws_.law();
   tick.contact = sample.state;
   tick.proxy_m_in_world = sample.proxy_m_in_world;
@@ -85,8 +84,9 @@ void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
   tick.blended_force_n_in_world = blended;
 }
 
-/// What keeps the loop stable with the lag that it has now: the share of the law's force that is exerted, and the
-/// damping in contact. Damping that acts in the device does not come late, so it does not need the device's mass.
+/// What keeps the loop stable with the lag that it has now: the share of the law's force that is exerted, and
+/// the damping in contact. Damping that acts in the device does not come late, so it does not need the
+/// device's mass.
 HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
@@ -124,15 +124,14 @@ Vec3 HapticCore::damp(const Input& input, const ForceSample& felt, const LagRule
                       Tick& tick) const HAPTICD_RT {
   const Vec3 velocity = input.handle.velocity_m_per_s_in_world - felt.surface_velocity_m_per_s_in_world;
   const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
-  return tick.damped_force_n_in_world =
-             damped({tick.blended_force_n_in_world, felt.normal_in_world, velocity,
-                     input.directive.parameters.contact.friction},
-                    damping);
+  return tick.damped_force_n_in_world = damped({tick.blended_force_n_in_world, felt.normal_in_world, velocity,
+                                                input.directive.parameters.contact.friction},
+                                               damping);
 }
 
 /// What passivity control needs to know of this tick. The energy of a spring under a force F that is exerted
-/// to the share g is g F^2 / (2 k). What it changes by beyond the work of the HIP, F . dx with the mean force over
-/// the tick, the scene has done, or the share: a surface moved.
+/// to the share g is g F^2 / (2 k). What it changes by beyond the work of the HIP, F . dx with the mean force
+/// over the tick, the scene has done, or the share: a surface moved.
 SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input,
                                             const Vec3& surface_velocity_m_per_s) const HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;

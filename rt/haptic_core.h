@@ -90,7 +90,7 @@ class HapticCore {
   /// What the loop's lag asks for at this tick, for the HIP unless it says otherwise.
   struct LagRules {
     double lag_s = 0;
-    double damping_n_s_per_m = 0;          ///< of the HIP in contact, that the law does not bring in by itself
+    double damping_n_s_per_m = 0;  ///< of the HIP in contact, that the law does not bring in by itself
     double largest_damping_n_s_per_m = 0;  ///< at the hand
   };
 

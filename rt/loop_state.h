@@ -89,7 +89,8 @@ struct Tick {
   double stiffness_limit_n_per_m = 0;  ///< of the springs, for what the loop's lag and the device allow
   double stiffness_gain = 1;           ///< share of the law's force that this leaves
   StiffnessRule stiffness_rule = StiffnessRule::none;  ///< which rule keeps the stiffness below k_s
-  double contact_damping_n_s_per_m = 0;  ///< at the hand, that the loop's lag asks for; by the box or the device
+  double contact_damping_n_s_per_m =
+      0;  ///< at the hand, that the loop's lag asks for; by the box or the device
   Vec3 law_force_n_in_world;
   Vec3 blended_force_n_in_world;   ///< cut to the force limit, and carried over from the scene before
   Vec3 damped_force_n_in_world;    ///< with the damping in contact that the box brings in

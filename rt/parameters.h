@@ -61,7 +61,8 @@ struct BlendParameters {
       0.5;  ///< the blend changes the force by no more than k_s times that per second
 };
 
-/// What is done where k_s is above what the loop's lag and the device let be rendered stably (stiffness_limit.h).
+/// What is done where k_s is above what the loop's lag and the device let be rendered stably
+/// (stiffness_limit.h).
 enum class StiffnessLimit : std::uint8_t { off, warn, reduce };
 
 /// Whether contact is damped by what the loop's lag asks for (stiffness_limit.h), or only by
@@ -84,7 +85,7 @@ struct SafetyParameters {
   double passivity_max_damping_n_s_per_m = 5;  ///< the most that passivity control brings in
   StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
   ContactDamping contact_damping = ContactDamping::automatic;
-  int overrun_burst = 5;  ///< late ticks of the last 64 that are a burst; 65: never
+  int overrun_burst = 5;                ///< late ticks of the last 64 that are a burst; 65: never
   double workspace_radius_m = 20;       ///< about the world's origin; beyond it nothing is felt
   double max_handle_speed_m_per_s = 5;  ///< of the hand; faster ones are taken for a fault; 0: no limit
 };

@@ -10,8 +10,8 @@ namespace {
 constexpr double kSlowest_m_per_s = 1e-3;
 /// Of the energy of a linear spring under the force of the moment: room for laws that soften.
 constexpr double kMostStored = 4;
-/// A hand rests that has stayed this near for this long: farther than encoders flicker (55 um), and longer than
-/// the turn of a swing that is large enough to matter takes.
+/// A hand rests that has stayed this near for this long: farther than encoders flicker (55 um), and longer
+/// than the turn of a swing that is large enough to matter takes.
 constexpr double kRestingPlace_m = 1e-4;
 constexpr double kRest_s = 0.2;
 /// Time constant by which a debt fades while the hand rests.
@@ -41,9 +41,8 @@ void Passivity::book(const Input& input) HAPTICD_RT {
 
 void Passivity::limitCredit(const Input& input) HAPTICD_RT {
   const double largest_n = std::max({norm(input.force_n), norm(input.acted_n), input.largest_n});
-  const double most_stored_j = input.stiffness_n_per_m > 0
-                                   ? kMostStored * largest_n * largest_n / (2 * input.stiffness_n_per_m)
-                                   : 0;
+  const double most_stored_j =
+      input.stiffness_n_per_m > 0 ? kMostStored * largest_n * largest_n / (2 * input.stiffness_n_per_m) : 0;
   energy_j_ = std::min(energy_j_, most_stored_j);
   credit_j_ = std::min(credit_j_, most_stored_j);
 }

@@ -35,8 +35,8 @@ void visitFields(Tick& tick, auto&& visit) {
          slew_limited, magnitude_clamped, not_finite, released, passivity_acted, thermally_limited,
          outside_model, stopping, after_overrun, blending, law, contact, points_used, scene_frame,
          scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit, stiffness_gain,
-         stiffness_rule, contact_damping, law_force, blended_force, damped_force, scaled_force, passive_force, filtered_force, slewed_force, command_force] =
-      tick;
+         stiffness_rule, contact_damping, law_force, blended_force, damped_force, scaled_force, passive_force,
+         filtered_force, slewed_force, command_force] = tick;
   visit("number", number);
   visit("planned_ns", planned_ns);
   visit("wakeup_latency_ns", wakeup_latency_ns);

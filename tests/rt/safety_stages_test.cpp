@@ -197,7 +197,8 @@ TEST(ContactDamping, ActsAlongTheNormalAndNeverPulls) {
   EXPECT_EQ(with({0, 0, 1}, 5), Vec3{}) << "the surface would have to pull";
   EXPECT_EQ(with({1, -1, 0}, 5), (Vec3{0, 0, 3})) << "without friction nothing along the surface";
   EXPECT_EQ(rt::damped({{}, {0, 0, 1}, {0, 0, -1}}, 5), Vec3{}) << "no contact, no damping";
-  EXPECT_EQ(rt::damped({{0, 0, -3}, {0, 0, 1}, {0, 0, -1}}, 5), (Vec3{0, 0, -3})) << "a force inwards is no contact";
+  EXPECT_EQ(rt::damped({{0, 0, -3}, {0, 0, 1}, {0, 0, -1}}, 5), (Vec3{0, 0, -3}))
+      << "a force inwards is no contact";
 }
 
 TEST(ContactDamping, TakesTheForceForTheNormalWhereThereIsNone) {

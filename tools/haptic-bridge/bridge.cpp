@@ -95,9 +95,7 @@ rt::Vec3 Bridge::forceAt(std::int64_t now_ns, const DeviceReading& reading) {
   const double share = deadManShare(now_ns - command_ns_);
   if (share < 1) ++summary_.dead_man_ticks;
   const double damping =
-      damps(reading)
-          ? std::min(command_->contact_damping_n_s_per_m, options_.max_damping_n_s_per_m)
-          : 0;
+      damps(reading) ? std::min(command_->contact_damping_n_s_per_m, options_.max_damping_n_s_per_m) : 0;
   return share * boundedForce(dampedForce(command_->force_n_in_handle, reading.velocity_m_per_s, damping),
                               options_.max_force_n);
 }

@@ -164,7 +164,8 @@ int run(int argc, char** argv) {
       ->type_name("DAMPING")
       ->check(within(0.0, 1000.0));
   app.add_flag_callback(
-      "--no-damping", [&options] { options.bridge.damps = false; }, "leave the damping in contact to hapticd");
+      "--no-damping", [&options] { options.bridge.damps = false; },
+      "leave the damping in contact to hapticd");
   app.add_option("--mute-after", options.bridge.mute_after_s, "send no states after that many seconds")
       ->type_name("SECONDS")
       ->check(within(0.001, 1e6));

@@ -152,8 +152,9 @@ std::string stiffnessText(const Json& status) {
   const char* const why = rule == "mass"    ? "mass of the device at"
                           : rule == "delay" ? "damping of the hand at"
                                             : "rising again after";
-  return fmt::format("{} of {} N/m at the hand ({} {} ms delay){}", fixed(at_hand, 0), fixed(at_hand / gain, 0),
-                     why, fixed(numberAt(status, "tick.handleDelayS") * 1e3, 1), damping);
+  return fmt::format("{} of {} N/m at the hand ({} {} ms delay){}", fixed(at_hand, 0),
+                     fixed(at_hand / gain, 0), why, fixed(numberAt(status, "tick.handleDelayS") * 1e3, 1),
+                     damping);
 }
 
 std::string safetyText(const Json& status) {

@@ -178,8 +178,7 @@ void UdpWorker::sendCommand(std::int64_t now_ns) {
                        true};
   if (packet.active) {
     packet.force_n_in_handle = frame_.forceInHandle(*force_n_in_world);
-    packet.contact_damping_n_s_per_m =
-        std::clamp(command.contact_damping_n_s_per_m, 0.0, kMostDampingNSPerM);
+    packet.contact_damping_n_s_per_m = std::clamp(command.contact_damping_n_s_per_m, 0.0, kMostDampingNSPerM);
   }
   command_sent_ns_ = now_ns;
   send(packet, from_);

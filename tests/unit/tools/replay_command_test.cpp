@@ -100,8 +100,8 @@ config::Settings unlimited(config::Settings settings) {
   return settings;
 }
 
-// A plane 1.003 m away; the HIP comes nearer at 0.1 m/s, 1 ms per sample, 4 mm deep at the end. The spring gives
-// 500 N/m * depth, the damping 1.75 * 500 N/m * (0.5 ms + delay) * 0.1 m/s.
+// A plane 1.003 m away; the HIP comes nearer at 0.1 m/s, 1 ms per sample, 4 mm deep at the end. The spring
+// gives 500 N/m * depth, the damping 1.75 * 500 N/m * (0.5 ms + delay) * 0.1 m/s.
 TEST_F(ReplayCommand, DampsByTheVelocityOfTheSamples) {
   for (const double delay_s : {0.0, 0.004}) {
     config::Settings settings = unlimited(config::Settings{});

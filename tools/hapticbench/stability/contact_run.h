@@ -13,8 +13,8 @@ using drivers::DeviceAndHand;
 inline constexpr double kTick_s = 0.001;
 
 /// A device in a hand in front of a wall. The wall sees the quantised position and the backward difference of
-/// it as velocity, or what the drivers make of it; its force reaches the device `delay_ticks` later and is then
-/// held for a tick.
+/// it as velocity, or what the drivers make of it; its force reaches the device `delay_ticks` later and is
+/// then held for a tick.
 struct Rig {
   DeviceAndHand system;
   double quantum_m = 0;  ///< of the measured position; 0: none

@@ -115,14 +115,15 @@ void addDefaults(fmt::memory_buffer& text, const std::vector<DefaultRun>& runs) 
     of.most_above_potential_j = std::max(of.most_above_potential_j, run.run.most_above_potential_j);
     of.least_kept_n_per_m = std::min(of.least_kept_n_per_m, run.stiffness_kept_n_per_m);
   }
-  fmt::format_to(std::back_inserter(text),
-                 "\nShipped settings (500 N/m) with the whole safety chain, the delay reported as a driver does. "
-                 "pop: loops\nthat came through the plane. kept: least stiffness. gives: most energy at the "
-                 "hand at any time; above\npotential: the same without what the spring had stored.\n"
-                 "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n"
-                 "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n",
-                 "law", "t_d", "loops", "stable", "pop", "stable of others", "kept", "gives", "above pot.", "",
-                 "ms", "", "", "", "", "N/m", "mJ", "mJ");
+  fmt::format_to(
+      std::back_inserter(text),
+      "\nShipped settings (500 N/m) with the whole safety chain, the delay reported as a driver does. "
+      "pop: loops\nthat came through the plane. kept: least stiffness. gives: most energy at the "
+      "hand at any time; above\npotential: the same without what the spring had stored.\n"
+      "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n"
+      "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n",
+      "law", "t_d", "loops", "stable", "pop", "stable of others", "kept", "gives", "above pot.", "", "ms", "",
+      "", "", "", "N/m", "mJ", "mJ");
   for (const auto& [key, of] : summaries) {
     fmt::format_to(std::back_inserter(text), "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10.2f}{:>12.2f}\n",
                    key.first, key.second, of.all, of.stable, of.popped,
@@ -133,8 +134,8 @@ void addDefaults(fmt::memory_buffer& text, const std::vector<DefaultRun>& runs) 
   fmt::format_to(std::back_inserter(text),
                  "\nThose that are unstable or give more than {:g} mJ\n"
                  "  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10}{:>8}{:>10}{:>10}{:>12}\n",
-                 kMostGiven_j * 1e3, "law", "hand", "device", "t_d", "", "mm p-p", "Hz", "kept N/m", "gives mJ",
-                 "above pot.");
+                 kMostGiven_j * 1e3, "law", "hand", "device", "t_d", "", "mm p-p", "Hz", "kept N/m",
+                 "gives mJ", "above pot.");
   for (const DefaultRun& run : runs) {
     if (isGood(run)) continue;
     const char* what = run.run.stable ? "stable" : run.run.ran_away ? "away" : "unstable";

@@ -134,8 +134,11 @@ bool pushesBeforeContact(const Wall& wall) {
 }  // namespace
 
 const std::vector<Grip>& allGrips() {
-  static const std::vector<Grip> all{
-      {"released", 0, 0}, {"light", 400, 4}, {"damped", 400, 8}, {"firm", 1000, 10}, {"heavy", 1000, 10, 0.2}};
+  static const std::vector<Grip> all{{"released", 0, 0},
+                                     {"light", 400, 4},
+                                     {"damped", 400, 8},
+                                     {"firm", 1000, 10},
+                                     {"heavy", 1000, 10, 0.2}};
   return all;
 }
 

@@ -25,7 +25,8 @@ struct DeviceKind {
   double quantum_m = 0;
 };
 
-/// released, light, damped, firm, and heavy, which is firm with the mass of a hand: haptics.md's range of hands.
+/// released, light, damped, firm, and heavy, which is firm with the mass of a hand: haptics.md's range of
+/// hands.
 const std::vector<Grip>& allGrips();
 /// 45 and 100 g, each viscous only and with the Coulomb friction and the encoder of a desktop stylus.
 const std::vector<DeviceKind>& allDevices();

@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tools/hapticbench/stability/stability_study.h"
+
+// Device, hand and delay around the whole core with the shipped settings, beyond the taps of the bench.
+namespace hapticd::test {
+namespace {
+
+using tools::ContactRun;
+using tools::CoreOutput;
+using tools::Rig;
+using tools::Tap;
+
+struct Case {
+  double mass_kg;
+  double friction_n;
+  double quantum_m;
+  int delay_ticks;
+};
+
+constexpr double kDeviceDamping_n_s_per_m = 0.05;
+
+class ClosedLoop : public testing::TestWithParam<const char*> {
+ protected:
+  /// The law of the parameter, its driver reporting the delay.
+  std::unique_ptr<tools::Wall> wallOf(const Case& of) const {
+    auto wall = tools::makeWall(GetParam(), CoreOutput::command);
+    wall->set(500, 0);
+    wall->reportDelay_s(of.delay_ticks * tools::kTick_s);
+    return wall;
+  }
+  static Rig rigOf(const Case& of, double hand_stiffness_n_per_m = 0, double hand_damping_n_s_per_m = 0) {
+    Rig rig;
+    rig.system = {.mass_kg = of.mass_kg,
+                  .damping_n_s_per_m = kDeviceDamping_n_s_per_m,
+                  .coulomb_friction_n = of.friction_n,
+                  .hand_stiffness_n_per_m = hand_stiffness_n_per_m,
+                  .hand_damping_n_s_per_m = hand_damping_n_s_per_m};
+    rig.quantum_m = of.quantum_m;
+    rig.delay_ticks = of.delay_ticks;
+    rig.driver_velocity = true;
+    return rig;
+  }
+};
+
+std::vector<Case> hardCases() {
+  std::vector<Case> cases;
+  for (const double mass_kg : {0.045, 0.1}) {
+    for (const int delay_ticks : {0, 1, 2, 5, 10}) {
+      cases.push_back({mass_kg, 0, 0, delay_ticks});
+      cases.push_back({mass_kg, 0.26, 55e-6, delay_ticks});
+      cases.push_back({mass_kg, 0, 55e-6, delay_ticks});
+    }
+  }
+  return cases;
+}
+
+// Nobody holds it: a weight of 1 N drops it onto the surface from 5 mm, 0.4 to 0.5 m/s at the surface; it
+// bounces.
+TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
+  for (const Case& of : hardCases()) {
+    const auto wall = wallOf(of);
+    const ContactRun run =
+        tools::runContactFor(*wall, rigOf(of), {.start_m = 0.005, .speed_m_per_s = 0, .constant_n = -1}, 6);
+    EXPECT_FALSE(run.ran_away) << of.mass_kg << " " << of.delay_ticks;
+    EXPECT_LT(run.peak_to_peak_m, 1e-4) << of.mass_kg << " " << of.friction_n << " " << of.delay_ticks;
+    EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << of.mass_kg << " " << of.delay_ticks;
+    EXPECT_GT(run.deepest_m, -0.025) << "it is stopped";
+  }
+}
+
+// Fast taps of a light and of a firm hand.
+TEST_P(ClosedLoop, FastTapsComeToRest) {
+  for (const Case& of : hardCases()) {
+    for (const double grip : {1.0, 2.5}) {
+      const auto wall = wallOf(of);
+      const ContactRun run =
+          tools::runContactFor(*wall, rigOf(of, 400 * grip, 4 * grip),
+                               {.start_m = 0, .speed_m_per_s = 0.5, .hand_target_m = -0.005}, 4);
+      EXPECT_LT(run.peak_to_peak_m, 1e-4) << of.mass_kg << " " << of.friction_n << " " << of.delay_ticks;
+      EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << of.mass_kg << " " << of.delay_ticks;
+    }
+  }
+}
+
+// Item by item what the stiffness costs: 0.35 * 0.045 kg / (10.5 ms)^2 = 142.86 N/m.
+TEST_P(ClosedLoop, KeepsTheStiffnessThatTheLightestDeviceBears) {
+  for (const auto& [delay_ticks, least_n_per_m] :
+       {std::pair{0, 500.0}, {2, 500.0}, {5, 500.0}, {10, 142.8}}) {
+    const auto wall = wallOf({0.045, 0, 0, delay_ticks});
+    wall->approach(-0.004);
+    EXPECT_GE(wall->stiffnessKept_n_per_m(), least_n_per_m) << delay_ticks;
+    // at rest nothing but the spring acts; the surface is within rounding of 0.1 mm of where it should be
+    EXPECT_NEAR(wall->force_n(-0.004, 0), 0.004 * wall->stiffnessKept_n_per_m(), 1e-4 * 500) << delay_ticks;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, ClosedLoop, testing::Values("proxy", "surface"),
+                         [](const auto& law) { return std::string(law.param); });
+
+}  // namespace
+}  // namespace hapticd::test
