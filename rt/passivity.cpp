@@ -75,7 +75,7 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
   const double damping =
       std::min({-energy_j_ / (speed * speed * input.period_s), parameters.passivity_max_damping_n_s_per_m,
                 std::max(0.0, input.max_damping_n_s_per_m)});
-  return {std::max(0.0, length_n - damping * speed) * along, damping > 0};
+  return {(length_n - damping * speed) * along, damping > 0};
 }
 
 }  // namespace hapticd::rt

@@ -15,8 +15,8 @@ namespace hapticd::rt {
 /// energy at once, and the surface has done that work. So a surface that rises may lift the hand: its work is
 /// credited, no faster than |F| v_surface_max; what a surface takes back by sinking is taken at once. Of the
 /// remainder the box must never give more than it got: while W < 0 the motion along the force is damped, so
-/// that what was given too much is taken again within the tick, as far as the largest damping allows. Damping
-/// shortens the force to zero at most: the box never pulls the hand into a surface.
+/// that what was given too much is taken again within the tick, as far as the largest damping allows. Where
+/// no force is wanted nothing is done, so that a hand that touches nothing feels nothing.
 ///
 /// A sampled spring of stiffness K gives K |dx|^2 / 2 too much each tick; what the device's own damping b
 /// takes of it, b |dx|^2 / T, is credited. So where b > K T / 2 (Colgate) nothing is done, and the damping of

@@ -1,6 +1,12 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "tools/hapticbench/stability/stability_study.h"
 
@@ -25,8 +31,12 @@ constexpr double kDeviceDamping_n_s_per_m = 0.05;
 class ClosedLoop : public testing::TestWithParam<const char*> {
  protected:
   /// The law of the parameter, its driver reporting the delay.
-  std::unique_ptr<tools::Wall> wallOf(const Case& of) const {
-    auto wall = tools::makeWall(GetParam(), CoreOutput::command);
+  std::unique_ptr<tools::Wall> wallOf(const Case& of, double max_slew_n_per_s = 500) const {
+    rt::LiveParameters parameters;
+    parameters.safety.max_slew_n_per_s = max_slew_n_per_s;
+    const rt::ForceLaw law =
+        std::string_view(GetParam()) == "proxy" ? rt::ForceLaw::proxy : rt::ForceLaw::surface;
+    auto wall = std::make_unique<tools::CoreWall>(law, parameters, CoreOutput::command);
     wall->set(500, 0);
     wall->reportDelay_s(of.delay_ticks * tools::kTick_s);
     return wall;
@@ -57,17 +67,30 @@ std::vector<Case> hardCases() {
   return cases;
 }
 
-// Nobody holds it: a weight of 1 N drops it onto the surface from 5 mm, 0.4 to 0.5 m/s at the surface; it
-// bounces.
+/// A force that has to change faster than the slew limit lags beyond what the rules know of. The shipped
+/// 500 N/s are enough for impacts up to 0.2 m/s, 2000 N/s for these.
+constexpr double kFastSlew_n_per_s = 2000;
+
+struct Impact {
+  double height_m;
+  double max_slew_n_per_s;
+};
+
+// Nobody holds it: a weight of 1 N drops it onto the surface, at up to 0.2 or 0.47 m/s; it bounces.
 TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
-  for (const Case& of : hardCases()) {
-    const auto wall = wallOf(of);
-    const ContactRun run =
-        tools::runContactFor(*wall, rigOf(of), {.start_m = 0.005, .speed_m_per_s = 0, .constant_n = -1}, 6);
-    EXPECT_FALSE(run.ran_away) << of.mass_kg << " " << of.delay_ticks;
-    EXPECT_LT(run.peak_to_peak_m, 1e-4) << of.mass_kg << " " << of.friction_n << " " << of.delay_ticks;
-    EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << of.mass_kg << " " << of.delay_ticks;
-    EXPECT_GT(run.deepest_m, -0.025) << "it is stopped";
+  for (const Impact& impact : {Impact{0.0009, 500}, Impact{0.005, kFastSlew_n_per_s}}) {
+    for (const Case& of : hardCases()) {
+      const auto wall = wallOf(of, impact.max_slew_n_per_s);
+      const Tap fall{.start_m = impact.height_m, .speed_m_per_s = 0, .constant_n = -1};
+      const ContactRun run = tools::runContactFor(*wall, rigOf(of), fall, 6);
+      const std::string where = fmt::format("{} m, {} kg, {} N, {} m, {} ms", impact.height_m, of.mass_kg,
+                                            of.friction_n, of.quantum_m, of.delay_ticks);
+      EXPECT_FALSE(run.ran_away) << where;
+      EXPECT_LT(run.peak_to_peak_m, 2 * std::max(of.quantum_m, 5e-5))
+          << where << ": rest, but for the encoder";
+      EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << where;
+      EXPECT_GT(run.deepest_m, -0.025) << where << ": it is stopped";
+    }
   }
 }
 
@@ -75,7 +98,7 @@ TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
 TEST_P(ClosedLoop, FastTapsComeToRest) {
   for (const Case& of : hardCases()) {
     for (const double grip : {1.0, 2.5}) {
-      const auto wall = wallOf(of);
+      const auto wall = wallOf(of, kFastSlew_n_per_s);
       const ContactRun run =
           tools::runContactFor(*wall, rigOf(of, 400 * grip, 4 * grip),
                                {.start_m = 0, .speed_m_per_s = 0.5, .hand_target_m = -0.005}, 4);
