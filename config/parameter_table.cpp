@@ -109,7 +109,10 @@ constexpr auto kTable = std::to_array<Parameter>({
         "the most damping that passivity control brings in"),
     row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
         "safety.stiffness_limit", kLive, "", {}, "",
-        "what to do where the stiffness is above what the handle's delay lets be stable"),
+        "what to do where the stiffness is above what the loop's delay and the device let be stable"),
+    row<HAPTICD_MEMBER(live.safety.contact_damping)>(
+        "safety.contact_damping", kLive, "", {}, "",
+        "whether contact is damped by what the loop's delay asks for; off: by contact.damping_n_s_per_m alone"),
     row<HAPTICD_MEMBER(live.safety.overrun_burst)>(
         "safety.overrun_burst", kLive, "", {1, 65}, "",
         "late ticks of the last 64 with which the force goes to zero for a second; 65: never"),
@@ -260,6 +263,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.handle.device_damping_n_s_per_m)>(
         "handle.device_damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
         "viscous damping of the device alone, which passivity control counts on"),
+    row<HAPTICD_MEMBER(handle.device_mass_kg)>(
+        "handle.device_mass_kg", kRestart, "kg", {0, 20}, "",
+        "mass of the device alone that moves at the hand, which limits the stiffness; 0: the lightest of the driver's"),
     row<HAPTICD_MEMBER(live.handle.damping_n_s_per_m)>(
         "handle.damping_n_s_per_m", kRestart, "N s/m", {0.01, 100}, "",
         "damping of the device in the lightest grip that is to be stable"),

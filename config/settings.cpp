@@ -8,6 +8,9 @@ namespace {
 constexpr double kFactoryAPerM = -0.02605 / 9;
 constexpr double kFactoryBPerM = 28.379075 / 9;
 
+// Apparent mass of the lightest desktop styluses (Phantom Omni).
+constexpr double kLightestDevice_kg = 0.045;
+
 }  // namespace
 
 rt::ForceLaw ForceSettings::namedLaw() const {
@@ -42,7 +45,21 @@ LawChoice choiceOf(rt::ForceLaw law) {
 rt::LiveParameters Settings::effectiveLive() const {
   rt::LiveParameters effective = live;
   effective.law = force.namedLaw();
+  effective.handle.device_mass_kg = handle.effectiveDeviceMass_kg();
   return effective;
+}
+
+double HandleSettings::effectiveDeviceMass_kg() const {
+  if (device_mass_kg > 0) return device_mass_kg;
+  switch (driver) {
+    case HandleDriver::simulated:
+      return simulated.mass_kg;
+    case HandleDriver::udp:  // any device may be behind a bridge or a controller
+    case HandleDriver::hid:
+    case HandleDriver::falcon:  // no mass of it is published that we know of; it is surely heavier
+      break;
+  }
+  return kLightestDevice_kg;
 }
 
 rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {

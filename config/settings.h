@@ -107,10 +107,14 @@ struct HandleSettings {
   int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: there is none
   double resolution_m = 5e-5;  ///< smallest motion of the hand that the device tells from noise
   int thread_priority = -1;    ///< SCHED_FIFO; 0: none; -1: what the driver needs
+  double device_mass_kg = 0;   ///< of the device alone, at the hand; 0: the lightest of the driver's
   SimulatedHandleSettings simulated;
   UdpHandleSettings udp;
   HidHandleSettings hid;
   FalconHandleSettings falcon;
+
+  /// device_mass_kg, or what stands for 0 with the driver.
+  double effectiveDeviceMass_kg() const;
 };
 
 /// Each line as lineAddressFrom() (line_address.h) reads it; empty: there is no such LED.
@@ -163,7 +167,7 @@ struct Settings {
   StateSettings state;
   TraceSettings trace;
 
-  /// `live` with the law that `force` names.
+  /// `live` with the law that `force` names and the mass of the device.
   rt::LiveParameters effectiveLive() const;
 };
 

@@ -349,12 +349,17 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   const double stiffness = directive_.parameters.springs.stiffness_n_per_m;
   if (directive_.parameters.safety.stiffness_limit != rt::StiffnessLimit::off &&
       tick.stiffness_limit_n_per_m > 0 && stiffness > tick.stiffness_limit_n_per_m) {
+    const bool by_mass = tick.stiffness_rule == rt::StiffnessRule::mass;
     const bool reduced = directive_.parameters.safety.stiffness_limit == rt::StiffnessLimit::reduce;
     list.push_back(fmt::format(
-        "force.stiffness_n_per_m is {:.0f}, and the delay of the handle lets {:.0f} be stable{} (shorten the "
-        "delay, or "
-        "lower the stiffness)",
-        stiffness, tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : ""));
+        "force.stiffness_n_per_m is {:.0f}, and {} lets {:.0f} be stable{} (shorten the delay, {}lower the "
+        "stiffness)",
+        stiffness,
+        by_mass ? fmt::format("the delay of the handle with a device of {:g} kg",
+                              directive_.parameters.handle.device_mass_kg)
+                : "the delay of the handle",
+        tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : "",
+        by_mass ? "set handle.device_mass_kg if the device is heavier, or " : "or "));
   }
   if (!status.handle.advice.empty()) list.push_back("handle: " + status.handle.advice);
   const bool leds_missing = status.leds.panel.state == drivers::LedState::absent ||

@@ -87,8 +87,10 @@ struct ForceSample {
   std::uint32_t points_used =
       0;  ///< N of eq. (11), the points of a weighted mean, or 0 where none are looked at
   ContactState state = ContactState::free;
-  Vec3 proxy_m_in_world{};     ///< the HIP in the laws without a proxy
-  Vec3 normal_in_world{};      ///< of the surface in contact, a unit vector out of it; zero when free
+  Vec3 proxy_m_in_world{};  ///< the HIP in the laws without a proxy
+  Vec3 normal_in_world{};   ///< of the surface in contact, a unit vector out of it; zero when free
+  Vec3 surface_velocity_m_per_s_in_world{};  ///< of the surface in contact, where the law lets it move
+                                             ///< between frames
   bool outside_model = false;  ///< the scene does not hold all that the force depends on; the force is zero
   bool too_near = false;  ///< the surface in contact has come nearer than the camera can measure; the force
                           ///< is that of where it was seen last

@@ -65,8 +65,8 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   tick.planned_ns = planned_ns;
   tick.trace_dropped = channels_.control.trace.dropped();
   tick.wakeup_latency_ns = woke_ns - planned_ns;
-  channels_.handle_command.write(
-      {tick.command_force_n_in_world, tick.number, handle.session, monotonicNow_ns(), woke_ns});
+  channels_.handle_command.write({tick.command_force_n_in_world, tick.number, handle.session,
+                                  monotonicNow_ns(), woke_ns, tick.contact_damping_n_s_per_m});
   channels_.focus.write(core_.focus_m_in_world(handle.position_m_in_world));
 
   if (channels_.stall_ns != nullptr) stall(woke_ns);

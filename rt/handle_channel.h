@@ -26,6 +26,7 @@ struct HandleState {
   double delay_s = 0;  ///< from a motion of the hand to the force that answers it, without the loop's own
   std::int64_t command_latency_ns = 0;  ///< how long a command had waited, from its writing to the newest
                                         ///< sending to the device; 0: none yet
+  bool damps = false;  ///< the device damps contact by itself (HandleCommand::contact_damping_n_s_per_m)
 };
 
 /// What the handle is to exert on the hand.
@@ -35,6 +36,9 @@ struct HandleCommand {
   std::uint64_t session = 0;  ///< of the measurement that it answers
   std::int64_t time_ns = 0;   ///< CLOCK_MONOTONIC of its writing
   std::int64_t tick_ns = 0;   ///< CLOCK_MONOTONIC when the tick began
+  /// For a device that damps contact by itself, from its own velocity v and without delay: it takes this
+  /// times v's component along the force away from the force, but never turns it round. At least 0.
+  double contact_damping_n_s_per_m = 0;
 };
 
 /// From the handle's thread to the force thread, and back.

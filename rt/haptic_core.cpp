@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/contact_damping.h"
 #include "rt/stiffness_limit.h"
 
 namespace hapticd::rt {
@@ -24,10 +25,10 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
 }
 
 /// The law's force at the handle, or the held one for a moment where the scene is not modelled.
-Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
-  const ForceSample sample = laws_.force({input.scene, input.handle.position_m_in_world,
-                                          input.handle.velocity_m_per_s_in_world, input.directive.parameters,
-                                          frameAge_s(input.scene, input.now_ns, input.directive.parameters)});
+ForceSample HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
+  ForceSample sample = laws_.force({input.scene, input.handle.position_m_in_world,
+                                    input.handle.velocity_m_per_s_in_world, input.directive.parameters,
+                                    frameAge_s(input.scene, input.now_ns, input.directive.parameters)});
   tick.law = laws_.law();
   tick.contact = sample.state;
   tick.proxy_m_in_world = sample.proxy_m_in_world;
@@ -38,14 +39,15 @@ Vec3 HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
       memory_.held_force_n_in_world = {};
       memory_.too_near = false;
     }
-    return memory_.held_force_n_in_world;
+    sample.force_n_in_world = memory_.held_force_n_in_world;
+    return sample;
   }
   memory_.outside_model_s = 0;
   memory_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
   tick.law_force_n_in_world = sample.force_n_in_world;
   memory_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
-  return sample.force_n_in_world;
+  return sample;
 }
 
 /// How much more the force of a law with a proxy changed than the HIP's own way explains: the surface moved,
@@ -63,7 +65,7 @@ double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_worl
 
 /// Carries the force over a change of scene, law or parameters. It is cut to the limit first, so that what is
 /// carried over is never more than the handle could have felt.
-Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT {
+void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double length = norm(force_n_in_world);
   const double limit = parameters.safety.max_force_n / parameters.handle.force_scale;
@@ -76,6 +78,7 @@ Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
   const double unexplained = unexplained_n(input, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
   const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > most_n);
+  memory_.surface_moved = memory_.changed || unexplained > 0;
   memory_.origin = now;
   memory_.before = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut,
                     memory_.before.gain};
@@ -84,49 +87,83 @@ Vec3 HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
                           input.period_s, changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
   tick.blended_force_n_in_world = blended;
-  return blended;
 }
 
-/// Share of the law's force that the handle's delay allows.
-double HapticCore::stiffnessGain(const Input& input, Tick& tick) HAPTICD_RT {
+/// What keeps the loop stable with the lag that it has now: the share of the law's force that is exerted, and
+/// the damping in contact. Damping that acts in the device does not come late, so it does not need the
+/// device's mass.
+HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
-  tick.stiffness_limit_n_per_m =
-      largestStableStiffness_n_per_m(parameters.handle.damping_n_s_per_m,
-                                     scale * parameters.contact.damping_n_s_per_m, input.period_s,
-                                     std::max(0.0, input.handle.delay_s)) /
-      scale;
-  double wanted = 1;
-  if (parameters.safety.stiffness_limit == StiffnessLimit::reduce &&
-      parameters.springs.stiffness_n_per_m > tick.stiffness_limit_n_per_m) {
-    wanted = tick.stiffness_limit_n_per_m / parameters.springs.stiffness_n_per_m;
-  }
+  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double of_law = hasProxy(parameters.law) ? parameters.contact.damping_n_s_per_m : 0;
+  const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
+  LagRules rules;
+  const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
+  rules.lag_s = loopLag_s(held_s, input.handle.delay_s, parameters.safety.force_filter_hz);
+  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(parameters.handle.device_mass_kg, rules.lag_s);
+
+  const bool by_mass = automatic && !input.handle.damps;
+  const double limit_at_hand =
+      by_mass ? stiffnessOfMass_n_per_m(parameters.handle.device_mass_kg, rules.lag_s)
+              : largestStableStiffness_n_per_m(parameters.handle.damping_n_s_per_m,
+                                               scale * parameters.contact.damping_n_s_per_m, rules.lag_s);
+  tick.stiffness_limit_n_per_m = limit_at_hand / scale;
+  const bool limited = stiffness > tick.stiffness_limit_n_per_m;
+  if (limited) tick.stiffness_rule = by_mass ? StiffnessRule::mass : StiffnessRule::delay;
+  const bool reduces = parameters.safety.stiffness_limit == StiffnessLimit::reduce;
+  const double wanted = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
   memory_.stiffness_gain = std::clamp(wanted, memory_.stiffness_gain - kGainFall_per_s * input.period_s,
                                       memory_.stiffness_gain + kGainRise_per_s * input.period_s);
-  return tick.stiffness_gain = memory_.stiffness_gain;
+  tick.stiffness_gain = memory_.stiffness_gain;
+  if (!automatic) return rules;
+
+  double most = contactDamping_n_s_per_m(stiffness, rules.lag_s);
+  if (by_mass) most = std::min(most, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
+  rules.damping_n_s_per_m = std::isfinite(most) ? std::max(0.0, most - of_law) : 0;
+  return rules;
+}
+
+/// Adds the damping in contact, unless the device does.
+Vec3 HapticCore::damp(const Input& input, const ForceSample& felt, const LagRules& rules,
+                      Tick& tick) const HAPTICD_RT {
+  const Vec3 velocity = input.handle.velocity_m_per_s_in_world - felt.surface_velocity_m_per_s_in_world;
+  const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
+  return tick.damped_force_n_in_world = damped({tick.blended_force_n_in_world, felt.normal_in_world, velocity,
+                                                input.directive.parameters.contact.friction},
+                                               damping);
 }
 
 /// What passivity control needs to know of this tick. The energy of a spring under a force F that is exerted
-/// to the share g is g F^2 / (2 k): a change of scene or of g at a HIP that stands still changes it, without
-/// the hand.
-SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input) const HAPTICD_RT {
+/// to the share g is g F^2 / (2 k). What it changes by beyond the work of the HIP, F . dx with the mean force
+/// over the tick, the scene has done, or the share: a surface moved.
+SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input,
+                                            const Vec3& surface_velocity_m_per_s) const HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const HandleScaleParameters& scale = parameters.handle;
   const double to_hand = 1 / scale.motion_scale;
   const double stiffness = parameters.springs.stiffness_n_per_m;
   const double gain = memory_.before.gain;
+  const Vec3 hip_motion_m = input.handle.position_m_in_world - before.hip_m_in_world;
   SafetyChain::Motion motion;
-  motion.hand_m = to_hand * (input.handle.position_m_in_world - before.hip_m_in_world);
+  motion.known = true;
+  motion.hand_m = to_hand * hip_motion_m;
   motion.velocity_m_per_s = to_hand * input.handle.velocity_m_per_s_in_world;
   motion.stiffness_n_per_m = gain * stiffness * scale.motion_scale * scale.force_scale;
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
   motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
+  motion.delay_s = std::max(0.0, input.handle.delay_s);
   if (stiffness > 0) {
-    const double now_n2 = dot(memory_.before.force_n_in_world, memory_.before.force_n_in_world);
-    const double before_n2 = dot(before.force_n_in_world, before.force_n_in_world);
-    const double moved = memory_.changed ? before.gain * (now_n2 - before_n2) : 0;
-    motion.surface_work_j =
-        (moved + (gain - before.gain) * now_n2) * scale.force_scale * to_hand / (2 * stiffness);
+    const Vec3& force = memory_.before.force_n_in_world;
+    const Vec3 twice_mean = force + before.force_n_in_world;
+    const double now_n2 = dot(force, force);
+    const double stored = (now_n2 - dot(before.force_n_in_world, before.force_n_in_world)) / (2 * stiffness);
+    const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
+    const double of_surface = memory_.surface_moved
+                                  ? stored - of_hip
+                                  : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
+    const double of_gain = (gain - before.gain) * now_n2 / (2 * stiffness);
+    motion.surface_work_j = (before.gain * of_surface + of_gain) * scale.force_scale * to_hand;
   }
   return motion;
 }
@@ -137,14 +174,22 @@ SafetyChain::Output HapticCore::exert(const Input& input, const Supervisor::Obst
   const LiveParameters& parameters = input.directive.parameters;
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
-  const Vec3 felt = blend(input, feel(input, tick), tick);
+  const ForceSample felt = feel(input, tick);
+  blend(input, felt.force_n_in_world, tick);
+  const LagRules rules = lagRules(input, tick);
+  const Vec3 damped_n = damp(input, felt, rules, tick);
   memory_.supervisor.decide(input, obstacle,
                             {.touches = norm(tick.law_force_n_in_world) > 0, .too_near = memory_.too_near});
-  const double gain = memory_.supervisor.gain() * stiffnessGain(input, tick);
+  const double gain = memory_.supervisor.gain() * tick.stiffness_gain;
   memory_.before.gain = gain;
-  const SafetyChain::Motion motion = comparable ? motionSince(before, input) : SafetyChain::Motion{};
   tick.gain = gain;
-  tick.scaled_force_n_in_world = gain * parameters.handle.force_scale * felt;
+  const HandleScaleParameters& scale = parameters.handle;
+  tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
+  tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
+  SafetyChain::Motion motion;
+  if (comparable) motion = motionSince(before, input, felt.surface_velocity_m_per_s_in_world);
+  motion.max_damping_n_s_per_m =
+      rules.largest_damping_n_s_per_m - (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
   return memory_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
 }
 

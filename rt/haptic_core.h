@@ -53,6 +53,7 @@ class HapticCore {
     Supervisor supervisor;
     double stiffness_gain = 1;
     bool changed = false;  ///< the force comes from another scene, law or parameter set than the one before
+    bool surface_moved = false;  ///< that, or the HIP's motion does not explain the force
     Vec3 held_force_n_in_world;  ///< of the last tick whose neighbourhood was modelled
     double outside_model_s = 0;  ///< since then
     bool too_near = false;       ///< of that tick's force
@@ -88,11 +89,20 @@ class HapticCore {
   }
 
  private:
-  Vec3 feel(const Input& input, Tick& tick) HAPTICD_RT;
-  Vec3 blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
+  /// What the loop's lag asks for at this tick, for the HIP unless it says otherwise.
+  struct LagRules {
+    double lag_s = 0;
+    double damping_n_s_per_m = 0;  ///< of the HIP in contact, that the law does not bring in by itself
+    double largest_damping_n_s_per_m = 0;  ///< at the hand
+  };
+
+  ForceSample feel(const Input& input, Tick& tick) HAPTICD_RT;
+  LagRules lagRules(const Input& input, Tick& tick) HAPTICD_RT;
+  Vec3 damp(const Input& input, const ForceSample& felt, const LagRules& rules, Tick& tick) const HAPTICD_RT;
+  void blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
   double unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
-  double stiffnessGain(const Input& input, Tick& tick) HAPTICD_RT;
-  SafetyChain::Motion motionSince(const Before& before, const Input& input) const HAPTICD_RT;
+  SafetyChain::Motion motionSince(const Before& before, const Input& input,
+                                  const Vec3& surface_velocity_m_per_s) const HAPTICD_RT;
   SafetyChain::Output exert(const Input& input, const Supervisor::Obstacle& obstacle, Tick& tick) HAPTICD_RT;
 
   ForceLaws laws_;

@@ -10,6 +10,7 @@
 #include "rt/latency_histogram.h"
 #include "rt/parameters.h"
 #include "rt/spsc_ring.h"
+#include "rt/stiffness_limit.h"
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
 
@@ -87,10 +88,14 @@ struct Tick {
   Vec3 proxy_m_in_world;  ///< the HIP where the law has no proxy
   double gain = 0;        ///< share of the blended force that is exerted: the ramp times stiffness_gain
   double energy_j = 0;    ///< that the hand has given to the box more than it got back (passivity.h)
-  double stiffness_limit_n_per_m = 0;  ///< of the springs, for what the handle's delay allows
+  double stiffness_limit_n_per_m = 0;  ///< of the springs, for what the loop's lag and the device allow
   double stiffness_gain = 1;           ///< share of the law's force that this leaves
+  StiffnessRule stiffness_rule = StiffnessRule::none;  ///< which rule keeps the stiffness below k_s
+  double contact_damping_n_s_per_m =
+      0;  ///< at the hand, that the loop's lag asks for; by the box or the device
   Vec3 law_force_n_in_world;
   Vec3 blended_force_n_in_world;   ///< cut to the force limit, and carried over from the scene before
+  Vec3 damped_force_n_in_world;    ///< with the damping in contact that the box brings in
   Vec3 scaled_force_n_in_world;    ///< at the hand: with the ramp, for the handle's delay, by the force scale
   Vec3 passive_force_n_in_world;   ///< after passivity control
   Vec3 filtered_force_n_in_world;  ///< after the low-pass

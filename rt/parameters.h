@@ -62,8 +62,13 @@ struct BlendParameters {
       0.5;  ///< the blend changes the force by no more than k_s times that per second
 };
 
-/// What is done where k_s is above what the handle's delay lets be rendered stably (stiffness_limit.h).
+/// What is done where k_s is above what the loop's lag and the device let be rendered stably
+/// (stiffness_limit.h).
 enum class StiffnessLimit : std::uint8_t { off, warn, reduce };
+
+/// Whether contact is damped by what the loop's lag asks for (stiffness_limit.h), or only by
+/// ContactParameters::damping_n_s_per_m.
+enum class ContactDamping : std::uint8_t { off, automatic };
 
 /// Live. What the law's force passes before a device gets it.
 struct SafetyParameters {
@@ -80,17 +85,19 @@ struct SafetyParameters {
   bool passivity_control = true;
   double passivity_max_damping_n_s_per_m = 5;  ///< the most that passivity control brings in
   StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
+  ContactDamping contact_damping = ContactDamping::automatic;
   int overrun_burst = 5;                ///< late ticks of the last 64 that are a burst; 65: never
   double workspace_radius_m = 20;       ///< about the world's origin; beyond it nothing is felt
   double max_handle_speed_m_per_s = 5;  ///< of the hand; faster ones are taken for a fault; 0: no limit
 };
 
-/// Fixed at start. How the handle's motion and the law's force are scaled, and what damps the device.
+/// Fixed at start. How the handle's motion and the law's force are scaled, and how the device moves.
 struct HandleScaleParameters {
   double motion_scale = 1;                 ///< metres of the HIP per metre of the hand
   double force_scale = 1;                  ///< newtons at the hand per newton of the law
   double device_damping_n_s_per_m = 0.05;  ///< of the device alone, at the hand
   double damping_n_s_per_m = 4;            ///< of the device in the lightest grip, at the hand
+  double device_mass_kg = 0.045;           ///< of the device alone, at the hand, > 0
 };
 
 /// Fixed at start. When the camera saw what a frame shows.

@@ -10,13 +10,17 @@ namespace {
 constexpr double kSlowest_m_per_s = 1e-3;
 /// Of the energy of a linear spring under the force of the moment: room for laws that soften.
 constexpr double kMostStored = 4;
-/// Time constant by which a debt is forgiven that damping could not collect.
-constexpr double kForgiving_s = 0.5;
+/// A hand rests that has stayed this near for this long: farther than encoders flicker (55 um), and longer
+/// than the turn of a swing that is large enough to matter takes.
+constexpr double kRestingPlace_m = 1e-4;
+constexpr double kRest_s = 0.2;
+/// Time constant by which a debt fades while the hand rests.
+constexpr double kFading_s = 0.5;
 
 }  // namespace
 
 void Passivity::book(const Input& input) HAPTICD_RT {
-  const double work_j = dot(input.exerted_n, input.motion_m);
+  const double work_j = dot(input.acted_n, input.motion_m);
   const double damped_j =
       input.device_damping_n_s_per_m * dot(input.motion_m, input.motion_m) / input.period_s;
   if (std::isfinite(work_j + damped_j)) energy_j_ += damped_j - work_j;
@@ -29,31 +33,49 @@ void Passivity::book(const Input& input) HAPTICD_RT {
       energy_j_ += input.surface_work_j + taken_j;
     }
   }
-  const double most_j = norm(input.exerted_n) * input.max_surface_speed_m_per_s * input.period_s;
+  const double most_j = norm(input.acted_n) * input.max_surface_speed_m_per_s * input.period_s;
   const double given_j = std::min(credit_j_, most_j);
   credit_j_ -= given_j;
   energy_j_ += given_j;
 }
 
-Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& parameters) HAPTICD_RT {
-  book(input);
-  const double force2_n2 = std::max(dot(input.force_n, input.force_n), dot(input.exerted_n, input.exerted_n));
-  if (!parameters.passivity_control || force2_n2 == 0 || !(input.stiffness_n_per_m > 0)) {
-    reset();
-    return {input.force_n};
-  }
-  if (energy_j_ < 0) energy_j_ -= input.period_s / kForgiving_s * energy_j_;
-  const double most_stored_j = kMostStored * force2_n2 / (2 * input.stiffness_n_per_m);
+void Passivity::limitCredit(const Input& input) HAPTICD_RT {
+  const double largest_n = std::max({norm(input.force_n), norm(input.acted_n), input.largest_n});
+  const double most_stored_j =
+      input.stiffness_n_per_m > 0 ? kMostStored * largest_n * largest_n / (2 * input.stiffness_n_per_m) : 0;
   energy_j_ = std::min(energy_j_, most_stored_j);
   credit_j_ = std::min(credit_j_, most_stored_j);
+}
 
-  const double speed2 = dot(input.velocity_m_per_s, input.velocity_m_per_s);
-  if (energy_j_ >= 0 || !(speed2 > kSlowest_m_per_s * kSlowest_m_per_s) || !std::isfinite(speed2)) {
+void Passivity::fadeAtRest(const Input& input) HAPTICD_RT {
+  since_rest_m_ += input.motion_m;
+  resting_s_ += input.period_s;
+  const bool rests = input.motion_known && norm(since_rest_m_) < kRestingPlace_m;  // false if not a number
+  if (!rests) {
+    since_rest_m_ = {};
+    resting_s_ = 0;
+  }
+  if (energy_j_ < 0 && resting_s_ > kRest_s) energy_j_ *= std::max(0.0, 1 - input.period_s / kFading_s);
+}
+
+Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& parameters) HAPTICD_RT {
+  if (!parameters.passivity_control) {
+    *this = {};
     return {input.force_n};
   }
+  book(input);
+  limitCredit(input);
+  fadeAtRest(input);
+
+  const double length_n = norm(input.force_n);
+  if (energy_j_ >= 0 || !(length_n > 0)) return {input.force_n};
+  const Vec3 along = (1 / length_n) * input.force_n;
+  const double speed = dot(input.velocity_m_per_s, along);
+  if (!(std::abs(speed) > kSlowest_m_per_s) || !std::isfinite(speed)) return {input.force_n};
   const double damping =
-      std::min(-energy_j_ / (speed2 * input.period_s), parameters.passivity_max_damping_n_s_per_m);
-  return {input.force_n - damping * input.velocity_m_per_s, damping > 0};
+      std::min({-energy_j_ / (speed * speed * input.period_s), parameters.passivity_max_damping_n_s_per_m,
+                std::max(0.0, input.max_damping_n_s_per_m)});
+  return {(length_n - damping * speed) * along, damping > 0};
 }
 
 }  // namespace hapticd::rt

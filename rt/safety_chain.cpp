@@ -16,8 +16,10 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   const Vec3 felt = out.not_finite ? Vec3{} : force_n_in_world;
 
   const Passivity::Output passive = passivity_.apply(
-      {felt, last_, motion.hand_m, motion.velocity_m_per_s, motion.surface_work_j, motion.stiffness_n_per_m,
-       motion.device_damping_n_s_per_m, motion.max_surface_speed_m_per_s, period_s},
+      {felt, commands_.acting_n(motion.delay_s, period_s), motion.hand_m, motion.velocity_m_per_s,
+       motion.surface_work_j, motion.stiffness_n_per_m, motion.device_damping_n_s_per_m,
+       motion.max_surface_speed_m_per_s, period_s, commands_.largest_n(motion.delay_s, period_s),
+       motion.max_damping_n_s_per_m, motion.known},
       parameters);
   out.passivity_acted = passive.acted;
   out.passive_n_in_world = passive.force_n;
@@ -30,8 +32,7 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   out.slew_limited = limited.slewed;
   out.magnitude_clamped = limited.clamped;
   out.thermally_limited = allowed_n < parameters.max_force_n;
-  last_ = isFinite(limited.force_n) ? limited.force_n : Vec3{};
-  thermal_.heat(norm(last_), parameters.thermal_time_s, period_s);
+  exert(isFinite(limited.force_n) ? limited.force_n : Vec3{}, parameters, period_s);
   out.force_n_in_world = last_;
   return out;
 }
@@ -41,16 +42,20 @@ SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, dou
     releasing_ = true;
     release_ticks_left_ = kReleaseTicks;
     release_step_ = (1.0 / kReleaseTicks) * last_;
-    passivity_.reset();
   }
   --release_ticks_left_;
-  last_ = release_ticks_left_ > 0 ? last_ - release_step_ : Vec3{};
-  release_ticks_left_ = std::max(release_ticks_left_, 0);
   low_pass_.apply({}, 0, period_s);
-  thermal_.heat(norm(last_), parameters.thermal_time_s, period_s);
+  exert(release_ticks_left_ > 0 ? last_ - release_step_ : Vec3{}, parameters, period_s);
+  release_ticks_left_ = std::max(release_ticks_left_, 0);
   Output out;
   out.slewed_n_in_world = out.force_n_in_world = last_;
   return out;
+}
+
+void SafetyChain::exert(const Vec3& force_n, const SafetyParameters& parameters, double period_s) HAPTICD_RT {
+  last_ = force_n;
+  commands_.add(force_n);
+  thermal_.heat(norm(force_n), parameters.thermal_time_s, period_s);
 }
 
 }  // namespace hapticd::rt

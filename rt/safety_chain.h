@@ -1,5 +1,6 @@
 #pragma once
 
+#include "rt/command_history.h"
 #include "rt/low_pass.h"
 #include "rt/parameters.h"
 #include "rt/passivity.h"
@@ -21,14 +22,17 @@ class SafetyChain {
   /// Where the handle is not to be trusted any more, the force is zero after that many ticks.
   static constexpr int kReleaseTicks = 3;
 
-  /// What the hand and the scene did since the tick before; all zero where it is not known.
+  /// What the hand and the scene did since the tick before; as below where it is not known.
   struct Motion {
     Vec3 hand_m;                   ///< of the hand, world axes
     Vec3 velocity_m_per_s;         ///< of the hand
     double surface_work_j = 0;     ///< as of Passivity::Input
-    double stiffness_n_per_m = 0;  ///< at the hand; 0: passivity is not controlled
+    double stiffness_n_per_m = 0;  ///< at the hand; 0: nothing is stored
     double device_damping_n_s_per_m = 0;
     double max_surface_speed_m_per_s = 0;
+    double delay_s = 0;                  ///< from a motion of the hand to the force that answers it
+    double max_damping_n_s_per_m = 1e9;  ///< at the hand: the most that may come that late
+    bool known = false;                  ///< the hand's motion was measured
   };
 
   struct Output {
@@ -59,9 +63,12 @@ class SafetyChain {
   double energy_j() const noexcept { return passivity_.energy_j(); }
 
  private:
+  void exert(const Vec3& force_n, const SafetyParameters& parameters, double period_s) HAPTICD_RT;
+
   Passivity passivity_;
   LowPass low_pass_;
   ThermalLimit thermal_;
+  CommandHistory commands_;
   Vec3 last_;
   Vec3 release_step_;
   int release_ticks_left_ = 0;

@@ -30,8 +30,9 @@ class Supervisor {
     const Scene& scene;
     const HandleState& handle;
     const Directive& directive;
-    bool overran = false;  ///< the tick before ended late
-    bool release = false;  ///< the loop ends now: what is left of the force goes to zero at once
+    bool overran = false;      ///< the tick before ended late
+    bool release = false;      ///< the loop ends now: what is left of the force goes to zero at once
+    double loop_period_s = 0;  ///< that a force is held for on the device; 0: period_s
   };
 
   /// What keeps the force away, as far as the law need not be asked.

@@ -85,6 +85,10 @@ const char* nameOf(rt::ContactState state) {
   return wordOf(state);
 }
 
+const char* nameOf(rt::StiffnessRule rule) {
+  return wordOf(rule);
+}
+
 const char* nameOf(rt::Mode mode) {
   return wordOf(mode);
 }

@@ -11,6 +11,7 @@ const char* nameOf(drivers::LedState state);
 const char* nameOf(TraceState state);
 const char* nameOf(LedPattern pattern);
 const char* nameOf(rt::ContactState state);
+const char* nameOf(rt::StiffnessRule rule);
 const char* nameOf(rt::Mode mode);
 const char* nameOf(rt::Cause cause);
 

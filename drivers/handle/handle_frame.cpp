@@ -42,6 +42,7 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   state.buttons = measurement.buttons;
   state.delay_s = measurement.delay_s;
   state.command_latency_ns = measurement.command_latency_ns;
+  state.damps = measurement.damps;
   if (!measurement.calibrated) {
     state.condition = rt::HandleCondition::not_calibrated;
     return state;

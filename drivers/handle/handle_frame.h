@@ -20,6 +20,7 @@ struct HandleMeasurement {
   std::optional<rt::Vec3> velocity_m_per_s_in_handle = {};  ///< nothing: it is estimated from the positions
   double delay_s = 0;                                       ///< as of rt::HandleState
   std::int64_t command_latency_ns = 0;                      ///< as of rt::HandleState
+  bool damps = false;                                       ///< as of rt::HandleState
 };
 
 /// Between the device's frame and the world: pose (T_world_handle), motion scale, clutch and velocity. The

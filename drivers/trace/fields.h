@@ -15,8 +15,8 @@ concept MaybeConst = std::same_as<std::remove_const_t<Type>, Record>;
 
 template <MaybeConst<rt::HandleState> Handle>
 void visitHandleFields(Handle& handle, auto& visit) {
-  auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s, command_latency_ns] =
-      handle;
+  auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s, command_latency_ns,
+         damps] = handle;
   visit("handle_position_m_in_world", position);
   visit("handle_velocity_m_per_s_in_world", velocity);
   visit("handle_sequence", sequence);
@@ -26,6 +26,7 @@ void visitHandleFields(Handle& handle, auto& visit) {
   visit("handle_buttons", buttons);
   visit("handle_delay_s", delay_s);
   visit("handle_command_latency_ns", command_latency_ns);
+  visit("handle_damps", damps);
 }
 
 template <MaybeConst<rt::Tick> Tick>
@@ -34,8 +35,8 @@ void visitFields(Tick& tick, auto&& visit) {
          slew_limited, magnitude_clamped, not_finite, released, passivity_acted, thermally_limited,
          outside_model, stopping, after_overrun, blending, law, contact, points_used, scene_frame,
          scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit, stiffness_gain,
-         law_force, blended_force, scaled_force, passive_force, filtered_force, slewed_force, command_force] =
-      tick;
+         stiffness_rule, contact_damping, law_force, blended_force, damped_force, scaled_force, passive_force,
+         filtered_force, slewed_force, command_force] = tick;
   visit("number", number);
   visit("planned_ns", planned_ns);
   visit("wakeup_latency_ns", wakeup_latency_ns);
@@ -67,8 +68,11 @@ void visitFields(Tick& tick, auto&& visit) {
   visit("energy_j", energy_j);
   visit("stiffness_limit_n_per_m", stiffness_limit);
   visit("stiffness_gain", stiffness_gain);
+  visit("stiffness_rule", stiffness_rule);
+  visit("contact_damping_n_s_per_m", contact_damping);
   visit("law_force_n_in_world", law_force);
   visit("blended_force_n_in_world", blended_force);
+  visit("damped_force_n_in_world", damped_force);
   visit("scaled_force_n_in_world", scaled_force);
   visit("passive_force_n_in_world", passive_force);
   visit("filtered_force_n_in_world", filtered_force);

@@ -42,6 +42,8 @@ template <>
 inline constexpr std::array<std::string_view, 4> kNames<rt::ContactState>{"free", "contact", "entrenched",
                                                                           "behind"};
 template <>
+inline constexpr std::array<std::string_view, 3> kNames<rt::StiffnessRule>{"none", "delay", "mass"};
+template <>
 inline constexpr std::array<std::string_view, 3> kNames<rt::HandleCondition>{"ready", "clutched",
                                                                              "not_calibrated"};
 template <>

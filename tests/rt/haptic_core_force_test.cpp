@@ -117,16 +117,57 @@ TEST(HapticCoreForce, IsScaledToTheHand) {
 
 // (b + B) / (T / 2 + t_d) with b = 4 N s/m, t_d = 19.5 ms: 200 N/m of 500.
 TEST(HapticCoreForce, IsReducedToWhatTheHandlesDelayAllows) {
+  for (const bool device_damps : {false, true}) {
+    CoreRig rig;
+    rig.handle.delay_s = 0.0195;
+    rig.handle.damps = device_damps;
+    if (!device_damps) rig.directive.parameters.safety.contact_damping = rt::ContactDamping::off;
+    const rt::Tick out = rig.engageFully();
+    EXPECT_NEAR(out.stiffness_limit_n_per_m, 200, 1e-9);
+    EXPECT_NEAR(out.stiffness_gain, 0.4, kRounding);
+    EXPECT_EQ(out.stiffness_rule, rt::StiffnessRule::delay);
+    EXPECT_LT(norm(out.command_force_n_in_world - 0.4 * out.blended_force_n_in_world), kRounding);
+    rig.directive.parameters.safety.stiffness_limit = rt::StiffnessLimit::warn;
+    const rt::Tick warned = rig.steps(4000);
+    EXPECT_EQ(warned.stiffness_gain, 1);
+    EXPECT_NEAR(warned.stiffness_limit_n_per_m, 200, 1e-9);
+  }
+}
+
+// 0.35 m / (T / 2 + t_d)^2 with 45 g and 9.5 ms: 157.5 N/m of 500.
+TEST(HapticCoreForce, IsReducedToWhatTheDevicesMassAllowsWhereTheBoxDamps) {
   CoreRig rig;
-  rig.handle.delay_s = 0.0195;
+  rig.handle.delay_s = 0.0095;
   const rt::Tick out = rig.engageFully();
-  EXPECT_NEAR(out.stiffness_limit_n_per_m, 200, 1e-9);
-  EXPECT_NEAR(out.stiffness_gain, 0.4, kRounding);
-  EXPECT_LT(norm(out.command_force_n_in_world - 0.4 * out.blended_force_n_in_world), kRounding);
-  rig.directive.parameters.safety.stiffness_limit = rt::StiffnessLimit::warn;
-  const rt::Tick warned = rig.steps(4000);
-  EXPECT_EQ(warned.stiffness_gain, 1);
-  EXPECT_NEAR(warned.stiffness_limit_n_per_m, 200, 1e-9);
+  EXPECT_NEAR(out.stiffness_limit_n_per_m, 157.5, 1e-9);
+  EXPECT_NEAR(out.stiffness_gain, 0.315, kRounding);
+  EXPECT_EQ(out.stiffness_rule, rt::StiffnessRule::mass);
+  EXPECT_NEAR(out.contact_damping_n_s_per_m, 1.75 * 157.5 * 0.01, 1e-9);
+  rig.directive.parameters.handle.device_mass_kg = 0.2;  // 700 N/m
+  const rt::Tick heavy = rig.steps(4000);
+  EXPECT_EQ(heavy.stiffness_gain, 1);
+  EXPECT_EQ(heavy.stiffness_rule, rt::StiffnessRule::none);
+  EXPECT_NEAR(heavy.contact_damping_n_s_per_m, 1.75 * 500 * 0.01, 1e-9);
+}
+
+// Of all laws: the paper's law is the rig's. 1.75 * 100 N/m * 2.5 ms = 0.4375 N s/m.
+TEST(HapticCoreForce, IsDampedByWhatTheLagAsksForOnceAndByWhoCan) {
+  CoreRig rig;
+  rig.handle.delay_s = 0.002;
+  rig.directive.parameters.springs.stiffness_n_per_m = 100;  // below the force limit
+  const Vec3 still = rig.engageFully().command_force_n_in_world;
+  const Vec3 outwards = (1 / norm(still)) * still;
+  rig.handle.velocity_m_per_s_in_world = -0.1 * outwards;
+  const rt::Tick box = rig.steps(5);
+  EXPECT_NEAR(norm(box.command_force_n_in_world), norm(still) + 0.04375, kRounding);
+  EXPECT_EQ(box.law_force_n_in_world, box.blended_force_n_in_world) << "the law's force is the law's";
+  rig.handle.damps = true;
+  const rt::Tick device = rig.steps(5);
+  EXPECT_NEAR(norm(device.command_force_n_in_world), norm(still), kRounding);
+  EXPECT_NEAR(device.contact_damping_n_s_per_m, 0.4375, 1e-9) << "for the device to bring in";
+  rig.handle.damps = false;
+  rig.directive.parameters.safety.contact_damping = rt::ContactDamping::off;
+  EXPECT_NEAR(norm(rig.steps(5).command_force_n_in_world), norm(still), kRounding);
 }
 
 TEST(HapticCoreForce, IsHeldOutsideTheModelFor10MillisecondsAtMost) {

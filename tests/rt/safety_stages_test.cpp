@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "rt/command_history.h"
+#include "rt/contact_damping.h"
 #include "rt/force_limit.h"
 #include "rt/low_pass.h"
 #include "rt/passivity.h"
@@ -155,12 +157,79 @@ bool settles(double stiffness, double damping, double mass, int delay_ticks) {
   return late <= early;
 }
 
+double lagOf(int delay_ticks) {
+  return rt::loopLag_s(kPeriod_s, delay_ticks * kPeriod_s, 0);
+}
+
 TEST(StiffnessLimit, IsWhereADelayedSpringStartsToOscillate) {
   for (const int delay_ticks : {0, 1, 2, 5}) {
-    const double limit = rt::largestStableStiffness_n_per_m(0.5, 0, kPeriod_s, delay_ticks * kPeriod_s);
+    const double limit = rt::largestStableStiffness_n_per_m(0.5, 0, lagOf(delay_ticks));
     EXPECT_TRUE(settles(0.95 * limit, 0.5, 0.045, delay_ticks)) << delay_ticks;
     EXPECT_FALSE(settles(1.05 * limit, 0.5, 0.045, delay_ticks)) << delay_ticks;
   }
+}
+
+TEST(StiffnessLimit, CountsTheLowPassAsDelay) {
+  EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, 0.002, 0), 0.0025);
+  EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, 0.002, 50), 0.0025 + 1 / (2 * std::numbers::pi * 50));
+  EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, -1, 0), 0.0005) << "no driver measures less than nothing";
+}
+
+// m w^2 = K sqrt(1 + c^2 w^2 lag^2) and atan(c w lag) = w lag, where the delayed spring and damper keep a
+// swing of the mass up; c: kContactDamping.
+TEST(StiffnessLimit, LeavesTheMassAMarginToWhereSpringAndDampingSwingIt) {
+  double turn = 1;  // w lag
+  for (int i = 0; i < 200; ++i) turn = std::atan(rt::kContactDamping * turn);
+  const double limit = turn * turn / std::hypot(1, rt::kContactDamping * turn);
+  EXPECT_NEAR(limit, 0.55, 0.005) << "as the header says";
+  EXPECT_DOUBLE_EQ(rt::stiffnessOfMass_n_per_m(0.045, 0.01), 0.35 * 0.045 / 1e-4);
+  EXPECT_LT(rt::kStiffnessOfMass, limit / 1.5);
+}
+
+// ---- damping in contact
+
+TEST(ContactDamping, ActsAlongTheNormalAndNeverPulls) {
+  const auto with = [](const Vec3& velocity, double damping) {
+    return rt::damped({{0, 0, 3}, {0, 0, 1}, velocity}, damping);
+  };
+  EXPECT_EQ(with({0, 0, 0.1}, 5), (Vec3{0, 0, 2.5}));
+  EXPECT_EQ(with({0, 0, -0.1}, 5), (Vec3{0, 0, 3.5}));
+  EXPECT_EQ(with({0, 0, 1}, 5), Vec3{}) << "the surface would have to pull";
+  EXPECT_EQ(with({1, -1, 0}, 5), (Vec3{0, 0, 3})) << "without friction nothing along the surface";
+  EXPECT_EQ(rt::damped({{}, {0, 0, 1}, {0, 0, -1}}, 5), Vec3{}) << "no contact, no damping";
+  EXPECT_EQ(rt::damped({{0, 0, -3}, {0, 0, 1}, {0, 0, -1}}, 5), (Vec3{0, 0, -3}))
+      << "a force inwards is no contact";
+}
+
+TEST(ContactDamping, TakesTheForceForTheNormalWhereThereIsNone) {
+  EXPECT_LT(norm(rt::damped({{3, 0, 4}, {}, {0.6, 0, 0.8}}, 2) - Vec3{1.8, 0, 2.4}), 1e-15);
+}
+
+TEST(ContactDamping, StaysInTheConeOfFriction) {
+  // held: 1 N of 2 that friction 0.5 bears under 4 N
+  const auto with = [](const Vec3& velocity) { return rt::damped({{1, 0, 4}, {0, 0, 1}, velocity, 0.5}, 5); };
+  EXPECT_EQ(with({-0.1, 0, 0}), (Vec3{1.5, 0, 4}));
+  EXPECT_EQ(with({0.1, 0, 0}), (Vec3{0.5, 0, 4}));
+  EXPECT_EQ(with({-1, 0, 0}), (Vec3{2, 0, 4})) << "no more than friction";
+  const Vec3 sliding = rt::damped({{-2, 0, 4}, {0, 0, 1}, {1, 0, 0}, 0.5}, 5);
+  EXPECT_EQ(sliding, (Vec3{-2, 0, 4})) << "what slides is not slowed down further";
+}
+
+// ---- which command acts
+
+TEST(CommandHistory, GivesTheCommandOfADelayAgo) {
+  rt::CommandHistory history;
+  EXPECT_EQ(history.acting_n(0.05, kPeriod_s), Vec3{});
+  for (int tick = 1; tick <= 300; ++tick) history.add({static_cast<double>(tick), 0, 0});
+  EXPECT_EQ(history.acting_n(0, kPeriod_s).x, 300);
+  EXPECT_NEAR(history.acting_n(0.007, kPeriod_s).x, 293, 1e-9);
+  EXPECT_NEAR(history.acting_n(0.0072, kPeriod_s).x, 292.8, 1e-9);
+  EXPECT_EQ(history.acting_n(10, kPeriod_s).x, 300 - 127) << "as long as it remembers";
+  EXPECT_EQ(history.acting_n(-1, kPeriod_s).x, 300);
+  EXPECT_EQ(history.acting_n(std::nan(""), kPeriod_s).x, 300);
+  history.add({});
+  EXPECT_EQ(history.largest_n(0, kPeriod_s), 0);
+  EXPECT_EQ(history.largest_n(0.001, kPeriod_s), 300);
 }
 
 // ---- passivity
@@ -206,7 +275,9 @@ struct WallLoop {
       const double spring = x < 0 ? -stiffness * x : 0;
       energy_j += exerted * (x - before);
       result.given_j = std::max(result.given_j, energy_j);
-      const rt::SafetyChain::Motion motion{{0, 0, x - before}, {0, 0, v}, 0, stiffness, damping, 0.5};
+      rt::SafetyChain::Motion motion{{0, 0, x - before}, {0, 0, v}, 0, stiffness, damping, 0.5};
+      motion.delay_s = delay_ticks * kPeriod_s;
+      motion.known = true;
       const rt::SafetyChain::Output out = chain.apply({0, 0, spring}, safety, kPeriod_s, motion);
       before = x;
       acted += out.passivity_acted ? 1 : 0;
@@ -316,27 +387,106 @@ TEST(Passivity, TakesAtOnceWhatASinkingSurfaceTakes) {
   EXPECT_NEAR(passivity.energy_j(), 0.0005, 1e-15);
 }
 
-TEST(Passivity, DampsByNoMoreThanItMayAndAgainstTheMotionOnly) {
+TEST(Passivity, DampsAlongTheForceByNoMoreThanItMay) {
   rt::Passivity passivity;
   rt::SafetyParameters parameters;
   rt::Passivity::Input input = still(2);
   input.motion_m = {0, 0, 0.01};
   input.velocity_m_per_s = {0.03, 0, 0.1};
-  const rt::Passivity::Output out = passivity.apply(input, parameters);
+  rt::Passivity::Output out = passivity.apply(input, parameters);
   EXPECT_TRUE(out.acted);
-  EXPECT_NEAR(norm(out.force_n - Vec3{-0.15, 0, 2 - 0.5}), 0, 1e-15);
+  EXPECT_NEAR(norm(out.force_n - Vec3{0, 0, 2 - 0.5}), 0, 1e-15) << "5 N s/m, and nothing across";
+  input.max_damping_n_s_per_m = 3;  // what the loop's lag leaves
+  EXPECT_NEAR(passivity.apply(input, parameters).force_n.z, 2 - 0.3, 1e-15);
+  input.max_damping_n_s_per_m = 1e9;
+  input.force_n = {};
+  EXPECT_EQ(passivity.apply(input, parameters).force_n, Vec3{}) << "nothing where nothing is touched";
+  input.force_n = {0, 0, 2};
   parameters.passivity_max_damping_n_s_per_m = 0;
   EXPECT_FALSE(passivity.apply(input, parameters).acted);
 }
 
-TEST(Passivity, ForgetsEverythingOnceThereIsNoForce) {
+rt::Passivity::Input movingFreely() {
+  rt::Passivity::Input input = still(0);
+  input.motion_m = {0, 0, 1e-4};
+  input.velocity_m_per_s = {0, 0, 0.1};
+  return input;
+}
+
+TEST(Passivity, KeepsADebtBeyondTheEndOfTheContactAsLongAsTheHandMoves) {
   rt::Passivity passivity;
   rt::Passivity::Input input = still(2);
   input.motion_m = {0, 0, 0.01};
   passivity.apply(input, {});
-  EXPECT_LT(passivity.energy_j(), 0);
+  EXPECT_NEAR(passivity.energy_j(), -0.02, 1e-15);
+  for (int tick = 0; tick < 10'000; ++tick) passivity.apply(movingFreely(), {});
+  EXPECT_NEAR(passivity.energy_j(), -0.02, 1e-15);
+  input = still(2);
+  input.velocity_m_per_s = {0, 0, -0.1};
+  EXPECT_GT(passivity.apply(input, {}).force_n.z, 2) << "the next contact begins with it";
+}
+
+TEST(Passivity, GivesNothingOfAnEndedContactToTheNextOne) {
+  rt::Passivity passivity;
+  rt::Passivity::Input input = still(2);
+  input.motion_m = {0, 0, -0.001};
+  passivity.apply(input, {});
+  EXPECT_GT(passivity.energy_j(), 0);
   passivity.apply(still(0), {});
   EXPECT_EQ(passivity.energy_j(), 0);
+}
+
+TEST(Passivity, LetsADebtFadeOnlyWhileTheHandIsSeenToRest) {
+  const auto debtAfter = [](rt::Passivity::Input next) {
+    rt::Passivity passivity;
+    rt::Passivity::Input input = still(2);
+    input.motion_m = {0, 0, 0.01};
+    passivity.apply(input, {});
+    for (int tick = 0; tick < 5'000; ++tick) {
+      next.motion_m = -next.motion_m;
+      passivity.apply(next, {});
+    }
+    return passivity.energy_j();
+  };
+  rt::Passivity::Input next = still(0);
+  EXPECT_GT(debtAfter(next), -1e-5) << "5 s, of which 0.2 s are for being sure";
+  next.motion_m = {0, 0, 55e-6};
+  EXPECT_GT(debtAfter(next), -1e-5) << "an encoder that flickers";
+  next.motion_m = {0, 0, 3e-4};
+  EXPECT_NEAR(debtAfter(next), -0.02, 1e-15);
+  next.motion_m = {};
+  next.motion_known = false;
+  EXPECT_NEAR(debtAfter(next), -0.02, 1e-15);
+}
+
+// 20 ms late, 2 N act while the hand goes out by 1 mm, though nothing is commanded any more.
+TEST(Passivity, BooksTheForceThatActsAndNotTheOneThatIsCommanded) {
+  rt::SafetyChain chain;
+  rt::SafetyParameters parameters;
+  parameters.max_slew_n_per_s = 1e6;
+  rt::SafetyChain::Motion motion{{}, {}, 0, 500, 0, 0.5};
+  motion.delay_s = 0.02;
+  for (int tick = 0; tick < 21; ++tick) chain.apply({0, 0, 2}, parameters, kPeriod_s, motion);
+  chain.apply({}, parameters, kPeriod_s, motion);
+  motion.hand_m = {0, 0, 0.001};
+  chain.apply({}, parameters, kPeriod_s, motion);
+  EXPECT_NEAR(chain.energy_j(), -0.002, 1e-12);
+}
+
+TEST(Passivity, KeepsWhatAFaultOfTheHandleLeftOwing) {
+  rt::SafetyChain chain;
+  rt::SafetyParameters parameters;
+  parameters.max_slew_n_per_s = 1e6;
+  rt::SafetyChain::Motion motion{{}, {}, 0, 500, 0, 0.5};
+  motion.known = true;
+  chain.apply({0, 0, 2}, parameters, kPeriod_s, motion);
+  motion.hand_m = {0, 0, 0.005};
+  chain.apply({0, 0, 2}, parameters, kPeriod_s, motion);
+  const double debt_j = chain.energy_j();
+  EXPECT_NEAR(debt_j, -0.01, 1e-12);
+  for (int tick = 0; tick < 2'000; ++tick) chain.release(parameters, kPeriod_s);
+  chain.apply({}, parameters, kPeriod_s);
+  EXPECT_EQ(chain.energy_j(), debt_j);
 }
 
 TEST(Passivity, KeepsNoMoreThanFourTimesTheEnergyOfASpringUnderTheForce) {

@@ -46,7 +46,8 @@ class Stopping {
     live.safety.passivity_control = true;
     live.safety.stiffness_limit = rt::StiffnessLimit::reduce;
     rig.handle.session = 1;
-    rig.handle.delay_s = 0.02;  // 200 N/m would be stable, of 500
+    rig.handle.delay_s = 0.02;
+    live.handle.device_mass_kg = 0.3;  // with that delay and the low-pass's 207 N/m would be stable, of 500
     rig.moveHandle(touching);
   }
   ~Stopping() {

@@ -82,6 +82,7 @@ rt::HandleState anyHandle(Random& random) {
   handle.buttons = Any{random};
   handle.delay_s = anyDouble(random);
   handle.command_latency_ns = Any{random};
+  handle.damps = Any{random};
   return handle;
 }
 
@@ -101,6 +102,7 @@ void setFlags(rt::Tick& tick, const Any& any) {
 void setForces(rt::Tick& tick, Random& random) {
   tick.law_force_n_in_world = anyVector(random);
   tick.blended_force_n_in_world = anyVector(random);
+  tick.damped_force_n_in_world = anyVector(random);
   tick.scaled_force_n_in_world = anyVector(random);
   tick.passive_force_n_in_world = anyVector(random);
   tick.filtered_force_n_in_world = anyVector(random);
@@ -139,6 +141,8 @@ rt::Tick madeUpTick(Random& random, std::uint64_t number) {
   tick.energy_j = anyDouble(random);
   tick.stiffness_limit_n_per_m = anyDouble(random);
   tick.stiffness_gain = anyDouble(random);
+  tick.stiffness_rule = anyOf<rt::StiffnessRule>(random, 3);
+  tick.contact_damping_n_s_per_m = anyDouble(random);
   setForces(tick, random);
   return tick;
 }

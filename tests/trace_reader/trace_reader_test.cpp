@@ -152,6 +152,7 @@ void expectHandle(Members& members, const rt::HandleState& handle) {
   members.number("handle_buttons", handle.buttons);
   members.number("handle_delay_s", handle.delay_s);
   members.number("handle_command_latency_ns", handle.command_latency_ns);
+  members.flag("handle_damps", handle.damps);
 }
 
 void expectFlags(Members& members, const rt::Tick& tick) {
@@ -170,6 +171,7 @@ void expectFlags(Members& members, const rt::Tick& tick) {
 void expectForces(Members& members, const rt::Tick& tick) {
   members.vector("law_force_n_in_world", tick.law_force_n_in_world);
   members.vector("blended_force_n_in_world", tick.blended_force_n_in_world);
+  members.vector("damped_force_n_in_world", tick.damped_force_n_in_world);
   members.vector("scaled_force_n_in_world", tick.scaled_force_n_in_world);
   members.vector("passive_force_n_in_world", tick.passive_force_n_in_world);
   members.vector("filtered_force_n_in_world", tick.filtered_force_n_in_world);
@@ -201,6 +203,8 @@ void expectMembers(Members& members, const rt::Tick& tick) {
   members.number("energy_j", tick.energy_j);
   members.number("stiffness_limit_n_per_m", tick.stiffness_limit_n_per_m);
   members.number("stiffness_gain", tick.stiffness_gain);
+  members.enumerator("stiffness_rule", tick.stiffness_rule);
+  members.number("contact_damping_n_s_per_m", tick.contact_damping_n_s_per_m);
   expectForces(members, tick);
 }
 

@@ -8,6 +8,7 @@
 
 #include "rt/periodic_clock.h"
 #include "tools/haptic-bridge/bounded_force.h"
+#include "tools/haptic-bridge/damped_force.h"
 #include "tools/haptic-bridge/dead_man.h"
 
 namespace hapticd::tools {
@@ -52,9 +53,9 @@ void Bridge::receiveUntil(std::int64_t when_ns) {
 
 void Bridge::tick(std::int64_t now_ns) {
   receive(now_ns);
-  const rt::Vec3 exerted_n = forceAt(now_ns);
-  device_.setForce(exerted_n);
   const DeviceReading reading = device_.read();
+  const rt::Vec3 exerted_n = forceAt(now_ns, reading);
+  device_.setForce(exerted_n);
   sendState(reading, now_ns);
   account(reading, exerted_n, now_ns);
   ticked_ns_ = now_ns;
@@ -85,11 +86,18 @@ void Bridge::take(std::span<const std::byte> bytes, std::int64_t now_ns) {
   command_ns_ = now_ns;
 }
 
-rt::Vec3 Bridge::forceAt(std::int64_t now_ns) {
+bool Bridge::damps(const DeviceReading& reading) const {
+  return options_.damps && reading.velocity_valid && command_ && command_->may_damp;
+}
+
+rt::Vec3 Bridge::forceAt(std::int64_t now_ns, const DeviceReading& reading) {
   if (!command_ || !command_->active) return {};
   const double share = deadManShare(now_ns - command_ns_);
   if (share < 1) ++summary_.dead_man_ticks;
-  return share * boundedForce(command_->force_n_in_handle, options_.max_force_n);
+  const double damping =
+      damps(reading) ? std::min(command_->contact_damping_n_s_per_m, options_.max_damping_n_s_per_m) : 0;
+  return share * boundedForce(dampedForce(command_->force_n_in_handle, reading.velocity_m_per_s, damping),
+                              options_.max_force_n);
 }
 
 void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {
@@ -102,6 +110,7 @@ void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {
   packet.velocity_valid = reading.velocity_valid;
   packet.calibrated = reading.calibrated;
   packet.fault = reading.fault;
+  packet.damps = damps(reading);
   packet.buttons = reading.buttons;
   out_.push(udp::encode(packet, options_.key).bytes(), now_ns);
   // A network that refuses packets for a while is the same as one that loses them.

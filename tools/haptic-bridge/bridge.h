@@ -22,7 +22,9 @@ struct BridgeOptions {
   config::Ipv4Endpoint local;  ///< zero: any
   std::vector<std::byte> key;  ///< empty: packets are not authenticated
   double max_force_n = 10;     ///< what the device bears; more is cut to that length
-  double mute_after_s = 0;     ///< from then on no states are sent; 0: never
+  bool damps = true;           ///< damp contact here, if hapticd offers it and the device measures velocity
+  double max_damping_n_s_per_m = 20;  ///< what the device can bring in without noise; more is cut to that
+  double mute_after_s = 0;            ///< from then on no states are sent; 0: never
   Impairments impairments;
 };
 
@@ -62,7 +64,8 @@ class Bridge {
   void tick(std::int64_t now_ns);
   void receive(std::int64_t now_ns);
   void take(std::span<const std::byte> bytes, std::int64_t now_ns);
-  rt::Vec3 forceAt(std::int64_t now_ns);
+  bool damps(const DeviceReading& reading) const;
+  rt::Vec3 forceAt(std::int64_t now_ns, const DeviceReading& reading);
   void sendState(const DeviceReading& reading, std::int64_t now_ns);
   void account(const DeviceReading& reading, const rt::Vec3& exerted_n, std::int64_t now_ns);
 

@@ -159,6 +159,13 @@ int run(int argc, char** argv) {
   app.add_option("--max-force", options.bridge.max_force_n, "what the device bears, N (10)")
       ->type_name("NEWTONS")
       ->check(within(0.0, 100.0));
+  app.add_option("--max-damping", options.bridge.max_damping_n_s_per_m,
+                 "what the device can damp without noise, N s/m (20)")
+      ->type_name("DAMPING")
+      ->check(within(0.0, 1000.0));
+  app.add_flag_callback(
+      "--no-damping", [&options] { options.bridge.damps = false; },
+      "leave the damping in contact to hapticd");
   app.add_option("--mute-after", options.bridge.mute_after_s, "send no states after that many seconds")
       ->type_name("SECONDS")
       ->check(within(0.001, 1e6));

@@ -17,6 +17,7 @@
 #include "tools/haptic-replay/replay.h"
 #include "tools/haptic-replay/trace_replay.h"
 #include "tools/options/output_file.h"
+#include "tools/options/within.h"
 #include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -30,6 +31,7 @@ struct Options {
   std::string hip;
   std::string out;
   Stage stage = Stage::law;
+  double handle_delay_ms = 0;
   bool full_model = false;
 };
 
@@ -78,7 +80,7 @@ int replayFile(const Options& options) {
   const auto source = DepthSource::open(options.depth);
   if (!source) return fail({source.error()}, EX_NOINPUT);
 
-  Replay replay(*settings, *source, options.stage);
+  Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3);
   const auto text = forcesOf(replay, *samples);
   if (!text) return fail({text.error()}, EX_DATAERR);
   const auto written = writeWholeFile(options.out, *text, IfExists::replace);
@@ -180,7 +182,8 @@ int run(int argc, char** argv) {
   CLI::App app{
       "haptic-replay: the forces that hapticd's core computes for a recorded scene and given HIP positions.\n"
       "Times count from the first depth frame. A single image holds for all times. At the stage `command`\n"
-      "the replay begins engaged, and each sample is one step of the safety chain.\n"
+      "the replay begins engaged, and each sample is one step of damping, passivity control and the safety\n"
+      "chain; the velocity is estimated from the samples as the drivers do it.\n"
       "With --trace: computes the ticks of a trace again from the depth recorded in it, and compares. Ticks\n"
       "that depend on something that was not recorded are left out and counted."};
   app.footer(
@@ -212,6 +215,10 @@ int run(int argc, char** argv) {
   app.add_option("--stage", options.stage, "law (default) or command")
       ->type_name("STAGE")
       ->transform(CLI::CheckedTransformer(stages));
+  app.add_option("--handle-delay-ms", options.handle_delay_ms,
+                 "delay that the handle's driver would report, at the stage command (0)")
+      ->type_name("MS")
+      ->check(within(0.0, 1000.0));
   app.add_flag("--full-model", options.full_model, "model whole frames, not only the HIP's reach");
   app.set_version_flag("--version", std::string("haptic-replay ") + HAPTICD_VERSION);
   try {

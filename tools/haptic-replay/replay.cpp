@@ -6,7 +6,8 @@
 
 namespace hapticd::tools {
 
-Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage)
+Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage,
+               double handle_delay_s)
     : settings_(settings),
       source_(source),
       stage_(stage),
@@ -14,6 +15,8 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
       builder_(depth_model_, settings.grid),
       storage_(builder_.shape(), builder_.pointCapacity()),
       core_(builder_.pointCapacity()),
+      velocity_(settings.handle.resolution_m * settings.live.handle.motion_scale),
+      handle_delay_s_(handle_delay_s),
       frame_(std::make_unique<rt::DepthFrame>()) {
   storage_.attachTo(scene_);
   settings_.live = settings_.effectiveLive();
@@ -72,13 +75,20 @@ config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
 rt::Vec3 Replay::command(const HipSample& sample, std::int64_t time_ns, std::uint32_t& points_used) {
   const double period_s = samples_ == 0 ? 1 / settings_.loop.rate_hz : sample.time_s - last_time_s_;
   last_time_s_ = sample.time_s;
-  const rt::HandleState handle{sample.hip_m_in_world, {}, ++samples_, time_ns};
+  rt::HandleState handle{sample.hip_m_in_world, velocity_.add(sample.hip_m_in_world, time_ns), ++samples_,
+                         time_ns};
+  handle.delay_s = handle_delay_s_;
   const rt::Directive directive{.generation = 1,
                                 .engage = true,
                                 .engage_inside = true,
                                 .engage_request = 1,
                                 .parameters = settings_.live};
-  const rt::Tick tick = core_.step({time_ns, period_s, scene_, handle, directive});
+  const rt::Tick tick = core_.step({.now_ns = time_ns,
+                                    .period_s = period_s,
+                                    .scene = scene_,
+                                    .handle = handle,
+                                    .directive = directive,
+                                    .loop_period_s = 1 / settings_.loop.rate_hz});
   points_used = tick.points_used;
   return tick.command_force_n_in_world;
 }

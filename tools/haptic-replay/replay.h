@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "config/settings.h"
+#include "drivers/handle/velocity_estimator.h"
 #include "rt/depth_model.h"
 #include "rt/haptic_core.h"
 #include "rt/scene_builder.h"
@@ -29,7 +30,8 @@ struct ReplayedForce {
 /// The daemon's core without its clock: the same model, law and safety chain, at given times.
 class Replay {
  public:
-  Replay(const config::Settings& settings, const DepthSource& source, Stage stage);
+  /// `handle_delay_s`: that the driver of the handle would report (rt::HandleState::delay_s).
+  Replay(const config::Settings& settings, const DepthSource& source, Stage stage, double handle_delay_s = 0);
 
   /// Where force.law is auto, the law follows from the distance of the first HIP.
   /// `sample.time_s` must not decrease from call to call at the stage `command`.
@@ -52,6 +54,8 @@ class Replay {
   rt::SceneStorage storage_;
   rt::Scene scene_;
   rt::HapticCore core_;
+  drivers::VelocityEstimator velocity_;  // of the HIP, as the drivers estimate the hand's
+  double handle_delay_s_;
   std::unique_ptr<rt::DepthFrame> frame_;
   std::size_t frame_index_ = 0;
   bool frame_taken_ = false;

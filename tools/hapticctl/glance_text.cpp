@@ -56,7 +56,7 @@ std::string loopRow(const Json& status) {
 
 std::string forceRow(const Json& status) {
   return statusRow("force",
-                   fmt::format("{} N, by the law {} N, {}, delay limit {} N/m",
+                   fmt::format("{} N, by the law {} N, {}, stable to {} N/m",
                                fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
                                fixed(lengthAt(status, "tick.lawForceNInWorld"), 2), contactText(status),
                                fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));

@@ -138,14 +138,29 @@ std::string lastHopText(const Json& status) {
                               (priority > 0 ? fmt::format(", at priority {}", fixed(priority, 0)) : ""));
 }
 
+/// What is left of the stiffness, and which rule takes the rest.
+std::string stiffnessText(const Json& status) {
+  const double at_hand = numberAt(status, "law.handStiffnessNPerM");
+  const double gain = numberAt(status, "tick.stiffnessGain");
+  const std::string damping =
+      fmt::format(", {} N s/m in contact{}", fixed(numberAt(status, "tick.contactDampingNSPerM"), 2),
+                  flagAt(status, "tick.handleDamps") ? " by the device" : "");
+  if (!(gain > 0 && gain < 1)) return fmt::format("{} N/m at the hand{}", fixed(at_hand, 0), damping);
+  const std::string rule = textAt(status, "tick.stiffnessRule");
+  const char* const why = rule == "mass"    ? "mass of the device at"
+                          : rule == "delay" ? "damping of the hand at"
+                                            : "rising again after";
+  return fmt::format("{} of {} N/m at the hand ({} {} ms delay){}", fixed(at_hand, 0),
+                     fixed(at_hand / gain, 0), why, fixed(numberAt(status, "tick.handleDelayS") * 1e3, 1),
+                     damping);
+}
+
 std::string safetyText(const Json& status) {
   return line("safety", countersText(status, "loop.counters.",
                                      {{"passivityTicks", "ticks damped for passivity"},
                                       {"thermallyLimitedTicks", "warm"},
                                       {"stiffnessLimitedTicks", "softened for delay"}}) +
-                            fmt::format(", {} N/m at the hand, of the springs {} are stable",
-                                        fixed(numberAt(status, "law.handStiffnessNPerM"), 0),
-                                        fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
+                            ", " + stiffnessText(status));
 }
 
 std::string handleText(const Json& status) {

@@ -58,12 +58,13 @@ void OfflineBox::modelIfNeeded(const rt::Vec3& hip_m_in_world) noexcept {
 }
 
 rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
-                          const rt::Vec3& velocity_m_per_s_in_world) noexcept {
+                          const rt::Vec3& velocity_m_per_s_in_world, double handle_delay_s) noexcept {
   modelIfNeeded(hip_m_in_world);
   directive_.parameters.safety.max_handle_speed_m_per_s = 0;  // the caller may jump
   if (!std::exchange(time_is_set_, false)) now_ns_ += std::llround(period_s * 1e9);
   dateScene();
-  const rt::HandleState handle{hip_m_in_world, velocity_m_per_s_in_world, ++samples_, now_ns_};
+  rt::HandleState handle{hip_m_in_world, velocity_m_per_s_in_world, ++samples_, now_ns_};
+  handle.delay_s = handle_delay_s;
   return core_.step({now_ns_, period_s, scene_, handle, directive_});
 }
 

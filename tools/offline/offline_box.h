@@ -40,8 +40,9 @@ class OfflineBox {
 
   /// One tick of the whole core, engaged, `period_s` after the one before; models the frame first where that
   /// is needed, as the scene thread would have done in time.
+  /// `handle_delay_s`: as a driver reports it (rt::HandleState::delay_s); the caller is who delays the force.
   rt::Tick tick(const rt::Vec3& hip_m_in_world, double period_s = 0.001,
-                const rt::Vec3& velocity_m_per_s_in_world = {}) noexcept;
+                const rt::Vec3& velocity_m_per_s_in_world = {}, double handle_delay_s = 0) noexcept;
 
   /// The law's force alone, before any blend or limit, at the time of setTime() or else of the last tick;
   /// models first where needed.

@@ -26,6 +26,10 @@ constexpr std::uint16_t kAuthenticated = 1;
 constexpr std::uint16_t kVelocityValid = 2;
 constexpr std::uint16_t kCalibrated = 4;
 constexpr std::uint16_t kFault = 8;
+constexpr std::uint16_t kDamps = 16;
+
+// Offers of a command
+constexpr std::uint32_t kMayDamp = 1;
 
 // Offsets of the fields
 constexpr std::size_t kMagicAt = 0;
@@ -42,6 +46,8 @@ constexpr std::size_t kFirstVectorAt = 56;
 constexpr std::size_t kSecondVectorAt = 80;
 constexpr std::size_t kTickAt = 80;
 constexpr std::size_t kTickTimeAt = 88;
+constexpr std::size_t kOffersAt = 96;
+constexpr std::size_t kDampingAt = 100;
 constexpr std::size_t kButtonsOrModeAt = 104;
 constexpr std::size_t kCrcAt = 108;
 static_assert(kCrcAt + sizeof(std::uint32_t) == kPlainBytes);
@@ -172,7 +178,7 @@ PacketBytes sealed(PacketArray bytes, Bytes key) {
 PacketBytes encode(const StatePacket& packet, Bytes key) {
   PacketArray bytes{};
   const int flags = (packet.velocity_valid ? kVelocityValid : 0) | (packet.calibrated ? kCalibrated : 0) |
-                    (packet.fault ? kFault : 0);
+                    (packet.fault ? kFault : 0) | (packet.damps ? kDamps : 0);
   putHeader(bytes, Kind::state, static_cast<std::uint16_t>(flags), packet.header);
   put(bytes, kFirstVectorAt, packet.position_m_in_handle);
   put(bytes, kSecondVectorAt, packet.velocity_m_per_s_in_handle);
@@ -186,12 +192,14 @@ PacketBytes encode(const CommandPacket& packet, Bytes key) {
   put(bytes, kFirstVectorAt, packet.force_n_in_handle);
   put(bytes, kTickAt, packet.tick);
   put(bytes, kTickTimeAt, static_cast<std::uint64_t>(packet.tick_ns));
+  put(bytes, kOffersAt, packet.may_damp ? kMayDamp : std::uint32_t{0});
+  put(bytes, kDampingAt, std::bit_cast<std::uint32_t>(static_cast<float>(packet.contact_damping_n_s_per_m)));
   put(bytes, kButtonsOrModeAt, std::uint32_t{packet.active ? 1U : 0U});
   return sealed(bytes, key);
 }
 
 std::expected<StatePacket, Refusal> decodeState(Bytes bytes, Bytes key) {
-  constexpr std::uint16_t kKnownFlags = kAuthenticated | kVelocityValid | kCalibrated | kFault;
+  constexpr std::uint16_t kKnownFlags = kAuthenticated | kVelocityValid | kCalibrated | kFault | kDamps;
   if (auto ok = checkEnvelope(bytes, Kind::state, kKnownFlags, key); !ok) return std::unexpected(ok.error());
   const auto flags = get<std::uint16_t>(bytes, kFlagsAt);
   StatePacket packet;
@@ -201,6 +209,7 @@ std::expected<StatePacket, Refusal> decodeState(Bytes bytes, Bytes key) {
   packet.velocity_valid = (flags & kVelocityValid) != 0;
   packet.calibrated = (flags & kCalibrated) != 0;
   packet.fault = (flags & kFault) != 0;
+  packet.damps = (flags & kDamps) != 0;
   packet.buttons = get<std::uint32_t>(bytes, kButtonsOrModeAt);
   if (auto ok = checkLength(packet.position_m_in_handle, kMostPositionM); !ok)
     return std::unexpected(ok.error());
@@ -220,7 +229,12 @@ std::expected<CommandPacket, Refusal> decodeCommand(Bytes bytes, Bytes key) {
   packet.active = mode == 1;
   packet.tick = get<std::uint64_t>(bytes, kTickAt);
   packet.tick_ns = get<std::int64_t>(bytes, kTickTimeAt);
+  packet.may_damp = (get<std::uint32_t>(bytes, kOffersAt) & kMayDamp) != 0;
+  packet.contact_damping_n_s_per_m = double{std::bit_cast<float>(get<std::uint32_t>(bytes, kDampingAt))};
   if (auto ok = checkLength(packet.force_n_in_handle, kMostForceN); !ok) return std::unexpected(ok.error());
+  if (!std::isfinite(packet.contact_damping_n_s_per_m)) return std::unexpected(Refusal::not_finite);
+  if (packet.contact_damping_n_s_per_m < 0 || packet.contact_damping_n_s_per_m > kMostDampingNSPerM)
+    return std::unexpected(Refusal::out_of_range);
   return packet;
 }
 

@@ -17,6 +17,7 @@ inline constexpr std::size_t kAuthenticatedBytes = 144;  ///< with HMAC-SHA-256 
 inline constexpr double kMostPositionM = 10;             ///< from the handle's origin
 inline constexpr double kMostSpeedMPerS = 100;
 inline constexpr double kMostForceN = 1000;
+inline constexpr double kMostDampingNSPerM = 1000;
 
 /// Which packet of the receiver the sender has heard last; all zero: none yet.
 struct Echo {
@@ -41,6 +42,7 @@ struct StatePacket {
   bool velocity_valid = false;
   bool calibrated = false;
   bool fault = false;  ///< the device does not work as it should
+  bool damps = false;  ///< the bridge brings in the commands' contact damping
   std::uint32_t buttons = 0;
 };
 
@@ -51,6 +53,8 @@ struct CommandPacket {
   bool active = false;       ///< false: exert nothing, whatever the force says
   std::uint64_t tick = 0;    ///< number of the force tick that computed the force; 0: none
   std::int64_t tick_ns = 0;  ///< when that tick began, by the sender's monotonic clock
+  bool may_damp = false;     ///< the sender knows StatePacket::damps; senders that do not have it false
+  double contact_damping_n_s_per_m = 0;  ///< for a bridge that damps; 0..kMostDampingNSPerM, sent as binary32
 };
 
 /// Why bytes are no packet for this receiver.

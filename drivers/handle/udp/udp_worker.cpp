@@ -145,6 +145,7 @@ void UdpWorker::publishNewest() {
   // The force that answers a state leaves with the answer to the one after it.
   measurement.delay_s = static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_) * 1e-9;
   measurement.command_latency_ns = gate_.latency_ns();
+  measurement.damps = packet.damps;
   channels_.state.write(frame_.stateOf(measurement));
   ++measurements_;
   session_began_ = false;
@@ -173,8 +174,12 @@ void UdpWorker::sendCommand(std::int64_t now_ns) {
                        {},
                        force_n_in_world && presence_ == HandlePresence::present,
                        command.tick,
-                       command.tick_ns};
-  if (packet.active) packet.force_n_in_handle = frame_.forceInHandle(*force_n_in_world);
+                       command.tick_ns,
+                       true};
+  if (packet.active) {
+    packet.force_n_in_handle = frame_.forceInHandle(*force_n_in_world);
+    packet.contact_damping_n_s_per_m = std::clamp(command.contact_damping_n_s_per_m, 0.0, kMostDampingNSPerM);
+  }
   command_sent_ns_ = now_ns;
   send(packet, from_);
   gate_.sent(monotonicNs());

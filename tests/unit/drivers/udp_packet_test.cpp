@@ -106,6 +106,38 @@ TEST(UdpPacket, ACommandIsReadAndWrittenAsTheDocumentSays) {
   }
 }
 
+TEST(UdpPacket, DampingAtTheDeviceIsOfferedAndTakenWhereAnOlderSideDoesNotLook) {
+  CommandPacket command;
+  command.header = {3, 4, 5, {6, 7, 8}};
+  command.may_damp = true;
+  command.contact_damping_n_s_per_m = 6.5;
+  Bytes bytes = vectorOf(encode(command, {}));
+  EXPECT_EQ(test::getAt<std::uint32_t>(bytes, 96), 1U);
+  EXPECT_EQ(test::getAt<std::uint32_t>(bytes, 100), 0x40D00000U) << "6.5 as binary32";
+  const auto read = [](const Bytes& of) { return decodeCommand(std::as_bytes(std::span(of)), {}); };
+  ASSERT_TRUE(read(bytes));
+  EXPECT_TRUE(read(bytes)->may_damp);
+  EXPECT_EQ(read(bytes)->contact_damping_n_s_per_m, 6.5);
+  const auto withDamping = [&](float damping) {
+    test::putAt(bytes, 100, std::bit_cast<std::uint32_t>(damping));
+    return read(test::sealedAgain(bytes));
+  };
+  EXPECT_EQ(withDamping(-1).error(), Refusal::out_of_range);
+  EXPECT_EQ(withDamping(1001).error(), Refusal::out_of_range);
+  EXPECT_EQ(withDamping(std::numeric_limits<float>::quiet_NaN()).error(), Refusal::not_finite);
+
+  // What a hapticd of before the offer sends there, and what a bridge that damps answers.
+  command.may_damp = false;
+  EXPECT_FALSE(read(vectorOf(encode(command, {})))->may_damp);
+  StatePacket state;
+  state.header = {3, 4, 5, {6, 7, 8}};
+  EXPECT_EQ(test::getAt<std::uint16_t>(vectorOf(encode(state, {})), 6), 0U);
+  state.damps = true;
+  const Bytes damping = vectorOf(encode(state, {}));
+  EXPECT_EQ(test::getAt<std::uint16_t>(damping, 6), 16U);
+  EXPECT_TRUE(decodeState(std::as_bytes(std::span(damping)), {})->damps);
+}
+
 TEST(UdpPacket, EachRefusalHasItsReason) {
   const Bytes good = test::bytesOf(someState());
   const auto changed = [&](std::size_t at, auto number) {
@@ -124,7 +156,7 @@ TEST(UdpPacket, EachRefusalHasItsReason) {
   EXPECT_EQ(refusalOf(changed(4, std::uint8_t{2})), Refusal::other_version);
   EXPECT_EQ(refusalOf(changed(5, std::uint8_t{2})), Refusal::other_kind);
   EXPECT_EQ(refusalOf(changed(5, std::uint8_t{0})), Refusal::other_kind);
-  EXPECT_EQ(refusalOf(changed(6, std::uint16_t{16})), Refusal::unknown_flags);
+  EXPECT_EQ(refusalOf(changed(6, std::uint16_t{32})), Refusal::unknown_flags);
   EXPECT_EQ(refusalOf(changed(8, std::uint64_t{0})), Refusal::impossible_header);
   EXPECT_EQ(refusalOf(changed(16, std::uint64_t{0})), Refusal::impossible_header);
   EXPECT_EQ(refusalOf(changed(16, kHuge)), Refusal::impossible_header);

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "tools/haptic-bridge/damped_force.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -29,6 +31,16 @@ TEST(BoundedForce, IsNoneWhereTheForceOrTheLimitIsNoFiniteNumber) {
   EXPECT_EQ(boundedForce({1e300, 1e300, 0}, 5), rt::Vec3{}) << "its length is beyond all numbers";
   EXPECT_EQ(boundedForce({1, 0, 0}, 0), rt::Vec3{});
   EXPECT_EQ(boundedForce({1, 0, 0}, -1), rt::Vec3{});
+}
+
+TEST(DampedForce, IsLessOnTheWayOutMoreOnTheWayInAndNeverPulls) {
+  const rt::Vec3 force{0, 0, 4};
+  EXPECT_EQ(dampedForce(force, {0, 0, 0.1}, 5), (rt::Vec3{0, 0, 3.5}));
+  EXPECT_EQ(dampedForce(force, {0, 0, -0.1}, 5), (rt::Vec3{0, 0, 4.5}));
+  EXPECT_EQ(dampedForce(force, {3, -2, 0}, 5), force) << "nothing along the surface";
+  EXPECT_EQ(dampedForce(force, {0, 0, 1}, 5), rt::Vec3{});
+  EXPECT_EQ(dampedForce({}, {0, 0, 1}, 5), rt::Vec3{}) << "no contact, no damping";
+  EXPECT_EQ(boundedForce(dampedForce(force, {0, 0, kNan}, 5), 10), rt::Vec3{});
 }
 
 }  // namespace

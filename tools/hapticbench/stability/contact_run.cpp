@@ -5,7 +5,9 @@
 #include <deque>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
+#include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/stability/energy_ledger.h"
 
 namespace hapticd::tools {
@@ -18,8 +20,13 @@ constexpr double kAway_m = 0.2;
 
 class Simulation {
  public:
-  Simulation(Wall& wall, const Rig& rig, const Tap& tap)
-      : wall_(wall), rig_(rig), tap_(tap), motion_(rig.system, kTick_s, rig.sub_steps) {
+  Simulation(Wall& wall, const Rig& rig, const Tap& tap, Potential potential_j = {})
+      : wall_(wall),
+        rig_(rig),
+        tap_(tap),
+        potential_j_(std::move(potential_j)),
+        velocity_(rig.quantum_m),
+        motion_(rig.system, kTick_s, rig.sub_steps) {
     wall_.approach(tap.start_m);
     motion_.place(tap.start_m, -tap.speed_m_per_s);
     measured_m_ = quantised(tap.start_m);
@@ -41,6 +48,7 @@ class Simulation {
     run.peak_to_peak_m = peakToPeak(positions_m_, quarter, end);
     run.mean_m = mean(quarter, end);
     addEnergy(run);
+    addMostGiven(run);
     return run;
   }
 
@@ -57,7 +65,7 @@ class Simulation {
 
   void tick() {
     const double measured_m = quantised(motion_.position_m());
-    under_way_.push_back(wall_.force_n(measured_m, (measured_m - measured_m_) / kTick_s));
+    under_way_.push_back(wall_.force_n(measured_m, velocity_m_per_s(measured_m)));
     measured_m_ = measured_m;
     const double force_n = under_way_.front();
     under_way_.pop_front();
@@ -65,6 +73,12 @@ class Simulation {
     forces_n_.push_back(force_n);
     positions_m_.push_back(motion_.position_m());
     away_ = !(std::abs(motion_.position_m()) < kAway_m);
+  }
+
+  double velocity_m_per_s(double measured_m) {
+    if (!rig_.driver_velocity || rig_.quantum_m <= 0) return (measured_m - measured_m_) / kTick_s;
+    constexpr std::int64_t kTick_ns = 1'000'000;
+    return velocity_.add({measured_m, 0, 0}, static_cast<std::int64_t>(forces_n_.size() + 1) * kTick_ns).x;
   }
 
   double mean(std::size_t first, std::size_t last) const {
@@ -88,9 +102,24 @@ class Simulation {
     run.mean_power_w = run.energy_per_cycle_j * run.cycles_per_s;
   }
 
+  void addMostGiven(ContactRun& run) const {
+    const auto potential_j = [this](double h_m) { return potential_j_ ? potential_j_(h_m) : 0.0; };
+    const double begin_j = potential_j(positions_m_.front());
+    double given_j = 0;
+    for (std::size_t i = 0; i < forces_n_.size(); ++i) {
+      given_j += forces_n_[i] * (positions_m_[i + 1] - positions_m_[i]);
+      run.most_given_j = std::max(run.most_given_j, given_j);
+      run.most_above_potential_j =
+          std::max(run.most_above_potential_j, given_j - begin_j + potential_j(positions_m_[i + 1]));
+    }
+    run.deepest_m = *std::min_element(positions_m_.begin(), positions_m_.end());
+  }
+
   Wall& wall_;
   Rig rig_;
   Tap tap_;
+  Potential potential_j_;
+  drivers::VelocityEstimator velocity_;
   drivers::Motion motion_;
   double measured_m_;
   std::deque<double> under_way_;     // forces, the oldest first
@@ -115,8 +144,8 @@ double peakToPeak(const std::vector<double>& values, std::size_t first, std::siz
   return *high - *low;
 }
 
-ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap) {
-  Simulation simulation(wall, rig, tap);
+ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap, const Potential& potential_j) {
+  Simulation simulation(wall, rig, tap, potential_j);
   bool stable = false;
   for (double end_s = kShortest_s;; end_s *= 2) {
     simulation.runUntil(end_s);

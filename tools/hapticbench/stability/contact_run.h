@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "drivers/handle/simulated/device_and_hand.h"
@@ -12,12 +13,14 @@ using drivers::DeviceAndHand;
 inline constexpr double kTick_s = 0.001;
 
 /// A device in a hand in front of a wall. The wall sees the quantised position and the backward difference of
-/// it as velocity; its force reaches the device `delay_ticks` later and is then held for a tick.
+/// it as velocity, or what the drivers make of it; its force reaches the device `delay_ticks` later and is
+/// then held for a tick.
 struct Rig {
   DeviceAndHand system;
   double quantum_m = 0;  ///< of the measured position; 0: none
   int delay_ticks = 0;   ///< after the law, 0..100
   int sub_steps = 20;
+  bool driver_velocity = false;  ///< a quantised position's velocity is the drivers' VelocityEstimator's
 };
 
 /// How contact begins and what holds the device against the wall.
@@ -39,13 +42,21 @@ struct ContactRun {
   double energy_per_cycle_j =
       0;                    ///< that the wall gave in the last half, per whole cycle; 0 where there was none
   double mean_power_w = 0;  ///< the same per time
+  /// The most that the force that acted had given to the device and the hand by any time, from the begin on.
+  double most_given_j = 0;
+  double most_above_potential_j = 0;  ///< the same beyond what its potential had fallen by
+  double deepest_m = 0;               ///< h
 };
+
+/// Potential energy of the wall's force at h, joules.
+using Potential = std::function<double(double h_m)>;
 
 /// Stable: within 2 s the peak-to-peak motion of the last quarter is below 0.1 mm or below half that of the
 /// second quarter. Unstable: it is above 1.5 times. Between the two the run is extended up to the time in
 /// which a loop that has only 1 % of its damping left would halve its motion (32 s at most); then it is
 /// stable if the motion fell by 5 %.
-ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap);
+/// `potential_j`: for most_above_potential_j; may be empty.
+ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap, const Potential& potential_j = {});
 
 /// Runs for `seconds`, whatever comes.
 ContactRun runContactFor(Wall& wall, const Rig& rig, const Tap& tap, double seconds);

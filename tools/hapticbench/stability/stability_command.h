@@ -29,6 +29,7 @@ class StabilityCommand {
   std::string region_file_;
   std::string plot_file_;
   std::string json_file_;
+  bool shipped_ = false;
   bool quick_ = false;
 };
 

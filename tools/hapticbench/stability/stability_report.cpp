@@ -92,22 +92,59 @@ void addSummary(fmt::memory_buffer& text, const std::vector<LoopLimit>& limits) 
   }
 }
 
+bool isGood(const DefaultRun& run) {
+  return run.run.stable && run.run.most_given_j <= kMostGiven_j;
+}
+
+/// What the loops of one law and delay came to.
+struct DefaultsSummary {
+  int all = 0, stable = 0, popped = 0, stable_without_pop = 0;
+  double most_given_j = 0, most_above_potential_j = 0, least_kept_n_per_m = 1e9;
+};
+
 void addDefaults(fmt::memory_buffer& text, const std::vector<DefaultRun>& runs) {
   if (runs.empty()) return;
-  const auto stable =
-      std::count_if(runs.begin(), runs.end(), [](const DefaultRun& run) { return run.run.stable; });
-  fmt::format_to(std::back_inserter(text),
-                 "\nShipped settings (500 N/m) with the whole safety chain: {} of {} loops stable; the "
-                 "others\n  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10}"
-                 "{:>8}{:>11}{:>9}\n",
-                 stable, runs.size(), "law", "hand", "device", "t_d", "", "mm p-p", "Hz", "mJ/cycle", "mW");
+  std::map<std::pair<std::string, int>, DefaultsSummary> summaries;
   for (const DefaultRun& run : runs) {
-    if (run.run.stable) continue;
+    DefaultsSummary& of = summaries[{run.loop.wall, run.loop.delay_ticks}];
+    ++of.all;
+    of.stable += run.run.stable ? 1 : 0;
+    of.popped += run.popped_through ? 1 : 0;
+    of.stable_without_pop += run.run.stable && !run.popped_through ? 1 : 0;
+    of.most_given_j = std::max(of.most_given_j, run.run.most_given_j);
+    of.most_above_potential_j = std::max(of.most_above_potential_j, run.run.most_above_potential_j);
+    of.least_kept_n_per_m = std::min(of.least_kept_n_per_m, run.stiffness_kept_n_per_m);
+  }
+  fmt::format_to(
+      std::back_inserter(text),
+      "\nShipped settings (500 N/m) with the whole safety chain, the delay reported as a driver does. "
+      "pop: loops\nthat came through the plane. kept: least stiffness. gives: most energy at the "
+      "hand at any time; above\npotential: the same without what the spring had stored.\n"
+      "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n"
+      "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n",
+      "law", "t_d", "loops", "stable", "pop", "stable of others", "kept", "gives", "above pot.", "", "ms", "",
+      "", "", "", "N/m", "mJ", "mJ");
+  for (const auto& [key, of] : summaries) {
+    fmt::format_to(std::back_inserter(text), "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10.2f}{:>12.2f}\n",
+                   key.first, key.second, of.all, of.stable, of.popped,
+                   fmt::format("{} of {}", of.stable_without_pop, of.all - of.popped),
+                   stiffness(of.least_kept_n_per_m), of.most_given_j * 1e3, of.most_above_potential_j * 1e3);
+  }
+  if (std::all_of(runs.begin(), runs.end(), isGood)) return;
+  fmt::format_to(std::back_inserter(text),
+                 "\nThose that are unstable or give more than {:g} mJ\n"
+                 "  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10}{:>8}{:>10}{:>10}{:>12}\n",
+                 kMostGiven_j * 1e3, "law", "hand", "device", "t_d", "", "mm p-p", "Hz", "kept N/m",
+                 "gives mJ", "above pot.");
+  for (const DefaultRun& run : runs) {
+    if (isGood(run)) continue;
+    const char* what = run.run.stable ? "stable" : run.run.ran_away ? "away" : "unstable";
     fmt::format_to(std::back_inserter(text),
-                   "  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10.3f}{:>8.1f}{:>11.4f}{:>9.3f}\n", run.loop.wall,
-                   run.loop.grip.name, run.loop.device.name, run.loop.delay_ticks,
-                   run.run.ran_away ? "away" : "unstable", run.run.peak_to_peak_m * 1e3, run.run.cycles_per_s,
-                   run.run.energy_per_cycle_j * 1e3, run.run.mean_power_w * 1e3);
+                   "  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10.3f}{:>8.1f}{:>10}{:>10.2f}{:>12.2f}{}\n",
+                   run.loop.wall, run.loop.grip.name, run.loop.device.name, run.loop.delay_ticks, what,
+                   run.run.peak_to_peak_m * 1e3, run.run.cycles_per_s, stiffness(run.stiffness_kept_n_per_m),
+                   run.run.most_given_j * 1e3, run.run.most_above_potential_j * 1e3,
+                   run.popped_through ? "  popped through" : "");
   }
 }
 
@@ -140,6 +177,7 @@ nlohmann::ordered_json jsonOf(const LoopCase& loop) {
           {"hand", loop.grip.name},
           {"hand_stiffness_n_per_m", loop.grip.stiffness_n_per_m},
           {"hand_damping_n_s_per_m", loop.grip.damping_n_s_per_m},
+          {"hand_mass_kg", loop.grip.mass_kg},
           {"device", loop.device.name},
           {"device_mass_kg", loop.device.mass_kg},
           {"device_damping_n_s_per_m", loop.device.damping_n_s_per_m},
@@ -156,7 +194,9 @@ nlohmann::ordered_json jsonOf(const ContactRun& run) {
           {"mean_h_m", run.mean_m},
           {"cycles_per_s", run.cycles_per_s},
           {"energy_per_cycle_j", run.energy_per_cycle_j},
-          {"mean_power_w", run.mean_power_w}};
+          {"mean_power_w", run.mean_power_w},
+          {"most_given_j", run.most_given_j},
+          {"deepest_h_m", run.deepest_m}};
 }
 
 }  // namespace
@@ -223,6 +263,9 @@ std::string stabilityJson(const StabilityResults& results) {
   for (const DefaultRun& run : results.defaults) {
     nlohmann::ordered_json row = jsonOf(run.loop);
     row.update(jsonOf(run.run));
+    row["most_above_potential_j"] = run.run.most_above_potential_j;
+    row["stiffness_kept_n_per_m"] = run.stiffness_kept_n_per_m;
+    row["popped_through"] = run.popped_through;
     defaults.push_back(row);
   }
   auto& region = document["region"] = nlohmann::ordered_json::array();

@@ -23,7 +23,8 @@ DeviceAndHand systemOf(const LoopCase& loop) {
           .damping_n_s_per_m = loop.device.damping_n_s_per_m,
           .coulomb_friction_n = loop.device.coulomb_friction_n,
           .hand_stiffness_n_per_m = loop.grip.stiffness_n_per_m,
-          .hand_damping_n_s_per_m = loop.grip.damping_n_s_per_m};
+          .hand_damping_n_s_per_m = loop.grip.damping_n_s_per_m,
+          .hand_mass_kg = loop.grip.mass_kg};
 }
 
 SampledSpring springOf(const LoopCase& loop, double damping_n_s_per_m) {
@@ -85,7 +86,7 @@ void measureFelt(Wall& wall, const ContactRun& rest, LoopLimit& limit) {
   const double motion_m = std::max(rest.peak_to_peak_m / 2, 1e-4);
   limit.rest_h_m = rest.mean_m;
   limit.felt_by_set = slope_n_per_m(wall, rest.mean_m + motion_m, rest.mean_m - motion_m) / set_n_per_m;
-  const double tap_m = kTapSpeed_m_per_s * std::sqrt(limit.loop.device.mass_kg / set_n_per_m);
+  const double tap_m = kTapSpeed_m_per_s * std::sqrt(systemOf(limit.loop).inertia_kg() / set_n_per_m);
   const double largest_m = std::max({motion_m, 2 * tap_m, wall.onset_m() - rest.mean_m, 0.0005});
   const StaticCurve curve(wall, rest.mean_m, largest_m);
   limit.softest_by_set = limit.stiffest_by_set = limit.felt_by_set;
@@ -96,11 +97,48 @@ void measureFelt(Wall& wall, const ContactRun& rest, LoopLimit& limit) {
   }
 }
 
+/// Potential of the static force: what a slow push from free space inwards takes.
+class StaticPotential {
+ public:
+  explicit StaticPotential(Wall& wall) : outermost_m_(wall.onset_m()) {
+    wall.approach(outermost_m_);
+    double before_n = wall.force_n(outermost_m_, 0);
+    energies_j_.push_back(0);
+    for (int i = 1; i <= kSteps; ++i) {
+      const double force_n = wall.force_n(outermost_m_ - i * kStep_m, 0);
+      energies_j_.push_back(energies_j_.back() + (before_n + force_n) / 2 * kStep_m);
+      before_n = force_n;
+    }
+  }
+
+  /// Beyond where it was measured that of the end.
+  double energy_j(double h_m) const {
+    const double place = std::clamp((outermost_m_ - h_m) / kStep_m, 0.0, kSteps - 1e-9);
+    const auto before = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(before);
+    return (1 - share) * energies_j_[before] + share * energies_j_[before + 1];
+  }
+
+ private:
+  static constexpr double kStep_m = 1e-4;
+  static constexpr int kSteps = 900;  // 90 mm: through a spring law's reach on both sides of the plane
+
+  double outermost_m_;
+  std::vector<double> energies_j_;
+};
+
+bool pushesBeforeContact(const Wall& wall) {
+  return wall.onset_m() > 0;
+}
+
 }  // namespace
 
 const std::vector<Grip>& allGrips() {
-  static const std::vector<Grip> all{
-      {"released", 0, 0}, {"light", 400, 4}, {"damped", 400, 8}, {"firm", 1000, 10}};
+  static const std::vector<Grip> all{{"released", 0, 0},
+                                     {"light", 400, 4},
+                                     {"damped", 400, 8},
+                                     {"firm", 1000, 10},
+                                     {"heavy", 1000, 10, 0.2}};
   return all;
 }
 
@@ -158,7 +196,7 @@ Tap tapOf(Wall& wall, const LoopCase& loop, double stiffness_n_per_m) {
   const double rest_m = onset_m - kPreload_m;
   wall.approach(rest_m);
   // not so fast that the device leaves the wall
-  const double natural_per_s = std::sqrt(stiffness_n_per_m / loop.device.mass_kg);
+  const double natural_per_s = std::sqrt(stiffness_n_per_m / systemOf(loop).inertia_kg());
   return {.start_m = rest_m,
           .speed_m_per_s = std::min(kTapSpeed_m_per_s, kPreload_m / 2 * natural_per_s),
           .constant_n = -wall.force_n(rest_m, 0)};
@@ -209,7 +247,16 @@ std::vector<RegionPoint> mapRegion(const LoopCase& loop, const std::vector<doubl
 DefaultRun runDefaults(const LoopCase& loop) {
   const std::unique_ptr<Wall> wall = makeWall(loop.wall, CoreOutput::command);
   const rt::LiveParameters defaults;
-  return {loop, tapAt(*wall, loop, defaults.springs.stiffness_n_per_m, defaults.contact.damping_n_s_per_m)};
+  wall->set(defaults.springs.stiffness_n_per_m, defaults.contact.damping_n_s_per_m);
+  wall->reportDelay_s(loop.delay_ticks * kTick_s);
+  Rig rig = rigOf(loop);
+  rig.driver_velocity = true;
+  const StaticPotential potential(*wall);
+  const Tap tap = tapOf(*wall, loop, defaults.springs.stiffness_n_per_m);
+  DefaultRun result{loop, runContact(*wall, rig, tap, [&](double h_m) { return potential.energy_j(h_m); })};
+  result.stiffness_kept_n_per_m = wall->stiffnessKept_n_per_m();
+  result.popped_through = pushesBeforeContact(*wall) && result.run.deepest_m < 0;
+  return result;
 }
 
 }  // namespace hapticd::tools

@@ -13,6 +13,7 @@ struct Grip {
   std::string name;
   double stiffness_n_per_m = 0;
   double damping_n_s_per_m = 0;
+  double mass_kg = 0;  ///< that moves with the device
 };
 
 /// A device as simulated.
@@ -24,7 +25,8 @@ struct DeviceKind {
   double quantum_m = 0;
 };
 
-/// released, light, damped, firm: haptics.md's range of hands.
+/// released, light, damped, firm, and heavy, which is firm with the mass of a hand: haptics.md's range of
+/// hands.
 const std::vector<Grip>& allGrips();
 /// 45 and 100 g, each viscous only and with the Coulomb friction and the encoder of a desktop stylus.
 const std::vector<DeviceKind>& allDevices();
@@ -90,11 +92,17 @@ struct RegionPoint {
 std::vector<RegionPoint> mapRegion(const LoopCase& loop, const std::vector<double>& stiffnesses_n_per_m,
                                    const std::vector<double>& dampings_n_s_per_m);
 
-/// A law with the shipped settings and the whole safety chain.
+/// A law with the shipped settings and the whole safety chain, on a device whose driver reports its delay and
+/// estimates its velocity.
 struct DefaultRun {
   LoopCase loop;
   ContactRun run;
+  double stiffness_kept_n_per_m = 0;
+  /// The device came to the far side of the plane, where a spring law pushes the other way.
+  bool popped_through = false;
 };
+/// What the shipped settings must keep to with the laws that have a proxy.
+inline constexpr double kMostGiven_j = 0.01;
 DefaultRun runDefaults(const LoopCase& loop);
 
 }  // namespace hapticd::tools

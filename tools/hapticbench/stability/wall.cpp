@@ -80,7 +80,8 @@ void CoreWall::approach(double h_m) {
 }
 
 double CoreWall::force_n(double h_m, double velocity_m_per_s) {
-  const rt::Tick tick = box_.tick(hipAt(h_m), kPeriod_s, {0, 0, velocity_m_per_s});
+  const rt::Tick tick = box_.tick(hipAt(h_m), kPeriod_s, {0, 0, velocity_m_per_s}, delay_s_);
+  stiffness_gain_ = tick.stiffness_gain;
   return (output_ == CoreOutput::law ? tick.law_force_n_in_world : tick.command_force_n_in_world).z;
 }
 

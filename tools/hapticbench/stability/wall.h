@@ -18,6 +18,8 @@ class Wall {
 
   /// Stiffness that the wall is set to (k_s) and damping (B).
   virtual void set(double stiffness_n_per_m, double damping_n_s_per_m) = 0;
+  /// What the driver of the device reports as the handle's delay; 0 at first.
+  virtual void reportDelay_s(double) {}
   /// Whether B has an effect.
   virtual bool isDamped() const = 0;
 
@@ -27,6 +29,8 @@ class Wall {
   virtual double force_n(double h_m, double velocity_m_per_s) = 0;
   /// The h from which on inwards there is a force: 0, or farther out for laws that push before contact.
   virtual double onset_m() const = 0;
+  /// The stiffness that the last force had, of what is set: the core may take some of it away.
+  virtual double stiffnessKept_n_per_m() const = 0;
 };
 
 /// The one-sided spring and damper of the theory, which never pulls.
@@ -41,6 +45,7 @@ class ReferenceWall final : public Wall {
   void approach(double) override {}
   double force_n(double h_m, double velocity_m_per_s) override;
   double onset_m() const override { return 0; }
+  double stiffnessKept_n_per_m() const override { return stiffness_; }
 
  private:
   double stiffness_ = 0;
@@ -63,14 +68,20 @@ class CoreWall final : public Wall {
 
   std::string name() const override;
   void set(double stiffness_n_per_m, double damping_n_s_per_m) override;
+  void reportDelay_s(double delay_s) override { delay_s_ = delay_s; }
   bool isDamped() const override;
   void approach(double h_m) override;
   double force_n(double h_m, double velocity_m_per_s) override;
   double onset_m() const override;
+  double stiffnessKept_n_per_m() const override {
+    return stiffness_gain_ * box_.parameters().springs.stiffness_n_per_m;
+  }
 
  private:
   OfflineBox box_;
   CoreOutput output_;
+  double delay_s_ = 0;
+  double stiffness_gain_ = 1;
   std::unique_ptr<rt::DepthFrame> frame_;
 };
 

@@ -84,6 +84,27 @@ TEST_F(HapticctlTest, StatusShowsWhatIsWrongFirst) {
       << result.output;
 }
 
+TEST_F(HapticctlTest, StatusSaysWhatIsLeftOfTheStiffnessAndWhy) {
+  BoxStatus status = troubledStatus();
+  status.law.hand_stiffness_n_per_m = 125;
+  status.loop.tick.stiffness_gain = 0.25;
+  status.loop.tick.stiffness_rule = rt::StiffnessRule::mass;
+  status.loop.tick.contact_damping_n_s_per_m = 2.625;
+  status.loop.tick.handle.delay_s = 0.011;
+  box.setStatus(status);
+  start();
+  EXPECT_TRUE(
+      contains(run({"status", "--all"}).output,
+               "125 of 500 N/m at the hand (mass of the device at 11.0 ms delay), 2.62 N s/m in contact\n"));
+  status.loop.tick.stiffness_rule = rt::StiffnessRule::delay;
+  status.loop.tick.handle.damps = true;
+  box.setStatus(status);
+  EXPECT_TRUE(
+      contains(run({"status", "--all"}).output,
+               "125 of 500 N/m at the hand (damping of the hand at 11.0 ms delay), 2.62 N s/m in contact "
+               "by the device\n"));
+}
+
 TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
   box.setStatus(troubledStatus());
   start();
