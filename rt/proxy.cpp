@@ -15,6 +15,8 @@ constexpr double kStepShare = 0.5;
 /// After a shorter step the plane still is the same.
 constexpr double kSettledShare = 0.1;
 constexpr double kShareGrowth = 1.05;
+/// Of two slides that swing to and fro the shorter one is at least that share of the longer one.
+constexpr double kSwingShare = 0.25;
 /// After that many points the proxy goes on at the next tick, whatever distance is left.
 constexpr std::uint32_t kMostPointsPerTick = 20'000;
 /// A plane is as thick as that many standard deviations of its noise.
@@ -163,11 +165,16 @@ class ProxyTick {
     return true;
   }
 
+  /// One slide undoes the other. What is left of a slide that has arrived may point anywhere, but is short.
+  static bool swings(const Vec3& before, const Vec3& now) noexcept {
+    return -dot(before, now) > kSwingShare * std::max(dot(before, before), dot(now, now));
+  }
+
   /// A step along the surface, and onto it.
   bool slide(const Vec3& to_hip) noexcept {
     Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
     // deep in a hollow narrower than that depth, whole steps would swing to and fro ever farther
-    proxy_.slide_share = dot(along, proxy_.last_slide_m) < 0
+    proxy_.slide_share = swings(proxy_.last_slide_m, along)
                              ? 0.5 * proxy_.slide_share
                              : std::min(1.0, kShareGrowth * proxy_.slide_share);
     proxy_.last_slide_m = along;
