@@ -47,7 +47,7 @@ StrokesCommand::StrokesCommand(CLI::App& app)
   list("--laws", laws_, "of nearest_springs, smooth_springs, proxy, surface, auto (proxy,surface,auto)")
       ->check(CLI::IsMember(strokeLaws()));
   list("--scenes", scenes_, fmt::format("of {} (all)", fmt::join(strokeSceneNames(), ", ")))
-      ->check(CLI::IsMember(strokeSceneNames()));
+      ->check(CLI::IsMember(strokeSceneNames()).description(""));  // the text names them already
   list("--distances", distances_m_, "metres from the camera (0.6,1,2)")->check(within(0.45, 3.5));
   list("--noises", noises_, fmt::format("of {} (none,sensor,harsh)", fmt::join(strokeNoiseNames(), ", ")))
       ->check(CLI::IsMember(strokeNoiseNames()));
