@@ -21,6 +21,8 @@ constexpr double kAnywhere_m = 10;
 /// A proxy that lags behind by more is set anew.
 constexpr double kMostLag_m = 0.005;
 constexpr double kMostLag_px = 2;
+/// Frames that a contact waits for a measurement that is missing where the proxy is.
+constexpr std::uint64_t kHeldFrames = 30;
 /// The surface at the near limit may vanish that far in front of it.
 constexpr double kNearMargin_m = 0.05;
 
@@ -101,7 +103,8 @@ class SurfaceTick {
     if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
     too_near_ = here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearMargin_m;
-    return too_near_ || here_.where == Where::unseen;
+    if (too_near_ || here_.where == Where::unseen) return true;
+    return here_.where == Where::free && input_.scene.frame - memory_.frame <= kHeldFrames;
   }
 
   /// Out of a surface that went over the proxy.
@@ -350,7 +353,7 @@ class SurfaceTick {
     memory_.placed = true;
     memory_.position_m_in_world = proxy;
     memory_.normal_in_world = normal;
-    memory_.frame = input_.scene.frame;
+    if (!held_) memory_.frame = input_.scene.frame;
     memory_.behind = behind_;
     result.proxy_m_in_world = proxy;
     result.outside_model = cut_off_ && !in_contact_;

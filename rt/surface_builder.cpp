@@ -12,10 +12,11 @@ constexpr int kBlock_px = BlockLattice::kBlock_px;
 /// Surfaces steeper than that to the ray are taken for edges.
 constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
 constexpr double kJump_raw = 3;
-/// Gaps in a surface up to that long are closed: patches that flicker are about 2 cm wide. The projector's
-/// shadow beside an object is no gap in a surface: there the disparity changes by 7 raw units per pixel,
-/// which is above what a surface of this slope does.
+/// Gaps in a surface up to that long are closed: patches that flicker are about 9 pixels or 2 cm wide. The
+/// projector's shadow beside an object is no gap in a surface: there the disparity changes by 7 raw units per
+/// pixel, which is above what a surface of this slope does.
 constexpr double kLongestGap_m = 0.04;
+constexpr int kLongestGap_px = 16;
 constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 /// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
 constexpr double kGapNoise_raw = 6;
@@ -327,7 +328,8 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   const Region region = regionAround(centre_m_in_world);
   surface.blocks = job.sites;
   surface.of_facet_raw = static_cast<float>(kOfFacet_raw + kOfFacet_px * job.raw_per_px);
-  gaps_.longest_px = static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m);
+  gaps_.longest_px =
+      std::max(kLongestGap_px, static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m));
   gaps_.most_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
   copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);
   if (hidden != nullptr) {
