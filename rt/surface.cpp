@@ -46,7 +46,7 @@ class SurfaceTick {
     if (!input_.scene.surface.covers(start, 0)) return outside(start);
     look();
     normal_ = model_.directionInCamera(memory_.normal_in_world);
-    if (memory_.behind) {
+    if (memory_.behind && isZero(normal_)) {
       comeOut();
     } else if (mustHold()) {
       held_ = in_contact_ = true;

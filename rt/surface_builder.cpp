@@ -20,10 +20,10 @@ constexpr int kLongestGap_px = 16;
 constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 /// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
 constexpr double kGapNoise_raw = 6;
-/// Widest supports: beyond, few surfaces are flat, and below 0.05 mm of noise nothing is gained.
+/// Widest supports: beyond, few surfaces are flat, and below 0.08 mm of noise nothing is gained.
 constexpr double kWidestPlane_m = 0.17;
 constexpr double kWidestQuadratic_m = 0.048;
-constexpr double kEnough_m = 5e-5;
+constexpr double kEnough_m = 8e-5;
 constexpr double kNoisePatch_px = 9;  // neighbours that near share their noise
 constexpr double kNearestDepth_m = 0.05;
 
