@@ -15,6 +15,11 @@ constexpr double kStepShare = 0.5;
 /// After a shorter step the plane still is the same.
 constexpr double kSettledShare = 0.1;
 constexpr double kShareGrowth = 1.05;
+/// Enough for a HIP that is as deep in a hollow as the hand can push, 40 mm, and a hollow of less than a
+/// millimetre.
+constexpr double kLeastSlideShare = 1.0 / 64;
+/// Of two slides that swing to and fro the shorter one is at least that share of the longer one.
+constexpr double kSwingShare = 0.25;
 /// After that many points the proxy goes on at the next tick, whatever distance is left.
 constexpr std::uint32_t kMostPointsPerTick = 20'000;
 /// A plane is as thick as that many standard deviations of its noise.
@@ -158,17 +163,24 @@ class ProxyTick {
         std::max(here_.nearest_m - sizes_.small_radius_m, kStepShare * sizes_.small_radius_m);
     const bool comes_beside = under_ || !here_.exists || (presses_ && !here_.supported);
     held_ = false;
+    proxy_.slide_share = 1;
+    proxy_.last_slide_m = {};
     if (!moveBy((std::min(length, longest) / length) * to_hip)) return false;
     under_ = comes_beside && here_.exists && here_.height_m < 0;
     return true;
+  }
+
+  /// One slide undoes the other. What is left of a slide that has arrived may point anywhere, but is short.
+  static bool swings(const Vec3& before, const Vec3& now) noexcept {
+    return -dot(before, now) > kSwingShare * std::max(dot(before, before), dot(now, now));
   }
 
   /// A step along the surface, and onto it.
   bool slide(const Vec3& to_hip) noexcept {
     Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
     // deep in a hollow narrower than that depth, whole steps would swing to and fro ever farther
-    proxy_.slide_share = dot(along, proxy_.last_slide_m) < 0
-                             ? 0.5 * proxy_.slide_share
+    proxy_.slide_share = swings(proxy_.last_slide_m, along)
+                             ? std::max(kLeastSlideShare, 0.5 * proxy_.slide_share)
                              : std::min(1.0, kShareGrowth * proxy_.slide_share);
     proxy_.last_slide_m = along;
     const double length = norm(along);
@@ -176,7 +188,7 @@ class ProxyTick {
     along = proxy_.slide_share * std::min(1.0, length > 0 ? longest / length : 1.0) * along;
     const Vec3 step = along - here_.height_m * here_.normal;
     held_ = true;
-    const double settled_m = kSettledShare * sizes_.small_radius_m;
+    const double settled_m = proxy_.slide_share * kSettledShare * sizes_.small_radius_m;
     const bool modelled = scene_.covers(p_ + step, radii_.most_m);
     if (norm(step) > settled_m && mayLook() && modelled) return moveBy(step);
     p_ += step;  // where the model ends, onto the same plane; the next tick says that it needs another one

@@ -129,8 +129,8 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
     : model_(model),
       observed_(std::make_unique<float[]>(BlockLattice::kBlocks)),
       is_full_(std::make_unique<std::uint8_t[]>(BlockLattice::kBlocks)),
-      fit_blocks_(std::make_unique<float[]>(FacetBlocks::kSize)) {
-  for (auto& plane : small_planes_) plane = std::make_unique<float[]>(FacetBlocks::kSize);
+      fit_blocks_(std::make_unique<float[]>(FacetBlocks::kSize)),
+      small_planes_(std::make_unique<float[]>(4 * FacetBlocks::kSize)) {
   const PixelWindow all = model.wholeFrame();
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;
@@ -269,8 +269,9 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
                                                     job.support.column_first - job.sites.column_first));
   }
   const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows()};
-  const SmallPlanes planes{small_planes_[0].get(), small_planes_[1].get(), small_planes_[2].get(),
-                           small_planes_[3].get()};
+  float* const small = small_planes_.get();
+  constexpr std::size_t kPlane = FacetBlocks::kSize;
+  const SmallPlanes planes{small, small + kPlane, small + 2 * kPlane, small + 3 * kPlane};
   fitFacets(blocks, job.fit, planes,
             layer.facet + BlockLattice::at(job.sites.row_first, job.sites.column_first));
   for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "rt/occlusion_memory.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/sanitizer.h"
 
@@ -73,9 +75,9 @@ std::vector<std::unique_ptr<rt::DepthFrame>> someFrames() {
   return frames;
 }
 
-/// One run; `on_tick` sees every tick.
+/// One run; `on_tick` sees every tick. `frame_period_s`: between the arrivals of two frames.
 void run(tools::OfflineBox& box, int ticks, std::uint32_t seed,
-         const std::function<void(int, const rt::Tick&)>& on_tick) {
+         const std::function<void(int, const rt::Tick&)>& on_tick, double frame_period_s = 0) {
   static const auto frames = someFrames();
   WildHand hand(seed);
   std::mt19937 random(seed + 1);
@@ -85,6 +87,7 @@ void run(tools::OfflineBox& box, int ticks, std::uint32_t seed,
     if (i % kTicksPerFrame == 0 && (sequence == 0 || random() % 4 == 0)) {
       *shown = *frames[random() % frames.size()];
       shown->sequence = ++sequence;
+      shown->arrival_ns = static_cast<std::int64_t>(1e9 * frame_period_s * static_cast<double>(sequence));
       box.show(*shown);
     }
     on_tick(i, box.tick(hand.next(), kTick_s));
@@ -103,8 +106,8 @@ TEST_P(EachLaw, KeepsItsLimitsOverMillionsOfRandomTicks) {
     ASSERT_TRUE(isFinite(tick.law_force_n_in_world)) << "tick " << i;
     ASSERT_LE(norm(force), limits.max_force_n * (1 + 1e-12)) << "tick " << i;
     if (!tick.released) released_from_n = norm(force);
-    const double step_n = tick.released ? released_from_n / rt::SafetyChain::kReleaseTicks
-                                        : limits.max_slew_n_per_s * kTick_s;
+    const double step_n =
+        tick.released ? released_from_n / rt::SafetyChain::kReleaseTicks : limits.max_slew_n_per_s * kTick_s;
     ASSERT_LE(norm(force - before), step_n * (1 + 1e-9)) << "tick " << i;
     ASSERT_NE(tick.mode, rt::Mode::faulted) << "tick " << i;
     before = force;
@@ -129,15 +132,31 @@ TEST_P(EachLaw, GivesTheSameForceWhetherTheReachOrTheWholeFrameIsModelled) {
   tools::OfflineBox reach({}, {}, {});
   tools::OfflineBox frame({}, {}, whole);
   reach.parameters().law = frame.parameters().law = GetParam();
-  std::vector<rt::Tick> first;
+  std::vector<Vec3> first_n;
   constexpr int kTicks = 20'000;
-  constexpr double kTolerance_n = 1e-8;  // sums of up to 65536 terms in another order
-  run(reach, kTicks, 13, [&](int, const rt::Tick& tick) { first.push_back(tick); });
-  run(frame, kTicks, 13, [&](int i, const rt::Tick& tick) {
-    ASSERT_LE(norm(tick.law_force_n_in_world - first[static_cast<std::size_t>(i)].law_force_n_in_world),
-              kTolerance_n)
-        << "tick " << i;
-  });
+  // Sums of up to 65536 terms in another order. The law proxy fits planes to positions in single
+  // precision, 2.4e-7 m where they are up to 4 m from the grid's origin: 1.2e-4 N at 500 N/m, and over a
+  // patch of 8 mm a tilt that is worth 6e-4 N when the HIP is 40 mm deep.
+  const double tolerance_n = GetParam() == rt::ForceLaw::proxy ? 1e-3 : 1e-8;
+  // Deeper than a hand can push, a proxy may go farther within a tick than the reach is modelled.
+  constexpr double kMost_n = 20;
+  // What was seen in earlier frames is remembered where the hand was near, so each frame counts as the first.
+  constexpr double kFramePeriod_s = 2 * rt::OcclusionMemory::kMaxGap_s;
+  run(
+      reach, kTicks, 13, [&](int, const rt::Tick& tick) { first_n.push_back(tick.law_force_n_in_world); },
+      kFramePeriod_s);
+  int compared = 0;
+  run(
+      frame, kTicks, 13,
+      [&](int i, const rt::Tick& tick) {
+        const Vec3& force_n = tick.law_force_n_in_world;
+        const Vec3& other_n = first_n[static_cast<std::size_t>(i)];
+        if (std::max(norm(force_n), norm(other_n)) > kMost_n) return;
+        ++compared;
+        ASSERT_LE(norm(force_n - other_n), tolerance_n) << "tick " << i;
+      },
+      kFramePeriod_s);
+  EXPECT_GT(compared, kTicks / 2);
 }
 
 }  // namespace

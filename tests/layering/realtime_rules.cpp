@@ -45,10 +45,10 @@ constexpr std::array kForbiddenTexts = {
                   "it allocates, locks or prints"},
     ForbiddenText{R"(\b(printf|fprintf|puts|fopen|system)\s*\()", "it prints or opens files"}};
 
-/// In a constructor's list of initialisers: `member_(std::make_unique<...`.
+/// Elsewhere than in a constructor's list of initialisers: `member(std::make_unique<...`, no semicolon.
 bool allocatesElsewhere(const std::string& line) {
   static const std::regex allocation(R"(\bmake_unique\b)");
-  static const std::regex initialiser(R"(^\s*[:,]?\s*\w+_\(std::make_unique\b)");
+  static const std::regex initialiser(R"(^\s*[:,]?\s*\w+\(std::make_unique\b.*[^;]$)");
   return std::regex_search(line, allocation) && !std::regex_search(line, initialiser);
 }
 

@@ -39,7 +39,8 @@ TEST(RealtimeRules, FindEachPlantedStatement) {
         "  delete p;", "  delete[] p;", "  void* p = std::malloc(10);", "  free(p);", "  std::vector<int> v;",
         "  const std::string text;", "  std::function<void()> f;", "  std::lock_guard lock(m);",
         "  memory = std::make_unique<int[]>(n);", "  auto memory = std::make_unique<int[]>(n);",
-        "  printf(\"%d\", 1);", "  auto& d = dynamic_cast<Derived&>(base);"}) {
+        "  use(std::make_unique<int[]>(n));", "  printf(\"%d\", 1);",
+        "  auto& d = dynamic_cast<Derived&>(base);"}) {
     EXPECT_GE(wrongIn(line + "\n"), 1U) << line;
   }
 }
@@ -70,6 +71,8 @@ TEST(RealtimeRules, FindNothingWhereNothingIsWrong) {
                     "Scene::Scene(std::size_t n)\n"
                     "    : memory_(std::make_unique<int[]>(n)),\n"
                     "      more_(std::make_unique<int[]>(n)) {}\n"
+                    "Scene::Row::Row()\n"
+                    "    : first(std::make_unique<int[]>(n)) {}\n"
                     "bool newest = isFree(free_radius_m_);\n"),
             0U);
 }

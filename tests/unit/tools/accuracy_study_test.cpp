@@ -108,7 +108,9 @@ TEST(AccuracyStudy, AStillSceneWithoutNoiseHasNoStepsAtNewFrames) {
     if (row.noise == SceneNoise::none) {
       EXPECT_LT(row.law_step_n, 1e-6) << nameOf(row.law);
     } else {
-      EXPECT_GT(row.law_step_n, 0.01) << nameOf(row.law);
+      // the law surface looks at a mean over 16 frames, whose steps are a sixteenth of those of the newest
+      // frame
+      EXPECT_GT(row.law_step_n, row.law == ForceLaw::surface ? 0.01 / 16 : 0.01) << nameOf(row.law);
       EXPECT_LT(row.blended_step_n, row.law_step_n) << nameOf(row.law);
     }
   }
