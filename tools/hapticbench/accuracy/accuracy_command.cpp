@@ -64,8 +64,10 @@ AccuracyCommand::AccuracyCommand(CLI::App& app)
   list("--distances", distances_m_, "metres from the camera (0.6,1,2)")->check(within(0.5, 3.9));
   list("--noises", noises_, "of none, quantised, sensor, harsh (none,harsh)")
       ->check(CLI::IsMember(namesOf(kAllNoises)));
-  list("--voxels", voxel_edges_mm_, "voxel edges of the grid of points, millimetres: the same forces on each")->check(within(1.0, 100.0));
-  list("--filters", filters_, "of the laws on points, of off, on (off,on)")->check(CLI::IsMember({"off", "on"}));
+  list("--voxels", voxel_edges_mm_, "voxel edges of the grid of points, millimetres: the same forces on each")
+      ->check(within(1.0, 100.0));
+  list("--filters", filters_, "of the laws on points, of off, on (off,on)")
+      ->check(CLI::IsMember({"off", "on"}));
   command_->add_option("--seed", seed_, "of the places and of the noise (1)")
       ->check(within(std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max()));
   CLI::Option* quick = command_->add_flag("--quick", quick_, "plane and sphere at 1 m, one push each");

@@ -77,8 +77,8 @@ void addSummary(fmt::memory_buffer& text, const std::vector<AccuracyRow>& rows) 
   fmt::format_to(std::back_inserter(text), "\nall scenes and distances together\n");
   addErrorHeads(text, "law               noise  filter    ");
   for (const AccuracySummary& summary : summaryOf(rows)) {
-    fmt::format_to(std::back_inserter(text), "{:<18}{:<7}{:<10}", nameOf(summary.law),
-                   nameOf(summary.noise), summary.filtered ? "on" : "off");
+    fmt::format_to(std::back_inserter(text), "{:<18}{:<7}{:<10}", nameOf(summary.law), nameOf(summary.noise),
+                   summary.filtered ? "on" : "off");
     addFigures(text, summary);
   }
 }

@@ -38,7 +38,8 @@ std::unique_ptr<OfflineBox> boxFor(const Setting& setting, const rt::DepthModelP
   return box;
 }
 
-/// First of the settling frames that are shown: where no mean is taken over frames there is nothing to settle.
+/// First of the settling frames that are shown: where no mean is taken over frames there is nothing to
+/// settle.
 int firstFrame(const Setting& setting) {
   return setting.filtered || setting.law == ForceLaw::surface ? 0 : kSettlingFrames - 1;
 }
@@ -178,7 +179,8 @@ class Stage {
   }
 
  private:
-  /// The law's own truth at the samples of each course, computed when it is first asked for. Not of `surface`.
+  /// The law's own truth at the samples of each course, computed when it is first asked for. Not of
+  /// `surface`.
   const std::vector<std::vector<Vec3>>& lawTruth(const Setting& setting) {
     const bool constraint = hasProxy(setting.law);
     const std::size_t place = constraint                                 ? (setting.filtered ? 3 : 2)
@@ -287,7 +289,8 @@ void measureStage(Stage& stage, const AccuracyOptions& options, bool moves, std:
       rows.push_back(stage.measure({law, kUsualVoxelEdge_m, false}));
       continue;
     }
-    for (const bool filtered : options.filters) rows.push_back(stage.measure({law, kUsualVoxelEdge_m, filtered}));
+    for (const bool filtered : options.filters)
+      rows.push_back(stage.measure({law, kUsualVoxelEdge_m, filtered}));
     if (moves) continue;
     for (const double voxel_edge_m : options.voxel_edges_m) {
       if (voxel_edge_m != kUsualVoxelEdge_m) rows.push_back(stage.compareGrids({law, voxel_edge_m, false}));

@@ -34,9 +34,9 @@ struct AccuracyOptions {
   /// Of the grid of points, each of which must give the same forces as kUsualVoxelEdge_m.
   std::vector<double> voxel_edges_m;
   std::vector<bool> filters{false, true};  ///< of the laws on points; `surface` has none
-  int pushes = 3;          ///< per case, each at another place
-  int hold_frames = 60;    ///< that a still HIP is held over
-  std::uint32_t seed = 1;  ///< of the places and of the noise
+  int pushes = 3;                          ///< per case, each at another place
+  int hold_frames = 60;                    ///< that a still HIP is held over
+  std::uint32_t seed = 1;                  ///< of the places and of the noise
 };
 
 /// Limits below which a surface must not give way, N.

@@ -76,8 +76,8 @@ Requirement surfaceWithNoise(const std::vector<AccuracyRow>& rows) {
 Requirement surfaceWithoutNoise(const std::vector<AccuracyRow>& rows) {
   Requirement requirement{"surface, no noise, planes: below 1 % and 1 degree", 0, {}};
   for (const AccuracyRow& row : rows) {
-    const bool applies = row.law == ForceLaw::surface && row.noise == SceneNoise::none &&
-                         row.scene.starts_with("plane");
+    const bool applies =
+        row.law == ForceLaw::surface && row.noise == SceneNoise::none && row.scene.starts_with("plane");
     if (!applies) continue;
     ++requirement.rows;
     const ForceErrors& errors = row.against_surface;
