@@ -142,10 +142,9 @@ std::string reachText(const Settings& settings, const Demand& demand) {
 
 // `first`, and all that decides which laws may act and how far they reach.
 std::vector<std::string_view> joinedWithReach(std::vector<std::string_view> first) {
-  for (const std::string_view name :
-       {"grid.max_hip_speed_m_per_s", "force.law", "force.radius_m", "contact.proxy_radius_m",
-        "grid.frame_period_s", "grid.frame_margin_s", "force.max_error_n",
-        "force.stiffness_n_per_m", "safety.max_force_n"}) {
+  for (const std::string_view name : {"grid.max_hip_speed_m_per_s", "force.law", "force.radius_m",
+                                      "contact.proxy_radius_m", "grid.frame_period_s", "grid.frame_margin_s",
+                                      "force.max_error_n", "force.stiffness_n_per_m", "safety.max_force_n"}) {
     if (std::ranges::find(first, name) == first.end()) first.push_back(name);
   }
   return first;

@@ -39,7 +39,8 @@ SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
 bool SceneNeeds::metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept {
   if (points && !scene.covers(focus_m_in_world, radius_m + margin_m)) return false;
   if (image && !scene.has_image) return false;
-  return !visible_surface || (scene.has_surface && scene.surface.covers(focus_m_in_world, radius_m + margin_m));
+  return !visible_surface ||
+         (scene.has_surface && scene.surface.covers(focus_m_in_world, radius_m + margin_m));
 }
 
 SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parameters)

@@ -16,11 +16,11 @@ namespace hapticd::rt {
 
 /// What of a frame a force law reads, and how the frame is filtered first.
 struct SceneNeeds {
-  bool points = true;      ///< the points of the frame, sorted by voxel
-  bool image = false;      ///< the raw values that the points come from
-  bool hidden = false;     ///< also the points that something nearer hides, see OcclusionMemory
+  bool points = true;            ///< the points of the frame, sorted by voxel
+  bool image = false;            ///< the raw values that the points come from
+  bool hidden = false;           ///< also the points that something nearer hides, see OcclusionMemory
   bool visible_surface = false;  ///< the visible surface
-  double radius_m = 0.04;  ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
+  double radius_m = 0.04;        ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
   SurfaceParameters surface;
   FilterParameters filter;
 
