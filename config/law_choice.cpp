@@ -15,7 +15,7 @@ constexpr MeasuredLaw kMeasured[] = {
 };
 
 /// How far beyond the border of its class a distance must be to change it.
-constexpr double kHysteresis = 1.1;
+constexpr double kHysteresis = 1.05;
 
 std::string budgetText(double max_error_n, double distance_m) {
   return fmt::format("{:.2g} N at {:.1f} m", max_error_n, distance_m);
@@ -64,7 +64,6 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class
   const MeasuredLaw* const chosen = cheapest != nullptr ? cheapest : most_accurate;
   if (chosen == nullptr) return {};
   LawDecision decision{.law = chosen->law,
-                       .voxel_edge_m = chosen->voxel_edge_m,
                        .filtered = chosen->filtered,
                        .error_n = stiffness_n_per_m * chosen->error_m,
                        .within = cheapest != nullptr,
@@ -80,7 +79,6 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision) {
   rt::LiveParameters live = settings.live;
   live.law = decision.law;
-  if (decision.law == rt::ForceLaw::surface) live.surface.voxel_edge_m = decision.voxel_edge_m;
   live.filter = decision.filtered ? filterOfChoice() : rt::FilterParameters{};
   return live;
 }

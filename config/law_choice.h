@@ -16,10 +16,9 @@ std::string_view nameOf(rt::ForceLaw law);
 /// What `hapticbench pareto` measured of a law in one setting at one distance.
 struct MeasuredLaw {
   rt::ForceLaw law;
-  double voxel_edge_m;
-  bool filtered;        ///< depth passes filterOfChoice()
+  bool filtered;        ///< depth passes filterOfChoice(); only laws on points have a filter
   double distance_m;    ///< of the surface from the camera: stands for a class of distances
-  double error_m;       ///< RMS force error against the true surface, over the stiffness
+  double error_m;       ///< RMS force error against the true surface, with the harsher noise, over the stiffness
   double cpu_ms_per_s;  ///< CPU time per second of use: 30 frames modelled, 1000 forces
 };
 
@@ -32,14 +31,13 @@ constexpr rt::FilterParameters filterOfChoice() {
 }
 
 /// The class of a distance: that of measuredLaws() which is nearest in ratio. `before_m`: the class so far, 0
-/// for none; it is kept until the distance is a tenth beyond its border, so that it does not change to and
-/// fro.
+/// for none; it is kept until the distance is a twentieth beyond its border, so that it does not change to
+/// and fro.
 double distanceClass_m(double distance_m, double before_m);
 
-/// A law with its resolution and filter, and why.
+/// A law with its filter, and why.
 struct LawDecision {
   rt::ForceLaw law = rt::ForceLaw::surface;
-  double voxel_edge_m = 0.01;
   bool filtered = false;
   double error_n = 0;   ///< expected RMS force error
   bool within = false;  ///< the error is within the one that was allowed

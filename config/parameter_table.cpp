@@ -22,7 +22,7 @@ constexpr double kHalfTurn = 3.1416;
 constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(force.law)>(
         "force.law", kLive, "", {}, "",
-        "how depth becomes force; auto: the cheapest law, voxel edge and filter within force.max_error_n"),
+        "how depth becomes force; auto: the cheapest law and filter within force.max_error_n"),
     row<HAPTICD_MEMBER(force.max_error_n)>(
         "force.max_error_n", kLive, "N", {0, 10}, "",
         "error that the law auto may make; 0: 7 % of safety.max_force_n, which a hand just notices"),

@@ -208,7 +208,7 @@ LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
   const rt::LiveParameters& live = directive_.parameters;
   LawStatus status;
   status.law = live.law;
-  status.filtered = !live.filter.isOff();
+  status.filtered = live.law != rt::ForceLaw::surface && !live.filter.isOff();  // surface reads raw depth
   status.max_error_n = settings_.force.effectiveMaxError_n(settings_.live.safety);
   status.distance_m = distance_m_;
   status.hand_stiffness_n_per_m = loop.tick.stiffness_gain * live.springs.stiffness_n_per_m *

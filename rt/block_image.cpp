@@ -17,7 +17,7 @@ using PixelTag = hn::ScalableTag<std::uint16_t>;
 
 /// Copies pixels, those without a depth as kRawNoMeasurement or from `fallback`; true if all have one then.
 bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback, int count, std::uint16_t raw_first,
-                        std::uint16_t raw_last, std::uint16_t* out) {
+             std::uint16_t raw_last, std::uint16_t* out) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const auto first = hn::Set(d, raw_first);
@@ -119,7 +119,8 @@ void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
     // the upper half of each pair is of no use now: it was compared with zero
     const auto least4 = hn::Min(least2, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(d64, least2))));
     const auto greatest2 = hn::Max(greatest, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d32, greatest))));
-    const auto greatest4 = hn::Max(greatest2, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(d64, greatest2))));
+    const auto greatest4 =
+        hn::Max(greatest2, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(d64, greatest2))));
     const auto low = hn::Set(d64, 0xFFFFU);
     hn::StoreU(sumOfLane(sum), d64, out.sum + block);
     hn::StoreU(sumOfLane(count), d64, out.count + block);
@@ -202,8 +203,9 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
   const int columns = window.column_last - window.column_first + 1;
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelOf(row, window.column_first);
-    const bool all = HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, fallback != nullptr ? fallback + first : nullptr, columns,
-                                                   limits.raw_first, limits.raw_last, image + first);
+    const bool all =
+        HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, fallback != nullptr ? fallback + first : nullptr, columns,
+                                      limits.raw_first, limits.raw_last, image + first);
     if (!all) closeGaps(image + pixelOf(row, 0), window.column_first, window.column_last, limits);
   }
 }
@@ -237,7 +239,8 @@ void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, float ju
       } else if (line.count[i] == 0) {
         disparity = -1;
       } else {
-        sumUpMixed(pixels + i * kSide, static_cast<std::uint16_t>(std::min(least + jump_raw, 2046.0F)), disparity);
+        sumUpMixed(pixels + i * kSide, static_cast<std::uint16_t>(std::min(least + jump_raw, 2046.0F)),
+                   disparity);
       }
     }
   }

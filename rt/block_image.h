@@ -7,8 +7,8 @@
 
 namespace hapticd::rt {
 
-/// Pixel work on a depth image, before surfaces are estimated: everything on 16-bit raw values, a vector of pixels
-/// at a time.
+/// Pixel work on a depth image, before surfaces are estimated: everything on 16-bit raw values, a vector of
+/// pixels at a time.
 
 /// What counts as a measurement, and which gaps between measurements are closed.
 struct GapLimits {
@@ -19,10 +19,11 @@ struct GapLimits {
   float most_raw_per_px;  ///< ... plus this for each pixel of it: they are of one surface
 };
 
-/// Copies the pixels of `window` from `raw` to `image`, both in the layout of a frame. Values without a depth become
-/// kRawNoMeasurement, or what `fallback` has there (of the same layout; may be null). Gaps in a row are closed by a
-/// straight line; those that reach the image's left or right border and are no longer than `longest_px` become
-/// SurfaceLayer::kBeyondView. RT: safe after the first call. Cost: one pass over the pixels.
+/// Copies the pixels of `window` from `raw` to `image`, both in the layout of a frame. Values without a depth
+/// become kRawNoMeasurement, or what `fallback` has there (of the same layout; may be null). Gaps in a row
+/// are closed by a straight line; those that reach the image's left or right border and are no longer than
+/// `longest_px` become SurfaceLayer::kBeyondView. RT: safe after the first call. Cost: one pass over the
+/// pixels.
 void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const PixelWindow& window,
                      const GapLimits& limits, std::uint16_t* image) noexcept;
 
@@ -30,8 +31,8 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
 /// anything.  RT: safe after the first call.
 bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, std::uint16_t* image) noexcept;
 
-/// Of blocks side by side, written in whole vectors: sum, number, least and greatest of the measurements in each;
-/// working memory of sumUpBlocks().
+/// Of blocks side by side, written in whole vectors: sum, number, least and greatest of the measurements in
+/// each; working memory of sumUpBlocks().
 struct BlockRow {
   std::uint64_t sum[BlockLattice::kColumns + 8];
   std::uint64_t count[BlockLattice::kColumns + 8];
@@ -41,12 +42,13 @@ struct BlockRow {
 
 /// What the pixels of a block say.
 struct BlockSums {
-  float* disparity;        ///< mean of those that belong to the nearest surface in it; negative: there are too few
-  std::uint8_t* is_full;   ///< all pixels have a measurement and belong to that surface
+  float* disparity;  ///< mean of those that belong to the nearest surface in it; negative: there are too few
+  std::uint8_t* is_full;  ///< all pixels have a measurement and belong to that surface
 };
 
-/// Fills `sums`, in the layout of BlockLattice, for `blocks`. `jump_raw`: larger differences within a block are of
-/// two surfaces.  RT: safe after the first call.
-void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, float jump_raw, const BlockSums& sums) noexcept;
+/// Fills `sums`, in the layout of BlockLattice, for `blocks`. `jump_raw`: larger differences within a block
+/// are of two surfaces.  RT: safe after the first call.
+void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, float jump_raw,
+                 const BlockSums& sums) noexcept;
 
 }  // namespace hapticd::rt

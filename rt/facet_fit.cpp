@@ -87,7 +87,8 @@ HWY_INLINE std::size_t moved(std::size_t index, int rows, int columns) {
 }
 
 /// The plane over the 3 x 3 blocks around each of a vector of blocks.
-HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index, const SmallPlanes& out) {
+HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
+                              const SmallPlanes& out) {
   const FloatTag df;
   const auto own = hn::LoadU(df, blocks.disparity + index);
   const auto edge = set(6 * fit.noise_raw + kSteepestSlope * fit.raw_per_block);
@@ -97,7 +98,8 @@ HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, st
       const auto there = hn::LoadU(df, blocks.disparity + moved(index, dv, du));
       const auto difference = hn::Sub(there, own);
       const auto counts = hn::And(hn::Ge(there, set(0)), hn::Le(hn::Abs(difference), edge));
-      sums.add(hn::IfThenElseZero(counts, set(1)), difference, static_cast<float>(du), static_cast<float>(dv));
+      sums.add(hn::IfThenElseZero(counts, set(1)), difference, static_cast<float>(du),
+               static_cast<float>(dv));
     }
   }
   Floats value;
@@ -118,7 +120,8 @@ HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, st
   }
   const auto missing = hn::Sub(set(9), sums.count());
   const auto freedom = hn::Max(hn::Sub(sums.count(), set(3)), set(0.5F));
-  const auto cost = hn::MulAdd(missing, set(0.05F * fit.noise_raw * fit.noise_raw), hn::Div(squares, freedom));
+  const auto cost =
+      hn::MulAdd(missing, set(0.05F * fit.noise_raw * fit.noise_raw), hn::Div(squares, freedom));
   hn::StoreU(hn::Add(own, value), df, out.value + index);
   hn::StoreU(slope_u, df, out.per_column + index);
   hn::StoreU(slope_v, df, out.per_row + index);
@@ -131,14 +134,16 @@ struct Estimate {
   Floats bend_uu, bend_uv, bend_vv;
   Floats sigma;         ///< standard deviation of `value`
   Floats bias_of_bend;  ///< how far it is off where the surface bends, for each unit of the bend
-  float half;    ///< of the support, blocks
+  float half;           ///< of the support, blocks
 };
 
-/// The small plane of the site itself, or that of a neighbour which fits much better and predicts the site.
+/// The small plane of the site itself, or that of a neighbour which lies on a plane, fits much better and
+/// predicts the site.
 HWY_INLINE Estimate bestSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
                                    const SmallPlanes& planes) {
   constexpr float kGoodFit_sigma = 0.6F;  // within 3 x 3 blocks the noise of neighbours is much the same
   constexpr float kMuchBetter = 0.4F;
+  constexpr int kFarthest = 2;  // the planes of the next blocks hold the one on the crease
   const FloatTag df;
   const auto own = hn::LoadU(df, blocks.disparity + index);
   const auto own_cost = hn::LoadU(df, planes.cost + index);
@@ -150,16 +155,17 @@ HWY_INLINE Estimate bestSmallPlane(const FacetBlocks& blocks, const FacetFit& fi
   best.slope_v = hn::LoadU(df, planes.per_row + index);
   auto least = hn::IfThenElseZero(hn::Gt(own_cost, good), hn::Mul(set(kMuchBetter), own_cost));
   if (!hn::AllTrue(df, hn::Le(least, set(0)))) {
-    for (int dv = -1; dv <= 1; ++dv) {
-      for (int du = -1; du <= 1; ++du) {
+    for (int dv = -kFarthest; dv <= kFarthest; ++dv) {
+      for (int du = -kFarthest; du <= kFarthest; ++du) {
         const std::size_t neighbour = moved(index, dv, du);
         const auto cost = hn::LoadU(df, planes.cost + neighbour);
         const auto slope_u = hn::LoadU(df, planes.per_column + neighbour);
         const auto slope_v = hn::LoadU(df, planes.per_row + neighbour);
-        const auto here = hn::NegMulAdd(slope_u, set(static_cast<float>(du)),
-                                        hn::NegMulAdd(slope_v, set(static_cast<float>(dv)),
-                                                      hn::LoadU(df, planes.value + neighbour)));
-        const auto better = hn::And(hn::Lt(cost, least), hn::Le(hn::Abs(hn::Sub(here, own)), near));
+        const auto here = hn::NegMulAdd(
+            slope_u, set(static_cast<float>(du)),
+            hn::NegMulAdd(slope_v, set(static_cast<float>(dv)), hn::LoadU(df, planes.value + neighbour)));
+        const auto fits = hn::And(hn::Lt(cost, least), hn::Le(cost, good));
+        const auto better = hn::And(fits, hn::Le(hn::Abs(hn::Sub(here, own)), near));
         least = hn::IfThenElse(better, cost, least);
         best.value = hn::IfThenElse(better, here, best.value);
         best.slope_u = hn::IfThenElse(better, slope_u, best.slope_u);
@@ -188,21 +194,23 @@ struct Moments {
   Floats count;
 };
 
-HWY_INLINE Moments momentsOf(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index, const Support& support,
-                             const Estimate& estimate) {
+HWY_INLINE Moments momentsOf(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
+                             const Support& support, const Estimate& estimate) {
   const FloatTag df;
   Moments sums;
   sums.r = sums.ru = sums.rv = sums.ruu = sums.ruv = sums.rvv = sums.count = set(0);
   for (int j = -support.n; j <= support.n; ++j) {
     const auto dv = static_cast<float>(j * support.spacing);
-    const auto start = hn::MulAdd(set(dv), hn::MulAdd(set(dv), estimate.bend_vv, estimate.slope_v), estimate.value);
+    const auto start =
+        hn::MulAdd(set(dv), hn::MulAdd(set(dv), estimate.bend_vv, estimate.slope_v), estimate.value);
     const auto slope = hn::MulAdd(set(dv), estimate.bend_uv, estimate.slope_u);
     auto r = set(0);
     auto ru = set(0);
     auto ruu = set(0);
     for (int i = -support.n; i <= support.n; ++i) {
       const auto du = static_cast<float>(i * support.spacing);
-      const auto there = hn::LoadU(df, blocks.disparity + moved(index, j * support.spacing, i * support.spacing));
+      const auto there =
+          hn::LoadU(df, blocks.disparity + moved(index, j * support.spacing, i * support.spacing));
       const auto expected = hn::MulAdd(set(du), hn::MulAdd(set(du), estimate.bend_uu, slope), start);
       const auto residual = hn::Sub(there, expected);
       const float distance = std::abs(du) > std::abs(dv) ? std::abs(du) : std::abs(dv);
@@ -225,11 +233,11 @@ HWY_INLINE Moments momentsOf(const FacetBlocks& blocks, const FacetFit& fit, std
   return sums;
 }
 
-/// Moves the estimate to what a larger support says, as far as they agree. `chain`: how far it followed the supports
-/// before. Blocks that do not count stand where the estimate expects them, so the sums are those of a whole square,
-/// and the polynomials are orthogonal on it.
-HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index, const Support& support,
-                     Estimate& estimate, Floats& chain) {
+/// Moves the estimate to what a larger support says, as far as they agree. `chain`: how far it followed the
+/// supports before. Blocks that do not count stand where the estimate expects them, so the sums are those of
+/// a whole square, and the polynomials are orthogonal on it.
+HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
+                     const Support& support, Estimate& estimate, Floats& chain) {
   const Moments sums = momentsOf(blocks, fit, index, support, estimate);
   const auto n = static_cast<float>(support.n);
   const float number = (2 * n + 1) * (2 * n + 1);
@@ -284,16 +292,16 @@ HWY_INLINE void grow(const FacetBlocks& blocks, const FacetFit& fit, std::size_t
   estimate.sigma = hn::MulAdd(chain, hn::Sub(sigma, estimate.sigma), estimate.sigma);
   estimate.half = 0.5F * support.side();
   const auto next_bias = hn::Mul(hn::Sub(set(1), curved), set(m2 * square));
-  estimate.bias_of_bend =
-      hn::MulAdd(chain, hn::Sub(next_bias, estimate.bias_of_bend), estimate.bias_of_bend);
+  estimate.bias_of_bend = hn::MulAdd(chain, hn::Sub(next_bias, estimate.bias_of_bend), estimate.bias_of_bend);
 }
 
 void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const SmallPlanes& planes, Facet* facets) {
+  constexpr int kRing = 2;  // of neighbours whose planes are looked at
   constexpr Support kSupports[] = {{1, 1}, {2, 1}, {3, 1}, {3, 2}, {3, 3}, {3, 4}};
   const FloatTag df;
   const auto lanes = static_cast<int>(hn::Lanes(df));
-  for (int row = -1; row <= blocks.sites_down; ++row) {
-    for (int site = -1; site <= blocks.sites_across; site += lanes) {
+  for (int row = -kRing; row < blocks.sites_down + kRing; ++row) {
+    for (int site = -kRing; site < blocks.sites_across + kRing; site += lanes) {
       fitSmallPlane(blocks, fit, FacetBlocks::at(row, site), planes);
     }
   }
@@ -334,7 +342,8 @@ namespace hapticd::rt {
 
 HWY_EXPORT(facetsOf);
 
-void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, const SmallPlanes& work, Facet* facets) noexcept {
+void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, const SmallPlanes& work,
+               Facet* facets) noexcept {
   HWY_DYNAMIC_DISPATCH(facetsOf)(blocks, fit, work, facets);
 }
 

@@ -73,7 +73,7 @@ enum class ContactDamping : std::uint8_t { off, automatic };
 /// Live. What the law's force passes before a device gets it.
 struct SafetyParameters {
   double max_force_n = 4.0;
-  double max_slew_n_per_s = 500;
+  double max_slew_n_per_s = 2000;
   double engage_ramp_s = 0.5;
   bool engage_inside = false;       ///< engage also where something is felt at once
   double depth_timeout_s = 0.5;     ///< older depth is stale: the force goes to zero

@@ -25,12 +25,12 @@ SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity)
 SceneStorage::Layer::Layer()
     : image_(std::make_unique<std::uint16_t[]>(kFramePixels + kVectorPadding)),
       facet_(std::make_unique<Facet[]>(BlockLattice::kBlocks)),
-      is_whole_(std::make_unique<std::uint8_t[]>(BlockLattice::kBlocks)) {}
+      cell_(std::make_unique<Cell[]>(BlockLattice::kBlocks)) {}
 
 void SceneStorage::Layer::attachTo(SurfaceLayer& layer) const noexcept {
   layer.image = image_.get();
   layer.facet = facet_.get();
-  layer.is_whole = is_whole_.get();
+  layer.cell = cell_.get();
 }
 
 void SceneStorage::attachTo(Scene& scene) const noexcept {

@@ -120,7 +120,7 @@ class SceneStorage {
    private:
     std::unique_ptr<std::uint16_t[]> image_;
     std::unique_ptr<Facet[]> facet_;
-    std::unique_ptr<std::uint8_t[]> is_whole_;
+    std::unique_ptr<Cell[]> cell_;
   };
   Layer visible_;
   Layer hidden_;

@@ -12,8 +12,8 @@ namespace {
 constexpr double kNone_m = 1e-7;
 /// Longest step between two looks at the surface, in pixel pitches: no body that the image shows is thinner.
 constexpr double kStride_px = 2;
-/// From one look to the next the distance from a surface that goes on changes by no more than the step; this much
-/// of it leaves room for facets that do not quite agree.
+/// From one look to the next the distance from a surface that goes on changes by no more than the step; this
+/// much of it leaves room for facets that do not quite agree.
 constexpr double kGoesOn = 2.5;
 /// What facets may disagree by, raw units.
 constexpr double kFacetNoise_raw = 1.5;
@@ -21,8 +21,14 @@ constexpr double kAnywhere_m = 10;
 /// A proxy that lags behind by more is set anew.
 constexpr double kMostLag_m = 0.005;
 constexpr double kMostLag_px = 2;
+/// Frames that a contact waits for a measurement that is missing where the proxy is.
+constexpr std::uint64_t kHeldFrames = 30;
 /// The surface at the near limit may vanish that far in front of it.
 constexpr double kNearMargin_m = 0.05;
+
+Vec3 crossProduct(const Vec3& a, const Vec3& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 /// One tick of the proxy, in the camera's frame.
 class SurfaceTick {
@@ -40,7 +46,7 @@ class SurfaceTick {
     if (!input_.scene.surface.covers(start, 0)) return outside(start);
     look();
     normal_ = model_.directionInCamera(memory_.normal_in_world);
-    if (memory_.behind) {
+    if (memory_.behind && isZero(normal_)) {
       comeOut();
     } else if (mustHold()) {
       held_ = in_contact_ = true;
@@ -78,8 +84,8 @@ class SurfaceTick {
     return input_.scene.surface.covers(model_.positionInWorld(p), 0);
   }
 
-  /// The HIP came to be inside a solid without having come through its visible surface. Nothing is exerted until it
-  /// is out again.
+  /// The HIP came to be inside a solid without having come through its visible surface. Nothing is exerted
+  /// until it is out again.
   void comeOut() noexcept {
     p_ = hip_;
     if (!covers(p_)) {
@@ -91,13 +97,14 @@ class SurfaceTick {
     behind_ = here_.where == Where::inside || here_.where == Where::beyond;
   }
 
-  /// What the HIP is pressed against is not seen any more: something hides it that it was not seen behind, or it came
-  /// too near to be measured. It is taken to be still there as long as the HIP presses on.
+  /// What the HIP is pressed against is not seen any more: something hides it that it was not seen behind, or
+  /// it came too near to be measured. It is taken to be still there as long as the HIP presses on.
   bool mustHold() noexcept {
     if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
     too_near_ = here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearMargin_m;
-    return too_near_ || here_.where == Where::unseen;
+    if (too_near_ || here_.where == Where::unseen) return true;
+    return here_.where == Where::free && input_.scene.frame - memory_.frame <= kHeldFrames;
   }
 
   /// Out of a surface that went over the proxy.
@@ -115,8 +122,8 @@ class SurfaceTick {
     entrenched_ = true;
   }
 
-  /// The place of the surface at the image position of `p`, near that depth. False where there is none within `room_m`
-  /// of `p`.
+  /// The place of the surface at the image position of `p`, near that depth. False where there is none within
+  /// `room_m` of `p`.
   bool settleOn(const Vec3& p, double depth_m, double room_m) noexcept {
     if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(p);
@@ -158,8 +165,8 @@ class SurfaceTick {
     return dot(displacement, normal_) < 0;
   }
 
-  /// A step through free space, up to the surface at most. False at the HIP, at the end of the model or at the side of
-  /// a body.
+  /// A step through free space, up to the surface at most. False at the HIP, at the end of the model or at
+  /// the side of a body.
   bool fly(const Vec3& left) noexcept {
     const double length = norm(left);
     const double step = std::min(length, stride_m());
@@ -189,7 +196,8 @@ class SurfaceTick {
     return false;
   }
 
-  /// At the side of a body, which the camera does not see: the outline that it has in the image, going straight back.
+  /// At the side of a body, which the camera does not see: the outline that it has in the image, going
+  /// straight back.
   bool touchSide(const Vec3& inside) noexcept {
     Vec3 blocked = inside;
     constexpr int kHalvings = 3;
@@ -215,8 +223,9 @@ class SurfaceTick {
   Vec3 sideNormal(const Vec3& at) noexcept {
     constexpr double kRadius_px = 2;
     constexpr double kDiagonal = 0.70710678118654752;
-    constexpr double kDirections[8][2] = {{1, 0},  {kDiagonal, kDiagonal},   {0, 1},  {-kDiagonal, kDiagonal},
-                                          {-1, 0}, {-kDiagonal, -kDiagonal}, {0, -1}, {kDiagonal, -kDiagonal}};
+    constexpr double kDirections[8][2] = {
+        {1, 0},  {kDiagonal, kDiagonal},   {0, 1},  {-kDiagonal, kDiagonal},
+        {-1, 0}, {-kDiagonal, -kDiagonal}, {0, -1}, {kDiagonal, -kDiagonal}};
     const double radius = kRadius_px * view_.pitch_m(SurfaceView::depthOf(at));
     const Vec3 ray = (1 / norm(at)) * at;
     Vec3 sum;
@@ -249,7 +258,8 @@ class SurfaceTick {
     return true;
   }
 
-  /// A step along the surface, which must bring the proxy nearer to the HIP. False when it is as near as it can be.
+  /// A step along the surface, which must bring the proxy nearer to the HIP. False when it is as near as it
+  /// can be.
   bool slide(const Vec3& left) noexcept {
     Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
     const double length = norm(step);
@@ -258,12 +268,26 @@ class SurfaceTick {
     constexpr int kMaxHalvings = 4;
     for (int halving = 0; halving <= kMaxHalvings && mayLook(); ++halving) {
       if (stepAlong(step, left)) return true;
+      if (slideAlongCrease(left)) return true;
       step = 0.5 * step;
     }
     return false;
   }
 
+  /// Where a step along one face met another one: along both.
+  bool slideAlongCrease(const Vec3& left) noexcept {
+    constexpr double kLeastTurn = 0.1;
+    const Vec3 crease = crossProduct(normal_, met_normal_);
+    const double turn_squared = dot(crease, crease);
+    if (turn_squared < kLeastTurn * kLeastTurn || !mayLook()) return false;
+    const Vec3 along = (dot(left, crease) / turn_squared) * crease;
+    const double length = norm(slideOf(along, normal_, 0, input_.parameters.contact.friction));
+    if (length < kNone_m) return false;
+    return stepAlong(std::min(1.0, stride_m() / length) * along, left);
+  }
+
   bool stepAlong(const Vec3& step, const Vec3& left) noexcept {
+    met_normal_ = {};
     const Vec3 from = p_;
     const Place from_here = here_;
     const Vec3 to = p_ + step;
@@ -271,6 +295,7 @@ class SurfaceTick {
     if (settleOn(to, SurfaceView::depthOf(to), room)) {
       const Vec3 still_left = hip_ - p_;
       if (dot(still_left, still_left) < dot(left, left)) return true;
+      met_normal_ = here_.sheet.normal_in_camera;
     } else if (!cut_off_) {
       // The surface ends: over the edge, unless something stands there.
       const Place there = placeOf(to);
@@ -291,8 +316,8 @@ class SurfaceTick {
     return norm(slideOf(left, normal_, 0, input_.parameters.contact.friction)) > mostLag_m();
   }
 
-  /// The proxy did not get on: it is set where the line of sight to the HIP meets the same surface, if the surface goes
-  /// on to there and that is nearer to the HIP.
+  /// The proxy did not get on: it is set where the line of sight to the HIP meets the same surface, if the
+  /// surface goes on to there and that is nearer to the HIP.
   void catchUp() noexcept {
     const Vec3 from = p_;
     const Place from_here = here_;
@@ -305,8 +330,9 @@ class SurfaceTick {
       const Vec3 before = p_;
       goes_on = settleOn(between, depth_before, kAnywhere_m);
       constexpr double kSteepest = 3.7;
-      goes_on = goes_on && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
-                               kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);
+      goes_on =
+          goes_on && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
+                         kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);
       goes_on = goes_on && !(p_ == before);
     }
     const Vec3 still_left = hip_ - p_;
@@ -327,7 +353,7 @@ class SurfaceTick {
     memory_.placed = true;
     memory_.position_m_in_world = proxy;
     memory_.normal_in_world = normal;
-    memory_.frame = input_.scene.frame;
+    if (!held_) memory_.frame = input_.scene.frame;
     memory_.behind = behind_;
     result.proxy_m_in_world = proxy;
     result.outside_model = cut_off_ && !in_contact_;
@@ -348,6 +374,7 @@ class SurfaceTick {
   Vec3 p_;
   Place here_;
   Vec3 normal_;
+  Vec3 met_normal_;  // of the surface that the last step along the surface came to in vain
   bool in_contact_ = false;
   bool at_side_ = false;
   bool held_ = false;

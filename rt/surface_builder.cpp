@@ -12,17 +12,18 @@ constexpr int kBlock_px = BlockLattice::kBlock_px;
 /// Surfaces steeper than that to the ray are taken for edges.
 constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
 constexpr double kJump_raw = 3;
-/// Gaps in a surface up to that long are closed: patches that flicker are about 2 cm wide. The projector's shadow
-/// beside an object is no gap in a surface: there the disparity changes by 7 raw units per pixel, which is above what
-/// a surface of this slope does.
+/// Gaps in a surface up to that long are closed: patches that flicker are about 9 pixels or 2 cm wide. The
+/// projector's shadow beside an object is no gap in a surface: there the disparity changes by 7 raw units per
+/// pixel, which is above what a surface of this slope does.
 constexpr double kLongestGap_m = 0.04;
+constexpr int kLongestGap_px = 16;
 constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 /// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
 constexpr double kGapNoise_raw = 6;
-/// Widest supports: beyond, few surfaces are flat, and beyond 0.1 mm of noise nothing is gained.
+/// Widest supports: beyond, few surfaces are flat, and below 0.08 mm of noise nothing is gained.
 constexpr double kWidestPlane_m = 0.17;
 constexpr double kWidestQuadratic_m = 0.048;
-constexpr double kEnough_m = 1e-4;
+constexpr double kEnough_m = 8e-5;
 constexpr double kNoisePatch_px = 9;  // neighbours that near share their noise
 constexpr double kNearestDepth_m = 0.05;
 
@@ -33,12 +34,15 @@ constexpr double kFarthestMove_m = 0.03;
 /// The surface at the focus is what is no farther from it than that, along the ray and across.
 constexpr double kRegionDepth_m = 0.04;
 constexpr double kRegionHalf_m = 0.08;
-/// A pixel belongs to a facet, and neighbouring facets to one surface, as far as noise explains what lies between them
-/// and as far as their slopes leave it open.
+/// A pixel belongs to a facet, and neighbouring facets to one surface, as far as noise explains what lies
+/// between them and as far as their slopes leave it open.
 constexpr double kOfFacet_raw = 3;
 constexpr double kOfFacet_px = 2;
 constexpr double kNeighbours_raw = 2;
 constexpr double kNeighbours_px = 1.5;
+/// Facets turn from one to the next by that much at a crease, and by less on what is curved.
+constexpr double kCrease_raw = 1.5;
+constexpr double kCrease_px = 1;
 constexpr int kFewestInnovations = 8;
 constexpr float kFramesInMotion = 3;
 /// The alpha-beta filter of the velocity: how much of an innovation changes it, near the noise and far above.
@@ -65,13 +69,53 @@ double smoothStep(double x) noexcept {
   return t * t * (3 - 2 * t);
 }
 
-/// Two facets, `du` and `dv` blocks apart, agree on what is halfway between them.
-bool agree(const Facet& a, const Facet& b, int du, int dv, float most_raw) noexcept {
+/// How far two facets, `du` and `dv` blocks apart, are off what the other one's plane expects there, in the
+/// mean.
+float bendBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
+  constexpr auto kSide = static_cast<float>(kBlock_px);
+  const float slope_u = b.per_column - a.per_column;
+  const float slope_v = b.per_row - a.per_row;
+  return 0.5F * kSide * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
+}
+
+/// And how far they are off a surface that bends evenly between them.
+float stepBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
   constexpr float kHalf = 0.5F * kBlock_px;
   const float slope_u = a.per_column + b.per_column;
   const float slope_v = a.per_row + b.per_row;
   const float expected = kHalf * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
-  return a.disparity >= 0 && b.disparity >= 0 && std::abs(b.disparity - a.disparity - expected) <= most_raw;
+  return std::abs(b.disparity - a.disparity - expected);
+}
+
+/// What may lie between neighbouring facets of one surface, raw units.
+struct CellLimits {
+  float most_step;  ///< more is an edge
+  float most_bend;  ///< more is a crease
+};
+
+/// `facet`: the upper left one of a cell whose pixels all have a measurement.
+Cell kindOf(const Facet* facet, const CellLimits& limits) noexcept {
+  struct Side {
+    const Facet* a;
+    const Facet* b;
+    int du, dv;
+  };
+  const Facet* const below = facet + BlockLattice::kColumns;
+  const Side sides[] = {
+      {facet, facet + 1, 1, 0}, {below, below + 1, 1, 0}, {facet, below, 0, 1}, {facet + 1, below + 1, 0, 1}};
+  float least = 0;
+  float greatest = 0;
+  float step = 0;
+  for (const Side& side : sides) {
+    if (side.a->disparity < 0 || side.b->disparity < 0) return Cell::mixed;
+    const float bend = bendBetween(*side.a, *side.b, side.du, side.dv);
+    least = std::min(least, bend);
+    greatest = std::max(greatest, bend);
+    step = std::max(step, stepBetween(*side.a, *side.b, side.du, side.dv));
+  }
+  if (-least > limits.most_bend && greatest < limits.most_bend) return Cell::least;
+  if (greatest > limits.most_bend && -least < limits.most_bend) return Cell::greatest;
+  return step <= limits.most_step ? Cell::smooth : Cell::mixed;
 }
 
 }  // namespace
@@ -103,19 +147,19 @@ SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double
   const double raw_m = std::abs(camera.a_per_m) * job.depth_m * job.depth_m;
   const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
   constexpr double kLeast_blocks = 5;
-  job.fit = {.noise_raw = static_cast<float>(kNoise_raw),
-             .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
-             .largest_plane = static_cast<float>(
-                 std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks), kLeast_blocks + 2,
-                            2.0 * FacetBlocks::kBorder + 1)),
-             .largest_quadratic = static_cast<float>(std::max(kLeast_blocks, kWidestQuadratic_m / block_m))};
+  job.fit = {
+      .noise_raw = static_cast<float>(kNoise_raw),
+      .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
+      .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
+                                                     kLeast_blocks + 2, 2.0 * FacetBlocks::kBorder + 1)),
+      .largest_quadratic = static_cast<float>(std::max(kLeast_blocks, kWidestQuadratic_m / block_m))};
   const PixelWindow ball = model_.pixelsOfBall(centre_m_in_world, radius_m);
   if (ball.empty()) return job;
   job.sites = clipped({blockOf(ball.column_first), blockOf(ball.column_last) + 1, blockOf(ball.row_first),
                        blockOf(ball.row_last) + 1});
   const int border = static_cast<int>(job.fit.largest_plane) / 2;
-  job.support = clipped({job.sites.column_first - border, job.sites.column_last + border, job.sites.row_first - border,
-                         job.sites.row_last + border});
+  job.support = clipped({job.sites.column_first - border, job.sites.column_last + border,
+                         job.sites.row_first - border, job.sites.row_last + border});
   job.pixels.column_first = job.support.column_first * kBlock_px;
   job.pixels.column_last = job.support.column_last * kBlock_px + kBlock_px - 1;
   job.pixels.row_first = job.support.row_first * kBlock_px;
@@ -135,9 +179,11 @@ SurfaceBuilder::Region SurfaceBuilder::regionAround(const Vec3& centre_m_in_worl
   const double v = camera.cy_px - camera.fy_px * p.y / depth;
   const double half_px = kRegionHalf_m * camera.fx_px / depth;
   const auto disparityOf = [&camera](double z) { return (1 / z - camera.b_per_m) / camera.a_per_m; };
-  return {.blocks = {blockOf(u - half_px), blockOf(u + half_px) + 1, blockOf(v - half_px), blockOf(v + half_px) + 1},
-          .disparity_least = static_cast<float>(disparityOf(std::max(kNearestDepth_m, depth - kRegionDepth_m))),
-          .disparity_greatest = static_cast<float>(disparityOf(depth + kRegionDepth_m))};
+  return {
+      .blocks = {blockOf(u - half_px), blockOf(u + half_px) + 1, blockOf(v - half_px),
+                 blockOf(v + half_px) + 1},
+      .disparity_least = static_cast<float>(disparityOf(std::max(kNearestDepth_m, depth - kRegionDepth_m))),
+      .disparity_greatest = static_cast<float>(disparityOf(depth + kRegionDepth_m))};
 }
 
 void SurfaceBuilder::beginFrame(const DepthFrame& frame, const SurfaceParameters& parameters) noexcept {
@@ -161,7 +207,8 @@ void SurfaceBuilder::beginFrame(const DepthFrame& frame, const SurfaceParameters
 /// Takes the blocks' new disparities into their means.
 void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& region) noexcept {
   const auto moved = static_cast<float>(used_rate_ * period_s_);
-  const auto farthest = static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
+  const auto farthest =
+      static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
     for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
       const std::size_t index = BlockLattice::at(row, column);
@@ -196,7 +243,8 @@ void SurfaceBuilder::estimateMotion(const Region&) noexcept {
   }
   const double mean = innovation_sum_ / innovations_;
   innovation_sum_ = 0;
-  const double patches = std::max(1.0, innovations_ * kBlock_px * kBlock_px / (kNoisePatch_px * kNoisePatch_px));
+  const double patches =
+      std::max(1.0, innovations_ * kBlock_px * kBlock_px / (kNoisePatch_px * kNoisePatch_px));
   innovations_ = 0;
   const double sigma = kNoise_raw * std::sqrt(2 / patches);
   const double gain = std::abs(mean) > kFastFrom_sigma * sigma ? kFastGain : kSlowGain;
@@ -206,7 +254,8 @@ void SurfaceBuilder::estimateMotion(const Region&) noexcept {
   used_rate_ = moving_ * rate_;
 }
 
-void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept {
+void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& region,
+                         SurfaceLayer& layer) noexcept {
   // The border is what lies outside the image; inside, the support is.
   const int border = FacetBlocks::kBorder;
   for (int row = -border; row < job.sites.rows() + border; ++row) {
@@ -214,7 +263,8 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
                 job.sites.columns() + 2 * border + FacetBlocks::kPadding, -1.0F);
   }
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
-    std::copy_n(means.disparity.get() + BlockLattice::at(row, job.support.column_first), job.support.columns(),
+    std::copy_n(means.disparity.get() + BlockLattice::at(row, job.support.column_first),
+                job.support.columns(),
                 fit_blocks_.get() + FacetBlocks::at(row - job.sites.row_first,
                                                     job.support.column_first - job.sites.column_first));
   }
@@ -222,7 +272,8 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
   float* const small = small_planes_.get();
   constexpr std::size_t kPlane = FacetBlocks::kSize;
   const SmallPlanes planes{small, small + kPlane, small + 2 * kPlane, small + 3 * kPlane};
-  fitFacets(blocks, job.fit, planes, layer.facet + BlockLattice::at(job.sites.row_first, job.sites.column_first));
+  fitFacets(blocks, job.fit, planes,
+            layer.facet + BlockLattice::at(job.sites.row_first, job.sites.column_first));
   for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column <= job.sites.column_last; ++column) {
       Facet& facet = layer.facet[BlockLattice::at(row, column)];
@@ -230,16 +281,14 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
     }
   }
   constexpr int kNextRow = BlockLattice::kColumns;
-  const auto most = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px);
+  const CellLimits limits{.most_step = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px),
+                          .most_bend = static_cast<float>(kCrease_raw + kCrease_px * job.raw_per_px)};
   for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
       const std::size_t index = BlockLattice::at(row, column);
-      const Facet* const f = layer.facet + index;
       const std::uint8_t* const full = is_full_.get() + index;
       const bool all_full = (full[0] & full[1] & full[kNextRow] & full[kNextRow + 1]) != 0;
-      layer.is_whole[index] = all_full && agree(f[0], f[1], 1, 0, most) && agree(f[0], f[kNextRow], 0, 1, most) &&
-                              agree(f[1], f[kNextRow + 1], 0, 1, most) &&
-                              agree(f[kNextRow], f[kNextRow + 1], 1, 0, most);
+      layer.cell[index] = all_full ? kindOf(layer.facet + index, limits) : Cell::mixed;
     }
   }
 }
@@ -266,8 +315,9 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   }
 }
 
-void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
-                           double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept {
+void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
+                           const Vec3& centre_m_in_world, double radius_m,
+                           const SurfaceParameters& parameters, VisibleSurface& surface) noexcept {
   surface.centre_m_in_world = centre_m_in_world;
   surface.radius_m = radius_m;
   surface.blocks = {};
@@ -279,7 +329,8 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   const Region region = regionAround(centre_m_in_world);
   surface.blocks = job.sites;
   surface.of_facet_raw = static_cast<float>(kOfFacet_raw + kOfFacet_px * job.raw_per_px);
-  gaps_.longest_px = static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m);
+  gaps_.longest_px =
+      std::max(kLongestGap_px, static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m));
   gaps_.most_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
   copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);
   if (hidden != nullptr) {

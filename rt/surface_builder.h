@@ -14,11 +14,11 @@ namespace hapticd::rt {
 
 /// Turns depth frames into the visible surface around a place, in a fixed amount of memory.
 ///
-/// Pixels are joined to blocks, blocks of a resting surface become means over the last frames, and facets are fitted
-/// to them with as much support as is flat (fitFacets()). Where the surface near the focus moves, its velocity is
-/// estimated from the innovations of all its blocks (an alpha-beta filter); the means are carried along, over fewer
-/// frames, and the facets say how they go on. Thread: one (the scene thread).  RT: build() allocates nothing, its
-/// cost is bounded by the pixels of a frame.
+/// Pixels are joined to blocks, blocks of a resting surface become means over the last frames, and facets are
+/// fitted to them with as much support as is flat (fitFacets()). Where the surface near the focus moves, its
+/// velocity is estimated from the innovations of all its blocks (an alpha-beta filter); the means are carried
+/// along, over fewer frames, and the facets say how they go on. Thread: one (the scene thread).  RT: build()
+/// allocates nothing, its cost is bounded by the pixels of a frame.
 class SurfaceBuilder {
  public:
   /// `model` outlives the builder.
@@ -27,24 +27,25 @@ class SurfaceBuilder {
   /// The pixels that build() reads; may be empty.
   PixelWindow windowOf(const Vec3& centre_m_in_world, double radius_m) const noexcept;
 
-  /// Fills `surface`, which is attached to memory, for a focus at `centre_m_in_world`. `hidden`: what lies behind
-  /// the visible surface (OcclusionMemory::hidden()); null: nothing is known. The same frame may be built again
-  /// around another place.
-  void build(const DepthFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world, double radius_m,
-             const SurfaceParameters& parameters, VisibleSurface& surface) noexcept;
+  /// Fills `surface`, which is attached to memory, for a focus at `centre_m_in_world`. `hidden`: what lies
+  /// behind the visible surface (OcclusionMemory::hidden()); null: nothing is known. The same frame may be
+  /// built again around another place.
+  void build(const DepthFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
+             double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept;
 
   /// The next frame is taken for the first one.
   void forget() noexcept { sequence_ = 0; }
 
-  /// The sensor's noise in the mean of a block of one frame, raw units. Measured on recordings of three devices: 0.5
-  /// to 0.6, most of it a pattern that stands still, so that it does not become less by averaging over time.
+  /// The sensor's noise in the mean of a block of one frame, raw units. Measured on recordings of three
+  /// devices: 0.5 to 0.6, most of it a pattern that stands still, so that it does not become less by
+  /// averaging over time.
   static constexpr double kNoise_raw = 0.5;
 
  private:
   /// What is remembered of the blocks of a layer.
   struct BlockMeans {
     std::unique_ptr<float[]> disparity;
-    std::unique_ptr<float[]> frames;          ///< that it is a mean over
+    std::unique_ptr<float[]> frames;           ///< that it is a mean over
     std::unique_ptr<std::uint32_t[]> updated;  ///< with that frame
 
     BlockMeans();
@@ -95,9 +96,9 @@ class SurfaceBuilder {
   float most_frames_ = 1;
 
   // Motion of the surface at the focus, raw units per second.
-  double rate_ = 0;          ///< estimated
-  double moving_ = 0;        ///< 0: it rests, 1: it surely moves
-  double used_rate_ = 0;     ///< moving_ * rate_
+  double rate_ = 0;       ///< estimated
+  double moving_ = 0;     ///< 0: it rests, 1: it surely moves
+  double used_rate_ = 0;  ///< moving_ * rate_
   double innovation_sum_ = 0;
   int innovations_ = 0;
 };

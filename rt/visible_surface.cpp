@@ -18,7 +18,7 @@ Four numbersOf(const Facet& facet) noexcept {
 }
 
 /// The four facets around an image position and their bilinear weights.
-struct Cell {
+struct Corners {
   const Facet* upper;  // left and right
   const Facet* lower;
   float t;  // from the left to the right, 0..1
@@ -26,7 +26,7 @@ struct Cell {
 };
 
 /// The surface between four facets, from their values and slopes: exact where the disparity is quadratic.
-Four blended(const Cell& cell) noexcept {
+Four blended(const Corners& cell) noexcept {
   constexpr float kSide = BlockLattice::kBlock_px;
   const float t = cell.t;
   const float s = cell.s;
@@ -46,9 +46,28 @@ Four blended(const Cell& cell) noexcept {
   return sum;
 }
 
-/// The same of those facets alone that a pixel's measurement belongs to; at least its own value.
-Four ofPixel(const Cell& cell, float raw, float of_facet_raw) noexcept {
+/// The plane of the i-th facet, row by row, at the position.
+Four planeOf(const Corners& cell, int i) noexcept {
   constexpr float kSide = BlockLattice::kBlock_px;
+  Four numbers = numbersOf((i < 2 ? cell.upper : cell.lower)[i & 1]);
+  const float du = kSide * (cell.t - static_cast<float>(i & 1));
+  const float dv = kSide * (cell.s - static_cast<float>(i >> 1));
+  numbers[0] += numbers[1] * du + numbers[2] * dv;
+  return numbers;
+}
+
+/// The surface where faces meet: each goes on up to the crease.
+Four atCrease(const Corners& cell, bool least) noexcept {
+  Four chosen = planeOf(cell, 0);
+  for (int i = 1; i < 4; ++i) {
+    const Four numbers = planeOf(cell, i);
+    if ((numbers[0] < chosen[0]) == least) chosen = numbers;
+  }
+  return chosen;
+}
+
+/// The same of those facets alone that a pixel's measurement belongs to; at least its own value.
+Four ofPixel(const Corners& cell, float raw, float of_facet_raw) noexcept {
   const float weight_of[4] = {(1 - cell.t) * (1 - cell.s), cell.t * (1 - cell.s), (1 - cell.t) * cell.s,
                               cell.t * cell.s};
   const Facet* const facet_of[4] = {cell.upper, cell.upper + 1, cell.lower, cell.lower + 1};
@@ -56,10 +75,7 @@ Four ofPixel(const Cell& cell, float raw, float of_facet_raw) noexcept {
   float weight = 0;
   for (int i = 0; i < 4; ++i) {
     if (facet_of[i]->disparity < 0) continue;
-    Four numbers = numbersOf(*facet_of[i]);
-    const float du = kSide * (cell.t - static_cast<float>(i & 1));
-    const float dv = kSide * (cell.s - static_cast<float>(i >> 1));
-    numbers[0] += numbers[1] * du + numbers[2] * dv;
+    const Four numbers = planeOf(cell, i);
     if (std::abs(numbers[0] - raw) > of_facet_raw) continue;
     const float share = weight_of[i] + 1e-3F;
     sum += share * numbers;
@@ -78,20 +94,22 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
   const BlockWindow& window = surface_.blocks;
   if (window.columns() < 2 || window.rows() < 2) return {};
-  const double block_u =
-      std::clamp((image.u - BlockLattice::kMiddle_px) * kPerBlock, static_cast<double>(window.column_first),
-                 window.column_last - 1e-6);
+  const double block_u = std::clamp((image.u - BlockLattice::kMiddle_px) * kPerBlock,
+                                    static_cast<double>(window.column_first), window.column_last - 1e-6);
   const double block_v = std::clamp((image.v - BlockLattice::kMiddle_px) * kPerBlock,
                                     static_cast<double>(window.row_first), window.row_last - 1e-6);
   const int column = std::min(static_cast<int>(block_u), window.column_last - 1);
   const int row = std::min(static_cast<int>(block_v), window.row_last - 1);
   const std::size_t index = BlockLattice::at(row, column);
-  const Cell cell{layer.facet + index, layer.facet + index + BlockLattice::kColumns,
-                  static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
+  const Corners corners{layer.facet + index, layer.facet + index + BlockLattice::kColumns,
+                        static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
   Sheet sheet;
   Four numbers;
-  if (layer.is_whole[index] != 0) {
-    numbers = blended(cell);
+  const Cell cell = layer.cell[index];
+  if (cell == Cell::smooth) {
+    numbers = blended(corners);
+  } else if (cell != Cell::mixed) {
+    numbers = atCrease(corners, cell == Cell::least);
   } else {
     const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, kFrameWidth - 1);
     const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, kFrameHeight - 1);
@@ -100,14 +118,15 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
       sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
       return sheet;
     }
-    numbers = ofPixel(cell, static_cast<float>(raw), surface_.of_facet_raw);
+    numbers = ofPixel(corners, static_cast<float>(raw), surface_.of_facet_raw);
   }
   const double a = model_.a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
   if (!(w > 0)) return sheet;
   const double w_u = a * double{numbers[1]};
   const double w_v = a * double{numbers[2]};
-  // The plane with 1/Z = w at this pixel and these slopes is N * X = 1 with this N, x right, y down, Z forward.
+  // The plane with 1/Z = w at this pixel and these slopes is N * X = 1 with this N, x right, y down, Z
+  // forward.
   const double x = w_u * model_.fx_px;
   const double y = w_v * model_.fy_px;
   const double z = w - w_u * (image.u - model_.cx_px) - w_v * (image.v - model_.cy_px);

@@ -13,10 +13,10 @@ namespace hapticd::rt {
 
 /// The surface as one block of pixels sees it: a plane in disparity, which is a plane in space.
 struct alignas(16) Facet {
-  float disparity;      ///< at the block's middle, raw units; negative: nothing is known there
-  float per_column;     ///< its change per pixel to the right, raw units
-  float per_row;        ///< and per pixel downwards
-  float per_second;     ///< and in time, by the motion of the surface
+  float disparity;   ///< at the block's middle, raw units; negative: nothing is known there
+  float per_column;  ///< its change per pixel to the right, raw units
+  float per_row;     ///< and per pixel downwards
+  float per_second;  ///< and in time, by the motion of the surface
 };
 
 /// Square blocks of pixels, the lattice on which surfaces are estimated.
@@ -46,6 +46,14 @@ struct BlockWindow {
   int rows() const noexcept { return row_last - row_first + 1; }
 };
 
+/// What lies between the middles of four neighbouring blocks.
+enum class Cell : std::uint8_t {
+  mixed,     ///< not all of it belongs to one surface: its pixels say what is where
+  smooth,    ///< one surface that bends evenly
+  least,     ///< a crease: of the four planes the one with the least disparity
+  greatest,  ///< a crease: of the four planes the one with the greatest disparity
+};
+
 /// One of the surfaces that a depth image shows, block by block, and pixel by pixel where it ends.
 struct SurfaceLayer {
   /// In the image: a pixel at its border that never has a measurement, as if it were outside.
@@ -53,9 +61,7 @@ struct SurfaceLayer {
 
   std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values, small gaps closed; kRawNoMeasurement: none
   Facet* facet = nullptr;          ///< [BlockLattice::kBlocks]
-  /// [BlockLattice::kBlocks] of the cell between the middles of a block and its right and lower neighbours: all
-  /// four facets and all pixels there belong to one surface.
-  std::uint8_t* is_whole = nullptr;
+  Cell* cell = nullptr;  ///< [BlockLattice::kBlocks] to the right of and below the middle of each block
 };
 
 /// What the camera sees near the focus, and what it last saw behind that. A view; a SceneStorage owns the
@@ -65,8 +71,9 @@ struct VisibleSurface {
   double radius_m = 0;     ///< 0: nothing is modelled
   BlockWindow blocks;      ///< whose facets are valid
   SurfaceLayer visible;
-  SurfaceLayer hidden;          ///< the farthest surface known: what is visible where nothing is hidden behind it
-  float of_facet_raw = 3;  ///< a pixel belongs to a facet whose plane it lies on to within that many raw units
+  SurfaceLayer hidden;  ///< the farthest surface known: what is visible where nothing is hidden behind it
+  float of_facet_raw =
+      3;  ///< a pixel belongs to a facet whose plane it lies on to within that many raw units
   bool hides_anything = false;  ///< `hidden` is modelled, and differs from `visible`
 
   /// True if places within `radius` of `p` may be looked at.  RT: safe.
@@ -93,8 +100,8 @@ struct Sheet {
   double depth_m() const noexcept { return 1 / inverse_depth_per_m; }
 };
 
-/// Looks at a VisibleSurface at one time. Positions are in the camera's frame (x right, y up, looking along -z),
-/// metres.  Thread: any.  RT: safe.
+/// Looks at a VisibleSurface at one time. Positions are in the camera's frame (x right, y up, looking along
+/// -z), metres.  Thread: any.  RT: safe.
 class SurfaceView {
  public:
   /// Surfaces more than that in front of a place hide it.
@@ -110,8 +117,8 @@ class SurfaceView {
   }
   /// The place at a depth on the ray of an image position.
   Vec3 placeAt(const ImagePosition& image, double depth_m) const noexcept {
-    return {(image.u - model_.cx_px) / model_.fx_px * depth_m, (model_.cy_px - image.v) / model_.fy_px * depth_m,
-            -depth_m};
+    return {(image.u - model_.cx_px) / model_.fx_px * depth_m,
+            (model_.cy_px - image.v) / model_.fy_px * depth_m, -depth_m};
   }
   /// The width of a pixel at a depth.
   double pitch_m(double depth_m) const noexcept { return depth_m / model_.fx_px; }

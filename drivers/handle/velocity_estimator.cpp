@@ -27,6 +27,7 @@ double VelocityEstimator::slope(double rt::Vec3::*axis) const {
   double best = 0;
   for (std::size_t n = 2; n <= count_; ++n) {
     const Sample& oldest = newest(n - 1);
+    if (n > 2 && now.time_ns - oldest.time_ns > kLongestLineNs) return best;
     const double t = static_cast<double>(oldest.time_ns - now.time_ns) * 1e-9;
     const double p = oldest.position_m.*axis - now.position_m.*axis;
     sum_t += t;

@@ -30,13 +30,11 @@ constexpr double kDeviceDamping_n_s_per_m = 0.05;
 
 class ClosedLoop : public testing::TestWithParam<const char*> {
  protected:
-  /// The law of the parameter, its driver reporting the delay.
-  std::unique_ptr<tools::Wall> wallOf(const Case& of, double max_slew_n_per_s = 500) const {
-    rt::LiveParameters parameters;
-    parameters.safety.max_slew_n_per_s = max_slew_n_per_s;
+  /// The law of the parameter as shipped, its driver reporting the delay.
+  std::unique_ptr<tools::Wall> wallOf(const Case& of) const {
     const rt::ForceLaw law =
         std::string_view(GetParam()) == "proxy" ? rt::ForceLaw::proxy : rt::ForceLaw::surface;
-    auto wall = std::make_unique<tools::CoreWall>(law, parameters, CoreOutput::command);
+    auto wall = std::make_unique<tools::CoreWall>(law, rt::LiveParameters{}, CoreOutput::command);
     wall->set(500, 0);
     wall->reportDelay_s(of.delay_ticks * tools::kTick_s);
     return wall;
@@ -55,36 +53,33 @@ class ClosedLoop : public testing::TestWithParam<const char*> {
   }
 };
 
-/// Devices that measure exactly, and such with encoders and the dry friction that comes with their gears. An
-/// encoder without any friction is not among them: the estimated velocity is then too late for slow swings.
+/// Devices that measure exactly, such with encoders, and such with encoders and the dry friction of gears.
 std::vector<Case> hardCases() {
   std::vector<Case> cases;
   for (const double mass_kg : {0.045, 0.1}) {
     for (const int delay_ticks : {0, 1, 2, 5, 10}) {
       cases.push_back({mass_kg, 0, 0, delay_ticks});
+      cases.push_back({mass_kg, 0, 55e-6, delay_ticks});
       cases.push_back({mass_kg, 0.26, 55e-6, delay_ticks});
     }
   }
   return cases;
 }
 
-/// A force that has to change faster than the slew limit lags beyond what the rules know of. The shipped
-/// 500 N/s are enough for impacts up to 0.2 m/s, 2000 N/s for these.
-constexpr double kFastSlew_n_per_s = 2000;
+/// The slowest to rest, 100 g without delay, keeps 0.44 N s/m of damping in contact and its own 0.05 N s/m;
+/// sampling takes K T / 2 = 0.25 N s/m of that. The time constant is 0.83 s, so swings of 20 mm fade to 0.02
+/// mm in the first 6 s; the last 2 s are judged.
+constexpr double kFall_s = 8;
 
-struct Impact {
-  double height_m;
-  double max_slew_n_per_s;
-};
-
-// Nobody holds it: a weight of 1 N drops it onto the surface, at up to 0.2 or 0.47 m/s; it bounces.
+// Nobody holds it: a weight of 1 N drops it onto the surface, at up to 0.2, 0.37, 0.47 and 0.67 m/s (45 g);
+// it bounces.
 TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
-  for (const Impact& impact : {Impact{0.0009, 500}, Impact{0.005, kFastSlew_n_per_s}}) {
+  for (const double height_m : {0.0009, 0.003, 0.005, 0.01}) {
     for (const Case& of : hardCases()) {
-      const auto wall = wallOf(of, impact.max_slew_n_per_s);
-      const Tap fall{.start_m = impact.height_m, .speed_m_per_s = 0, .constant_n = -1};
-      const ContactRun run = tools::runContactFor(*wall, rigOf(of), fall, 6);
-      const std::string where = fmt::format("{} m, {} kg, {} N, {} m, {} ms", impact.height_m, of.mass_kg,
+      const auto wall = wallOf(of);
+      const Tap fall{.start_m = height_m, .speed_m_per_s = 0, .constant_n = -1};
+      const ContactRun run = tools::runContactFor(*wall, rigOf(of), fall, kFall_s);
+      const std::string where = fmt::format("{} m, {} kg, {} N, {} m, {} ms", height_m, of.mass_kg,
                                             of.friction_n, of.quantum_m, of.delay_ticks);
       EXPECT_FALSE(run.ran_away) << where;
       EXPECT_LT(run.peak_to_peak_m, 2 * std::max(of.quantum_m, 5e-5))
@@ -99,7 +94,7 @@ TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
 TEST_P(ClosedLoop, FastTapsComeToRest) {
   for (const Case& of : hardCases()) {
     for (const double grip : {1.0, 2.5}) {
-      const auto wall = wallOf(of, kFastSlew_n_per_s);
+      const auto wall = wallOf(of);
       const ContactRun run =
           tools::runContactFor(*wall, rigOf(of, 400 * grip, 4 * grip),
                                {.start_m = 0, .speed_m_per_s = 0.5, .hand_target_m = -0.005}, 4);

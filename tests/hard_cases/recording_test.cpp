@@ -42,6 +42,7 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
   const rt::SafetyParameters limits = box.parameters().safety;
   const double most_n =
       box.parameters().springs.stiffness_n_per_m * box.parameters().blend.max_surface_speed_m_per_s * kTick_s;
+  constexpr double kApproach_m = 0.06;
   Vec3 before;
   int in_contact = 0;
   auto frame = std::make_unique<rt::DepthFrame>();
@@ -50,7 +51,9 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
     frame->sequence = index + 1;
     box.show(*frame);
     for (int i = 0; i < kTicksPerFrame; ++i) {
-      const rt::Tick tick = box.tick(hip, kTick_s);
+      // brought there from the camera's side while the first frame is shown
+      const double left = index == 0 ? 1 - static_cast<double>(i + 1) / kTicksPerFrame : 0;
+      const rt::Tick tick = box.tick(hip + Vec3{0, 0, kApproach_m * left}, kTick_s);
       const Vec3 force = tick.command_force_n_in_world;
       ASSERT_TRUE(isFinite(force));
       ASSERT_LE(norm(force), limits.max_force_n * (1 + 1e-12));

@@ -22,6 +22,7 @@ config::Settings pressing() {
   settings.live.safety.depth_timeout_s = 5;
   settings.live.safety.engage_inside = true;
   settings.live.safety.overrun_burst = 65;
+  settings.live.safety.max_slew_n_per_s = 500;
   settings.control.engage_at_start = true;
   return settings;
 }

@@ -116,10 +116,10 @@ TEST(HandleFrame, CountsMeasurementsAndSessionsAndPassesOnWhatTheDeviceSays) {
 
 // ---- velocity
 
-/// The estimates of a motion, sampled at 1 kHz and rounded to `quantum_m`.
+/// The estimates of a motion, sampled at 1 kHz and rounded to `quantum_m`; `resolution_m`: of the estimator.
 template <typename Motion>
-std::vector<double> estimates(double quantum_m, int samples, Motion motion) {
-  VelocityEstimator estimator(quantum_m);
+std::vector<double> estimates(double quantum_m, double resolution_m, int samples, Motion motion) {
+  VelocityEstimator estimator(resolution_m);
   std::vector<double> velocities;
   for (int i = 0; i < samples; ++i) {
     const double x = std::round(motion(i * 1e-3) / quantum_m) * quantum_m;
@@ -130,30 +130,32 @@ std::vector<double> estimates(double quantum_m, int samples, Motion motion) {
 
 TEST(VelocityEstimator, HasNoBiasAtConstantVelocity) {
   for (const double speed : {0.001, 0.03, 0.5}) {
-    const std::vector<double> found = estimates(1e-9, 100, [&](double t) { return speed * t; });
-    EXPECT_NEAR(found.back(), speed, 1e-5) << "a rounding of 1 nm over 15 ms at most";
+    const std::vector<double> found = estimates(1e-9, 1e-9, 100, [&](double t) { return speed * t; });
+    EXPECT_NEAR(found.back(), speed, 1e-6) << "a rounding of 1 nm over 2 ms at most";
   }
 }
 
-// Rounded positions are off by up to half a quantum: the slope of 16 of them by at most 6 * 0.5 q / (16 T) in
-// the worst pattern, where a raw difference is off by q / T.
+// Rounded positions are off by up to half a quantum: the slope of three of them, (x_0 - x_2) / (2 T), by at
+// most half of what a raw difference is off by, q / T.
 TEST(VelocityEstimator, IsQuietOnASlowHandWhereARawDifferenceIsNot) {
   constexpr double kQuantum = 5e-5;
-  const std::vector<double> found = estimates(kQuantum, 2000, [](double t) { return 0.0071 * t; });
+  const std::vector<double> found = estimates(kQuantum, kQuantum, 2000, [](double t) { return 0.0071 * t; });
   double worst = 0;
   for (std::size_t i = 20; i < found.size(); ++i) worst = std::max(worst, std::abs(found[i] - 0.0071));
-  EXPECT_LT(worst, 6 * 0.5 * kQuantum / 0.016);
-  EXPECT_LT(worst, 0.2 * kQuantum / 1e-3) << "of the raw difference";
+  EXPECT_LE(worst, 0.5 * kQuantum / 1e-3 * (1 + 1e-9)) << "of the raw difference";
 }
 
-// While the window is cut to what the line fits, it lags by less than the longest window's half.
+// The line is never longer than two periods of 1 ms, so it lags by no more than half of that, whatever fits.
 TEST(VelocityEstimator, FollowsAnAccelerationWithinItsStatedLag) {
   constexpr double kAcceleration = 20;  // of a hand that jerks
-  const std::vector<double> found = estimates(5e-5, 60, [](double t) { return 0.5 * kAcceleration * t * t; });
+  constexpr double kQuantum = 1e-7;  // far below the resolution: it is the swing that a long line would fit
+  constexpr double kRounding_s = kQuantum / 1e-3 / kAcceleration;
+  const std::vector<double> found =
+      estimates(kQuantum, 5e-5, 60, [](double t) { return 0.5 * kAcceleration * t * t; });
   for (std::size_t i = 30; i < found.size(); ++i) {
     const double lag_s = static_cast<double>(i) * 1e-3 - found[i] / kAcceleration;
-    EXPECT_LT(lag_s, 7.5e-3);
-    EXPECT_GT(lag_s, -1e-3) << "rounding over a short window";
+    EXPECT_LT(lag_s, 1e-3 + kRounding_s);
+    EXPECT_GT(lag_s, 0.5e-3 - kRounding_s) << "two samples";
   }
 }
 

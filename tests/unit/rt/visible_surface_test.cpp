@@ -16,20 +16,24 @@ namespace {
 using rt::SurfaceView;
 using rt::Vec3;
 
-/// A surface given by its inverse depth on the ray (x, y, -1), and the visible surface of its image. The camera's unit
-/// is 0.1 mm at 1 m, so that rounding is next to nothing.
+/// A surface given by its inverse depth on the ray (x, y, -1), and the visible surface of its image. The
+/// camera's unit is 0.1 mm at 1 m, so that rounding is next to nothing.
 class Built {
  public:
   explicit Built(const std::function<double(double, double)>& inverse_depth)
-      : model_(camera(), {}), builder_(model_), storage_({1, 1, 1, 1}, 1), frame_(std::make_unique<rt::DepthFrame>()) {
+      : model_(camera(), {}),
+        builder_(model_),
+        storage_({1, 1, 1, 1}, 1),
+        frame_(std::make_unique<rt::DepthFrame>()) {
     storage_.attachTo(scene_);
     for (int row = 0; row < rt::kFrameHeight; ++row) {
       for (int column = 0; column < rt::kFrameWidth; ++column) {
         const rt::DepthModelParameters& c = model_.parameters();
         const double w = inverse_depth((column - c.cx_px) / c.fx_px, -(row - c.cy_px) / c.fy_px);
         const double raw = (w - c.b_per_m) / c.a_per_m;
-        frame_->raw[row * rt::kFrameWidth + column] =
-            w > 0 && raw >= 0 && raw < 2046 ? static_cast<std::uint16_t>(std::lround(raw)) : rt::kRawNoMeasurement;
+        frame_->raw[row * rt::kFrameWidth + column] = w > 0 && raw >= 0 && raw < 2046
+                                                          ? static_cast<std::uint16_t>(std::lround(raw))
+                                                          : rt::kRawNoMeasurement;
       }
     }
   }
@@ -58,7 +62,8 @@ class Built {
   }
   void punch(int row, int column, int edge) {
     for (int r = row; r < row + edge; ++r) {
-      for (int c = column; c < column + edge; ++c) frame_->raw[r * rt::kFrameWidth + c] = rt::kRawNoMeasurement;
+      for (int c = column; c < column + edge; ++c)
+        frame_->raw[r * rt::kFrameWidth + c] = rt::kRawNoMeasurement;
     }
   }
 
@@ -109,7 +114,8 @@ TEST(VisibleSurface, GivesTheDistanceFromASphere) {
   sphere.build({0, 0, -1});
   for (double angle = 0; angle < 6.2; angle += 0.7) {
     for (const double polar : {0.1, 0.4, 0.7}) {
-      const Vec3 normal{std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle), std::cos(polar)};
+      const Vec3 normal{std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
+                        std::cos(polar)};
       const SurfaceView::Place place = sphere.view().look(centre + kRadius_m * normal);
       ASSERT_TRUE(place.sheet.exists);
       EXPECT_NEAR(place.distance_m, 0, 2 * kRounding_m) << angle << " " << polar;

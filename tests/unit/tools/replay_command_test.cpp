@@ -21,6 +21,12 @@ using test::Vector;
 // make the slew limit's step uncertain by 1e-9 s * 500 N/s.
 constexpr double kCommandTolerance_n = 1e-6;
 
+config::Settings slewLimited() {
+  config::Settings settings = papersLaw();
+  settings.live.safety.max_slew_n_per_s = 500;
+  return settings;
+}
+
 constexpr std::uint16_t kWallRaw = 760;  // 1.003 m
 const Vector kHip{0.01, 0.02, -0.98};    // 23 mm in front of it
 
@@ -65,7 +71,7 @@ class ReplayCommand : public testing::Test {
 
 TEST_F(ReplayCommand, RisesAtTheSlewLimitToTheLargestForceAndStaysThere) {
   ASSERT_GT(test::distanceBetween(lawForce(), {}), 4.5);  // beyond the limit of 4 N
-  openImage(papersLaw());
+  openImage(slewLimited());
   for (int sample = 0; sample < 20; ++sample) {
     const double time_s = 0.001 * sample;
     // 500 N/s for one millisecond are 0.5 N
@@ -74,7 +80,7 @@ TEST_F(ReplayCommand, RisesAtTheSlewLimitToTheLargestForceAndStaysThere) {
 }
 
 TEST_F(ReplayCommand, MeasuresTheSlewLimitByTheTimeBetweenTheSamples) {
-  openImage(papersLaw());
+  openImage(slewLimited());
   // The first sample counts as one period of the loop, 1 ms.
   expectAlongTheLaw(commandAt(5), 0.5, 5);
   expectAlongTheLaw(commandAt(5.002), 1.5, 5.002);
@@ -154,7 +160,7 @@ TEST_F(ReplayCommand, IsZeroWhereNoForceIsPermitted) {
 }
 
 TEST_F(ReplayCommand, NeverStepsBeyondTheSlewLimitNorTheLargestForceWhereverTheHipJumps) {
-  openImage(papersLaw());
+  openImage(slewLimited());
   const auto points = test::pointsOf(test::wallImage(kWallRaw));
   rt::Vec3 last;
   double time_s = 0;

@@ -18,8 +18,9 @@ constexpr const char* kExplanation =
     "the true\n"
     "  surface, 5 to 20 mm behind it. law: against the law itself in double precision: the springs on the "
     "surface\n"
-    "  without noise (also 5 to 20 mm in front of it), the constraints on the closest point of the filtered "
-    "image.\n"
+    "  without noise (also 5 to 20 mm in front of it), proxy on the closest point of the filtered image; "
+    "none for\n"
+    "  the law surface, which fits planes to many pixels of many frames.\n"
     "  rms and max in N, % of the true force, multiples of the just noticeable difference max(7 % of F, 0.1 "
     "N).\n"
     "proxy: its distance from the true surface (less the ball's radius for the law proxy).\n"
@@ -63,21 +64,21 @@ void addRows(fmt::memory_buffer& text, rt::ForceLaw law, const std::vector<Accur
   const auto of_law = [law](const AccuracyRow& row) { return row.law == law && row.pops.pushes > 0; };
   if (std::none_of(rows.begin(), rows.end(), of_law)) return;
   fmt::format_to(std::back_inserter(text), "\n{}\n", nameOf(law));
-  addErrorHeads(text, "scene         dist m  noise  voxel  filter");
+  addErrorHeads(text, "scene         dist m  noise  filter");
   for (const AccuracyRow& row : rows) {
     if (!of_law(row)) continue;
-    fmt::format_to(std::back_inserter(text), "{:<14}{:>6.1f}  {:<7}{:>5.0f}  {:<6}", row.scene,
-                   row.distance_m, nameOf(row.noise), 1000 * row.voxel_edge_m, row.filtered ? "on" : "off");
+    fmt::format_to(std::back_inserter(text), "{:<14}{:>6.1f}  {:<7}{:<6}", row.scene, row.distance_m,
+                   nameOf(row.noise), row.filtered ? "on" : "off");
     addFigures(text, row);
   }
 }
 
 void addSummary(fmt::memory_buffer& text, const std::vector<AccuracyRow>& rows) {
   fmt::format_to(std::back_inserter(text), "\nall scenes and distances together\n");
-  addErrorHeads(text, "law               noise  voxel  filter    ");
+  addErrorHeads(text, "law               noise  filter    ");
   for (const AccuracySummary& summary : summaryOf(rows)) {
-    fmt::format_to(std::back_inserter(text), "{:<18}{:<7}{:>5.0f}  {:<10}", nameOf(summary.law),
-                   nameOf(summary.noise), 1000 * summary.voxel_edge_m, summary.filtered ? "on" : "off");
+    fmt::format_to(std::back_inserter(text), "{:<18}{:<7}{:<10}", nameOf(summary.law), nameOf(summary.noise),
+                   summary.filtered ? "on" : "off");
     addFigures(text, summary);
   }
 }
@@ -117,7 +118,6 @@ template <typename Result>
 void addCommon(Json& json, const Result& r) {
   json["law"] = nameOf(r.law);
   json["noise"] = nameOf(r.noise);
-  json["voxel_edge_m"] = r.voxel_edge_m;
   json["filtered"] = r.filtered;
   json["against_surface"] = errorsOf(r.against_surface);
   json["against_law"] = errorsOf(r.against_law);

@@ -21,31 +21,27 @@ using rt::Vec3;
 
 struct Setting {
   ForceLaw law;
-  double voxel_edge_m;
+  double voxel_edge_m;  // of the grid of points
   bool filtered;
 };
 
-rt::GridParameters gridOf(const Setting& setting) {
-  rt::GridParameters grid;
-  if (setting.law != ForceLaw::surface) grid.voxel_edge_m = setting.voxel_edge_m;
-  return grid;
-}
-
 /// A box whose safety chain limits nothing.
 std::unique_ptr<OfflineBox> boxFor(const Setting& setting, const rt::DepthModelParameters& camera) {
-  auto box = std::make_unique<OfflineBox>(camera, rt::PoseParameters{}, gridOf(setting));
+  rt::GridParameters grid;
+  grid.voxel_edge_m = setting.voxel_edge_m;
+  auto box = std::make_unique<OfflineBox>(camera, rt::PoseParameters{}, grid);
   rt::LiveParameters& live = box->parameters();
   live.law = setting.law;
-  live.surface.voxel_edge_m = setting.voxel_edge_m;
   if (setting.filtered) live.filter = kFilterOn;
   live.safety.max_force_n = 1e6;
   live.safety.max_slew_n_per_s = 1e9;
   return box;
 }
 
-/// First of the settling frames that are shown: without a filter there is nothing to settle.
+/// First of the settling frames that are shown: where no mean is taken over frames there is nothing to
+/// settle.
 int firstFrame(const Setting& setting) {
-  return setting.filtered ? 0 : kSettlingFrames - 1;
+  return setting.filtered || setting.law == ForceLaw::surface ? 0 : kSettlingFrames - 1;
 }
 
 /// Shows the settling frames to a HIP that waits.
@@ -153,13 +149,12 @@ class Stage {
   AccuracyRow measure(const Setting& setting) {
     AccuracyRow row = prototype_;
     row.law = setting.law;
-    row.voxel_edge_m = setting.voxel_edge_m;
     row.filtered = setting.filtered;
-    const std::vector<std::vector<Vec3>>& law_truth = lawTruth(setting);
     for (std::size_t i = 0; i < courses_.size(); ++i) {
       const std::vector<rt::ForceSample> felt = follow(courses_[i], *reels_[i], setting, scene_.depthModel());
       judge(scene_, courses_[i], felt, row.pops);
-      compare(courses_[i], felt, law_truth[i], row);
+      compareWithSurface(courses_[i], felt, row);
+      if (setting.law != ForceLaw::surface) compareWithLaw(courses_[i], felt, lawTruth(setting)[i], row);
       if (moves_) row.largest_drop_n = std::max(row.largest_drop_n, largestDrop_n(courses_[i], felt));
     }
     if (!moves_ && options_.hold_frames > 0) hold(setting, row);
@@ -171,7 +166,6 @@ class Stage {
     AccuracyRow row = prototype_;
     row.law = setting.law;
     row.voxel_edge_m = setting.voxel_edge_m;
-    row.filtered = setting.filtered;
     Setting usual = setting;
     usual.voxel_edge_m = kUsualVoxelEdge_m;
     const auto felt = follow(courses_.front(), *reels_.front(), setting, scene_.depthModel());
@@ -185,7 +179,8 @@ class Stage {
   }
 
  private:
-  /// The law's own truth at the samples of each course, computed when it is first asked for.
+  /// The law's own truth at the samples of each course, computed when it is first asked for. Not of
+  /// `surface`.
   const std::vector<std::vector<Vec3>>& lawTruth(const Setting& setting) {
     const bool constraint = hasProxy(setting.law);
     const std::size_t place = constraint                                 ? (setting.filtered ? 3 : 2)
@@ -205,25 +200,31 @@ class Stage {
     return *truth;
   }
 
-  void compare(const Course& course, const std::vector<rt::ForceSample>& felt,
-               const std::vector<Vec3>& law_truth, AccuracyRow& row) const {
-    std::size_t sample = 0;
+  void compareWithSurface(const Course& course, const std::vector<rt::ForceSample>& felt,
+                          AccuracyRow& row) const {
     for (std::size_t i = 0; i < felt.size(); ++i) {
       const CourseTick& tick = course.ticks[i];
       if (felt[i].outside_model) ++row.outside_model;
-      if (tick.sample == SamplePlace::none) continue;
-      const Vec3& truth = law_truth[sample++];
-      const bool behind = tick.sample == SamplePlace::behind;
-      if (behind) row.against_surface.add(felt[i].force_n_in_world, tick.ideal_force_n);
-      if (!hasProxy(row.law)) {
-        row.against_law.add(felt[i].force_n_in_world, truth);
-        continue;
-      }
-      if (!behind) continue;
-      row.against_law.add(felt[i].force_n_in_world, truth);
+      if (tick.sample != SamplePlace::behind) continue;
+      row.against_surface.add(felt[i].force_n_in_world, tick.ideal_force_n);
+      if (!hasProxy(row.law)) continue;
       const double t_s = FrameReel::time_s(tick.frame, course.first_moving_frame);
       const double gap_m = scene_.signedDistance(felt[i].proxy_m_in_world, t_s);
       row.proxy_to_surface_mm.add(1000 * std::abs(gap_m));
+    }
+  }
+
+  /// `law_truth`: at the samples in turn. In front of the surface only the spring laws push.
+  static void compareWithLaw(const Course& course, const std::vector<rt::ForceSample>& felt,
+                             const std::vector<Vec3>& law_truth, AccuracyRow& row) {
+    std::size_t sample = 0;
+    for (std::size_t i = 0; i < felt.size(); ++i) {
+      const SamplePlace place = course.ticks[i].sample;
+      if (place == SamplePlace::none) continue;
+      const Vec3& truth = law_truth[sample++];
+      if (place == SamplePlace::behind || !hasProxy(row.law)) {
+        row.against_law.add(felt[i].force_n_in_world, truth);
+      }
     }
   }
 
@@ -284,16 +285,15 @@ class Stage {
 
 void measureStage(Stage& stage, const AccuracyOptions& options, bool moves, std::vector<AccuracyRow>& rows) {
   for (const ForceLaw law : options.laws) {
-    for (const bool filtered : options.filters) {
-      for (const double voxel_edge_m : options.voxel_edges_m) {
-        const Setting setting{law, voxel_edge_m, filtered};
-        if (law == ForceLaw::surface) {
-          rows.push_back(stage.measure(setting));
-        } else if (voxel_edge_m != kUsualVoxelEdge_m && !moves && !filtered) {
-          rows.push_back(stage.compareGrids(setting));
-        }
-      }
-      if (law != ForceLaw::surface) rows.push_back(stage.measure({law, kUsualVoxelEdge_m, filtered}));
+    if (law == ForceLaw::surface) {
+      rows.push_back(stage.measure({law, kUsualVoxelEdge_m, false}));
+      continue;
+    }
+    for (const bool filtered : options.filters)
+      rows.push_back(stage.measure({law, kUsualVoxelEdge_m, filtered}));
+    if (moves) continue;
+    for (const double voxel_edge_m : options.voxel_edges_m) {
+      if (voxel_edge_m != kUsualVoxelEdge_m) rows.push_back(stage.compareGrids({law, voxel_edge_m, false}));
     }
   }
 }

@@ -23,19 +23,20 @@ std::string_view nameOf(SceneNoise noise);
 /// "On": what a user of a real sensor sets.
 inline constexpr rt::FilterParameters kFilterOn = config::filterOfChoice();
 
-/// The edge that the laws without a field are measured with.
+/// The edge of the grid of points that the laws are measured with.
 inline constexpr double kUsualVoxelEdge_m = 0.01;
 
 struct AccuracyOptions {
   std::vector<std::string> scenes;  ///< names of accuracyScenes()
   std::vector<rt::ForceLaw> laws{kAllLaws.begin(), kAllLaws.end()};
   std::vector<double> distances_m{0.6, 1, 2};
-  std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::sensor};
-  std::vector<double> voxel_edges_m{kUsualVoxelEdge_m};
-  std::vector<bool> filters{false, true};
-  int pushes = 3;          ///< per case, each at another place
-  int hold_frames = 60;    ///< that a still HIP is held over
-  std::uint32_t seed = 1;  ///< of the places and of the noise
+  std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::harsh};
+  /// Of the grid of points, each of which must give the same forces as kUsualVoxelEdge_m.
+  std::vector<double> voxel_edges_m;
+  std::vector<bool> filters{false, true};  ///< of the laws on points; `surface` has none
+  int pushes = 3;                          ///< per case, each at another place
+  int hold_frames = 60;                    ///< that a still HIP is held over
+  std::uint32_t seed = 1;                  ///< of the places and of the noise
 };
 
 /// Limits below which a surface must not give way, N.
@@ -61,11 +62,11 @@ struct AccuracyRow {
   double distance_m = 0;
   SceneNoise noise = SceneNoise::none;
   rt::ForceLaw law = rt::ForceLaw::nearest_springs;
-  double voxel_edge_m = kUsualVoxelEdge_m;
+  double voxel_edge_m = kUsualVoxelEdge_m;  ///< of the grid of points
   bool filtered = false;
 
   ForceErrors against_surface;  ///< the true one, by an ideal constraint of k_s; 5 to 20 mm behind it
-  ForceErrors against_law;      ///< in double precision; see accuracyNotes()
+  ForceErrors against_law;      ///< in double precision (law_truth.h); nothing for `surface`
   Spread proxy_to_surface_mm;   ///< the proxy's distance from the true surface; laws with a proxy
   PopThroughs pops;
   double largest_drop_n =
@@ -75,8 +76,8 @@ struct AccuracyRow {
   double slew_n_per_s = 0;    ///< largest |dF|/dt of the commanded force at any tick
   bool held = false;          ///< the three above were measured
   int outside_model = 0;      ///< ticks whose force lacked a part of the scene
-  double grid_difference_n = -1;  ///< laws without a field: largest difference of the force from that with
-                                  ///< voxels of kUsualVoxelEdge_m; -1: not measured
+  double grid_difference_n = -1;  ///< laws on points: largest difference of the force from that with voxels
+                                  ///< of kUsualVoxelEdge_m; -1: not measured
 };
 
 /// Measures every combination that the options name. Calls `progress`, if there is one, before each scene and

@@ -11,7 +11,6 @@ namespace hapticd::tools {
 struct AccuracySummary {
   rt::ForceLaw law = rt::ForceLaw::nearest_springs;
   SceneNoise noise = SceneNoise::none;
-  double voxel_edge_m = kUsualVoxelEdge_m;
   bool filtered = false;
   ForceErrors against_surface;
   ForceErrors against_law;

@@ -144,11 +144,11 @@ TimedScene slopeAt(double distance_m) {
   const auto& all = accuracyScenes();
   const auto slope = std::find_if(all.begin(), all.end(),
                                   [](const AccuracyScene& scene) { return scene.name == "plane30"; });
-  TrueScene truth = slope->at(distance_m, SceneNoise::sensor, 1);
+  TrueScene truth = slope->at(distance_m, SceneNoise::harsh, 1);
   TimedScene scene{slope->name, truth.depthModel(), {}, {}, {}, {}};
   for (int i = 1; i <= kFrames; ++i) {
     const auto frame = std::make_shared<rt::DepthFrame>();
-    truth.render(0, static_cast<std::uint64_t>(i), SceneNoise::sensor, *frame);
+    truth.render(0, static_cast<std::uint64_t>(i), SceneNoise::harsh, *frame);
     scene.frames.push_back(frame);
   }
   const TrueScene::Approach approach = truth.approach(0);

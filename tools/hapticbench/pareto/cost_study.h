@@ -27,7 +27,7 @@ struct TimedScene {
 /// Errors: a recording that cannot be read.
 config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings);
 
-/// A plane turned by 30 degrees with sensor noise.
+/// A plane turned by 30 degrees with the harsher noise.
 TimedScene slopeAt(double distance_m);
 
 struct CostOptions {

@@ -14,17 +14,19 @@ namespace hapticd::tools {
 /// A force law and what of its settings changes its cost or its error. Ordered by its members in turn.
 struct LawSetting {
   rt::ForceLaw law = rt::ForceLaw::nearest_springs;
-  double voxel_edge_m = kUsualVoxelEdge_m;  ///< of the law `surface`
-  bool filtered = false;                    ///< kFilterOn
-  int fusion_frames = 1;                    ///< of the law `surface`
+  bool filtered = false;                                      ///< kFilterOn; of the laws on points
+  int fusion_frames = rt::SurfaceParameters{}.fusion_frames;  ///< of the law `surface`
 
   friend auto operator<=>(const LawSetting&, const LawSetting&) = default;
 };
 
-/// As it stands in tables: the law, and what is not as usual.
+/// As it stands in tables: the law, and what is not as shipped.
 std::string nameOf(const LawSetting& setting);
 
-/// Every law, filtered or not; `surface` with each of the voxel edges and with 1 and 8 fused frames.
+/// The laws on points, filtered or not, and `surface` as shipped.
+std::vector<LawSetting> shippedSettings();
+
+/// Those, and `surface` without its mean over frames.
 std::vector<LawSetting> allSettings();
 
 /// A box that computes with that setting.

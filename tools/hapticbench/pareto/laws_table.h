@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/hapticbench/pareto/cpu_cost.h"
 #include "tools/hapticbench/pareto/law_setting.h"
 
 namespace hapticd::tools {
@@ -13,15 +14,15 @@ struct LawAtDistance {
   LawSetting setting;
   double distance_m = 0;
   double error_m = 0;  ///< RMS error of the force over the stiffness
-  double cpu_ms_per_s = 0;
+  CpuCost cost;
 };
 
-/// What config/measured_laws.inc has room for: the springs unfiltered, the constraints filtered or not, the
-/// law `surface` with three voxel edges.
-std::vector<LawSetting> tableSettings();
-inline constexpr double kTableDistances_m[] = {0.6, 0.8, 1, 2, 3.5};
+inline constexpr double kTableDistances_m[] = {0.6, 0.8, 1, 1.5, 2, 3, 3.5};
+/// Those whose costs are shown and bounded.
+inline constexpr double kCostDistances_m[] = {0.6, 1, 2};
 
-/// The rows as lines of a C++ initialiser list, sorted, under a comment that names `command`.
+/// The rows as lines of a C++ initialiser list (config/measured_laws.inc), sorted, under a comment that names
+/// `command`.
 std::string lawsTable(std::vector<LawAtDistance> rows, const std::string& command);
 
 struct LawsTableOptions {
@@ -31,7 +32,7 @@ struct LawsTableOptions {
   int pushes = 3;  ///< per scene and distance
 };
 
-/// Measures what the table needs: errors on a plane, a sphere and a plane turned by 30 degrees, with sensor
+/// Measures shippedSettings(): errors on a plane, a sphere and a plane turned by 30 degrees, with the harsher
 /// noise, 5 to 20 mm behind the surface; times on the latter.
 std::vector<LawAtDistance> measureLaws(const LawsTableOptions& options,
                                        const std::function<void(const std::string&)>& progress = {});

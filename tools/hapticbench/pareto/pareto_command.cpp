@@ -10,6 +10,7 @@
 #include "config/error.h"
 #include "rt/realtime_thread.h"
 #include "tools/hapticbench/pareto/laws_table.h"
+#include "tools/hapticbench/pareto/pareto_markdown.h"
 #include "tools/hapticbench/pareto/pareto_plot.h"
 #include "tools/hapticbench/pareto/pareto_report.h"
 #include "tools/hapticbench/pareto/readme_figures.h"
@@ -76,12 +77,6 @@ int ParetoCommand::report(const ParetoResult& result, int cpu) const {
   return put ? EX_OK : fail(put.error(), EX_CANTCREAT);
 }
 
-int ParetoCommand::writeLawsTable() const {
-  LawsTableOptions options;
-  if (quick_) options = {.distances_m = {1}, .seconds = 0.1, .repeats = 1, .pushes = 1};
-  return write(laws_table_file_, lawsTable(measureLaws(options, progress), "tools/figures"));
-}
-
 int ParetoCommand::run() const {
   const int cpu = rt::pinToCpu(cpu_);
   ParetoOptions options;
@@ -92,6 +87,12 @@ int ParetoCommand::run() const {
                         {.law = rt::ForceLaw::proxy},
                         {.law = rt::ForceLaw::surface}};
     options.cost = {.seconds = 0.2, .repeats = 1, .checks = 3};
+    options.laws = {.distances_m = {1}, .seconds = 0.1, .repeats = 1, .pushes = 1};
+    options.distances = {.laws = {"nearest_springs", "surface"},
+                         .distances_m = {1},
+                         .noises = {SceneNoise::harsh},
+                         .kinds = {SurfaceKind::flat},
+                         .variants = 1};
     options.evaluations = 100;
     options.pushes = 1;
     options.hard_frames = false;
@@ -99,7 +100,7 @@ int ParetoCommand::run() const {
   const auto result = measurePareto(options, progress);
   if (!result) return fail(result.error(), EX_NOINPUT);
   if (const int status = report(*result, cpu); status != EX_OK || laws_table_file_.empty()) return status;
-  return writeLawsTable();
+  return write(laws_table_file_, lawsTable(result->laws, "tools/figures"));
 }
 
 }  // namespace hapticd::tools

@@ -22,7 +22,6 @@ class ParetoCommand {
 
  private:
   int report(const ParetoResult& result, int cpu) const;
-  int writeLawsTable() const;
 
   CLI::App* command_;
   std::string recordings_;

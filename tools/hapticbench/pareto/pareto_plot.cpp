@@ -22,19 +22,14 @@ Series seriesOf(const ContenderKind& kind) {
   constexpr int kFirstMark = 4;
   if (!kind.is_ours) return {"libraries, the paper's law", kFirstMark + 4, "#606060", ""};
   const LawSetting& setting = kind.setting;
-  const bool fused = setting.fusion_frames > 1;
-  std::string title(nameOf(setting.law));
-  if (setting.filtered) title += ", filtered";
-  if (fused) title += fmt::format(", {} fused", setting.fusion_frames);
-  const char* colour = setting.filtered ? (fused ? "#8040a0" : "#2a7f3f") : (fused ? "#d07010" : "#303090");
-  return {title, kFirstMark + static_cast<int>(setting.law), colour, ""};
+  const bool usual_frames = setting.fusion_frames == LawSetting{}.fusion_frames;
+  const char* colour = setting.filtered ? "#2a7f3f" : usual_frames ? "#303090" : "#d07010";
+  return {nameOf(setting), kFirstMark + static_cast<int>(setting.law), colour, ""};
 }
 
 /// What tells a point from the others of its series.
 std::string labelOf(const ContenderKind& kind) {
-  if (!kind.is_ours) return kind.name;
-  if (kind.setting.law != rt::ForceLaw::surface) return "";
-  return fmt::format("{:g}", 1000 * kind.setting.voxel_edge_m);
+  return kind.is_ours ? "" : kind.name;
 }
 
 std::vector<Series> allSeries(const ParetoResult& result) {
@@ -61,8 +56,7 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
   add("set logscale xy\nset grid\nset offsets graph 0.03, graph 0.15, graph 0.08, graph 0.03\n"
       "set xlabel 'CPU time, ms per second of use (30 frames modelled, 1000 forces)'\n"
       "set ylabel 'RMS force error, multiples of the just noticeable difference'\n"
-      "set key outside bottom center horizontal maxrows 4\n"
-      "set title 'Numbers: voxel edge in mm' noenhanced\n");
+      "set key outside bottom center horizontal maxrows 4\n");
   for (std::size_t i = 0; i < all.size(); ++i) add(fmt::format("$s{} << END\n{}END\n", i, all[i].block));
   for (std::size_t i = 0; i < all.size(); ++i) {
     add(

@@ -12,8 +12,4 @@ std::string paretoTable(const ParetoResult& result, int cpu);
 /// For programs.
 std::string paretoJson(const ParetoResult& result, int cpu);
 
-/// For the README: a link to the plot and the current figures, in Markdown. `plot`: its path as the README is
-/// to name it; empty: no link.
-std::string paretoMarkdown(const ParetoResult& result, const std::string& plot);
-
 }  // namespace hapticd::tools

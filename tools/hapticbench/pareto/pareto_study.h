@@ -6,6 +6,8 @@
 
 #include "tools/hapticbench/accuracy/force_error.h"
 #include "tools/hapticbench/pareto/cost_study.h"
+#include "tools/hapticbench/pareto/distance_error.h"
+#include "tools/hapticbench/pareto/laws_table.h"
 
 namespace hapticd::tools {
 
@@ -40,6 +42,8 @@ struct ParetoOptions {
   std::string recordings;
   std::vector<LawSetting> settings = allSettings();
   CostOptions cost;
+  LawsTableOptions laws;
+  DistanceErrorOptions distances;
   int evaluations = 1000;  ///< single forces, per scene and motion; 0: none
   int pushes = 3;          ///< per scene that the errors are of
   bool hard_frames = true;
@@ -48,6 +52,9 @@ struct ParetoOptions {
 struct ParetoResult {
   std::vector<std::string> scenes;  ///< that were timed
   std::vector<ParetoPoint> points;
+  std::vector<LawAtDistance> laws;
+  std::vector<DistanceError> distance_errors;
+  std::vector<SensorLimit> sensor_limits;  ///< at the distances and with the noises of `distance_errors`
   std::vector<EvaluationRow> evaluations;
   std::vector<HardFrameRow> hard_frames;
 };

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "config/settings.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/stability/energy_ledger.h"
 
@@ -16,6 +17,7 @@ namespace {
 constexpr double kShortest_s = 2;
 constexpr double kLongest_s = 32;
 constexpr double kStill_m = 1e-4;
+constexpr double kStillSteps = 3;
 constexpr double kAway_m = 0.2;
 
 class Simulation {
@@ -25,7 +27,7 @@ class Simulation {
         rig_(rig),
         tap_(tap),
         potential_j_(std::move(potential_j)),
-        velocity_(rig.quantum_m),
+        velocity_(config::HandleSettings{}.resolution_m),
         motion_(rig.system, kTick_s, rig.sub_steps) {
     wall_.approach(tap.start_m);
     motion_.place(tap.start_m, -tap.speed_m_per_s);
@@ -53,6 +55,9 @@ class Simulation {
   }
 
   bool away() const { return away_; }
+  bool rests(double peak_to_peak_m) const {
+    return peak_to_peak_m < std::max(kStill_m, kStillSteps * rig_.quantum_m);
+  }
   double quarter(std::size_t number) const {
     const std::size_t count = positions_m_.size();
     return peakToPeak(positions_m_, (number - 1) * count / 4, number * count / 4);
@@ -76,7 +81,7 @@ class Simulation {
   }
 
   double velocity_m_per_s(double measured_m) {
-    if (!rig_.driver_velocity || rig_.quantum_m <= 0) return (measured_m - measured_m_) / kTick_s;
+    if (!rig_.driver_velocity) return (measured_m - measured_m_) / kTick_s;
     constexpr std::int64_t kTick_ns = 1'000'000;
     return velocity_.add({measured_m, 0, 0}, static_cast<std::int64_t>(forces_n_.size() + 1) * kTick_ns).x;
   }
@@ -152,7 +157,7 @@ ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap, const Potentia
     if (simulation.away()) break;
     const double before_m = simulation.quarter(2);
     const double after_m = simulation.quarter(4);
-    stable = after_m < kStill_m || after_m < before_m / 2;
+    stable = simulation.rests(after_m) || after_m < before_m / 2;
     if (stable || after_m > 1.5 * before_m) break;
     if (end_s >= longest_s(rig.system)) {
       stable = after_m < 0.95 * before_m;
@@ -168,8 +173,8 @@ ContactRun runContactFor(Wall& wall, const Rig& rig, const Tap& tap, double seco
   Simulation simulation(wall, rig, tap);
   simulation.runUntil(seconds);
   ContactRun run = simulation.result();
-  run.stable =
-      !simulation.away() && (run.peak_to_peak_m < kStill_m || run.peak_to_peak_m < simulation.quarter(2) / 2);
+  run.stable = !simulation.away() &&
+               (simulation.rests(run.peak_to_peak_m) || run.peak_to_peak_m < simulation.quarter(2) / 2);
   return run;
 }
 

@@ -20,7 +20,8 @@ struct Rig {
   double quantum_m = 0;  ///< of the measured position; 0: none
   int delay_ticks = 0;   ///< after the law, 0..100
   int sub_steps = 20;
-  bool driver_velocity = false;  ///< a quantised position's velocity is the drivers' VelocityEstimator's
+  bool driver_velocity =
+      false;  ///< the velocity is the drivers' VelocityEstimator's, with the shipped resolution
 };
 
 /// How contact begins and what holds the device against the wall.
@@ -51,11 +52,12 @@ struct ContactRun {
 /// Potential energy of the wall's force at h, joules.
 using Potential = std::function<double(double h_m)>;
 
-/// Stable: within 2 s the peak-to-peak motion of the last quarter is below 0.1 mm or below half that of the
-/// second quarter. Unstable: it is above 1.5 times. Between the two the run is extended up to the time in
-/// which a loop that has only 1 % of its damping left would halve its motion (32 s at most); then it is
-/// stable if the motion fell by 5 %.
-/// `potential_j`: for most_above_potential_j; may be empty.
+/// Stable: within 2 s the peak-to-peak motion of the last quarter is at rest or below half that of the second
+/// quarter. At rest: below 0.1 mm or, where the position is quantised, below three steps, within which no
+/// reading is more than one step beside the middle one. Unstable: it is above 1.5 times. Between the two the
+/// run is extended up to the time in which a loop that has only 1 % of its damping left would halve its
+/// motion (32 s at most); then it is stable if the motion fell by 5 %. `potential_j`: for
+/// most_above_potential_j; may be empty.
 ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap, const Potential& potential_j = {});
 
 /// Runs for `seconds`, whatever comes.

@@ -61,7 +61,9 @@ StabilityCommand::StabilityCommand(CLI::App& app)
   command_->add_option("--hands", hands_, "released, light, damped, firm, heavy (all)")
       ->delimiter(',')
       ->check(CLI::IsMember(namesOf(allGrips())));
-  command_->add_option("--devices", devices_, "45g, 100g, 45g-friction, 100g-friction (all)")
+  command_
+      ->add_option("--devices", devices_,
+                   "45g, 100g, 45g-friction, 100g-friction, 45g-encoder, 100g-encoder (all)")
       ->delimiter(',')
       ->check(CLI::IsMember(namesOf(allDevices())));
   command_->add_option("--delays", delays_ticks_, "delays of the force, ms (0,1,2,5,10)")

@@ -146,7 +146,9 @@ const std::vector<DeviceKind>& allDevices() {
   static const std::vector<DeviceKind> all{{"45g", 0.045, 0.05, 0, 0},
                                            {"100g", 0.1, 0.05, 0, 0},
                                            {"45g-friction", 0.045, 0.05, 0.26, 55e-6},
-                                           {"100g-friction", 0.1, 0.05, 0.26, 55e-6}};
+                                           {"100g-friction", 0.1, 0.05, 0.26, 55e-6},
+                                           {"45g-encoder", 0.045, 0.05, 0, 55e-6},
+                                           {"100g-encoder", 0.1, 0.05, 0, 55e-6}};
   return all;
 }
 

@@ -28,7 +28,8 @@ struct DeviceKind {
 /// released, light, damped, firm, and heavy, which is firm with the mass of a hand: haptics.md's range of
 /// hands.
 const std::vector<Grip>& allGrips();
-/// 45 and 100 g, each viscous only and with the Coulomb friction and the encoder of a desktop stylus.
+/// 45 and 100 g, each viscous only, with the Coulomb friction and the encoder of a desktop stylus, and with
+/// the encoder alone.
 const std::vector<DeviceKind>& allDevices();
 /// The names of the walls: `reference` and the laws of the core.
 const std::vector<std::string>& allWalls();
