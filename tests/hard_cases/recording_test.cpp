@@ -36,7 +36,8 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
   ASSERT_TRUE(reader->read(frames / 2, *middle).has_value());
   tools::OfflineBox box({}, {}, {});
   box.parameters().law = law;
-  const Vec3 hip = nearestPoint(box.depthModel(), *middle);
+  constexpr double kInside_m = 0.008;
+  const Vec3 hip = nearestPoint(box.depthModel(), *middle) - Vec3{0, 0, kInside_m};
   ASSERT_GT(hip.z, -4);
 
   const rt::SafetyParameters limits = box.parameters().safety;

@@ -71,6 +71,7 @@ TEST(HapticCoreForce, RampsAnewAfterEachInterruption) {
 
 TEST(HapticCoreForce, GoesToZeroAtTheSlewLimitWhenAnInputIsSpoiled) {
   CoreRig rig;
+  rig.directive.parameters.safety.max_slew_n_per_s = 500;  // several ticks to zero
   const Vec3 full = rig.engageFully().command_force_n_in_world;
   rig.wall.scene.frame = 0;
   const double step_n = rig.directive.parameters.safety.max_slew_n_per_s * kPeriod_s;

@@ -164,7 +164,9 @@ class FaultTable : public testing::Test {
   }
 
   std::vector<std::string> bridgeCommand() const {
+    // without damping of its own the device exerts what it is told to
     return {HAPTIC_BRIDGE_PROGRAM,
+            "--no-damping",
             "--peer",
             ownLoopback(1) + ":47800",
             "--local",

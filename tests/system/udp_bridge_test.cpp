@@ -205,7 +205,8 @@ double energyOverABadNetwork(const DaemonHome& home, const std::string& yaml,
 TEST_F(UdpBridge, StaysStableOverABadNetworkWithTheStiffnessThatItsDelayAllows) {
   const double limited_mj = energyOverABadNetwork(home_, udpYaml(key_), {}, bridgeCommand());
   const double free_mj = energyOverABadNetwork(
-      home_, udpYaml(key_), {"safety.stiffness_limit=off", "safety.passivity_control=false"},
+      home_, udpYaml(key_),
+      {"safety.stiffness_limit=off", "safety.passivity_control=false", "safety.contact_damping=off"},
       bridgeCommand());
   EXPECT_LT(limited_mj, 100);
   EXPECT_GT(free_mj, 500) << "what it is protected from";

@@ -251,7 +251,7 @@ void expectMembers(Members& members, const drivers::SnapshotRecord& record) {
   members.number("time_ns", record.time_ns);
   members.number("request", record.snapshot.request);
   members.number("tick", record.snapshot.tick);
-  members.number("memory_layout", std::uint64_t{2});
+  members.number("memory_layout", std::uint64_t{3});
   members.bytes("memory", &record.snapshot.memory, sizeof record.snapshot.memory);
 }
 
@@ -392,7 +392,8 @@ TEST_F(TraceReader, FindsTheNamesOfTheModesInTheSchema) {
             text(std::uint64_t{static_cast<std::uint8_t>(rt::ContactState::contact)}));
   EXPECT_EQ(constants["HANDLE_CONDITION_NOT_CALIBRATED"],
             text(std::uint64_t{static_cast<std::uint8_t>(rt::HandleCondition::not_calibrated)}));
-  EXPECT_EQ(constants.size(), rt::kModeCount + rt::kCauseCount + 4 + 4 + 3);
+  // laws, contact states, conditions of the handle, rules of the stiffness limit
+  EXPECT_EQ(constants.size(), rt::kModeCount + rt::kCauseCount + 4 + 4 + 3 + 3);
 }
 
 TEST_F(TraceReader, FindsMetadataAndAttachments) {
