@@ -51,12 +51,13 @@ bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t* image) 
     const auto value = hn::LoadU(d, hidden + i);
     const auto known = hn::Lt(value, none);
     if (hn::AllFalse(d, known)) continue;
-    any = true;
-    hn::StoreU(hn::IfThenElse(known, value, hn::LoadU(d, image + i)), d, image + i);
+    const auto before = hn::LoadU(d, image + i);
+    any = any || !hn::AllTrue(d, hn::Or(hn::Eq(value, before), hn::Not(known)));
+    hn::StoreU(hn::IfThenElse(known, value, before), d, image + i);
   }
   for (; i < count; ++i) {
     if (hidden[i] >= kRawNoMeasurement) continue;
-    any = true;
+    any = any || image[i] != hidden[i];
     image[i] = hidden[i];
   }
   return any;

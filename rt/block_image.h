@@ -27,8 +27,8 @@ struct GapLimits {
 void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const PixelWindow& window,
                      const GapLimits& limits, std::uint16_t* image) noexcept;
 
-/// In `image`, which holds the visible surface, what `hidden` has behind it takes its place. True if there is
-/// anything.  RT: safe after the first call.
+/// In `image`, which holds the visible surface, what `hidden` has behind it takes its place. True if that
+/// changes anything.  RT: safe after the first call.
 bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, std::uint16_t* image) noexcept;
 
 /// Of blocks side by side, written in whole vectors: sum, number, least and greatest of the measurements in

@@ -36,8 +36,10 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
   ASSERT_TRUE(reader->read(frames / 2, *middle).has_value());
   tools::OfflineBox box({}, {}, {});
   box.parameters().law = law;
-  constexpr double kInside_m = 0.008;
-  const Vec3 hip = nearestPoint(box.depthModel(), *middle) - Vec3{0, 0, kInside_m};
+  const double inside_m = rt::hasProxy(law) ? 0.008 : 0;
+  const Vec3 nearest = nearestPoint(box.depthModel(), *middle);
+  const Vec3 ray = (1 / norm(nearest)) * nearest;
+  const Vec3 hip = nearest + inside_m * ray;
   ASSERT_GT(hip.z, -4);
 
   const rt::SafetyParameters limits = box.parameters().safety;
@@ -54,7 +56,7 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
     for (int i = 0; i < kTicksPerFrame; ++i) {
       // brought there from the camera's side while the first frame is shown
       const double left = index == 0 ? 1 - static_cast<double>(i + 1) / kTicksPerFrame : 0;
-      const rt::Tick tick = box.tick(hip + Vec3{0, 0, kApproach_m * left}, kTick_s);
+      const rt::Tick tick = box.tick(hip - kApproach_m * left * ray, kTick_s);
       const Vec3 force = tick.command_force_n_in_world;
       ASSERT_TRUE(isFinite(force));
       ASSERT_LE(norm(force), limits.max_force_n * (1 + 1e-12));
