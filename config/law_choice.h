@@ -45,7 +45,7 @@ struct LawDecision {
 };
 
 /// The cheapest of the measured laws whose error at that distance class is at most `max_error_n`; where there
-/// is none, the most accurate one.
+/// is none, the cheapest of those within a fifth of the most accurate one's error.
 LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class_m);
 
 /// `settings.live` with what was decided.

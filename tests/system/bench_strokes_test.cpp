@@ -50,7 +50,8 @@ TEST(BenchStrokes, TakesRandomStrokesOverSmoothBodies) {
   ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
   std::ifstream file(report);
   int strokes = 0;
-  for (const json& row : json::parse(file).at("rows")) {
+  const json document = json::parse(file);
+  for (const json& row : document.at("rows")) {
     EXPECT_EQ(row.at("scene").get<std::string>().substr(0, 7), "random_");
     strokes += row.at("strokes").get<int>();
   }
