@@ -200,6 +200,7 @@ TEST_F(ForceLoopThread, CommandsTheForceOfEachTick) {
 }
 
 TEST_F(ForceLoopThread, GoesToZeroAtTheSlewLimitBeforeItReturns) {
+  rig.directive.parameters.safety.max_slew_n_per_s = 500;  // several ticks to zero
   rig.directive.engage = true;
   rig.directive.parameters.safety.engage_ramp_s = 0;
   rig.send();
