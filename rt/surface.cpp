@@ -357,7 +357,7 @@ class SurfaceTick {
     memory_.behind = behind_;
     result.proxy_m_in_world = proxy;
     result.outside_model = cut_off_ && !in_contact_;
-    if (behind_) result.state = ContactState::behind;
+    if (behind_ || here_.where == Where::unseen) result.state = ContactState::behind;
     if (!in_contact_) return result;
     result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
     result.too_near = too_near_ && held_;
