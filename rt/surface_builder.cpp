@@ -236,7 +236,7 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
   }
 }
 
-void SurfaceBuilder::estimateMotion(const Region&) noexcept {
+void SurfaceBuilder::estimateMotion() noexcept {
   if (innovations_ < kFewestInnovations) {
     rate_ = moving_ = used_rate_ = 0;
     return;
@@ -339,7 +339,7 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   }
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
-  if (new_frame) estimateMotion(region);
+  if (new_frame) estimateMotion();
   fit(visible_, job, region, surface.visible);
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);

@@ -75,7 +75,7 @@ class SurfaceBuilder {
   void beginFrame(const DepthFrame& frame, const SurfaceParameters& parameters) noexcept;
   void buildLayer(BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
   void follow(BlockMeans& means, const Job& job, const Region& region) noexcept;
-  void estimateMotion(const Region& region) noexcept;
+  void estimateMotion() noexcept;
   void fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
 
