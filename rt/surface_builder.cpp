@@ -216,7 +216,8 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
       const bool known = before_ != 0 && means.updated[index] == before_ && means.disparity[index] >= 0;
       means.updated[index] = sequence_;
       float& mean = means.disparity[index];
-      const float now = observed_[index];
+      const float now =
+          observed_[index] < 0 ? observed_[index] : observed_[index] - column_shifts_.offsetOf(column);
       if (!known || now < 0) {
         mean = now;
         means.frames[index] = 1;
@@ -324,6 +325,7 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   surface.hides_anything = false;
   const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
   beginFrame(frame, parameters);
+  column_shifts_.see(frame);
   const Job job = jobFor(centre_m_in_world, radius_m);
   if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
   const Region region = regionAround(centre_m_in_world);

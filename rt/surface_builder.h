@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "rt/block_image.h"
+#include "rt/column_shifts.h"
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
 #include "rt/facet_fit.h"
@@ -34,7 +35,10 @@ class SurfaceBuilder {
              double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept;
 
   /// The next frame is taken for the first one.
-  void forget() noexcept { sequence_ = 0; }
+  void forget() noexcept {
+    sequence_ = 0;
+    column_shifts_.forget();
+  }
 
   /// The sensor's noise in the mean of a block of one frame, raw units. Measured on recordings of three
   /// devices: 0.5 to 0.6, most of it a pattern that stands still, so that it does not become less by
@@ -80,6 +84,7 @@ class SurfaceBuilder {
   void startHidden(const Job& job) noexcept;
 
   const DepthModel& model_;
+  ColumnShifts column_shifts_;
   GapLimits gaps_{};
   BlockMeans visible_;
   BlockMeans hidden_;

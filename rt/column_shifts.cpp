@@ -1,0 +1,167 @@
+#include "rt/column_shifts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd::rt {
+namespace {
+
+/// Differences beyond are of other surfaces.
+constexpr int kMostDifference_raw = 3;
+/// Fewer differences say nothing about a tile: a third of its pixels.
+constexpr int kFewestDifferences = 128;
+/// How far the mean of a tile may be off a whole number. Noise that neighbours share leaves 0.08 raw units.
+constexpr float kWhole_raw = 0.3F;
+constexpr int kFewestTilesInBand = 3;
+constexpr int kFewestTilesAtRest = 6;
+constexpr int kMostTilesAstray = 2;
+/// An offset below that is none.
+constexpr float kNone_raw = 0.01F;
+
+constexpr int firstRow(int rows) noexcept {
+  return kFrameHeight / rows / 2;
+}
+
+}  // namespace
+
+ColumnShifts::ColumnShifts() : before_(std::make_unique<std::uint16_t[]>(std::size_t{kRows} * kFrameWidth)) {
+  forget();
+}
+
+void ColumnShifts::forget() noexcept {
+  offset_raw_.fill(0);
+  changes_before_.fill(Change::unknown);
+  sequence_ = 0;
+  any_ = false;
+}
+
+void ColumnShifts::see(const DepthFrame& frame) noexcept {
+  if (frame.sequence == sequence_) return;
+  const bool follows = sequence_ != 0 && frame.sequence == sequence_ + 1;
+  if (any_) {
+    const double passed_s = std::max(0.0, static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9);
+    const auto kept = static_cast<float>(std::exp(-passed_s / kFade_s));
+    any_ = false;
+    for (float& offset : offset_raw_) {
+      offset = std::abs(offset) < kNone_raw ? 0 : kept * offset;
+      any_ = any_ || offset != 0;
+    }
+  }
+  if (follows) {
+    compare(frame);
+    const Changes now = changes();
+    const Bands bands = findBands(now);
+    if (bands.left_raw != 0) shift(bands);
+    changes_before_ = now;
+  } else {
+    changes_before_.fill(Change::unknown);
+  }
+  keep(frame);
+  sequence_ = frame.sequence;
+  arrival_ns_ = frame.arrival_ns;
+}
+
+void ColumnShifts::compare(const DepthFrame& frame) noexcept {
+  sum_.fill(0);
+  count_.fill(0);
+  constexpr int kEvery = kFrameHeight / kRows;
+  for (int i = 0; i < kRows; ++i) {
+    const std::uint16_t* const now = frame.raw + (firstRow(kRows) + i * kEvery) * kFrameWidth;
+    const std::uint16_t* const before = before_.get() + i * kFrameWidth;
+    for (std::size_t column = 0; column < kFrameWidth; ++column) {
+      const auto difference = static_cast<std::int16_t>(now[column] - before[column]);
+      const bool counts = now[column] < kRawNoMeasurement && before[column] < kRawNoMeasurement &&
+                          difference <= kMostDifference_raw && difference >= -kMostDifference_raw;
+      const auto mask = static_cast<std::int16_t>(counts ? -1 : 0);
+      sum_[column] = static_cast<std::int16_t>(sum_[column] + (difference & mask));
+      count_[column] = static_cast<std::int16_t>(count_[column] - mask);
+    }
+  }
+}
+
+void ColumnShifts::keep(const DepthFrame& frame) noexcept {
+  constexpr int kEvery = kFrameHeight / kRows;
+  for (int i = 0; i < kRows; ++i) {
+    std::copy_n(frame.raw + (firstRow(kRows) + i * kEvery) * kFrameWidth, kFrameWidth,
+                before_.get() + i * kFrameWidth);
+  }
+}
+
+ColumnShifts::Changes ColumnShifts::changes() const noexcept {
+  Changes result;
+  for (std::size_t tile = 0; tile < kTiles; ++tile) {
+    int sum = 0;
+    int count = 0;
+    for (std::size_t column = tile * kTile_px; column < (tile + 1) * kTile_px; ++column) {
+      sum += sum_[column];
+      count += count_[column];
+    }
+    result[tile] = Change::unknown;
+    if (count < kFewestDifferences) continue;
+    const float mean = static_cast<float>(sum) / static_cast<float>(count);
+    const float whole = std::round(mean);
+    if (std::abs(whole) <= 1 && std::abs(mean - whole) <= kWhole_raw)
+      result[tile] = static_cast<Change>(static_cast<int>(whole));
+  }
+  return result;
+}
+
+int ColumnShifts::tilesOfBand(const Changes& now, Side side, Change change) const noexcept {
+  int tiles = 0;
+  int end = 0;
+  for (int i = 0; i < kTiles; ++i) {
+    const std::size_t tile = tileAt(side, i);
+    if (now[tile] == Change::unknown) continue;
+    if (now[tile] != change || changes_before_[tile] != Change::rests) break;
+    ++tiles;
+    end = i + 1;
+  }
+  // It ends sharply: with the tile that has the end in it at most.
+  const auto restsAt = [&](int i) { return i < kTiles && now[tileAt(side, i)] == Change::rests; };
+  return tiles >= kFewestTilesInBand && (restsAt(end) || restsAt(end + 1)) ? end : 0;
+}
+
+int ColumnShifts::columnsOfBand(Side side, int tiles, int raw) const noexcept {
+  int columns = tiles * kTile_px;
+  const auto steps = [&](int i) {
+    const auto column = static_cast<std::size_t>(side == Side::left ? i : kFrameWidth - 1 - i);
+    return 2 * raw * sum_[column] > count_[column];
+  };
+  while (columns < (tiles + 1) * kTile_px && steps(columns)) ++columns;
+  return columns;
+}
+
+ColumnShifts::Bands ColumnShifts::findBands(const Changes& now) const noexcept {
+  for (const int raw : {1, -1}) {
+    const int left = tilesOfBand(now, Side::left, static_cast<Change>(raw));
+    const int right = tilesOfBand(now, Side::right, static_cast<Change>(-raw));
+    if (left == 0 || right == 0 || left + right >= kTiles) continue;
+    // In between everything rests that can be compared, but for what moves by itself.
+    int resting = 0;
+    int stepping = 0;
+    for (auto tile = static_cast<std::size_t>(left); tile < static_cast<std::size_t>(kTiles - right);
+         ++tile) {
+      const bool rested = changes_before_[tile] == Change::rests;
+      if (now[tile] == Change::rests) ++resting;
+      if (rested && (now[tile] == Change::rises || now[tile] == Change::falls)) ++stepping;
+    }
+    if (resting < kFewestTilesAtRest || stepping > kMostTilesAstray) continue;
+    return {.left_columns = columnsOfBand(Side::left, left, raw),
+            .right_columns = columnsOfBand(Side::right, right, -raw),
+            .left_raw = raw};
+  }
+  return {};
+}
+
+void ColumnShifts::shift(const Bands& bands) noexcept {
+  constexpr int kSide = BlockLattice::kBlock_px;
+  any_ = true;
+  for (int block = 0; block < BlockLattice::kColumns; ++block) {
+    const int columns_left = std::clamp(bands.left_columns - block * kSide, 0, kSide);
+    const int columns_right = std::clamp((block + 1) * kSide - (kFrameWidth - bands.right_columns), 0, kSide);
+    offset_raw_[static_cast<std::size_t>(block)] +=
+        static_cast<float>(bands.left_raw * (columns_left - columns_right)) / kSide;
+  }
+}
+
+}  // namespace hapticd::rt
