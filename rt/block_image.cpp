@@ -15,9 +15,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using PixelTag = hn::ScalableTag<std::uint16_t>;
 
-/// Copies pixels, those without a depth as kRawNoMeasurement or from `fallback`; true if all have one then.
-bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback, int count, std::uint16_t raw_first,
-             std::uint16_t raw_last, std::uint16_t* out) {
+/// Copies pixels, those without a depth as kRawNoMeasurement; true if all have one.
+bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::uint16_t raw_last,
+             std::uint16_t* out) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const auto first = hn::Set(d, raw_first);
@@ -28,17 +28,32 @@ bool copyRow(const std::uint16_t* raw, const std::uint16_t* fallback, int count,
   for (; i + lanes <= count; i += lanes) {
     const auto value = hn::LoadU(d, raw + i);
     const auto seen = hn::AndNot(hn::Lt(value, first), hn::Not(hn::Lt(last, value)));
-    const auto other = fallback != nullptr ? hn::LoadU(d, fallback + i) : none;
-    const auto kept = hn::IfThenElse(seen, value, other);
-    all = all && hn::AllTrue(d, hn::Lt(kept, none));
-    hn::StoreU(kept, d, out + i);
+    all = all && hn::AllTrue(d, seen);
+    hn::StoreU(hn::IfThenElse(seen, value, none), d, out + i);
   }
   for (; i < count; ++i) {
     const bool seen = raw[i] >= raw_first && raw[i] <= raw_last;
-    out[i] = seen ? raw[i] : fallback != nullptr ? fallback[i] : kRawNoMeasurement;
-    all = all && out[i] < kRawNoMeasurement;
+    out[i] = seen ? raw[i] : kRawNoMeasurement;
+    all = all && seen;
   }
   return all;
+}
+
+/// Pixels without a measurement become what `fallback` has there.
+void fillRow(const std::uint16_t* fallback, int count, std::uint16_t* image) {
+  const PixelTag d;
+  const auto lanes = static_cast<int>(hn::Lanes(d));
+  const auto none = hn::Set(d, kRawNoMeasurement);
+  int i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    const auto value = hn::LoadU(d, image + i);
+    const auto other = hn::LoadU(d, fallback + i);
+    const auto fills = hn::AndNot(hn::Lt(value, none), hn::Lt(other, none));
+    hn::StoreU(hn::IfThenElse(fills, other, value), d, image + i);
+  }
+  for (; i < count; ++i) {
+    if (image[i] >= kRawNoMeasurement && fallback[i] < kRawNoMeasurement) image[i] = fallback[i];
+  }
 }
 
 bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t* image) {
@@ -67,16 +82,21 @@ bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t* image) 
 /// Four rows of pixels from `image` on, which lies in a frame.
 void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
+  const auto stepBetween = [](int a, int b) { return static_cast<std::uint64_t>(std::abs(a - b)); };
   for (int block = 0; block < blocks; ++block) {
-    out.sum[block] = out.count[block] = out.greatest[block] = 0;
-    out.least[block] = kRawNoMeasurement;
-    for (int pixel = 0; pixel < kSide * kSide; ++pixel) {
-      const std::uint16_t value = image[pixel / kSide * kFrameWidth + block * kSide + pixel % kSide];
-      if (value >= kRawNoMeasurement) continue;
-      out.sum[block] += value;
-      ++out.count[block];
-      out.least[block] = std::min<std::uint64_t>(out.least[block], value);
-      out.greatest[block] = std::max<std::uint64_t>(out.greatest[block], value);
+    out.sum[block] = out.count[block] = out.largest_step[block] = 0;
+    for (int row = 0; row < kSide; ++row) {
+      const std::uint16_t* const pixels = image + row * kFrameWidth + block * kSide;
+      for (int column = 0; column < kSide; ++column) {
+        const int value = pixels[column];
+        if (value < kRawNoMeasurement) {
+          out.sum[block] += static_cast<std::uint64_t>(value);
+          ++out.count[block];
+        }
+        std::uint64_t& largest = out.largest_step[block];
+        if (column > 0) largest = std::max(largest, stepBetween(value, pixels[column - 1]));
+        if (row > 0) largest = std::max(largest, stepBetween(value, pixels[column - kFrameWidth]));
+      }
     }
   }
 }
@@ -93,40 +113,47 @@ HWY_INLINE hn::Vec<BlockTag> sumOfLane(hn::Vec<PixelTag> pixels) {
   return hn::And(hn::Add(wide, hn::ShiftRight<32>(wide)), hn::Set(d64, 0xFFFFFFFFU));
 }
 
+/// The greatest of the four pixels in each lane of 64 bits.
+HWY_INLINE hn::Vec<BlockTag> greatestOfLane(hn::Vec<PixelTag> pixels) {
+  const PixelTag d;
+  const BlockTag d64;
+  const auto wide = hn::BitCast(d64, pixels);
+  const auto pairs = hn::Max(pixels, hn::BitCast(d, hn::ShiftRight<32>(wide)));
+  const auto one = hn::Max(pairs, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, pairs))));
+  return hn::And(hn::BitCast(d64, one), hn::Set(d64, 0xFFFFU));
+}
+
+HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> b) {
+  return hn::Sub(hn::Max(a, b), hn::Min(a, b));
+}
+
 /// Four rows of pixels from `image` on, which lies in a frame.
 void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
   static_assert(BlockLattice::kBlock_px == 4, "a block's row of pixels is one 64-bit lane");
   const PixelTag d;
   const BlockTag d64;
-  const hn::Repartition<std::uint32_t, PixelTag> d32;
   const auto lanes = static_cast<int>(hn::Lanes(d64));
   const auto none = hn::Set(d, kRawNoMeasurement);
   const auto one = hn::Set(d, std::uint16_t{1});
+  const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
   for (int block = 0; block < blocks; block += lanes) {
     auto sum = hn::Zero(d);
     auto count = hn::Zero(d);
-    auto least = none;
-    auto greatest = hn::Zero(d);
+    auto largest_step = hn::Zero(d);
+    auto above = hn::LoadU(d, image + block * BlockLattice::kBlock_px);
     for (int row = 0; row < BlockLattice::kBlock_px; ++row) {
       const auto value = hn::LoadU(d, image + row * kFrameWidth + block * BlockLattice::kBlock_px);
       const auto seen = hn::Lt(value, none);
-      const auto kept = hn::IfThenElseZero(seen, value);
-      sum = hn::Add(sum, kept);
+      sum = hn::Add(sum, hn::IfThenElseZero(seen, value));
       count = hn::Add(count, hn::IfThenElseZero(seen, one));
-      least = hn::Min(least, value);
-      greatest = hn::Max(greatest, kept);
+      const auto right = hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, value)));
+      const auto across = hn::And(stepBetween(value, right), has_right_neighbour);
+      largest_step = hn::Max(largest_step, hn::Max(across, stepBetween(value, above)));
+      above = value;
     }
-    const auto least2 = hn::Min(least, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d32, least))));
-    // the upper half of each pair is of no use now: it was compared with zero
-    const auto least4 = hn::Min(least2, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(d64, least2))));
-    const auto greatest2 = hn::Max(greatest, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d32, greatest))));
-    const auto greatest4 =
-        hn::Max(greatest2, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(d64, greatest2))));
-    const auto low = hn::Set(d64, 0xFFFFU);
     hn::StoreU(sumOfLane(sum), d64, out.sum + block);
     hn::StoreU(sumOfLane(count), d64, out.count + block);
-    hn::StoreU(hn::And(hn::BitCast(d64, least4), low), d64, out.least + block);
-    hn::StoreU(hn::And(hn::BitCast(d64, greatest4), low), d64, out.greatest + block);
+    hn::StoreU(greatestOfLane(largest_step), d64, out.largest_step + block);
   }
 }
 #endif
@@ -138,6 +165,7 @@ HWY_AFTER_NAMESPACE();
 namespace hapticd::rt {
 
 HWY_EXPORT(copyRow);
+HWY_EXPORT(fillRow);
 HWY_EXPORT(putHiddenRow);
 HWY_EXPORT(sumUpRow);
 
@@ -180,21 +208,48 @@ void closeGaps(std::uint16_t* row, int first, int last, const GapLimits& limits)
   }
 }
 
-/// A block that is not all of one surface: the mean of its nearest one.
-void sumUpMixed(const std::uint16_t* pixels, std::uint16_t farthest_raw, float& disparity) noexcept {
+/// The pixels of a block, a bit each, row by row.
+using BlockBits = std::uint32_t;
+
+/// Bits that are set in `links` tell that a pixel goes on to the next one, `step` bits on.
+BlockBits grown(BlockBits bits, BlockBits links, int step) noexcept {
+  return bits | ((bits & links) << step) | ((bits >> step) & links);
+}
+
+/// A block that is not all of one surface: the mean of its nearest one, as far as it goes on from pixel to
+/// pixel.
+float meanOfNearest(const std::uint16_t* pixels, int most_step) noexcept {
   constexpr int kFewest = 3;
   constexpr int kSide = BlockLattice::kBlock_px;
+  int values[kSide * kSide];
+  int nearest = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    values[i] = pixels[pixelOf(i / kSide, i % kSide)];
+    if (values[i] < values[nearest]) nearest = i;
+  }
+  BlockBits to_right = 0;
+  BlockBits to_below = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    if (values[i] >= kRawNoMeasurement) continue;
+    const auto goesOnTo = [&](int other) {
+      return values[other] < kRawNoMeasurement && std::abs(values[other] - values[i]) <= most_step;
+    };
+    if (i % kSide + 1 < kSide && goesOnTo(i + 1)) to_right |= 1U << i;
+    if (i / kSide + 1 < kSide && goesOnTo(i + kSide)) to_below |= 1U << i;
+  }
+  BlockBits surface = 1U << nearest;
+  for (BlockBits before = 0; before != surface;) {
+    before = surface;
+    surface = grown(grown(surface, to_right, 1), to_below, kSide);
+  }
   int sum = 0;
   int count = 0;
-  for (int row = 0; row < kSide; ++row) {
-    for (int column = 0; column < kSide; ++column) {
-      const std::uint16_t raw = pixels[pixelOf(row, column)];
-      if (raw > farthest_raw) continue;
-      sum += raw;
-      ++count;
-    }
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const int counts = static_cast<int>(surface >> i & 1U);
+    sum += counts * values[i];
+    count += counts;
   }
-  disparity = count >= kFewest ? static_cast<float>(sum) / static_cast<float>(count) : -1;
+  return count >= kFewest ? static_cast<float>(sum) / static_cast<float>(count) : -1;
 }
 
 }  // namespace
@@ -205,9 +260,10 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelOf(row, window.column_first);
     const bool all =
-        HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, fallback != nullptr ? fallback + first : nullptr, columns,
-                                      limits.raw_first, limits.raw_last, image + first);
-    if (!all) closeGaps(image + pixelOf(row, 0), window.column_first, window.column_last, limits);
+        HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, columns, limits.raw_first, limits.raw_last, image + first);
+    if (all) continue;
+    closeGaps(image + pixelOf(row, 0), window.column_first, window.column_last, limits);
+    if (fallback != nullptr) HWY_DYNAMIC_DISPATCH(fillRow)(fallback + first, columns, image + first);
   }
 }
 
@@ -221,7 +277,7 @@ bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, std::uint
   return any;
 }
 
-void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, float jump_raw,
+void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int most_step,
                  const BlockSums& sums) noexcept {
   constexpr int kSide = BlockLattice::kBlock_px;
   BlockRow line;
@@ -230,18 +286,14 @@ void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, float ju
     HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, blocks.columns(), line);
     const std::size_t first = BlockLattice::at(row, blocks.column_first);
     for (int i = 0; i < blocks.columns(); ++i) {
-      const auto least = static_cast<float>(line.least[i]);
-      const auto greatest = static_cast<float>(line.greatest[i]);
       float& disparity = sums.disparity[first + static_cast<std::size_t>(i)];
-      const bool full = line.count[i] == kSide * kSide && greatest - least <= jump_raw;
+      const bool full =
+          line.count[i] == kSide * kSide && line.largest_step[i] <= static_cast<std::uint64_t>(most_step);
       sums.is_full[first + static_cast<std::size_t>(i)] = full ? 1 : 0;
       if (full) {
         disparity = static_cast<float>(line.sum[i]) / (kSide * kSide);
-      } else if (line.count[i] == 0) {
-        disparity = -1;
       } else {
-        sumUpMixed(pixels + i * kSide, static_cast<std::uint16_t>(std::min(least + jump_raw, 2046.0F)),
-                   disparity);
+        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, most_step);
       }
     }
   }

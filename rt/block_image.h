@@ -19,11 +19,11 @@ struct GapLimits {
   float most_raw_per_px;  ///< ... plus this for each pixel of it: they are of one surface
 };
 
-/// Copies the pixels of `window` from `raw` to `image`, both in the layout of a frame. Values without a depth
-/// become kRawNoMeasurement, or what `fallback` has there (of the same layout; may be null). Gaps in a row
-/// are closed by a straight line; those that reach the image's left or right border and are no longer than
-/// `longest_px` become SurfaceLayer::kBeyondView. RT: safe after the first call. Cost: one pass over the
-/// pixels.
+/// Copies the pixels of `window` from `raw` to `image`, both in the layout of a frame. Gaps in a row are
+/// closed by a straight line. What is left of the pixels without a depth becomes what `fallback` has there
+/// (of the same layout; may be null), else kRawNoMeasurement, or SurfaceLayer::kBeyondView in gaps that reach
+/// the image's left or right border and are no longer than `longest_px`.  RT: safe after the first call.
+/// Cost: one pass over the pixels.
 void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const PixelWindow& window,
                      const GapLimits& limits, std::uint16_t* image) noexcept;
 
@@ -31,13 +31,12 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
 /// changes anything.  RT: safe after the first call.
 bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, std::uint16_t* image) noexcept;
 
-/// Of blocks side by side, written in whole vectors: sum, number, least and greatest of the measurements in
-/// each; working memory of sumUpBlocks().
+/// Of blocks side by side, written in whole vectors: sum and number of the measurements in each, and the
+/// largest difference between neighbouring pixels; working memory of sumUpBlocks().
 struct BlockRow {
   std::uint64_t sum[BlockLattice::kColumns + 8];
   std::uint64_t count[BlockLattice::kColumns + 8];
-  std::uint64_t least[BlockLattice::kColumns + 8];
-  std::uint64_t greatest[BlockLattice::kColumns + 8];
+  std::uint64_t largest_step[BlockLattice::kColumns + 8];  ///< of no meaning unless all have a measurement
 };
 
 /// What the pixels of a block say.
@@ -46,9 +45,9 @@ struct BlockSums {
   std::uint8_t* is_full;  ///< all pixels have a measurement and belong to that surface
 };
 
-/// Fills `sums`, in the layout of BlockLattice, for `blocks`. `jump_raw`: larger differences within a block
-/// are of two surfaces.  RT: safe after the first call.
-void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, float jump_raw,
+/// Fills `sums`, in the layout of BlockLattice, for `blocks`. `most_step`: larger differences between
+/// neighbouring pixels, raw units, are between two surfaces.  RT: safe after the first call.
+void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int most_step,
                  const BlockSums& sums) noexcept;
 
 }  // namespace hapticd::rt

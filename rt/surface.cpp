@@ -23,6 +23,8 @@ constexpr double kMostLag_m = 0.005;
 constexpr double kMostLag_px = 2;
 /// Frames that a contact waits for a measurement that is missing where the proxy is.
 constexpr std::uint64_t kHeldFrames = 30;
+/// Likewise at the image's border, where it may as well have left the view.
+constexpr std::uint64_t kHeldFramesAtBorder = 4;
 /// The surface at the near limit may vanish that far in front of it.
 constexpr double kNearMargin_m = 0.05;
 
@@ -50,8 +52,11 @@ class SurfaceTick {
       comeOut();
     } else if (mustHold()) {
       held_ = in_contact_ = true;
+      // It may as well have left the view: nothing stops it there.
+      if (here_.where == Where::beyond) p_ = hip_ - dot(hip_ - p_, normal_) * normal_;
     } else {
       if (here_.where == Where::inside) liftOut();
+      if (lostItsSurface()) regain();
       if (!behind_) follow();
     }
     return result();
@@ -80,6 +85,10 @@ class SurfaceTick {
   void look() noexcept { here_ = placeOf(p_); }
   double pitch_m() const noexcept { return view_.pitch_m(SurfaceView::depthOf(p_)); }
   double stride_m() const noexcept { return kStride_px * pitch_m(); }
+  /// How far a surface that goes on may be off the place after a step of that length.
+  double roomAfter(double step_m) const noexcept {
+    return kGoesOn * step_m + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(p_));
+  }
   bool covers(const Vec3& p) const noexcept {
     return input_.scene.surface.covers(model_.positionInWorld(p), 0);
   }
@@ -104,7 +113,8 @@ class SurfaceTick {
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
     too_near_ = here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearMargin_m;
     if (too_near_ || here_.where == Where::unseen) return true;
-    return here_.where == Where::free && input_.scene.frame - memory_.frame <= kHeldFrames;
+    const std::uint64_t held = input_.scene.frame - memory_.frame;
+    return held <= (here_.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);
   }
 
   /// Out of a surface that went over the proxy.
@@ -116,10 +126,34 @@ class SurfaceTick {
     }
     constexpr int kMaxSteps = 2;
     for (int step = 0; step < kMaxSteps && here_.where == Where::inside; ++step) {
-      const Vec3 next = p_ - here_.distance_m * here_.sheet.normal_in_camera;
-      if (!settleOn(next, here_.sheet.depth_m(), kAnywhere_m)) break;
+      const Sheet sheet = here_.sheet;
+      const Vec3 next = p_ - here_.distance_m * sheet.normal_in_camera;
+      if (settleOn(next, sheet.depth_m(), roomAfter(-here_.distance_m))) continue;
+      // Beside the outline of what went over it: straight towards the camera.
+      settleOn(p_, sheet.depth_m(), kAnywhere_m);
+      break;
     }
     entrenched_ = true;
+  }
+
+  /// The proxy was in contact, and what it rested on is not under it any more.
+  bool lostItsSurface() noexcept {
+    if (behind_ || !memory_.placed || isZero(normal_) || !(dot(hip_ - p_, normal_) < 0)) return false;
+    return (!here_.sheet.exists || here_.distance_m > roomAfter(pitch_m())) && hipIsUnder(p_);
+  }
+
+  /// The outline of a body flickers from frame to frame. As long as the HIP is behind the body the proxy
+  /// stays on it: at the nearest place of the surface on the way to where the HIP is seen.
+  void regain() noexcept {
+    const ImagePosition image = view_.project(hip_);
+    const double depth_m = SurfaceView::depthOf(p_);
+    const Vec3 from = p_;
+    const Vec3 way = view_.placeAt(image, view_.sheetNear(image, depth_m).depth_m()) - from;
+    constexpr int kSteps = 6;
+    for (int i = 1; i <= kSteps; ++i) {
+      const double share = static_cast<double>(i) / kSteps;
+      if (settleOn(from + share * way, depth_m, roomAfter(share * norm(way)))) return;
+    }
   }
 
   /// The place of the surface at the image position of `p`, near that depth. False where there is none within
@@ -182,7 +216,7 @@ class SurfaceTick {
       return step < length;
     }
     if (here_.where == Where::unseen || here_.where == Where::beyond) return goBehind();
-    const double room = kGoesOn * step + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(to));
+    const double room = roomAfter(step);
     if (there.distance_m < -room) return touchSide(to);
     const double from_m = here_.sheet.exists ? std::max(0.0, here_.distance_m) : 0;
     const double share = from_m / (from_m - there.distance_m);
@@ -291,15 +325,15 @@ class SurfaceTick {
     const Vec3 from = p_;
     const Place from_here = here_;
     const Vec3 to = p_ + step;
-    const double room = kGoesOn * norm(step) + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(to));
-    if (settleOn(to, SurfaceView::depthOf(to), room)) {
+    if (settleOn(to, SurfaceView::depthOf(to), roomAfter(norm(step)))) {
       const Vec3 still_left = hip_ - p_;
-      if (dot(still_left, still_left) < dot(left, left)) return true;
-      met_normal_ = here_.sheet.normal_in_camera;
+      const bool nearer = dot(still_left, still_left) < dot(left, left);
+      if (nearer && !(isSideOf(from_here.sheet) && hipIsUnder(from))) return true;
+      if (!nearer) met_normal_ = here_.sheet.normal_in_camera;
     } else if (!cut_off_) {
       // The surface ends: over the edge, unless something stands there.
       const Place there = placeOf(to);
-      if (there.where != Where::inside && covers(to)) {
+      if (there.where != Where::inside && covers(to) && !hipIsUnder(from)) {
         p_ = to;
         here_ = there;
         return true;
@@ -308,6 +342,27 @@ class SurfaceTick {
     p_ = from;
     here_ = from_here;
     return false;
+  }
+
+  /// The surface here turned sharply from `before`, to where the camera hardly sees it: round the edge of a
+  /// body.
+  bool isSideOf(const Sheet& before) const noexcept {
+    constexpr double kSharpTurn_cos = 0.82;  // 35 degrees
+    constexpr double kSteep_cos = 0.26;      // 75 degrees
+    const Vec3& normal = here_.sheet.normal_in_camera;
+    return dot(normal, before.normal_in_camera) < kSharpTurn_cos && -dot(normal, p_) < kSteep_cos * norm(p_);
+  }
+
+  /// The HIP is still behind the surface that the proxy is on, as the camera sees it. What slopes there by
+  /// noise alone must not let the proxy slip over the edge.
+  bool hipIsUnder(const Vec3& proxy) noexcept {
+    if (!(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return false;
+    const ImagePosition image = view_.project(hip_);
+    ++looks_;
+    const Sheet sheet = view_.sheetNear(image, SurfaceView::depthOf(proxy));
+    if (!sheet.exists || SurfaceView::distanceFrom(sheet, hip_) > 0) return false;
+    const Vec3 place = view_.placeAt(image, sheet.depth_m());
+    return std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) <= roomAfter(norm(place - proxy));
   }
 
   double mostLag_m() const noexcept { return std::max(kMostLag_m, kMostLag_px * pitch_m()); }
@@ -357,7 +412,8 @@ class SurfaceTick {
     memory_.behind = behind_;
     result.proxy_m_in_world = proxy;
     result.outside_model = cut_off_ && !in_contact_;
-    if (behind_ || here_.where == Where::unseen) result.state = ContactState::behind;
+    if (behind_ || here_.where == Where::unseen || here_.where == Where::beyond)
+      result.state = ContactState::behind;
     if (!in_contact_) return result;
     result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
     result.too_near = too_near_ && held_;

@@ -9,9 +9,10 @@ namespace hapticd::rt {
 namespace {
 
 constexpr int kBlock_px = BlockLattice::kBlock_px;
-/// Surfaces steeper than that to the ray are taken for edges.
+/// From pixel to pixel a surface steps by noise and by its slope; what is steeper to the ray is taken for an
+/// edge.
+constexpr double kStep_raw = 3;
 constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
-constexpr double kJump_raw = 3;
 /// Gaps in a surface up to that long are closed: patches that flicker are about 9 pixels or 2 cm wide. The
 /// projector's shadow beside an object is no gap in a surface: there the disparity changes by 7 raw units per
 /// pixel, which is above what a surface of this slope does.
@@ -296,8 +297,8 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
 
 void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region& region,
                                 SurfaceLayer& layer) noexcept {
-  const auto jump = static_cast<float>(kJump_raw + kSteepestSlope * kBlock_px * job.raw_per_px);
-  sumUpBlocks(layer.image, job.support, jump, {observed_.get(), is_full_.get()});
+  const auto most_step = static_cast<int>(kStep_raw + kSteepestSlope * job.raw_per_px);
+  sumUpBlocks(layer.image, job.support, most_step, {observed_.get(), is_full_.get()});
   follow(means, job, region);
 }
 

@@ -66,8 +66,28 @@ Four atCrease(const Corners& cell, bool least) noexcept {
   return chosen;
 }
 
-/// The same of those facets alone that a pixel's measurement belongs to; at least its own value.
-Four ofPixel(const Corners& cell, float raw, float of_facet_raw) noexcept {
+/// The slope at a pixel between its neighbours before and behind it, at most that of the flatter side: where
+/// a surface ends, the other side decides.
+float slopeBetween(int before, int raw, int behind) noexcept {
+  if (before >= kRawNoMeasurement || behind >= kRawNoMeasurement) return 0;
+  const int up = raw - before;
+  const int down = behind - raw;
+  if ((up < 0) != (down < 0)) return 0;
+  return static_cast<float>(std::abs(up) < std::abs(down) ? up : down);
+}
+
+/// What a pixel alone says, on a surface that is too steep for facets or too small.
+Four ofPixelAlone(const std::uint16_t* image, int row, int column) noexcept {
+  const std::uint16_t* const pixel = image + row * kFrameWidth + column;
+  const bool has_columns = column > 0 && column + 1 < kFrameWidth;
+  const bool has_rows = row > 0 && row + 1 < kFrameHeight;
+  const float per_column = has_columns ? slopeBetween(pixel[-1], *pixel, pixel[1]) : 0;
+  const float per_row = has_rows ? slopeBetween(pixel[-kFrameWidth], *pixel, pixel[kFrameWidth]) : 0;
+  return Four{static_cast<float>(*pixel), per_column, per_row, 0};
+}
+
+/// The same of those facets alone that a pixel's measurement belongs to. False if there is none.
+bool ofPixel(const Corners& cell, float raw, float of_facet_raw, Four& numbers_of_pixel) noexcept {
   const float weight_of[4] = {(1 - cell.t) * (1 - cell.s), cell.t * (1 - cell.s), (1 - cell.t) * cell.s,
                               cell.t * cell.s};
   const Facet* const facet_of[4] = {cell.upper, cell.upper + 1, cell.lower, cell.lower + 1};
@@ -81,13 +101,20 @@ Four ofPixel(const Corners& cell, float raw, float of_facet_raw) noexcept {
     sum += share * numbers;
     weight += share;
   }
-  return weight > 0 ? (1 / weight) * sum : Four{raw, 0, 0, 0};
+  if (weight > 0) numbers_of_pixel = (1 / weight) * sum;
+  return weight > 0;
 }
 
 }  // namespace
 
 double SurfaceView::rawUnit_m(double depth_m) const noexcept {
   return std::abs(model_.a_per_m) * depth_m * depth_m;
+}
+
+double SurfaceView::shellAt(double depth_m) const noexcept {
+  constexpr double kNoise_raw = 0.5;
+  constexpr double kLeast_m = 0.01;
+  return std::max(kLeast_m, shell_m_ - kNoise_raw * rawUnit_m(depth_m));
 }
 
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
@@ -118,7 +145,8 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
       sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
       return sheet;
     }
-    numbers = ofPixel(corners, static_cast<float>(raw), surface_.of_facet_raw);
+    if (!ofPixel(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
+      numbers = ofPixelAlone(layer.image, pixel_row, pixel_column);
   }
   const double a = model_.a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
@@ -145,21 +173,18 @@ SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
   const bool in_image =
       image.u > -0.5 && image.u < kFrameWidth - 0.5 && image.v > -0.5 && image.v < kFrameHeight - 0.5;
   if (!in_image) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
+  const double shell_m = shellAt(depth);
+  // Behind a sheet along the ray: that is what the camera is unsure of, and a tilted sheet is not nearer.
+  const auto isBehind = [depth, shell_m](const Sheet& sheet) { return depth - sheet.depth_m() > shell_m; };
   const auto placeAtSheet = [&p](const Sheet& sheet) -> Place {
     const double distance = distanceFrom(sheet, p);
     return {distance >= 0 ? Where::free : Where::inside, sheet, distance};
   };
   const Sheet nearest = sheetOf(surface_.visible, image);
-  if (nearest.exists) {
-    const Place place = placeAtSheet(nearest);
-    if (place.distance_m >= -shell_m_) return place;
-  }
+  if (nearest.exists && !isBehind(nearest)) return placeAtSheet(nearest);
   if (surface_.hides_anything) {
     const Sheet hidden = sheetOf(surface_.hidden, image);
-    if (hidden.exists) {
-      const Place place = placeAtSheet(hidden);
-      if (place.distance_m >= -shell_m_) return place;
-    }
+    if (hidden.exists && !isBehind(hidden)) return placeAtSheet(hidden);
   }
   const Where where = nearest.exists ? Where::unseen : nearest.beyond_view ? Where::beyond : Where::free;
   return {.where = where, .sheet = {}, .distance_m = 0};

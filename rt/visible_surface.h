@@ -104,7 +104,8 @@ struct Sheet {
 /// -z), metres.  Thread: any.  RT: safe.
 class SurfaceView {
  public:
-  /// Surfaces more than that in front of a place hide it.
+  /// Surfaces more than `shell_m` in front of a place hide it, less half a raw unit at that depth: noise must
+  /// not bring the front of a body that passes so near that the place would be inside of it.
   SurfaceView(const VisibleSurface& surface, const DepthModel& model, double shell_m, double age_s) noexcept
       : surface_(surface), model_(model.parameters()), shell_m_(shell_m), age_s_(age_s) {}
 
@@ -149,6 +150,7 @@ class SurfaceView {
   }
 
  private:
+  double shellAt(double depth_m) const noexcept;
   Sheet sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT;
 
   const VisibleSurface& surface_;

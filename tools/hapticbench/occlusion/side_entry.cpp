@@ -80,13 +80,15 @@ double toSide_m(const EntryCase& entry, const Vec3& hip) {
   return std::numeric_limits<double>::infinity();
 }
 
-EntryTick truthAt(const EntryCase& entry, const Vec3& hip, double stiffness) {
+/// `pitch_m`: of a pixel; the image says no better where the body ends.
+EntryTick truthAt(const EntryCase& entry, const Vec3& hip, double stiffness, double pitch_m) {
   const double to_front = -hip.z - entry.wall_m;
   const double to_side = toSide_m(entry, hip);
   const double depth = std::min(to_front, to_side);
+  const double clear = std::max(kClear_m, pitch_m);
   EntryTick tick{.force_n = {},
-                 .inside = depth > kClear_m,
-                 .outside = depth < -kClear_m,
+                 .inside = depth > clear,
+                 .outside = depth < -clear,
                  .through_front_n = {0, 0, stiffness * std::max(0.0, to_front)},
                  .through_side_n = {}};
   if (std::isfinite(to_side) && to_side > 0) {
@@ -168,7 +170,7 @@ EntryResult runEntry(config::LawChoice law, const EntryCase& entry) {
       const double still_to_go_m = kHandStep_m * static_cast<double>(kWait_ticks - 100 - tick);
       hip.z += std::clamp(still_to_go_m, 0.0, kFront_m + entry.below_m);
     }
-    EntryTick judged = truthAt(entry, hip, stiffness);
+    EntryTick judged = truthAt(entry, hip, stiffness, entry.wall_m / camera.fx_px);
     const rt::Tick now = player.tick(hip);
     judged.force_n = now.law_force_n_in_world;
     judged.state = now.contact;
