@@ -2,7 +2,11 @@
 #define HWY_TARGET_INCLUDE "rt/occlusion_kernel.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
+#include <bit>
+
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
+#include "rt/depth_frame.h"
 #include "rt/occlusion_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -11,52 +15,153 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using RawTag = hn::CappedTag<std::uint16_t, kOcclusionBlock>;
 using Raws = hn::Vec<RawTag>;
+using Pixels = hn::Mask<RawTag>;
 
-HWY_INLINE Raws distance(Raws a, Raws b) {
-  return hn::Sub(hn::Max(a, b), hn::Min(a, b));
+constexpr std::uint16_t kLastRaw = kRawNoMeasurement - 1;
+constexpr std::uint16_t kRawBits = kRawValues - 1;
+
+HWY_INLINE Raws all(std::uint16_t value) {
+  return hn::Set(RawTag(), value);
 }
 
-HWY_INLINE Raws seenAt(const OcclusionRow& row, std::size_t at, Raws last, Raws nothing) {
-  const auto raw = hn::LoadU(RawTag(), row.raw + at);
-  return hn::IfThenElse(hn::Gt(raw, last), nothing, raw);
+/// `a` and `b` differ by more than `most`; they may wrap around.
+HWY_INLINE Pixels differ(Raws a, Raws b, std::uint16_t most) {
+  return hn::Gt(hn::Add(hn::Sub(a, b), all(most)), all(static_cast<std::uint16_t>(2 * most)));
 }
 
-template <bool kHidden>
-HWY_INLINE std::size_t takeUnchangedBlocks(const OcclusionRow& row, std::uint8_t* changed) {
+HWY_INLINE Pixels isAtLeast(Raws a, std::uint16_t least) {
+  return hn::Gt(a, all(static_cast<std::uint16_t>(least - 1)));
+}
+
+HWY_INLINE Raws nearnessOf(const OcclusionRow& row, Raws raw) {
+  return row.falls ? hn::Sub(all(kLastRaw), raw) : raw;
+}
+
+/// Which ones of `pixels` have one nearness before the shell of the other one.
+HWY_INLINE Pixels areApart(const OcclusionRow& row, Pixels pixels, Raws nearness, Raws other) {
   const RawTag dr;
-  const std::size_t lanes = hn::Lanes(dr);
-  const auto nothing = hn::Set(dr, kNothingSeen);
-  const auto last = hn::Set(dr, row.last_raw);
-  const auto none_hidden = hn::Set(dr, row.no_hidden);
-  const auto most = hn::Set(dr, row.most_raw);
-  std::size_t changed_blocks = 0;
-  for (std::size_t block = 0; block < row.blocks; ++block) {
-    const std::size_t begin = block * kOcclusionBlock;
-    auto farthest = hn::Zero(dr);
-    for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
-      const auto seen = seenAt(row, begin + part, last, nothing);
-      farthest = hn::Max(farthest, distance(seen, hn::LoadU(dr, row.visible + begin + part)));
-      if constexpr (kHidden) {
-        const auto hidden = hn::LoadU(dr, row.hidden + begin + part);
-        const auto near =
-            hn::AndNot(hn::Eq(hidden, none_hidden), hn::Eq(hn::Max(distance(seen, hidden), most), most));
-        farthest = hn::IfThenElse(near, nothing, farthest);
-      }
-    }
-    if (!hn::AllTrue(dr, hn::Eq(hn::Max(farthest, most), most))) {
-      changed[changed_blocks++] = static_cast<std::uint8_t>(block);
-      continue;
-    }
-    for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
-      hn::StoreU(seenAt(row, begin + part, last, nothing), dr, row.visible + begin + part);
-    }
-  }
-  return changed_blocks;
+  const auto near = hn::Min(nearness, other);
+  const auto far = hn::IfThenElseZero(pixels, hn::Max(nearness, other));
+  // The farther, the farther the shell's end: what does not reach that of the farthest reaches none.
+  const auto farthest_end = row.shell_end[hn::GetLane(hn::MaxOfLanes(dr, far))];
+  const auto apart = hn::And(pixels, hn::Lt(near, all(farthest_end)));
+  if (hn::AllFalse(dr, apart)) return apart;
+  HWY_ALIGN std::uint16_t ends[kOcclusionBlock];
+  hn::Store(far, dr, ends);
+  for (std::size_t i = 0; i < hn::Lanes(dr); ++i) ends[i] = row.shell_end[ends[i]];
+  return hn::And(apart, hn::Lt(near, hn::Load(dr, ends)));
 }
 
-std::size_t takeUnchangedRow(const OcclusionRow& row, std::uint8_t* changed) {
-  return row.hidden == nullptr ? takeUnchangedBlocks<false>(row, changed)
-                               : takeUnchangedBlocks<true>(row, changed);
+/// Pixels that show what they showed before, up to noise, and nothing that could be what was hidden there,
+/// change in nothing but their visible value. Takes that over; returns whether all of the vector's are such.
+template <bool kHides>
+HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
+  const RawTag dr;
+  const auto raw = hn::LoadU(dr, row.raw + column);
+  const auto before = hn::LoadU(dr, row.visible + column);
+  const auto seen = hn::IfThenElse(hn::Gt(raw, all(kLastRaw)), all(kNothingSeen), raw);
+  auto changed = differ(seen, before, kLeastShell_raw);
+  if constexpr (kHides) {
+    const auto hidden = hn::LoadU(dr, row.hidden + column);
+    changed = hn::Or(changed, hn::Not(differ(seen, hidden, kLeastShell_raw)));
+  }
+  hn::StoreU(hn::IfThenElse(changed, before, seen), dr, row.visible + column);
+  return hn::AllFalse(dr, changed);
+}
+
+/// Takes in one vector of pixels, but for those that are overdue; returns whether there are any.
+HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, OcclusionLeft& left) {
+  const RawTag dr;
+  const auto none = all(kRawNoMeasurement);
+  const auto now = all(row.now);
+  const auto raw = hn::LoadU(dr, row.raw + column);
+  const auto before = hn::LoadU(dr, row.visible + column);
+  const auto hidden = hn::LoadU(dr, row.hidden + column);
+  const auto since = hn::LoadU(dr, row.since + column);
+  const auto age = hn::Sub(now, since);
+  const auto before_raw = hn::And(before, all(kRawBits));
+  const auto nearness = nearnessOf(row, raw);
+
+  const auto missing = hn::Gt(raw, all(kLastRaw));
+  const auto unknown = hn::Eq(before, all(kNothingSeen));
+  const auto was_missing = hn::TestBit(before, all(kMissing));
+  const auto hides_none = hn::Eq(hidden, none);
+  auto withdrawn = hn::AndNot(missing, hn::TestBit(before, all(kOffered)));
+  auto flickered = hn::AndNot(missing, was_missing);
+  auto new_surface = hn::AndNot(missing, unknown);
+  auto hidden_now = hidden;
+
+  const auto jumps = hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, kLeastShell_raw));
+  if (!hn::AllFalse(dr, jumps)) {
+    const auto nearness_before = nearnessOf(row, before_raw);
+    const auto apart = areApart(row, jumps, nearness, nearness_before);
+    const auto nearer = hn::And(apart, hn::Lt(nearness, nearness_before));
+    const auto was_settled = hn::AndNot(was_missing, isAtLeast(age, row.settled_frames));
+    const auto covers = hn::And(nearer, hn::Or(hides_none, was_settled));
+    hidden_now = hn::IfThenElse(covers, before_raw, hidden_now);
+    withdrawn = hn::AndNot(nearer, withdrawn);
+    flickered = hn::AndNot(apart, flickered);
+    new_surface = hn::Or(new_surface, apart);
+  }
+  hidden_now = hn::IfThenElse(withdrawn, none, hidden_now);
+  const auto covered = hn::Lt(hn::Add(nearness, all(kRestNoise_raw)), nearnessOf(row, hidden_now));
+  hidden_now = hn::IfThenElse(hn::Or(missing, covered), hidden_now, none);
+
+  const auto lost = hn::AndNot(hn::Or(unknown, was_missing), missing);
+  const auto offered = hn::And(lost, hides_none);
+  hidden_now = hn::IfThenElse(offered, before, hidden_now);
+  const auto flags = hn::IfThenElse(hides_none, all(kMissing | kOffered), all(kMissing));
+  auto visible_now = hn::IfThenElse(missing, before, raw);
+  visible_now = hn::IfThenElse(lost, hn::Or(before, flags), visible_now);
+  auto since_now = hn::IfThenElse(hn::Or(new_surface, lost), now, since);
+  since_now = hn::IfThenElse(flickered, hn::Sub(now, all(row.settled_frames)), since_now);
+
+  hn::StoreU(visible_now, dr, row.visible + column);
+  hn::StoreU(hidden_now, dr, row.hidden + column);
+  hn::StoreU(since_now, dr, row.since + column);
+  const int more = static_cast<int>(hn::CountTrue(dr, hides_none)) -
+                   static_cast<int>(hn::CountTrue(dr, hn::Eq(hidden_now, none)));
+  std::uint8_t& of_tile = row.hidden_of_tile[column / kOcclusionTile];
+  of_tile = static_cast<std::uint8_t>(of_tile + more);
+  left.more_hidden += more;
+  const auto waits = hn::And(missing, was_missing);
+  return !hn::AllFalse(dr, hn::And(waits, isAtLeast(age, row.hold_frames)));
+}
+
+template <bool kHides>
+HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
+  const std::size_t lanes = hn::Lanes(RawTag());
+  // No branch for each block here: which ones change cannot be predicted.
+  std::uint32_t changed = 0;
+  for (std::size_t block = row.block_first; block <= row.block_last; ++block) {
+    bool unchanged = true;
+    const std::size_t soon = block * kOcclusionBlock + row.ahead;
+    hwy::Prefetch(row.raw + soon);
+    hwy::Prefetch(row.visible + soon);
+    if (kHides) {
+      hwy::Prefetch(row.hidden + soon);
+      hwy::Prefetch(row.since + soon);
+    }
+    for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
+      unchanged &= takeUnchanged<kHides>(row, block * kOcclusionBlock + part);
+    }
+    changed |= static_cast<std::uint32_t>(!unchanged) << block;
+  }
+  OcclusionLeft left;
+  for (; changed != 0; changed &= changed - 1) {
+    const auto block = static_cast<std::size_t>(std::countr_zero(changed));
+    bool overdue = false;
+    for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
+      overdue |= takeChanged(row, block * kOcclusionBlock + part, left);
+    }
+    left.overdue_blocks |= static_cast<std::uint32_t>(overdue) << block;
+  }
+  return left;
+}
+
+OcclusionLeft seeRow(const OcclusionRow& given) {
+  const OcclusionRow row = given;  // which no store can be taken to change
+  return row.hides ? seeBlocks<true>(row) : seeBlocks<false>(row);
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -65,10 +170,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hapticd::rt {
 
-HWY_EXPORT(takeUnchangedRow);
+HWY_EXPORT(seeRow);
 
-std::size_t takeUnchanged(const OcclusionRow& row, std::uint8_t* changed) noexcept {
-  return HWY_DYNAMIC_DISPATCH(takeUnchangedRow)(row, changed);
+OcclusionLeft seePixels(const OcclusionRow& row) noexcept {
+  return HWY_DYNAMIC_DISPATCH(seeRow)(row);
 }
 
 }  // namespace hapticd::rt

@@ -5,27 +5,47 @@
 
 namespace hapticd::rt {
 
-/// Pixels that occlusionRow() passes over or reports together.
+/// Pixels that seePixels() reports together, and those of which the hidden ones are counted together.
 inline constexpr std::size_t kOcclusionBlock = 32;
-/// A pixel without measurement, and a pixel of which nothing is remembered.
-inline constexpr std::uint16_t kNothingSeen = 0xFFFF;
+inline constexpr std::size_t kOcclusionTile = 64;
+/// Flags of a remembered visible value: there is no measurement now; its value is offered as hidden.
+inline constexpr std::uint16_t kMissing = 0x8000;
+inline constexpr std::uint16_t kOffered = 0x4000;
+/// The visible value of a pixel of which nothing is remembered: none of the others, flags or not, is near it,
+/// also not where differences wrap around.
+inline constexpr std::uint16_t kNothingSeen = 0x2000;
+/// Measurements of a surface that rests differ by no more from frame to frame, but for 1 % of them.
+inline constexpr std::uint16_t kRestNoise_raw = 2;
+/// Where the shell's depth is less than that, far away, noise must not be taken for an occluder.
+inline constexpr std::uint16_t kLeastShell_raw = 3;
 
-/// Part of a row of pixels, a whole number of blocks.
+/// A row of pixels, and which of its blocks to see. Raw values are measurements below kRawNoMeasurement.
 struct OcclusionRow {
-  const std::uint16_t* raw;     ///< newly seen; above `last_raw`: no measurement
-  std::uint16_t* visible;       ///< last seen, or another value above `last_raw`, such as kNothingSeen
-  const std::uint16_t* hidden;  ///< what is hidden behind it, or `no_hidden`; null: nothing is, anywhere
-  std::size_t blocks;
-  std::uint16_t last_raw;
-  std::uint16_t no_hidden;
-  std::uint16_t most_raw;  ///< by which a value changes that is taken over
+  const std::uint16_t* raw;      ///< newly seen
+  std::uint16_t* visible;        ///< last seen, with flags, or kNothingSeen
+  std::uint16_t* hidden;         ///< what is hidden behind it, or kRawNoMeasurement
+  std::uint16_t* since;          ///< frame since which the surface, or nothing, has been visible there
+  std::uint8_t* hidden_of_tile;  ///< of each tile how many pixels hide something
+  bool hides;                    ///< false: none do
+  std::size_t block_first;
+  std::size_t block_last;
+  std::size_t ahead;               ///< pixels from this row to the one to prefetch
+  const std::uint16_t* shell_end;  ///< [kRawValues] by nearness: nearer ones are before the shell
+  bool falls;                      ///< nearness is kRawNoMeasurement - 1 - raw, otherwise it is raw
+  std::uint16_t now;               ///< frame
+  std::uint16_t hold_frames;       ///< see OcclusionMemory
+  std::uint16_t settled_frames;
 };
 
-/// Takes over the new values of all blocks whose pixels show what they showed before, up to noise, and
-/// nothing that could be what was hidden there. The numbers of the other blocks, which are left as they were,
-/// go to `changed` (room for as many as there are blocks); returns how many those are. To `unmeasured` the
-/// pixels without measurement in the blocks taken over are added. One source for all vector widths, chosen at
-/// run time.  RT: safe after the first call.
-std::size_t takeUnchanged(const OcclusionRow& row, std::uint8_t* changed) noexcept;
+/// What seePixels() leaves to do.
+struct OcclusionLeft {
+  int more_hidden = 0;               ///< change of the number of pixels that hide something, as in the tiles
+  std::uint32_t overdue_blocks = 0;  ///< those with pixels that are overdue, one bit each
+};
+
+/// Takes in the new values of all pixels but for those that are overdue: that have been without measurement
+/// for `hold_frames` or longer. One source for all vector widths, chosen at run time.  RT: safe after the
+/// first call.
+OcclusionLeft seePixels(const OcclusionRow& row) noexcept;
 
 }  // namespace hapticd::rt

@@ -1,24 +1,15 @@
 #include "rt/occlusion_memory.h"
 
 #include <algorithm>
-
-#include "rt/occlusion_kernel.h"
-#include "rt/scene.h"
+#include <bit>
 
 namespace hapticd::rt {
 namespace {
 
-/// Measurements of a surface that rests differ by no more from frame to frame, but for 1 % of them.
-constexpr std::uint16_t kNoise_raw = 2;
-/// Where the shell's depth is less than that, far away, noise must not be taken for an occluder.
-constexpr std::uint16_t kLeastShell_raw = 3;
 /// Beyond, raw values mean nothing any more; they are taken for places that far away.
 constexpr double kFarthest_m = 10;
-
-/// Flags of a remembered visible value: there is no measurement now; its value is offered as hidden.
-constexpr std::uint16_t kMissing = 0x8000;
-constexpr std::uint16_t kOffered = 0x4000;
-constexpr std::uint16_t kRawBits = kRawValues - 1;
+/// How far ahead memory is asked for pixels: it answers later than one row of a window takes.
+constexpr std::size_t kRowsAhead = 2;
 
 double depthOf(const DepthModelParameters& camera, int raw) {
   const double inverse_depth = camera.a_per_m * raw + camera.b_per_m;
@@ -30,17 +21,13 @@ bool isMeasured(std::uint16_t raw) noexcept {
 }
 
 bool differsByNoise(std::uint16_t a, std::uint16_t b) noexcept {
-  return std::max(a, b) - std::min(a, b) <= kNoise_raw;
+  return std::max(a, b) - std::min(a, b) <= kRestNoise_raw;
 }
 
 }  // namespace
 
 OcclusionMemory::OcclusionMemory(const DepthModel& model)
-    : falls_(model.parameters().a_per_m > 0),
-      shell_end_{},
-      visible_(std::make_unique<std::uint16_t[]>(kFramePixels + kVectorPadding)),
-      hidden_(std::make_unique<std::uint16_t[]>(kFramePixels + kVectorPadding)),
-      since_(std::make_unique<std::uint16_t[]>(kFramePixels)) {
+    : pixels_(std::make_unique<Pixels>()), falls_(model.parameters().a_per_m > 0), shell_end_{} {
   const auto depthOfNearness = [&](int nearness) {
     return depthOf(model.parameters(), nearnessOf(static_cast<std::uint16_t>(nearness)));
   };
@@ -58,6 +45,7 @@ void OcclusionMemory::forget() noexcept {
   ++epoch_;
   hidden_count_ = 0;
   newest_ = 0;
+  newest_strip_ = kStripPeriod;
   samples_of_strip_ = {};
 }
 
@@ -88,14 +76,16 @@ void OcclusionMemory::see(const DepthFrame& frame, const PixelWindow& window) no
       forget();
       newest_ = frame.sequence;
     }
-    const std::size_t strip = frame.sequence % kStripPeriod;
-    for (std::size_t row = strip * kStripRows; row < (strip + 1) * kStripRows; ++row) {
+    newest_strip_ = frame.sequence % kStripPeriod;
+    for (std::size_t row = newest_strip_ * kStripRows; row < (newest_strip_ + 1) * kStripRows; ++row) {
       seeRow(frame, row, 0, kFrameWidth - 1);
     }
   }
   if (window.empty()) return;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    seeRow(frame, static_cast<std::size_t>(row), static_cast<std::size_t>(window.column_first),
+  for (auto row = static_cast<std::size_t>(window.row_first);
+       row <= static_cast<std::size_t>(window.row_last); ++row) {
+    if (row / kStripRows == newest_strip_) continue;  // seen above
+    seeRow(frame, row, static_cast<std::size_t>(window.column_first),
            static_cast<std::size_t>(window.column_last));
   }
 }
@@ -136,8 +126,8 @@ bool OcclusionMemory::rowHides(std::size_t row) const noexcept {
 
 void OcclusionMemory::startRow(std::size_t row) noexcept {
   epoch_of_row_[row] = epoch_;
-  std::fill_n(visible_.get() + row * kFrameWidth, kFrameWidth, kNothingSeen);
-  std::fill_n(hidden_.get() + row * kFrameWidth, kFrameWidth, kRawNoMeasurement);
+  std::fill_n(pixels_->visible + row * kFrameWidth, kFrameWidth, kNothingSeen);
+  std::fill_n(pixels_->hidden + row * kFrameWidth, kFrameWidth, kRawNoMeasurement);
   std::fill_n(&first_shown_[row * kTilesAcross], kTilesAcross, kNothingSeen);
   std::fill_n(&hidden_of_tile_[row * kTilesAcross], kTilesAcross, std::uint8_t{0});
 }
@@ -145,93 +135,44 @@ void OcclusionMemory::startRow(std::size_t row) noexcept {
 void OcclusionMemory::seeRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
                              std::size_t column_last) noexcept {
   if (epoch_of_row_[row] != epoch_) startRow(row);
-  const std::uint16_t* const raw_row = frame.raw + row * kFrameWidth;
-  const std::size_t first_block = column_first / kOcclusionBlock;
-  const std::size_t blocks = column_last / kOcclusionBlock - first_block + 1;
-  const std::size_t first = row * kFrameWidth + first_block * kOcclusionBlock;
+  const std::size_t first = row * kFrameWidth;
   const OcclusionRow pixels{.raw = frame.raw + first,
-                            .visible = visible_.get() + first,
-                            .hidden = rowHides(row) ? hidden_.get() + first : nullptr,
-                            .blocks = blocks,
-                            .last_raw = kRawNoMeasurement - 1,
-                            .no_hidden = kRawNoMeasurement,
-                            .most_raw = kLeastShell_raw};
-  std::array<std::uint8_t, kFrameWidth / kOcclusionBlock> changed;
-  const std::size_t changed_blocks = takeUnchanged(pixels, changed.data());
+                            .visible = pixels_->visible + first,
+                            .hidden = pixels_->hidden + first,
+                            .since = pixels_->since + first,
+                            .hidden_of_tile = &hidden_of_tile_[row * kTilesAcross],
+                            .hides = rowHides(row),
+                            .block_first = column_first / kOcclusionBlock,
+                            .block_last = column_last / kOcclusionBlock,
+                            .ahead = row + kRowsAhead < kFrameHeight ? kRowsAhead * kFrameWidth : 0,
+                            .shell_end = shell_end_.data(),
+                            .falls = falls_,
+                            .now = now_,
+                            .hold_frames = kHoldFrames,
+                            .settled_frames = kSettledFrames};
+  const OcclusionLeft left = seePixels(pixels);
+  hidden_count_ += static_cast<std::uint32_t>(left.more_hidden);  // negative ones wrap around, and back
   Gap gap;
-  for (std::size_t i = 0; i < changed_blocks; ++i) {
-    seeBlock(raw_row, row, (first_block + changed[i]) * kOcclusionBlock, gap);
+  for (std::uint32_t blocks = left.overdue_blocks; blocks != 0; blocks &= blocks - 1) {
+    dropOverdue(pixels, static_cast<std::size_t>(std::countr_zero(blocks)) * kOcclusionBlock, gap);
   }
 }
 
-void OcclusionMemory::seeBlock(const std::uint16_t* raw_row, std::size_t row, std::size_t column,
-                               Gap& gap) noexcept {
-  const std::size_t first = row * kFrameWidth + column;
-  const auto hiddenPixels = [&] {
-    return static_cast<std::uint32_t>(kOcclusionBlock) -
-           static_cast<std::uint32_t>(
-               std::count(&hidden_[first], &hidden_[first] + kOcclusionBlock, kRawNoMeasurement));
-  };
-  const std::uint32_t before = hiddenPixels();
-  for (std::size_t i = 0; i < kOcclusionBlock; ++i) {
-    const std::uint16_t raw = raw_row[column + i];
-    if (isMeasured(raw)) {
-      seePixel(raw, first + i);
-    } else {
-      missPixel(raw_row, row, column + i, gap);
+void OcclusionMemory::dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept {
+  for (std::size_t column = column_first; column < column_first + kOcclusionBlock; ++column) {
+    std::uint16_t& hidden = row.hidden[column];
+    if (isMeasured(row.raw[column]) || row.visible[column] == kNothingSeen) continue;
+    if (static_cast<std::uint16_t>(now_ - row.since[column]) < kHoldFrames) continue;
+    if (inShadow(row.raw, column, hidden, gap)) {
+      row.since[column] = now_;
+      continue;
     }
+    row.visible[column] = kNothingSeen;
+    if (hidden == kRawNoMeasurement) continue;
+    hidden = kRawNoMeasurement;
+    --row.hidden_of_tile[column / kTile];
+    --hidden_count_;
   }
-  const std::uint32_t change = hiddenPixels() - before;  // negative ones wrap around, and back
-  std::uint8_t& of_tile = hidden_of_tile_[first / kTile];
-  of_tile = static_cast<std::uint8_t>(of_tile + change);
-  hidden_count_ += change;
-}
-
-void OcclusionMemory::seePixel(std::uint16_t raw, std::size_t pixel) noexcept {
-  const std::uint16_t before = visible_[pixel];
-  const auto before_raw = static_cast<std::uint16_t>(before & kRawBits);
-  visible_[pixel] = raw;
-  if (before == kNothingSeen) {
-    since_[pixel] = now_;
-  } else if (isNearer(raw, before_raw)) {
-    const bool settled = static_cast<std::uint16_t>(now_ - since_[pixel]) >= kSettledFrames;
-    if (hidden_[pixel] == kRawNoMeasurement || ((before & kMissing) == 0 && settled))
-      hidden_[pixel] = before_raw;
-    since_[pixel] = now_;
-  } else {
-    if ((before & kOffered) != 0) hidden_[pixel] = kRawNoMeasurement;
-    if (isNearer(before_raw, raw)) {
-      since_[pixel] = now_;
-    } else if ((before & kMissing) != 0) {
-      since_[pixel] = static_cast<std::uint16_t>(now_ - kSettledFrames);  // as before the flicker
-    }
-  }
-  const std::uint16_t hidden = hidden_[pixel];
-  if (hidden != kRawNoMeasurement && nearnessOf(raw) + kNoise_raw >= nearnessOf(hidden)) {
-    hidden_[pixel] = kRawNoMeasurement;
-  }
-}
-
-void OcclusionMemory::missPixel(const std::uint16_t* raw_row, std::size_t row, std::size_t column,
-                                Gap& gap) noexcept {
-  const std::size_t pixel = row * kFrameWidth + column;
-  const std::uint16_t before = visible_[pixel];
-  if (before == kNothingSeen) return;
-  if ((before & kMissing) == 0) {
-    since_[pixel] = now_;
-    visible_[pixel] = before | kMissing;
-    if (hidden_[pixel] != kRawNoMeasurement) return;
-    visible_[pixel] = before | kMissing | kOffered;
-    hidden_[pixel] = before;
-    return;
-  }
-  if (static_cast<std::uint16_t>(now_ - since_[pixel]) < kHoldFrames) return;
-  if (inShadow(raw_row, column, hidden_[pixel], gap)) {
-    since_[pixel] = now_;
-    return;
-  }
-  visible_[pixel] = kNothingSeen;
-  hidden_[pixel] = kRawNoMeasurement;
 }
 
 bool OcclusionMemory::inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw,

@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <memory>
 
+#include "rt/cache_line.h"
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
+#include "rt/occlusion_kernel.h"
+#include "rt/scene.h"
 
 namespace hapticd::rt {
 
@@ -48,7 +51,7 @@ class OcclusionMemory {
   /// Raw values, in the layout of a whole frame: what lies hidden behind the visible surface of that pixel;
   /// kRawNoMeasurement where nothing is hidden or known. Valid in the windows that the newest frame was seen
   /// with.
-  const std::uint16_t* hidden() const noexcept { return hidden_.get(); }
+  const std::uint16_t* hidden() const noexcept { return pixels_->hidden; }
   /// True if hidden() has any value near the window, at most kTile columns beside it.
   bool hidesAnything(const PixelWindow& window) const noexcept;
 
@@ -56,7 +59,7 @@ class OcclusionMemory {
   void forget() noexcept;
 
  private:
-  static constexpr std::size_t kTile = 64;
+  static constexpr std::size_t kTile = kOcclusionTile;
   static constexpr std::size_t kTilesAcross = kFrameWidth / kTile;
   static_assert(kTilesAcross * kTile == kFrameWidth);
 
@@ -75,13 +78,19 @@ class OcclusionMemory {
     std::uint16_t nearest_beside = 0;  ///< nearness key, see nearnessOf()
   };
 
+  /// Of a whole frame.
+  struct Pixels {
+    alignas(kCacheLine) std::uint16_t visible[kFramePixels];  ///< see OcclusionRow
+    alignas(kCacheLine) std::uint16_t hidden[kFramePixels + kVectorPadding];
+    /// Frame, its low 16 bits, since which the pixel has shown the surface that it shows, or nothing.
+    alignas(kCacheLine) std::uint16_t since[kFramePixels];
+  };
+
   bool cameraMoved(const DepthFrame& frame) noexcept;
   void compare(const DepthFrame& frame, std::size_t row, Samples& samples) noexcept;
   void seeRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
               std::size_t column_last) noexcept;
-  void seeBlock(const std::uint16_t* raw_row, std::size_t row, std::size_t column, Gap& gap) noexcept;
-  void seePixel(std::uint16_t raw, std::size_t pixel) noexcept;
-  void missPixel(const std::uint16_t* raw_row, std::size_t row, std::size_t column, Gap& gap) noexcept;
+  void dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept;
   bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
   bool rowHides(std::size_t row) const noexcept;
   void startRow(std::size_t row) noexcept;
@@ -95,12 +104,9 @@ class OcclusionMemory {
     return nearnessOf(raw) < shell_end_[nearnessOf(than_raw)];
   }
 
+  std::unique_ptr<Pixels> pixels_;
   bool falls_;                                       ///< depth falls where raw rises
   std::array<std::uint16_t, kRawValues> shell_end_;  ///< by nearness: nearer ones are before the shell
-  std::unique_ptr<std::uint16_t[]> visible_;         ///< raw values with flags, or kNothingSeen
-  std::unique_ptr<std::uint16_t[]> hidden_;
-  /// Frame, its low 16 bits, since which the pixel has shown the surface that it shows, or nothing.
-  std::unique_ptr<std::uint16_t[]> since_;
   std::array<std::uint8_t, kFrameHeight * kTilesAcross> hidden_of_tile_{};
   std::array<Samples, kStripPeriod> samples_of_strip_{};
   /// What the first pixel of each tile showed at first, or kNothingSeen.
@@ -111,6 +117,7 @@ class OcclusionMemory {
   std::uint64_t newest_ = 0;  ///< frame; 0: none
   std::int64_t newest_ns_ = 0;
   std::uint16_t now_ = 0;
+  std::size_t newest_strip_ = kStripPeriod;  ///< the one seen of the newest frame, or kStripPeriod: none
 };
 
 }  // namespace hapticd::rt
