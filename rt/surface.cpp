@@ -56,7 +56,8 @@ class SurfaceTick {
       if (here_.where == Where::beyond) p_ = hip_ - dot(hip_ - p_, normal_) * normal_;
     } else {
       if (here_.where == Where::inside) liftOut();
-      if (lostItsSurface()) regain();
+      Vec3 over_hip;
+      if (lostItsSurface() && findPlaceOverHip(p_, over_hip)) settleTowards(p_, over_hip, normal_);
       if (!behind_) follow();
     }
     return result();
@@ -137,23 +138,23 @@ class SurfaceTick {
   }
 
   /// The proxy was in contact, and what it rested on is not under it any more.
-  bool lostItsSurface() noexcept {
+  bool lostItsSurface() const noexcept {
     if (behind_ || !memory_.placed || isZero(normal_) || !(dot(hip_ - p_, normal_) < 0)) return false;
-    return (!here_.sheet.exists || here_.distance_m > roomAfter(pitch_m())) && hipIsUnder(p_);
+    return !here_.sheet.exists || here_.distance_m > roomAfter(pitch_m()) || turnsFrom(normal_);
   }
 
-  /// The outline of a body flickers from frame to frame. As long as the HIP is behind the body the proxy
-  /// stays on it: at the nearest place of the surface on the way to where the HIP is seen.
-  void regain() noexcept {
-    const ImagePosition image = view_.project(hip_);
-    const double depth_m = SurfaceView::depthOf(p_);
-    const Vec3 from = p_;
-    const Vec3 way = view_.placeAt(image, view_.sheetNear(image, depth_m).depth_m()) - from;
+  /// The outline of a body flickers from frame to frame: the nearest place of the surface between `from`, at
+  /// the outline, and the place over the HIP that does not turn from `normal`. False if there is none.
+  bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
+    const double depth_m = SurfaceView::depthOf(from);
+    const Vec3 way = over_hip - from;
     constexpr int kSteps = 6;
     for (int i = 1; i <= kSteps; ++i) {
       const double share = static_cast<double>(i) / kSteps;
-      if (settleOn(from + share * way, depth_m, roomAfter(share * norm(way)))) return;
+      if (settleOn(from + share * way, depth_m, roomAfter(share * norm(way))) && !turnsFrom(normal))
+        return true;
     }
+    return false;
   }
 
   /// The place of the surface at the image position of `p`, near that depth. False where there is none within
@@ -161,6 +162,7 @@ class SurfaceTick {
   bool settleOn(const Vec3& p, double depth_m, double room_m) noexcept {
     if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(p);
+    if (!SurfaceView::isInImage(image)) return false;
     ++looks_;
     const Sheet sheet = view_.sheetNear(image, depth_m);
     if (!sheet.exists || std::abs(SurfaceView::distanceFrom(sheet, p)) > room_m) return false;
@@ -325,44 +327,55 @@ class SurfaceTick {
     const Vec3 from = p_;
     const Place from_here = here_;
     const Vec3 to = p_ + step;
-    if (settleOn(to, SurfaceView::depthOf(to), roomAfter(norm(step)))) {
+    const auto isNearer = [this, &left] {
       const Vec3 still_left = hip_ - p_;
-      const bool nearer = dot(still_left, still_left) < dot(left, left);
-      if (nearer && !(isSideOf(from_here.sheet) && hipIsUnder(from))) return true;
+      return dot(still_left, still_left) < dot(left, left);
+    };
+    Vec3 over_hip;
+    if (settleOn(to, SurfaceView::depthOf(to), roomAfter(norm(step)))) {
+      const bool nearer = isNearer();
+      const bool round_edge = turnsFrom(from_here.sheet.normal_in_camera);
+      if (nearer && !(round_edge && findPlaceOverHip(from, over_hip))) return true;
       if (!nearer) met_normal_ = here_.sheet.normal_in_camera;
     } else if (!cut_off_) {
-      // The surface ends: over the edge, unless something stands there.
+      // The surface ends: over the edge, unless something stands there or the HIP is still behind it.
       const Place there = placeOf(to);
-      if (there.where != Where::inside && covers(to) && !hipIsUnder(from)) {
+      const bool leaves_view = there.where == Where::beyond;
+      if (there.where != Where::inside && covers(to) && (leaves_view || !findPlaceOverHip(from, over_hip))) {
         p_ = to;
         here_ = there;
         return true;
       }
     }
+    if (!isZero(over_hip) && settleTowards(to, over_hip, from_here.sheet.normal_in_camera) && isNearer())
+      return true;
     p_ = from;
     here_ = from_here;
     return false;
   }
 
-  /// The surface here turned sharply from `before`, to where the camera hardly sees it: round the edge of a
-  /// body.
-  bool isSideOf(const Sheet& before) const noexcept {
+  /// The surface here faces elsewhere than `normal`, and the camera hardly sees it: round the edge of a body.
+  bool turnsFrom(const Vec3& normal) const noexcept {
     constexpr double kSharpTurn_cos = 0.82;  // 35 degrees
     constexpr double kSteep_cos = 0.26;      // 75 degrees
-    const Vec3& normal = here_.sheet.normal_in_camera;
-    return dot(normal, before.normal_in_camera) < kSharpTurn_cos && -dot(normal, p_) < kSteep_cos * norm(p_);
+    const Vec3& here = here_.sheet.normal_in_camera;
+    return dot(here, normal) < kSharpTurn_cos && -dot(here, p_) < kSteep_cos * norm(p_);
   }
 
-  /// The HIP is still behind the surface that the proxy is on, as the camera sees it. What slopes there by
-  /// noise alone must not let the proxy slip over the edge.
-  bool hipIsUnder(const Vec3& proxy) noexcept {
+  /// Where the HIP is behind the surface that the proxy is on, as the camera sees it: the place of the
+  /// surface before it. What slopes at an outline by noise alone must not let the proxy slip over the edge.
+  bool findPlaceOverHip(const Vec3& proxy, Vec3& place) noexcept {
     if (!(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(hip_);
+    if (!SurfaceView::isInImage(image)) return false;
     ++looks_;
     const Sheet sheet = view_.sheetNear(image, SurfaceView::depthOf(proxy));
     if (!sheet.exists || SurfaceView::distanceFrom(sheet, hip_) > 0) return false;
-    const Vec3 place = view_.placeAt(image, sheet.depth_m());
-    return std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) <= roomAfter(norm(place - proxy));
+    const Vec3 found = view_.placeAt(image, sheet.depth_m());
+    if (std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) > roomAfter(norm(found - proxy)))
+      return false;
+    place = found;
+    return true;
   }
 
   double mostLag_m() const noexcept { return std::max(kMostLag_m, kMostLag_px * pitch_m()); }

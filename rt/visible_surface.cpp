@@ -170,9 +170,7 @@ SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
   const double depth = depthOf(p);
   if (!(depth > kNearest_m)) return {};
   const ImagePosition image = project(p);
-  const bool in_image =
-      image.u > -0.5 && image.u < kFrameWidth - 0.5 && image.v > -0.5 && image.v < kFrameHeight - 0.5;
-  if (!in_image) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
+  if (!isInImage(image)) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
   const double shell_m = shellAt(depth);
   // Behind a sheet along the ray: that is what the camera is unsure of, and a tilted sheet is not nearer.
   const auto isBehind = [depth, shell_m](const Sheet& sheet) { return depth - sheet.depth_m() > shell_m; };

@@ -116,6 +116,9 @@ class SurfaceView {
     const double scale = 1 / depthOf(p);
     return {model_.cx_px + model_.fx_px * p.x * scale, model_.cy_px - model_.fy_px * p.y * scale};
   }
+  static bool isInImage(const ImagePosition& image) noexcept {
+    return image.u > -0.5 && image.u < kFrameWidth - 0.5 && image.v > -0.5 && image.v < kFrameHeight - 0.5;
+  }
   /// The place at a depth on the ray of an image position.
   Vec3 placeAt(const ImagePosition& image, double depth_m) const noexcept {
     return {(image.u - model_.cx_px) / model_.fx_px * depth_m,

@@ -137,6 +137,8 @@ std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progre
                                    BorderKind::image_border};
   constexpr double kBeside_m[] = {0.005, 0.01, 0.02, 0.04};
   constexpr double kSpeeds_m_per_s[] = {0.1, 0.5};
+  constexpr double kNoisyEdge_px = 3;  // with noise, a body may let go that near to its edge
+  const double fx_px = rt::DepthModelParameters{}.fx_px;
   std::vector<PushRow> rows;
   forEachSetting(options, [&](config::LawChoice law, SceneNoise noise, double wall_m) {
     progress(fmt::format("{}: pushes beside borders at {} m", nameOf(law), wall_m));
@@ -146,6 +148,7 @@ std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progre
       surface_moves.surface_moves = true;
       for (const double beside_m : kBeside_m) {
         BorderPushCase push{.kind = kind, .wall_m = wall_m, .beside_m = beside_m, .noise = noise};
+        if (noise != SceneNoise::none) push.beside_m = std::max(beside_m, kNoisyEdge_px * wall_m / fx_px);
         push.seed = options.seed;
         hand_moves.result.add(runBorderPush(law, push));
         // half of the places for surfaces that move, each with all speeds
