@@ -39,39 +39,46 @@ bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::
   return all;
 }
 
-/// Pixels without a measurement become what `fallback` has there.
-void fillRow(const std::uint16_t* fallback, int count, std::uint16_t* image) {
+/// Pixels without a measurement become what `fallback` has there, if that is within [first_raw, last_raw].
+void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, std::uint16_t last_raw,
+             std::uint16_t* image) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const auto none = hn::Set(d, kRawNoMeasurement);
+  const auto first = hn::Set(d, first_raw);
+  const auto last = hn::Set(d, last_raw);
   int i = 0;
   for (; i + lanes <= count; i += lanes) {
     const auto value = hn::LoadU(d, image + i);
     const auto other = hn::LoadU(d, fallback + i);
-    const auto fills = hn::AndNot(hn::Lt(value, none), hn::Lt(other, none));
+    const auto useless = hn::Or(hn::Lt(other, first), hn::Lt(last, other));
+    const auto fills = hn::Not(hn::Or(hn::Lt(value, none), useless));
     hn::StoreU(hn::IfThenElse(fills, other, value), d, image + i);
   }
   for (; i < count; ++i) {
-    if (image[i] >= kRawNoMeasurement && fallback[i] < kRawNoMeasurement) image[i] = fallback[i];
+    const bool usable = fallback[i] >= first_raw && fallback[i] <= last_raw;
+    if (image[i] >= kRawNoMeasurement && usable) image[i] = fallback[i];
   }
 }
 
-bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t* image) {
+bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t first_raw, std::uint16_t last_raw,
+                  std::uint16_t* image) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto none = hn::Set(d, kRawNoMeasurement);
+  const auto first = hn::Set(d, first_raw);
+  const auto last = hn::Set(d, last_raw);
   bool any = false;
   int i = 0;
   for (; i + lanes <= count; i += lanes) {
     const auto value = hn::LoadU(d, hidden + i);
-    const auto known = hn::Lt(value, none);
-    if (hn::AllFalse(d, known)) continue;
+    const auto useless = hn::Or(hn::Lt(value, first), hn::Lt(last, value));
+    if (hn::AllTrue(d, useless)) continue;
     const auto before = hn::LoadU(d, image + i);
-    any = any || !hn::AllTrue(d, hn::Or(hn::Eq(value, before), hn::Not(known)));
-    hn::StoreU(hn::IfThenElse(known, value, before), d, image + i);
+    any = any || !hn::AllTrue(d, hn::Or(hn::Eq(value, before), useless));
+    hn::StoreU(hn::IfThenElse(useless, before, value), d, image + i);
   }
   for (; i < count; ++i) {
-    if (hidden[i] >= kRawNoMeasurement) continue;
+    if (hidden[i] < first_raw || hidden[i] > last_raw) continue;
     any = any || image[i] != hidden[i];
     image[i] = hidden[i];
   }
@@ -263,16 +270,21 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
         HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, columns, limits.raw_first, limits.raw_last, image + first);
     if (all) continue;
     closeGaps(image + pixelOf(row, 0), window.column_first, window.column_last, limits);
-    if (fallback != nullptr) HWY_DYNAMIC_DISPATCH(fillRow)(fallback + first, columns, image + first);
+    if (fallback == nullptr) continue;
+    HWY_DYNAMIC_DISPATCH(fillRow)
+    (fallback + first, columns, limits.remembered_first, limits.remembered_last, image + first);
   }
 }
 
-bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, std::uint16_t* image) noexcept {
+bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
+               std::uint16_t* image) noexcept {
   const int columns = window.column_last - window.column_first + 1;
   bool any = false;
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelOf(row, window.column_first);
-    any = HWY_DYNAMIC_DISPATCH(putHiddenRow)(hidden + first, columns, image + first) || any;
+    any = HWY_DYNAMIC_DISPATCH(putHiddenRow)(hidden + first, columns, limits.remembered_first,
+                                             limits.remembered_last, image + first) ||
+          any;
   }
   return any;
 }

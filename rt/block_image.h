@@ -14,6 +14,8 @@ namespace hapticd::rt {
 struct GapLimits {
   std::uint16_t raw_first;  ///< raw values that have a depth
   std::uint16_t raw_last;
+  std::uint16_t remembered_first;  ///< raw values that are believed without a measurement
+  std::uint16_t remembered_last;
   int longest_px;         ///< of a gap in a row
   float most_raw;         ///< that the two ends of a gap may differ by, ...
   float most_raw_per_px;  ///< ... plus this for each pixel of it: they are of one surface
@@ -29,7 +31,8 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
 
 /// In `image`, which holds the visible surface, what `hidden` has behind it takes its place. True if that
 /// changes anything.  RT: safe after the first call.
-bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, std::uint16_t* image) noexcept;
+bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
+               std::uint16_t* image) noexcept;
 
 /// Of blocks side by side, written in whole vectors: sum and number of the measurements in each, and the
 /// largest difference between neighbouring pixels; working memory of sumUpBlocks().

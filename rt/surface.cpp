@@ -25,8 +25,6 @@ constexpr double kMostLag_px = 2;
 constexpr std::uint64_t kHeldFrames = 30;
 /// Likewise at the image's border, where it may as well have left the view.
 constexpr std::uint64_t kHeldFramesAtBorder = 4;
-/// The surface at the near limit may vanish that far in front of it.
-constexpr double kNearMargin_m = 0.05;
 
 Vec3 crossProduct(const Vec3& a, const Vec3& b) noexcept {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -112,7 +110,8 @@ class SurfaceTick {
   bool mustHold() noexcept {
     if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
-    too_near_ = here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearMargin_m;
+    too_near_ =
+        here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearLimitMargin_m;
     if (too_near_ || here_.where == Where::unseen) return true;
     const std::uint64_t held = input_.scene.frame - memory_.frame;
     return held <= (here_.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);

@@ -136,6 +136,13 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;
   gaps_.most_raw = static_cast<float>(kGapNoise_raw);
+  // What vanishes at the near limit came nearer: where it was last seen it is not any more.
+  const DepthModelParameters& camera = model.parameters();
+  const double beyond_limit = (1 / (camera.near_m + kNearLimitMargin_m) - camera.b_per_m) / camera.a_per_m;
+  const auto limit_raw =
+      static_cast<std::uint16_t>(std::clamp<double>(beyond_limit, all.raw_first, all.raw_last));
+  gaps_.remembered_first = camera.a_per_m < 0 ? limit_raw : all.raw_first;
+  gaps_.remembered_last = camera.a_per_m < 0 ? all.raw_last : limit_raw;
 }
 
 SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept {
@@ -338,7 +345,7 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);
   if (hidden != nullptr) {
     copyClosingGaps(surface.visible.image, nullptr, job.pixels, gaps_, surface.hidden.image);
-    surface.hides_anything = putHidden(hidden, job.pixels, surface.hidden.image);
+    surface.hides_anything = putHidden(hidden, job.pixels, gaps_, surface.hidden.image);
   }
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);

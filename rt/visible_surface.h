@@ -19,6 +19,10 @@ struct alignas(16) Facet {
   float per_second;  ///< and in time, by the motion of the surface
 };
 
+/// A surface that was last seen no farther than that beyond the camera's near limit, and vanished, came too
+/// near.
+inline constexpr double kNearLimitMargin_m = 0.05;
+
 /// Square blocks of pixels, the lattice on which surfaces are estimated.
 struct BlockLattice {
   static constexpr int kBlock_px = 4;
