@@ -163,6 +163,9 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   sheet.inverse_depth_per_m = w;
   sheet.distance_m = 1 / length;
   sheet.normal_in_camera = sheet.distance_m * Vec3{-x, y, z};
+  // The ray meets the surface at the depth 1/w, which changes by -w' / w^2; the ray's direction has depth 1,
+  // and the plane N * X = 1 is met where N * ray = w.
+  sheet.speed_m_per_s = sheet.distance_m * a * double{numbers[3]} / w;
   return sheet;
 }
 
@@ -172,8 +175,12 @@ SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
   const ImagePosition image = project(p);
   if (!isInImage(image)) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
   const double shell_m = shellAt(depth);
-  // Behind a sheet along the ray: that is what the camera is unsure of, and a tilted sheet is not nearer.
-  const auto isBehind = [depth, shell_m](const Sheet& sheet) { return depth - sheet.depth_m() > shell_m; };
+  // Too far behind a sheet along the ray, where the measurement is unsure. An outline tilts what is flat, so
+  // the distance from the plane alone does not count; on what is steep by nature it has to be large too.
+  constexpr double kShareOfShell = 0.65;
+  const auto isBehind = [&p, depth, shell_m](const Sheet& sheet) {
+    return depth - sheet.depth_m() > shell_m && -distanceFrom(sheet, p) > kShareOfShell * shell_m;
+  };
   const auto placeAtSheet = [&p](const Sheet& sheet) -> Place {
     const double distance = distanceFrom(sheet, p);
     return {distance >= 0 ? Where::free : Where::inside, sheet, distance};

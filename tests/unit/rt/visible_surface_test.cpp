@@ -178,5 +178,25 @@ TEST(VisibleSurface, GoesOnMovingBetweenFrames) {
   EXPECT_NEAR(later_m - now_m, -0.002, 3e-4);
 }
 
+TEST(VisibleSurfaceView, SaysHowFastTheSurfaceMovesAlongItsNormal) {
+  const double tilt = 0.5;
+  Built built([tilt](double x, double) { return 1.0 - tilt * x; });
+  constexpr int kPerFrame_raw = -10;
+  const double approach = 10 * 0.0002 * 30;  // of 1/Z, per metre and second
+  const Vec3 centre{0.01, 0.01, -1.0};
+  for (int frame = 0; frame < 12; ++frame) {
+    built.build(centre);
+    built.shift(kPerFrame_raw);
+  }
+  const Vec3 p{0.01, 0.01, -0.98};
+  constexpr double kLater_s = 0.001;
+  const rt::SurfaceView now = built.view(0);
+  const rt::SurfaceView later = built.view(kLater_s);
+  const double moved_m = now.look(p).distance_m - later.look(p).distance_m;
+  const double speed = now.look(p).sheet.speed_m_per_s;
+  EXPECT_NEAR(speed, moved_m / kLater_s, 0.002);
+  EXPECT_NEAR(speed, approach * std::cos(std::atan(tilt)), 0.05 * approach);
+}
+
 }  // namespace
 }  // namespace hapticd
