@@ -76,14 +76,17 @@ float slopeBetween(int before, int raw, int behind) noexcept {
   return static_cast<float>(std::abs(up) < std::abs(down) ? up : down);
 }
 
-/// What a pixel alone says, on a surface that is too steep for facets or too small.
-Four ofPixelAlone(const std::uint16_t* image, int row, int column) noexcept {
+/// What a pixel and its neighbours say at a position in it, on a surface that is too steep for facets or too
+/// small.
+Four ofPixelAlone(const std::uint16_t* image, int row, int column, const ImagePosition& at) noexcept {
   const std::uint16_t* const pixel = image + row * kFrameWidth + column;
   const bool has_columns = column > 0 && column + 1 < kFrameWidth;
   const bool has_rows = row > 0 && row + 1 < kFrameHeight;
   const float per_column = has_columns ? slopeBetween(pixel[-1], *pixel, pixel[1]) : 0;
   const float per_row = has_rows ? slopeBetween(pixel[-kFrameWidth], *pixel, pixel[kFrameWidth]) : 0;
-  return Four{static_cast<float>(*pixel), per_column, per_row, 0};
+  const float raw = static_cast<float>(*pixel) + per_column * static_cast<float>(at.u - column) +
+                    per_row * static_cast<float>(at.v - row);
+  return Four{raw, per_column, per_row, 0};
 }
 
 /// The same of those facets alone that a pixel's measurement belongs to. False if there is none.
@@ -146,7 +149,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
       return sheet;
     }
     if (!ofPixel(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
-      numbers = ofPixelAlone(layer.image, pixel_row, pixel_column);
+      numbers = ofPixelAlone(layer.image, pixel_row, pixel_column, image);
   }
   const double a = model_.a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
