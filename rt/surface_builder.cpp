@@ -22,8 +22,10 @@ constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 /// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
 constexpr double kGapNoise_raw = 6;
 /// Widest supports: beyond, few surfaces are flat, and below 0.08 mm of noise nothing is gained.
-constexpr double kWidestPlane_m = 0.17;
-constexpr double kWidestQuadratic_m = 0.048;
+constexpr double kWidestPlane_m = 0.175;
+/// At 1 m; the bias of a quadratic grows with the fourth power of its width and the noise with the square of
+/// the distance.
+constexpr double kWidestQuadratic_m = 0.065;
 constexpr double kEnough_m = 8e-5;
 constexpr double kNoisePatch_px = 9;  // neighbours that near share their noise
 constexpr double kNearestDepth_m = 0.05;
@@ -130,8 +132,7 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
     : model_(model),
       observed_(std::make_unique<float[]>(BlockLattice::kBlocks)),
       is_full_(std::make_unique<std::uint8_t[]>(BlockLattice::kBlocks)),
-      fit_blocks_(std::make_unique<float[]>(FacetBlocks::kSize)),
-      small_planes_(std::make_unique<float[]>(4 * FacetBlocks::kSize)) {
+      fit_blocks_(std::make_unique<float[]>(FacetBlocks::kSize)) {
   const PixelWindow all = model.wholeFrame();
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;
@@ -159,8 +160,9 @@ SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double
       .noise_raw = static_cast<float>(kNoise_raw),
       .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
       .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
-                                                     kLeast_blocks + 2, 2.0 * FacetBlocks::kBorder + 1)),
-      .largest_quadratic = static_cast<float>(std::max(kLeast_blocks, kWidestQuadratic_m / block_m))};
+                                                     kLeast_blocks + 4, 2.0 * FacetBlocks::kBorder + 1)),
+      .largest_quadratic =
+          static_cast<float>(std::max(kLeast_blocks, kWidestQuadratic_m * std::sqrt(job.depth_m) / block_m))};
   const PixelWindow ball = model_.pixelsOfBall(centre_m_in_world, radius_m);
   if (ball.empty()) return job;
   job.sites = clipped({blockOf(ball.column_first), blockOf(ball.column_last) + 1, blockOf(ball.row_first),
@@ -278,10 +280,7 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
                                                     job.support.column_first - job.sites.column_first));
   }
   const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows()};
-  float* const small = small_planes_.get();
-  constexpr std::size_t kPlane = FacetBlocks::kSize;
-  const SmallPlanes planes{small, small + kPlane, small + 2 * kPlane, small + 3 * kPlane};
-  fitFacets(blocks, job.fit, planes,
+  fitFacets(blocks, job.fit, fit_memory_,
             layer.facet + BlockLattice::at(job.sites.row_first, job.sites.column_first));
   for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column <= job.sites.column_last; ++column) {

@@ -91,7 +91,7 @@ class SurfaceBuilder {
   std::unique_ptr<float[]> observed_;
   std::unique_ptr<std::uint8_t[]> is_full_;
   std::unique_ptr<float[]> fit_blocks_;
-  std::unique_ptr<float[]> small_planes_;  ///< the four of SmallPlanes, one after the other
+  FacetMemory fit_memory_;
 
   // Of the newest frame.
   std::uint32_t sequence_ = 0;  ///< 0: none

@@ -1,0 +1,282 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "rt/scene.h"
+#include "rt/surface_builder.h"
+#include "rt/visible_surface.h"
+
+namespace hapticd {
+namespace {
+
+using rt::SurfaceView;
+using rt::Vec3;
+
+/// Depth along the ray (x, y, -1), or 0 where there is nothing.
+using DepthOn = std::function<double(double, double)>;
+
+/// White noise, smoothed over the matching window of 9 x 9 pixels, of standard deviation 1.
+std::vector<double> smoothedNoise(std::uint32_t seed) {
+  constexpr int kWindow = 9;
+  constexpr int kWidth = rt::kFrameWidth + kWindow;
+  constexpr int kHeight = rt::kFrameHeight + kWindow;
+  std::mt19937 random(seed);
+  // Sums of rectangular distributions, the same with every library; their variance is 1/12.
+  std::vector<double> white(static_cast<std::size_t>(kWidth) * kHeight);
+  for (double& value : white) value = static_cast<double>(random()) * 0x1p-32 - 0.5;
+  std::vector<double> rows(white.size());
+  for (std::size_t i = 0; i + kWindow <= white.size(); ++i) {
+    for (std::size_t k = 0; k < kWindow; ++k) rows[i] += white[i + k];
+  }
+  std::vector<double> noise(rt::kFramePixels);
+  for (std::size_t row = 0; row < rt::kFrameHeight; ++row) {
+    for (std::size_t column = 0; column < rt::kFrameWidth; ++column) {
+      double sum = 0;
+      for (std::size_t k = 0; k < kWindow; ++k) sum += rows[(row + k) * kWidth + column];
+      noise[row * rt::kFrameWidth + column] = sum * std::sqrt(12.0) / kWindow;
+    }
+  }
+  return noise;
+}
+
+/// What a camera makes of a scene.
+class Seen {
+ public:
+  explicit Seen(const rt::DepthModelParameters& camera)
+      : model_(camera, {}),
+        builder_(model_),
+        storage_({1, 1, 1, 1}, 1),
+        frame_(std::make_unique<rt::DepthFrame>()) {
+    storage_.attachTo(scene_);
+  }
+
+  void show(const DepthOn& depth_on, const Vec3& centre, double noise_raw = 0, std::uint32_t seed = 1) {
+    const rt::DepthModelParameters& c = model_.parameters();
+    const std::vector<double> noise =
+        noise_raw > 0 ? smoothedNoise(seed) : std::vector<double>(rt::kFramePixels);
+    for (int row = 0; row < rt::kFrameHeight; ++row) {
+      for (int column = 0; column < rt::kFrameWidth; ++column) {
+        const auto pixel = static_cast<std::size_t>(row) * rt::kFrameWidth + static_cast<std::size_t>(column);
+        const double z = depth_on((column - c.cx_px) / c.fx_px, -(row - c.cy_px) / c.fy_px);
+        const double raw = z > 0 ? (1 / z - c.b_per_m) / c.a_per_m + noise_raw * noise[pixel] : -1;
+        frame_->raw[pixel] =
+            raw >= 0 && raw < 2046 ? static_cast<std::uint16_t>(std::lround(raw)) : rt::kRawNoMeasurement;
+      }
+    }
+    builder_.forget();
+    ++frame_->sequence;
+    builder_.build(*frame_, nullptr, centre, 0.06, {}, scene_.surface);
+  }
+
+  /// The surface on the ray through `p`.
+  rt::Sheet sheetAt(const Vec3& p) const {
+    const SurfaceView view(scene_.surface, model_, 0.035, 0);
+    return view.sheetNear(view.project(p), SurfaceView::depthOf(p));
+  }
+
+ private:
+  rt::DepthModel model_;
+  rt::SurfaceBuilder builder_;
+  rt::SceneStorage storage_;
+  rt::Scene scene_;
+  std::unique_ptr<rt::DepthFrame> frame_;
+};
+
+/// A sphere, or a rod that lies along x, whose front is at the middle of the image, 1 m away.
+struct Round {
+  double radius_m;
+  bool rod = false;
+
+  Vec3 centre() const { return {0, 0, -1 - radius_m}; }
+  Vec3 across(const Vec3& v) const { return rod ? Vec3{0, v.y, v.z} : v; }
+  double depthOn(double x, double y) const {
+    const Vec3 ray = across({x, y, -1});
+    const double along = dot(ray, centre());
+    const double root = along * along - dot(ray, ray) * (dot(centre(), centre()) - radius_m * radius_m);
+    return root > 0 ? (along - std::sqrt(root)) / dot(ray, ray) : 0;
+  }
+  DepthOn depth() const {
+    return [*this](double x, double y) { return depthOn(x, y); };
+  }
+};
+
+/// Errors over places of a surface.
+struct Errors {
+  double place_squares = 0;  // along the normal, m^2
+  double tilt_squares = 0;   // in both directions, rad^2
+  double most_tilt = 0;
+  int places = 0;
+
+  void add(const rt::Sheet& sheet, const Vec3& p, const Vec3& normal) {
+    ASSERT_TRUE(sheet.exists);
+    const double place = SurfaceView::distanceFrom(sheet, p);
+    const double tilt = norm(sheet.normal_in_camera - normal);
+    place_squares += place * place;
+    tilt_squares += tilt * tilt;
+    most_tilt = std::max(most_tilt, tilt);
+    ++places;
+  }
+  double place_m() const { return std::sqrt(place_squares / places); }
+  double tilt() const { return std::sqrt(tilt_squares / places); }
+};
+
+/// Places all over the front, up to that angle from the middle.
+void addErrors(const Seen& seen, const Round& body, double widest_rad, Errors& errors) {
+  for (double turn = 0; turn < 2 * std::numbers::pi; turn += 0.37) {
+    for (double polar = 0.05; polar <= widest_rad; polar += 0.08) {
+      const Vec3 from_middle{std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), 0};
+      Vec3 normal{from_middle.x, from_middle.y, std::cos(polar)};
+      if (body.rod) normal = {0, std::sin(polar) * (turn < 3 ? 1 : -1), std::cos(polar)};
+      Vec3 p = body.centre() + body.radius_m * normal;
+      if (body.rod) p.x = 0.03 * std::cos(turn);
+      errors.add(seen.sheetAt(p), p, normal);
+    }
+  }
+}
+
+/// As far from the middle as strokes over spheres go, 40 degrees, but no nearer to the limb than one and a
+/// half blocks: there a block shows nothing but the body, and there is one beside it.
+double widest_rad(const Round& body) {
+  constexpr double kFromLimb_m = 0.01;
+  return std::min(0.7, std::asin(1 - kFromLimb_m / body.radius_m));
+}
+
+/// At a force of 4 N, 0.2 N along the surface.
+constexpr double kMostTilt = 0.05;
+
+rt::DepthModelParameters fineCamera() {
+  rt::DepthModelParameters camera;  // 0.1 mm for each unit at 1 m
+  camera.a_per_m = -0.0001;
+  camera.b_per_m = 1.1;
+  camera.near_m = 0.91;
+  camera.far_m = 1.11;
+  return camera;
+}
+
+TEST(FacetAccuracy, CurvedBodiesAreTrueWithoutNoise) {
+  Seen seen(fineCamera());
+  for (const Round& body : {Round{0.05}, Round{0.025}, Round{0.04, true}, Round{0.02, true}}) {
+    seen.show(body.depth(), {0, 0, -1});
+    Errors errors;
+    addErrors(seen, body, widest_rad(body), errors);
+    EXPECT_LE(errors.most_tilt, kMostTilt) << body.radius_m << " " << body.rod;
+    // 0.1 N at 500 N/m, a third of what a hand notices of 4 N
+    EXPECT_LE(errors.place_m(), 0.2e-3) << body.radius_m << " " << body.rod;
+  }
+}
+
+/// Two faces at 45 degrees to the view meet in a ridge or a groove, which is `turn_rad` from upright and lies
+/// `offset_m` beside the middle of the image.
+struct Crease {
+  bool groove;
+  double turn_rad;
+  double offset_m;
+
+  double sign() const { return groove ? -1 : 1; }
+  Vec3 across() const { return {std::cos(turn_rad), std::sin(turn_rad), 0}; }
+  Vec3 along() const { return {-std::sin(turn_rad), std::cos(turn_rad), 0}; }
+  DepthOn depth() const {
+    return [*this](double x, double y) {
+      const double s = dot(across(), {x, y, 0});
+      const double left = (1 + offset_m) / (1 + s);
+      const double right = (1 - offset_m) / (1 - s);
+      return groove ? std::min(left, right) : std::max(left, right);
+    };
+  }
+  void addErrors(const Seen& seen, double beside_m, Errors& errors) const {
+    const Vec3 face = (beside_m < 0 ? -sign() : sign()) * across();
+    for (double at = -0.03; at <= 0.03; at += 0.0017) {
+      Vec3 p = (offset_m + beside_m) * across() + at * along();
+      p.z = -1 - sign() * std::abs(beside_m);
+      errors.add(seen.sheetAt(p), p, std::sqrt(0.5) * (face + Vec3{0, 0, 1}));
+    }
+  }
+};
+
+TEST(FacetAccuracy, CreasesStaySharpWithoutNoise) {
+  Seen seen(fineCamera());
+  for (const bool groove : {false, true}) {
+    for (const double turn_rad : {0.03, 0.8, 1.6}) {
+      for (const double offset_m : {0.0, 0.0017, 0.0034, 0.0051}) {  // a block is 6.7 mm
+        const Crease crease{groove, turn_rad, offset_m};
+        seen.show(crease.depth(), {0, 0, -1});
+        Errors errors;
+        for (const double beside_m : {-0.02, -0.01, -0.003, 0.003, 0.01, 0.02}) {
+          crease.addErrors(seen, beside_m, errors);
+        }
+        EXPECT_LE(errors.most_tilt, kMostTilt) << groove << " " << turn_rad << " " << offset_m;
+        EXPECT_LE(errors.place_m(), 0.2e-3) << groove << " " << turn_rad << " " << offset_m;
+      }
+    }
+  }
+}
+
+/// The pattern of a Kinect's noise, raw units.
+constexpr double kPattern_raw = 0.5;
+/// The places on a body share most of their noise: one frame is hardly more than one sample.
+constexpr std::uint32_t kSeeds = 40;
+
+/// Over the least error that an unbiased estimate can have of the middle of a patch with a Kinect at 1 m, by
+/// generalised least squares with the noise's covariance.
+constexpr double kMostByFloor = 1.3;
+/// So far from the middle of the body the patch is still on it.
+constexpr double kOnPatch_rad = 0.4;
+
+TEST(FacetAccuracy, NoiseOfCurvedBodiesIsNearTheFloor) {
+  struct Case {
+    Round body;
+    double floor_m;  // of a quadratic: on spheres of 0.8 radii, at most 40 mm, and on rods of 0.8 diameters
+  };
+  Seen seen(rt::DepthModelParameters{});
+  for (const Case& one : {Case{{0.05}, 0.80e-3}, Case{{0.025}, 1.19e-3}, Case{{0.04, true}, 0.80e-3},
+                          Case{{0.02, true}, 0.92e-3}}) {
+    Errors errors;
+    for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
+      seen.show(one.body.depth(), {0, 0, -1}, kPattern_raw, seed);
+      addErrors(seen, one.body, kOnPatch_rad, errors);
+    }
+    EXPECT_LE(errors.place_m(), kMostByFloor * one.floor_m) << one.body.radius_m << " " << one.body.rod;
+  }
+}
+
+/// Of the tilt of a plane of 40 mm.
+constexpr double kTiltFloor = 0.029;
+
+TEST(FacetAccuracy, NoiseOfPlanesIsBelowTheFloor) {
+  constexpr double kFloor_m = 0.45e-3;  // of a patch of 40 mm
+  Seen seen(rt::DepthModelParameters{});
+  Errors errors;
+  for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
+    seen.show([](double, double) { return 1.0; }, {0, 0, -1}, kPattern_raw, seed);
+    for (double x = -0.04; x < 0.04; x += 0.0071) {
+      for (double y = -0.04; y < 0.04; y += 0.0067)
+        errors.add(seen.sheetAt({x, y, -1}), {x, y, -1}, {0, 0, 1});
+    }
+  }
+  EXPECT_LE(errors.place_m(), kFloor_m);
+  EXPECT_LE(errors.tilt(), kTiltFloor);
+}
+
+/// What is known of a face is known up to its edge.
+TEST(FacetAccuracy, AnEdgeLearnsFromItsFace) {
+  constexpr double kEdge_m = 0.0107;
+  Seen seen(rt::DepthModelParameters{});
+  Errors errors;
+  for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
+    seen.show([](double x, double) { return x < kEdge_m ? 1.0 : 1.12; }, {0, 0, -1}, kPattern_raw, seed);
+    for (double y = -0.04; y < 0.04; y += 0.0013) {
+      const Vec3 p{kEdge_m - 0.004, y, -1};
+      errors.add(seen.sheetAt(p), p, {0, 0, 1});
+    }
+  }
+  EXPECT_LE(errors.tilt(), kMostTilt);
+}
+
+}  // namespace
+}  // namespace hapticd
