@@ -24,7 +24,8 @@ constexpr int firstRow(int rows) noexcept {
 
 }  // namespace
 
-ColumnShifts::ColumnShifts() : before_(std::make_unique<std::uint16_t[]>(std::size_t{kRows} * kFrameWidth)) {
+ColumnShifts::ColumnShifts()
+    : before_(std::make_unique<std::uint16_t[]>(std::size_t{kRows} * kFrameWidth)), changes_before_{} {
   forget();
 }
 

@@ -6,6 +6,17 @@
 
 namespace hapticd::rt {
 
+/// The HIP's velocity as damping in contact sees it: a surface that moves the same way is not opposed, and
+/// one that moves by itself pushes by the spring alone, so that a change of its estimated speed is no step.
+/// RT: safe.
+inline Vec3 velocityToDamp(const Vec3& hip_m_per_s, const Vec3& surface_m_per_s) noexcept {
+  const double surface_speed = norm(surface_m_per_s);
+  if (!(surface_speed > 0)) return hip_m_per_s;
+  const Vec3 direction = (1 / surface_speed) * surface_m_per_s;
+  const double along = dot(hip_m_per_s, direction);
+  return hip_m_per_s - std::clamp(along, 0.0, surface_speed) * direction;
+}
+
 /// A contact as damping sees it.
 struct DampedContact {
   Vec3 force_n;           ///< of the law, after the scene blend

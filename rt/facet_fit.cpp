@@ -199,7 +199,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hapticd::rt {
 
-FacetMemory::FacetMemory() {
+FacetMemory::FacetMemory()
+    : planes{},
+      quadratics{},
+      estimates{},
+      row_sums(nullptr),
+      mean_of_9(nullptr),
+      mean_of_25(nullptr),
+      memory_(std::make_unique<float[]>(kArrays * FacetBlocks::kSize)) {
   float** const arrays[] = {&planes.value,
                             &planes.slope_u,
                             &planes.slope_v,
@@ -226,7 +233,7 @@ FacetMemory::FacetMemory() {
                             &row_sums,
                             &mean_of_9,
                             &mean_of_25};
-  memory_ = std::make_unique<float[]>(std::size(arrays) * FacetBlocks::kSize);
+  static_assert(std::size(arrays) == kArrays);
   float* next = memory_.get();
   for (float** const array : arrays) {
     *array = next;

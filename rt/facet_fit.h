@@ -64,6 +64,7 @@ class FacetMemory {
   float* mean_of_25;  ///< means over 5 x 5 blocks
 
  private:
+  static constexpr std::size_t kArrays = 26;
   std::unique_ptr<float[]> memory_;
 };
 

@@ -127,7 +127,8 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTIC
 /// Adds the damping in contact, unless the device does.
 Vec3 HapticCore::damp(const Input& input, const ForceSample& felt, const LagRules& rules,
                       Tick& tick) const HAPTICD_RT {
-  const Vec3 velocity = input.handle.velocity_m_per_s_in_world - felt.surface_velocity_m_per_s_in_world;
+  const Vec3 velocity =
+      velocityToDamp(input.handle.velocity_m_per_s_in_world, felt.surface_velocity_m_per_s_in_world);
   const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
   return tick.damped_force_n_in_world = damped({tick.blended_force_n_in_world, felt.normal_in_world, velocity,
                                                 input.directive.parameters.contact.friction},
