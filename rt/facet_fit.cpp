@@ -94,10 +94,11 @@ class Growth {
     const FloatTag df;
     const float* const disparity = blocks_.disparity;
     Lanes ready;
-    Estimate estimate = startOf(blocks_, fit_, index, memory_, wanted, ready);
+    Lanes taken;
+    Estimate estimate = startOf(blocks_, fit_, index, memory_, wanted, ready, taken);
     auto chain = hn::IfThenElseZero(wanted, set(1));
     if (!hn::AllTrue(df, ready)) {
-      growCurved<kThree>(disparity, index, fit_, to_three_, ready, estimate, chain);
+      growCurved<kThree>(disparity, index, fit_, to_three_, taken, estimate, chain);
       growCurved<kFive>(disparity, index, fit_, to_five_, ready, estimate, chain);
     }
     if (!goesOn<kNine>(chain)) return estimate;

@@ -6,6 +6,7 @@
 #define HAPTICD_RT_FACET_GROWTH_INL_H_
 #endif
 
+#include <algorithm>
 #include <cmath>
 
 #include "rt/facet_estimate-inl.h"
@@ -17,6 +18,8 @@ namespace hapticd::rt::HWY_NAMESPACE {
 template <const Support& kSupport>
 struct Tolerance {
   static constexpr std::size_t kSide = 2 * static_cast<std::size_t>(kSupport.n) + 1;
+  /// What is unknown of a slope or bend matters within a block, too.
+  static constexpr float kNearest = 1;
   float most[kSide][kSide];
 
   HWY_INLINE Tolerance(float at_site, float per_block, float per_square) {
@@ -24,7 +27,7 @@ struct Tolerance {
       for (std::size_t i = 0; i < kSide; ++i) {
         const auto u = (static_cast<float>(i) - kSupport.n) * kSupport.spacing;
         const auto v = (static_cast<float>(j) - kSupport.n) * kSupport.spacing;
-        const float square = u * u + v * v;
+        const float square = std::max(u * u + v * v, kNearest * kNearest);
         most[j][i] = at_site + per_block * std::sqrt(square) + per_square * square;
       }
     }
@@ -37,7 +40,7 @@ HWY_INLINE Tolerance<kSupport> firstTolerance(const FacetFit& fit) {
   constexpr float kMember_sigma = 3.5F;
   constexpr float kSlope = 0.35F;  // of a surface at 45 degrees
   const float slope = kSlope * fit.raw_per_block;
-  return Tolerance<kSupport>(kMember_sigma * fit.noise_raw + slope, slope, 0);
+  return Tolerance<kSupport>(kMember_sigma * fit.noise_raw, slope, 0);
 }
 
 /// What noise explains of a sample of the support and of an estimate from the one `before`, and a little for

@@ -229,8 +229,11 @@ HWY_INLINE void takePlaneOfNeighbour(const FacetFit& fit, std::size_t index, Flo
                                      const FacetMemory::Planes& planes, Floats least, Estimate& best) {
   const auto good = set(kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw);
   const auto near = set(2.5F * fit.noise_raw + 0.5F * fit.raw_per_block);
-  const auto sigma = set(pixelNoise(fit) * kThree.plane);
-  const auto slope_sigma = set(pixelNoise(fit) * kThree.slope);
+  // Beside the middle of a support estimates are less certain.
+  constexpr float kSigma = 0.9F;
+  constexpr float kSlopeSigma = 0.6F;
+  const auto sigma = set(pixelNoise(fit) * kSigma);
+  const auto slope_sigma = set(pixelNoise(fit) * kSlopeSigma);
   for (int dv = -kRing; dv <= kRing; ++dv) {
     for (int du = -kRing; du <= kRing; ++du) {
       const std::size_t neighbour = moved(index, dv, du);
@@ -294,23 +297,27 @@ HWY_INLINE void takeQuadraticOfNeighbour(const FacetFit& fit, std::size_t index,
 }
 
 /// Where the estimates of a vector of sites begin, of which `wanted` matter. `ready`: those that need no
-/// support of up to 5 x 5 blocks any more.
+/// support of up to 5 x 5 blocks any more. `taken`: those and what is a neighbour's, which 3 x 3 blocks
+/// around a site whose own plane did not fit must not bend.
 HWY_INLINE Estimate startOf(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
-                            const FacetMemory& memory, Lanes wanted, Lanes& ready) {
+                            const FacetMemory& memory, Lanes wanted, Lanes& ready, Lanes& taken) {
   constexpr float kMuchBetter = 0.4F;
   const FloatTag df;
   Estimate best = ownStart(fit, index, memory, ready);
   ready = hn::Or(ready, hn::Not(wanted));
+  taken = ready;
   if (hn::AllTrue(df, ready)) return best;
   const auto good = set(kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw);
   const auto cost = load(memory.planes.cost + index);
   const auto asks = hn::AndNot(ready, hn::Gt(cost, good));
   if (hn::AllFalse(df, asks)) return best;
   const auto own = load(blocks.disparity + index);
+  const auto before = best.value;
   takePlaneOfNeighbour(fit, index, own, memory.planes,
                        hn::IfThenElseZero(asks, hn::Mul(set(kMuchBetter), cost)), best);
   takeQuadraticOfNeighbour(fit, index, own, memory.quadratics,
                            hn::IfThenElseZero(asks, set(goodQuadratic(fit))), best);
+  taken = hn::Or(ready, hn::Not(hn::Eq(before, best.value)));
   return best;
 }
 
