@@ -18,10 +18,6 @@ constexpr int kMostTilesAstray = 2;
 /// An offset below that is none.
 constexpr float kNone_raw = 0.01F;
 
-constexpr int firstRow(int rows) noexcept {
-  return kFrameHeight / rows / 2;
-}
-
 }  // namespace
 
 ColumnShifts::ColumnShifts()
@@ -39,15 +35,7 @@ void ColumnShifts::forget() noexcept {
 void ColumnShifts::see(const DepthFrame& frame) noexcept {
   if (frame.sequence == sequence_) return;
   const bool follows = sequence_ != 0 && frame.sequence == sequence_ + 1;
-  if (any_) {
-    const double passed_s = std::max(0.0, static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9);
-    const auto kept = static_cast<float>(std::exp(-passed_s / kFade_s));
-    any_ = false;
-    for (float& offset : offset_raw_) {
-      offset = std::abs(offset) < kNone_raw ? 0 : kept * offset;
-      any_ = any_ || offset != 0;
-    }
-  }
+  if (any_) fade(std::max(0.0, static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9));
   if (follows) {
     compare(frame);
     const Changes now = changes();
@@ -62,12 +50,20 @@ void ColumnShifts::see(const DepthFrame& frame) noexcept {
   arrival_ns_ = frame.arrival_ns;
 }
 
+void ColumnShifts::fade(double passed_s) noexcept {
+  const auto kept = static_cast<float>(std::exp(-passed_s / kFade_s));
+  any_ = false;
+  for (float& offset : offset_raw_) {
+    offset = std::abs(offset) < kNone_raw ? 0 : kept * offset;
+    any_ = any_ || offset != 0;
+  }
+}
+
 void ColumnShifts::compare(const DepthFrame& frame) noexcept {
   sum_.fill(0);
   count_.fill(0);
-  constexpr int kEvery = kFrameHeight / kRows;
   for (int i = 0; i < kRows; ++i) {
-    const std::uint16_t* const now = frame.raw + (firstRow(kRows) + i * kEvery) * kFrameWidth;
+    const std::uint16_t* const now = rowOf(frame, i);
     const std::uint16_t* const before = before_.get() + i * kFrameWidth;
     for (std::size_t column = 0; column < kFrameWidth; ++column) {
       const auto difference = static_cast<std::int16_t>(now[column] - before[column]);
@@ -81,10 +77,8 @@ void ColumnShifts::compare(const DepthFrame& frame) noexcept {
 }
 
 void ColumnShifts::keep(const DepthFrame& frame) noexcept {
-  constexpr int kEvery = kFrameHeight / kRows;
   for (int i = 0; i < kRows; ++i) {
-    std::copy_n(frame.raw + (firstRow(kRows) + i * kEvery) * kFrameWidth, kFrameWidth,
-                before_.get() + i * kFrameWidth);
+    std::copy_n(rowOf(frame, i), kFrameWidth, before_.get() + i * kFrameWidth);
   }
 }
 

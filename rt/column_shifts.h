@@ -16,10 +16,10 @@ namespace hapticd::rt {
 /// way round, whatever they look at; in between nothing changes (measured on recordings). At 2.7 m a raw unit
 /// is 20 mm, which is more than a hand presses, so a contact there would be lost or doubled at once.
 ///
-/// Such a step is told from motion by what motion does not do: both sides step from rest by one raw unit, in
-/// opposite directions, within one frame, with a sharp end of each band, while columns in between rest. It
-/// then goes into the offsets, and from there it fades with the time constant kFade_s, because the sensor's
-/// own adaptation is taken to be right in the end.
+/// Such a step is distinguished from motion by what motion does not do: both sides step from rest by one raw
+/// unit, in opposite directions, within one frame, with a sharp end of each band, while columns in between
+/// rest. It then goes into the offsets, and from there it fades with the time constant kFade_s, because the
+/// sensor's own adaptation is taken to be right in the end.
 ///
 /// Thread: one (the scene thread).  RT: allocates nothing after construction; see() reads 24 rows.
 class ColumnShifts {
@@ -40,7 +40,10 @@ class ColumnShifts {
   void forget() noexcept;
 
  private:
+  /// The rows that are compared: kRows, one in kEvery.
   static constexpr int kRows = 24;
+  static constexpr int kEvery = kFrameHeight / kRows;
+  static_assert(kRows * kEvery == kFrameHeight);
   static constexpr int kTile_px = 16;
   static constexpr int kTiles = kFrameWidth / kTile_px;
   static_assert(kTiles * kTile_px == kFrameWidth && kTile_px % BlockLattice::kBlock_px == 0);
@@ -59,10 +62,15 @@ class ColumnShifts {
   static std::size_t tileAt(Side side, int i) noexcept {
     return static_cast<std::size_t>(side == Side::left ? i : kTiles - 1 - i);
   }
+  /// The i-th of the rows that are compared.
+  static const std::uint16_t* rowOf(const DepthFrame& frame, int i) noexcept {
+    return frame.raw + (i * kEvery + kEvery / 2) * kFrameWidth;
+  }
   void compare(const DepthFrame& frame) noexcept;
   void keep(const DepthFrame& frame) noexcept;
   Changes changes() const noexcept;
   Bands findBands(const Changes& now) const noexcept;
+  void fade(double passed_s) noexcept;
   /// From a border of the image on, all that can be compared changes alike after a frame at rest: up to that
   /// tile. 0: it does not.
   int tilesOfBand(const Changes& now, Side side, Change change) const noexcept;

@@ -21,7 +21,7 @@ inline Vec3 velocityToDamp(const Vec3& hip_m_per_s, const Vec3& surface_m_per_s)
 struct DampedContact {
   Vec3 force_n;           ///< of the law, after the scene blend
   Vec3 normal;            ///< of the surface, a unit vector out of it; zero: along the force
-  Vec3 velocity_m_per_s;  ///< of the HIP relative to the surface
+  Vec3 velocity_m_per_s;  ///< of the HIP, see velocityToDamp()
   double friction = 0;    ///< Coulomb's coefficient
 };
 

@@ -55,11 +55,11 @@ ForceSample HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
 double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
   if (!hasProxy(laws_.law())) return 0;
   const LiveParameters& parameters = input.directive.parameters;
-  const double way_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
+  const double displacement_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
   const double speed_change =
       norm(input.handle.velocity_m_per_s_in_world - memory_.before.velocity_m_per_s_in_world);
-  const double explained_n =
-      parameters.springs.stiffness_n_per_m * way_m + parameters.contact.damping_n_s_per_m * speed_change;
+  const double explained_n = parameters.springs.stiffness_n_per_m * displacement_m +
+                             parameters.contact.damping_n_s_per_m * speed_change;
   return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
 }
 

@@ -106,7 +106,8 @@ class SurfaceTick {
   }
 
   /// What the HIP is pressed against is not seen any more: something hides it that it was not seen behind, or
-  /// it came too near to be measured. It is taken to be still there as long as the HIP presses on.
+  /// it came too near to be measured. It is taken to be still there as long as the HIP presses on; where a
+  /// measurement is merely missing, for kHeldFrames, at the image's border for kHeldFramesAtBorder.
   bool mustHold() noexcept {
     if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
@@ -143,16 +144,21 @@ class SurfaceTick {
   }
 
   /// The outline of a body flickers from frame to frame: the nearest place of the surface between `from`, at
-  /// the outline, and the place over the HIP that does not turn from `normal`. False if there is none.
+  /// the outline, and the place over the HIP that does not turn from `normal`. False if there is none: the
+  /// proxy stays.
   bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
+    const Vec3 start = p_;
+    const Place start_here = here_;
     const double depth_m = SurfaceView::depthOf(from);
-    const Vec3 way = over_hip - from;
+    const Vec3 displacement = over_hip - from;
     constexpr int kSteps = 6;
     for (int i = 1; i <= kSteps; ++i) {
       const double share = static_cast<double>(i) / kSteps;
-      if (settleOn(from + share * way, depth_m, roomAfter(share * norm(way))) && !turnsFrom(normal))
-        return true;
+      const Vec3 step = share * displacement;
+      if (settleOn(from + step, depth_m, roomAfter(norm(step))) && !turnsFrom(normal)) return true;
     }
+    p_ = start;
+    here_ = start_here;
     return false;
   }
 

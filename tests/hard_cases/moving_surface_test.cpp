@@ -38,8 +38,8 @@ void expectSurfacePushes(rt::ForceLaw law, const MovingCase& moving) {
   rig.jumpTo({0.0003, 0.0007, -kDistance_m + 0.03});
   rig.tick(rig.hip());
   rig.moveTo(place, 0.0005);
-  const double way_m = moving.pressed ? 0.06 : 0.09;
-  const int ticks = static_cast<int>(way_m / moving.speed_m_per_s / kTick_s);
+  const double travel_m = moving.pressed ? 0.06 : 0.09;
+  const int ticks = static_cast<int>(travel_m / moving.speed_m_per_s / kTick_s);
   rt::Tick last;
   double shown_m = 0;
   for (int i = 0; i <= ticks; ++i) {
