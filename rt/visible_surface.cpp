@@ -134,7 +134,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   const Corners corners{layer.facet + index, layer.facet + index + BlockLattice::kColumns,
                         static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
   Sheet sheet;
-  Four numbers;
+  Four numbers{};
   const Cell cell = layer.cell[index];
   if (cell == Cell::smooth) {
     numbers = blended(corners);
