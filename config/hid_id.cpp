@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "config/hid_id.h"
 
 #include <fmt/format.h>

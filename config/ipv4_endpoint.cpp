@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "config/ipv4_endpoint.h"
 
 #include <arpa/inet.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>
@@ -16,9 +17,9 @@ std::string_view nameOf(rt::ForceLaw law);
 /// What `hapticbench pareto` measured of a law in one setting at one distance.
 struct MeasuredLaw {
   rt::ForceLaw law;
-  bool filtered;        ///< depth passes filterOfChoice(); only laws on points have a filter
-  double distance_m;    ///< of the surface from the camera: stands for a class of distances
-  double error_m;       ///< RMS force error against the true surface, with the harsher noise, over the stiffness
+  bool filtered;      ///< depth passes filterOfChoice(); only laws on points have a filter
+  double distance_m;  ///< of the surface from the camera: stands for a class of distances
+  double error_m;  ///< RMS force error against the true surface, with the harsher noise, over the stiffness
   double cpu_ms_per_s;  ///< CPU time per second of use: 30 frames modelled, 1000 forces
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "config/warnings.h"
 
 #include <fmt/format.h>

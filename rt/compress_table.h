@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -6,8 +7,8 @@
 
 namespace hapticd::rt {
 
-/// For each mask of 8 lanes the numbers of its set lanes, in ascending order, then those of the others. The first four
-/// serve vectors of 4 lanes as well.
+/// For each mask of 8 lanes the numbers of its set lanes, in ascending order, then those of the others. The
+/// first four serve vectors of 4 lanes as well.
 inline constexpr auto kCompressLanes = [] {
   constexpr std::uint32_t kLanes = 8;
   std::array<std::array<std::int32_t, kLanes>, 1U << kLanes> table{};

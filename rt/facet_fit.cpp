@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/facet_fit.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Included once per vector target, from between the kernel's includes and its HWY_BEFORE_NAMESPACE.
 #if defined(HAPTICD_RT_FACET_START_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAPTICD_RT_FACET_START_INL_H_

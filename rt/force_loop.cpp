@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/force_loop.h"
 
 #include <algorithm>

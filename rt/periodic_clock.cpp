@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/periodic_clock.h"
 
 #include <cerrno>

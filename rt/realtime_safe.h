@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 /// Marks a function that the force thread may call: it makes no allocation, takes no lock, throws nothing and

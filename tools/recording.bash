@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # For scripts that play a recording through the real libfreenect: source it, then call play_recording DIR. It uses
 # their $root, $bin (with haptic-replay), $scratch (a folder), $seconds (how long to play) and fail MESSAGE; it adds to
 # their array `settings` what hapticd is to be told, and exports what libfreenect's player reads.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/trace_methods.h"
 
 #include <fmt/format.h>

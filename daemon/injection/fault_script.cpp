@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/injection/fault_script.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/injection/faulty_camera.h"
 
 #include "daemon/injection/fault_injector.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/injection/faulty_handle.h"
 
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/state/profile_folder.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/common_depth_header.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/make_camera.h"
 
 #include "drivers/camera/freenect/freenect_camera.h"

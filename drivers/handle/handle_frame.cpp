@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/handle_frame.h"
 
 #include "rt/pose.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/handle_thread.h"
 
 #include <pthread.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a fuzz target without a fuzzing engine: every file of the corpus, and made-up variants of each. So
 // every build checks the parsers, also where no clang is; tools/fuzz searches for more.
 

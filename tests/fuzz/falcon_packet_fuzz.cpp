@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a device behind the Falcon's USB address may send: whatever it is, replies are within their ranges and
 // no force or position comes of them that is not finite or beyond the device's limits.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reports of controllers and SpaceMouse devices: any bytes are taken or refused, and what is taken is in
 // range.
 

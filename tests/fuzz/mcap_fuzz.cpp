@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever a trace file may hold: the bytes as a file, as the records of a chunk in a file that is right
 // otherwise, and as a message of each channel.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever arrives at the UDP port: decoding, and the conversation for what passes.
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a client of the control API sends: any bytes are a call or none, and a call gets at most one last
 // reply, which is a message within its bound.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/installation/staged_installation.h"
 
 #include <gtest/gtest.h>

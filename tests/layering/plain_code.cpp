@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/layering/plain_code.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What asking again for force does to the force: a core that is driven as the daemon drives it.
 #include "rt/engage_requests.h"
 

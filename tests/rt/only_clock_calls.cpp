@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/rt/only_clock_calls.h"
 
 #include <linux/filter.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/safety_chain.h"
 
 #include <gtest/gtest.h>

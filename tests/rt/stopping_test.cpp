@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // That the force loop ends whatever it does when it is told to, with every stage on that holds a force back.
 
 #include <gtest/gtest.h>

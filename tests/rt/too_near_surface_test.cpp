@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the mode machine does with a law that holds a surface where it was seen last, because it has come
 // nearer than the camera can measure.
 

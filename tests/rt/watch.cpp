@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/rt/watch.h"
 
 #include <sys/resource.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // make-recording SCENE FRAMES FOLDER: a recording made by code, for the lab.
 
 #include <charconv>

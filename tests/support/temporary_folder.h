@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdlib>
@@ -9,7 +10,8 @@
 
 namespace hapticd::test {
 
-/// Where files need not reach a disk, for tests that synchronise often; some other folder where there is none.
+/// Where files need not reach a disk, for tests that synchronise often; some other folder where there is
+/// none.
 inline std::filesystem::path memoryFolder() {
   const std::filesystem::path folder = "/dev/shm";
   return std::filesystem::is_directory(folder) ? folder : std::filesystem::temp_directory_path();

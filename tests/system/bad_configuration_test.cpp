@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hapticd with a configuration that it cannot use: exit status 78, every problem with its place and range,
 // and nothing touched.
 

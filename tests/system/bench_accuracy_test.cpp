@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -34,7 +35,8 @@ TEST(BenchAccuracy, ReportsEveryLawForPeopleAndForPrograms) {
     EXPECT_EQ(row.at("pushes"), 1);
   }
   EXPECT_EQ(laws.size(), 4U);
-  EXPECT_EQ(document.at("rows").size(), 2U * 2U * (2U * 3U + 1U));  // scenes, noises, laws with and without filter, surface
+  EXPECT_EQ(document.at("rows").size(),
+            2U * 2U * (2U * 3U + 1U));  // scenes, noises, laws with and without filter, surface
   EXPECT_FALSE(document.at("requirements").empty());
 }
 

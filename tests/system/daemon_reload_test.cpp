@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SIGHUP to a running hapticd: the configuration file is read again.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hapticd comes up, beside whatever it finds at the paths of its sockets.
 
 #include <fcntl.h>

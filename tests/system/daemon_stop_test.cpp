@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The end of hapticd: exit status 0, no socket file, no process, whenever the signal comes.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/system/daemon_under_test.h"
 
 #include <signal.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Asking again for force that is felt.
 
 #include <gtest/gtest.h>

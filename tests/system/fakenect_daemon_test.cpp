@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The main job: hapticd on a recording that the real libfreenect's player delivers, steered with hapticctl.
 
 #include <gtest/gtest.h>

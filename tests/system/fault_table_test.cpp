@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults made up in the real daemon, one after the other without a restart, judged at the far end of a real
 // wire by what haptic-bridge was told to exert. Every command names the tick of the force loop that computed
 // it and when that tick began, so that a late packet or a late row of the log is not taken for a late force:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to hapticctl's output where it cannot be written: every command, on a disk that is full.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every command of hapticctl against daemons in every state: what it says and what it exits with.
 #include <gtest/gtest.h>
 #include <sys/stat.h>

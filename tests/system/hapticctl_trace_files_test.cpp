@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hapticctl trace info, export, plot and recover: on files, without a daemon.
 #include <gtest/gtest.h>
 

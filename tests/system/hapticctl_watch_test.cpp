@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hapticctl watch and status on a terminal of their own.
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the commands of hapticctl send, print and write, against a fake daemon.
 #include <gtest/gtest.h>
 #include <signal.h>

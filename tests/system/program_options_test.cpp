@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every program: numeric options take numbers within their range only, and output that is lost is an error.
 #include <gtest/gtest.h>
 

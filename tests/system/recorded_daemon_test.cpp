@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hapticd with the camera driver `recorded`.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // haptic-replay on input that is wrong: the exit status of its --help, a message that says what and where,
 // and no output file.
 

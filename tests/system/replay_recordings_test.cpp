@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // haptic-replay on recordings, against a second implementation of the paper that looks at
 // every pixel.
 

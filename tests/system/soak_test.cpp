@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // haptic-soak on the built daemon, for a few seconds.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The force at the end of the box: no process shows it, so the wired box itself is looked at.
 
 #include <gtest/gtest.h>

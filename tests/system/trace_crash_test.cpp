@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // hapticd killed while it writes a trace, and what the next start makes of it.
 
 #include <gtest/gtest.h>

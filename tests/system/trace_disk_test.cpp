@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces on a disk that is full, a folder that may not be written, and one that goes away: the force goes on.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A session that hapticd has logged with its depth, computed again by haptic-replay.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The daemon and haptic-bridge over the loopback network: what is exerted is looked at in the bridge's own
 // log, at the far end of the wire.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever comes over its sockets, the running daemon ticks on and answers the next client.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a trace by the reader of the MCAP project, with all checksums that it knows: `read_trace.mjs FILE`.
 // Prints one JSON object a line: {"reader", "topic", "logTime", "message"} for each message, by the indexed reader
 // and by the stream reader; {"channel", "constants"} for the constants of each schema; {"metadata"},

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces that the MCAP project's own reader and writer have rewritten, filtered and merged are traces still:
 // read, exported, drawn and replayed.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces as the reader of the MCAP project sees them, through the schemas that are in the file: nothing of
 // drivers/trace but the writer takes part.
 

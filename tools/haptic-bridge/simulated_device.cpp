@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/haptic-bridge/simulated_device.h"
 
 #include <algorithm>

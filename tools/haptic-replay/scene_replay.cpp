@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/haptic-replay/scene_replay.h"
 
 #include <algorithm>

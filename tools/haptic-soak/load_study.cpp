@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/haptic-soak/load_study.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/haptic-soak/memory_trend.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>
@@ -17,9 +18,9 @@ struct MemoryTrend {
 };
 
 /// The median of the slopes between all pairs of points (P. K. Sen, "Estimates of the regression coefficient
-/// based on Kendall's tau", 1968), so that what is taken once and kept is no growth and what is taken again and
-/// again is. Over the points after the warm-up, the first fifth of the time and at least 3 s; zero for fewer
-/// than three of them. Takes time and memory by the square of the number of points.
+/// based on Kendall's tau", 1968), so that what is taken once and kept is no growth and what is taken again
+/// and again is. Over the points after the warm-up, the first fifth of the time and at least 3 s; zero for
+/// fewer than three of them. Takes time and memory by the square of the number of points.
 MemoryTrend memoryTrend(std::span<const MemoryPoint> points);
 
 /// The most that memory may grow beyond its noise over a run of that length: 1 MB, or 1 MB per ten minutes

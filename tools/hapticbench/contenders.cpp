@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/contenders.h"
 
 #include <algorithm>
@@ -17,7 +18,8 @@ void addSpring(rt::Vec3& sum, const Point& hip, const Point& point, float distan
   const float distance = std::sqrt(distance_squared);
   if (distance < 1e-9F) return;
   const float factor = static_cast<float>(springs.radius_m) / distance - 1;
-  sum += rt::Vec3{static_cast<double>(factor * (hip.x - point.x)), static_cast<double>(factor * (hip.y - point.y)),
+  sum += rt::Vec3{static_cast<double>(factor * (hip.x - point.x)),
+                  static_cast<double>(factor * (hip.y - point.y)),
                   static_cast<double>(factor * (hip.z - point.z))};
 }
 
@@ -57,8 +59,9 @@ rt::Vec3 BruteForce::force_n(const rt::Vec3& hip_m, const rt::SpringParameters& 
   if (near_.size() < static_cast<std::size_t>(springs.min_points)) return {};
   const std::size_t chosen = std::min(near_.size(), static_cast<std::size_t>(springs.max_points));
   if (chosen < near_.size()) {
-    std::nth_element(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(chosen), near_.end(),
-                     [this](std::size_t a, std::size_t b) { return distance_squared_[a] < distance_squared_[b]; });
+    std::nth_element(
+        near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(chosen), near_.end(),
+        [this](std::size_t a, std::size_t b) { return distance_squared_[a] < distance_squared_[b]; });
   }
   rt::Vec3 sum;
   for (std::size_t i = 0; i < chosen; ++i) {
@@ -107,8 +110,7 @@ rt::Vec3 KdTree::force_n(const rt::Vec3& hip_m, const rt::SpringParameters& spri
   const auto wanted = static_cast<std::size_t>(springs.max_points);
   nearest_.resize(wanted);
   distance_squared_.resize(wanted);
-  const std::size_t found =
-      index_->tree.knnSearch(&hip.x, wanted, nearest_.data(), distance_squared_.data());
+  const std::size_t found = index_->tree.knnSearch(&hip.x, wanted, nearest_.data(), distance_squared_.data());
   const auto radius = static_cast<float>(springs.radius_m);
   rt::Vec3 sum;
   std::size_t chosen = 0;

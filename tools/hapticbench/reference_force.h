@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>
@@ -9,14 +10,16 @@
 namespace hapticd::tools {
 
 /// The paper's law computed the plain way: every pixel by eq. (1)-(2), every distance, a full sort, all in
-/// double precision. Shares no code with the core; the oracle of the others. The camera's frame is the world's.
+/// double precision. Shares no code with the core; the oracle of the others. The camera's frame is the
+/// world's.
 class ReferenceForce {
  public:
   ReferenceForce(const rt::DepthFrame& frame, const rt::DepthModelParameters& parameters);
 
   struct Sample {
     rt::Vec3 force_n;
-    /// How much farther the next point is than the last one chosen, metres: below 1e-6 either choice is right.
+    /// How much farther the next point is than the last one chosen, metres: below 1e-6 either choice is
+    /// right.
     double gap_m = 1;
   };
   Sample at(const rt::Vec3& hip_m, const rt::SpringParameters& springs) const;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/speed_report.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,8 @@
 namespace hapticd::tools {
 namespace {
 
-void addRows(fmt::memory_buffer& text, std::string_view heading, const std::vector<Measurement>& measurements) {
+void addRows(fmt::memory_buffer& text, std::string_view heading,
+             const std::vector<Measurement>& measurements) {
   fmt::format_to(std::back_inserter(text), "  {:<34}{:>11}{:>11}{:>11}{:>14}{:>14}\n", heading, "median us",
                  "p99 us", "max us", "x nanoflann", "error N");
   for (const Measurement& m : measurements) {
@@ -43,9 +45,10 @@ std::string speedTable(const std::vector<SceneSpeed>& scenes, int cpu) {
                  "error: largest difference from a double-precision search of all points.\n",
                  cpu < 0 ? ", not pinned" : fmt::format(", CPU {}", cpu));
   for (const SceneSpeed& scene : scenes) {
-    fmt::format_to(std::back_inserter(text),
-                   "\n{}: {} points, {:.0f} of them in reach (mean), {} ambiguous positions left out of the errors\n",
-                   scene.scene, scene.points, scene.reach_points, scene.ambiguous);
+    fmt::format_to(
+        std::back_inserter(text),
+        "\n{}: {} points, {:.0f} of them in reach (mean), {} ambiguous positions left out of the errors\n",
+        scene.scene, scene.points, scene.reach_points, scene.ambiguous);
     addRows(text, "modelling a frame", scene.modelling);
     addRows(text, "one force, scattered positions", scene.scattered);
     addRows(text, "one force, along a path", scene.path);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticctl/fetch_snapshot.h"
 
 #include "tools/hapticctl/error_text.h"

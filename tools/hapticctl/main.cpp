@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "config/program.h"
 #include "tools/hapticctl/command_line.h"
 

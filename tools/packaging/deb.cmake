@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The Debian packages, made by CPack of the components of install.cmake: `hapticd` for the box, `hapticd-tools` for what
 # studies it. dependencies.txt says which packages each may depend on; a test compares.
 set(CPACK_GENERATOR DEB)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What is made at build time only to be installed: manual pages, completions, the compressed changelog.
 find_program(GZIP gzip REQUIRED)
 set(HAPTICD_GENERATED ${CMAKE_BINARY_DIR}/generated)

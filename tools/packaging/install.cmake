@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What `cmake --install` puts where. All places are below the prefix, whatever it is, so that an installation
 # into a home folder needs no privileges. The components become packages (deb.cmake): `hapticd` is what a box needs,
 # `tools` is for studies of it, on any machine.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Runs at installation: only then the prefix is known, which `cmake --install --prefix` and packaging choose.
 # Set before: source_folder, unit_folder, daemon_folder, program_folder.
 if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // haptic-hdf5: `hapticctl trace export` in HDF5. hapticctl runs it and reads its answer, lines of JSON on
 // stdout.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/trace/hdf5_export.h"
 
 #include <fmt/format.h>

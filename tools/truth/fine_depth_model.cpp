@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/truth/fine_depth_model.h"
 
 namespace hapticd::tools {

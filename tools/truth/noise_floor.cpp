@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/truth/noise_floor.h"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/freenect/freenect_worker.h"
 
 #include <fmt/format.h>

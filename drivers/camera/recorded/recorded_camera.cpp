@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/recorded/recorded_camera.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/falcon/falcon_packet.h"
 
 #include <algorithm>

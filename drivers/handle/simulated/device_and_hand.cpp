@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/simulated/device_and_hand.h"
 
 #include <Eigen/Core>

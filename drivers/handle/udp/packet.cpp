@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/udp/packet.h"
 
 #include <nettle/hmac.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/led/gpiod/chip_path.h"
 
 #include <algorithm>

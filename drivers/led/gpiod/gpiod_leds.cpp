@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/led/gpiod/gpiod_leds.h"
 
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libgpiod 1.x
 #include <gpiod.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lines of LEDs: how one is written, and what is refused.
 
 #include <gtest/gtest.h>

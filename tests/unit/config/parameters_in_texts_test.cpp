@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Messages name parameters; a name that does not exist sends the reader nowhere.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the loader takes, libyaml takes too, and as the same values: nothing is read more laxly than by a
 // reader that shares no code with ours, and nothing vanishes without a word.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the journal is told of changes that nobody asked for.
 #include "daemon/event_log.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a configuration that is read again may change in a running daemon.
 #include "daemon/reload.h"
 

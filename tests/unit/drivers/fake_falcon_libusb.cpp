@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of libusb-1.0 that the driver `falcon` calls, with one FakeFalcon on the bus. Built as
 // libusb-1.0.so.0, it lets the real driver meet a device that fails in ways that no one can arrange with a
 // real one. A device that the test unplugs is gone in the middle of whatever is under way.

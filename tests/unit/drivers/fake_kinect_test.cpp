@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The driver `freenect` on the real libfreenect, with a camera on an emulated USB bus (fake_libusb.cpp). Each
 // test runs in a process of its own, since the bus is chosen at its start.
 

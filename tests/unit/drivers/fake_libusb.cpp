@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of libusb-1.0 that libfreenect calls, with one FakeKinectCamera on the bus. Built as
 // libusb-1.0.so.0, it lets the real libfreenect meet cameras that fail in ways that no one can arrange with a
 // real one. Thread: libfreenect's only.

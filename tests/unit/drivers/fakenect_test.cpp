@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The driver `freenect` on libfreenect's own player, which replaces the library at the start of a process,
 // plays one recording per process and may end it: hence a process for each test.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The driver `falcon` on a Falcon behind an emulated USB bus (fake_falcon_libusb.cpp). Each test runs in a
 // process of its own, since the bus is chosen at its start.
 

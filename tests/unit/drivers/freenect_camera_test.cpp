@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The driver `freenect` on the real libfreenect, without a camera.
 
 #include "drivers/camera/freenect/freenect_camera.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all drivers share: which commands pass, how their threads are scheduled, and how much of a CPU the
 // network may take.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The driver with a device at the other end of a socket that keeps the borders of its packets, as hidraw
 // does.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LEDs through the real libgpiod. What needs a chip is no matter of these tests: they also run where
 // there is none.
 

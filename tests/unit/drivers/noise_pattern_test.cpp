@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of the noise against their definitions: variance, correlation over the window, over time and over
 // disparity. Tolerances: five standard errors of a mean over independent patches (the seeds are fixed).
 

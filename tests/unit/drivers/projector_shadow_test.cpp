@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/synthetic/projector_shadow.h"
 
 #include <gtest/gtest.h>

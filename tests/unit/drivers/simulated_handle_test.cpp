@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/simulated/simulated_handle.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The UDP handle against a peer that speaks protocol.md by itself, over real sockets.
 
 #include "drivers/handle/udp/udp_handle.h"

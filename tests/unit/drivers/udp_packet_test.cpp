@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The packets of the UDP handle and the conversation that they make up, without sockets and clocks.
 
 #include <gtest/gtest.h>

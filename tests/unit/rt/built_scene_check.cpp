@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/unit/rt/built_scene_check.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 /// Forces of the law on ideal surfaces, haptics.md 1.6 and 1.9: along the outward normal, newtons; lengths in

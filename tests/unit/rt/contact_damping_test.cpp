@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/contact_damping.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/disparity_filter.h"
 
 #include <gtest/gtest.h>
@@ -109,7 +110,8 @@ TEST(DisparityFilter, LagsBehindSlowMotionByABoundedWay) {
     };
     const float* const image = rig.show(dithered);
     double mean = 0;
-    for (int column = 300; column < 340; ++column) mean += double{image[kRow * rt::kFrameWidth + column]} / 40;
+    for (int column = 300; column < 340; ++column)
+      mean += double{image[kRow * rt::kFrameWidth + column]} / 40;
     // the dither's mean is 0.45 above the floor's middle
     largest = std::max(largest, std::abs(truth - 0.05 - mean));
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/unit/rt/reference_camera.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole way from a scene to the rows of the report, on few scenes and small numbers.
 
 #include "tools/hapticbench/accuracy/accuracy_study.h"

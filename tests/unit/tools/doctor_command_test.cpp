@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The built hapticctl, over a made-up machine and over this one.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `hapticctl doctor` says of the configured handle and of the traces, over made-up files.
 #include <gtest/gtest.h>
 #include <unistd.h>

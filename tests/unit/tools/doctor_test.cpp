@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The checks of `hapticctl doctor` over made-up files of /sys, /proc, /etc and /dev.
 #include <gtest/gtest.h>
 

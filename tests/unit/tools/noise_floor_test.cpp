@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The floor against the fact sheet's table (truth.md, section 2) and against a dense solution of the same
 // problem.
 

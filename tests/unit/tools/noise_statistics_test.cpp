@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The synthetic camera's noise against the real one's, by the same statistics, and the statistics against
 // noise whose figures are known.
 

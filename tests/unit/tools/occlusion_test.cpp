@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Truths against brute force, and judgements of series that are made up.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/registration/point_files.h"
 
 #include <gtest/gtest.h>

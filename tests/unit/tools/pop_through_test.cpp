@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Force curves that are made up, tick by tick 0.05 N of an ideal spring deeper.
 
 #include "tools/hapticbench/accuracy/pop_through.h"

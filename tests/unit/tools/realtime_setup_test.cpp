@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tools/realtime-setup over a made-up machine.
 #include <gtest/gtest.h>
 #include <sys/stat.h>

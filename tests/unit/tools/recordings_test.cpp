@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A session that is made up, whose surface is known, and judgements of series that are made up.
 
 #include <gtest/gtest.h>

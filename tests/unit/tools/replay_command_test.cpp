@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stage `command`: the law's force after the safety chain, at the times of the samples.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stage `law` against a second implementation of the paper over all pixels (tests/support/brute_force.h).
 
 #include <gtest/gtest.h>

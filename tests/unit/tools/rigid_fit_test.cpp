@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera-to-world registration against poses that are known.
 #include <gtest/gtest.h>
 

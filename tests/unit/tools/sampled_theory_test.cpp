@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/stability/sampled_theory.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The closed forms against values of a brute-force computation (spacing, height and force in mm, mm and N),
 // and against sums over dense lattices.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the stroke bench says of laws that are made up: an ideal one, and each kind of a bad one.
 
 #include "tools/hapticbench/strokes/stroke_judge.h"

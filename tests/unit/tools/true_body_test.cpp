@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact bodies against what does not share their closed forms: alternating projections, sphere tracing
 // and dense sampling of the surface.
 

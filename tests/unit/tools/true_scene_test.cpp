@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The analytic scenes against what does not share their closed forms: rays against distances, closest points
 // against a dense sampling of what the camera sees, normals against finite differences.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The client against a service that does not let it finish.
 
 #include "tools/hapticctl/varlink_client.h"

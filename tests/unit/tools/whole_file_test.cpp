@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/whole_file/whole_file.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A Kinect on the USB level, opened by libfreenect over libusb and usbfs as the service's user."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The emulated devices that checks plug in. A new kind of device is one more class here."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Handles on HID: a controller with our reports and a SpaceMouse, over the kernel's uhid and USB gadgets and hidraw."""
 
 import math

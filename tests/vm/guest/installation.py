@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package is installed as a user would, then the guest is started again: what follows is a box after power-on."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the checks are written with: registering them, running programs, asking the daemon, waiting.
 
 A check is a function marked with @check("sentence"); it fails by raising, best through expect(). Checks run in the order

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """LEDs on a real gpiochip: the daemon drives lines of the character device, the checks read them from the other side."""
 
 import time

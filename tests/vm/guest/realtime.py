@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Times of the force loop, beside a streaming camera, LEDs and clients. Asserted where the clock counts instructions."""
 
 import threading

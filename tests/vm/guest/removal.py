@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Upgrade, removal and purge of the package, by dpkg: apt is slow on an emulated CPU."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The service manager and the daemon: watchdog, restart, reload, state in the journal."""
 
 import os

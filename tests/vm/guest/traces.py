@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Traces of the service: who may read them, what a crash leaves, what they cost."""
 
 import json

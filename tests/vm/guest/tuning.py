@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What tells and sets what a box takes for real time."""
 
 import json

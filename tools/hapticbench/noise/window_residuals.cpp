@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/noise/window_residuals.h"
 
 #include <algorithm>

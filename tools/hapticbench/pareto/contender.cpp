@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/pareto/contender.h"
 
 #include "tools/hapticbench/contenders.h"

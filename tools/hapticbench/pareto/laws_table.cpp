@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/pareto/laws_table.h"
 
 #include <fmt/format.h>
@@ -23,11 +24,11 @@ std::string lineOf(const LawAtDistance& row) {
 std::string lawsTable(std::vector<LawAtDistance> rows, const std::string& command) {
   std::ranges::sort(rows, {}, [](const LawAtDistance& row) { return std::tie(row.setting, row.distance_m); });
   fmt::memory_buffer text;
-  fmt::format_to(
-      std::back_inserter(text),
-      "// Written by `{}`.\n// law, filtered, distance m, RMS force error over stiffness m, CPU ms "
-      "per second of use\n",
-      command);
+  fmt::format_to(std::back_inserter(text),
+                 "// SPDX-License-Identifier: Apache-2.0\n// Written by `{}`.\n// law, filtered, distance m, "
+                 "RMS force error over stiffness m, CPU ms "
+                 "per second of use\n",
+                 command);
   for (const LawAtDistance& row : rows) fmt::format_to(std::back_inserter(text), "{}", lineOf(row));
   return fmt::to_string(text);
 }

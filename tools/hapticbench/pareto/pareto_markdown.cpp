@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/pareto/pareto_markdown.h"
 
 #include <fmt/format.h>

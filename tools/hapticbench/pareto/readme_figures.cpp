@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/pareto/readme_figures.h"
 #include "tools/whole_file/whole_file.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/pareto/touching_path.h"
 
 #include <cmath>

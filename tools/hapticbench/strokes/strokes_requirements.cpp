@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/strokes/strokes_requirements.h"
 
 #include <fmt/format.h>

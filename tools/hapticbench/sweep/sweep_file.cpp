@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/sweep/sweep_file.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticctl/snapshot/depth_picture.h"
 
 #include <png.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera's pose as clients see it, over the real sockets.
 #include <gtest/gtest.h>
 

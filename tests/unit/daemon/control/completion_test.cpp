@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The completion scripts of all shells, each run by its shell. zsh offers completions in a terminal only, so
 // its functions that take them print them instead.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rules of Varlink that hold for every method alike, found from the interface texts that the daemon
 // serves.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the methods do, over the real sockets.
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The built hapticctl as a process, against the real server in front of a fake box.
 #include <gtest/gtest.h>
 #include <poll.h>

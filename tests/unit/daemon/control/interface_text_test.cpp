@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The interface texts against the grammar of the language and against what the daemon really answers.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stream of states, over the real sockets.
 #include <gtest/gtest.h>
 

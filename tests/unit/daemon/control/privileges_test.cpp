@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who may change something through the control socket, besides being able to open it.
 #include <grp.h>
 #include <gtest/gtest.h>

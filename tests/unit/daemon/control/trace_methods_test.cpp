@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces as clients see them, over the real sockets.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rules of the wire, with bytes written by hand.
 #include <gtest/gtest.h>
 #include <sys/resource.h>

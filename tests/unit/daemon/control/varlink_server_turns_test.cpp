@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whose turn it is: the server under more calls than it can answer, with a handler that the test holds up.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Profiles on the disk.
 #include "daemon/state/profile_folder.h"
 

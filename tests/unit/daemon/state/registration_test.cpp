@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The registration of the camera on the disk.
 #include "daemon/state/registration.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading the settings again without waiting for the disk.
 #include "daemon/state/settings_reader.h"
 

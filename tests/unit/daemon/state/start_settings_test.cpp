@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What goes before what at the start.
 #include "daemon/state/start_settings.h"
 

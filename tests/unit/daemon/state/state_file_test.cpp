@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small files that are replaced as a whole.
 #include "daemon/state/state_file.h"
 

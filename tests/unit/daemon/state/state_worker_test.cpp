@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thread that waits for the disk.
 #include "daemon/state/state_worker.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/trace/depth_recorder.h"
 
 #include <gtest/gtest.h>

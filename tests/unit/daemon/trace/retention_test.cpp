@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limit of the folder of traces: what it deletes, what it says, and when it ends recording.
 #include "daemon/trace/retention.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What becomes of every tick when the disk does not take it: written, counted as lost, or still in the ring.
 #include "daemon/trace/trace_recorder.h"
 

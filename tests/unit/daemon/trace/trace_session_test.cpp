@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "daemon/trace/trace_session.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Raw depth in the channel of a trace.
 
 #include <gtest/gtest.h>

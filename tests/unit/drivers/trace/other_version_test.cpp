@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces of older and newer versions of hapticd: their messages have other fields than this version's.
 
 #include <gtest/gtest.h>

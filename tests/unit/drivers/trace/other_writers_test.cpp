@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files that other programs make of traces, in every form that the specification of MCAP allows: their bytes
 // are put together here, with nothing of the writer.
 

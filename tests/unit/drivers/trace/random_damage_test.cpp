@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A thousand traces, each damaged in its own way: bits flipped, bytes overwritten, the end cut off, a piece
 // taken out, chunks changed in their places, repeated and removed. Nothing that is whole is lost, and all
 // damage is named.

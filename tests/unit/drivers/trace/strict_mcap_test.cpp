@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/strict_mcap.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/vm/emulators/hid/gadget_link.h"
 
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulated HID handle, with the kernel's part of uhid played at the other end of a socket, and our driver
 // behind that as it stands behind hidraw.
 

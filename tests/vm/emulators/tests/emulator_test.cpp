@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole emulator in a thread, on a folder that looks like vhci_hcd's.
 
 #include "tests/vm/emulators/usbip/emulator.h"

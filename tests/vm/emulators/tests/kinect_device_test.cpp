@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulated camera without faults.
 
 #include <gtest/gtest.h>

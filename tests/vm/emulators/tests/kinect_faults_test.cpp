@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the emulated camera does wrong on command, and other commands.
 
 #include <gtest/gtest.h>

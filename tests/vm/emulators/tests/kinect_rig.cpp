@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/vm/emulators/tests/kinect_rig.h"
 
 #include "tests/support/made_up_pixel.h"

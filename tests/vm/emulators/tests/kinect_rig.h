@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulated camera over USB/IP as the kernel speaks it, in a time that the tests give.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes of the kernel that come in pieces, are nonsense, or end.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/vm/emulators/usbip/descriptors.h"
 
 #include <linux/usb/ch9.h>
