@@ -30,8 +30,8 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       profiles_(context_, worker_),
       calibration_(context_, worker_, options.calibration) {
   for (auto&& theme :
-       {serviceMethods(), monitors_.methods(), events_.methods(), snapshots_.methods(), parameters_.methods(),
-        traces_.methods(), profiles_.methods(), calibration_.methods()}) {
+       {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(), snapshots_.methods(),
+        parameters_.methods(), traces_.methods(), profiles_.methods(), calibration_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }
@@ -61,6 +61,7 @@ bool ControlService::mayCall(const Method& method, const Caller& caller) const {
 void ControlService::closed(ConnectionId connection) {
   context_.pending.closed(connection);
   monitors_.closed(connection);
+  ticks_.closed(connection);
   events_.closed(connection);
   snapshots_.closed(connection);
 }
@@ -70,6 +71,7 @@ void ControlService::periodic(Replies& replies) {
   snapshots_.feed(replies);
   events_.feed(replies);
   monitors_.feed(replies);
+  ticks_.feed(replies);
 }
 
 }  // namespace hapticd::daemon

@@ -15,6 +15,7 @@
 #include "daemon/control/parameter_methods.h"
 #include "daemon/control/profile_methods.h"
 #include "daemon/control/snapshot_streams.h"
+#include "daemon/control/tick_streams.h"
 #include "daemon/control/trace_methods.h"
 #include "daemon/journal_entry.h"
 #include "daemon/state/state_worker.h"
@@ -42,8 +43,11 @@ class ControlService final : public CallHandler {
   void handle(const Call& call, const Caller& caller, Replies& replies) override;
   void closed(ConnectionId connection) override;
 
-  /// To be called with every tick of the force loop, for the windows of the Monitor streams.
-  void onTick(const rt::Tick& tick) { monitors_.onTick(tick); }
+  /// To be called with every tick of the force loop, for the streams of Monitor and Ticks.
+  void onTick(const rt::Tick& tick) {
+    monitors_.onTick(tick);
+    ticks_.onTick(tick);
+  }
   /// To be called with every entry of the journal, for the streams of events.
   void onEvent(const JournalEntry& entry) { events_.add(entry); }
   /// To be called every few milliseconds: answers what has waited, and feeds the streams.
@@ -59,6 +63,7 @@ class ControlService final : public CallHandler {
   StateWorker worker_;
   MethodContext context_;
   MonitorStreams monitors_;
+  TickStreams ticks_;
   EventStreams events_;
   SnapshotStreams snapshots_;
   ParameterMethods parameters_;

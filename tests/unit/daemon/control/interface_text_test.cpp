@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "control_fixture.h"
+#include "drivers/trace/names.h"
 #include "interface_definition.h"
 
 namespace hapticd::daemon::test {
@@ -75,6 +78,18 @@ TEST_F(InterfaceTextTest, ExplainsEveryFieldThatStandsOnALineOfItsOwn) {
   }
 }
 
+TEST_F(InterfaceTextTest, HasTheWordsOfEachEnumeration) {
+  start();
+  const InterfaceDefinition status(textOf("io.hapticd.Status"));
+  const auto words = [&status](const char* type) { return status.types.at(type).words; };
+  const auto namesOf = [](const auto& names) { return std::vector<std::string>(names.begin(), names.end()); };
+  EXPECT_EQ(words("Law"), namesOf(drivers::kNames<rt::ForceLaw>));
+  EXPECT_EQ(words("Mode"), namesOf(drivers::kNames<rt::Mode>));
+  EXPECT_EQ(words("Cause"), namesOf(drivers::kNames<rt::Cause>));
+  EXPECT_EQ(words("Contact"), namesOf(drivers::kNames<rt::ContactState>));
+  EXPECT_EQ(words("StiffnessRule"), namesOf(drivers::kNames<rt::StiffnessRule>));
+}
+
 TEST_F(InterfaceTextTest, DescribesWhatTheStandardMethodsAnswer) {
   start();
   checkedReply("org.varlink.service", "GetInfo");
@@ -88,6 +103,8 @@ TEST_F(InterfaceTextTest, DescribesWhatTheStatusMethodsAnswer) {
   checkedReply("io.hapticd.Status", "GetStatus");
   EXPECT_LT(10U, checkedReply("io.hapticd.Status", "GetParameters")["parameters"].size());
   checkedReply("io.hapticd.Status", "Monitor");
+  checkedReply("io.hapticd.Status", "Ticks", {{"fields", {"no_such_field"}}});
+  checkedReply("io.hapticd.Status", "Ticks", {{"fields", {"number"}}, {"intervalMs", 1}});
   const json unknown = checkedReply("io.hapticd.Status", "GetParameters", {{"names", {"a.b"}}});
   EXPECT_EQ("io.hapticd.Status.UnknownParameter", unknown["error"]);
 }

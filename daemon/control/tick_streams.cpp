@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/tick_streams.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <concepts>
+#include <expected>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "config/nearest_names.h"
+#include "daemon/control/call_fields.h"
+#include "drivers/trace/fields.h"
+#include "drivers/trace/names.h"
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr std::int64_t kShortestIntervalMs = 5;
+constexpr std::int64_t kLongestIntervalMs = 1000;
+constexpr std::int64_t kDefaultIntervalMs = 50;
+
+/// The names of a tick's fields, as traces have them.
+const std::vector<std::string_view>& tickFields() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> all;
+    const rt::Tick tick;
+    drivers::visitFields(tick, [&all](std::string_view name, const auto&) { all.push_back(name); });
+    return all;
+  }();
+  return names;
+}
+
+OrderedJson valueJson(std::integral auto value) {
+  return value;
+}
+OrderedJson valueJson(double value) {
+  return value;
+}
+OrderedJson valueJson(const rt::Vec3& vector) {
+  return OrderedJson::array({vector.x, vector.y, vector.z});
+}
+template <drivers::NamedEnumeration Enumeration>
+OrderedJson valueJson(Enumeration value) {
+  return drivers::kNames<Enumeration>.at(static_cast<std::size_t>(value));
+}
+
+Reply outOfRange(const char* parameter, const std::string& allowed) {
+  return {"io.hapticd.Status.OutOfRange", {{"parameter", parameter}, {"allowed", allowed}}};
+}
+
+Reply unknownField(const std::string& name) {
+  const std::string guess = config::didYouMean(name, tickFields());
+  return {"io.hapticd.Status.UnknownField",
+          {{"field", name},
+           {"reason", guess.empty()
+                          ? fmt::format("a tick has no such field, but {}", fmt::join(tickFields(), ", "))
+                          : fmt::format("a tick has no such field ({})", guess)}}};
+}
+
+std::expected<std::chrono::milliseconds, Reply> intervalOf(const Call& call) {
+  const Json* const interval = field(call, "intervalMs");
+  if (!interval) return std::chrono::milliseconds(kDefaultIntervalMs);
+  if (interval->is_number_integer()) {
+    const auto milliseconds = interval->get<std::int64_t>();
+    if (milliseconds >= kShortestIntervalMs && milliseconds <= kLongestIntervalMs)
+      return std::chrono::milliseconds(milliseconds);
+  }
+  return std::unexpected(outOfRange("intervalMs", std::to_string(kShortestIntervalMs) + ".." +
+                                                      std::to_string(kLongestIntervalMs) +
+                                                      ", a whole number of milliseconds"));
+}
+
+/// Places in tickFields().
+std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
+  const std::string allowed = "1.." + std::to_string(TickStreams::kMostFields) + " names of fields";
+  const Json* const names = field(call, "fields");
+  if (!names || !names->is_array() || names->empty() || names->size() > TickStreams::kMostFields)
+    return std::unexpected(outOfRange("fields", allowed));
+  std::vector<std::size_t> places;
+  for (const Json& name : *names) {
+    if (!name.is_string()) return std::unexpected(outOfRange("fields", allowed));
+    const auto& text = name.get_ref<const std::string&>();
+    const auto known = std::ranges::find(tickFields(), text);
+    if (known == tickFields().end()) return std::unexpected(unknownField(text));
+    const auto place = static_cast<std::size_t>(known - tickFields().begin());
+    if (std::ranges::find(places, place) == places.end()) places.push_back(place);
+  }
+  return places;
+}
+
+}  // namespace
+
+std::vector<Method> TickStreams::methods() {
+  return {{.name = "io.hapticd.Status.Ticks",
+           .streams = true,
+           .parameters = {"fields", "intervalMs"},
+           .answer = std::bind_front(&TickStreams::ticks, this)}};
+}
+
+void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies) {
+  const auto interval = intervalOf(call);
+  if (!interval) return replies.finish(caller.connection, interval.error());
+  auto fields = fieldsOf(call);
+  if (!fields) return replies.finish(caller.connection, fields.error());
+  if (streams_.size() == kMostStreams) {
+    return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMostStreams}}});
+  }
+  kept_.resize(kTicksKept);
+  streams_.push_back({.connection = caller.connection,
+                      .interval = *interval,
+                      .due = Clock::now() + *interval,
+                      .fields = std::move(*fields),
+                      .next = count_});
+}
+
+void TickStreams::onTick(const rt::Tick& tick) {
+  if (streams_.empty()) return;
+  kept_[count_++ % kTicksKept] = tick;
+}
+
+void TickStreams::feed(Replies& replies) {
+  const Clock::time_point now = Clock::now();
+  for (Stream& stream : streams_) {
+    if (now < stream.due) continue;
+    // A reply holds no more than kMostPerReply ticks: what is left goes in the next period.
+    if (feed(stream, replies) && stream.next == count_) stream.due = now + stream.interval;
+  }
+}
+
+/// False where the client has not taken the previous reply.
+bool TickStreams::feed(Stream& stream, Replies& replies) const {
+  const std::uint64_t oldest = count_ - std::min<std::uint64_t>(count_, kTicksKept);
+  Stream after = stream;
+  after.next = std::max(stream.next, oldest);
+  const std::uint64_t end = std::min(count_, after.next + kMostPerReply);
+  if (after.next == end) return true;
+
+  std::vector<OrderedJson> columns(stream.fields.size(), OrderedJson::array());
+  const std::uint64_t ticks = end - after.next;
+  for (; after.next < end; ++after.next) {
+    const rt::Tick& tick = at(after.next);
+    if (after.next_number != 0 && tick.number > after.next_number)
+      after.lost += tick.number - after.next_number;
+    after.next_number = tick.number + 1;
+    std::size_t place = 0;
+    drivers::visitFields(tick, [&](std::string_view, const auto& value) {
+      const auto chosen = std::ranges::find(stream.fields, place++);
+      if (chosen == stream.fields.end()) return;
+      columns[static_cast<std::size_t>(chosen - stream.fields.begin())].push_back(valueJson(value));
+    });
+  }
+  OrderedJson named = OrderedJson::object();
+  for (std::size_t column = 0; column < columns.size(); ++column)
+    named[std::string(tickFields()[stream.fields[column]])] = std::move(columns[column]);
+  const Reply reply{"", {{"count", ticks}, {"ticks", std::move(named)}, {"lostCount", after.lost}}, true};
+  if (!replies.offer(stream.connection, reply)) return false;
+  stream = after;
+  return true;
+}
+
+void TickStreams::closed(ConnectionId connection) {
+  std::erase_if(streams_, [=](const Stream& stream) { return stream.connection == connection; });
+  if (streams_.empty()) std::vector<rt::Tick>().swap(kept_);
+}
+
+}  // namespace hapticd::daemon

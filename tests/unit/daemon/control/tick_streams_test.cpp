@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// The streams of every tick, over the real sockets.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "control_fixture.h"
+#include "daemon/control/tick_streams.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+class TickStreamsTest : public ControlFixture {
+ protected:
+  static std::string callWith(const json& parameters) {
+    return json{{"method", "io.hapticd.Status.Ticks"}, {"parameters", parameters}, {"more", true}}.dump();
+  }
+  json refusal(const json& parameters) const {
+    RawClient client = statusClient();
+    client.call(callWith(parameters));
+    return client.json();
+  }
+  /// A stream that the service knows of: it answers calls of one connection in their order.
+  RawClient streamOf(const json& parameters) const {
+    RawClient client = statusClient();
+    client.call(callWith(parameters));
+    askStatus("io.hapticd.Status.GetStatus");  // a turn of the server later
+    return client;
+  }
+};
+
+std::vector<rt::Tick> ticksFrom(std::uint64_t first, std::uint64_t count) {
+  std::vector<rt::Tick> ticks(count);
+  for (std::uint64_t i = 0; i < count; ++i) ticks[i].number = first + i;
+  return ticks;
+}
+
+/// What a client has collected of a stream until the number `last` has come.
+struct Collected {
+  std::vector<std::uint64_t> numbers;
+  std::uint64_t lost = 0;
+  std::size_t largest_reply = 0;
+};
+
+Collected collectUntil(RawClient& client, std::uint64_t last) {
+  Collected collected;
+  while (collected.numbers.empty() || collected.numbers.back() < last) {
+    const json reply = client.json();
+    if (!reply.contains("parameters") || reply.contains("error")) {
+      ADD_FAILURE() << reply.dump();
+      break;
+    }
+    const json& parameters = reply["parameters"];
+    EXPECT_EQ(true, reply["continues"]);
+    EXPECT_EQ(parameters["count"], parameters["ticks"]["number"].size());
+    for (const json& number : parameters["ticks"]["number"])
+      collected.numbers.push_back(number.get<std::uint64_t>());
+    collected.lost = parameters["lostCount"].get<std::uint64_t>();
+    collected.largest_reply = std::max(collected.largest_reply, parameters["count"].get<std::size_t>());
+  }
+  return collected;
+}
+
+TEST_F(TickStreamsTest, GiveEveryTickOnceAndInOrder) {
+  start();
+  RawClient client = streamOf({{"fields", {"number"}}, {"intervalMs", 5}});
+  addTicks(ticksFrom(1000, 250));
+  addTicks(ticksFrom(1250, 7));
+  const Collected collected = collectUntil(client, 1256);
+  ASSERT_EQ(collected.numbers.size(), 257U);
+  for (std::size_t i = 0; i < collected.numbers.size(); ++i) EXPECT_EQ(collected.numbers[i], 1000 + i);
+  EXPECT_EQ(collected.lost, 0U);
+  EXPECT_LE(collected.largest_reply, TickStreams::kMostPerReply);
+}
+
+TEST_F(TickStreamsTest, GiveTheFieldsAskedForWithWordsVectorsAndNullForWhatIsNotFinite) {
+  start();
+  RawClient client =
+      streamOf({{"fields", {"mode", "command_force_n_in_world", "blending", "gain", "law", "mode"}},
+                {"intervalMs", 5}});
+  rt::Tick tick;
+  tick.number = 7;
+  tick.mode = rt::Mode::engaged;
+  tick.law = rt::ForceLaw::surface;
+  tick.command_force_n_in_world = {0.5, -1.25, 2};
+  tick.blending = true;
+  tick.gain = std::numeric_limits<double>::quiet_NaN();
+  addTicks({tick});
+  EXPECT_EQ(R"({"count":1,"lostCount":0,"ticks":{"mode":["engaged"],
+                "command_force_n_in_world":[[0.5,-1.25,2.0]],"blending":[true],"gain":[null],
+                "law":["surface"]}})"_json,
+            client.json()["parameters"]);
+}
+
+TEST_F(TickStreamsTest, CountTicksThatDidNotReachThem) {
+  start();
+  RawClient client = streamOf({{"fields", {"number"}}, {"intervalMs", 5}});
+  addTicks(ticksFrom(1, 3));
+  addTicks(ticksFrom(14, 2));  // 4 to 13 did not come
+  EXPECT_EQ(collectUntil(client, 15).lost, 10U);
+}
+
+TEST_F(TickStreamsTest, KeepTheNewestTicksForAClientThatIsTooSlowAndCountTheOthers) {
+  start();
+  RawClient client = streamOf({{"fields", {"number"}}, {"intervalMs", 1000}});
+  const std::uint64_t count = TickStreams::kTicksKept + 500;
+  addTicks(ticksFrom(1, 1));
+  EXPECT_EQ(collectUntil(client, 1).lost, 0U);
+  addTicks(ticksFrom(2, count));  // all in one period, which is far shorter than the stream's interval
+  const Collected collected = collectUntil(client, count + 1);
+  EXPECT_EQ(collected.numbers.size() + collected.lost, count);
+  EXPECT_EQ(collected.numbers.size(), TickStreams::kTicksKept);
+}
+
+TEST_F(TickStreamsTest, RefuseWhatTheyDoNotTakeAndNameWhatTheyDo) {
+  start();
+  const auto outOfRange = [](const char* parameter, const char* allowed) {
+    return errorReply("io.hapticd.Status.OutOfRange", {{"parameter", parameter}, {"allowed", allowed}});
+  };
+  const char* const interval = "5..1000, a whole number of milliseconds";
+  for (const json& value : {json(4), json(1001), json(-5), json(20.5), json("50")})
+    EXPECT_EQ(outOfRange("intervalMs", interval), refusal({{"fields", {"number"}}, {"intervalMs", value}}));
+  const char* const fields = "1..24 names of fields";
+  for (const json& value : {json(nullptr), json::array(), json("number"), json({1}),
+                            json(std::vector<std::string>(25, "number"))})
+    EXPECT_EQ(outOfRange("fields", fields), refusal({{"fields", value}}));
+  const json unknown = refusal({{"fields", {"number", "comand_force_n_in_world"}}});
+  EXPECT_EQ("io.hapticd.Status.UnknownField", unknown["error"]);
+  EXPECT_NE(std::string::npos,
+            unknown["parameters"]["reason"].get<std::string>().find("command_force_n_in_world"));
+  EXPECT_EQ(errorReply("org.varlink.service.ExpectedMore"), askStatus("io.hapticd.Status.Ticks"));
+}
+
+TEST_F(TickStreamsTest, AreLimitedInNumberAndFreeTheirPlaceWhenTheClientLeaves) {
+  start();
+  std::vector<RawClient> clients;
+  for (std::size_t i = 0; i < TickStreams::kMostStreams; ++i)
+    clients.push_back(streamOf({{"fields", {"number"}}}));
+  EXPECT_EQ(errorReply("io.hapticd.Status.TooManyStreams", {{"limit", TickStreams::kMostStreams}}),
+            refusal({{"fields", {"number"}}}));
+  clients.pop_back();
+  // The server notices within a few turns that the client has left.
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    RawClient next = statusClient();
+    next.call(callWith({{"fields", {"number"}}, {"intervalMs", 5}}));
+    addTicks(ticksFrom(1, 1));
+    if (!next.json().contains("error")) return;
+  }
+  ADD_FAILURE() << "no place became free";
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test
