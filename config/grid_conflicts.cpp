@@ -118,7 +118,7 @@ std::string windowRemedy(const Settings& settings, const Demand& demand) {
   remedies.suggest("grid.voxel_edge_m", "least", rounded(2 * demand.reach_m / inner_cells, true));
   remedies.suggest("grid.max_hip_speed_m_per_s", "most",
                    rounded((largest_m - demand.needs.radius_m) / interval_s(grid), false));
-  if (demand.live.law != rt::ForceLaw::proxy) {
+  if (rt::rowOf(demand.live.law).looks_in_radius) {
     remedies.suggest("force.radius_m", "most", rounded(settings.live.springs.radius_m - excess_m, false));
   }
   return remedies.text(
@@ -128,8 +128,7 @@ std::string windowRemedy(const Settings& settings, const Demand& demand) {
 
 // "nearest_springs", and that it is the choice of auto where it is.
 std::string lawText(const Settings& settings, const Demand& demand) {
-  return fmt::format("{}{}", nameOf(demand.live.law),
-                     settings.force.law == LawChoice::automatic ? ", which auto may choose," : "");
+  return fmt::format("{}{}", nameOf(demand.live.law), settings.force.law ? "" : ", which auto may choose,");
 }
 
 // "0.096 m on each side: 0.064 m that the law looks at + grid.max_hip_speed_m_per_s ...".

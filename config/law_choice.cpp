@@ -37,20 +37,6 @@ std::string budgetText(double max_error_n, double distance_m) {
 
 }  // namespace
 
-std::string_view nameOf(rt::ForceLaw law) {
-  switch (law) {
-    case rt::ForceLaw::nearest_springs:
-      return "nearest_springs";
-    case rt::ForceLaw::smooth_springs:
-      return "smooth_springs";
-    case rt::ForceLaw::proxy:
-      return "proxy";
-    case rt::ForceLaw::surface:
-      return "surface";
-  }
-  return "unknown";
-}
-
 std::span<const MeasuredLaw> measuredLaws() {
   return kMeasured;
 }
@@ -98,7 +84,7 @@ rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decisio
 }
 
 std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings) {
-  if (settings.force.law != LawChoice::automatic) return {settings.effectiveLive()};
+  if (settings.force.law) return {settings.effectiveLive()};
   std::set<double> classes_m;
   for (const MeasuredLaw& measured : kMeasured) classes_m.insert(measured.distance_m);
   std::vector<rt::LiveParameters> laws;

@@ -7,12 +7,18 @@
 #include <vector>
 
 #include "config/settings.h"
+#include "rt/law_table.h"
 #include "rt/parameters.h"
 
 namespace hapticd::config {
 
-/// As in force.law.
-std::string_view nameOf(rt::ForceLaw law);
+/// The word of a law, and of a choice, as in force.law.
+constexpr std::string_view nameOf(rt::ForceLaw law) {
+  return rt::rowOf(law).word;
+}
+constexpr std::string_view nameOf(const LawChoice& choice) {
+  return choice ? nameOf(*choice) : kAutomaticLaw;
+}
 
 /// What `hapticbench pareto` measured of a law in one setting at one distance.
 struct MeasuredLaw {

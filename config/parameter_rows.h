@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <type_traits>
 
 #include "config/parameter_table.h"
+#include "rt/law_table.h"
 
 /// How a row of the parameter table is made from a member of Settings: kind, getter, setter and choices
 /// follow from the member's type, the default from its initialiser.
@@ -15,8 +17,11 @@ namespace hapticd::config {
 template <typename Enumeration>
 inline constexpr std::array<std::string_view, 0> kWords{};
 template <>
-inline constexpr std::array<std::string_view, 5> kWords<LawChoice>{"auto", "nearest_springs",
-                                                                   "smooth_springs", "proxy", "surface"};
+inline constexpr auto kWords<LawChoice> = [] {
+  std::array<std::string_view, 1 + rt::kForceLawWords.size()> words{kAutomaticLaw};
+  std::ranges::copy(rt::kForceLawWords, words.begin() + 1);
+  return words;
+}();
 template <>
 inline constexpr std::array<std::string_view, 2> kWords<rt::ModelExtent>{"reach", "frame"};
 template <>
@@ -44,12 +49,47 @@ inline constexpr std::array<std::string_view, 2> kWords<LedDriver>{"none", "gpio
 template <>
 inline constexpr std::array<std::string_view, 2> kWords<TraceCompression>{"none", "zstd"};
 
+/// One line for users on each of kWords, or none at all.
+template <typename Member>
+inline constexpr std::array<std::string_view, 0> kWordHelp{};
+template <>
+inline constexpr auto kWordHelp<LawChoice> = [] {
+  std::array<std::string_view, 1 + rt::kForceLaws.size()> help{
+      "the cheapest of the measured laws whose error is within force.max_error_n at the scene's distance"};
+  std::ranges::transform(rt::kForceLaws, help.begin() + 1, &rt::ForceLawRow::help);
+  return help;
+}();
+
+/// Members that hold one of kWords.
+template <typename Member>
+inline constexpr bool kIsChoice = !kWords<Member>.empty();
+
+/// The place of a member's word in kWords. A law that is not named comes before those that are.
+template <typename Member>
+constexpr std::size_t wordIndex(const Member& member) {
+  if constexpr (std::is_enum_v<Member>) {
+    return static_cast<std::size_t>(member);
+  } else {
+    return member ? 1 + static_cast<std::size_t>(*member) : 0;
+  }
+}
+
+/// The member whose word stands at a place in kWords, which exists.
+template <typename Member>
+constexpr Member memberAt(std::size_t index) {
+  if constexpr (std::is_enum_v<Member>) {
+    return static_cast<Member>(index);
+  } else {
+    return index == 0 ? Member{} : static_cast<typename Member::value_type>(index - 1);
+  }
+}
+
 template <typename Member>
 constexpr Kind kindOf() {
   if constexpr (std::is_same_v<Member, bool>) return Kind::boolean;
   if constexpr (std::is_same_v<Member, int>) return Kind::integer;
   if constexpr (std::is_same_v<Member, double>) return Kind::number;
-  if constexpr (std::is_enum_v<Member>) return Kind::choice;
+  if constexpr (kIsChoice<Member>) return Kind::choice;
   return Kind::text;
 }
 
@@ -61,8 +101,8 @@ using Stored = std::conditional_t<
 
 template <typename Member>
 Value valueOf(const Member& member) {
-  if constexpr (std::is_enum_v<Member>) {
-    return std::string(kWords<Member>.at(static_cast<std::size_t>(member)));
+  if constexpr (kIsChoice<Member>) {
+    return std::string(kWords<Member>.at(wordIndex(member)));
   } else {
     return static_cast<Stored<Member>>(member);
   }
@@ -71,9 +111,9 @@ Value valueOf(const Member& member) {
 template <typename Member>
 void assign(Member& member, const Value& value) {
   const auto& stored = std::get<Stored<Member>>(value);
-  if constexpr (std::is_enum_v<Member>) {
+  if constexpr (kIsChoice<Member>) {
     for (std::size_t index = 0; index < kWords<Member>.size(); ++index) {
-      if (kWords<Member>[index] == stored) member = static_cast<Member>(index);
+      if (kWords<Member>[index] == stored) member = memberAt<Member>(index);
     }
   } else {
     member = static_cast<Member>(stored);
@@ -97,6 +137,7 @@ constexpr Parameter row(std::string_view name, Effect effect, std::string_view u
           .minimum = range.minimum,
           .maximum = range.maximum,
           .choices = kWords<Member>,
+          .choice_help = kWordHelp<Member>,
           .symbol = symbol,
           .help = help,
           .get = [](const Settings& settings) { return valueOf<Member>(Access(settings)); },

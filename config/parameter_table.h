@@ -33,8 +33,9 @@ struct Parameter {
   double minimum;         ///< inclusive; for numbers and integers
   double maximum;         ///< inclusive; for numbers and integers
   std::span<const std::string_view> choices;
-  std::string_view symbol;  ///< the paper's, or empty
-  std::string_view help;    ///< one line
+  std::span<const std::string_view> choice_help;  ///< one line for each of `choices`, or empty
+  std::string_view symbol;                        ///< the paper's, or empty
+  std::string_view help;                          ///< one line
   Value (*get)(const Settings&);
   void (*set)(Settings&, const Value&);  ///< `value` has passed check()
 

@@ -14,35 +14,6 @@ constexpr double kLightestDevice_kg = 0.045;
 
 }  // namespace
 
-rt::ForceLaw ForceSettings::namedLaw() const {
-  switch (law) {
-    case LawChoice::nearest_springs:
-      return rt::ForceLaw::nearest_springs;
-    case LawChoice::smooth_springs:
-      return rt::ForceLaw::smooth_springs;
-    case LawChoice::proxy:
-      return rt::ForceLaw::proxy;
-    case LawChoice::automatic:
-    case LawChoice::surface:
-      break;
-  }
-  return rt::ForceLaw::surface;
-}
-
-LawChoice choiceOf(rt::ForceLaw law) {
-  switch (law) {
-    case rt::ForceLaw::nearest_springs:
-      return LawChoice::nearest_springs;
-    case rt::ForceLaw::smooth_springs:
-      return LawChoice::smooth_springs;
-    case rt::ForceLaw::proxy:
-      return LawChoice::proxy;
-    case rt::ForceLaw::surface:
-      break;
-  }
-  return LawChoice::surface;
-}
-
 rt::LiveParameters Settings::effectiveLive() const {
   rt::LiveParameters effective = live;
   effective.law = force.namedLaw();

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "rt/parameters.h"
 
 namespace hapticd::config {
 
-/// A force law by name, or the cheapest that is accurate enough for the scene.
-enum class LawChoice { automatic, nearest_springs, smooth_springs, proxy, surface };
+/// A force law; without a value ("auto") the cheapest that is accurate enough for the scene.
+using LawChoice = std::optional<rt::ForceLaw>;
+inline constexpr std::string_view kAutomaticLaw = "auto";
 enum class CameraDriver { freenect, recorded, synthetic };
 enum class DepthLaw { paper, factory, custom };
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
@@ -19,20 +22,18 @@ enum class HidKind { controller, spacemouse };
 enum class LedDriver { none, gpiod };
 enum class TraceCompression { none, zstd };
 
-LawChoice choiceOf(rt::ForceLaw law);
-
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
 struct ForceSettings {
-  LawChoice law = LawChoice::automatic;
-  double max_error_n = 0;  ///< for `automatic`; 0: as below
+  LawChoice law{};
+  double max_error_n = 0;  ///< for a law that is not named; 0: as below
 
   /// Seven percent of the force limit: the smallest difference that a hand feels (Pang, Tan, Durlach).
   double effectiveMaxError_n(const rt::SafetyParameters& safety) const {
     constexpr double kJustNoticeable = 0.07;
     return max_error_n > 0 ? max_error_n : kJustNoticeable * safety.max_force_n;
   }
-  /// The law that is named; `automatic`: the one that works everywhere, until the scene is known.
-  rt::ForceLaw namedLaw() const;
+  /// The law that is named; else the one that works everywhere, until the scene is known.
+  rt::ForceLaw namedLaw() const { return law.value_or(rt::ForceLaw::surface); }
 };
 
 struct CameraSettings {

@@ -58,7 +58,7 @@ drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::
   record.engage_request = directive.engage_request;
   config::Settings used = settings;
   used.live = directive.parameters;
-  used.force.law = config::choiceOf(directive.parameters.law);
+  used.force.law = directive.parameters.law;
   for (const config::Parameter& parameter : config::parameterTable()) {
     if (parameter.effect != config::Effect::live) continue;
     record.parameters.emplace_back(parameter.name, config::toText(parameter.get(used)));
@@ -180,8 +180,7 @@ std::uint64_t RunningBox::apply(const config::Settings& settings) {
 }
 
 rt::LiveParameters RunningBox::live() const {
-  return settings_.force.law == config::LawChoice::automatic ? config::liveWith(settings_, law_decision_)
-                                                             : settings_.effectiveLive();
+  return !settings_.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
 }
 
 void RunningBox::decideLaw() {
@@ -197,7 +196,7 @@ void RunningBox::adaptToDistance() {
   const rt::Tick& tick = loopState().tick;
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
   distance_m_ = std::max(0.0, -depth_model_.positionInCamera(tick.proxy_m_in_world).z);
-  if (settings_.force.law != config::LawChoice::automatic || distance_m_ <= 0) return;
+  if (settings_.force.law || distance_m_ <= 0) return;
   const double class_m = config::distanceClass_m(distance_m_, distance_class_m_);
   if (class_m == distance_class_m_) return;
   distance_class_m_ = class_m;
@@ -209,12 +208,12 @@ LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
   const rt::LiveParameters& live = directive_.parameters;
   LawStatus status;
   status.law = live.law;
-  status.filtered = live.law != rt::ForceLaw::surface && !live.filter.isOff();  // surface reads raw depth
+  status.filtered = rt::rowOf(live.law).reads_filtered && !live.filter.isOff();
   status.max_error_n = settings_.force.effectiveMaxError_n(settings_.live.safety);
   status.distance_m = distance_m_;
   status.hand_stiffness_n_per_m = loop.tick.stiffness_gain * live.springs.stiffness_n_per_m *
                                   live.handle.motion_scale * live.handle.force_scale;
-  if (settings_.force.law != config::LawChoice::automatic) {
+  if (settings_.force.law) {
     status.reason = "named in force.law";
     return status;
   }

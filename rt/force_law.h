@@ -44,11 +44,6 @@ constexpr bool isHeld(ContactState state) noexcept {
   return state == ContactState::contact || state == ContactState::entrenched;
 }
 
-/// True for the laws whose force is a spring to a proxy that a surface holds back.
-constexpr bool hasProxy(ForceLaw law) noexcept {
-  return law == ForceLaw::proxy || law == ForceLaw::surface;
-}
-
 /// How far the law `proxy` looks at points around the proxy, and how far a surface can have come over it.
 struct ProxyRadii {
   double least_m;  ///< of the surface that is taken for a plane, where pixels are dense
@@ -65,21 +60,10 @@ struct ProxyRadii {
 /// How far from its proxy the law `surface` looks at the surface in one evaluation.
 inline constexpr double kReachOfSurface_m = 0.012;
 
-/// How far around its focus a law needs the scene modelled for one evaluation, metres.  RT: safe.
-inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
-  switch (parameters.law) {
-    case ForceLaw::nearest_springs:
-    case ForceLaw::smooth_springs:
-      return parameters.springs.radius_m;
-    case ForceLaw::proxy: {
-      constexpr double kAhead_m =
-          0.004;  // the next scene is built before the proxy gets to the end of this one
-      return ProxyRadii::of(parameters.contact).most_m + kAhead_m;
-    }
-    case ForceLaw::surface:
-      return kReachOfSurface_m;
-  }
-  return 0;
+/// How far around its proxy the law `proxy` needs the scene modelled for one evaluation, metres.  RT: safe.
+inline double reachOfProxy_m(const ContactParameters& parameters) noexcept {
+  constexpr double kAhead_m = 0.004;  // the next scene is built before the proxy reaches the end of this one
+  return ProxyRadii::of(parameters).most_m + kAhead_m;
 }
 
 /// What a force law computed.

@@ -1,62 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/force_laws.h"
 
-#include "rt/proxy.h"
-#include "rt/smooth_springs.h"
-#include "rt/surface.h"
+#include "rt/law_table.h"
 
 namespace hapticd::rt {
 namespace {
 
 /// True if the scene holds the kind of data that the law reads.
-bool serves(const Scene& scene, ForceLaw law) noexcept {
-  switch (law) {
-    case ForceLaw::nearest_springs:
-    case ForceLaw::smooth_springs:
-      return scene.has_points;
-    case ForceLaw::proxy:
-      return scene.has_points && scene.has_image;
-    case ForceLaw::surface:
-      return scene.has_surface;
-  }
-  return false;
+bool serves(const Scene& scene, const ForceLawRow& law) noexcept {
+  return (scene.has_points || !law.reads_points) && (scene.has_image || !law.reads_image) &&
+         (scene.has_surface || !law.reads_surface);
 }
 
-ForceSample nothing(const LawInput& input, bool outside_model) noexcept {
+ForceSample outsideModel(const LawInput& input) noexcept {
   return {.force_n_in_world = {},
           .proxy_m_in_world = input.hip_m_in_world,
           .normal_in_world = {},
-          .outside_model = outside_model};
-}
-
-ForceSample withoutProxy(const LawInput& input, ForceSample sample) noexcept {
-  sample.proxy_m_in_world = input.hip_m_in_world;
-  return sample;
+          .outside_model = true};
 }
 
 }  // namespace
 
 ForceSample ForceLaws::force(const LawInput& input) HAPTICD_RT {
-  if (input.scene.frame == 0 || !isFinite(input.hip_m_in_world)) return nothing(input, true);
-  if (serves(input.scene, input.parameters.law)) law_ = input.parameters.law;
-  if (!serves(input.scene, law_)) return nothing(input, true);
-  if (!hasProxy(law_)) {
+  if (input.scene.frame == 0 || !isFinite(input.hip_m_in_world)) return outsideModel(input);
+  if (serves(input.scene, rowOf(input.parameters.law))) law_ = input.parameters.law;
+  const ForceLawRow& law = rowOf(law_);
+  if (!serves(input.scene, law)) return outsideModel(input);
+  if (!law.has_proxy) {
     release();
-    if (!input.scene.covers(input.hip_m_in_world, input.parameters.springs.radius_m))
-      return nothing(input, true);
+    if (!input.scene.covers(input.hip_m_in_world, law.reach_m(input.parameters))) return outsideModel(input);
   }
-  switch (law_) {
-    case ForceLaw::nearest_springs:
-      return withoutProxy(
-          input, nearestSprings(input.scene, input.hip_m_in_world, input.parameters.springs, search_));
-    case ForceLaw::smooth_springs:
-      return smoothSprings(input, search_);
-    case ForceLaw::proxy:
-      return proxyForce(input, proxy_);
-    case ForceLaw::surface:
-      return surfaceForce(input, proxy_);
-  }
-  return nothing(input, true);
+  return law.force(input, memory_);
 }
 
 }  // namespace hapticd::rt

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "rt/contact_damping.h"
+#include "rt/law_table.h"
 #include "rt/stiffness_limit.h"
 
 namespace hapticd::rt {

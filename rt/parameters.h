@@ -14,8 +14,8 @@ namespace hapticd::rt {
 enum class ForceLaw : std::uint8_t {
   nearest_springs,  ///< the paper's: mean of the springs of the nearest points
   smooth_springs,   ///< weighted mean of the springs of all points near, continuous in position
-  proxy,            ///< spring to a proxy that the raw points hold back
-  surface,          ///< spring to a proxy that a signed distance field holds back
+  proxy,            ///< spring to a proxy that planes fitted to the raw points hold back
+  surface,          ///< spring to a proxy that the visible surface holds back
 };
 
 /// Live. The paper's four parameters, eq. (6)-(11).

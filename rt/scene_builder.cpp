@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "rt/deproject_kernel.h"
-#include "rt/force_law.h"
+#include "rt/law_table.h"
 #include "rt/sort_kernel.h"
 
 namespace hapticd::rt {
@@ -27,11 +27,12 @@ void clearOccupancy(Scene& scene) noexcept {
 
 SceneNeeds SceneNeeds::of(const LiveParameters& parameters) noexcept {
   SceneNeeds needs;
-  needs.visible_surface = parameters.law == ForceLaw::surface;
-  needs.points = !needs.visible_surface;
-  needs.image = parameters.law == ForceLaw::proxy;
-  needs.hidden = needs.image;
-  needs.radius_m = reachOfLaw_m(parameters);
+  const ForceLawRow& law = rowOf(parameters.law);
+  needs.visible_surface = law.reads_surface;
+  needs.points = law.reads_points;
+  needs.image = law.reads_image;
+  needs.hidden = law.reads_image;
+  needs.radius_m = law.reach_m(parameters);
   needs.surface = parameters.surface;
   needs.filter = parameters.filter;
   return needs;

@@ -6,6 +6,7 @@
 
 #include "rt/depth_frame.h"
 #include "rt/haptic_core.h"
+#include "rt/law_table.h"
 #include "rt/scene_builder.h"
 
 namespace hapticd::rt {
@@ -24,10 +25,9 @@ void warmUp(HapticCore& core, std::size_t point_capacity) {
   Scene scene;
   storage.attachTo(scene);
   const Vec3 wall{0, 0, -model->depth_m(kRaw)};
-  for (const ForceLaw law :
-       {ForceLaw::nearest_springs, ForceLaw::smooth_springs, ForceLaw::proxy, ForceLaw::surface}) {
+  for (const ForceLawRow& row : kForceLaws) {
     LiveParameters parameters;
-    parameters.law = law;
+    parameters.law = row.law;
     builder.build(*frame, wall, builder.largestBall_m(), scene, SceneNeeds::of(parameters));
     core.release();
     for (int step = 100; step >= -10; --step) {

@@ -9,7 +9,7 @@
 #include "config/law_choice.h"
 #include "daemon/control/interface_texts.h"
 #include "daemon/control/names.h"
-#include "rt/force_law.h"
+#include "rt/law_table.h"
 
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
 // until it is shown.

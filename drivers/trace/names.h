@@ -9,6 +9,7 @@
 #include "rt/depth_frame_header.h"
 #include "rt/force_law.h"
 #include "rt/handle_channel.h"
+#include "rt/law_table.h"
 #include "rt/loop_state.h"
 
 namespace hapticd::drivers {
@@ -37,8 +38,7 @@ inline constexpr std::array<std::string_view, rt::kCauseCount> kNames<rt::Cause>
                                                                                  "overrun_burst",
                                                                                  "surface_too_near"};
 template <>
-inline constexpr std::array<std::string_view, 4> kNames<rt::ForceLaw>{"nearest_springs", "smooth_springs",
-                                                                      "proxy", "surface"};
+inline constexpr auto kNames<rt::ForceLaw> = rt::kForceLawWords;
 template <>
 inline constexpr std::array<std::string_view, 4> kNames<rt::ContactState>{"free", "contact", "entrenched",
                                                                           "behind"};

@@ -10,6 +10,7 @@
 
 #include "rt/depth_frame.h"
 #include "rt/haptic_core.h"
+#include "rt/law_table.h"
 #include "rt/parameters.h"
 #include "tools/offline/offline_box.h"
 #include "tools/truth/true_scene.h"

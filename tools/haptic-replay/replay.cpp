@@ -48,7 +48,7 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   if (law_decided_) return;
   law_decided_ = true;
   const double distance_m = -depth_model_.positionInCamera(hip_m_in_world).z;
-  if (settings_.force.law != config::LawChoice::automatic || !(distance_m > 0)) return;
+  if (settings_.force.law || !(distance_m > 0)) return;
   settings_.live = config::liveWith(
       settings_,
       config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),

@@ -7,32 +7,16 @@
 
 namespace hapticd::tools {
 
-std::string_view nameOf(config::LawChoice law) {
-  switch (law) {
-    case config::LawChoice::automatic:
-      return "auto";
-    case config::LawChoice::nearest_springs:
-      return "nearest_springs";
-    case config::LawChoice::smooth_springs:
-      return "smooth_springs";
-    case config::LawChoice::proxy:
-      return "proxy";
-    case config::LawChoice::surface:
-      return "surface";
-  }
-  return "unknown";
-}
-
 config::LawChoice shippedLawNamed(std::string_view name) {
   const auto* const law = std::ranges::find_if(
-      kShippedLaws, [name](config::LawChoice candidate) { return nameOf(candidate) == name; });
-  return law == kShippedLaws.end() ? config::LawChoice::automatic : *law;
+      kShippedLaws, [name](const config::LawChoice& candidate) { return nameOf(candidate) == name; });
+  return law == kShippedLaws.end() ? std::nullopt : *law;
 }
 
 rt::LiveParameters shippedParameters(config::LawChoice law, double distance_m) {
   config::Settings settings;
   settings.force.law = law;
-  if (law != config::LawChoice::automatic) return settings.effectiveLive();
+  if (law) return settings.effectiveLive();
   constexpr double kNoClassBefore = 0;
   const config::LawDecision decision = config::chooseLaw(
       settings.force.effectiveMaxError_n(settings.live.safety), settings.live.springs.stiffness_n_per_m,

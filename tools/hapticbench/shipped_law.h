@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/law_choice.h"
 #include "config/settings.h"
 #include "rt/parameters.h"
 #include "tools/offline/offline_box.h"
@@ -13,11 +14,10 @@
 /// The laws whose force is a spring to a proxy, with the settings that a user who changes nothing gets.
 namespace hapticd::tools {
 
-inline constexpr std::array<config::LawChoice, 3> kShippedLaws{
-    config::LawChoice::automatic, config::LawChoice::surface, config::LawChoice::proxy};
+inline constexpr std::array<config::LawChoice, 3> kShippedLaws{std::nullopt, rt::ForceLaw::surface,
+                                                               rt::ForceLaw::proxy};
 
-/// As in force.law; of kShippedLaws.
-std::string_view nameOf(config::LawChoice law);
+using config::nameOf;
 
 /// The choice of that name; the name is one of kShippedLaws.
 config::LawChoice shippedLawNamed(std::string_view name);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/manual/parameter_section.h"
 
+#include <fmt/format.h>
+
 #include <cctype>
+#include <cstddef>
 
 #include "config/parameter_table.h"
 #include "tools/manual/roff.h"
@@ -21,6 +24,8 @@ std::string paragraph(const config::Parameter& parameter) {
   const std::string value = config::toText(parameter.defaultValue());
   text += "\nAllowed: " + parameter.range() + ". Default: " + (value.empty() ? "empty" : value) + ".";
   if (parameter.effect == config::Effect::live) text += " Live.";
+  for (std::size_t i = 0; i < parameter.choice_help.size(); ++i)
+    text += fmt::format("\n{}: {}.", parameter.choices[i], parameter.choice_help[i]);
   return labelled(parameter.name, text);
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "rt/law_table.h"
+
 namespace hapticd::tools {
 
 std::string_view unitOf(std::string_view field) {

@@ -8,7 +8,7 @@
 #include "drivers/monotonic_clock.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/names.h"
-#include "rt/force_law.h"
+#include "rt/law_table.h"
 #include "tools/trace/trace_settings.h"
 
 namespace hapticd::tools {

@@ -284,7 +284,7 @@ TEST(Conflicts, SeveralViolatedRulesAreAllReported) {
 TEST(Conflicts, NumbersThatAreNotFiniteViolateTheRules) {
   Settings settings;
   settings.camera.depth_model.near_m = std::nan("");
-  settings.force.law = LawChoice::nearest_springs;
+  settings.force.law = rt::ForceLaw::nearest_springs;
   settings.live.springs.radius_m = std::nan("");
   settings.handle.simulated.direction_in_world.x = std::nan("");
   EXPECT_EQ(checkTogether(settings).size(), 3U);

@@ -8,7 +8,7 @@ namespace hapticd::tools {
 /// Defaults, but for the law whose force is known: by brute force over all points.
 inline config::Settings papersLaw() {
   config::Settings settings;
-  settings.force.law = config::LawChoice::nearest_springs;
+  settings.force.law = rt::ForceLaw::nearest_springs;
   return settings;
 }
 

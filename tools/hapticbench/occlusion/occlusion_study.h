@@ -43,7 +43,7 @@ struct OcclusionOptions {
 
 /// All passages of a hand behind bodies of one thickness with one gap.
 struct PassageRow {
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   double wall_m = 1;
   SceneNoise noise = SceneNoise::none;
   HandDuringPassage hand = HandDuringPassage::free;
@@ -55,7 +55,7 @@ struct PassageRow {
 
 /// All entries of a kind.
 struct EntryRow {
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   double wall_m = 1;
   SceneNoise noise = SceneNoise::none;
   EntryKind kind = EntryKind::hidden_side;
@@ -65,14 +65,14 @@ struct EntryRow {
 
 /// A surface that comes at that speed.
 struct NearRow {
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   double speed_m_per_s = 0.1;
   NearLimitResult result;
 };
 
 /// All pushes beside a kind of border.
 struct PushRow {
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   double wall_m = 1;
   SceneNoise noise = SceneNoise::none;
   BorderKind kind = BorderKind::image_border;

@@ -11,7 +11,7 @@ namespace hapticd::tools {
 
 /// All surfaces of a class of distances under one law.
 struct DistanceClassResult {
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   double from_m = 0;
   double to_m = 0;
   int surfaces = 0;

@@ -24,7 +24,7 @@ struct RecordingsOptions {
 struct SurfaceRow {
   std::string session;
   RestingSurface surface;
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   double stiffness_n_per_m = 500;
   SurfaceError stroke;  ///< two strokes, along row and column
   SurfaceError still;
@@ -33,7 +33,7 @@ struct SurfaceRow {
 /// One law at the places that something passes.
 struct PassingRow {
   std::string session;
-  config::LawChoice law = config::LawChoice::automatic;
+  config::LawChoice law;
   int places = 0;
   double nearest_m = 0;  ///< of the places
   double farthest_m = 0;
