@@ -115,6 +115,7 @@ void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies
                       .due = Clock::now() + *interval,
                       .fields = std::move(*fields),
                       .next = count_});
+  send(streams_.back(), replies);
 }
 
 void TickStreams::onTick(const rt::Tick& tick) {
@@ -127,17 +128,18 @@ void TickStreams::feed(Replies& replies) {
   for (Stream& stream : streams_) {
     if (now < stream.due) continue;
     // A reply holds no more than kMostPerReply ticks: what is left goes in the next period.
-    if (feed(stream, replies) && stream.next == count_) stream.due = now + stream.interval;
+    if (stream.next == count_ || (send(stream, replies) && stream.next == count_))
+      stream.due = now + stream.interval;
   }
 }
 
-/// False where the client has not taken the previous reply.
-bool TickStreams::feed(Stream& stream, Replies& replies) const {
+/// Offers the oldest ticks that the stream has not had; false where the client has not taken the previous
+/// reply.
+bool TickStreams::send(Stream& stream, Replies& replies) const {
   const std::uint64_t oldest = count_ - std::min<std::uint64_t>(count_, kTicksKept);
   Stream after = stream;
   after.next = std::max(stream.next, oldest);
   const std::uint64_t end = std::min(count_, after.next + kMostPerReply);
-  if (after.next == end) return true;
 
   std::vector<OrderedJson> columns(stream.fields.size(), OrderedJson::array());
   const std::uint64_t ticks = end - after.next;

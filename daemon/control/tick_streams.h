@@ -41,7 +41,7 @@ class TickStreams {
   };
 
   void ticks(const Call& call, const Caller& caller, Replies& replies);
-  bool feed(Stream& stream, Replies& replies) const;
+  bool send(Stream& stream, Replies& replies) const;
   const rt::Tick& at(std::uint64_t place) const { return kept_[place % kTicksKept]; }
 
   std::vector<rt::Tick> kept_;  // allocated with the first stream

@@ -56,6 +56,8 @@ def main():
             if "error" in reply:
                 print(f"ticks.py: {reply['error']}: {reply['parameters']}", file=sys.stderr)
                 return 1
+            if reply["parameters"]["count"] == 0:  # the first one: the stream stands
+                continue
             columns = {}
             for name, values in reply["parameters"]["ticks"].items():
                 columns.update(columns_of(name, values))
