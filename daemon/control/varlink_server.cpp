@@ -11,10 +11,10 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <utility>
 
 #include "daemon/control/peer.h"
+#include "rt/clock.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -49,9 +49,7 @@ bool outOfDescriptors(int error) {
 }  // namespace
 
 std::chrono::nanoseconds threadTime() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  return std::chrono::nanoseconds(rt::threadCpu_ns());
 }
 
 config::Result<std::unique_ptr<VarlinkServer>> VarlinkServer::create(const ServerOptions& options,

@@ -8,16 +8,16 @@
 #include <system_error>
 
 #include "config/yaml_text.h"
-#include "drivers/monotonic_clock.h"
 #include "drivers/start_thread.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_recovery.h"
+#include "rt/clock.h"
 
 namespace hapticd::daemon {
 namespace {
 
 namespace fs = std::filesystem;
-using drivers::kNsPerSecond;
+using rt::kNsPerSecond;
 
 /// How often the rings are emptied, which hold seconds.
 constexpr std::chrono::milliseconds kPeriod{20};
@@ -216,7 +216,7 @@ TraceStatus TraceRecorder::status() const {
   TraceStatus& status = published.status;
   // What the ring has dropped since: while the trace thread waits for the disk it cannot say it.
   if (published.wanted) status.ticks_lost += sources_.ticks.dropped() - published.ring_drops;
-  const std::int64_t silent_ns = drivers::monotonicNs() - published.time_ns;
+  const std::int64_t silent_ns = rt::monotonicNow_ns() - published.time_ns;
   if (published.time_ns != 0 && silent_ns >= kStall_ns) status.problems.push_back(stallText(silent_ns));
   Retention::Status retention = retention_.status();
   status.folder_bytes = retention.folder_bytes;
@@ -250,7 +250,7 @@ void TraceRecorder::run() {
 }
 
 void TraceRecorder::step() {
-  const std::int64_t now_ns = drivers::monotonicNs();
+  const std::int64_t now_ns = rt::monotonicNow_ns();
   if (now_ns >= next_look_ns_) lookAtDisk(now_ns);
   takeRecords();
   takeTicks();
@@ -367,7 +367,7 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
 drivers::TraceOptions TraceRecorder::options() const {
   drivers::TraceOptions options = sources_.describe();
   options.compress = settings_.compression == config::TraceCompression::zstd;
-  options.realtime_offset_ns = drivers::realtimeNs() - drivers::monotonicNs();
+  options.realtime_offset_ns = rt::realtimeNow_ns() - rt::monotonicNow_ns();
   options.attachments.push_back({"settings.yaml", "application/yaml", settings_yaml_});
   return options;
 }
@@ -383,7 +383,7 @@ config::Result<void> TraceRecorder::beginSession() {
   own_status_.name = session_->name();
   if (directive_.generation == 0) return {};
   drivers::DirectiveRecord in_force = directive_;
-  in_force.time_ns = drivers::monotonicNs();  // else the trace would seem to begin when it was given
+  in_force.time_ns = rt::monotonicNow_ns();  // else the trace would seem to begin when it was given
   auto written = session_->write(in_force);
   if (!written) suspend(written.error());
   return written;
@@ -459,7 +459,7 @@ void TraceRecorder::publishStatus() {
     const drivers::TraceWriter& writer = session_->writer();
     status.ticks = writer.ticks() + writer.ticksPending();
     status.bytes = writer.bytes();
-    status.duration_s = static_cast<double>(drivers::monotonicNs() - session_->beginNs()) * 1e-9;
+    status.duration_s = static_cast<double>(rt::monotonicNow_ns() - session_->beginNs()) * 1e-9;
     status.depth_frames = session_->depthFrames();
     status.depth_frames_lost += session_->depthFramesLost();
   } else {
@@ -474,7 +474,7 @@ void TraceRecorder::publishStatus() {
   status.flight_recorder_s = flight_recorder_.duration_s();
   status.free_bytes = space_.freeBytes();
   const std::lock_guard lock(status_mutex_);
-  published_ = {std::move(status), wanted_, ring_drops_, drivers::monotonicNs()};
+  published_ = {std::move(status), wanted_, ring_drops_, rt::monotonicNow_ns()};
 }
 
 }  // namespace hapticd::daemon

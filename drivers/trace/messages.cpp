@@ -11,10 +11,10 @@
 #include <limits>
 #include <type_traits>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/cdr.h"
 #include "drivers/trace/fields.h"
 #include "drivers/trace/names.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -252,8 +252,8 @@ std::string schemaOf() {
 template <typename Record>
 void encode(const Record& record, std::uint64_t realtime_ns, std::string& to) {
   CdrWriter writer(to);
-  writer.number(static_cast<std::int32_t>(realtime_ns / kNsPerSecond));
-  writer.number(static_cast<std::uint32_t>(realtime_ns % kNsPerSecond));
+  writer.number(static_cast<std::int32_t>(realtime_ns / rt::kNsPerSecond));
+  writer.number(static_cast<std::uint32_t>(realtime_ns % rt::kNsPerSecond));
   visitFields(record, EncodeFields{writer});
 }
 

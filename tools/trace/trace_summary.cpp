@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/names.h"
+#include "rt/clock.h"
 #include "rt/force_law.h"
 #include "tools/trace/trace_settings.h"
 
@@ -96,7 +96,7 @@ class Summing {
 
   double since(std::int64_t time_ns) const {
     return (static_cast<double>(time_ns) - static_cast<double>(first_.planned_ns)) /
-           static_cast<double>(drivers::kNsPerSecond);
+           static_cast<double>(rt::kNsPerSecond);
   }
 
   void addGap(const rt::Tick& tick) {
