@@ -37,10 +37,10 @@ void writeHolder(int file) {
 }
 
 /// For the daemon's user alone: who may read a file may lock it too, and keep hapticd from starting.
-Descriptor openFile(const fs::path& file) {
+config::Descriptor openFile(const fs::path& file) {
   constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
-  Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0600));
-  return writable ? std::move(writable) : Descriptor(::open(file.c_str(), O_RDONLY | kFlags));
+  config::Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0600));
+  return writable ? std::move(writable) : config::Descriptor(::open(file.c_str(), O_RDONLY | kFlags));
 }
 
 }  // namespace
@@ -48,8 +48,8 @@ Descriptor openFile(const fs::path& file) {
 config::Result<StateLock> StateLock::take(const fs::path& state_folder) {
   std::error_code ignored;  // then the file cannot be opened either
   fs::create_directories(state_folder, ignored);
-  Descriptor file = openFile(state_folder / "hapticd.lock");
-  if (!file) return StateLock(Descriptor());
+  config::Descriptor file = openFile(state_folder / "hapticd.lock");
+  if (!file) return StateLock(config::Descriptor());
   if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
     writeHolder(file.get());
   } else if (errno == EWOULDBLOCK) {

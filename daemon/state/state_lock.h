@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/descriptor.h"
 #include "config/error.h"
-#include "daemon/control/descriptor.h"
 
 namespace hapticd::daemon {
 
@@ -21,9 +21,9 @@ class StateLock {
   bool held() const { return static_cast<bool>(file_); }
 
  private:
-  explicit StateLock(Descriptor file) : file_(std::move(file)) {}
+  explicit StateLock(config::Descriptor file) : file_(std::move(file)) {}
 
-  Descriptor file_;
+  config::Descriptor file_;
 };
 
 }  // namespace hapticd::daemon
