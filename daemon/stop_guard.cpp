@@ -7,8 +7,8 @@
 #include <cstdlib>
 
 #include "daemon/journal.h"
-#include "drivers/start_thread.h"
-#include "drivers/stop_signal.h"
+#include "drivers/base/start_thread.h"
+#include "drivers/base/stop_signal.h"
 
 namespace hapticd::daemon {
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "daemon/injection/fault_injector.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <thread>
 
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/handle.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::daemon {
 

@@ -3,7 +3,7 @@
 
 #include <signal.h>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {

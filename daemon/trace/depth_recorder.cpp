@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 

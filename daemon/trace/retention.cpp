@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "daemon/trace/disk_space.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "config/yaml_text.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_recovery.h"
 #include "rt/clock.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "drivers/base/priority_inheriting_mutex.h"
 #include "drivers/handle/handle.h"
-#include "drivers/priority_inheriting_mutex.h"
 
 namespace hapticd::drivers {
 

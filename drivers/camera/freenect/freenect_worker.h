@@ -9,10 +9,10 @@
 #include <mutex>
 #include <string>
 
+#include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/freenect/freenect_session.h"
 #include "drivers/camera/status_board.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 #include "rt/clock.h"
 
 namespace hapticd::drivers {

@@ -5,10 +5,10 @@
 #include <optional>
 #include <thread>
 
+#include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/status_board.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 #include "rt/clock.h"
 
 namespace hapticd::drivers {

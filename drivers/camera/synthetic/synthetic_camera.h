@@ -4,10 +4,10 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/status_board.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/falcon/falcon_firmware.h"
 #include "drivers/handle/falcon/falcon_link.h"
@@ -16,7 +17,6 @@
 #include "drivers/handle/handle_frame.h"
 #include "drivers/handle/handle_status_board.h"
 #include "drivers/handle/handle_thread.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 

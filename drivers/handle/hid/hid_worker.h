@@ -10,11 +10,11 @@
 #include <string>
 
 #include "config/settings.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/handle_status_board.h"
 #include "drivers/handle/hid/hid_controller.h"
 #include "drivers/handle/hid/hid_port.h"
 #include "drivers/handle/hid/hid_spacemouse.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 

@@ -3,9 +3,9 @@
 
 #include <utility>
 
+#include "drivers/base/start_thread.h"
 #include "drivers/led/gpiod/chip_path.h"
 #include "drivers/led/gpiod/line_error.h"
-#include "drivers/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {

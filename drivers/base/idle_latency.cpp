@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/idle_latency.h"
+#include "drivers/base/idle_latency.h"
 
 #include <fcntl.h>
 #include <unistd.h>
