@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "child_process.h"
-#include "drivers/handle/make_handle.h"
+#include "drivers/make_handle.h"
 #include "fake_falcon.h"
 #include "frame_collector.h"
 #include "rt/clock.h"

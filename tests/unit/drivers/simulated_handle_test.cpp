@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "drivers/handle/make_handle.h"
+#include "drivers/make_handle.h"
 #include "frame_collector.h"
 #include "rt/clock.h"
 

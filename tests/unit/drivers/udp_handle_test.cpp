@@ -11,7 +11,7 @@
 #include <memory>
 #include <numbers>
 
-#include "drivers/handle/make_handle.h"
+#include "drivers/make_handle.h"
 #include "frame_collector.h"
 #include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
