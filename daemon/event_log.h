@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/box.h"
-#include "daemon/journal_entry.h"
+#include "daemon/base/box.h"
+#include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "drivers/led/led_panel.h"
 
 namespace hapticd::daemon {

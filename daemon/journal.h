@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "daemon/journal_entry.h"
+#include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
 

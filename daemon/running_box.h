@@ -15,10 +15,10 @@
 
 #include "config/law_choice.h"
 #include "config/settings.h"
-#include "daemon/box.h"
+#include "daemon/base/box.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
-#include "daemon/journal_entry.h"
 #include "daemon/scene_thread.h"
 #include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "drivers/camera/camera.h"
 #include "drivers/trace/records.h"
 #include "rt/depth_model.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 
 /// The enumerators' own names ("engaged", "depth_stale"), as both interfaces and the journal use them.
 namespace hapticd::daemon {

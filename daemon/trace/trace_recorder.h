@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "config/settings.h"
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
 #include "daemon/trace/disk_space.h"
 #include "daemon/trace/flight_recorder.h"
