@@ -19,7 +19,7 @@
 #include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
-#include "daemon/scene_thread.h"
+#include "daemon/scene/scene_thread.h"
 #include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"
 #include "drivers/camera/camera.h"

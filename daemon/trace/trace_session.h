@@ -8,7 +8,7 @@
 #include <string>
 
 #include "config/error.h"
-#include "daemon/scene_thread.h"
+#include "daemon/scene/scene_thread.h"
 #include "daemon/trace/depth_recorder.h"
 #include "drivers/trace/trace_writer.h"
 #include "rt/force_loop.h"
