@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {
