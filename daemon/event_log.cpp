@@ -6,7 +6,7 @@
 #include <cctype>
 #include <utility>
 
-#include "daemon/control/names.h"
+#include "daemon/base/names.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/control/names.h"
+#include "daemon/base/names.h"
 #include "daemon/control/peer.h"
 #include "daemon/journal.h"
 #include "daemon/reload.h"

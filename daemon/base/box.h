@@ -18,9 +18,11 @@
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
 #include "drivers/trace/trace_folder.h"
+#include "drivers/trace/trace_state.h"
 #include "rt/depth_frame.h"
 #include "rt/latency_histogram.h"
 #include "rt/loop_state.h"
+#include "rt/words.h"
 
 namespace hapticd::daemon {
 
@@ -62,6 +64,9 @@ struct LawStatus {
 
 /// How an LED shines; isLit() (indicators.h) has the times.
 enum class LedPattern { off, on, slow_blink, fast_blink, double_blink };
+constexpr auto wordsOf(LedPattern) {
+  return rt::words<LedPattern>("off", "on", "slow_blink", "fast_blink", "double_blink");
+}
 
 /// The pattern of each LED; the index is the value of its drivers::Led.
 using LedPatterns = std::array<LedPattern, drivers::kLedCount>;
@@ -71,11 +76,7 @@ struct IndicatorStatus {
   LedPatterns patterns{};  ///< of the LEDs that are configured, the others show nothing
 };
 
-enum class TraceState {
-  off,      ///< no trace is wanted
-  writing,  ///< ticks go into a file
-  waiting,  ///< a trace is wanted, but cannot be written now; it goes on by itself, in another file
-};
+using drivers::TraceState;
 
 /// What was done with a trace without anybody having asked for it.
 struct TraceNews {

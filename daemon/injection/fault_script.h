@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "config/error.h"
+#include "daemon/base/names.h"
+#include "rt/words.h"
 
 namespace hapticd::daemon {
 
-/// A fault that can be made up; the names in a script are those of nameOf().
+/// A fault that can be made up; a script calls it by its word.
 enum class Fault {
   lost_frames,       ///< every second frame of the camera is dropped
   frozen_camera,     ///< no frame comes any more
@@ -22,9 +24,11 @@ enum class Fault {
   late_ticks,        ///< every second tick takes 3 ms longer
   channel_overflow,  ///< nobody takes the ticks out of their ring
 };
-inline constexpr int kFaultCount = 9;
-
-std::string_view nameOf(Fault fault);
+constexpr auto wordsOf(Fault) {
+  return rt::words<Fault>("lost_frames", "frozen_camera", "garbage_depth", "handle_muted", "handle_unplugged",
+                          "handle_leap", "nan_pose", "late_ticks", "channel_overflow");
+}
+inline constexpr int kFaultCount = static_cast<int>(rt::enumeratorCount<Fault>());
 
 /// When a fault begins and how long it lasts, since the start of the box.
 struct ScriptedFault {

@@ -8,6 +8,12 @@
 #include <cmath>
 #include <span>
 
+#include "drivers/camera/camera.h"
+#include "drivers/handle/handle.h"
+#include "drivers/trace/trace_state.h"
+#include "rt/loop_state.h"
+#include "rt/words.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -140,23 +146,19 @@ struct Quantile {
 constexpr std::array<Quantile, 4> kQuantiles{
     {{"0.5", "p50Ns"}, {"0.99", "p99Ns"}, {"0.999", "p999Ns"}, {"1", "maxNs"}}};
 
-constexpr std::array<const char*, 5> kModes{"starting", "idle", "engaged", "holding", "faulted"};
-constexpr std::array<const char*, 3> kCameraStates{"absent", "streaming", "lost"};
-constexpr std::array<const char*, 4> kHandleStates{"absent", "calibrating", "present", "lost"};
-constexpr std::array<const char*, 3> kTraceStates{"off", "writing", "waiting"};
-
 /// A word that is one of several, as a StateSet.
 struct States {
   const char* name;
   const char* path;
   const char* help;
-  std::span<const char* const> known;
+  std::span<const std::string_view> known;
 };
 constexpr std::array kStates{
-    States{"mode", "mode", "What the force loop does.", kModes},
-    States{"camera_state", "camera.state", "State of the depth camera.", kCameraStates},
-    States{"handle_state", "handle.state", "State of the haptic handle.", kHandleStates},
-    States{"trace_state", "trace.state", "State of the trace.", kTraceStates},
+    States{"mode", "mode", "What the force loop does.", rt::kWords<rt::Mode>},
+    States{"camera_state", "camera.state", "State of the depth camera.", rt::kWords<drivers::CameraState>},
+    States{"handle_state", "handle.state", "State of the haptic handle.",
+           rt::kWords<drivers::HandlePresence>},
+    States{"trace_state", "trace.state", "State of the trace.", rt::kWords<drivers::TraceState>},
 };
 
 std::string head(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
@@ -192,7 +194,7 @@ std::string familyOf(const States& states, const Json& status) {
     text += fmt::format("hapticd_{0}{{hapticd_{0}=\"{1}\"}} {2}\n", states.name, labelValue(state),
                         state == now ? 1 : 0);
   };
-  for (const char* state : states.known) sample(state);
+  for (const std::string_view state : states.known) sample(state);
   // a newer daemon may know more states
   if (std::ranges::find(states.known, std::string_view(now)) == states.known.end()) sample(now);
   return text;

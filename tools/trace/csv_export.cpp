@@ -13,8 +13,8 @@
 
 #include "config/value_text.h"
 #include "drivers/trace/fields.h"
-#include "drivers/trace/names.h"
 #include "rt/clock.h"
+#include "rt/words.h"
 #include "tools/trace/columns.h"
 #include "tools/trace/selected_trace.h"
 #include "tools/trace/trace_settings.h"
@@ -58,9 +58,9 @@ struct CsvRow {
   }
   // the shortest number that reads back as the same one
   void put(std::string_view, double value) { fmt::format_to(std::back_inserter(line), ",{}", value); }
-  template <drivers::NamedEnumeration Enumeration>
+  template <rt::Worded Enumeration>
   void put(std::string_view, const Enumeration& value) {
-    line += "," + std::string(drivers::kNames<Enumeration>[static_cast<std::size_t>(value)]);
+    line += "," + std::string(rt::wordOf(value));
   }
   void put(std::string_view name, const rt::Vec3& vector) {
     for (const double component : {vector.x, vector.y, vector.z}) put(name, component);

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "drivers/trace/messages.h"
-#include "drivers/trace/names.h"
 #include "rt/clock.h"
 #include "rt/force_law.h"
+#include "rt/words.h"
 #include "tools/trace/trace_settings.h"
 
 namespace hapticd::tools {
@@ -89,7 +89,7 @@ class Summing {
     std::vector<std::pair<std::string, double>> times;
     for (std::size_t value = 0; value < ticks.size(); ++value) {
       if (ticks[value] == 0) continue;
-      times.emplace_back(drivers::kNames<Enumeration>[value], static_cast<double>(ticks[value]) * period_s);
+      times.emplace_back(rt::kWords<Enumeration>[value], static_cast<double>(ticks[value]) * period_s);
     }
     return times;
   }
@@ -111,7 +111,7 @@ class Summing {
   std::uint64_t contacts_ = 0;
   EmptyPeriodCount empty_periods_;
   std::array<std::uint64_t, rt::kModeCount> in_mode_{};
-  std::array<std::uint64_t, drivers::kNames<rt::ForceLaw>.size()> in_law_{};
+  std::array<std::uint64_t, rt::kWords<rt::ForceLaw>.size()> in_law_{};
   std::vector<std::int64_t> wakeup_ns_, compute_ns_;
 };
 
