@@ -6,7 +6,7 @@
 namespace hapticd::daemon {
 
 /// Writes to the journal with its fields where standard error goes there, else one line to standard error.
-/// That nobody reads it is no error: the daemon lives on.
+/// Output that nobody reads is no error: the daemon goes on.
 /// Thread: any.  Progress: blocking.
 void writeToJournal(const JournalEntry& entry);
 

@@ -34,7 +34,7 @@ constexpr std::chrono::seconds kFirstTickTimeout{5};
 constexpr std::int64_t kSamplePeriod_ns = 1'000'000'000 / 15;
 constexpr std::int64_t kLedPatternPeriod_ns = 1'000'000'000 / 20;
 
-/// The CPU that the force thread is to have; -1: the last one that the process may use.
+/// The CPU for the force thread; -1: the last one that the process may use.
 int forceCpu(const config::Settings& settings) {
   return settings.loop.cpu >= 0 ? settings.loop.cpu : lastIsolatedCpu();
 }
@@ -48,7 +48,8 @@ std::unexpected<RunningBox::StartFailure> failure(const config::Result<void>& st
   return std::unexpected(RunningBox::StartFailure{started.error(), permanent});
 }
 
-/// Names the law in use, also where the settings leave the choice.
+/// The parameters and the request in a directive, for the trace, with the name of the law in use even where
+/// the settings say auto.
 drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::Settings& settings) {
   drivers::DirectiveRecord record;
   record.time_ns = rt::monotonicNow_ns();
@@ -155,7 +156,7 @@ void RunningBox::stop() {
     stopWithin("the force thread", StopLimits::kForceThread, [this] { force_thread_.join(); });
     idle_latency_.reset();
   }
-  // The handle before all that may hang: it lets its motors go.
+  // The handle stops before everything that may hang, because that switches its motors off.
   stopWithin("the handle", StopLimits::kHandle, [this] { handle_->stop(); });
   stopWithin("the trace", StopLimits::kTraces, [this] { trace_.stop(); });
   stopWithin("the LEDs", StopLimits::kLeds, [this] { leds_->stop(); });
@@ -192,7 +193,7 @@ void RunningBox::decideLaw() {
                                     settings_.live.springs.stiffness_n_per_m, class_m);
 }
 
-/// Decides anew on the law when what is felt comes nearer or goes farther.
+/// Chooses the law again when the surface in contact is in another class of distances.
 void RunningBox::adaptToDistance() {
   const rt::Tick& tick = loopState().tick;
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
@@ -241,7 +242,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
   injectFaults();
   if (faults_ && faults_->isOn(Fault::channel_overflow)) return;
   rt::Tick tick;
-  // bounded: the loop may push while this pops
+  // bounded, because the loop may push while this pops
   for (std::size_t i = 0; i < rt::kTickRingCapacity && control_->ticks.pop(tick); ++i) {
     if (on_tick) on_tick(tick);
   }

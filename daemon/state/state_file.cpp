@@ -58,10 +58,10 @@ bool synchronise(const fs::path& folder) {
 }  // namespace
 
 config::Result<void> replaceFile(const fs::path& file, std::string_view content) {
-  std::error_code ignored;  // to write then fails too, and says why
+  std::error_code ignored;  // writing fails then too, and reports the reason
   fs::create_directories(file.parent_path(), ignored);
   const fs::path temporary = file.string() + ".new";
-  ::unlink(temporary.c_str());  // of a start that crashed
+  ::unlink(temporary.c_str());  // left behind by a process that crashed
   config::Descriptor descriptor(
       ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
   if (!descriptor) return failure(file, "cannot be written", errno);
