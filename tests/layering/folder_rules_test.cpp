@@ -15,14 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 
-const fs::path kSource = HAPTICD_SOURCE_FOLDER;
+const fs::path kCheckedTree = HAPTICD_SOURCE_FOLDER;
 
 TEST(Folders, IncludeOnlyWhatTheyMayUse) {
-  EXPECT_EQ(wrongIncludesInside(kSource, folderRules()), Strings{});
+  EXPECT_EQ(wrongIncludesInside(kCheckedTree, folderRules()), Strings{});
 }
 
 TEST(Folders, AllHaveARule) {
-  EXPECT_EQ(foldersWithoutRules(kSource, folderRules()), Strings{});
+  EXPECT_EQ(foldersWithoutRules(kCheckedTree, folderRules()), Strings{});
 }
 
 TEST(Folders, HaveNoCycle) {
