@@ -86,6 +86,10 @@ constexpr std::array kNumbers{
            "Frames not delivered because their data could not be trusted."},
     Number{"scene_frame_rate_hertz", Type::gauge, "hertz", "scene.frameRateHz", "Depth frames per second."},
     Number{"scene_models", Type::counter, "", "scene.models", "Models of the scene built."},
+    Number{"scene_remodels", Type::counter, "", "scene.remodels",
+           "Models built again because the hand left the part of the scene that was modelled."},
+    Number{"scene_points_over_capacity", Type::counter, "", "scene.pointsOverCapacity",
+           "Points that did not fit into the model."},
     Number{"scene_skipped_frames", Type::counter, "", "scene.skippedFrames",
            "Frames that a newer one replaced before they were modelled."},
     Number{"scene_points", Type::gauge, "", "scene.points", "Points in the newest model."},
@@ -111,6 +115,8 @@ constexpr std::array kNumbers{
            "Models and events that a trace had no room for."},
     Number{"trace_depth_frames_lost", Type::counter, "", "trace.depthFramesLost",
            "Depth frames not recorded because the disk was too slow."},
+    Number{"traces_recovered", Type::counter, "", "trace.recovered",
+           "Traces that a crash left open and that were finished at the start."},
     Number{"trace_dumps", Type::counter, "", "trace.dumps",
            "Times that the flight recorder was written out."},
     Number{"traces_finished", Type::counter, "", "trace.traces", "Finished traces."},
@@ -121,6 +127,13 @@ constexpr std::array kNumbers{
            "Traces deleted because all of them were larger than the limit."},
     Number{"trace_free_bytes", Type::gauge, "bytes", "trace.freeBytes",
            "Free space on the disk of the traces."},
+    Number{"control_connections", Type::gauge, "", "control.connections", "Clients that are connected."},
+    Number{"control_refused_connections", Type::counter, "", "control.refusedConnections",
+           "Connections refused because there were too many."},
+    Number{"control_ticks_lost", Type::counter, "", "control.ticksLost",
+           "Ticks that the clients' statistics lack because the control thread was too slow."},
+    Number{"control_longest_gap_seconds", Type::gauge, "seconds", "control.longestGapNs",
+           "Longest time between two periods of the control thread.", kPerNanosecond},
 };
 
 /// Families of durations, as summaries.

@@ -330,6 +330,12 @@ std::string statusText(const Json& status) {
   if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);
   text += line("trace", traceText(status));
   text += line("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+  text += line("", countersText(status, "trace.",
+                                {{"recordsLost", "records lost"}, {"depthFramesLost", "depth frames lost"}}));
+  text += line("control", countersText(status, "control.",
+                                       {{"connections", "connections"},
+                                        {"refusedConnections", "refused"},
+                                        {"ticksLost", "ticks lost"}}));
   text += line("versions", versionsText(status));
   return text;
 }
