@@ -12,8 +12,8 @@
 ///
 ///     constexpr auto wordsOf(Mode) { return rt::words<Mode>("starting", "idle", "engaged"); }
 ///
-/// and is what configurations, the control interface, traces, metrics and messages write. An enumerator without
-/// its word does not compile.
+/// and is what configurations, the control interface, traces, metrics and messages write. An enumerator
+/// without its word does not compile.
 namespace hapticd::rt {
 
 /// The words of an enumeration that counts from 0, in the order of its enumerators.
@@ -25,7 +25,9 @@ consteval auto words(Word... word) {
 
 /// An enumeration that has its words beside it.
 template <typename Type>
-concept Worded = requires(Type value) { wordsOf(value); };
+concept Worded = requires(Type value) {
+  wordsOf(value);
+};
 
 /// All words of an enumeration; the index is the enumerator's value.
 template <Worded Enumeration>

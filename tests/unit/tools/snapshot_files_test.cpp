@@ -108,7 +108,8 @@ TEST(Base64, DecodesTheVectorsOfItsStandard) {
                                                                                     {"Zm9vYmFy", "foobar"}}) {
     EXPECT_EQ(config::base64Decoded(text), bytes) << text;
   }
-  for (const char* bad : {"Zg=", "Z", "Zm9*", "Zg==Zg==", "===="}) EXPECT_FALSE(config::base64Decoded(bad)) << bad;
+  for (const char* bad : {"Zg=", "Z", "Zm9*", "Zg==Zg==", "===="})
+    EXPECT_FALSE(config::base64Decoded(bad)) << bad;
 }
 
 Json headerReply() {

@@ -2,8 +2,8 @@
 // The stream of a depth frame, over the real sockets.
 #include <gtest/gtest.h>
 
-#include "control_fixture.h"
 #include "config/base64.h"
+#include "control_fixture.h"
 
 namespace hapticd::daemon::test {
 namespace {
