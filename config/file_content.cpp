@@ -11,22 +11,10 @@
 #include <optional>
 #include <system_error>
 
+#include "config/descriptor.h"
+
 namespace hapticd::config {
 namespace {
-
-class OpenFile {
- public:
-  OpenFile(const std::filesystem::path& file, int flags) : number_(::open(file.c_str(), flags)) {}
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  ~OpenFile() {
-    if (number_ >= 0) ::close(number_);
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
 
 int flagsOf(const FileRequest& request) {
   int flags = O_RDONLY | O_CLOEXEC | O_NOCTTY;
@@ -64,17 +52,17 @@ std::string FileFault::text() const {
 
 std::expected<std::string, FileFault> fileContent(const std::filesystem::path& file,
                                                   const FileRequest& request) {
-  const OpenFile open_file(file, flagsOf(request));
-  if (open_file.number() < 0) return unreadable(errno);
+  const Descriptor open_file(::open(file.c_str(), flagsOf(request)));
+  if (!open_file) return unreadable(errno);
   if (request.kind == FileKind::regular) {
-    if (const auto fault = faultOfKind(open_file.number())) return std::unexpected(*fault);
+    if (const auto fault = faultOfKind(open_file.get())) return std::unexpected(*fault);
   }
   constexpr std::size_t kChunk = 64 * 1024;
   std::string content;
   std::size_t length = 0;
   while (length <= request.longest) {
     content.resize(std::min(length + kChunk, request.longest + 1));
-    const ssize_t count = ::read(open_file.number(), content.data() + length, content.size() - length);
+    const ssize_t count = ::read(open_file.get(), content.data() + length, content.size() - length);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return unreadable(errno);
     if (count == 0) break;

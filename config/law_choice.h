@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "config/settings.h"
-#include "rt/law_table.h"
 #include "rt/parameters.h"
+#include "rt/words.h"
 
 namespace hapticd::config {
 
 /// The word of a law, and of a choice, as in force.law.
 constexpr std::string_view nameOf(rt::ForceLaw law) {
-  return rt::rowOf(law).word;
+  return rt::wordOf(law);
 }
 constexpr std::string_view nameOf(const LawChoice& choice) {
   return choice ? nameOf(*choice) : kAutomaticLaw;

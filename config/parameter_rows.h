@@ -8,46 +8,25 @@
 
 #include "config/parameter_table.h"
 #include "rt/law_table.h"
+#include "rt/words.h"
 
 /// How a row of the parameter table is made from a member of Settings: kind, getter, setter and choices
 /// follow from the member's type, the default from its initialiser.
 namespace hapticd::config {
 
-/// The words of an enumeration, in the order of its enumerators, which count from 0.
-template <typename Enumeration>
+/// The words of a member that holds an enumeration, in the order of its enumerators; none of any other
+/// member.
+template <typename Member>
 inline constexpr std::array<std::string_view, 0> kWords{};
+template <rt::Worded Enumeration>
+inline constexpr auto kWords<Enumeration> = rt::kWords<Enumeration>;
 template <>
 inline constexpr auto kWords<LawChoice> = [] {
-  std::array<std::string_view, 1 + rt::kForceLawWords.size()> words{kAutomaticLaw};
-  std::ranges::copy(rt::kForceLawWords, words.begin() + 1);
+  constexpr auto& kLaws = rt::kWords<rt::ForceLaw>;
+  std::array<std::string_view, 1 + kLaws.size()> words{kAutomaticLaw};
+  std::ranges::copy(kLaws, words.begin() + 1);
   return words;
 }();
-template <>
-inline constexpr std::array<std::string_view, 2> kWords<rt::ModelExtent>{"reach", "frame"};
-template <>
-inline constexpr std::array<std::string_view, 3> kWords<CameraDriver>{"freenect", "recorded", "synthetic"};
-template <>
-inline constexpr std::array<std::string_view, 3> kWords<DepthLaw>{"paper", "factory", "custom"};
-template <>
-inline constexpr std::array<std::string_view, 4> kWords<SyntheticScene>{"plane", "sphere", "moving_sphere",
-                                                                        "edge"};
-template <>
-inline constexpr std::array<std::string_view, 4> kWords<SyntheticNoise>{"off", "quantised", "sensor",
-                                                                        "harsh"};
-template <>
-inline constexpr std::array<std::string_view, 4> kWords<HandleDriver>{"simulated", "udp", "hid", "falcon"};
-template <>
-inline constexpr std::array<std::string_view, 4> kWords<HandScript>{"stroke", "tap", "lean", "mixed"};
-template <>
-inline constexpr std::array<std::string_view, 2> kWords<HidKind>{"controller", "spacemouse"};
-template <>
-inline constexpr std::array<std::string_view, 3> kWords<rt::StiffnessLimit>{"off", "warn", "reduce"};
-template <>
-inline constexpr std::array<std::string_view, 2> kWords<rt::ContactDamping>{"off", "automatic"};
-template <>
-inline constexpr std::array<std::string_view, 2> kWords<LedDriver>{"none", "gpiod"};
-template <>
-inline constexpr std::array<std::string_view, 2> kWords<TraceCompression>{"none", "zstd"};
 
 /// One line for users on each of kWords, or none at all.
 template <typename Member>

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "rt/parameters.h"
+#include "rt/words.h"
 
 namespace hapticd::config {
 
@@ -13,14 +14,41 @@ namespace hapticd::config {
 using LawChoice = std::optional<rt::ForceLaw>;
 inline constexpr std::string_view kAutomaticLaw = "auto";
 enum class CameraDriver { freenect, recorded, synthetic };
+constexpr auto wordsOf(CameraDriver) {
+  return rt::words<CameraDriver>("freenect", "recorded", "synthetic");
+}
 enum class DepthLaw { paper, factory, custom };
+constexpr auto wordsOf(DepthLaw) {
+  return rt::words<DepthLaw>("paper", "factory", "custom");
+}
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
+constexpr auto wordsOf(SyntheticScene) {
+  return rt::words<SyntheticScene>("plane", "sphere", "moving_sphere", "edge");
+}
 enum class SyntheticNoise { off, quantised, sensor, harsh };
+constexpr auto wordsOf(SyntheticNoise) {
+  return rt::words<SyntheticNoise>("off", "quantised", "sensor", "harsh");
+}
 enum class HandleDriver { simulated, udp, hid, falcon };
+constexpr auto wordsOf(HandleDriver) {
+  return rt::words<HandleDriver>("simulated", "udp", "hid", "falcon");
+}
 enum class HandScript { stroke, tap, lean, mixed };
+constexpr auto wordsOf(HandScript) {
+  return rt::words<HandScript>("stroke", "tap", "lean", "mixed");
+}
 enum class HidKind { controller, spacemouse };
+constexpr auto wordsOf(HidKind) {
+  return rt::words<HidKind>("controller", "spacemouse");
+}
 enum class LedDriver { none, gpiod };
+constexpr auto wordsOf(LedDriver) {
+  return rt::words<LedDriver>("none", "gpiod");
+}
 enum class TraceCompression { none, zstd };
+constexpr auto wordsOf(TraceCompression) {
+  return rt::words<TraceCompression>("none", "zstd");
+}
 
 /// Live. What the force law is chosen by; the law itself is LiveParameters::law.
 struct ForceSettings {

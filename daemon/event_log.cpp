@@ -6,7 +6,7 @@
 #include <cctype>
 #include <utility>
 
-#include "daemon/control/names.h"
+#include "daemon/base/names.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -41,14 +41,14 @@ void EventLog::onTick(const rt::Tick& tick, Clock::time_point now) {
 void EventLog::tellMode(const rt::Tick& tick, Clock::time_point now) {
   if (now - second_ >= std::chrono::seconds(1)) {
     second_ = now;
-    told_ = 0;
-    if (untold_ > 0) {
-      write_(
-          {Priority::warning, fmt::format("{} changes of mode were not logged", std::exchange(untold_, 0))});
+    logged_ = 0;
+    if (unlogged_ > 0) {
+      write_({Priority::warning,
+              fmt::format("{} changes of mode were not logged", std::exchange(unlogged_, 0))});
     }
   }
-  if (++told_ > kModesPerSecond) {
-    ++untold_;
+  if (++logged_ > kModesPerSecond) {
+    ++unlogged_;
     return;
   }
   write_({priorityOf(tick.mode),
@@ -90,22 +90,22 @@ void EventLog::tellWarnings(const std::vector<std::string>& warnings) {
 }
 
 void EventLog::tellTrace(const TraceStatus& trace) {
-  const auto tell = [&](Priority priority, std::string text, const std::string& name) {
+  const auto log = [&](Priority priority, std::string text, const std::string& name) {
     write_({priority, std::move(text), {{"EVENT", "trace"}, {"TRACE", name}}});
   };
   if (trace.state == TraceState::writing && trace.name != trace_.name) {
-    tell(Priority::notice, fmt::format("trace {} is written", trace.name), trace.name);
+    log(Priority::notice, fmt::format("trace {} is written", trace.name), trace.name);
   } else if (trace.state == TraceState::waiting && trace_.state != TraceState::waiting) {
-    tell(Priority::error, "the trace waits: " + trace.detail, trace_.name);
+    log(Priority::error, "the trace waits: " + trace.detail, trace_.name);
   } else if (trace.state == TraceState::off && trace_.state != TraceState::off) {
-    tell(Priority::notice, fmt::format("trace {} has ended", trace_.name), trace_.name);
+    log(Priority::notice, fmt::format("trace {} has ended", trace_.name), trace_.name);
   }
   if (trace.last_dump != trace_.last_dump) {
-    tell(Priority::notice, fmt::format("flight recorder written to {}", trace.last_dump), trace.last_dump);
+    log(Priority::notice, fmt::format("flight recorder written to {}", trace.last_dump), trace.last_dump);
   }
   if (trace.recovered != trace_.recovered) {
-    tell(Priority::warning,
-         fmt::format("{} traces that a crash had left open were finished", trace.recovered), "");
+    log(Priority::warning, fmt::format("{} traces that a crash had left open were finished", trace.recovered),
+        "");
   }
   for (const TraceNews& news : trace.news) {
     if (news.number <= trace_news_) continue;

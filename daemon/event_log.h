@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "daemon/box.h"
-#include "daemon/journal_entry.h"
+#include "daemon/base/box.h"
+#include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
 
-/// Tells the journal what changes by itself: the mode, the camera, the handle, warnings.
+/// Logs changes that nobody requested: of the mode, the camera, the handle, the warnings and the trace.
 /// Thread: control thread only.
 class EventLog {
  public:
@@ -21,8 +21,8 @@ class EventLog {
 
   explicit EventLog(Write write) : write_(std::move(write)) {}
 
-  /// To be called with every tick. Of modes that change back and forth, ten a second are told and the others
-  /// counted.
+  /// To be called with every tick. Where the mode changes back and forth, ten changes a second are logged and
+  /// the others are counted.
   void onTick(const rt::Tick& tick, Clock::time_point now);
   /// To be called a few times a second.
   void onStatus(const BoxStatus& status);
@@ -35,14 +35,15 @@ class EventLog {
   Write write_;
   rt::Mode mode_ = rt::Mode::starting;
   rt::Cause cause_ = rt::Cause::none;
-  Clock::time_point second_;  // in which told_ and untold_ were counted
-  int told_ = 0;
-  int untold_ = 0;
+  Clock::time_point second_;  // the second that logged_ and unlogged_ are counts of
+  int logged_ = 0;
+  int unlogged_ = 0;
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
   TraceStatus trace_;
-  std::uint64_t trace_news_ = 0;                 // number of the newest one that was told
-  std::map<std::string, std::string> warnings_;  // by the text without its numbers, which may always change
+  std::uint64_t trace_news_ = 0;  // number of the newest one in the log
+  std::map<std::string, std::string>
+      warnings_;  // the key is the text without its numbers, which change all the time
 };
 
 }  // namespace hapticd::daemon

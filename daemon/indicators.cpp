@@ -13,14 +13,14 @@ using rt::Mode;
 constexpr std::int64_t kNsPerMs = 1'000'000;
 constexpr std::int64_t kDamageShown_ns = 1000 * kNsPerMs;
 
-/// Flashes that begin with each period; the pauses between them are as long as they are.
+/// The flashes at the start of each period; the pauses between them are as long as the flashes.
 struct Timing {
   std::int64_t period_ms;
   int flashes;
   std::int64_t flash_ms;
 };
 
-// Each period fits a whole number of times into 2 s.
+// 2 s are a whole number of each period.
 constexpr Timing kSlowBlink{2000, 1, 1000};
 constexpr Timing kFastBlink{200, 1, 100};
 constexpr Timing kDoubleBlink{1000, 2, 100};
@@ -54,7 +54,7 @@ LedPattern contactPattern(const BoxCondition& condition) {
 LedPattern faultPattern(const BoxCondition& condition) {
   if (condition.mode == Mode::faulted) return LedPattern::fast_blink;
   if (condition.mode == Mode::holding) return LedPattern::double_blink;
-  // what is not there yet is no fault
+  // a device that has not been found yet is no fault
   const bool judged = condition.mode != Mode::starting;
   return judged && condition.warned ? LedPattern::slow_blink : LedPattern::off;
 }

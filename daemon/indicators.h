@@ -5,35 +5,35 @@
 #include <cstdint>
 #include <optional>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "drivers/led/led_panel.h"
 
 namespace hapticd::daemon {
 
-/// What the LEDs show of the box.
+/// The parts of the box's status that the LEDs show.
 struct BoxCondition {
   rt::Mode mode = rt::Mode::starting;
-  bool in_contact = false;  ///< there is something to feel
+  bool in_contact = false;  ///< a force acts on the HIP
   drivers::CameraState camera = drivers::CameraState::absent;
-  bool frames_damaged = false;  ///< one was within the last second
-  bool warned = false;          ///< status has warnings
+  bool frames_damaged = false;  ///< at least one frame within the last second was damaged
+  bool warned = false;          ///< the status has warnings
 };
 
-/// The table of what each LED shows when.  Pure.
+/// The pattern of each LED for a given state of the box.  Pure.
 LedPatterns patternsOf(const BoxCondition& condition);
 
-/// Whether an LED with that pattern is on. All patterns begin together with each even second of the clock, so
-/// that LEDs blink in step.  `time_ns`: CLOCK_MONOTONIC, at least 0.  Pure.
+/// Whether an LED with that pattern is lit at a given time. All patterns start at each even second of the
+/// clock, so that LEDs blink in step.  `time_ns`: CLOCK_MONOTONIC, at least 0.  Pure.
 bool isLit(LedPattern pattern, std::int64_t time_ns);
 
-/// The LEDs that are on.  `time_ns`: as of isLit().  Pure.
+/// The LEDs that are lit at a given time.  `time_ns`: as for isLit().  Pure.
 drivers::LedSet litLeds(const LedPatterns& patterns, std::int64_t time_ns);
 
-/// Follows the box's counters: what has happened since a moment before.
+/// Derives what the LEDs show from the box's counters, by comparing them with those of a moment ago.
 /// Thread: one at a time.
 class ConditionWatch {
  public:
-  /// `time_ns`: CLOCK_MONOTONIC, not before that of the last call. Contact is any since the last call.
+  /// `time_ns`: CLOCK_MONOTONIC, not earlier than in the last call. Any contact since the last call counts.
   BoxCondition follow(const BoxStatus& status, std::int64_t time_ns);
 
  private:

@@ -11,7 +11,7 @@ int lastIsolatedCpu(const std::filesystem::path& file) {
   std::ifstream stream(file);
   std::string list;
   if (!std::getline(stream, list)) return -1;
-  // The list ascends: its last number is the last CPU.
+  // The list is in ascending order, so its last number is the last CPU.
   const std::size_t separator = list.find_last_of(",-");
   const char* const begin = list.data() + (separator == std::string::npos ? 0 : separator + 1);
   int cpu = -1;

@@ -9,7 +9,7 @@ namespace hapticd::daemon {
 /// `file`: a list of CPUs as the kernel writes it ("2-3,5").
 int lastIsolatedCpu(const std::filesystem::path& file = "/sys/devices/system/cpu/isolated");
 
-/// Whether that file names `cpu`.
+/// Whether `file`, a list of CPUs as above, names `cpu`.
 bool isIsolated(int cpu, const std::filesystem::path& file = "/sys/devices/system/cpu/isolated");
 
 }  // namespace hapticd::daemon

@@ -21,7 +21,7 @@
 namespace hapticd::daemon {
 namespace {
 
-// What the signal handler works on; the flag keeps a signal that comes before there is a service.
+// State of the signal handler; the flag remembers a signal that arrives before the service exists.
 std::atomic<bool> stop_requested{false};
 std::atomic<Service*> service_to_signal{nullptr};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<Service*>::is_always_lock_free);
@@ -37,7 +37,7 @@ void onReloadSignal(int) {
   if (Service* const service = service_to_signal) service->requestReload();
 }
 
-/// For its life, signals reach `service`; a signal to stop that came before does so at once.
+/// Passes signals to `service` during its lifetime, and at once a signal to stop that arrived earlier.
 class SteeredBySignals {
  public:
   explicit SteeredBySignals(Service& service) {
@@ -49,7 +49,7 @@ class SteeredBySignals {
   SteeredBySignals& operator=(const SteeredBySignals&) = delete;
 };
 
-/// One that is ignored at the start (a background job of a script) stays ignored.
+/// Handles a signal, unless it is ignored at the start (in a background job of a script).
 void handle(int signal, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -58,7 +58,8 @@ void handle(int signal, void (*handler)(int)) {
   if (current.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
 }
 
-/// SIGHUP reloads, but from a terminal it says that the terminal is gone, and nobody could end the daemon.
+/// SIGHUP requests a reload, except in a terminal, where it means that the terminal has closed and that
+/// nobody can end the daemon any more.
 void catchSignals() {
   handle(SIGTERM, onStopSignal);
   handle(SIGINT, onStopSignal);
@@ -67,13 +68,13 @@ void catchSignals() {
 }
 
 int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
-  catchSignals();  // before there is a socket file that one could leave behind
+  catchSignals();  // before there is a socket file that a signal could leave behind
   Service service(start, std::move(source), std::move(faults));
   const SteeredBySignals steered(service);
   return service.run();
 }
 
-/// Null where no script is given.
+/// Reads the script of faults; null if none is given.
 config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
                                                            const config::Settings& settings) {
   if (script.empty()) return nullptr;
@@ -87,7 +88,7 @@ config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& sc
   return std::make_unique<FaultInjector>(std::move(*faults));
 }
 
-/// Prints what --check says of a configuration without errors.
+/// Prints the result of --check for a configuration without errors.
 void report(const std::string& file, const StartSettings& start) {
   const auto print = [&file](const std::string& text) {
     fmt::print("{}\n", config::printable(fmt::format("{}: {}", file, text)));

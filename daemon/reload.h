@@ -11,22 +11,24 @@
 
 namespace hapticd::daemon {
 
-/// What a configuration file that was read again changes.
+/// What changes when the configuration file is read again.
 struct Reload {
-  /// A live parameter that gets another value.
+  /// A live parameter whose value changes.
   struct Change {
     std::string_view name;
     std::string old_value;
     std::string new_value;
   };
 
-  config::Settings settings;              ///< the running ones with the file's live parameters
-  std::vector<Change> changes;            ///< in the order of the parameter table
-  std::vector<std::string_view> waiting;  ///< differ in the file, but take effect at the next start only
+  config::Settings settings;    ///< the current ones, with the live parameters of the file
+  std::vector<Change> changes;  ///< in the order of the parameter table
+  std::vector<std::string_view>
+      waiting;  ///< parameters that differ in the file, but only take effect at the next start
 };
 
-/// `running`: in force now; `loaded`: from the file. The live parameters follow the file, also those that a
-/// client has set since. Errors: the file's live parameters contradict those that cannot change now.
+/// Compares the settings in use (`running`) with those of the file (`loaded`). All live parameters take the
+/// file's values, including those that a client has set in the meantime.
+/// Errors: the file's live parameters contradict parameters that only a restart can change.
 std::expected<Reload, std::vector<config::Error>> reloaded(const config::Settings& running,
                                                            const config::Settings& loaded);
 

@@ -13,15 +13,15 @@
 #include <tuple>
 
 #include "config/parameter_table.h"
-#include "daemon/control/names.h"
+#include "daemon/box_warnings.h"
 #include "daemon/isolated_cpu.h"
 #include "daemon/stop_guard.h"
 #include "daemon/stop_limits.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/common_depth_header.h"
-#include "drivers/camera/make_camera.h"
-#include "drivers/handle/make_handle.h"
-#include "drivers/led/make_led_panel.h"
+#include "drivers/make_camera.h"
+#include "drivers/make_handle.h"
+#include "drivers/make_led_panel.h"
 #include "drivers/trace/trace_format.h"
 #include "rt/haptic_core.h"
 #include "rt/periodic_clock.h"
@@ -34,7 +34,7 @@ constexpr std::chrono::seconds kFirstTickTimeout{5};
 constexpr std::int64_t kSamplePeriod_ns = 1'000'000'000 / 15;
 constexpr std::int64_t kLedPatternPeriod_ns = 1'000'000'000 / 20;
 
-/// The CPU that the force thread is to have; -1: the last one that the process may use.
+/// The CPU for the force thread; -1: the last one that the process may use.
 int forceCpu(const config::Settings& settings) {
   return settings.loop.cpu >= 0 ? settings.loop.cpu : lastIsolatedCpu();
 }
@@ -48,7 +48,8 @@ std::unexpected<RunningBox::StartFailure> failure(const config::Result<void>& st
   return std::unexpected(RunningBox::StartFailure{started.error(), permanent});
 }
 
-/// Names the law in use, also where the settings leave the choice.
+/// The parameters and the request in a directive, for the trace, with the name of the law in use even where
+/// the settings say auto.
 drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::Settings& settings) {
   drivers::DirectiveRecord record;
   record.time_ns = rt::monotonicNow_ns();
@@ -155,7 +156,7 @@ void RunningBox::stop() {
     stopWithin("the force thread", StopLimits::kForceThread, [this] { force_thread_.join(); });
     idle_latency_.reset();
   }
-  // The handle before all that may hang: it lets its motors go.
+  // The handle stops before everything that may hang, because that switches its motors off.
   stopWithin("the handle", StopLimits::kHandle, [this] { handle_->stop(); });
   stopWithin("the trace", StopLimits::kTraces, [this] { trace_.stop(); });
   stopWithin("the LEDs", StopLimits::kLeds, [this] { leds_->stop(); });
@@ -191,7 +192,7 @@ void RunningBox::decideLaw() {
                                     settings_.live.springs.stiffness_n_per_m, class_m);
 }
 
-/// Decides anew on the law when what is felt comes nearer or goes farther.
+/// Chooses the law again when the surface in contact is in another class of distances.
 void RunningBox::adaptToDistance() {
   const rt::Tick& tick = loopState().tick;
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
@@ -240,7 +241,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
   injectFaults();
   if (faults_ && faults_->isOn(Fault::channel_overflow)) return;
   rt::Tick tick;
-  // bounded: the loop may push while this pops
+  // bounded, because the loop may push while this pops
   for (std::size_t i = 0; i < rt::kTickRingCapacity && control_->ticks.pop(tick); ++i) {
     if (on_tick) on_tick(tick);
   }
@@ -337,71 +338,12 @@ drivers::TraceOptions RunningBox::describeTrace() const {
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   std::vector<std::string> list = notices_;
   if (faults_) list.push_back(faults_->notice());
-  const bool looking = status.camera.state == drivers::CameraState::absent && status.camera.detail.empty();
-  if (status.camera.state != drivers::CameraState::streaming && !looking) {
-    list.push_back(fmt::format("camera {}: {}", nameOf(status.camera.state), status.camera.detail));
-  }
-  if (!status.camera.advice.empty()) list.push_back("camera: " + status.camera.advice);
-  if (status.handle.state != drivers::HandlePresence::present && !status.handle.detail.empty()) {
-    list.push_back(fmt::format("handle {}: {}", nameOf(status.handle.state), status.handle.detail));
-  }
-  const rt::Tick& tick = status.loop.tick;
-  const double stiffness = directive_.parameters.springs.stiffness_n_per_m;
-  if (directive_.parameters.safety.stiffness_limit != rt::StiffnessLimit::off &&
-      tick.stiffness_limit_n_per_m > 0 && stiffness > tick.stiffness_limit_n_per_m) {
-    const bool by_mass = tick.stiffness_rule == rt::StiffnessRule::mass;
-    const bool reduced = directive_.parameters.safety.stiffness_limit == rt::StiffnessLimit::reduce;
-    list.push_back(fmt::format(
-        "force.stiffness_n_per_m is {:.0f}, and {} lets {:.0f} be stable{} (shorten the delay, {}lower the "
-        "stiffness)",
-        stiffness,
-        by_mass ? fmt::format("the delay of the handle with a device of {:g} kg",
-                              directive_.parameters.handle.device_mass_kg)
-                : "the delay of the handle",
-        tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : "",
-        by_mass ? "set handle.device_mass_kg if the device is heavier, or " : "or "));
-  }
-  if (!status.handle.advice.empty()) list.push_back("handle: " + status.handle.advice);
-  const bool leds_missing = status.leds.panel.state == drivers::LedState::absent ||
-                            status.leds.panel.state == drivers::LedState::lost;
-  if (leds_missing && !status.leds.panel.detail.empty()) {
-    list.push_back(fmt::format("LEDs {}: {}",
-                               status.leds.panel.state == drivers::LedState::lost ? "lost" : "absent",
-                               status.leds.panel.detail));
-  }
-  if (status.trace.state == TraceState::waiting) list.push_back("trace waits: " + status.trace.detail);
-  for (const std::string& problem : status.trace.problems) list.push_back("traces: " + problem);
-  if (!privileges_.realtime_scheduling) {
-    list.push_back(
-        "force thread without real-time scheduling: wake-ups may be late "
-        "(LimitRTPRIO= in the unit, or an rtprio line in limits.conf)");
-  }
-  const auto& [wanted_priority, priority] = status.handle.scheduling;
-  if (wanted_priority > 0 && priority == 0) {
-    list.push_back(
-        fmt::format("handle thread without real-time scheduling: forces may reach the handle late "
-                    "(LimitRTPRIO={} or more in "
-                    "the unit, or an rtprio line in limits.conf)",
-                    wanted_priority));
-  }
-  if (settings_.loop.lock_memory && !privileges_.memory_locked) {
-    list.push_back(
-        "memory not locked: page faults may delay the force thread "
-        "(LimitMEMLOCK=infinity in the unit, or a memlock line in limits.conf)");
-  }
-  if (privileges_.realtime_scheduling && idle_latency_ && !idle_latency_->held()) {
-    list.push_back(
-        "CPUs may sleep deeply between ticks: wake-ups may be late "
-        "(write permission on /dev/cpu_dma_latency, which hapticd's udev rules give to its group)");
-  }
-  if (privileges_.cpu < 0) {
-    list.push_back(
-        fmt::format("force thread not pinned: CPU {} is not available (loop.cpu)", settings_.loop.cpu));
-  }
-  if (status.scene.points_over_capacity != 0) {
-    list.push_back(fmt::format("{} points did not fit into the model (raise grid.point_capacity)",
-                               status.scene.points_over_capacity));
-  }
+  const std::vector<std::string> found =
+      warningsOf(status, {.settings = settings_,
+                          .live = directive_.parameters,
+                          .privileges = privileges_,
+                          .cpus_may_sleep = idle_latency_ && !idle_latency_->held()});
+  list.insert(list.end(), found.begin(), found.end());
   return list;
 }
 

@@ -15,15 +15,15 @@
 
 #include "config/law_choice.h"
 #include "config/settings.h"
-#include "daemon/box.h"
+#include "daemon/base/box.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
-#include "daemon/journal_entry.h"
-#include "daemon/scene_thread.h"
+#include "daemon/scene/scene_thread.h"
 #include "daemon/trace/trace_recorder.h"
+#include "drivers/base/idle_latency.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
-#include "drivers/idle_latency.h"
 #include "drivers/led/led_panel.h"
 #include "rt/depth_model.h"
 #include "rt/engage_requests.h"
@@ -35,15 +35,15 @@ namespace hapticd::daemon {
 /// Thread: all public functions from the control thread.
 class RunningBox final : public Box {
  public:
-  /// `faults`: to be made up; null: none.
+  /// `faults`: the faults to inject; null: none.
   explicit RunningBox(const config::Settings& settings, std::unique_ptr<FaultInjector> faults = nullptr);
-  /// Like stop().
+  /// Stops the box as stop() does.
   ~RunningBox() override;
 
-  /// Why start() failed.
+  /// The reason why start() failed.
   struct StartFailure {
     config::Error error;
-    bool permanent = true;  ///< the settings are to blame: the next attempt fails too
+    bool permanent = true;  ///< the settings are the cause, so the next attempt will fail too
   };
 
   /// Starts everything and waits for the first tick.
@@ -53,12 +53,12 @@ class RunningBox final : public Box {
   /// process (stop_guard.h).
   void stop();
 
-  /// Takes the ticks that have happened since the last call; `on_tick` may be empty.
+  /// Takes the ticks since the last call and passes each to `on_tick`, which may be empty.
   void drainTicks(const std::function<void(const rt::Tick&)>& on_tick);
 
-  /// Moves as long as the force loop does.
+  /// A number that grows as long as the force loop runs.
   std::uint64_t heartbeat() { return loopState().counters.ticks; }
-  /// Warnings of the status that come from outside the box; replaces those given before.
+  /// Sets the warnings of the status that come from outside the box; replaces those given before.
   void setNotices(std::vector<std::string> notices) { notices_ = std::move(notices); }
   void setControlStatus(const ControlStatus& status) { control_status_ = status; }
 
@@ -74,11 +74,11 @@ class RunningBox final : public Box {
   std::future<config::Result<void>> deleteTrace(const std::string& name) override;
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
   std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
-  /// Goes into the trace.
+  /// Records the event in the trace.
   void onEvent(const JournalEntry& entry);
 
  private:
-  /// Ticks counted at a time, for the rate.
+  /// The number of ticks at a given time, to compute the rate from.
   struct Sample {
     std::int64_t time_ns = 0;
     std::uint64_t ticks = 0;
@@ -88,7 +88,7 @@ class RunningBox final : public Box {
   config::Result<void> startForceThread();
   config::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
-  /// The parameters of the loop: as set, or with the law that was decided on.
+  /// The parameters for the force loop: the settings, with the law that `auto` has chosen.
   rt::LiveParameters live() const;
   void decideLaw();
   void adaptToDistance();
@@ -97,17 +97,18 @@ class RunningBox final : public Box {
   std::optional<std::uint64_t> pageFaultsSinceStart() const;
   void sampleRate();
   double rate_hz() const;
-  /// What status() says apart from measurements: cheap enough for the LEDs.
+  /// The part of status() that costs little: states of the devices and warnings, without statistics.
   BoxStatus condition();
   void showLeds();
-  /// What a trace says of the box, beside its settings.  Thread: trace thread.
+  /// Describes the box for the head of a trace, beside its settings.  Thread: trace thread.
   drivers::TraceOptions describeTrace() const;
   std::vector<std::string> warnings(const BoxStatus& status) const;
 
   config::Settings settings_;
-  const std::unique_ptr<FaultInjector> faults_;  // outlives the devices that it is between
-  std::atomic<std::int64_t> stall_ns_{0};  // that the force loop is to make up; relaxed: it orders nothing
-  std::atomic<bool> trace_deaf_{false};    // that the trace thread is to make up; relaxed likewise
+  const std::unique_ptr<FaultInjector> faults_;  // outlives the devices that it wraps
+  std::atomic<std::int64_t> stall_ns_{
+      0};  // injected delay of the force loop; relaxed: no other data depends on it
+  std::atomic<bool> trace_deaf_{false};  // injected: the trace thread takes no ticks; relaxed likewise
   rt::DepthModel depth_model_;
   rt::SceneChannel scenes_;
   rt::TripleBuffer<rt::Vec3> focus_;
@@ -122,21 +123,21 @@ class RunningBox final : public Box {
   std::unique_ptr<rt::ForceLoop> loop_;
   std::thread force_thread_;
   rt::LoopPrivileges privileges_;
-  std::optional<drivers::IdleLatencyLimit> idle_latency_;  // while the loop runs
+  std::optional<drivers::IdleLatencyLimit> idle_latency_;  // held while the loop runs
   pid_t force_thread_id_ = 0;
   std::optional<std::uint64_t> faults_at_start_;
   rt::Directive directive_;
   rt::EngageRequests engage_requests_;
-  config::LawDecision law_decision_;  // while force.law is auto
-  double distance_class_m_ = 0;       // that it was decided for; 0: no surface has been felt yet
-  double distance_m_ = 0;             // of what is felt, from the camera; 0: not known
+  config::LawDecision law_decision_;  // valid while force.law is auto
+  double distance_class_m_ = 0;       // distance class of law_decision_; 0: there has been no contact yet
+  double distance_m_ = 0;             // from the camera to the proxy; 0: not known
   ConditionWatch condition_watch_;
   LedPatterns led_patterns_{};
-  std::int64_t led_patterns_ns_ = 0;  // when they were chosen
+  std::int64_t led_patterns_ns_ = 0;  // when led_patterns_ were chosen
   std::vector<std::string> notices_;
   ControlStatus control_status_;
   std::int64_t start_ns_ = 0;
-  std::array<Sample, 16> samples_{};  // a ring over about a second
+  std::array<Sample, 16> samples_{};  // a ring buffer that spans about a second
   std::size_t next_sample_ = 0;
 };
 

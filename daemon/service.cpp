@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/control/names.h"
+#include "daemon/base/names.h"
 #include "daemon/control/peer.h"
 #include "daemon/journal.h"
 #include "daemon/reload.h"
@@ -21,7 +21,7 @@ using Priority = JournalEntry::Priority;
 
 /// How often the control thread takes the ticks out of the ring, which holds several seconds of them.
 constexpr std::chrono::milliseconds kControlPeriod{5};
-/// How often it looks for what has changed by itself.
+/// How often it looks for changes that nobody requested.
 constexpr std::chrono::milliseconds kLookPeriod{200};
 
 int fail(const config::Error& error, int status) {
@@ -42,14 +42,14 @@ Service::Service(const StartSettings& start, ConfigurationSource source,
           },
           source_.file.string()),
       box_(start.settings, std::move(faults)),
-      control_(box_, {.log = [this](const JournalEntry& entry) { tell(entry); },
+      control_(box_, {.log = [this](const JournalEntry& entry) { report(entry); },
                       .calibration = {start.configured_T_world_camera, start.registration}}),
-      events_([this](const JournalEntry& entry) { tell(entry); }) {
-  tellSummary(start.summary);
+      events_([this](const JournalEntry& entry) { report(entry); }) {
+  reportSummary(start.summary);
   if (start.boot_profile) {
-    tell({Priority::notice,
-          "starts with the boot profile " + *start.boot_profile,
-          {{"EVENT", "profile"}, {"ACTION", "start"}, {"PROFILE", *start.boot_profile}}});
+    report({Priority::notice,
+            "starts with the boot profile " + *start.boot_profile,
+            {{"EVENT", "profile"}, {"ACTION", "start"}, {"PROFILE", *start.boot_profile}}});
   }
 }
 
@@ -68,7 +68,7 @@ int Service::run() {
   if (auto started = startBox(); !started) {
     return fail(started.error().error, started.error().permanent ? EX_CONFIG : EX_OSERR);
   }
-  lookAround(Clock::now());
+  checkForChanges(Clock::now());
   manager_.ready();
   last_period_ = Clock::now();
   server_->run(kControlPeriod, [this] { periodic(); });
@@ -78,7 +78,8 @@ int Service::run() {
   return EX_OK;
 }
 
-/// The box's threads inherit the mask: signals interrupt none of them, they wait for this thread.
+/// Blocks the signals while the box's threads are created, which inherit the mask: only this thread receives
+/// signals.
 std::expected<void, RunningBox::StartFailure> Service::startBox() {
   sigset_t all;
   sigset_t before;
@@ -103,7 +104,7 @@ config::Result<void> Service::openSockets() {
   return {};
 }
 
-void Service::tell(const JournalEntry& entry) {
+void Service::report(const JournalEntry& entry) {
   writeToJournal(entry);
   control_.onEvent(entry);
   box_.onEvent(entry);
@@ -119,7 +120,7 @@ void Service::periodic() {
   control_.periodic(*server_);
   manager_.feedWatchdog(box_.heartbeat(), now);
   reload(now);
-  if (now >= next_look_) lookAround(now);
+  if (now >= next_look_) checkForChanges(now);
 }
 
 void Service::noteControl(Clock::time_point now) {
@@ -130,7 +131,7 @@ void Service::noteControl(Clock::time_point now) {
   box_.setControlStatus(control_status_);
 }
 
-void Service::lookAround(Clock::time_point now) {
+void Service::checkForChanges(Clock::time_point now) {
   next_look_ = now + kLookPeriod;
   showNotices();
   const BoxStatus status = box_.status();
@@ -157,30 +158,30 @@ void Service::reload(Clock::time_point now) {
   }
 }
 
-void Service::tellSummary(const config::SettingsSummary& summary) {
-  tell({Priority::notice,
-        fmt::format("configuration {}: {}", source_.file.string(), summary.text()),
-        {{"EVENT", "configuration"},
-         {"PARAMETERS_SET", fmt::to_string(summary.set)},
-         {"PARAMETERS_CHANGED", fmt::to_string(summary.differences.size())},
-         {"CHANGES", summary.differencesText()}}});
+void Service::reportSummary(const config::SettingsSummary& summary) {
+  report({Priority::notice,
+          fmt::format("configuration {}: {}", source_.file.string(), summary.text()),
+          {{"EVENT", "configuration"},
+           {"PARAMETERS_SET", fmt::to_string(summary.set)},
+           {"PARAMETERS_CHANGED", fmt::to_string(summary.differences.size())},
+           {"CHANGES", summary.differencesText()}}});
 }
 
 void Service::applyReload(const StartSettings& loaded) {
   config::Settings settings = loaded.settings;
-  // A pose that was registered waits as a registration, which is warned of as such, not as a line of the
-  // file.
+  // A registered pose that waits for the next start has a warning of its own, so it is not listed with the
+  // lines of the file.
   if (pose_registered_ || loaded.registration) settings.camera.pose = box_.settings().camera.pose;
   const auto reload = reloaded(box_.settings(), settings);
   if (!reload) return refuseReload(reload.error());
   box_.apply(reload->settings);
   for (const Reload::Change& change : reload->changes) {
-    tell({Priority::notice,
-          fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
-          {{"EVENT", "parameter"},
-           {"PARAMETER", std::string(change.name)},
-           {"OLD", change.old_value},
-           {"NEW", change.new_value}}});
+    report({Priority::notice,
+            fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
+            {{"EVENT", "parameter"},
+             {"PARAMETER", std::string(change.name)},
+             {"OLD", change.old_value},
+             {"NEW", change.new_value}}});
   }
   notices_ = loaded.notices;
   if (!reload->waiting.empty()) {
@@ -188,16 +189,16 @@ void Service::applyReload(const StartSettings& loaded) {
                                    fmt::join(reload->waiting, ", "), source_.file.string()));
   }
   showNotices();
-  tell({Priority::notice,
-        fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
-                    source_.file.string(), reload->changes.size(), reload->waiting.size()),
-        {{"EVENT", "reload"}}});
-  tellSummary(loaded.summary);
+  report({Priority::notice,
+          fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
+                      source_.file.string(), reload->changes.size(), reload->waiting.size()),
+          {{"EVENT", "reload"}}});
+  reportSummary(loaded.summary);
 }
 
 void Service::refuseReload(const std::vector<config::Error>& errors) {
   for (const config::Error& error : errors) {
-    tell({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
+    report({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
   }
   notices_ = {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
                           errors.size(), errors.front().text())};

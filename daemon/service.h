@@ -20,17 +20,17 @@
 
 namespace hapticd::daemon {
 
-/// Where the settings came from, to read them again.
+/// The sources of the settings, needed to read them again.
 struct ConfigurationSource {
   std::filesystem::path file;
   std::vector<std::string> overrides;  ///< "group.name=value", as on the command line
 };
 
-/// The daemon between its start and its end: the box, its control API and its service manager.
-/// Thread: control thread, where nothing else is said.
+/// The running daemon: the box, its control API, and what it reports to the service manager.
+/// Thread: control thread, unless a function says otherwise.
 class Service {
  public:
-  /// `faults`: to be made up; null: none.
+  /// `faults`: the faults to inject; null: none.
   Service(const StartSettings& start, ConfigurationSource source,
           std::unique_ptr<FaultInjector> faults = nullptr);
 
@@ -38,11 +38,12 @@ class Service {
   /// Returns the exit status of the process (sysexits.h).
   int run();
 
-  /// Ends run(), also one that has not begun yet.
+  /// Ends run(), even if it has not started yet.
   /// Thread: any, and signal handlers.
   void requestStop() noexcept;
-  /// Has the configuration file read again: its live parameters are applied, the others are reported.
-  /// Requests that come while it is read are one more reading afterwards. Thread: any, and signal handlers.
+  /// Requests that the configuration file is read again: its live parameters are applied, changes of the
+  /// others are reported. All requests that arrive during a reload cause one more reload after it.
+  /// Thread: any, and signal handlers.
   void requestReload() noexcept { reload_requested_ = true; }
 
  private:
@@ -50,26 +51,27 @@ class Service {
 
   config::Result<void> openSockets();
   std::expected<void, RunningBox::StartFailure> startBox();
-  /// To the journal, the clients and the trace.
-  void tell(const JournalEntry& entry);
+  /// Sends an entry to the journal, to the clients and to the trace.
+  void report(const JournalEntry& entry);
   void periodic();
-  /// How the control thread keeps its period, for the status.
+  /// How well the control thread keeps its period, for the status.
   void noteControl(Clock::time_point now);
-  /// Begins and ends a reading of the settings; the disk is waited for elsewhere.
+  /// Starts a requested reload and applies a finished one; another thread waits for the disk.
   void reload(Clock::time_point now);
-  void tellSummary(const config::SettingsSummary& summary);
+  void reportSummary(const config::SettingsSummary& summary);
   void applyReload(const StartSettings& loaded);
   void refuseReload(const std::vector<config::Error>& errors);
-  void lookAround(Clock::time_point now);
-  /// Has the status warn of what is not the box's own.
+  void checkForChanges(Clock::time_point now);
+  /// Passes the warnings that the box itself does not know to its status.
   void showNotices();
 
   ConfigurationSource source_;
-  bool pose_registered_;              ///< the camera's pose in use is not the configuration's
+  bool
+      pose_registered_;  ///< the camera's pose in use comes from the registration, not from the configuration
   std::vector<std::string> notices_;  ///< of the last start or reload
   SettingsReader reader_;
   ServiceManager manager_;
-  std::optional<StateLock> state_lock_;  // held until the box and the control service write no more
+  std::optional<StateLock> state_lock_;  // released after the last write by the box and the control service
   RunningBox box_;
   ControlService control_;
   EventLog events_;
@@ -78,7 +80,7 @@ class Service {
   Clock::time_point last_period_;
   ControlStatus control_status_;
 
-  // Between the control thread and signal handlers.
+  // Shared by the control thread and signal handlers.
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> reload_requested_{false};
   std::atomic<VarlinkServer*> serving_{nullptr};

@@ -7,8 +7,8 @@
 #include <cstdlib>
 
 #include "daemon/journal.h"
-#include "drivers/start_thread.h"
-#include "drivers/stop_signal.h"
+#include "drivers/base/start_thread.h"
+#include "drivers/base/stop_signal.h"
 
 namespace hapticd::daemon {
 
@@ -17,14 +17,14 @@ void endWithout(const std::string& part, std::chrono::milliseconds limit) {
                   fmt::format("{} does not stop within {:g} s: the daemon ends without it", part,
                               static_cast<double>(limit.count()) * 1e-3),
                   {{"EVENT", "stop"}, {"PART", part}}});
-  std::_Exit(EX_SOFTWARE);  // destructors would wait for what hangs
+  std::_Exit(EX_SOFTWARE);  // destructors would wait for the part that hangs
 }
 
 void stopWithin(const std::string& part, std::chrono::milliseconds limit, const std::function<void()>& stop,
                 const std::function<void(const std::string&, std::chrono::milliseconds)>& give_up) {
   drivers::StopSignal stopped;
   const auto end = std::chrono::steady_clock::now() + limit;
-  // Without a thread to spare nobody watches, and the service manager's own limit remains.
+  // If no thread can be started, only the service manager's own limit applies.
   auto watch = drivers::startThread("stop-watch", [&] {
     if (!stopped.waitUntil(end)) give_up(part, limit);
   });

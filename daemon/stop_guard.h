@@ -7,11 +7,11 @@
 
 namespace hapticd::daemon {
 
-/// Ends the process at once with EX_SOFTWARE, after a line in the journal that names the part that hangs.
+/// Logs the name of the part that hangs, then ends the process at once with EX_SOFTWARE.
 [[noreturn]] void endWithout(const std::string& part, std::chrono::milliseconds limit);
 
-/// Calls `stop`. Where it takes longer than `limit`, `give_up` is called from another thread while it goes
-/// on. Thread: any.  Progress: blocking.
+/// Calls `stop`. If that takes longer than `limit`, another thread calls `give_up` while `stop` still runs.
+/// Thread: any.  Progress: blocking.
 void stopWithin(
     const std::string& part, std::chrono::milliseconds limit, const std::function<void()>& stop,
     const std::function<void(const std::string&, std::chrono::milliseconds)>& give_up = endWithout);

@@ -7,17 +7,17 @@
 
 namespace hapticd::daemon {
 
-/// How long each part of the box may take to stop, in the order in which they do. Beyond it the part hangs,
-/// in a library or on a disk, and the process ends without it.
+/// How long each part of the box may take to stop, in the order in which they stop. A part that takes longer
+/// hangs in a library or on a disk, and the process ends without it.
 struct StopLimits {
-  /// rt::StopBound::kLongest_s, and what a crowded machine adds to it.
+  /// rt::StopBound::kLongest_s, with a reserve for a busy machine.
   static constexpr std::chrono::seconds kForceThread{7};
   static constexpr std::chrono::seconds kHandle{4};
   static constexpr std::chrono::seconds kTraces{8};
   static constexpr std::chrono::seconds kLeds{2};
   static constexpr std::chrono::seconds kCamera{4};
   static constexpr std::chrono::seconds kSceneThread{2};
-  /// TimeoutStopSec= of the unit is more.
+  /// The sum of all limits; TimeoutStopSec= of the unit is longer.
   static constexpr std::chrono::seconds kAll =
       kForceThread + kHandle + kTraces + kLeds + kCamera + kSceneThread;
 };

@@ -13,7 +13,7 @@ std::optional<std::uint64_t> pageFaultsOf(pid_t thread_id) {
   std::ifstream file(fmt::format("/proc/self/task/{}/stat", thread_id));
   std::string line;
   if (!std::getline(file, line)) return std::nullopt;
-  // The second field, the thread's name, is in brackets and may hold anything.
+  // The second field, the thread's name, is in parentheses and may contain any character.
   std::istringstream fields(line.substr(line.rfind(')') + 1));
   std::string skipped;
   for (int field = 3; field < 10; ++field) fields >> skipped;

@@ -8,8 +8,8 @@
 
 namespace hapticd::daemon {
 
-/// Page faults, minor and major ones, of a thread of this process since the thread's start (proc(5), `stat`).
-/// Nothing when there is no such thread or no /proc.
+/// The number of page faults, minor and major, of a thread of this process since the thread started (proc(5),
+/// `stat`). Nothing if there is no such thread or no /proc.
 std::optional<std::uint64_t> pageFaultsOf(pid_t thread_id);
 
 }  // namespace hapticd::daemon

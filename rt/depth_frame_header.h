@@ -7,24 +7,35 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "rt/words.h"
+
 namespace hapticd::rt {
 
 /// How the bytes of one pixel are to be read.
 enum class DepthRawType : std::uint8_t {
   uint16,  ///< two bytes, the low one first
 };
+constexpr auto wordsOf(DepthRawType) {
+  return words<DepthRawType>("uint16");
+}
 
 /// How a raw value becomes Z, the depth along the optical axis.
 enum class DepthLawKind : std::uint8_t {
   reciprocal,  ///< 1/Z = c0 raw + c1 in 1/m: disparities of structured light
   linear,      ///< Z = c0 raw + c1 in m: c0 is the unit of cameras that deliver depth
 };
+constexpr auto wordsOf(DepthLawKind) {
+  return words<DepthLawKind>("reciprocal", "linear");
+}
 
 /// What is known of the standard deviation of Z.
 enum class DepthNoiseKind : std::uint8_t {
   unknown,
   polynomial,  ///< c0 + c1 Z + c2 Z^2 in m, Z in m
 };
+constexpr auto wordsOf(DepthNoiseKind) {
+  return words<DepthNoiseKind>("unknown", "polynomial");
+}
 
 /// What a raw depth image is and where it comes from: all that it takes to turn its bytes into points.
 ///

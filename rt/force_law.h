@@ -7,6 +7,7 @@
 #include "rt/parameters.h"
 #include "rt/scene.h"
 #include "rt/vec3.h"
+#include "rt/words.h"
 
 namespace hapticd::rt {
 
@@ -38,6 +39,9 @@ enum class ContactState : std::uint8_t {
   entrenched,  ///< a moving surface went over the proxy, and it is on its way out
   behind,      ///< behind what the camera sees, without having come through it: nothing is exerted
 };
+constexpr auto wordsOf(ContactState) {
+  return words<ContactState>("free", "contact", "entrenched", "behind");
+}
 
 /// True where a surface holds the proxy back, or is still to let go of it.
 constexpr bool isHeld(ContactState state) noexcept {

@@ -5,6 +5,7 @@
 
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
+#include "rt/words.h"
 
 namespace hapticd::rt {
 
@@ -14,6 +15,9 @@ enum class HandleCondition : std::uint8_t {
   clutched,        ///< the person holds the clutch: the handle moves, the HIP does not, and nothing is felt
   not_calibrated,  ///< the device does not know yet where it is (homing)
 };
+constexpr auto wordsOf(HandleCondition) {
+  return words<HandleCondition>("ready", "clutched", "not_calibrated");
+}
 
 /// What the handle measured last.
 struct HandleState {

@@ -19,7 +19,6 @@ namespace hapticd::rt {
 
 struct ForceLawRow {
   ForceLaw law;
-  std::string_view word;  ///< its name in configurations, the control interface, traces and reports
   std::string_view help;  ///< one line for users: what the force is, without a full stop
   bool reads_points;      ///< needs the scene's points
   bool reads_image;       ///< needs the depth image that the points were made from, and what it hides
@@ -36,7 +35,6 @@ struct ForceLawRow {
 inline constexpr std::array kForceLaws{
     ForceLawRow{
         .law = ForceLaw::nearest_springs,
-        .word = "nearest_springs",
         .help = "mean of the springs of the nearest points, eq. (6) to (11) of the paper; pulls behind the "
                 "surface",
         .reads_points = true,
@@ -54,7 +52,6 @@ inline constexpr std::array kForceLaws{
         }},
     ForceLawRow{
         .law = ForceLaw::smooth_springs,
-        .word = "smooth_springs",
         .help = "weighted mean of the springs of all points within the radius, continuous; pulls behind the "
                 "surface",
         .reads_points = true,
@@ -68,7 +65,6 @@ inline constexpr std::array kForceLaws{
                      HAPTICD_RT { return smoothSprings(input, memory.search); }},
     ForceLawRow{
         .law = ForceLaw::proxy,
-        .word = "proxy",
         .help = "spring to a proxy that planes fitted to the raw points hold back",
         .reads_points = true,
         .reads_image = true,
@@ -82,7 +78,6 @@ inline constexpr std::array kForceLaws{
                      HAPTICD_RT { return proxyForce(input, memory.proxy); }},
     ForceLawRow{
         .law = ForceLaw::surface,
-        .word = "surface",
         .help = "spring to a proxy that the visible surface, fitted over pixels and frames, holds back",
         .reads_points = false,
         .reads_image = false,
@@ -120,12 +115,5 @@ constexpr bool hasProxy(ForceLaw law) noexcept {
 inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
   return rowOf(parameters.law).reach_m(parameters);
 }
-
-/// The words of all laws, in the order of ForceLaw.
-inline constexpr auto kForceLawWords = [] {
-  std::array<std::string_view, kForceLaws.size()> words{};
-  for (std::size_t row = 0; row < words.size(); ++row) words[row] = kForceLaws[row].word;
-  return words;
-}();
 
 }  // namespace hapticd::rt

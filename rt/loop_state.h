@@ -14,6 +14,7 @@
 #include "rt/stiffness_limit.h"
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
+#include "rt/words.h"
 
 namespace hapticd::rt {
 
@@ -24,6 +25,10 @@ enum class Mode : std::uint8_t {
   holding,   ///< engaged, but something keeps the force at zero, or on its way there; it ends by itself
   faulted,   ///< something that a person must look at; Disengage clears it
 };
+
+constexpr auto wordsOf(Mode) {
+  return words<Mode>("starting", "idle", "engaged", "holding", "faulted");
+}
 
 /// Why the mode is what it is.
 enum class Cause : std::uint8_t {
@@ -44,8 +49,14 @@ enum class Cause : std::uint8_t {
   surface_too_near,       ///< what is in contact has been nearer than the camera can measure for
                           ///< safety.depth_timeout_s
 };
-inline constexpr std::size_t kModeCount = 5;
-inline constexpr std::size_t kCauseCount = 15;
+constexpr auto wordsOf(Cause) {
+  return words<Cause>("none", "requested", "no_scene", "depth_stale", "handle_stale", "handle_invalid",
+                      "force_not_finite", "handle_too_fast", "handle_clutched", "handle_not_calibrated",
+                      "handle_replaced", "outside_workspace", "inside_surface", "overrun_burst",
+                      "surface_too_near");
+}
+inline constexpr std::size_t kModeCount = enumeratorCount<Mode>();
+inline constexpr std::size_t kCauseCount = enumeratorCount<Cause>();
 
 /// A change of mode or cause.
 struct Transition {

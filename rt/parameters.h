@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "rt/vec3.h"
+#include "rt/words.h"
 
 /// Plain data that the core is set up with. Values are checked where they enter (`config/`); ranges and
 /// defaults stand in the parameter table there. "live" sets may change while the loop runs, the others are
@@ -17,6 +18,9 @@ enum class ForceLaw : std::uint8_t {
   proxy,            ///< spring to a proxy that planes fitted to the raw points hold back
   surface,          ///< spring to a proxy that the visible surface holds back
 };
+constexpr auto wordsOf(ForceLaw) {
+  return words<ForceLaw>("nearest_springs", "smooth_springs", "proxy", "surface");
+}
 
 /// Live. The paper's four parameters, eq. (6)-(11).
 struct SpringParameters {
@@ -66,10 +70,16 @@ struct BlendParameters {
 /// What is done where k_s is above what the loop's lag and the device let be rendered stably
 /// (stiffness_limit.h).
 enum class StiffnessLimit : std::uint8_t { off, warn, reduce };
+constexpr auto wordsOf(StiffnessLimit) {
+  return words<StiffnessLimit>("off", "warn", "reduce");
+}
 
 /// Whether contact is damped by what the loop's lag asks for (stiffness_limit.h), or only by
 /// ContactParameters::damping_n_s_per_m.
 enum class ContactDamping : std::uint8_t { off, automatic };
+constexpr auto wordsOf(ContactDamping) {
+  return words<ContactDamping>("off", "automatic");
+}
 
 /// Live. What the law's force passes before a device gets it.
 struct SafetyParameters {
@@ -144,6 +154,9 @@ enum class ModelExtent : std::uint8_t {
   reach,  ///< only what the HIP can reach before the next frame
   frame,  ///< every valid pixel
 };
+constexpr auto wordsOf(ModelExtent) {
+  return words<ModelExtent>("reach", "frame");
+}
 
 struct GridParameters {
   ModelExtent extent = ModelExtent::reach;

@@ -5,25 +5,13 @@
 #include <ctime>
 
 namespace hapticd::rt {
-namespace {
 
-constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
-
-}  // namespace
-
-// The two system calls of the force thread. clang's effect analysis knows nothing of the C library; that
-// these neither lock nor allocate is documented: clock_gettime is answered in user space, clock_nanosleep is
-// what a periodic thread waits by.
+// The system call that the force thread waits by. clang's effect analysis knows nothing of the C library;
+// that clock_nanosleep neither takes a lock nor allocates is documented.
 HAPTICD_RT_TRUSTED_BEGIN
 
-std::int64_t monotonicNow_ns() HAPTICD_RT {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kNanosecondsPerSecond + now.tv_nsec;
-}
-
 void sleepUntil(std::int64_t time_ns) HAPTICD_RT {
-  const timespec until{time_ns / kNanosecondsPerSecond, time_ns % kNanosecondsPerSecond};
+  const timespec until{time_ns / kNsPerSecond, time_ns % kNsPerSecond};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
 }

@@ -3,12 +3,10 @@
 
 #include <cstdint>
 
+#include "rt/clock.h"
 #include "rt/realtime_safe.h"
 
 namespace hapticd::rt {
-
-/// CLOCK_MONOTONIC in nanoseconds.  RT: safe.
-std::int64_t monotonicNow_ns() HAPTICD_RT;
 
 /// Sleeps until an absolute CLOCK_MONOTONIC time; returns at once when it is past.  RT: safe.
 void sleepUntil(std::int64_t time_ns) HAPTICD_RT;

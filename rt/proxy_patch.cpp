@@ -32,7 +32,7 @@ struct Frame {
     const Vec3 least = std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     const Vec3 across = least - dot(least, n) * n;
     x = (1 / norm(across)) * across;
-    y = {n.y * x.z - n.z * x.y, n.z * x.x - n.x * x.z, n.x * x.y - n.y * x.x};
+    y = cross(n, x);
   }
 };
 

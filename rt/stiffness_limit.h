@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "rt/words.h"
+
 /// What keeps the loop of device, hand and delay stable: damping while in contact, and a limit of the
 /// stiffness. Both follow from the loop's lag: the age, in the mean, of the position that the force that acts
 /// now answers.
@@ -29,6 +31,9 @@ enum class StiffnessRule : std::uint8_t {
   delay,  ///< the damping of the device in the hand against the lag (largestStableStiffness_n_per_m)
   mass,   ///< the device's mass against the damping that comes late (stiffnessOfMass_n_per_m)
 };
+constexpr auto wordsOf(StiffnessRule) {
+  return words<StiffnessRule>("none", "delay", "mass");
+}
 
 /// Seconds that the force lags behind the hand: half a period in the mean, because it is held for a period,
 /// the handle's delay, and the delay of a first-order low-pass on the force at low frequencies, 1 / (2 pi f).

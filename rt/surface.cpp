@@ -27,10 +27,6 @@ constexpr std::uint64_t kHeldFrames = 30;
 /// Likewise at the image's border, where it may as well have left the view.
 constexpr std::uint64_t kHeldFramesAtBorder = 4;
 
-Vec3 crossProduct(const Vec3& a, const Vec3& b) noexcept {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// One tick of the proxy, in the camera's frame.
 class SurfaceTick {
  public:
@@ -319,7 +315,7 @@ class SurfaceTick {
   /// Where a step along one face met another one: along both.
   bool slideAlongCrease(const Vec3& left) noexcept {
     constexpr double kLeastTurn = 0.1;
-    const Vec3 crease = crossProduct(normal_, met_normal_);
+    const Vec3 crease = cross(normal_, met_normal_);
     const double turn_squared = dot(crease, crease);
     if (turn_squared < kLeastTurn * kLeastTurn || !mayLook()) return false;
     const Vec3 along = (dot(left, crease) / turn_squared) * crease;

@@ -33,6 +33,9 @@ struct Vec3 {
 constexpr double dot(const Vec3& a, const Vec3& b) noexcept {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+constexpr Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 inline double norm(const Vec3& a) noexcept {
   return std::sqrt(dot(a, a));
 }

@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/calibration_methods.h"
 #include "daemon/control/event_streams.h"
 #include "daemon/control/method.h"
@@ -17,7 +18,6 @@
 #include "daemon/control/snapshot_streams.h"
 #include "daemon/control/tick_streams.h"
 #include "daemon/control/trace_methods.h"
-#include "daemon/journal_entry.h"
 #include "daemon/state/state_worker.h"
 
 namespace hapticd::daemon {

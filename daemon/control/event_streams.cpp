@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/control/call_fields.h"
+#include "rt/clock.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -39,18 +40,13 @@ std::string inLowerCase(std::string_view name) {
   return lower;
 }
 
-std::int64_t realtimeNow_ns() {
-  const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(since_epoch).count();
-}
-
 OrderedJson eventJson(std::uint64_t number, const std::string& kind, const JournalEntry& entry) {
   OrderedJson fields = OrderedJson::object();
   for (const auto& [name, value] : entry.fields) {
     if (name != "EVENT") fields[inLowerCase(name)] = value.substr(0, kLongestText);
   }
   return {{"number", number},
-          {"timeNs", realtimeNow_ns()},
+          {"timeNs", rt::realtimeNow_ns()},
           {"kind", kind},
           {"text", entry.text.substr(0, kLongestText)},
           {"priority", priorityName(entry.priority)},

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/method.h"
-#include "daemon/journal_entry.h"
 
 namespace hapticd::daemon {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "daemon/control/descriptor.h"
+#include "config/descriptor.h"
 #include "daemon/control/varlink_connection.h"
 
 namespace hapticd::daemon {
@@ -20,7 +20,7 @@ class LingeringSockets {
   static constexpr std::chrono::seconds kLongest{30};
 
   /// Tells the client that nothing more comes. `id`: by which drain() knows it.
-  void add(ConnectionId id, Descriptor socket, Clock::time_point now);
+  void add(ConnectionId id, config::Descriptor socket, Clock::time_point now);
   /// Throws away some of what has come in; closes the socket when its client has left.
   void drain(ConnectionId id);
   void closeOld(Clock::time_point now);
@@ -28,7 +28,7 @@ class LingeringSockets {
  private:
   struct Lingering {
     ConnectionId id;
-    Descriptor socket;
+    config::Descriptor socket;
     Clock::time_point end;
   };
 

@@ -41,7 +41,7 @@ config::Result<sockaddr_un> addressOf(const std::string& path) {
 
 /// What connect() to the address says: 0 when somebody accepts, else errno.
 int probe(const sockaddr_un& address) {
-  const Descriptor client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const config::Descriptor client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!client) return errno;
   const int result = ::connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
   return result == 0 ? 0 : errno;
@@ -117,7 +117,7 @@ config::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& op
   const int flags = ::fcntl(options.descriptor, F_GETFL);
   ::fcntl(options.descriptor, F_SETFL, flags | O_NONBLOCK);
   ::fcntl(options.descriptor, F_SETFD, FD_CLOEXEC);
-  ListeningSocket listener(Descriptor(options.descriptor), options.access);
+  ListeningSocket listener(config::Descriptor(options.descriptor), options.access);
   address.sun_path[sizeof address.sun_path - 1] = '\0';
   listener.rememberGroup(address.sun_path);
   return listener;
@@ -134,8 +134,8 @@ config::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& o
   if (!address) return std::unexpected(address.error());
   if (auto removed = removeStale(options.path, *address); !removed) return std::unexpected(removed.error());
 
-  ListeningSocket listener(Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
-                           options.access);
+  ListeningSocket listener(
+      config::Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), options.access);
   if (!listener.descriptor_) return failure(options.path, "cannot open a socket: " + reason(errno), "");
   if (auto bound = bindTo(listener.descriptor(), options.path, *address); !bound) {
     return std::unexpected(bound.error());

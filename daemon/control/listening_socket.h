@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "config/descriptor.h"
 #include "config/error.h"
-#include "daemon/control/descriptor.h"
 
 namespace hapticd::daemon {
 
@@ -45,7 +45,7 @@ class ListeningSocket {
   std::optional<gid_t> group() const noexcept { return group_; }
 
  private:
-  ListeningSocket(Descriptor descriptor, Access access) noexcept
+  ListeningSocket(config::Descriptor descriptor, Access access) noexcept
       : descriptor_(std::move(descriptor)), access_(access) {}
 
   static config::Result<ListeningSocket> adopt(const ListenerOptions& options);
@@ -53,7 +53,7 @@ class ListeningSocket {
 
   void rememberGroup(const char* path);
 
-  Descriptor descriptor_;
+  config::Descriptor descriptor_;
   Access access_;
   std::optional<gid_t> group_;
   std::string created_path_;  // empty: nothing to remove

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "config/settings.h"
-#include "daemon/box.h"
+#include "daemon/base/box.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/pending_answers.h"
-#include "daemon/journal_entry.h"
 
 namespace hapticd::daemon {
 

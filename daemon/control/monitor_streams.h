@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "daemon/control/method.h"
 #include "daemon/control/status_fields.h"
 #include "daemon/control/tick_window.h"

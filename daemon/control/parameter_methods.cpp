@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "config/parameter_table.h"
+#include "daemon/base/names.h"
 #include "daemon/control/call_fields.h"
-#include "daemon/control/names.h"
 #include "daemon/control/parameter_json.h"
 
 namespace hapticd::daemon {

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "daemon/control/base64.h"
+#include "config/base64.h"
 #include "daemon/control/call_fields.h"
 #include "daemon/control/pending_answers.h"
 #include "daemon/control/pose_json.h"
@@ -46,7 +46,7 @@ std::string rowsText(const rt::DepthFrame& frame, int first_row, int rows) {
     bytes.push_back(static_cast<std::uint8_t>(frame.raw[pixel] & 0xffU));
     bytes.push_back(static_cast<std::uint8_t>(frame.raw[pixel] >> 8));
   }
-  return base64(bytes);
+  return config::base64(bytes);
 }
 
 Reply rowsReply(const SceneSnapshot& snapshot, int first_row, int rows) {

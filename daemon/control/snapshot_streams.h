@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "daemon/control/method.h"
 
 namespace hapticd::daemon {

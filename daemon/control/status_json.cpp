@@ -7,8 +7,8 @@
 #include <string>
 
 #include "config/law_choice.h"
+#include "daemon/base/names.h"
 #include "daemon/control/interface_texts.h"
-#include "daemon/control/names.h"
 #include "rt/law_table.h"
 
 // Structures are taken apart with structured bindings: a counter added to one of them does not compile here
@@ -126,17 +126,13 @@ OrderedJson handleJson(const drivers::HandleStatus& handle) {
 OrderedJson ledsJson(const IndicatorStatus& leds) {
   const auto& [panel, patterns] = leds;
   const auto& [state, detail, identity, configured] = panel;
-  const auto patternOf = [&](drivers::Led led) {
-    const auto number = static_cast<std::size_t>(led);
-    return leds.panel.configured[number] ? OrderedJson(nameOf(leds.patterns[number])) : OrderedJson();
-  };
-  return {{"state", nameOf(state)},
-          {"detail", detail},
-          {"identity", identity},
-          {"power", patternOf(drivers::Led::power)},
-          {"camera", patternOf(drivers::Led::camera)},
-          {"contact", patternOf(drivers::Led::contact)},
-          {"fault", patternOf(drivers::Led::fault)}};
+  OrderedJson json = {{"state", nameOf(state)}, {"detail", detail}, {"identity", identity}};
+  for (std::size_t led = 0; led < drivers::kLedCount; ++led) {
+    const bool is_configured = configured[led];
+    json[nameOf(static_cast<drivers::Led>(led))] =
+        is_configured ? OrderedJson(nameOf(patterns[led])) : OrderedJson();
+  }
+  return json;
 }
 
 OrderedJson traceJson(const TraceStatus& trace) {
@@ -192,50 +188,59 @@ const std::string& kernelRelease() {
 
 }  // namespace
 
-/// Mode and cause are shown at the top.
+/// Not shown here: mode and cause, which stand at the top of the status; the ticks that the trace has lost,
+/// which are counted in the loop's status; what only the recording of a handle needs.
 OrderedJson tickJson(const rt::Tick& tick) {
-  const bool has_proxy = rt::hasProxy(tick.law);
-  return {{"number", tick.number},
-          {"plannedNs", tick.planned_ns},
-          {"wakeupLatencyNs", tick.wakeup_latency_ns},
-          {"computeNs", tick.compute_ns},
-          {"slewLimited", tick.slew_limited},
-          {"magnitudeClamped", tick.magnitude_clamped},
-          {"notFinite", tick.not_finite},
-          {"released", tick.released},
-          {"passivityActed", tick.passivity_acted},
-          {"thermallyLimited", tick.thermally_limited},
-          {"energyJ", tick.energy_j},
-          {"stiffnessLimitNPerM", tick.stiffness_limit_n_per_m},
-          {"stiffnessGain", tick.stiffness_gain},
-          {"stiffnessRule", nameOf(tick.stiffness_rule)},
-          {"contactDampingNSPerM", tick.contact_damping_n_s_per_m},
-          {"outsideModel", tick.outside_model},
-          {"blending", tick.blending},
-          {"law", config::nameOf(tick.law)},
-          {"contact", has_proxy ? OrderedJson(nameOf(tick.contact)) : OrderedJson()},
-          {"pointsUsed", tick.points_used},
-          {"sceneFrame", tick.scene_frame},
-          {"sceneAgeNs", tick.scene_age_ns},
-          {"directiveGeneration", tick.directive_generation},
-          {"sceneModel", tick.scene_model},
-          {"afterOverrun", tick.after_overrun},
-          {"gain", tick.gain},
-          {"hipVelocityMPerSInWorld", vectorJson(tick.handle.velocity_m_per_s_in_world)},
-          {"buttons", tick.handle.buttons},
-          {"handleDelayS", tick.handle.delay_s},
-          {"handleDamps", tick.handle.damps},
-          {"handleCommandLatencyNs", tick.handle.command_latency_ns},
-          {"hipMInWorld", vectorJson(tick.hip_m_in_world)},
-          {"proxyMInWorld", has_proxy ? vectorJson(tick.proxy_m_in_world) : OrderedJson()},
-          {"lawForceNInWorld", vectorJson(tick.law_force_n_in_world)},
-          {"blendedForceNInWorld", vectorJson(tick.blended_force_n_in_world)},
-          {"dampedForceNInWorld", vectorJson(tick.damped_force_n_in_world)},
-          {"scaledForceNInWorld", vectorJson(tick.scaled_force_n_in_world)},
-          {"passiveForceNInWorld", vectorJson(tick.passive_force_n_in_world)},
-          {"filteredForceNInWorld", vectorJson(tick.filtered_force_n_in_world)},
-          {"slewedForceNInWorld", vectorJson(tick.slewed_force_n_in_world)},
-          {"commandForceNInWorld", vectorJson(tick.command_force_n_in_world)}};
+  const auto& [number, planned_ns, wakeup_latency_ns, compute_ns, directive_generation, trace_dropped, mode,
+               cause, slew_limited, magnitude_clamped, not_finite, released, passivity_acted,
+               thermally_limited, outside_model, stopping, after_overrun, blending, law, contact, points_used,
+               scene_frame, scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit,
+               stiffness_gain, stiffness_rule, contact_damping, law_force, blended_force, damped_force,
+               scaled_force, passive_force, filtered_force, slewed_force, command_force] = tick;
+  const auto& [handle_position, handle_velocity, handle_sequence, handle_time_ns, handle_session,
+               handle_condition, buttons, delay_s, command_latency_ns, damps] = handle;
+  const bool has_proxy = rt::hasProxy(law);
+  return {{"number", number},
+          {"plannedNs", planned_ns},
+          {"wakeupLatencyNs", wakeup_latency_ns},
+          {"computeNs", compute_ns},
+          {"slewLimited", slew_limited},
+          {"magnitudeClamped", magnitude_clamped},
+          {"notFinite", not_finite},
+          {"released", released},
+          {"passivityActed", passivity_acted},
+          {"thermallyLimited", thermally_limited},
+          {"energyJ", energy_j},
+          {"stiffnessLimitNPerM", stiffness_limit},
+          {"stiffnessGain", stiffness_gain},
+          {"stiffnessRule", nameOf(stiffness_rule)},
+          {"contactDampingNSPerM", contact_damping},
+          {"outsideModel", outside_model},
+          {"blending", blending},
+          {"law", config::nameOf(law)},
+          {"contact", has_proxy ? OrderedJson(nameOf(contact)) : OrderedJson()},
+          {"pointsUsed", points_used},
+          {"sceneFrame", scene_frame},
+          {"sceneAgeNs", scene_age_ns},
+          {"directiveGeneration", directive_generation},
+          {"sceneModel", scene_model},
+          {"afterOverrun", after_overrun},
+          {"gain", gain},
+          {"hipVelocityMPerSInWorld", vectorJson(handle_velocity)},
+          {"buttons", buttons},
+          {"handleDelayS", delay_s},
+          {"handleDamps", damps},
+          {"handleCommandLatencyNs", command_latency_ns},
+          {"hipMInWorld", vectorJson(hip)},
+          {"proxyMInWorld", has_proxy ? vectorJson(proxy) : OrderedJson()},
+          {"lawForceNInWorld", vectorJson(law_force)},
+          {"blendedForceNInWorld", vectorJson(blended_force)},
+          {"dampedForceNInWorld", vectorJson(damped_force)},
+          {"scaledForceNInWorld", vectorJson(scaled_force)},
+          {"passiveForceNInWorld", vectorJson(passive_force)},
+          {"filteredForceNInWorld", vectorJson(filtered_force)},
+          {"slewedForceNInWorld", vectorJson(slewed_force)},
+          {"commandForceNInWorld", vectorJson(command_force)}};
 }
 
 OrderedJson statusJson(const BoxStatus& status) {

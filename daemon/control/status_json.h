@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "daemon/control/tick_window.h"
 #include "daemon/control/varlink_message.h"
 

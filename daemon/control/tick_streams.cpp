@@ -14,7 +14,7 @@
 #include "config/nearest_names.h"
 #include "daemon/control/call_fields.h"
 #include "drivers/trace/fields.h"
-#include "drivers/trace/names.h"
+#include "rt/words.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -43,9 +43,9 @@ OrderedJson valueJson(double value) {
 OrderedJson valueJson(const rt::Vec3& vector) {
   return OrderedJson::array({vector.x, vector.y, vector.z});
 }
-template <drivers::NamedEnumeration Enumeration>
+template <rt::Worded Enumeration>
 OrderedJson valueJson(Enumeration value) {
-  return drivers::kNames<Enumeration>.at(static_cast<std::size_t>(value));
+  return rt::wordOf(value);
 }
 
 Reply outOfRange(const char* parameter, const std::string& allowed) {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "rt/latency_histogram.h"
 
 namespace hapticd::daemon {

@@ -11,7 +11,7 @@
 
 namespace hapticd::daemon {
 
-VarlinkConnection::VarlinkConnection(Descriptor socket, const Caller& caller)
+VarlinkConnection::VarlinkConnection(config::Descriptor socket, const Caller& caller)
     : socket_(std::move(socket)), caller_(caller) {}
 
 bool VarlinkConnection::receive() {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/control/descriptor.h"
+#include "config/descriptor.h"
 #include "daemon/control/listening_socket.h"
 
 namespace hapticd::daemon {
@@ -35,7 +35,7 @@ struct Caller {
 /// here blocks or raises SIGPIPE.
 class VarlinkConnection {
  public:
-  VarlinkConnection(Descriptor socket, const Caller& caller);
+  VarlinkConnection(config::Descriptor socket, const Caller& caller);
 
   const Caller& caller() const noexcept { return caller_; }
   int descriptor() const noexcept { return socket_.get(); }
@@ -76,12 +76,12 @@ class VarlinkConnection {
   /// Tries again with the rest.
   void flush();
   /// Gives the socket away; the connection is of no more use.
-  Descriptor release() noexcept { return std::move(socket_); }
+  config::Descriptor release() noexcept { return std::move(socket_); }
 
  private:
   bool hasMessage() noexcept;
 
-  Descriptor socket_;
+  config::Descriptor socket_;
   Caller caller_;
   std::string input_;
   std::size_t taken_ = 0;    // bytes of input_ that takeMessage() gave out

@@ -11,10 +11,10 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <utility>
 
 #include "daemon/control/peer.h"
+#include "rt/clock.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -29,15 +29,15 @@ constexpr std::uint64_t kFirstListenerKey = 3;
 /// old states before it gets the newest.
 constexpr int kSendBufferBytes = 32 * 1024;
 
-Descriptor openReserve() {
-  return Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+config::Descriptor openReserve() {
+  return config::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
 }
 
 Reply tooManyConnections(std::size_t limit, bool per_user) {
   return {"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
 }
 
-void sendOnce(const Descriptor& socket, const Reply& reply) {
+void sendOnce(const config::Descriptor& socket, const Reply& reply) {
   const std::string message = serialise(reply);
   ::send(socket.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
@@ -49,9 +49,7 @@ bool outOfDescriptors(int error) {
 }  // namespace
 
 std::chrono::nanoseconds threadTime() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  return std::chrono::nanoseconds(rt::threadCpu_ns());
 }
 
 config::Result<std::unique_ptr<VarlinkServer>> VarlinkServer::create(const ServerOptions& options,
@@ -96,8 +94,8 @@ config::Result<void> VarlinkServer::open() {
   return {};
 }
 
-bool VarlinkServer::watch(const Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
-                          int operation) {
+bool VarlinkServer::watch(const config::Descriptor& epoll, int descriptor, std::uint64_t key,
+                          std::uint32_t events, int operation) {
   epoll_event event{};
   event.events = events;
   event.data.u64 = key;
@@ -132,7 +130,7 @@ int VarlinkServer::patience_ms() const {
   return control_line_.empty() && (read_line_.empty() || reads_held_) ? -1 : 0;
 }
 
-void VarlinkServer::takeEvents(const Descriptor& epoll, int patience_ms, const Periodic& periodic) {
+void VarlinkServer::takeEvents(const config::Descriptor& epoll, int patience_ms, const Periodic& periodic) {
   std::array<epoll_event, 64> events;
   const int count = ::epoll_wait(epoll.get(), events.data(), static_cast<int>(events.size()), patience_ms);
   for (int i = 0; i < count; ++i) {
@@ -186,7 +184,7 @@ void VarlinkServer::holdReads(bool held) {
 }
 
 void VarlinkServer::accept(ListeningSocket& listener) {
-  Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  config::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket) {
     if (outOfDescriptors(errno)) shedOne(listener);
     return;
@@ -204,7 +202,7 @@ void VarlinkServer::accept(ListeningSocket& listener) {
 }
 
 /// Who has connected; nothing where the kernel does not tell.
-std::optional<Caller> VarlinkServer::callerAt(const Descriptor& socket,
+std::optional<Caller> VarlinkServer::callerAt(const config::Descriptor& socket,
                                               const ListeningSocket& listener) const {
   const auto peer = peerOf(socket.get());
   if (!peer) return std::nullopt;
@@ -219,14 +217,14 @@ std::optional<Caller> VarlinkServer::callerAt(const Descriptor& socket,
                 .sees_depth = steers || isMember(*peer, options_.view_group)};
 }
 
-void VarlinkServer::refuse(Descriptor socket, const Reply& reason) {
+void VarlinkServer::refuse(config::Descriptor socket, const Reply& reason) {
   ++refused_;
   sendOnce(socket, reason);
   linger(std::move(socket));
 }
 
 /// The client has been told its last word.
-void VarlinkServer::linger(Descriptor socket) {
+void VarlinkServer::linger(config::Descriptor socket) {
   const ConnectionId id = next_id_++;
   if (watch(reads_, socket.get(), id, EPOLLIN, EPOLL_CTL_ADD)) {
     lingering_.add(id, std::move(socket), LingeringSockets::Clock::now());
@@ -236,7 +234,7 @@ void VarlinkServer::linger(Descriptor socket) {
 /// Refuses the waiting client, who would otherwise keep the listener readable and the loop spinning.
 void VarlinkServer::shedOne(ListeningSocket& listener) {
   reserve_.close();
-  Descriptor refused(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
+  config::Descriptor refused(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
   if (refused) {
     ++refused_;
     sendOnce(refused, tooManyConnections(connections_.size(), false));

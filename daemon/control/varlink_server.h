@@ -107,11 +107,11 @@ class VarlinkServer final : public Replies {
 
   VarlinkServer(const ServerOptions& options, CallHandler& handler);
   config::Result<void> open();
-  static bool watch(const Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
+  static bool watch(const config::Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
                     int operation);
 
   int patience_ms() const;
-  void takeEvents(const Descriptor& epoll, int patience_ms, const Periodic& periodic);
+  void takeEvents(const config::Descriptor& epoll, int patience_ms, const Periodic& periodic);
   void dispatch(std::uint64_t key, std::uint32_t events, const Periodic& periodic);
   void onTimer(const Periodic& periodic);
   void serveControl();
@@ -119,9 +119,9 @@ class VarlinkServer final : public Replies {
   void holdReads(bool held);
 
   void accept(ListeningSocket& listener);
-  std::optional<Caller> callerAt(const Descriptor& socket, const ListeningSocket& listener) const;
-  void refuse(Descriptor socket, const Reply& reason);
-  void linger(Descriptor socket);
+  std::optional<Caller> callerAt(const config::Descriptor& socket, const ListeningSocket& listener) const;
+  void refuse(config::Descriptor socket, const Reply& reason);
+  void linger(config::Descriptor socket);
   void shedOne(ListeningSocket& listener);
   void pauseListening(bool paused);
   /// The error for a client that is one too many; nothing for others.
@@ -138,17 +138,19 @@ class VarlinkServer final : public Replies {
   void settle(VarlinkConnection& connection);
   void standInLine(VarlinkConnection& connection);
   void updateInterest(VarlinkConnection& connection);
-  const Descriptor& epollOf(Access access) const { return access == Access::control ? epoll_ : reads_; }
+  const config::Descriptor& epollOf(Access access) const {
+    return access == Access::control ? epoll_ : reads_;
+  }
   VarlinkConnection* find(ConnectionId connection);
 
   ServerOptions options_;
   CallHandler& handler_;
   std::vector<ListeningSocket> listeners_;
-  Descriptor epoll_;    // of what comes first, and of reads_
-  Descriptor reads_;    // epoll of what is for reading, and of lingering_
-  Descriptor stop_;     // eventfd
-  Descriptor timer_;    // timerfd
-  Descriptor reserve_;  // given up to refuse a client when descriptors run out
+  config::Descriptor epoll_;    // of what comes first, and of reads_
+  config::Descriptor reads_;    // epoll of what is for reading, and of lingering_
+  config::Descriptor stop_;     // eventfd
+  config::Descriptor timer_;    // timerfd
+  config::Descriptor reserve_;  // given up to refuse a client when descriptors run out
   std::unordered_map<ConnectionId, std::unique_ptr<VarlinkConnection>> connections_;
   LingeringSockets lingering_;
   Line control_line_;

@@ -6,18 +6,18 @@
 
 #include "daemon/injection/faulty_camera.h"
 #include "daemon/injection/faulty_handle.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::daemon {
 
 void FaultInjector::start() {
-  start_ns_ = drivers::monotonicNs();
+  start_ns_ = rt::monotonicNow_ns();
 }
 
 bool FaultInjector::isOn(Fault fault) const noexcept {
   const std::int64_t start_ns = start_ns_.load(std::memory_order_relaxed);
   if (start_ns == 0) return false;
-  const double now_s = static_cast<double>(drivers::monotonicNs() - start_ns) * 1e-9;
+  const double now_s = static_cast<double>(rt::monotonicNow_ns() - start_ns) * 1e-9;
   for (const ScriptedFault& scripted : script_) {
     const double since_s = now_s - scripted.begin.count();
     if (scripted.fault == fault && since_s >= 0 && since_s < scripted.duration.count()) return true;

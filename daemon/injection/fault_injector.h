@@ -13,22 +13,23 @@
 
 namespace hapticd::daemon {
 
-/// Makes up the faults of a script, at the borders where real ones come in: between the camera and the scene
-/// thread, between the handle and the force loop, in the force loop's time, at the control thread.
+/// Injects the faults of a script where real ones enter: between the camera and the scene thread, between the
+/// handle and the force loop, in the timing of the force loop, and at the control thread.
 class FaultInjector {
  public:
   explicit FaultInjector(std::vector<ScriptedFault> script) : script_(std::move(script)) {}
 
-  /// Time counts from here.  Thread: the one that starts the box, once.
+  /// Starts the clock of the script.  Thread: the one that starts the box, once.
   void start();
-  /// Whether that fault is on now.  Thread: any.  RT: safe.
+  /// Whether a fault is active now.  Thread: any.  RT: safe.
   bool isOn(Fault fault) const noexcept;
-  /// "faults are injected: nan_pose", for people.  Thread: any.
+  /// A warning for people with the active faults: "faults are injected: nan_pose".  Thread: any.
   std::string notice() const;
 
-  /// `camera` with the faults of frames. The injector outlives it.
+  /// Wraps `camera` and injects the faults of frames. The injector outlives it.
   std::unique_ptr<drivers::Camera> around(std::unique_ptr<drivers::Camera> camera);
-  /// `handle` with the faults of measurements; they come up to a millisecond later. The injector outlives it.
+  /// Wraps `handle` and injects the faults of measurements; measurements are up to a millisecond late. The
+  /// injector outlives it.
   std::unique_ptr<drivers::Handle> around(std::unique_ptr<drivers::Handle> handle);
 
  private:

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -15,18 +14,8 @@
 namespace hapticd::daemon {
 namespace {
 
-constexpr std::array<std::string_view, kFaultCount> kNames{
-    "lost_frames", "frozen_camera", "garbage_depth", "handle_muted",    "handle_unplugged",
-    "handle_leap", "nan_pose",      "late_ticks",    "channel_overflow"};
 constexpr double kLongest_s = 86'400;
 constexpr std::size_t kLongestScript = std::size_t{1} << 20;
-
-std::optional<Fault> faultFrom(std::string_view name) {
-  for (int number = 0; number < kFaultCount; ++number) {
-    if (kNames[static_cast<std::size_t>(number)] == name) return static_cast<Fault>(number);
-  }
-  return std::nullopt;
-}
 
 bool isTime(double seconds) {
   return std::isfinite(seconds) && seconds >= 0 && seconds <= kLongest_s;
@@ -45,20 +34,17 @@ config::Result<ScriptedFault> faultOn(const std::string& line) {
         fmt::format("{} is not BEGIN_S DURATION_S FAULT, both 0..{} s", config::inQuotes(line), kLongest_s),
         "write for example: 2.5 0.5 frozen_camera"});
   }
-  const std::optional<Fault> fault = faultFrom(name);
+  const std::optional<Fault> fault = rt::withWord<Fault>(name);
   if (!fault) {
-    return std::unexpected(config::Error{"", fmt::format("there is no fault {}", config::inQuotes(name)),
-                                         fmt::format("choose one of: {}", fmt::join(kNames, ", "))});
+    return std::unexpected(
+        config::Error{"", fmt::format("there is no fault {}", config::inQuotes(name)),
+                      fmt::format("choose one of: {}", fmt::join(rt::kWords<Fault>, ", "))});
   }
   using Seconds = std::chrono::duration<double>;
   return ScriptedFault{*fault, Seconds(begin_s), Seconds(duration_s)};
 }
 
 }  // namespace
-
-std::string_view nameOf(Fault fault) {
-  return kNames[static_cast<std::size_t>(fault)];
-}
 
 config::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file) {
   const auto content = config::fileContent(file, {.longest = kLongestScript, .kind = config::FileKind::any});

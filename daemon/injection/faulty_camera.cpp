@@ -15,7 +15,7 @@ void FaultyCamera::publish() {
   if (faults_.isOn(Fault::frozen_camera)) return;
   if (faults_.isOn(Fault::lost_frames) && frames_ % 2 == 0) return;
   if (faults_.isOn(Fault::garbage_depth)) {
-    // all 16 bits: a sensor's values have 11
+    // all 16 bits, although a sensor's values have 11
     for (std::uint16_t& raw : sink_->back().raw) raw = static_cast<std::uint16_t>(random_());
   }
   sink_->publish();

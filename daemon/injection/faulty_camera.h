@@ -11,7 +11,7 @@ namespace hapticd::daemon {
 
 class FaultInjector;
 
-/// A camera whose frames get lost, stop or become garbage on their way to the scene thread.
+/// Wraps a camera, and drops, stops or corrupts its frames on their way to the scene thread.
 class FaultyCamera final : public drivers::Camera, private drivers::FrameSink {
  public:
   FaultyCamera(std::unique_ptr<drivers::Camera> camera, const FaultInjector& faults)

@@ -5,12 +5,12 @@
 #include <limits>
 
 #include "daemon/injection/fault_injector.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {
 
-/// Often enough that neither side's millisecond is missed.
+/// Short enough to relay every measurement and command of a 1 kHz loop.
 constexpr std::chrono::microseconds kRelayPeriod{250};
 constexpr double kLeap_m = 0.5;
 
@@ -43,7 +43,7 @@ void FaultyHandle::relay(drivers::HandleChannels& outer) {
   relayOnce();
 }
 
-/// The device does not know that it was unplugged: its session is the one before.
+/// The device does not know that it was unplugged, so its own session number has not changed.
 rt::HandleCommand FaultyHandle::asAnsweredTo(rt::HandleCommand command) const {
   command.session -= replugs_;
   return command;

@@ -4,15 +4,15 @@
 #include <memory>
 #include <thread>
 
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/handle.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::daemon {
 
 class FaultInjector;
 
-/// A handle whose measurements stop, leap or are no numbers on their way to the force loop. Commands reach
-/// the device whatever is on, so that what the force loop makes of the fault can be seen there.
+/// Wraps a handle, and stops its measurements, makes them leap or replaces them by NaN on their way to the
+/// force loop. Commands always reach the device, which shows how the force loop reacts to the fault.
 class FaultyHandle final : public drivers::Handle {
  public:
   FaultyHandle(std::unique_ptr<drivers::Handle> handle, const FaultInjector& faults)
@@ -20,7 +20,7 @@ class FaultyHandle final : public drivers::Handle {
   ~FaultyHandle() override { stop(); }
 
   config::Result<void> start(drivers::HandleChannels& channels) override;
-  /// The device gets the force loop's last command, as without faults.
+  /// Passes the force loop's last command on before it stops, as without faults.
   void stop() override;
   drivers::HandleStatus status() const override { return handle_->status(); }
 

@@ -15,17 +15,17 @@
 
 namespace hapticd::daemon {
 
-/// 1 to 64 letters, digits, '_' and '-'.
+/// Whether a name is one for a profile: 1 to 64 letters, digits, '_' and '-'.
 bool isProfileName(std::string_view name);
 
 struct ProfileEntry {
   std::string name;
-  bool boot = false;         ///< applied at the start
-  std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
+  bool boot = false;         ///< applied when the daemon starts
+  std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of the last change
 };
 
-/// The profiles below a state folder: sets of live parameters by name, and which of them is applied at the
-/// start. Errors of all functions: a name that is none, what the disk says.
+/// The profiles in a state folder: named sets of live parameters, one of which may be applied at the start.
+/// Errors of all functions: an invalid name, a failure of the disk.
 /// Thread: any, one at a time.  Progress: blocking.
 class ProfileFolder {
  public:
@@ -33,20 +33,20 @@ class ProfileFolder {
 
   explicit ProfileFolder(const std::filesystem::path& state_folder);
 
-  /// Sorted by name. None where there is no such folder.
+  /// All profiles, sorted by name; none if there is no such folder.
   config::Result<std::vector<ProfileEntry>> list() const;
-  /// Saves the live parameters of `settings`, also over an older profile.
+  /// Saves the live parameters of `settings`, and replaces a profile of that name.
   /// Errors: also more than kMostProfiles.
   config::Result<void> save(const std::string& name, const config::Settings& settings) const;
-  /// Errors: also no such profile, every problem in it.
+  /// Loads a profile. Errors: also no such profile, and every problem in it.
   std::expected<std::vector<config::Assignment>, std::vector<config::Error>> load(
       const std::string& name) const;
-  /// Errors: also no such profile, it is the boot profile.
+  /// Deletes a profile. Errors: also no such profile, and that it is the boot profile.
   config::Result<void> remove(const std::string& name) const;
 
-  /// The name of the boot profile; nothing: there is none. Errors: also a file that holds no name.
+  /// The name of the boot profile; nothing: there is none. Errors: also a file without a valid name.
   config::Result<std::optional<std::string>> boot() const;
-  /// Errors: also a profile that cannot be loaded; nothing changes then.
+  /// Chooses the boot profile. Errors: also a profile that cannot be loaded; nothing changes then.
   config::Result<void> setBoot(const std::optional<std::string>& name) const;
 
  private:
@@ -58,7 +58,7 @@ class ProfileFolder {
   std::filesystem::path folder_;
 };
 
-/// The first ten problems in one text, and how many more there are, for people.
+/// The first ten problems as one text for people, with the number of the others.
 std::string textOf(const std::vector<config::Error>& errors);
 
 }  // namespace hapticd::daemon

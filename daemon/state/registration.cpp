@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, 6> kPoseParameters{"camera.position_x_m", "camera.position_y_m",
                                                           "camera.position_z_m", "camera.roll_rad",
                                                           "camera.pitch_rad",    "camera.yaw_rad"};
-// What is no parameter stands in comments, so that the file reads like any other of settings.
+// What is not a parameter is in comments, so that the file has the form of any other settings file.
 constexpr std::string_view kTimeLine = "# time: ";
 constexpr std::string_view kResidualLine = "# residual_m: ";
 
@@ -32,7 +32,7 @@ auto valuesOf(const rt::PoseParameters& pose) {
                     pose.yaw_rad);
 }
 
-/// What stands behind `beginning` on a line of its own; nothing where there is no such line.
+/// The rest of the line that starts with `beginning`; nothing if there is no such line.
 std::optional<std::string_view> restOfLine(std::string_view text, std::string_view beginning) {
   const std::size_t begin = text.find(beginning);
   if (begin == std::string_view::npos || (begin != 0 && text[begin - 1] != '\n')) return std::nullopt;

@@ -14,23 +14,23 @@
 
 namespace hapticd::daemon {
 
-/// Reads the settings again on a thread of its own, so that whoever asks never waits for the disk.
+/// Reads the settings again on a thread of its own, so that the caller never waits for the disk.
 /// Thread: one caller.
 class SettingsReader {
  public:
   using Clock = std::chrono::steady_clock;
   using Outcome = std::expected<StartSettings, std::vector<config::Error>>;
 
-  /// `read` may block; it refers to nothing that ends before the process. `name`: of what it reads, for
-  /// people.
+  /// `read` may block, and may refer only to objects that live as long as the process. `name`: describes for
+  /// people what it reads.
   SettingsReader(std::function<Outcome()> read, std::string name)
       : read_(std::move(read)), name_(std::move(name)) {}
 
-  /// Not while reading().
+  /// Starts to read; not to be called while reading().
   void begin(Clock::time_point now);
   bool reading() const noexcept { return reading_.valid(); }
-  /// What has been read, once; nothing while it goes on, and when nobody has begun. After kPatience it is an
-  /// error: what comes later is thrown away.
+  /// Returns what was read, once; nothing while reading or before begin(). After kPatience the result is an
+  /// error, and what is read later is discarded.
   std::optional<Outcome> outcome(Clock::time_point now);
 
   static constexpr std::chrono::seconds kPatience{10};
@@ -40,7 +40,7 @@ class SettingsReader {
   std::string name_;
   std::future<Outcome> reading_;
   Clock::time_point deadline_;
-  StateWorker worker_{std::chrono::seconds(1)};  // the end need not wait long for what is only read
+  StateWorker worker_{std::chrono::seconds(1)};  // a job that only reads may be abandoned soon
 };
 
 }  // namespace hapticd::daemon

@@ -15,7 +15,7 @@ namespace {
 
 using Assignments = std::vector<config::Assignment>;
 
-/// The settings of the file and the overrides while layers come between the two.
+/// The settings of the file and the overrides, with the layers that are inserted between the two.
 class Layers {
  public:
   Layers(StartSettings& start, std::span<const std::string> overrides) : start_(start) {
@@ -24,8 +24,8 @@ class Layers {
     }
   }
 
-  /// Sets what no override names. False, and only a notice about it, when the rules between parameters are
-  /// broken then.
+  /// Sets those parameters that no override sets. If that breaks a rule between parameters, it sets none,
+  /// adds a notice and returns false.
   bool add(const std::string& layer, const Assignments& assignments) {
     config::Settings settings = start_.settings;
     for (const auto& [parameter, value] : assignments) {

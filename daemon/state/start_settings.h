@@ -15,21 +15,22 @@
 
 namespace hapticd::daemon {
 
-/// What the daemon starts with.
+/// The settings at the start of the daemon, and where they came from.
 struct StartSettings {
   config::Settings settings;
-  rt::PoseParameters configured_T_world_camera;  ///< without the registration
-  std::optional<Registration> registration;      ///< that `settings` follow
-  std::optional<std::string> boot_profile;       ///< that `settings` follow
-  /// What was left out, why, and what to do; and what is allowed, but hardly meant.
+  rt::PoseParameters configured_T_world_camera;  ///< the pose without the registration
+  std::optional<Registration> registration;      ///< the registration in `settings`
+  std::optional<std::string> boot_profile;       ///< the profile in `settings`
+  /// What was left out, with the reason and the remedy, and settings that are allowed but hardly intended.
   std::vector<std::string> notices;
-  config::SettingsSummary summary;  ///< of the file and the overrides
+  config::SettingsSummary summary;  ///< summary of the file and the overrides
 };
 
-/// The configuration file, on top of it the registration, the boot profile, and `overrides`
-/// ("group.name=value"). `kind`: of the configuration file; the others are regular ones. A registration or
-/// profile that is damaged or contradicts the others is left out as a whole. Errors: those of file and
-/// overrides, as config::loadConfiguration() has them. Thread: any.  Progress: blocking.
+/// Reads the settings: the configuration file and, each over what comes before, the registration, the boot
+/// profile and `overrides` ("group.name=value"). `kind`: of the configuration file; the others are regular
+/// files. A registration or profile that is damaged or contradicts the other settings is left out completely.
+/// Errors: those of the file and the overrides, as from config::loadConfiguration(). Thread: any.  Progress:
+/// blocking.
 std::expected<StartSettings, std::vector<config::Error>> startSettings(
     const std::filesystem::path& file, std::span<const std::string> overrides,
     config::FileKind kind = config::FileKind::any);

@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <system_error>
 
+#include "config/descriptor.h"
 #include "config/file_content.h"
-#include "daemon/control/descriptor.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -51,18 +51,18 @@ bool writeAll(int descriptor, std::string_view content) {
 }
 
 bool synchronise(const fs::path& folder) {
-  const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const config::Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return descriptor && ::fsync(descriptor.get()) == 0;
 }
 
 }  // namespace
 
 config::Result<void> replaceFile(const fs::path& file, std::string_view content) {
-  std::error_code ignored;  // to write then fails too, and says why
+  std::error_code ignored;  // writing fails then too, and reports the reason
   fs::create_directories(file.parent_path(), ignored);
   const fs::path temporary = file.string() + ".new";
-  ::unlink(temporary.c_str());  // of a start that crashed
-  Descriptor descriptor(
+  ::unlink(temporary.c_str());  // left behind by a process that crashed
+  config::Descriptor descriptor(
       ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
   if (!descriptor) return failure(file, "cannot be written", errno);
   if (!writeAll(descriptor.get(), content) || ::fsync(descriptor.get()) != 0 ||

@@ -10,13 +10,13 @@
 
 namespace hapticd::daemon {
 
-/// Gives the file this content. After a crash or a loss of power it has either that or what it had before:
-/// a temporary file beside it is written, synchronised, and renamed. A missing folder is made. Errors: no
-/// permission, no space; the file is as it was.
+/// Replaces the content of a file. After a crash or a power failure the file has either its new content or
+/// its old one: a temporary file beside it is written, synchronised and renamed. Creates a missing folder.
+/// Errors: no permission, no space; the file is unchanged then.
 /// Thread: any.  Progress: blocking (the disk).
 config::Result<void> replaceFile(const std::filesystem::path& file, std::string_view content);
 
-/// Errors: no permission. That there is no such file is none.
+/// Removes a file. Errors: no permission; a missing file is no error.
 /// Thread: any.  Progress: blocking.
 config::Result<void> removeFile(const std::filesystem::path& file);
 

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// " (process 123)"; empty where the file does not say it.
+/// " (process 123)"; empty if the file contains no process ID.
 std::string holderOf(int file) {
   std::array<char, 32> text{};
   const ssize_t length = ::pread(file, text.data(), text.size(), 0);
@@ -29,27 +29,29 @@ std::string holderOf(int file) {
   return failure == std::errc() && process > 0 ? fmt::format(" (process {})", process) : "";
 }
 
-/// For people and the error of the next one; without it the lock holds all the same.
+/// Writes the process ID for people, and for the error message of another process; the lock does not depend
+/// on it.
 void writeHolder(int file) {
   const std::string text = fmt::format("{}\n", ::getpid());
   if (::ftruncate(file, 0) != 0) return;
   [[maybe_unused]] const ssize_t ignored = ::pwrite(file, text.data(), text.size(), 0);
 }
 
-/// For the daemon's user alone: who may read a file may lock it too, and keep hapticd from starting.
-Descriptor openFile(const fs::path& file) {
+/// Only the daemon's user may open the file: anyone who may read it could lock it and prevent hapticd from
+/// starting.
+config::Descriptor openFile(const fs::path& file) {
   constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
-  Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0600));
-  return writable ? std::move(writable) : Descriptor(::open(file.c_str(), O_RDONLY | kFlags));
+  config::Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0600));
+  return writable ? std::move(writable) : config::Descriptor(::open(file.c_str(), O_RDONLY | kFlags));
 }
 
 }  // namespace
 
 config::Result<StateLock> StateLock::take(const fs::path& state_folder) {
-  std::error_code ignored;  // then the file cannot be opened either
+  std::error_code ignored;  // if this fails, opening the file fails too
   fs::create_directories(state_folder, ignored);
-  Descriptor file = openFile(state_folder / "hapticd.lock");
-  if (!file) return StateLock(Descriptor());
+  config::Descriptor file = openFile(state_folder / "hapticd.lock");
+  if (!file) return StateLock(config::Descriptor());
   if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
     writeHolder(file.get());
   } else if (errno == EWOULDBLOCK) {

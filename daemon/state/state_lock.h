@@ -4,26 +4,26 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/descriptor.h"
 #include "config/error.h"
-#include "daemon/control/descriptor.h"
 
 namespace hapticd::daemon {
 
-/// That this process alone writes below a state folder: a lock on the file `hapticd.lock` in it, which holds
-/// the number of the process. The lock ends with the object, or with the process however that ends.
+/// Ensures that only this process writes to a state folder, by a lock on the file `hapticd.lock` in it, which
+/// contains the process ID. The lock ends with the object, or with the process however that ends.
 /// Thread: any.  Progress: blocking (the disk).
 class StateLock {
  public:
-  /// Makes the folder where it is missing. Holds nothing where folder and file can be neither made nor
-  /// opened: nothing can be written there then. Errors: another process holds it.
+  /// Creates a missing folder. Holds no lock if the folder and the file can neither be created nor opened,
+  /// because nothing can be written there then. Errors: another process holds the lock.
   static config::Result<StateLock> take(const std::filesystem::path& state_folder);
 
   bool held() const { return static_cast<bool>(file_); }
 
  private:
-  explicit StateLock(Descriptor file) : file_(std::move(file)) {}
+  explicit StateLock(config::Descriptor file) : file_(std::move(file)) {}
 
-  Descriptor file_;
+  config::Descriptor file_;
 };
 
 }  // namespace hapticd::daemon

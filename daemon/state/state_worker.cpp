@@ -3,12 +3,12 @@
 
 #include <signal.h>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {
 
-/// Signals are the main thread's: the thread inherits a mask that blocks them all.
+/// Blocks all signals while the thread is created, which inherits the mask: the main thread handles signals.
 config::Result<std::thread> startWithoutSignals(const std::function<void()>& body) {
   sigset_t all;
   sigset_t before;
@@ -26,7 +26,7 @@ StateWorker::~StateWorker() {
   if (endsInTime()) {
     thread_.join();
   } else {
-    thread_.detach();  // it waits for a disk that does not answer, and works on nothing of ours but the Queue
+    thread_.detach();  // it waits for a disk that does not answer, and uses only the Queue, which it shares
   }
 }
 

@@ -14,21 +14,22 @@
 
 namespace hapticd::daemon {
 
-/// A thread that does what may wait for the disk, one job after the other in the order of the calls. It
-/// starts with the first job; where the system gives no thread, jobs are done in the caller's.
+/// A thread for jobs that may wait for the disk; it does them one at a time, in the order of the calls. It
+/// starts with the first job. If the system provides no thread, the caller's thread does the jobs.
 /// Thread: one caller.
 class StateWorker {
  public:
-  /// `end_timeout`: how long the end waits for jobs.
+  /// `end_timeout`: how long the destructor waits for jobs.
   explicit StateWorker(std::chrono::milliseconds end_timeout = std::chrono::seconds(5))
       : end_timeout_(end_timeout), queue_(std::make_shared<Queue>()) {}
   StateWorker(const StateWorker&) = delete;
   StateWorker& operator=(const StateWorker&) = delete;
-  /// Does all jobs first, but waits no longer than the time-out: a disk that does not answer keeps nobody
-  /// from ending. Jobs that have not begun by then are left out.
+  /// Finishes all jobs, but waits no longer than the time-out, so that a disk that does not answer prevents
+  /// nobody from stopping. Jobs that have not started by then are dropped.
   ~StateWorker();
 
-  /// `job` throws nothing and refers to nothing that the caller changes, nor to what ends with the worker.
+  /// Adds a job. It must not throw, and must not refer to data that the caller changes or that ends with the
+  /// worker.
   template <typename Job>
   std::future<std::invoke_result_t<Job>> run(Job job) {
     std::packaged_task<std::invoke_result_t<Job>()> task(std::move(job));

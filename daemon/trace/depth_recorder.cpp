@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 
@@ -59,7 +59,7 @@ void DepthRecorder::run() {
     drivers::DepthRecord record;
     const rt::DepthFrame& frame = frames_[slot];
     encoder_.encode(drivers::headerOf(common_, frame), std::as_bytes(std::span(frame.raw)), record);
-    record.image.bytes.shrink_to_fit();  // it may wait
+    record.image.bytes.shrink_to_fit();  // the record may stay in memory for a while
     const std::lock_guard lock(mutex_);
     free_.push_back(slot);
     compressed_bytes_ += record.image.bytes.size();

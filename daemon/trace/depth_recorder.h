@@ -18,54 +18,55 @@
 
 namespace hapticd::daemon {
 
-/// Raw depth on its way from the scene thread into a trace: compressed by a thread of its own, which takes
-/// about two milliseconds a frame, so that neither the scene nor the ticks of the trace wait for it.
+/// Carries raw depth from the scene thread to a trace. A thread of its own compresses it, about two
+/// milliseconds per frame, so that neither the scene nor the ticks of the trace wait.
 class DepthRecorder {
  public:
-  /// Frames on their way to the compression: a quarter of a second.
+  /// Capacity for frames that wait for compression: a quarter of a second.
   static constexpr std::size_t kFrames = 8;
-  /// Compressed ones on their way to the disk: seconds, or a quarter of one if nothing can be compressed.
+  /// Capacity for compressed frames that wait for the disk: several seconds, or a quarter of a second of
+  /// frames that cannot be compressed.
   static constexpr std::size_t kMostWaitingBytes = 8 << 20;
 
-  /// `common`: what the frames of the camera have in common.
-  /// Errors: the system gives no more threads.
+  /// `common`: the header fields that all frames of the camera share.
+  /// Errors: the system provides no more threads.
   static config::Result<std::unique_ptr<DepthRecorder>> start(const rt::DepthFrameHeader& common);
-  /// Like finish().
+  /// Ends the thread as finish() does.
   ~DepthRecorder();
   DepthRecorder(const DepthRecorder&) = delete;
   DepthRecorder& operator=(const DepthRecorder&) = delete;
 
-  /// Takes a copy of the frame. False, and one more in lost(), while the disk is too slow.
-  /// Thread: scene thread.  Never blocks longer than copying takes.
+  /// Copies the frame. While the disk is too slow it returns false and counts the frame in lost().
+  /// Thread: scene thread.  Progress: blocking, for as long as a copy takes.
   bool offer(const rt::DepthFrame& frame);
 
-  // Thread: trace thread.
-  /// The oldest compressed frame that was not taken yet. False: there is none now.
+  // The next two functions: trace thread.
+  /// Moves out the oldest compressed frame; false if there is none now.
   bool take(drivers::DepthRecord& record);
-  /// Compresses what was offered and ends the thread; take() still gives what is left. offer() is not called
-  /// any more.
+  /// Compresses all offered frames and ends the thread. take() still returns what is left; offer() must not
+  /// be called any more.
   void finish();
 
-  /// Frames refused.  Thread: any.
+  /// Number of frames that offer() has refused.  Thread: any.
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  private:
   explicit DepthRecorder(const rt::DepthFrameHeader& common);
   void run();
-  /// Waits for work. False when there is none any more.
+  /// Waits for a frame to compress; false if there will be none.
   bool nextFrame(std::size_t& slot);
 
   const rt::DepthFrameHeader common_;
-  drivers::DepthEncoder encoder_;  // the compressing thread only
+  drivers::DepthEncoder encoder_;  // compression thread only
   std::vector<rt::DepthFrame> frames_;
-  std::mutex mutex_;  // of the next five
+  std::mutex mutex_;  // protects the next five members
   std::condition_variable wake_;
   std::vector<std::size_t> free_;
-  std::deque<std::size_t> offered_;              // the oldest first
-  std::deque<drivers::DepthRecord> compressed_;  // the oldest first
+  std::deque<std::size_t> offered_;              // oldest first
+  std::deque<drivers::DepthRecord> compressed_;  // oldest first
   std::size_t compressed_bytes_ = 0;
   bool finishing_ = false;
-  std::atomic<std::uint64_t> lost_{0};  // relaxed: it orders nothing
+  std::atomic<std::uint64_t> lost_{0};  // relaxed: no other data depends on it
   std::thread thread_;
 };
 

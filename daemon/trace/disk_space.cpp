@@ -11,7 +11,8 @@ namespace hapticd::daemon {
 namespace {
 
 constexpr double kBytesPerMb = 1e6;
-/// Schemas and settings are some 50 kB, a second of ticks without compression 0.7 MB.
+/// Space for the start of a trace: schemas and settings take about 50 kB, a second of uncompressed ticks 0.7
+/// MB.
 constexpr std::uint64_t kLeastToBegin_bytes = 1'000'000;
 
 }  // namespace

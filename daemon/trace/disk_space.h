@@ -10,27 +10,28 @@
 
 namespace hapticd::daemon {
 
-/// Of megabytes as settings have them.
+/// The bytes of a number of megabytes, as used by settings.
 std::uint64_t bytesOf(double megabytes);
-/// "12.3 MB".
+/// A size for people: "12.3 MB".
 std::string megabytes(std::uint64_t bytes);
 
-/// The space on the disk of the traces. Thread: one.
+/// The free space on the disk of the traces. Thread: one.
 class DiskSpace {
  public:
-  /// `folder`: the one that is there before the traces' own is made.
+  /// `folder`: exists before the folder of the traces is created in it.
   DiskSpace(std::filesystem::path folder, double min_free_mb);
 
-  /// Asks the system.
+  /// Reads the free space from the system.
   void measure();
-  /// Nothing: not known.
+  /// Free space at the last reading; nothing: not known.
   std::optional<std::uint64_t> freeBytes() const { return free_bytes_; }
 
-  // Nothing is wrong where the space is not known: then the attempt to write says why.
+  // Unknown space is no error here: the attempt to write reports the reason.
 
-  /// Errors: less is free than trace.min_free_mb.
+  /// Whether a trace may go on. Errors: less than trace.min_free_mb is free.
   config::Result<void> enoughToGoOn() const { return enough(least_bytes_); }
-  /// Errors: the same, or less than a trace's head and first chunks take; else each attempt would leave some.
+  /// Whether a trace may start. Errors: as above, or less than its head and first chunks take, because each
+  /// failed attempt would leave an incomplete file.
   config::Result<void> enoughToBegin() const;
 
  private:

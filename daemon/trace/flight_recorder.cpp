@@ -9,7 +9,7 @@
 namespace hapticd::daemon {
 namespace {
 
-/// Records come slowly; whoever floods the box with changes gets the newest ones recorded.
+/// Capacity for the other records, which are rare; of a flood of changes only the newest are kept.
 constexpr std::size_t kMostRecords = 10'000;
 
 template <typename Record>
@@ -62,7 +62,7 @@ void FlightRecorder::forgetOldRecords() {
 
 config::Result<void> FlightRecorder::writeTo(drivers::TraceWriter& writer) const {
   config::Result<void> result;
-  // in the order of time, as a trace is written: its chunks then follow each other
+  // in the order of time, so that the chunks of the trace do not overlap
   const auto writeBefore = [&](const auto& records, auto& next, std::int64_t time_ns) {
     for (; next != records.end() && drivers::timeOf(*next) <= time_ns && result; ++next) {
       result = writer.write(*next);

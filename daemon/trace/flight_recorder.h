@@ -11,11 +11,11 @@
 
 namespace hapticd::daemon {
 
-/// The newest ticks, with what belongs to them, in memory.
+/// Keeps the newest ticks, and the records that belong to them, in memory.
 /// Thread: trace thread.
 class FlightRecorder {
  public:
-  /// Holds `duration_s` of ticks at `rate_hz`; 0: nothing.  RT: not safe (allocates it all).
+  /// Holds `duration_s` of ticks at `rate_hz`; 0: nothing.  RT: not safe (allocates all memory).
   FlightRecorder(double duration_s, double rate_hz);
 
   void add(const rt::Tick& tick);
@@ -24,11 +24,11 @@ class FlightRecorder {
   void add(const drivers::EventRecord& event);
 
   bool empty() const noexcept { return held_ == 0; }
-  /// Of ticks that are held.
+  /// The duration of the ticks that it holds.
   double duration_s() const noexcept { return static_cast<double>(held_) / rate_hz_; }
 
-  /// Everything that is held, in the order of time within each channel; it stays held.
-  /// Errors: the writer's.
+  /// Writes everything that it holds, in the order of time within each channel, and keeps it.
+  /// Errors: those of the writer.
   config::Result<void> writeTo(drivers::TraceWriter& writer) const;
 
  private:
@@ -36,11 +36,11 @@ class FlightRecorder {
   void forgetOldRecords();
 
   double rate_hz_;
-  std::vector<rt::Tick> ticks_;  // a ring
+  std::vector<rt::Tick> ticks_;  // a ring buffer
   std::size_t next_ = 0;
   std::size_t held_ = 0;
   std::deque<drivers::ModelRecord> models_;
-  std::deque<drivers::DirectiveRecord> directives_;  // from the one that the oldest tick obeyed on
+  std::deque<drivers::DirectiveRecord> directives_;  // starts with the one that the oldest tick obeyed
   std::deque<drivers::EventRecord> events_;
 };
 

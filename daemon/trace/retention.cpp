@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "daemon/trace/disk_space.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {
 
-/// How often the folder is listed though nothing is known to have changed: the open trace grows, and others
-/// may delete. With a limit more often, as recording stops there.
+/// How often the folder is listed without a known change, because the open trace grows and others may delete.
+/// More often with a limit, because recording stops there.
 constexpr std::chrono::seconds kListPeriod{60};
 constexpr std::chrono::seconds kListPeriodWithLimit{10};
 
@@ -136,7 +136,7 @@ void Retention::lookNow() {
   }
 }
 
-/// What cannot be deleted counts as protected, so that recording stops at the limit all the same.
+/// A trace that cannot be deleted counts as protected, so that recording stops at the limit in any case.
 void Retention::deleteDown(drivers::RetentionPlan& plan) {
   std::vector<std::string> problems;
   while (plan.bytes > limit_bytes_ && !plan.deletable.empty() && !stopping()) {
@@ -175,7 +175,8 @@ void Retention::publish(const drivers::RetentionPlan& plan, std::vector<std::str
   wake_.notify_all();
 }
 
-/// Said from nine tenths of the limit on, or earlier where one more file of the largest size would reach it.
+/// The warning about a full folder, from nine tenths of the limit on, or earlier if one more file of the
+/// largest size would reach the limit.
 std::string Retention::warningOf(const drivers::RetentionPlan& plan) const {
   if (limit_bytes_ == 0) return "";
   const std::uint64_t room = std::max(limit_bytes_ / 10, most_file_bytes_);

@@ -18,50 +18,49 @@
 
 namespace hapticd::daemon {
 
-/// Keeps the folder of traces below trace.max_folder_mb: deletes what planRetention() allows, the oldest
-/// first, and refuses recording where only protected traces are left. Without a limit it deletes nothing.
+/// Keeps the folder of traces below trace.max_folder_mb: deletes what planRetention() allows, oldest first,
+/// and refuses to record when only protected traces are left. Without a limit it deletes nothing.
 ///
-/// A thread of its own lists and deletes, so that neither the rings nor a call ever waits for a large folder.
+/// A thread of its own lists and deletes, so that neither the rings nor a call waits for a large folder.
 class Retention {
  public:
-  /// What it has found and done.
+  /// The state of the folder, and what was done to keep its limit.
   struct Status {
-    std::uint64_t folder_bytes = 0;            ///< of all traces
+    std::uint64_t folder_bytes = 0;            ///< size of all traces
     std::optional<std::uint64_t> limit_bytes;  ///< nothing: there is no limit
     std::string next;                          ///< name of the trace that is deleted next; empty: none
     std::uint64_t deleted = 0;                 ///< since the start
-    std::vector<std::string> problems;         ///< with what to do; also what is about to be deleted
+    std::vector<std::string> problems;         ///< each with its remedy; includes what will be deleted soon
   };
-  /// Told of each deletion: name and reason.  Thread: the one that deletes.
+  /// Called after each deletion with name and reason.  Thread: the one that deletes.
   using Tell = std::function<void(const std::string& name, const std::string& reason)>;
 
   Retention(std::filesystem::path folder, const config::TraceSettings& settings, Tell tell);
-  /// Like stop().
+  /// Ends the thread as stop() does.
   ~Retention();
   Retention(const Retention&) = delete;
   Retention& operator=(const Retention&) = delete;
 
-  /// Errors: the system gives no more threads.
+  /// Starts the thread. Errors: the system provides no more threads.
   config::Result<void> start();
-  /// Ends the thread; a deletion that goes on is brought to its end. Harmless when not started.
+  /// Finishes a deletion in progress and ends the thread; does nothing if it was not started.
   void stop();
 
-  /// At what size a trace goes on in another file: trace.max_file_mb, but no more than a quarter of the
-  /// limit, so that there is always something older that may be deleted.  Thread: any.
+  /// The size at which a trace continues in another file: trace.max_file_mb, but at most a quarter of the
+  /// limit, so that there is always something older to delete.  Thread: any.
   std::uint64_t mostFileBytes() const noexcept { return most_file_bytes_; }
 
-  // Thread: any.
+  // All functions from here on: any thread.
 
-  /// The folder has changed: it is listed again.
+  /// Requests a new list because the folder has changed.
   void look();
-  /// The same; this trace has just been finished.
+  /// Requests a new list because this trace was just finished.
   void lookAfter(const std::string& finished);
-  /// Waits for the first list of the folder; without a limit it does not wait. Nothing depends on whether it
-  /// came in time.
+  /// Waits for the first list of the folder, but not without a limit. It is no error if the list is late.
   void awaitFirstLook(std::chrono::seconds patience);
-  /// Whether a trace may begin. Errors: what is protected fills the folder but for a tenth of the limit.
+  /// Whether a trace may start. Errors: protected traces leave less than a tenth of the limit.
   config::Result<void> mayBegin() const;
-  /// Whether it may go on. Errors: what is protected, with the trace itself, is more than the limit.
+  /// Whether a trace may go on. Errors: protected traces and the trace itself exceed the limit.
   config::Result<void> mayGoOn() const;
   Status status() const;
 
@@ -76,11 +75,11 @@ class Retention {
   bool stopping() const;
 
   const std::filesystem::path folder_;
-  const std::uint64_t limit_bytes_;  // 0: none
+  const std::uint64_t limit_bytes_;  // 0: no limit
   const std::uint64_t most_file_bytes_;
   const Tell tell_;
 
-  mutable std::mutex mutex_;  // of the next eight
+  mutable std::mutex mutex_;  // protects the next eight members
   std::condition_variable wake_;
   bool stop_ = false;
   bool due_ = true;

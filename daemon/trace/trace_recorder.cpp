@@ -8,35 +8,35 @@
 #include <system_error>
 
 #include "config/yaml_text.h"
-#include "drivers/monotonic_clock.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_recovery.h"
+#include "rt/clock.h"
 
 namespace hapticd::daemon {
 namespace {
 
 namespace fs = std::filesystem;
-using drivers::kNsPerSecond;
+using rt::kNsPerSecond;
 
-/// How often the rings are emptied, which hold seconds.
+/// How often the rings are emptied, which hold several seconds.
 constexpr std::chrono::milliseconds kPeriod{20};
 constexpr std::int64_t kLookPeriod_ns = kNsPerSecond;
-/// How long the first list of the folder may take before recording begins; the ring holds 16 s.
+/// How long recording waits for the first list of the folder; the ring holds 16 s.
 constexpr std::chrono::seconds kFirstLookPatience{5};
-/// A trace thread that was not heard of for so long waits for the disk.
+/// A trace thread that has not reported for this long waits for the disk.
 constexpr std::int64_t kStall_ns = 5 * kNsPerSecond;
-/// Of a trace that is cut off within its first second there are tenths of it.
+/// The first chunk is short, so that a trace that is cut off within its first second still has some content.
 constexpr std::int64_t kFirstChunk_ns = kNsPerSecond / 10;
-/// What follows on a fault is written too.
+/// How long a dump waits after a fault, so that it includes what follows.
 constexpr std::int64_t kAfterFault_ns = kNsPerSecond;
-/// That clients and events may be ahead of the trace thread.
+/// Number of records from clients and events that may wait for the trace thread.
 constexpr std::size_t kMostWaitingRecords = 4096;
 
-/// Traces whose ending did not fit on the disk.
+/// Number of traces kept open because their end did not fit on the disk.
 constexpr std::size_t kMostUnfinished = 16;
 
-/// News that nobody has told yet.
+/// Number of news kept for the status.
 constexpr std::size_t kMostNews = 64;
 
 std::string stallText(std::int64_t stalled_ns) {
@@ -54,12 +54,12 @@ TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
       settings_(settings.trace),
       settings_yaml_(config::yamlText(settings)),
       sources_(std::move(sources)),
-      wanted_(settings.trace.at_start),
+      requested_(settings.trace.at_start),
       request_{"", settings.trace.depth},
       flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz),
       space_(settings.state.folder, settings.trace.min_free_mb),
       retention_(folder_, settings.trace, [this](const std::string& name, const std::string& reason) {
-        tell({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
+        addNews({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
       }) {}
 
 TraceRecorder::~TraceRecorder() {
@@ -92,9 +92,9 @@ void TraceRecorder::stop() {
   retention_.stop();
 }
 
-void TraceRecorder::tell(TraceNews news) {
+void TraceRecorder::addNews(TraceNews news) {
   const std::lock_guard lock(news_mutex_);
-  news.number = ++news_told_;
+  news.number = ++news_count_;
   news_.push_back(std::move(news));
   if (news_.size() > kMostNews) news_.pop_front();
 }
@@ -106,10 +106,11 @@ void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
     const bool holds_nothing =
         finished && (finished->outcome == Outcome::empty || finished->outcome == Outcome::hopeless);
     if (holds_nothing) {
-      tell({0, true, "lose", name,
-            fmt::format("trace {} was cut off by a crash before its first ticks were on the disk: nothing of "
-                        "it could be recovered",
-                        name)});
+      addNews(
+          {0, true, "lose", name,
+           fmt::format("trace {} was cut off by a crash before its first ticks were on the disk: nothing of "
+                       "it could be recovered",
+                       name)});
     }
     retention_.look();
     const std::lock_guard lock(recovery_mutex_);
@@ -160,13 +161,13 @@ std::future<config::Result<T>> TraceRecorder::post(std::function<config::Result<
 
 std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRequest& request) {
   return post<std::string>([this, request]() -> config::Result<std::string> {
-    if (wanted_) {
+    if (requested_) {
       return std::unexpected(config::Error{"trace", "one is being written already", "stop it first"});
     }
-    countDrops(sources_.ticks.dropped());  // those before are of no trace
+    countDrops(sources_.ticks.dropped());  // earlier ones belong to no trace
     request_ = request;
     if (auto begun = beginSession(); !begun) return std::unexpected(begun.error());
-    wanted_ = true;
+    requested_ = true;
     return session_->name();
   });
 }
@@ -174,7 +175,7 @@ std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRe
 std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
   return post<std::string>([this]() -> config::Result<std::string> {
     countDrops(sources_.ticks.dropped());
-    if (!std::exchange(wanted_, false)) {
+    if (!std::exchange(requested_, false)) {
       return std::unexpected(config::Error{"trace", "none is being written", "start one first"});
     }
     own_status_.detail.clear();
@@ -214,9 +215,10 @@ TraceStatus TraceRecorder::status() const {
     published = published_;
   }
   TraceStatus& status = published.status;
-  // What the ring has dropped since: while the trace thread waits for the disk it cannot say it.
-  if (published.wanted) status.ticks_lost += sources_.ticks.dropped() - published.ring_drops;
-  const std::int64_t silent_ns = drivers::monotonicNs() - published.time_ns;
+  // Adds what the ring has dropped since, because the trace thread cannot report it while it waits for the
+  // disk.
+  if (published.requested) status.ticks_lost += sources_.ticks.dropped() - published.ring_drops;
+  const std::int64_t silent_ns = rt::monotonicNow_ns() - published.time_ns;
   if (published.time_ns != 0 && silent_ns >= kStall_ns) status.problems.push_back(stallText(silent_ns));
   Retention::Status retention = retention_.status();
   status.folder_bytes = retention.folder_bytes;
@@ -246,11 +248,11 @@ void TraceRecorder::run() {
   publishStatus();
   const std::lock_guard lock(status_mutex_);
   published_.time_ns = 0;
-  published_.wanted = false;
+  published_.requested = false;
 }
 
 void TraceRecorder::step() {
-  const std::int64_t now_ns = drivers::monotonicNs();
+  const std::int64_t now_ns = rt::monotonicNow_ns();
   if (now_ns >= next_look_ns_) lookAtDisk(now_ns);
   takeRecords();
   takeTicks();
@@ -270,7 +272,7 @@ void TraceRecorder::step() {
   publishStatus();
 }
 
-/// To the trace, if one is being written, and to the flight recorder.
+/// Adds the record to the trace, if one is being written, and to the flight recorder.
 template <typename Record>
 void TraceRecorder::write(const Record& record) {
   flight_recorder_.add(record);
@@ -302,20 +304,20 @@ void TraceRecorder::takeRecords() {
 void TraceRecorder::takeTicks() {
   if (sources_.deaf != nullptr && sources_.deaf->load(std::memory_order_relaxed)) return;
   rt::Tick tick;
-  // bounded: the loop may push while this pops
+  // bounded, because the loop may push while this pops
   for (std::size_t i = 0; i < rt::kTraceRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
 }
 
-/// `drops`: of the ring since the start.
+/// `drops`: number of ticks that the ring has dropped since the start.
 void TraceRecorder::countDrops(std::uint64_t drops) {
-  if (drops <= ring_drops_) return;  // a tick from before the newest count
-  if (wanted_) own_status_.ticks_lost += drops - ring_drops_;
+  if (drops <= ring_drops_) return;  // the tick is older than the newest count
+  if (requested_) own_status_.ticks_lost += drops - ring_drops_;
   ring_drops_ = drops;
 }
 
 void TraceRecorder::take(const rt::Tick& tick) {
   countDrops(tick.trace_dropped);
-  if (wanted_ && !session_) ++own_status_.ticks_lost;
+  if (requested_ && !session_) ++own_status_.ticks_lost;
   watchForFaults(tick);
   last_tick_ = tick;
   write(tick);
@@ -339,7 +341,7 @@ void TraceRecorder::lookAtDisk(std::int64_t now_ns) {
   if (session_) {
     if (auto go_on = mayGoOn(); !go_on) suspend(go_on.error());
   }
-  if (wanted_ && !session_) {
+  if (requested_ && !session_) {
     if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
   }
   rotateIfDue(now_ns);
@@ -367,7 +369,7 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
 drivers::TraceOptions TraceRecorder::options() const {
   drivers::TraceOptions options = sources_.describe();
   options.compress = settings_.compression == config::TraceCompression::zstd;
-  options.realtime_offset_ns = drivers::realtimeNs() - drivers::monotonicNs();
+  options.realtime_offset_ns = rt::realtimeNow_ns() - rt::monotonicNow_ns();
   options.attachments.push_back({"settings.yaml", "application/yaml", settings_yaml_});
   return options;
 }
@@ -383,13 +385,14 @@ config::Result<void> TraceRecorder::beginSession() {
   own_status_.name = session_->name();
   if (directive_.generation == 0) return {};
   drivers::DirectiveRecord in_force = directive_;
-  in_force.time_ns = drivers::monotonicNs();  // else the trace would seem to begin when it was given
+  in_force.time_ns =
+      rt::monotonicNow_ns();  // otherwise the trace would seem to start when the directive was issued
   auto written = session_->write(in_force);
   if (!written) suspend(written.error());
   return written;
 }
 
-/// What did not get into the file by then never will.
+/// Ends the session; what is not in its file by then is lost.
 config::Result<std::string> TraceRecorder::endSession() {
   std::unique_ptr<TraceSession> session = std::move(session_);
   const auto ended = session->end();
@@ -399,14 +402,15 @@ config::Result<std::string> TraceRecorder::endSession() {
   retention_.lookAfter(name);
   if (!ended) {
     unfinished_.push_back(std::move(session));
-    if (unfinished_.size() > kMostUnfinished) unfinished_.pop_front();  // the next start recovers it
+    if (unfinished_.size() > kMostUnfinished)
+      unfinished_.pop_front();  // the next start of the daemon recovers it
     return std::unexpected(ended.error());
   }
   ++own_status_.traces;
   return name;
 }
 
-/// A full disk has no room for a trace's ending either; later it may have.
+/// Tries again to finish traces whose end did not fit on the full disk.
 void TraceRecorder::finishUnfinished() {
   std::erase_if(unfinished_, [this](const std::unique_ptr<TraceSession>& session) {
     if (!session->vanished() && !session->end()) return false;
@@ -454,12 +458,12 @@ void TraceRecorder::note(const std::string& what, const config::Result<T>& outco
 
 void TraceRecorder::publishStatus() {
   TraceStatus status = own_status_;
-  status.state = session_ ? TraceState::writing : wanted_ ? TraceState::waiting : TraceState::off;
+  status.state = session_ ? TraceState::writing : requested_ ? TraceState::waiting : TraceState::off;
   if (session_) {
     const drivers::TraceWriter& writer = session_->writer();
     status.ticks = writer.ticks() + writer.ticksPending();
     status.bytes = writer.bytes();
-    status.duration_s = static_cast<double>(drivers::monotonicNs() - session_->beginNs()) * 1e-9;
+    status.duration_s = static_cast<double>(rt::monotonicNow_ns() - session_->beginNs()) * 1e-9;
     status.depth_frames = session_->depthFrames();
     status.depth_frames_lost += session_->depthFramesLost();
   } else {
@@ -474,7 +478,7 @@ void TraceRecorder::publishStatus() {
   status.flight_recorder_s = flight_recorder_.duration_s();
   status.free_bytes = space_.freeBytes();
   const std::lock_guard lock(status_mutex_);
-  published_ = {std::move(status), wanted_, ring_drops_, drivers::monotonicNs()};
+  published_ = {std::move(status), requested_, ring_drops_, rt::monotonicNow_ns()};
 }
 
 }  // namespace hapticd::daemon

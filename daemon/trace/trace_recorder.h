@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "config/settings.h"
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
 #include "daemon/trace/disk_space.h"
 #include "daemon/trace/flight_recorder.h"
@@ -28,46 +28,46 @@
 
 namespace hapticd::daemon {
 
-/// Takes every tick out of the force loop and writes it where it is wanted: into a trace, and into memory,
-/// from where the newest ones are written out on a fault, on an overrun burst and on request.
+/// Records every tick of the force loop: in a trace if one was requested, and in memory, from where the
+/// newest ticks are written out after a fault, after an overrun burst and on request.
 ///
-/// A thread of normal priority does all of it, so nothing else ever waits for the disk; lists and deletions
-/// have threads of their own, so that the rings do not wait for a large folder. When the disk is full, the
-/// folder is gone or may not be written, the trace waits and goes on in another file by itself. Every tick
-/// that is taken while a trace is wanted ends in a file or is counted as lost.
-/// Thread: control thread, where nothing else is said.
+/// A thread of normal priority does all this work, so that nothing else waits for the disk. Lists and
+/// deletions have threads of their own, so that the rings do not wait for a large folder. When the disk is
+/// full, or the folder is missing or cannot be written, the trace waits and later continues in another file
+/// by itself. Each tick that is taken while a trace was requested is written to a file or counted as lost.
+/// Thread: control thread, unless a function says otherwise.
 class TraceRecorder {
  public:
-  /// All of it outlives the recorder.
+  /// Where records come from; all of it outlives the recorder.
   struct Sources {
     rt::TraceRing& ticks;
     SceneThread& scene_thread;
     rt::CoreMemoryChannel& core_memory;
-    /// What a trace that begins now says of the box: metadata, attachments.  Thread: trace thread.
+    /// Describes the box for a trace that starts now: metadata and attachments.  Thread: trace thread.
     std::function<drivers::TraceOptions()> describe;
-    /// Fault injection, normally null: while it is true no ticks are taken.
+    /// For fault injection, normally null: no ticks are taken while it is true.
     const std::atomic<bool>* deaf;
-    /// Counted by the camera.  Thread: trace thread.
+    /// The camera's count of damaged frames.  Thread: trace thread.
     std::function<std::uint64_t()> damaged_frames;
   };
 
   TraceRecorder(const config::Settings& settings, Sources sources);
-  /// Like stop().
+  /// Ends the recording as stop() does.
   ~TraceRecorder();
   TraceRecorder(const TraceRecorder&) = delete;
   TraceRecorder& operator=(const TraceRecorder&) = delete;
 
-  /// Starts the thread, and another one that finishes what a crash left in the folder.
-  /// Errors: the system gives no more threads.
+  /// Starts the trace thread, and a thread that finishes what a crash left in the folder.
+  /// Errors: the system provides no more threads.
   config::Result<void> start();
-  /// Takes the last ticks and finishes the trace. Harmless when not started.
+  /// Takes the last ticks and finishes the trace; does nothing if it was not started.
   void stop();
 
-  /// What is written from now on holds them.
+  /// Records the parameters that apply from now on.
   void add(drivers::DirectiveRecord directive);
   void add(drivers::EventRecord event);
 
-  // The same functions of Box (box.h) say what these do.
+  // These do what the functions of Box (box.h) with the same names promise.
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request);
   std::future<config::Result<std::string>> stopTrace();
   std::future<config::Result<std::string>> dumpTrace();
@@ -75,14 +75,15 @@ class TraceRecorder {
   std::future<config::Result<void>> deleteTrace(const std::string& name);
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep);
 
-  /// Never waits for the disk; ticks that are lost while that stalls are in it at once.
+  /// The current state. Never waits for the disk; ticks that are lost while the disk stalls are counted at
+  /// once.
   TraceStatus status() const;
 
  private:
   template <typename T>
   std::future<config::Result<T>> post(std::function<config::Result<T>()> work);
 
-  // Everything from here on: trace thread, where nothing else is said.
+  // All functions from here on: trace thread, unless a function says otherwise.
   void run();
   void step();
   void takeRecords();
@@ -90,7 +91,7 @@ class TraceRecorder {
   void take(const rt::Tick& tick);
   void countDrops(std::uint64_t drops);
   void watchForFaults(const rt::Tick& tick);
-  /// Once a second: space, rotation, a new attempt.
+  /// Called once a second: checks the space, continues in another file, tries again after a failure.
   void lookAtDisk(std::int64_t now_ns);
   config::Result<void> mayBegin();
   config::Result<void> mayGoOn() const;
@@ -98,26 +99,26 @@ class TraceRecorder {
   config::Result<void> beginSession();
   config::Result<std::string> endSession();
   void finishUnfinished();
-  /// Gives the session up; another one is begun later.
+  /// Gives the session up; another one is started later.
   void suspend(const config::Error& error);
   template <typename Record>
   void write(const Record& record);
   config::Result<std::string> dump(const std::string& label);
-  /// What went wrong beside the trace that is written stands in the status until the same succeeds.
+  /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
   drivers::TraceOptions options() const;
-  void recoverLeftovers(const std::vector<std::string>& names);  // a thread of its own
+  void recoverLeftovers(const std::vector<std::string>& names);  // runs on a thread of its own
   void publishStatus();
-  /// Thread: any.
-  void tell(TraceNews news);
+  /// Adds to the news of the status. Thread: any.
+  void addNews(TraceNews news);
 
   const std::filesystem::path folder_;
   const config::TraceSettings settings_;
-  const std::string settings_yaml_;  // all settings at the start
+  const std::string settings_yaml_;  // all settings at the start, for the traces
   Sources sources_;
 
-  std::mutex mutex_;  // of the next five
+  std::mutex mutex_;  // protects the next five members
   std::condition_variable wake_;
   std::deque<std::function<void()>> work_;
   std::deque<drivers::DirectiveRecord> directives_;
@@ -125,36 +126,36 @@ class TraceRecorder {
   bool stop_ = false;
   std::uint64_t records_refused_ = 0;
 
-  bool wanted_ = false;
+  bool requested_ = false;
   TraceRequest request_;
   std::unique_ptr<TraceSession> session_;
-  std::deque<std::unique_ptr<TraceSession>> unfinished_;  // the oldest first
+  std::deque<std::unique_ptr<TraceSession>> unfinished_;  // oldest first
   FlightRecorder flight_recorder_;
-  drivers::DirectiveRecord directive_;  // the newest one: each trace begins with it
+  drivers::DirectiveRecord directive_;  // the newest one, with which each trace starts
   rt::Tick last_tick_;
-  std::uint64_t ring_drops_ = 0;  // of the ring, as far as they are known
-  std::int64_t dump_due_ns_ = 0;  // 0: none is
+  std::uint64_t ring_drops_ = 0;  // ticks dropped by the ring, as far as known
+  std::int64_t dump_due_ns_ = 0;  // 0: no dump is due
   std::string dump_label_;
   std::int64_t next_look_ns_ = 0;
   DiskSpace space_;
-  std::map<std::string, std::string> problems_;  // by what was tried
+  std::map<std::string, std::string> problems_;  // the key is the action that failed
   TraceStatus own_status_;
 
-  /// What the trace thread last said of itself.
+  /// The last report of the trace thread about itself.
   struct Published {
     TraceStatus status;
-    bool wanted = false;           // a trace
-    std::uint64_t ring_drops = 0;  // of the ring, as far as status.ticks_lost has them
-    std::int64_t time_ns = 0;      // CLOCK_MONOTONIC; 0: it has not begun or has ended
+    bool requested = false;        // whether a trace was requested
+    std::uint64_t ring_drops = 0;  // ticks dropped by the ring that status.ticks_lost includes
+    std::int64_t time_ns = 0;      // CLOCK_MONOTONIC; 0: the thread has not started or has ended
   };
   mutable std::mutex status_mutex_;
   Published published_;
 
   mutable std::mutex news_mutex_;
   std::deque<TraceNews> news_;
-  std::uint64_t news_told_ = 0;
+  std::uint64_t news_count_ = 0;
 
-  /// What the thread of recoverLeftovers() has done.
+  /// The results of recoverLeftovers().
   struct Recovery {
     std::uint64_t recovered = 0;
     std::vector<std::string> problems;
@@ -165,7 +166,7 @@ class TraceRecorder {
   Retention retention_;
   std::thread thread_;
   std::thread recovery_;
-  // They end first, as their jobs use all of the above.
+  // The workers are last, so that they end first: their jobs use all of the above.
   StateWorker lists_;
   StateWorker deletions_;
 };

@@ -102,14 +102,14 @@ config::Result<void> TraceSession::writeSnapshot() {
   return writer_->write(drivers::SnapshotRecord{rt::monotonicNow_ns(), snapshot});
 }
 
-/// Once: the tap may be another session's by then.
+/// Only once, because the tap may belong to another session later.
 void TraceSession::endDepth() {
   if (!depth_ || std::exchange(depth_ended_, true)) return;
   scene_thread_.setTap({});
   depth_->finish();
 }
 
-/// A trace that takes no more frames is finished nevertheless.
+/// Ends the recording of frames; failures do not prevent the trace from being finished.
 config::Result<void> TraceSession::end() {
   endDepth();
   while (depth_ && !writeDepth()) {

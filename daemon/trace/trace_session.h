@@ -8,19 +8,19 @@
 #include <string>
 
 #include "config/error.h"
-#include "daemon/scene_thread.h"
+#include "daemon/scene/scene_thread.h"
 #include "daemon/trace/depth_recorder.h"
 #include "drivers/trace/trace_writer.h"
 #include "rt/force_loop.h"
 
 namespace hapticd::daemon {
 
-/// One trace while it is written.
+/// A trace while it is written.
 ///
-/// With depth the trace can be computed again: from the first recorded frame on the scenes depend on recorded
-/// frames alone, and from the first snapshot of the core's memory that follows the ticks depend on what the
-/// trace holds. Snapshots follow every kSnapshotPeriod_ns, and soon after a frame that could not be recorded,
-/// so that no gap ends that. Thread: trace thread.
+/// A trace with depth can be computed again: from the first recorded frame on, the scenes depend on recorded
+/// frames only, and from the first snapshot of the core's memory after that, the ticks depend only on what
+/// the trace contains. There is a snapshot every kSnapshotPeriod_ns, and soon after a frame that could not be
+/// recorded, so that the replay can resume after a gap. Thread: trace thread.
 class TraceSession {
  public:
   struct Plan {
@@ -32,45 +32,45 @@ class TraceSession {
   static constexpr std::int64_t kSnapshotPeriod_ns = 10'000'000'000;
   static constexpr std::int64_t kLeastSnapshotPeriod_ns = 1'000'000'000;
 
-  /// Makes the folder where it is missing. `scene_thread` and `core_memory` outlive the session.
-  /// Errors: the folder cannot be made or written, no space.
+  /// Starts a trace, and creates a missing folder. `scene_thread` and `core_memory` outlive the session.
+  /// Errors: the folder cannot be created or written, no space.
   static config::Result<std::unique_ptr<TraceSession>> begin(const Plan& plan, SceneThread& scene_thread,
                                                              rt::CoreMemoryChannel& core_memory);
-  /// Leaves an unfinished trace.
+  /// Leaves the trace unfinished, unless end() was called.
   ~TraceSession();
   TraceSession(const TraceSession&) = delete;
   TraceSession& operator=(const TraceSession&) = delete;
 
-  // Errors: the disk's; nothing more is written then.
+  // Errors of the next functions: a failure of the disk, after which nothing more is written.
   config::Result<void> write(const rt::Tick& tick);
   config::Result<void> write(const drivers::ModelRecord& model);
   config::Result<void> write(const drivers::DirectiveRecord& directive) { return writer_->write(directive); }
   config::Result<void> write(const drivers::EventRecord& event) { return writer_->write(event); }
-  /// What other threads have ready: depth frames, and the answer to a request for a snapshot.
+  /// Writes what other threads have ready: depth frames, and a requested snapshot.
   config::Result<void> writeWhatIsReady();
 
-  /// Finishes the trace. Where its end does not fit on the disk it may be called again. A trace that failed
-  /// before any tick was on the disk is removed: it holds nothing.
+  /// Finishes the trace; may be called again if its end did not fit on the disk. Removes a trace that failed
+  /// before any tick was on the disk, because it contains nothing.
   config::Result<void> end();
 
-  /// Whether there is no unfinished file any more: it was finished, removed, or somebody has taken it away.
+  /// Whether there is no unfinished file any more: it was finished, or somebody has removed it.
   bool vanished() const;
-  /// Whether there is no file of it at all any more.
+  /// Whether the trace has no file at all any more.
   bool gone() const;
 
-  /// Ticks that write() was given; they may be in the file, in the open chunk, or lost.
+  /// Number of ticks passed to write(); they may be in the file, in the open chunk, or lost.
   std::uint64_t ticksGiven() const noexcept { return ticks_given_; }
 
   std::string name() const { return writer_->file().stem().string(); }
   drivers::TraceWriter& writer() noexcept { return *writer_; }
-  std::uint64_t depthFrames() const noexcept { return depth_frames_; }  ///< written
-  std::uint64_t depthFramesLost() const noexcept;                       ///< not written
+  std::uint64_t depthFrames() const noexcept { return depth_frames_; }  ///< number of frames written
+  std::uint64_t depthFramesLost() const noexcept;                       ///< number of frames not written
   std::int64_t beginNs() const noexcept { return begin_ns_; }
 
  private:
   TraceSession(std::unique_ptr<drivers::TraceWriter> writer, SceneThread& scene_thread,
                rt::CoreMemoryChannel& core_memory);
-  /// Removes what it has made.
+  /// Removes the files of the trace.
   void discard();
   config::Result<void> recordDepth(const rt::DepthFrameHeader& common);
   config::Result<void> writeDepth();
@@ -81,13 +81,13 @@ class TraceSession {
   std::unique_ptr<DepthRecorder> depth_;  // null without depth
   bool depth_ended_ = false;
   std::uint64_t depth_frames_ = 0;
-  std::uint64_t depth_frames_dropped_ = 0;  // compressed, but not written
+  std::uint64_t depth_frames_dropped_ = 0;  // number of frames compressed, but not written
   SceneThread& scene_thread_;
   rt::CoreMemoryChannel& core_memory_;
   std::int64_t begin_ns_;
   std::uint64_t ticks_given_ = 0;
-  std::uint64_t first_model_ = 0;  // since the last gap that is of a recorded frame; 0: none yet
-  std::uint64_t request_ = 0;      // for a snapshot, not answered yet; 0: none
+  std::uint64_t first_model_ = 0;  // first model of a recorded frame since the last gap; 0: none yet
+  std::uint64_t request_ = 0;      // number of the open request for a snapshot; 0: none
   std::int64_t next_snapshot_ns_ = 0;
   std::int64_t last_snapshot_ns_ = 0;
 };

@@ -6,6 +6,7 @@
 
 #include "config/error.h"
 #include "rt/depth_frame.h"
+#include "rt/words.h"
 
 namespace hapticd::drivers {
 
@@ -14,6 +15,9 @@ enum class CameraState {
   streaming,  ///< frames arrive
   lost,       ///< was there; the driver keeps trying to get it back
 };
+constexpr auto wordsOf(CameraState) {
+  return rt::words<CameraState>("absent", "streaming", "lost");
+}
 
 struct CameraStatus {
   CameraState state = CameraState::absent;

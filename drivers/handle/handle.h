@@ -8,6 +8,7 @@
 #include "config/error.h"
 #include "rt/handle_channel.h"
 #include "rt/latency_histogram.h"
+#include "rt/words.h"
 
 namespace hapticd::drivers {
 
@@ -23,6 +24,9 @@ enum class HandlePresence {
   present,      ///< measures and exerts
   lost,         ///< was there; the driver keeps trying to get it back
 };
+constexpr auto wordsOf(HandlePresence) {
+  return rt::words<HandlePresence>("absent", "calibrating", "present", "lost");
+}
 
 /// What is measured continuously of a handle's connection. Counts are since the start.
 struct LinkStatus {

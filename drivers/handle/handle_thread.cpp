@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {

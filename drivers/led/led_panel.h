@@ -7,13 +7,16 @@
 #include <string>
 
 #include "config/error.h"
+#include "rt/words.h"
 
 namespace hapticd::drivers {
 
 /// What an LED means; which line it is on is configuration.
 enum class Led : std::size_t { power, camera, contact, fault };
-
-inline constexpr std::size_t kLedCount = 4;
+constexpr auto wordsOf(Led) {
+  return rt::words<Led>("power", "camera", "contact", "fault");
+}
+inline constexpr std::size_t kLedCount = rt::enumeratorCount<Led>();
 
 /// A bit for each Led, at its number: of the LEDs that are on, or that there are.
 using LedSet = std::bitset<kLedCount>;
@@ -24,6 +27,9 @@ enum class LedState {
   absent,   ///< at least one has not been found yet; the driver keeps looking
   lost,     ///< at least one could be switched before; the driver keeps trying to get it back
 };
+constexpr auto wordsOf(LedState) {
+  return rt::words<LedState>("none", "present", "absent", "lost");
+}
 
 struct LedStatus {
   LedState state = LedState::none;

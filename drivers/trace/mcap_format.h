@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/handle/crc32.h"
+#include "drivers/base/crc32.h"
 #include "drivers/trace/bytes.h"
 
 /// The container format MCAP (mcap.dev/spec, version 0): what writer, reader and recovery share.

@@ -11,10 +11,10 @@
 #include <limits>
 #include <type_traits>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/cdr.h"
 #include "drivers/trace/fields.h"
-#include "drivers/trace/names.h"
+#include "rt/clock.h"
+#include "rt/words.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -88,10 +88,10 @@ struct SchemaOfFields {
     static_assert(!kNumberType<Number>.empty());
     line(kNumberType<Number>, name);
   }
-  template <NamedEnumeration Enumeration>
+  template <rt::Worded Enumeration>
   void operator()(std::string_view name, const Enumeration&) {
     int value = 0;
-    for (const std::string_view word : kNames<Enumeration>) {
+    for (const std::string_view word : rt::kWords<Enumeration>) {
       fmt::format_to(std::back_inserter(text), "uint8 {}_{}={}\n", inCapitals(name), inCapitals(word),
                      value++);
     }
@@ -118,7 +118,7 @@ struct EncodeFields {
   CdrWriter& to;
 
   void operator()(std::string_view, const CdrNumber auto& value) { to.number(value); }
-  template <NamedEnumeration Enumeration>
+  template <rt::Worded Enumeration>
   void operator()(std::string_view, const Enumeration& value) {
     to.number(static_cast<std::uint8_t>(value));
   }
@@ -152,10 +152,10 @@ struct DecodeFields {
   void operator()(std::string_view, Number& value) {
     value = from.number<Number>();
   }
-  template <NamedEnumeration Enumeration>
+  template <rt::Worded Enumeration>
   void operator()(std::string_view, Enumeration& value) {
     const auto number = from.number<std::uint8_t>();
-    if (number >= kNames<Enumeration>.size()) return from.refuse();
+    if (number >= rt::kWords<Enumeration>.size()) return from.refuse();
     value = static_cast<Enumeration>(number);
   }
   void operator()(std::string_view, rt::Vec3& vector) {
@@ -199,7 +199,7 @@ struct DecodePlaces {
     const auto& [field, values] = sources[next++];
     if (!field) return makeUnknown(value);
     from.seek(places[*field]);
-    if constexpr (NamedEnumeration<Value>) {
+    if constexpr (rt::Worded<Value>) {
       const auto number = from.number<std::uint8_t>();
       if (number >= values.size() || !values[number]) {
         unknown_value = name;
@@ -252,8 +252,8 @@ std::string schemaOf() {
 template <typename Record>
 void encode(const Record& record, std::uint64_t realtime_ns, std::string& to) {
   CdrWriter writer(to);
-  writer.number(static_cast<std::int32_t>(realtime_ns / kNsPerSecond));
-  writer.number(static_cast<std::uint32_t>(realtime_ns % kNsPerSecond));
+  writer.number(static_cast<std::int32_t>(realtime_ns / rt::kNsPerSecond));
+  writer.number(static_cast<std::uint32_t>(realtime_ns % rt::kNsPerSecond));
   visitFields(record, EncodeFields{writer});
 }
 

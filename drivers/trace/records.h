@@ -10,6 +10,7 @@
 #include "rt/force_loop.h"
 #include "rt/loop_state.h"
 #include "rt/vec3.h"
+#include "rt/words.h"
 
 /// What a trace holds, one structure per channel. Ticks are rt::Tick. Times are CLOCK_MONOTONIC in
 /// nanoseconds; a trace carries the offset of its clock to CLOCK_REALTIME.
@@ -73,6 +74,9 @@ enum class DepthEncoding : std::uint8_t {
   plain,       ///< as they are
   above_zstd,  ///< differences to the value above, by zstd
 };
+constexpr auto wordsOf(DepthEncoding) {
+  return rt::words<DepthEncoding>("plain", "above_zstd");
+}
 
 /// A raw depth frame.
 struct DepthRecord {

@@ -15,9 +15,9 @@
 #include <limits>
 #include <optional>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_head.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -58,9 +58,9 @@ std::optional<std::int64_t> beginOf(std::string_view name) {
   const char* const end = ::strptime(time.c_str(), "%Y-%m-%dT%H-%M-%SZ", &utc);
   if (end == nullptr || *end != '\0') return std::nullopt;
   const std::int64_t seconds = ::timegm(&utc);
-  constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / kNsPerSecond;
+  constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / rt::kNsPerSecond;
   if (seconds < 0 || seconds >= kMostSeconds) return std::nullopt;
-  return seconds * kNsPerSecond;
+  return seconds * rt::kNsPerSecond;
 }
 
 /// Of all files in a folder; what vanishes meanwhile counts for nothing.
@@ -92,7 +92,7 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   if (!isTraceName(entry.name) || ::stat(file.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
     return false;
   entry.bytes = static_cast<std::uint64_t>(status.st_size);
-  entry.time_ns = std::int64_t{status.st_mtim.tv_sec} * kNsPerSecond + status.st_mtim.tv_nsec;
+  entry.time_ns = std::int64_t{status.st_mtim.tv_sec} * rt::kNsPerSecond + status.st_mtim.tv_nsec;
   const fs::path depth = fileOf(file.parent_path(), entry.name, kDepthEnding);
   std::error_code ignored;
   const bool beside = fs::is_directory(depth, ignored);
@@ -134,7 +134,7 @@ bool isDumpName(std::string_view name) {
 
 std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::string_view label) {
   constexpr std::size_t kRoomForNumber = 8;
-  const auto seconds = static_cast<std::time_t>(realtime_ns / kNsPerSecond);
+  const auto seconds = static_cast<std::time_t>(realtime_ns / rt::kNsPerSecond);
   std::string name = fmt::format("{:%Y-%m-%dT%H-%M-%S}Z", fmt::gmtime(seconds));
   if (!label.empty()) name += "-" + std::string(label.substr(0, kLongestName - name.size() - kRoomForNumber));
   std::ranges::replace_if(

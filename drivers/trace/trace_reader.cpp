@@ -9,12 +9,12 @@
 #include <tuple>
 
 #include "config/value_text.h"
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/depth_codec.h"
 #include "drivers/trace/fields.h"
 #include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_format.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -23,7 +23,7 @@ constexpr const char* kOtherReaders =
     "take hapticctl of that version, or Foxglove, Lichtblick or PlotJuggler, which read every version";
 
 /// Parts of one run follow each other; meanwhile the wall clock may be set.
-constexpr std::int64_t kMostClockStep_ns = 3600 * kNsPerSecond;
+constexpr std::int64_t kMostClockStep_ns = 3600 * rt::kNsPerSecond;
 
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);

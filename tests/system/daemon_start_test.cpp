@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "daemon/control/descriptor.h"
+#include "config/descriptor.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd {
@@ -29,8 +29,8 @@ using test::Finished;
 constexpr int kSocketsUnavailable = 69;
 
 /// A socket of the test's own, bound to `path`; the file stays when it is closed.
-daemon::Descriptor boundSocket(int type, const std::string& path) {
-  daemon::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
+config::Descriptor boundSocket(int type, const std::string& path) {
+  config::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   path.copy(address.sun_path, sizeof address.sun_path - 1);
@@ -39,7 +39,7 @@ daemon::Descriptor boundSocket(int type, const std::string& path) {
 }
 
 /// Waits for a message that begins with `beginning`; false when none comes.
-bool isTold(const daemon::Descriptor& socket, std::string_view beginning) {
+bool isTold(const config::Descriptor& socket, std::string_view beginning) {
   pollfd descriptor{socket.get(), POLLIN, 0};
   while (::poll(&descriptor, 1, 60'000) > 0) {  // so long that only a failure waits
     std::array<char, 4096> text;
@@ -76,7 +76,7 @@ TEST(DaemonStart, WaitsForACameraThatIsNotThere) {
 
 TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
   const DaemonHome home;
-  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},
                 {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
   EXPECT_TRUE(isTold(manager, "READY=1"));
@@ -89,7 +89,7 @@ TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
 
 TEST(DaemonStart, TellsTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
   const DaemonHome home;
-  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},
                 {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
   ASSERT_TRUE(isTold(manager, "READY=1"));
@@ -101,7 +101,7 @@ TEST(DaemonStart, TellsTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
 // With the pipe open for writing, even a reader that does not wait for a writer would wait for data.
 TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
   const DaemonHome home;
-  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(
       home, test::kWallYaml, {},
       {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});
@@ -109,7 +109,7 @@ TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
   const std::filesystem::path file = home.path() / "hapticd.yaml";
   std::filesystem::remove(file);
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
-  const daemon::Descriptor held_open(::open(file.c_str(), O_RDWR | O_CLOEXEC));
+  const config::Descriptor held_open(::open(file.c_str(), O_RDWR | O_CLOEXEC));
   daemon.signal(SIGHUP);
   EXPECT_TRUE(isTold(manager, "RELOADING=1"));
   EXPECT_TRUE(isTold(manager, "READY=1"));
@@ -119,7 +119,7 @@ TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
 
 TEST(DaemonStart, FeedsTheWatchdogAgainAndAgain) {
   const DaemonHome home;
-  const daemon::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(
       home, test::kWallYaml, {},
       {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});

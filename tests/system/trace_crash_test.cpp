@@ -12,9 +12,9 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
+#include "rt/clock.h"
 #include "tests/support/strict_mcap.h"
 #include "tests/system/daemon_under_test.h"
 
@@ -76,7 +76,7 @@ class Writer {
   Killed kill() {
     const json said = daemon_->status().at("trace");
     const Killed killed{home_.traceFolder() / (said.at("name").get<std::string>() + ".mcap"),
-                        said.at("ticks"), said.at("bytes"), drivers::monotonicNs()};
+                        said.at("ticks"), said.at("bytes"), rt::monotonicNow_ns()};
     daemon_->signal(SIGKILL);
     daemon_->wait();
     return killed;

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <random>
 
-#include "daemon/control/descriptor.h"
+#include "config/descriptor.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd {
@@ -52,7 +52,7 @@ class Client {
   }
 
  private:
-  daemon::Descriptor socket_;
+  config::Descriptor socket_;
 };
 
 constexpr std::string_view kGetStatus{"{\"method\":\"io.hapticd.Status.GetStatus\"}\0", 41};

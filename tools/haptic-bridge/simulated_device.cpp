@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::tools {
 
 DeviceReading SimulatedDevice::read() {
-  const std::int64_t now_ns = drivers::monotonicNs();
+  const std::int64_t now_ns = rt::monotonicNow_ns();
   if (moved_to_ns_ == 0) moved_to_ns_ = now_ns;
   moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMostCatchUpNs);
   for (; now_ns - moved_to_ns_ >= kStepNs; moved_to_ns_ += kStepNs) hand_.step(force_n_);

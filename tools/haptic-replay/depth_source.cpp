@@ -33,10 +33,6 @@ std::size_t DepthSource::frameAt(std::int64_t time_ns) const {
   return static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - frames.begin() - 1, 0));
 }
 
-std::int64_t DepthSource::arrival_ns(std::size_t index, std::int64_t time_ns) const {
-  return recording_ ? recording_->frames()[index].host_ns : time_ns;
-}
-
 config::Result<void> DepthSource::read(std::size_t index, rt::DepthFrame& frame) const {
   if (recording_) return recording_->read(index, frame);
   frame.sequence = 1;

@@ -21,8 +21,9 @@ class DepthSource {
   /// Index (from 0) of the newest frame that had arrived at `time_ns` >= 0, since the first frame; 0 for a
   /// single image.
   std::size_t frameAt(std::int64_t time_ns) const;
-  /// When frame `index` arrived, since the first one. A single image is always as new as `time_ns`.
-  std::int64_t arrival_ns(std::size_t index, std::int64_t time_ns) const;
+  /// Whether it is a single image, which counts as just arrived at any time. The frames of a recording have
+  /// their arrival since the first one.
+  bool isImage() const { return !recording_; }
   config::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
 
  private:

@@ -3,15 +3,14 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
+#include <optional>
 
 #include "config/settings.h"
 #include "drivers/handle/velocity_estimator.h"
-#include "rt/depth_model.h"
-#include "rt/haptic_core.h"
-#include "rt/scene_builder.h"
+#include "rt/loop_state.h"
 #include "tools/haptic-replay/depth_source.h"
 #include "tools/haptic-replay/hip_csv.h"
+#include "tools/offline/offline_box.h"
 
 namespace hapticd::tools {
 
@@ -39,30 +38,23 @@ class Replay {
   /// Errors: a frame that cannot be read.
   config::Result<ReplayedForce> feel(const HipSample& sample);
 
-  std::uint64_t models() const noexcept { return models_; }
+  std::uint64_t models() const noexcept { return box_.models(); }
 
  private:
-  config::Result<void> takeFrame(std::size_t index);
+  config::Result<void> takeFrame(std::int64_t time_ns);
   void decideLaw(const rt::Vec3& hip_m_in_world);
-  void model(const rt::Vec3& hip_m_in_world);
-  rt::Vec3 command(const HipSample& sample, std::int64_t time_ns, std::uint32_t& points_used);
+  rt::Tick command(const HipSample& sample, std::int64_t time_ns);
 
   config::Settings settings_;
   const DepthSource& source_;
   Stage stage_;
-  rt::DepthModel depth_model_;
-  rt::SceneBuilder builder_;
-  rt::SceneStorage storage_;
-  rt::Scene scene_;
-  rt::HapticCore core_;
+  OfflineBox box_;
   drivers::VelocityEstimator velocity_;  // of the HIP, as the drivers estimate the hand's
   double handle_delay_s_;
   std::unique_ptr<rt::DepthFrame> frame_;
   std::size_t frame_index_ = 0;
   bool frame_taken_ = false;
-  std::uint64_t models_ = 0;
-  double last_time_s_ = 0;
-  std::uint64_t samples_ = 0;
+  std::optional<double> last_time_s_;  // of the sample before, at the stage `command`
   bool law_decided_ = false;
 };
 

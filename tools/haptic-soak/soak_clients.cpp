@@ -14,9 +14,9 @@
 #include <stop_token>
 
 #include "tools/child/child_process.h"
+#include "tools/client/reply_reader.h"
+#include "tools/client/varlink_client.h"
 #include "tools/haptic-soak/random_changes.h"
-#include "tools/hapticctl/reply_reader.h"
-#include "tools/hapticctl/varlink_client.h"
 
 namespace hapticd::tools {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "config/parameter_table.h"
 #include "config/value_text.h"
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
 
 namespace hapticd::tools {

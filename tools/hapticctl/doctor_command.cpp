@@ -3,9 +3,9 @@
 
 #include <memory>
 
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
 
 namespace hapticd::tools {

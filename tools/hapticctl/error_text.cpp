@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

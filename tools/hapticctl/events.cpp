@@ -12,8 +12,8 @@
 #include <optional>
 
 #include "config/program.h"
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/signals.h"
 #include "tools/hapticctl/terminal_text.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/terminal_text.h"
 
 namespace hapticd::tools {

@@ -8,6 +8,12 @@
 #include <cmath>
 #include <span>
 
+#include "drivers/camera/camera.h"
+#include "drivers/handle/handle.h"
+#include "drivers/trace/trace_state.h"
+#include "rt/loop_state.h"
+#include "rt/words.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -80,6 +86,10 @@ constexpr std::array kNumbers{
            "Frames not delivered because their data could not be trusted."},
     Number{"scene_frame_rate_hertz", Type::gauge, "hertz", "scene.frameRateHz", "Depth frames per second."},
     Number{"scene_models", Type::counter, "", "scene.models", "Models of the scene built."},
+    Number{"scene_remodels", Type::counter, "", "scene.remodels",
+           "Models built again because the hand left the part of the scene that was modelled."},
+    Number{"scene_points_over_capacity", Type::counter, "", "scene.pointsOverCapacity",
+           "Points that did not fit into the model."},
     Number{"scene_skipped_frames", Type::counter, "", "scene.skippedFrames",
            "Frames that a newer one replaced before they were modelled."},
     Number{"scene_points", Type::gauge, "", "scene.points", "Points in the newest model."},
@@ -105,6 +115,8 @@ constexpr std::array kNumbers{
            "Models and events that a trace had no room for."},
     Number{"trace_depth_frames_lost", Type::counter, "", "trace.depthFramesLost",
            "Depth frames not recorded because the disk was too slow."},
+    Number{"traces_recovered", Type::counter, "", "trace.recovered",
+           "Traces that a crash left open and that were finished at the start."},
     Number{"trace_dumps", Type::counter, "", "trace.dumps",
            "Times that the flight recorder was written out."},
     Number{"traces_finished", Type::counter, "", "trace.traces", "Finished traces."},
@@ -115,6 +127,13 @@ constexpr std::array kNumbers{
            "Traces deleted because all of them were larger than the limit."},
     Number{"trace_free_bytes", Type::gauge, "bytes", "trace.freeBytes",
            "Free space on the disk of the traces."},
+    Number{"control_connections", Type::gauge, "", "control.connections", "Clients that are connected."},
+    Number{"control_refused_connections", Type::counter, "", "control.refusedConnections",
+           "Connections refused because there were too many."},
+    Number{"control_ticks_lost", Type::counter, "", "control.ticksLost",
+           "Ticks that the clients' statistics lack because the control thread was too slow."},
+    Number{"control_longest_gap_seconds", Type::gauge, "seconds", "control.longestGapNs",
+           "Longest time between two periods of the control thread.", kPerNanosecond},
 };
 
 /// Families of durations, as summaries.
@@ -140,23 +159,19 @@ struct Quantile {
 constexpr std::array<Quantile, 4> kQuantiles{
     {{"0.5", "p50Ns"}, {"0.99", "p99Ns"}, {"0.999", "p999Ns"}, {"1", "maxNs"}}};
 
-constexpr std::array<const char*, 5> kModes{"starting", "idle", "engaged", "holding", "faulted"};
-constexpr std::array<const char*, 3> kCameraStates{"absent", "streaming", "lost"};
-constexpr std::array<const char*, 4> kHandleStates{"absent", "calibrating", "present", "lost"};
-constexpr std::array<const char*, 3> kTraceStates{"off", "writing", "waiting"};
-
 /// A word that is one of several, as a StateSet.
 struct States {
   const char* name;
   const char* path;
   const char* help;
-  std::span<const char* const> known;
+  std::span<const std::string_view> known;
 };
 constexpr std::array kStates{
-    States{"mode", "mode", "What the force loop does.", kModes},
-    States{"camera_state", "camera.state", "State of the depth camera.", kCameraStates},
-    States{"handle_state", "handle.state", "State of the haptic handle.", kHandleStates},
-    States{"trace_state", "trace.state", "State of the trace.", kTraceStates},
+    States{"mode", "mode", "What the force loop does.", rt::kWords<rt::Mode>},
+    States{"camera_state", "camera.state", "State of the depth camera.", rt::kWords<drivers::CameraState>},
+    States{"handle_state", "handle.state", "State of the haptic handle.",
+           rt::kWords<drivers::HandlePresence>},
+    States{"trace_state", "trace.state", "State of the trace.", rt::kWords<drivers::TraceState>},
 };
 
 std::string head(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
@@ -192,7 +207,7 @@ std::string familyOf(const States& states, const Json& status) {
     text += fmt::format("hapticd_{0}{{hapticd_{0}=\"{1}\"}} {2}\n", states.name, labelValue(state),
                         state == now ? 1 : 0);
   };
-  for (const char* state : states.known) sample(state);
+  for (const std::string_view state : states.known) sample(state);
   // a newer daemon may know more states
   if (std::ranges::find(states.known, std::string_view(now)) == states.known.end()) sample(now);
   return text;

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 
 namespace hapticd::tools {
 

@@ -3,10 +3,10 @@
 
 #include <memory>
 
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/events.h"
-#include "tools/hapticctl/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <thread>
 
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fetch_snapshot.h"
-#include "tools/hapticctl/reply_reader.h"
 #include "tools/options/within.h"
 #include "tools/registration/landmark_depth.h"
 #include "tools/registration/point_files.h"

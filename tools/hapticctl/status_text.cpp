@@ -6,33 +6,59 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "drivers/led/led_panel.h"
+#include "rt/loop_state.h"
+#include "rt/words.h"
+#include "tools/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {
 
-std::string causeText(const std::string& cause) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 13> texts{{
-      {"no_scene", "no depth frame has been modelled yet"},
-      {"depth_stale", "the newest depth frame is too old"},
-      {"handle_stale", "the handle has stopped measuring"},
-      {"handle_invalid", "the handle's position is impossible"},
-      {"force_not_finite", "the force law computed a number that is not finite"},
-      {"handle_too_fast", "the hand seems to move faster than safety.max_handle_speed_m_per_s"},
-      {"handle_clutched", "the clutch is held"},
-      {"handle_not_calibrated", "the handle is not calibrated yet"},
-      {"handle_replaced", "the handle was lost and came back; engage again when it is safe"},
-      {"outside_workspace", "the handle is outside safety.workspace_radius_m"},
-      {"inside_surface", "engaging was refused: something would be felt at once"},
-      {"overrun_burst", "too many ticks ended late"},
-      {"surface_too_near", "the surface has come nearer than the camera can measure"},
-  }};
-  const auto found = std::ranges::find(texts, cause, &std::pair<std::string_view, std::string_view>::first);
-  if (found != texts.end()) return std::string(found->second);
-  return cause == "none" || cause == "requested" || cause == "-" ? "" : cause;
+/// The cause of a mode in words; empty where the mode says all.
+const char* textOf(rt::Cause cause) {
+  switch (cause) {
+    case rt::Cause::none:
+    case rt::Cause::requested:
+      return "";
+    case rt::Cause::no_scene:
+      return "no depth frame has been modelled yet";
+    case rt::Cause::depth_stale:
+      return "the newest depth frame is too old";
+    case rt::Cause::handle_stale:
+      return "the handle has stopped measuring";
+    case rt::Cause::handle_invalid:
+      return "the handle's position is impossible";
+    case rt::Cause::force_not_finite:
+      return "the force law computed a number that is not finite";
+    case rt::Cause::handle_too_fast:
+      return "the hand seems to move faster than safety.max_handle_speed_m_per_s";
+    case rt::Cause::handle_clutched:
+      return "the clutch is held";
+    case rt::Cause::handle_not_calibrated:
+      return "the handle is not calibrated yet";
+    case rt::Cause::handle_replaced:
+      return "the handle was lost and came back; engage again when it is safe";
+    case rt::Cause::outside_workspace:
+      return "the handle is outside safety.workspace_radius_m";
+    case rt::Cause::inside_surface:
+      return "engaging was refused: the handle would be in contact at once";
+    case rt::Cause::overrun_burst:
+      return "too many ticks ended late";
+    case rt::Cause::surface_too_near:
+      return "the surface has come nearer than the camera can measure";
+  }
+  return "";
+}
+
+/// The same of a word in a reply; a newer daemon may know more causes.
+std::string causeText(const std::string& word) {
+  const std::optional<rt::Cause> cause = rt::withWord<rt::Cause>(word);
+  if (cause) return textOf(*cause);
+  return word == "-" ? "" : word;
 }
 
 std::string privilegesText(const Json& status) {
@@ -147,10 +173,10 @@ std::string stiffnessText(const Json& status) {
       fmt::format(", {} N s/m in contact{}", fixed(numberAt(status, "tick.contactDampingNSPerM"), 2),
                   flagAt(status, "tick.handleDamps") ? " by the device" : "");
   if (!(gain > 0 && gain < 1)) return fmt::format("{} N/m at the hand{}", fixed(at_hand, 0), damping);
-  const std::string rule = textAt(status, "tick.stiffnessRule");
-  const char* const why = rule == "mass"    ? "mass of the device at"
-                          : rule == "delay" ? "damping of the hand at"
-                                            : "rising again after";
+  const auto rule = rt::withWord<rt::StiffnessRule>(textAt(status, "tick.stiffnessRule"));
+  const char* const why = rule == rt::StiffnessRule::mass    ? "mass of the device at"
+                          : rule == rt::StiffnessRule::delay ? "damping of the hand at"
+                                                             : "rising again after";
   return fmt::format("{} of {} N/m at the hand ({} {} ms delay){}", fixed(at_hand, 0),
                      fixed(at_hand / gain, 0), why, fixed(numberAt(status, "tick.handleDelayS") * 1e3, 1),
                      damping);
@@ -260,8 +286,8 @@ std::string ledsText(const Json& status) {
   const std::string state = textAt(status, "leds.state");
   if (state == "none" || state == "-") return "";
   std::string patterns;
-  for (const char* led : {"power", "camera", "contact", "fault"}) {
-    const std::string pattern = textAt(status, std::string("leds.") + led);
+  for (const std::string_view led : rt::kWords<drivers::Led>) {
+    const std::string pattern = textAt(status, fmt::format("leds.{}", led));
     if (pattern != "-") patterns += fmt::format("{}{} {}", patterns.empty() ? "" : ", ", led, pattern);
   }
   return fmt::format("{}, {}: {}", state, textAt(status, "leds.identity"), patterns);
@@ -304,6 +330,12 @@ std::string statusText(const Json& status) {
   if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);
   text += line("trace", traceText(status));
   text += line("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+  text += line("", countersText(status, "trace.",
+                                {{"recordsLost", "records lost"}, {"depthFramesLost", "depth frames lost"}}));
+  text += line("control", countersText(status, "control.",
+                                       {{"connections", "connections"},
+                                        {"refusedConnections", "refused"},
+                                        {"ticksLost", "ticks lost"}}));
   text += line("versions", versionsText(status));
   return text;
 }

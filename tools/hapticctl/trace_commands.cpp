@@ -6,10 +6,10 @@
 
 #include "config/settings.h"
 #include "drivers/trace/trace_file.h"
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/events.h"
-#include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/trace_file_commands.h"
 #include "tools/options/within.h"

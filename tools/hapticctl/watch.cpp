@@ -12,10 +12,10 @@
 #include <string>
 
 #include "config/program.h"
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/force_history.h"
 #include "tools/hapticctl/glance_text.h"
-#include "tools/hapticctl/reply_reader.h"
 #include "tools/hapticctl/screen.h"
 #include "tools/hapticctl/signals.h"
 #include "tools/hapticctl/status_text.h"

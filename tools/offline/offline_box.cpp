@@ -66,7 +66,12 @@ rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
   dateScene();
   rt::HandleState handle{hip_m_in_world, velocity_m_per_s_in_world, ++samples_, now_ns_};
   handle.delay_s = handle_delay_s;
-  return core_.step({now_ns_, period_s, scene_, handle, directive_});
+  return core_.step({.now_ns = now_ns_,
+                     .period_s = period_s,
+                     .scene = scene_,
+                     .handle = handle,
+                     .directive = directive_,
+                     .loop_period_s = loop_period_s_});
 }
 
 rt::ForceSample OfflineBox::lawForce(const rt::Vec3& hip_m_in_world) noexcept {

@@ -39,6 +39,9 @@ class OfflineBox {
   /// last tick.
   void setTime(std::int64_t now_ns) noexcept;
 
+  /// How long a device holds each force, where that differs from the periods of the ticks; 0: it does not.
+  void setLoopPeriod(double period_s) noexcept { loop_period_s_ = period_s; }
+
   /// One tick of the whole core, engaged, `period_s` after the one before; models the frame first where that
   /// is needed, as the scene thread would have done in time.
   /// `handle_delay_s`: as a driver reports it (rt::HandleState::delay_s); the caller is who delays the force.
@@ -76,6 +79,7 @@ class OfflineBox {
   bool frame_is_dated_ = false;  ///< it arrived at its arrival_ns, not just now
   bool time_is_set_ = false;     ///< now_ns_ is the time of the next tick, else of the last one
   std::int64_t now_ns_ = 0;
+  double loop_period_s_ = 0;
 };
 
 }  // namespace hapticd::tools

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "config/value_text.h"
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/fields.h"
-#include "drivers/trace/names.h"
+#include "rt/clock.h"
+#include "rt/words.h"
 #include "tools/trace/columns.h"
 #include "tools/trace/selected_trace.h"
 #include "tools/trace/trace_settings.h"
@@ -58,9 +58,9 @@ struct CsvRow {
   }
   // the shortest number that reads back as the same one
   void put(std::string_view, double value) { fmt::format_to(std::back_inserter(line), ",{}", value); }
-  template <drivers::NamedEnumeration Enumeration>
+  template <rt::Worded Enumeration>
   void put(std::string_view, const Enumeration& value) {
-    line += "," + std::string(drivers::kNames<Enumeration>[static_cast<std::size_t>(value)]);
+    line += "," + std::string(rt::wordOf(value));
   }
   void put(std::string_view name, const rt::Vec3& vector) {
     for (const double component : {vector.x, vector.y, vector.z}) put(name, component);
@@ -75,7 +75,7 @@ struct CsvRow {
 std::string secondsText(std::int64_t time_ns) {
   const std::uint64_t size_ns =
       time_ns < 0 ? -static_cast<std::uint64_t>(time_ns) : static_cast<std::uint64_t>(time_ns);
-  constexpr auto kSecond = static_cast<std::uint64_t>(drivers::kNsPerSecond);
+  constexpr auto kSecond = static_cast<std::uint64_t>(rt::kNsPerSecond);
   return fmt::format("{}{}.{:09}", time_ns < 0 ? "-" : "", size_ns / kSecond, size_ns % kSecond);
 }
 

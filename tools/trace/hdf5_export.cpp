@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "drivers/trace/fields.h"
-#include "drivers/trace/names.h"
+#include "rt/words.h"
 #include "tools/trace/columns.h"
 #include "tools/trace/hdf5_file.h"
 #include "tools/trace/parameter_columns.h"
@@ -46,11 +46,10 @@ struct ColumnsOfFields {
   template <typename Number>
   requires std::is_arithmetic_v<Number>
   void operator()(std::string_view name, const Number&) { column(name, numberType<Number>()); }
-  template <drivers::NamedEnumeration Enumeration>
+  template <rt::Worded Enumeration>
   void operator()(std::string_view name, const Enumeration&) {
     const Hdf5Column& added = column(name, H5T_NATIVE_UINT8);
-    std::vector<std::string_view> names(drivers::kNames<Enumeration>.begin(),
-                                        drivers::kNames<Enumeration>.end());
+    std::vector<std::string_view> names(rt::kWords<Enumeration>.begin(), rt::kWords<Enumeration>.end());
     if (needsProxy(name)) names.push_back("does_not_apply");
     good = good && addAttribute(added.dataset(), "names", names);
     sayWhenItApplies(name, added);
@@ -80,9 +79,9 @@ struct Hdf5Row {
   requires std::is_arithmetic_v<Value>
   void operator()(std::string_view, const Value& value) { column().add(&value, sizeof value); }
   /// Behind the enumerators where the field does not apply.
-  template <drivers::NamedEnumeration Value>
+  template <rt::Worded Value>
   void operator()(std::string_view name, const Value& value) {
-    const auto none = static_cast<std::uint8_t>(drivers::kNames<Value>.size());
+    const auto none = static_cast<std::uint8_t>(rt::kWords<Value>.size());
     const std::uint8_t kept = trace.says(record, name) ? static_cast<std::uint8_t>(value) : none;
     column().add(&kept, sizeof kept);
   }

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 #include "tools/trace/peaks.h"
 
 namespace hapticd::tools {
@@ -54,12 +54,12 @@ config::Result<SelectedTrace> SelectedTrace::open(const std::filesystem::path& f
 
 double SelectedTrace::seconds(std::int64_t time_ns) const {
   return (static_cast<double>(time_ns) - static_cast<double>(start_ns_)) /
-         static_cast<double>(drivers::kNsPerSecond);
+         static_cast<double>(rt::kNsPerSecond);
 }
 
 double SelectedTrace::realtimeSeconds(std::int64_t time_ns) const {
   return (static_cast<double>(time_ns) + static_cast<double>(info_.realtime_offset_ns)) /
-         static_cast<double>(drivers::kNsPerSecond);
+         static_cast<double>(rt::kNsPerSecond);
 }
 
 bool SelectedTrace::holds(std::int64_t time_ns) const {

@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "config/yaml_reader.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::tools {
 
@@ -39,7 +39,7 @@ std::optional<std::int64_t> periodIn(const drivers::TraceInfo& trace) {
     if (setting.name != "loop.rate_hz") continue;
     const std::optional<double> rate_hz = numberIn(setting.value);
     if (rate_hz && *rate_hz >= 1 && *rate_hz <= 1e6) {
-      return std::llround(static_cast<double>(drivers::kNsPerSecond) / *rate_hz);
+      return std::llround(static_cast<double>(rt::kNsPerSecond) / *rate_hz);
     }
   }
   return std::nullopt;

@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/messages.h"
-#include "drivers/trace/names.h"
+#include "rt/clock.h"
 #include "rt/law_table.h"
+#include "rt/words.h"
 #include "tools/trace/trace_settings.h"
 
 namespace hapticd::tools {
@@ -89,14 +89,14 @@ class Summing {
     std::vector<std::pair<std::string, double>> times;
     for (std::size_t value = 0; value < ticks.size(); ++value) {
       if (ticks[value] == 0) continue;
-      times.emplace_back(drivers::kNames<Enumeration>[value], static_cast<double>(ticks[value]) * period_s);
+      times.emplace_back(rt::kWords<Enumeration>[value], static_cast<double>(ticks[value]) * period_s);
     }
     return times;
   }
 
   double since(std::int64_t time_ns) const {
     return (static_cast<double>(time_ns) - static_cast<double>(first_.planned_ns)) /
-           static_cast<double>(drivers::kNsPerSecond);
+           static_cast<double>(rt::kNsPerSecond);
   }
 
   void addGap(const rt::Tick& tick) {
@@ -111,7 +111,7 @@ class Summing {
   std::uint64_t contacts_ = 0;
   EmptyPeriodCount empty_periods_;
   std::array<std::uint64_t, rt::kModeCount> in_mode_{};
-  std::array<std::uint64_t, drivers::kNames<rt::ForceLaw>.size()> in_law_{};
+  std::array<std::uint64_t, rt::kWords<rt::ForceLaw>.size()> in_law_{};
   std::vector<std::int64_t> wakeup_ns_, compute_ns_;
 };
 

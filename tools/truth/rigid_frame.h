@@ -7,10 +7,6 @@
 
 namespace hapticd::tools {
 
-constexpr rt::Vec3 cross(const rt::Vec3& a, const rt::Vec3& b) noexcept {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// `v` at length 1; `v` is not zero.
 inline rt::Vec3 unitOf(const rt::Vec3& v) noexcept {
   return (1 / norm(v)) * v;

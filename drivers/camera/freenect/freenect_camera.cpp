@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/freenect/freenect_camera.h"
 
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::drivers {
 

@@ -5,7 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "drivers/camera/damaged_pixels.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -16,8 +16,9 @@ constexpr milliseconds kRetryPeriod{1000};
 constexpr milliseconds kFirstFrameLimit{
     3000};  // the projector of a camera that has just been opened warms up
 constexpr milliseconds kFrameLimit{1000};
-constexpr milliseconds kEventLimit{100};                  // how long a stop may go unnoticed
-constexpr std::int64_t kHangsAfterNs = 3 * kNsPerSecond;  // a camera that answers is opened within a second
+constexpr milliseconds kEventLimit{100};  // how long a stop may go unnoticed
+constexpr std::int64_t kHangsAfterNs =
+    3 * rt::kNsPerSecond;  // a camera that answers is opened within a second
 
 }  // namespace
 
@@ -47,14 +48,14 @@ bool FreenectWorker::stop(milliseconds limit) {
 CameraStatus FreenectWorker::status() const {
   CameraStatus status = board_.snapshot();
   const std::int64_t since_ns = in_libfreenect_since_ns_;
-  if (since_ns != 0 && monotonicNs() - since_ns > kHangsAfterNs) {
+  if (since_ns != 0 && rt::monotonicNow_ns() - since_ns > kHangsAfterNs) {
     status.detail = "libfreenect: the camera does not answer (unplug its USB cable and its power supply)";
   }
   return status;
 }
 
 void FreenectWorker::enterLibfreenect() {
-  in_libfreenect_since_ns_ = monotonicNs();
+  in_libfreenect_since_ns_ = rt::monotonicNow_ns();
 }
 
 bool FreenectWorker::lendSink() {
@@ -123,7 +124,7 @@ std::uint16_t* FreenectWorker::takeFrame(const std::optional<std::string>& damag
     board_.countDamagedFrame(std::to_string(countDamagedPixels(frame.raw)) + " pixels are above 2047");
   } else {
     frame.sequence = ++published_;
-    frame.arrival_ns = monotonicNs();
+    frame.arrival_ns = rt::monotonicNow_ns();
     frame.device_ticks = device_ticks;
     seen_ = true;
     sink_.publish();

@@ -9,10 +9,10 @@
 #include <mutex>
 #include <string>
 
+#include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
+#include "drivers/camera/camera_status_board.h"
 #include "drivers/camera/freenect/freenect_session.h"
-#include "drivers/camera/status_board.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 
@@ -49,7 +49,7 @@ class FreenectWorker {
 
   const std::string serial_;
   FrameSink& sink_;
-  StatusBoard board_;
+  CameraStatusBoard board_;
   StopSignal stop_signal_;
   std::atomic<std::int64_t> in_libfreenect_since_ns_{0};  // 0: in no call that may hang
   bool seen_ = false;                                     // run() only: the camera was there once

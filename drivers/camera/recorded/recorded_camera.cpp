@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "drivers/monotonic_clock.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -80,7 +80,7 @@ bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
       continue;
     }
     frame.sequence = ++published_;
-    frame.arrival_ns = monotonicNs();
+    frame.arrival_ns = rt::monotonicNow_ns();
     sink.publish();
     board_.countFrame();
   }

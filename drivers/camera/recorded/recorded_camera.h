@@ -5,10 +5,10 @@
 #include <optional>
 #include <thread>
 
+#include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
+#include "drivers/camera/camera_status_board.h"
 #include "drivers/camera/recorded/recording_reader.h"
-#include "drivers/camera/status_board.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 
@@ -36,7 +36,7 @@ class RecordedCamera final : public Camera {
   bool loop_;
   double speed_;
   std::optional<RecordingReader> reader_;
-  StatusBoard board_;
+  CameraStatusBoard board_;
   StopSignal stop_signal_;
   std::uint64_t published_ = 0;  // the playing thread only
   std::thread thread_;

@@ -11,7 +11,7 @@
 #include "config/file_content.h"
 #include "config/value_text.h"
 #include "drivers/camera/recorded/depth_pgm.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -48,7 +48,7 @@ std::optional<std::int64_t> decimalSecondsInNs(std::string_view text) {
     fraction_ns = *fraction;
     for (std::size_t digit = digits.size(); digit < kMostDigits; ++digit) fraction_ns *= 10;
   }
-  return std::int64_t{*seconds} * kNsPerSecond + fraction_ns;
+  return std::int64_t{*seconds} * rt::kNsPerSecond + fraction_ns;
 }
 
 /// "d-<host seconds>-<device ticks>.pgm" taken apart; host_ns is absolute here.

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "drivers/camera/recorded/depth_pgm.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -23,7 +23,7 @@ config::Error diskError(const std::filesystem::path& where) {
 /// What a recording names the frame.
 std::string nameOf(const rt::DepthFrame& frame, std::int64_t realtime_offset_ns) {
   const std::int64_t realtime_ns = frame.arrival_ns + realtime_offset_ns;
-  return fmt::format("d-{}.{:09}-{}.pgm", realtime_ns / kNsPerSecond, realtime_ns % kNsPerSecond,
+  return fmt::format("d-{}.{:09}-{}.pgm", realtime_ns / rt::kNsPerSecond, realtime_ns % rt::kNsPerSecond,
                      frame.device_ticks);
 }
 

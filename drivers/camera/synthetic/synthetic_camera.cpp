@@ -7,8 +7,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "drivers/monotonic_clock.h"
-#include "drivers/start_thread.h"
+#include "drivers/base/start_thread.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -53,7 +53,7 @@ void SyntheticCamera::film(FrameSink& sink) {
     scene_.render(t_s, frame);
     if (stop_signal_.waitUntil(begin + std::chrono::duration_cast<Clock::duration>(Seconds(t_s)))) return;
     frame.sequence = ++published;
-    frame.arrival_ns = monotonicNs();
+    frame.arrival_ns = rt::monotonicNow_ns();
     frame.device_ticks = ticksAt(t_s);
     sink.publish();
     board_.countFrame();

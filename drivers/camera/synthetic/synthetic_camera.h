@@ -4,10 +4,10 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
-#include "drivers/camera/status_board.h"
+#include "drivers/camera/camera_status_board.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 
@@ -29,7 +29,7 @@ class SyntheticCamera final : public Camera {
 
   double frame_rate_hz_;
   AnalyticScene scene_;
-  StatusBoard board_;
+  CameraStatusBoard board_;
   StopSignal stop_signal_;
   std::thread thread_;
 };

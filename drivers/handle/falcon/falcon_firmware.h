@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "config/error.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/falcon/ftdi_port.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 

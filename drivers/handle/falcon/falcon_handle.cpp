@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -21,7 +21,7 @@ class ExchangeTime {
  public:
   void add(std::int64_t duration_ns) {
     constexpr double kWeight = 64;
-    const double duration_s = static_cast<double>(duration_ns) / static_cast<double>(kNsPerSecond);
+    const double duration_s = static_cast<double>(duration_ns) / static_cast<double>(rt::kNsPerSecond);
     mean_s_ += (duration_s - mean_s_) / (mean_s_ == 0 ? 1 : kWeight);
   }
   double mean_s() const { return mean_s_; }
@@ -139,17 +139,17 @@ config::Result<void> FalconHandle::exchange(Session& session) {
   Clock::time_point last_reply = Clock::now();
   Clock::time_point last_report = last_reply;
   while (!stop_signal_.raised()) {
-    const std::int64_t begin_ns = monotonicNs();
+    const std::int64_t begin_ns = rt::monotonicNow_ns();
     auto force_n = gate_.pass(session.newestCommand(), frame_->session(), begin_ns);
     if (force_n) force_n = frame_->forceInHandle(*force_n);
     if (auto sent = session.link.send(session.tracker.orderFor(force_n)); !sent) return sent;
-    gate_.sent(monotonicNs());
+    gate_.sent(rt::monotonicNow_ns());
     const auto reply = session.link.receive();
     if (!reply) return std::unexpected(reply.error());
     const Clock::time_point now = Clock::now();
     if (*reply) {
       last_reply = now;
-      session.exchange_time.add(monotonicNs() - begin_ns);
+      session.exchange_time.add(rt::monotonicNow_ns() - begin_ns);
       take(session, **reply);
     } else if (now - last_reply > kSilenceLimit) {
       return std::unexpected(
@@ -174,7 +174,7 @@ void FalconHandle::take(Session& session, const FalconReply& reply) {
     report(session);
   }
   HandleMeasurement measurement;
-  measurement.time_ns = monotonicNs();
+  measurement.time_ns = rt::monotonicNow_ns();
   measurement.buttons = reply.buttons;
   measurement.calibrated = tracker.homed();
   measurement.delay_s = 2 * session.exchange_time.mean_s();

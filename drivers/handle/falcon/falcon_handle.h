@@ -8,15 +8,15 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/base/status_board.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/falcon/falcon_firmware.h"
 #include "drivers/handle/falcon/falcon_link.h"
 #include "drivers/handle/falcon/falcon_tracker.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_frame.h"
-#include "drivers/handle/handle_status_board.h"
 #include "drivers/handle/handle_thread.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 
@@ -56,7 +56,7 @@ class FalconHandle final : public Handle {
   rt::HandleScaleParameters scale_;
   HandleThreadPolicy policy_;
   CommandGate gate_;
-  HandleStatusBoard board_;
+  StatusBoard<HandleStatus> board_;
   StopSignal stop_signal_;
   std::thread thread_;
 

@@ -30,10 +30,6 @@ constexpr double kThighPerCount_rad = 0.01425 / (4 * 320) / 0.110 * 2 * std::num
 // Below this sine a motor turns the grip by less than a hundredth of what its thigh's length promises.
 constexpr double kSmallestSine = 0.01;
 
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// A leg's own axes turn with its azimuth about z; w is z.
 struct LegFrame {
   double cosine;

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -124,7 +124,7 @@ void HidController::measureRoundTrip(const InputReport& input, std::int64_t arri
   const std::int64_t round_trip_ns = arrival_ns - sent.time_ns - std::int64_t{1000} * input.echo_age_us;
   if (input.echo == 0 || sent.sequence != input.echo || round_trip_ns < 0) return;
   round_trips_.add(round_trip_ns);
-  const double seconds = static_cast<double>(round_trip_ns) / static_cast<double>(kNsPerSecond);
+  const double seconds = static_cast<double>(round_trip_ns) / static_cast<double>(rt::kNsPerSecond);
   delay_s_ += kDelaySmoothing * (std::min(seconds, kLongestDelayS) - delay_s_);
 }
 

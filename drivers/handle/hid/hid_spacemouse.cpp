@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/hid/hid_spacemouse.h"
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 
@@ -20,7 +20,7 @@ void HidSpaceMouse::take(std::span<const std::uint8_t> report) {
 }
 
 rt::HandleState HidSpaceMouse::state(std::int64_t now_ns) {
-  motion_.step(cap_, static_cast<double>(now_ns - last_ns_) / static_cast<double>(kNsPerSecond));
+  motion_.step(cap_, static_cast<double>(now_ns - last_ns_) / static_cast<double>(rt::kNsPerSecond));
   last_ns_ = now_ns;
   ++measurements_;
   HandleMeasurement measurement;

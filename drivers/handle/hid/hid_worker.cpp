@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -62,7 +62,7 @@ HandleStatus HidWorker::status() const {
   HandleStatus status = board_.snapshot();
   status.last_hop = controller_.lastHop();
   const std::int64_t since_ns = writing_since_ns_;
-  if (since_ns != 0 && monotonicNs() - since_ns > kWriteHangsAfterNs) {
+  if (since_ns != 0 && rt::monotonicNow_ns() - since_ns > kWriteHangsAfterNs) {
     status.state = HandlePresence::lost;
     status.detail = "hidraw: the handle takes no output reports (unplug it and plug it in again)";
   }
@@ -77,7 +77,7 @@ void HidWorker::reportMissing(const config::Error& error) {
 /// At each change of state, else a few times a second.
 template <typename Fill>
 void HidWorker::report(HandlePresence presence, Fill fill) {
-  const std::int64_t now_ns = monotonicNs();
+  const std::int64_t now_ns = rt::monotonicNow_ns();
   if (presence == reported_ && now_ns - reported_ns_ < kReportPeriodNs) return;
   reported_ = presence;
   reported_ns_ = now_ns;
@@ -117,16 +117,16 @@ rt::HandleCommand HidWorker::newestCommand() {
 // --- a controller
 
 config::Result<void> HidWorker::useController(HidPort& port) {
-  controller_.opened(monotonicNs());
+  controller_.opened(rt::monotonicNow_ns());
   while (!stop_signal_.raised()) {
     const auto taken = takeReports(port);
     if (!taken) return std::unexpected(taken.error());
     if (*taken) {
-      const Report report = controller_.answer(newestCommand(), monotonicNs());
+      const Report report = controller_.answer(newestCommand(), rt::monotonicNow_ns());
       if (auto written = write(port, report); !written) return written;
-      controller_.answered(monotonicNs());
+      controller_.answered(rt::monotonicNow_ns());
     } else {
-      controller_.idle(monotonicNs());
+      controller_.idle(rt::monotonicNow_ns());
     }
     report(controller_.presence(), [this](HandleStatus& status) {
       status.detail = controller_.detail();
@@ -135,7 +135,7 @@ config::Result<void> HidWorker::useController(HidPort& port) {
       status.link = controller_.link();
     });
   }
-  return write(port, controller_.farewell(monotonicNs()));
+  return write(port, controller_.farewell(rt::monotonicNow_ns()));
 }
 
 /// Takes over all reports that have arrived, after waiting for the first one; true if one was published.
@@ -148,7 +148,7 @@ config::Result<bool> HidWorker::takeReports(HidPort& port) {
     const auto size = port.read(buffer, wait);
     if (!size) return std::unexpected(size.error());
     if (*size == 0) break;
-    const auto state = controller_.take(ReportBytes(buffer).first(*size), monotonicNs());
+    const auto state = controller_.take(ReportBytes(buffer).first(*size), rt::monotonicNow_ns());
     if (state) any = publish(*state);
     wait = milliseconds(0);
   }
@@ -156,7 +156,7 @@ config::Result<bool> HidWorker::takeReports(HidPort& port) {
 }
 
 config::Result<void> HidWorker::write(HidPort& port, const Report& report) {
-  writing_since_ns_ = monotonicNs();
+  writing_since_ns_ = rt::monotonicNow_ns();
   auto written = port.write(report);
   writing_since_ns_ = 0;
   return written;
@@ -167,7 +167,7 @@ config::Result<void> HidWorker::write(HidPort& port, const Report& report) {
 /// Its reports come only while the cap is deflected, so the device is there as long as it can be read.
 config::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
   std::array<std::uint8_t, kReportBytes> buffer{};
-  spacemouse_.opened(monotonicNs());
+  spacemouse_.opened(rt::monotonicNow_ns());
   for (Clock::time_point due = Clock::now(); !stop_signal_.waitUntil(due); due += kSpaceMousePeriod) {
     for (std::size_t count = 0; count < kMostReportsAtOnce; ++count) {
       const auto size = port.read(buffer, milliseconds(0));
@@ -175,7 +175,7 @@ config::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
       if (*size == 0) break;
       spacemouse_.take(ReportBytes(buffer).first(*size));
     }
-    publish(spacemouse_.state(monotonicNs()));
+    publish(spacemouse_.state(rt::monotonicNow_ns()));
     report(HandlePresence::present, [this](HandleStatus& status) {
       status.detail.clear();
       status.measurements = spacemouse_.measurements();

@@ -10,11 +10,11 @@
 #include <string>
 
 #include "config/settings.h"
-#include "drivers/handle/handle_status_board.h"
+#include "drivers/base/status_board.h"
+#include "drivers/base/stop_signal.h"
 #include "drivers/handle/hid/hid_controller.h"
 #include "drivers/handle/hid/hid_port.h"
 #include "drivers/handle/hid/hid_spacemouse.h"
-#include "drivers/stop_signal.h"
 
 namespace hapticd::drivers {
 
@@ -55,7 +55,7 @@ class HidWorker {
   const bool is_spacemouse_;
   const HidSelection wanted_;
   const HidOpener open_;
-  HandleStatusBoard board_;
+  StatusBoard<HandleStatus> board_;
   StopSignal stop_signal_;
   std::atomic<std::int64_t> writing_since_ns_{0};  // 0: not writing
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <concepts>
 
-#include "drivers/handle/crc32.h"
+#include "drivers/base/crc32.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -16,10 +16,6 @@ using rt::Vec3;
 /// Coordinates of up to 15 m round by less than 2e-15 m.
 constexpr double kRounding_m = 1e-12;
 
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 Vec3 unit(const Vec3& a) {
   return (1 / norm(a)) * a;
 }

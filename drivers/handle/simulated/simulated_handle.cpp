@@ -8,13 +8,13 @@
 #include <ctime>
 
 #include "drivers/handle/velocity_estimator.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
 
 void sleepUntil(std::int64_t when_ns) {
-  const timespec when{when_ns / kNsPerSecond, when_ns % kNsPerSecond};
+  const timespec when{when_ns / rt::kNsPerSecond, when_ns % rt::kNsPerSecond};
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
   }
 }
@@ -87,25 +87,25 @@ HandleStatus SimulatedHandle::status() const {
 
 void SimulatedHandle::simulate(HandleChannels& channels) {
   constexpr std::uint64_t kSession = 1;
-  constexpr double kStepS = static_cast<double>(kStepNs) / static_cast<double>(kNsPerSecond);
+  constexpr double kStepS = static_cast<double>(kStepNs) / static_cast<double>(rt::kNsPerSecond);
   SimulatedHand hand(settings_, kStepS);
   Encoders encoders(settings_.position_quantum_m);
   std::uint64_t sequence = 0;
-  std::int64_t due_ns = monotonicNs();
+  std::int64_t due_ns = rt::monotonicNow_ns();
   while (!stop_requested_.load(std::memory_order_relaxed)) {
     sleepUntil(due_ns);
-    const std::int64_t steps = std::max<std::int64_t>(1, (monotonicNs() - due_ns) / kStepNs + 1);
+    const std::int64_t steps = std::max<std::int64_t>(1, (rt::monotonicNow_ns() - due_ns) / kStepNs + 1);
     due_ns += steps * kStepNs;
 
     channels.command.refresh();
-    const std::int64_t now_ns = monotonicNs();
+    const std::int64_t now_ns = rt::monotonicNow_ns();
     const rt::Vec3 force = gate_.pass(channels.command.front(), kSession, now_ns).value_or(rt::Vec3{});
     gate_.sent(now_ns);
     exerted_force_n_.store(norm(force), std::memory_order_relaxed);
     for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(force);
 
     rt::HandleState state;
-    state.time_ns = monotonicNs();
+    state.time_ns = rt::monotonicNow_ns();
     encoders.measure(hand, state);
     state.sequence = ++sequence;
     state.session = kSession;

@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "config/descriptor.h"
+
 namespace hapticd::drivers::udp {
 namespace {
 
@@ -16,21 +18,14 @@ std::unexpected<config::Error> refused(const std::string& path, std::string what
   return std::unexpected(config::Error{fmt::format("key file {}", path), std::move(what), remedy});
 }
 
-struct OpenFile {
-  int descriptor;
-  ~OpenFile() {
-    if (descriptor >= 0) ::close(descriptor);
-  }
-};
-
 }  // namespace
 
 config::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
   std::vector<std::byte> key;
   if (path.empty()) return key;
-  const OpenFile file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  const config::Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
-  if (file.descriptor < 0 || ::fstat(file.descriptor, &status) != 0) {
+  if (!file || ::fstat(file.get(), &status) != 0) {
     return refused(path, std::strerror(errno),
                    "let the program's user or group read it, or correct its path");
   }
@@ -39,7 +34,7 @@ config::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
     return refused(path, "others may read or write it", "chmod o= it, and make a new key if they were there");
   }
   key.resize(kMostKeyBytes + 1);
-  const ssize_t size = ::read(file.descriptor, key.data(), key.size());
+  const ssize_t size = ::read(file.get(), key.data(), key.size());
   if (size < 0) return refused(path, std::strerror(errno), "");
   key.resize(static_cast<std::size_t>(size));
   if (key.size() < kFewestKeyBytes || key.size() > kMostKeyBytes) {

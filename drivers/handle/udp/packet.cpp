@@ -8,7 +8,7 @@
 #include <bit>
 #include <cmath>
 
-#include "drivers/handle/crc32.h"
+#include "drivers/base/crc32.h"
 
 namespace hapticd::drivers::udp {
 namespace {

@@ -4,9 +4,9 @@
 #include <thread>
 
 #include "config/settings.h"
+#include "drivers/base/status_board.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
-#include "drivers/handle/handle_status_board.h"
 #include "drivers/handle/handle_thread.h"
 
 namespace hapticd::drivers {
@@ -35,7 +35,7 @@ class UdpHandle final : public Handle {
   rt::HandleScaleParameters scale_;
   HandleThreadPolicy policy_;
   CommandGate gate_;
-  HandleStatusBoard board_;
+  StatusBoard<HandleStatus> board_;
   int stop_event_ = -1;  // eventfd; readable: the thread is to end
   std::thread thread_;
 };

@@ -42,31 +42,16 @@ std::unexpected<config::Error> failed(const config::Ipv4Endpoint& local, int fai
 
 }  // namespace
 
-UdpSocket::UdpSocket(UdpSocket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept {
-  if (this != &other) {
-    close();
-    descriptor_ = std::exchange(other.descriptor_, -1);
-  }
-  return *this;
-}
-
-void UdpSocket::close() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
-}
-
 config::Result<UdpSocket> UdpSocket::boundTo(const config::Ipv4Endpoint& local) {
   UdpSocket socket;
-  socket.descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (socket.descriptor_ < 0) return failed(local, errno);
+  socket.descriptor_ = config::Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket.descriptor_) return failed(local, errno);
   // Expedited forwarding (RFC 3246): switches and wireless cards that know it let these packets pass first.
   // Networks that do not are no reason to stop.
   const int service = IPTOS_DSCP_EF;
-  ::setsockopt(socket.descriptor_, IPPROTO_IP, IP_TOS, &service, sizeof service);
+  ::setsockopt(socket.descriptor(), IPPROTO_IP, IP_TOS, &service, sizeof service);
   const sockaddr_in address = socketAddressOf(local);
-  if (::bind(socket.descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  if (::bind(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     return failed(local, errno);
   }
   return socket;
@@ -76,7 +61,7 @@ std::optional<UdpSocket::Datagram> UdpSocket::receive(std::span<std::byte> buffe
   sockaddr_in from{};
   socklen_t length = sizeof from;
   const ssize_t size =
-      ::recvfrom(descriptor_, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
+      ::recvfrom(descriptor(), buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
   if (size < 0) return std::nullopt;
   return Datagram{buffer.first(static_cast<std::size_t>(size)),
                   {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)}};
@@ -84,7 +69,7 @@ std::optional<UdpSocket::Datagram> UdpSocket::receive(std::span<std::byte> buffe
 
 int UdpSocket::send(std::span<const std::byte> bytes, const config::Ipv4Endpoint& to) const {
   const sockaddr_in address = socketAddressOf(to);
-  const ssize_t sent = ::sendto(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL,
+  const ssize_t sent = ::sendto(descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL,
                                 reinterpret_cast<const sockaddr*>(&address), sizeof address);
   return sent < 0 ? errno : 0;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "config/descriptor.h"
 #include "config/error.h"
 #include "config/ipv4_endpoint.h"
 
@@ -20,16 +21,13 @@ class UdpSocket {
   };
 
   UdpSocket() = default;
-  ~UdpSocket() { close(); }
-  UdpSocket(UdpSocket&& other) noexcept;
-  UdpSocket& operator=(UdpSocket&& other) noexcept;
 
   /// Errors: the address is not (yet) this computer's, the port is taken or not permitted.
   static config::Result<UdpSocket> boundTo(const config::Ipv4Endpoint& local);
 
-  bool isOpen() const { return descriptor_ >= 0; }
+  bool isOpen() const { return static_cast<bool>(descriptor_); }
   /// For poll().
-  int descriptor() const { return descriptor_; }
+  int descriptor() const { return descriptor_.get(); }
 
   /// The next datagram that has arrived; nothing: there is none.
   std::optional<Datagram> receive(std::span<std::byte> buffer) const;
@@ -38,9 +36,7 @@ class UdpSocket {
   int send(std::span<const std::byte> bytes, const config::Ipv4Endpoint& to) const;
 
  private:
-  void close();
-
-  int descriptor_ = -1;
+  config::Descriptor descriptor_;
 };
 
 }  // namespace hapticd::drivers::udp

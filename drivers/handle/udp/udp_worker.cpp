@@ -10,7 +10,7 @@
 #include <cstring>
 #include <utility>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers::udp {
 namespace {
@@ -30,7 +30,7 @@ constexpr int kGoodbyes = 5;
 bool stopsWithin(std::int64_t wait_ns, int stop_event, int other) {
   std::array<pollfd, 2> files{{{stop_event, POLLIN, 0}, {other, POLLIN, 0}}};
   const std::int64_t bounded_ns = std::max<std::int64_t>(wait_ns, 0);
-  const timespec timeout{bounded_ns / kNsPerSecond, bounded_ns % kNsPerSecond};
+  const timespec timeout{bounded_ns / rt::kNsPerSecond, bounded_ns % rt::kNsPerSecond};
   return ::ppoll(files.data(), files.size(), &timeout, nullptr) > 0 && files[0].revents != 0;
 }
 
@@ -46,30 +46,31 @@ void UdpWorker::run(int stop_event) {
       if (stopsWithin(kRetryNs, stop_event, -1)) break;
       continue;
     }
-    if (stopsWithin(nextDueNs() - monotonicNs(), stop_event, socket_.descriptor())) break;
-    const std::int64_t rest_ns = budget_.restNs(threadCpuNs(), monotonicNs());
+    if (stopsWithin(nextDueNs() - rt::monotonicNow_ns(), stop_event, socket_.descriptor())) break;
+    const std::int64_t rest_ns = budget_.restNs(rt::threadCpu_ns(), rt::monotonicNow_ns());
     if (rest_ns > 0 && stopsWithin(rest_ns, stop_event, -1)) break;
     receiveAll();
-    const std::int64_t now_ns = monotonicNs();
+    const std::int64_t now_ns = rt::monotonicNow_ns();
     if (!isAlive(now_ns) && presence_ != HandlePresence::absent) become(HandlePresence::lost, now_ns);
     if (isAlive(now_ns) && now_ns - command_sent_ns_ >= kCommandIntervalNs) sendCommand(now_ns);
     if (now_ns - reported_ns_ >= kReportIntervalNs) report(now_ns);
   }
   sendGoodbye();
-  report(monotonicNs());
+  report(rt::monotonicNow_ns());
 }
 
 bool UdpWorker::openSocket() {
   auto opened = UdpSocket::boundTo(settings_.local);
   if (opened) socket_ = std::move(*opened);
   bind_failure_ = opened ? std::string() : opened.error().text();
-  report(monotonicNs());
+  report(rt::monotonicNow_ns());
   return socket_.isOpen();
 }
 
 std::int64_t UdpWorker::nextDueNs() const {
   const std::int64_t report_ns = reported_ns_ + kReportIntervalNs;
-  return isAlive(monotonicNs()) ? std::min(report_ns, command_sent_ns_ + kCommandIntervalNs) : report_ns;
+  return isAlive(rt::monotonicNow_ns()) ? std::min(report_ns, command_sent_ns_ + kCommandIntervalNs)
+                                        : report_ns;
 }
 
 /// Of states that have queued up only the newest is a measurement of now; all are judged and counted.
@@ -78,7 +79,7 @@ void UdpWorker::receiveAll() {
   for (int i = 0; i < kMostPacketsAtOnce; ++i) {
     const auto datagram = socket_.receive(buffer);
     if (!datagram) break;
-    take(*datagram, monotonicNs());
+    take(*datagram, rt::monotonicNow_ns());
   }
   if (newest_) publishNewest();
 }
@@ -183,7 +184,7 @@ void UdpWorker::sendCommand(std::int64_t now_ns) {
   }
   command_sent_ns_ = now_ns;
   send(packet, from_);
-  gate_.sent(monotonicNs());
+  gate_.sent(rt::monotonicNow_ns());
 }
 
 void UdpWorker::send(const CommandPacket& packet, const config::Ipv4Endpoint& to) {
@@ -195,7 +196,7 @@ void UdpWorker::send(const CommandPacket& packet, const config::Ipv4Endpoint& to
 void UdpWorker::sendGoodbye() {
   if (!socket_.isOpen() || conversation_.peerSession() == 0) return;
   for (int i = 0; i < kGoodbyes; ++i) {
-    const std::int64_t now_ns = monotonicNs();
+    const std::int64_t now_ns = rt::monotonicNow_ns();
     send({conversation_.next(now_ns), {}, false}, from_);
     timespec pause{0, kMs};
     ::nanosleep(&pause, nullptr);

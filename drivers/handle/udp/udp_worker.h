@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "config/ipv4_endpoint.h"
+#include "drivers/base/status_board.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_frame.h"
-#include "drivers/handle/handle_status_board.h"
 #include "drivers/handle/udp/conversation.h"
 #include "drivers/handle/udp/cpu_budget.h"
 #include "drivers/handle/udp/delay_estimate.h"
@@ -33,7 +33,7 @@ struct WorkerSettings {
 class UdpWorker {
  public:
   UdpWorker(const WorkerSettings& settings, HandleFrame frame, HandleChannels& channels,
-            HandleStatusBoard& board, CommandGate& gate)
+            StatusBoard<HandleStatus>& board, CommandGate& gate)
       : settings_(settings), frame_(frame), channels_(channels), board_(board), gate_(gate) {}
 
   /// Binds the socket: what arrives from then on is kept until run() takes it. True if it is bound.
@@ -71,7 +71,7 @@ class UdpWorker {
   WorkerSettings settings_;
   HandleFrame frame_;
   HandleChannels& channels_;
-  HandleStatusBoard& board_;
+  StatusBoard<HandleStatus>& board_;
   CommandGate& gate_;
   UdpSocket socket_;
   Conversation conversation_;

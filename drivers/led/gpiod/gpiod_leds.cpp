@@ -3,9 +3,9 @@
 
 #include <utility>
 
+#include "drivers/base/start_thread.h"
 #include "drivers/led/gpiod/chip_path.h"
 #include "drivers/led/gpiod/line_error.h"
-#include "drivers/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -22,8 +22,9 @@ std::expected<OutputLine, LineFailure> requestOn(const std::string& chip,
 }  // namespace
 
 GpiodLeds::GpiodLeds(const config::LedSettings& settings) : chip_(settings.chip) {
-  const std::array<std::string, kLedCount> lines{settings.power_line, settings.camera_line,
-                                                 settings.contact_line, settings.fault_line};
+  const std::array lines{settings.power_line, settings.camera_line, settings.contact_line,
+                         settings.fault_line};
+  static_assert(lines.size() == kLedCount, "each LED has a line");
   for (std::size_t led = 0; led < kLedCount; ++led) {
     outputs_[led].configured = lines[led];
     status_.configured[led] = !lines[led].empty();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/scene_thread.h"
+#include "daemon/scene/scene_thread.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "daemon/stop_limits.h"
-#include "drivers/stop_signal.h"
+#include "drivers/base/stop_signal.h"
 
 namespace hapticd::daemon {
 namespace {

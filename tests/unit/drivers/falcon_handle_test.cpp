@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "child_process.h"
-#include "drivers/handle/make_handle.h"
-#include "drivers/monotonic_clock.h"
+#include "drivers/make_handle.h"
 #include "fake_falcon.h"
 #include "frame_collector.h"
+#include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -96,7 +96,7 @@ class Rig {
   }
   /// As a tick of the force loop that has read a state of that session.
   void command(const Vec3& force_n, std::uint64_t session) {
-    channels->command.write({force_n, ++tick, session, monotonicNs()});
+    channels->command.write({force_n, ++tick, session, rt::monotonicNow_ns()});
   }
   template <typename Examine>
   auto look(Examine examine) {

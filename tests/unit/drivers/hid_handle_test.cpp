@@ -19,8 +19,8 @@
 #include <optional>
 
 #include "drivers/handle/hid/hid_controller.h"
-#include "drivers/monotonic_clock.h"
 #include "frame_collector.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -142,7 +142,7 @@ class HidHandleTest : public testing::Test {
   /// The same with a force loop that lives.
   bool sendWithForceUntil(const rt::Vec3& force_n, auto condition) {
     return sendUntil([&] {
-      channels_->command.write({force_n, ++tick_, state().session, monotonicNs()});
+      channels_->command.write({force_n, ++tick_, state().session, rt::monotonicNow_ns()});
       return condition();
     });
   }

@@ -12,7 +12,7 @@
 #include "drivers/led/gpiod/chip_path.h"
 #include "drivers/led/gpiod/gpiod_leds.h"
 #include "drivers/led/gpiod/line_error.h"
-#include "drivers/led/make_led_panel.h"
+#include "drivers/make_led_panel.h"
 #include "frame_collector.h"
 #include "tests/support/temporary_folder.h"
 

@@ -5,8 +5,8 @@
 
 #include <limits>
 
-#include "drivers/monotonic_clock.h"
 #include "frame_collector.h"
+#include "rt/clock.h"
 #include "tests/support/scratch_recording.h"
 
 namespace hapticd::drivers {
@@ -62,7 +62,7 @@ TEST(RecordedCamera, PlaysNoFrameBeforeItsTime) {
   recording.writeIndex();
   FrameCollector frames;
   RecordedCamera camera(recording.path(), false, 100);
-  const std::int64_t before_start_ns = monotonicNs();
+  const std::int64_t before_start_ns = rt::monotonicNow_ns();
   ASSERT_TRUE(camera.start(frames));
   ASSERT_TRUE(frames.waitForFrames(2));
   camera.stop();

@@ -5,9 +5,9 @@
 
 #include <memory>
 
-#include "drivers/handle/make_handle.h"
-#include "drivers/monotonic_clock.h"
+#include "drivers/make_handle.h"
 #include "frame_collector.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -45,7 +45,7 @@ TEST(SimulatedHandle, ExertsTheNewestCommandAndNothingAfterStop) {
   std::uint64_t tick = 0;
   const auto commandUntil = [&](std::uint64_t session, auto condition) {
     return test::eventually([&] {
-      channels->command.write({{0, 3, 4}, ++tick, session, monotonicNs()});
+      channels->command.write({{0, 3, 4}, ++tick, session, rt::monotonicNow_ns()});
       return condition();
     });
   };

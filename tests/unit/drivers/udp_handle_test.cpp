@@ -11,9 +11,9 @@
 #include <memory>
 #include <numbers>
 
-#include "drivers/handle/make_handle.h"
-#include "drivers/monotonic_clock.h"
+#include "drivers/make_handle.h"
 #include "frame_collector.h"
+#include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
 #include "udp_test_peer.h"
 
@@ -55,7 +55,7 @@ class Peer {
   /// The next state, not sent.
   Bytes next() {
     ++state_.sequence;
-    state_.time_ns = monotonicNs();
+    state_.time_ns = rt::monotonicNow_ns();
     state_.echo_age_ns = heard_ns_ == 0 ? 0 : static_cast<std::uint64_t>(state_.time_ns - heard_ns_);
     return test::bytesOf(state_, key_);
   }
@@ -75,7 +75,7 @@ class Peer {
     if (command.echo_session != state_.session) return command;
     state_.echo_session = command.session;
     state_.echo_sequence = command.sequence;
-    heard_ns_ = monotonicNs();
+    heard_ns_ = rt::monotonicNow_ns();
     return command;
   }
 
@@ -115,7 +115,7 @@ struct Rig {
   /// As a tick of the force loop that has read the newest state.
   void command() {
     channels->state.refresh();
-    channels->command.write({force_n, ++tick, channels->state.front().session, monotonicNs()});
+    channels->command.write({force_n, ++tick, channels->state.front().session, rt::monotonicNow_ns()});
   }
   bool becomesPresent() {
     return test::eventually([&] {
@@ -170,7 +170,7 @@ TEST(UdpHandle, BringsMeasurementsInAndForcesOutThroughThePose) {
   EXPECT_EQ(state.buttons, 5U);
   EXPECT_EQ(state.session, 1U);
   EXPECT_EQ(state.condition, rt::HandleCondition::ready);
-  EXPECT_LE(state.time_ns, monotonicNs());
+  EXPECT_LE(state.time_ns, rt::monotonicNow_ns());
 }
 
 TEST(UdpHandle, ReportsTheWholeWayOfAForceAsItsDelay) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "tools/hapticctl/snapshot/base64.h"
+#include "config/base64.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
@@ -106,9 +106,10 @@ TEST(Base64, DecodesTheVectorsOfItsStandard) {
                                                                                     {"Zm9v", "foo"},
                                                                                     {"Zm9vYg==", "foob"},
                                                                                     {"Zm9vYmFy", "foobar"}}) {
-    EXPECT_EQ(base64Decoded(text), bytes) << text;
+    EXPECT_EQ(config::base64Decoded(text), bytes) << text;
   }
-  for (const char* bad : {"Zg=", "Z", "Zm9*", "Zg==Zg==", "===="}) EXPECT_FALSE(base64Decoded(bad)) << bad;
+  for (const char* bad : {"Zg=", "Z", "Zm9*", "Zg==Zg==", "===="})
+    EXPECT_FALSE(config::base64Decoded(bad)) << bad;
 }
 
 Json headerReply() {

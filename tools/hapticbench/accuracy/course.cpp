@@ -24,10 +24,6 @@ constexpr double kLastSample_m = 0.02;
 constexpr double kSampleStep_m = 0.001;
 constexpr double kRounding_m = 1e-9;
 
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// A place in the disc of kAside_m across `direction`, so that HIPs do not lie on the lattice of pixels.
 Vec3 aside(const Vec3& direction, std::mt19937& random) {
   std::uniform_real_distribution<double> share(0, 1);

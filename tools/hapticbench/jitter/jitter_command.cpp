@@ -7,7 +7,7 @@
 
 #include <cstdio>
 
-#include "tools/hapticbench/gnuplot.h"
+#include "tools/gnuplot/gnuplot.h"
 #include "tools/hapticbench/jitter/jitter_report.h"
 #include "tools/options/output_file.h"
 #include "tools/options/within.h"

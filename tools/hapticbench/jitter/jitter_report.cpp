@@ -6,7 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "tools/hapticbench/gnuplot.h"
+#include "tools/gnuplot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <thread>
 
-#include "drivers/idle_latency.h"
+#include "drivers/base/idle_latency.h"
 #include "rt/realtime_thread.h"
 #include "tools/hapticbench/jitter/background_load.h"
 #include "tools/hapticbench/jitter/cpus.h"

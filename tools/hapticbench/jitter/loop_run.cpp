@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "config/settings.h"
+#include "drivers/base/start_thread.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 #include "drivers/handle/simulated/simulated_handle.h"
-#include "drivers/start_thread.h"
 #include "rt/depth_model.h"
 #include "rt/force_loop.h"
 #include "rt/periodic_clock.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "tools/hapticbench/gnuplot.h"
+#include "tools/gnuplot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {

@@ -125,9 +125,7 @@ SurfacePoint surfacePoint(const rt::DepthModelParameters& camera, const Disparit
   const auto at = [&](double u, double v) { return pointOf(camera, u, v, quadratic.at(u, v)); };
   const Vec3 along_row = at(column + kStep_px, row) - at(column - kStep_px, row);
   const Vec3 along_column = at(column, row + kStep_px) - at(column, row - kStep_px);
-  Vec3 normal{along_row.y * along_column.z - along_row.z * along_column.y,
-              along_row.z * along_column.x - along_row.x * along_column.z,
-              along_row.x * along_column.y - along_row.y * along_column.x};
+  const Vec3 normal = cross(along_row, along_column);
   const Vec3 position = at(column, row);
   const double towards_camera = dot(normal, position) < 0 ? 1 : -1;
   return {position, (towards_camera / norm(normal)) * normal};

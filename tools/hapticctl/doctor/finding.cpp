@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 
 namespace hapticd::tools {
 

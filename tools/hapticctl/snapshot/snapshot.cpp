@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tools/hapticctl/snapshot/base64.h"
+#include "config/base64.h"
 
 namespace hapticd::tools {
 namespace {
@@ -75,7 +75,7 @@ Result<void> SnapshotAssembler::add(const Json& reply) {
   }
   const Json* rows = fieldAt(reply, "rows");
   const auto bytes =
-      rows && rows->is_string() ? base64Decoded(rows->get_ref<const std::string&>()) : std::nullopt;
+      rows && rows->is_string() ? config::base64Decoded(rows->get_ref<const std::string&>()) : std::nullopt;
   constexpr std::size_t kRowBytes = 2 * rt::kFrameWidth;
   if (!bytes || bytes->size() % kRowBytes != 0)
     return std::unexpected(unfitting("rows that are no whole rows"));

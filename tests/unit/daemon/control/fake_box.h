@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 
 namespace hapticd::daemon::test {
 

@@ -403,7 +403,7 @@ TEST_F(HapticctlTest, SaysSoWhenTheSocketIsAnotherPrograms) {
     std::thread other([&] {
       pollfd waiting{listener->descriptor(), POLLIN, 0};
       ::poll(&waiting, 1, -1);
-      const Descriptor client(::accept(listener->descriptor(), nullptr, nullptr));
+      const config::Descriptor client(::accept(listener->descriptor(), nullptr, nullptr));
       char call[256];
       ::recv(client.get(), call, sizeof call, 0);
       ::send(client.get(), answer.data(), answer.size(), MSG_NOSIGNAL);

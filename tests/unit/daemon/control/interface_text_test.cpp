@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "control_fixture.h"
-#include "drivers/trace/names.h"
 #include "interface_definition.h"
+#include "rt/words.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -83,11 +83,11 @@ TEST_F(InterfaceTextTest, HasTheWordsOfEachEnumeration) {
   const InterfaceDefinition status(textOf("io.hapticd.Status"));
   const auto words = [&status](const char* type) { return status.types.at(type).words; };
   const auto namesOf = [](const auto& names) { return std::vector<std::string>(names.begin(), names.end()); };
-  EXPECT_EQ(words("Law"), namesOf(drivers::kNames<rt::ForceLaw>));
-  EXPECT_EQ(words("Mode"), namesOf(drivers::kNames<rt::Mode>));
-  EXPECT_EQ(words("Cause"), namesOf(drivers::kNames<rt::Cause>));
-  EXPECT_EQ(words("Contact"), namesOf(drivers::kNames<rt::ContactState>));
-  EXPECT_EQ(words("StiffnessRule"), namesOf(drivers::kNames<rt::StiffnessRule>));
+  EXPECT_EQ(words("Law"), namesOf(rt::kWords<rt::ForceLaw>));
+  EXPECT_EQ(words("Mode"), namesOf(rt::kWords<rt::Mode>));
+  EXPECT_EQ(words("Cause"), namesOf(rt::kWords<rt::Cause>));
+  EXPECT_EQ(words("Contact"), namesOf(rt::kWords<rt::ContactState>));
+  EXPECT_EQ(words("StiffnessRule"), namesOf(rt::kWords<rt::StiffnessRule>));
 }
 
 TEST_F(InterfaceTextTest, DescribesWhatTheStandardMethodsAnswer) {

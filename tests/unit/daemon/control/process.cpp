@@ -12,21 +12,21 @@
 
 #include <array>
 
-#include "daemon/control/descriptor.h"
+#include "config/descriptor.h"
 #include "tests/support/exec_vector.h"
 
 namespace hapticd::daemon::test {
 namespace {
 
 struct Stream {
-  Descriptor ours;
-  Descriptor its;
+  config::Descriptor ours;
+  config::Descriptor its;
 };
 
 Stream pipeStream() {
   int ends[2] = {-1, -1};
   EXPECT_EQ(0, ::pipe2(ends, O_CLOEXEC));
-  return {Descriptor(ends[0]), Descriptor(ends[1])};
+  return {config::Descriptor(ends[0]), config::Descriptor(ends[1])};
 }
 
 Stream terminalStream() {
@@ -35,11 +35,11 @@ Stream terminalStream() {
   EXPECT_EQ(0, ::openpty(&ours, &its, nullptr, nullptr, nullptr));
   ::fcntl(ours, F_SETFD, FD_CLOEXEC);
   ::fcntl(its, F_SETFD, FD_CLOEXEC);
-  return {Descriptor(ours), Descriptor(its)};
+  return {config::Descriptor(ours), config::Descriptor(its)};
 }
 
 /// False at the end of the stream.
-bool readInto(const Descriptor& from, std::string& text) {
+bool readInto(const config::Descriptor& from, std::string& text) {
   std::array<char, 65536> chunk;
   const ssize_t count = ::read(from.get(), chunk.data(), chunk.size());
   if (count <= 0) return false;  // a terminal ends with EIO
@@ -75,7 +75,7 @@ ProcessResult runProcess(const std::vector<std::string>& command, const ProcessO
   const std::vector<char*> arguments = hapticd::test::execVector(command);
   const std::vector<char*> variables = hapticd::test::execVector(environment);
   // By descriptor, because another user may not be allowed to walk to the program.
-  const Descriptor program(::open(command.front().c_str(), O_RDONLY | O_CLOEXEC));
+  const config::Descriptor program(::open(command.front().c_str(), O_RDONLY | O_CLOEXEC));
 
   const pid_t process = ::fork();
   if (process == 0) {

@@ -2,8 +2,8 @@
 // The stream of a depth frame, over the real sockets.
 #include <gtest/gtest.h>
 
+#include "config/base64.h"
 #include "control_fixture.h"
-#include "daemon/control/base64.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -37,9 +37,9 @@ TEST(Base64, WritesTheExamplesOfItsStandard) {
                                                           {"fooba", "Zm9vYmE="},
                                                           {"foobar", "Zm9vYmFy"}};
   for (const auto& [bytes, text] : examples) {
-    EXPECT_EQ(text, base64(std::vector<std::uint8_t>(bytes.begin(), bytes.end())));
+    EXPECT_EQ(text, config::base64(std::vector<std::uint8_t>(bytes.begin(), bytes.end())));
   }
-  EXPECT_EQ("+/+/", base64(std::vector<std::uint8_t>{0xfb, 0xff, 0xbf}));
+  EXPECT_EQ("+/+/", config::base64(std::vector<std::uint8_t>{0xfb, 0xff, 0xbf}));
 }
 
 class SnapshotTest : public ControlFixture {};

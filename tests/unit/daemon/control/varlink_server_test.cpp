@@ -371,7 +371,7 @@ class NoMoreDescriptors {
  public:
   NoMoreDescriptors() {
     ::getrlimit(RLIMIT_NOFILE, &before_);
-    const Descriptor lowest(::dup(0));  // all below are in use
+    const config::Descriptor lowest(::dup(0));  // all below are in use
     rlimit limit = before_;
     limit.rlim_cur = static_cast<rlim_t>(lowest.get());
     ::setrlimit(RLIMIT_NOFILE, &limit);

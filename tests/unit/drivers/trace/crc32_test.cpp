@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/handle/crc32.h"
+#include "drivers/base/crc32.h"
 
 #include <gtest/gtest.h>
 

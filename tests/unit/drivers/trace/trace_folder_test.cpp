@@ -6,8 +6,8 @@
 #include <chrono>
 #include <string>
 
-#include "drivers/monotonic_clock.h"
 #include "drivers/trace/trace_writer.h"
+#include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -107,7 +107,7 @@ TEST(TraceFolder, SortsByTheBeginThatNamesTellAndNotByTheLastChange) {
                                                        "2026-03-04T05-06-07Z-2", "2026-03-04T05-06-08Z-a",
                                                        "9999-99-99T05-06-06Z"}));
   const auto traces = listTraces(folder.path());
-  EXPECT_EQ((*traces)[1].begin_ns, kTime_ns / kNsPerSecond * kNsPerSecond);
+  EXPECT_EQ((*traces)[1].begin_ns, kTime_ns / rt::kNsPerSecond * rt::kNsPerSecond);
   EXPECT_EQ((*traces)[4].begin_ns, (*traces)[4].time_ns);
 }
 

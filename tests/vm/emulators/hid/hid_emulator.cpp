@@ -9,7 +9,7 @@
 #include <array>
 #include <cerrno>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 
 namespace hapticd::test::hid {
 namespace {
@@ -47,7 +47,7 @@ void HidEmulator::serveUntil(int stop, usbip::ControlSocket& control) {
     if (::poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return;
     if (waiting[0].revents != 0) return;
     if ((waiting[3].revents & POLLIN) != 0) {
-      if (const auto report = link_.receive()) device_.take(*report, drivers::monotonicNs());
+      if (const auto report = link_.receive()) device_.take(*report, rt::monotonicNow_ns());
     }
     if (waiting[1].revents != 0) tick();
     if (waiting[2].revents != 0) control.serve([this](std::string_view line) { return answer(line); });
@@ -59,7 +59,7 @@ void HidEmulator::tick() {
   std::uint64_t periods = 0;
   if (::read(timer_, &periods, sizeof periods) != sizeof periods || periods == 0) return;
   missed_ticks_ += periods - 1;
-  if (auto report = device_.tick(drivers::monotonicNs())) send(std::move(*report));
+  if (auto report = device_.tick(rt::monotonicNow_ns())) send(std::move(*report));
 }
 
 void HidEmulator::send(Bytes report) {
@@ -81,7 +81,7 @@ std::string HidEmulator::plugOrUnplug(bool plug) {
 std::string HidEmulator::answer(std::string_view line) {
   if (line == "stats") {
     return fmt::format(R"({{"plugged":{},"missed_ticks":{},"not_taken":{},{}}})", plugged_, missed_ticks_,
-                       not_taken_, device_.stats(drivers::monotonicNs()));
+                       not_taken_, device_.stats(rt::monotonicNow_ns()));
   }
   if (line == "unplug") return plugOrUnplug(false);
   if (line == "replug") return plugOrUnplug(true);

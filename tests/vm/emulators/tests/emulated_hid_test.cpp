@@ -16,7 +16,7 @@
 
 #include "drivers/handle/hid/hid_handle.h"
 #include "drivers/handle/hid/spacemouse_report.h"
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vm/emulators/hid/controller.h"
 #include "tests/vm/emulators/hid/gadget_link.h"
@@ -220,7 +220,7 @@ class HidEmulatorTest : public testing::Test {
   bool eventuallyWithForce(const rt::Vec3& force_n, auto condition) {
     return eventually([&] {
       channels_->state.refresh();
-      channels_->command.write({force_n, ++tick_, channels_->state.front().session, drivers::monotonicNs()});
+      channels_->command.write({force_n, ++tick_, channels_->state.front().session, rt::monotonicNow_ns()});
       return condition();
     });
   }

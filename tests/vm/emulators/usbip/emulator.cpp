@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "drivers/monotonic_clock.h"
+#include "rt/clock.h"
 #include "tests/vm/emulators/usbip/vhci_port.h"
 
 namespace hapticd::test::usbip {
@@ -87,7 +87,7 @@ void Emulator::serveUntil(int stop) {
 void Emulator::serveHost(bool readable) {
   if (!connection_) return;
   if (readable) connection_->receive();
-  if (connection_->isAlive()) device_.work(drivers::monotonicNs(), *connection_);
+  if (connection_->isAlive()) device_.work(rt::monotonicNow_ns(), *connection_);
   if (!connection_->isAlive()) unplug();
 }
 

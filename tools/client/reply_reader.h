@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "config/value_text.h"
-#include "tools/hapticctl/varlink_client.h"
+#include "tools/client/varlink_client.h"
 
 namespace hapticd::tools {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/camera/make_camera.h"
+#include "drivers/make_camera.h"
 
 #include "drivers/camera/freenect/freenect_camera.h"
 #include "drivers/camera/recorded/recorded_camera.h"

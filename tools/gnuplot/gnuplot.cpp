@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/gnuplot.h"
+#include "tools/gnuplot/gnuplot.h"
 
 #include <spawn.h>
 #include <sys/mman.h>
@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <string_view>
 
+#include "config/descriptor.h"
 #include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -19,37 +20,31 @@ namespace {
 class MemoryFile {
  public:
   MemoryFile() : descriptor_(::memfd_create("gnuplot", MFD_CLOEXEC)) {}
-  ~MemoryFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  int descriptor() const { return descriptor_; }
+  int descriptor() const { return descriptor_.get(); }
 
   /// Fills it and goes back to its begin.
   bool fill(std::string_view text) {
     while (!text.empty()) {
-      const ssize_t count = ::write(descriptor_, text.data(), text.size());
+      const ssize_t count = ::write(descriptor(), text.data(), text.size());
       if (count < 0) return false;
       text.remove_prefix(static_cast<std::size_t>(count));
     }
-    return ::lseek(descriptor_, 0, SEEK_SET) == 0;
+    return ::lseek(descriptor(), 0, SEEK_SET) == 0;
   }
 
   std::string content() {
     std::string content;
     std::array<char, 1 << 16> part;
-    ssize_t count = ::lseek(descriptor_, 0, SEEK_SET) == 0 ? 1 : 0;
+    ssize_t count = ::lseek(descriptor(), 0, SEEK_SET) == 0 ? 1 : 0;
     while (count > 0) {
-      count = ::read(descriptor_, part.data(), part.size());
+      count = ::read(descriptor(), part.data(), part.size());
       if (count > 0) content.append(part.data(), static_cast<std::size_t>(count));
     }
     return content;
   }
 
  private:
-  int descriptor_;
+  config::Descriptor descriptor_;
 };
 
 bool succeeds(const MemoryFile& script, const MemoryFile& image) {

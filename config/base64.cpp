@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/snapshot/base64.h"
+#include "config/base64.h"
 
+#include <algorithm>
 #include <array>
-#include <cstdint>
+#include <cstddef>
 
-namespace hapticd::tools {
+namespace hapticd::config {
 namespace {
 
 constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -20,6 +21,20 @@ constexpr std::array<std::uint8_t, 256> kValues = [] {
 }();
 
 }  // namespace
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t begin = 0; begin < bytes.size(); begin += 3) {
+    const std::size_t held = std::min<std::size_t>(3, bytes.size() - begin);
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < 3; ++i) bits = bits << 8 | (i < held ? bytes[begin + i] : 0U);
+    for (std::size_t digit = 0; digit < 4; ++digit) {
+      text += digit <= held ? kDigits[bits >> (18 - 6 * digit) & 63U] : '=';
+    }
+  }
+  return text;
+}
 
 std::optional<std::string> base64Decoded(std::string_view text) {
   if (text.size() % 4 != 0) return std::nullopt;
@@ -41,4 +56,4 @@ std::optional<std::string> base64Decoded(std::string_view text) {
   return bytes;
 }
 
-}  // namespace hapticd::tools
+}  // namespace hapticd::config

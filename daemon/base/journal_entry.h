@@ -11,7 +11,7 @@ namespace hapticd::daemon {
 /// Names (upper case, digits, underscores; without the prefix HAPTICD_) and values, UTF-8.
 using JournalFields = std::vector<std::pair<std::string_view, std::string>>;
 
-/// One line of the daemon's log, with what a program may filter it by.
+/// One line of the daemon's log, with fields for programs to filter by.
 struct JournalEntry {
   /// As in syslog(3).
   enum class Priority { error = 3, warning = 4, notice = 5, info = 6 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "config/descriptor.h"
+
 namespace hapticd::drivers {
 
 /// For its life, keeps the CPUs out of sleep states that take time to wake up from, if this process may
@@ -9,14 +11,11 @@ namespace hapticd::drivers {
 class IdleLatencyLimit {
  public:
   IdleLatencyLimit();
-  ~IdleLatencyLimit();
-  IdleLatencyLimit(const IdleLatencyLimit&) = delete;
-  IdleLatencyLimit& operator=(const IdleLatencyLimit&) = delete;
 
   bool held() const noexcept { return held_; }
 
  private:
-  int device_;
+  config::Descriptor device_;
   bool held_ = false;
 };
 

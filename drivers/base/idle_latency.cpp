@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/idle_latency.h"
+#include "drivers/base/idle_latency.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -11,12 +11,8 @@ namespace hapticd::drivers {
 IdleLatencyLimit::IdleLatencyLimit() : device_(::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
   // The kernel keeps to the number for as long as the descriptor is open.
   const std::int32_t longest_wakeup_us = 0;
-  held_ = device_ >= 0 &&
-          ::write(device_, &longest_wakeup_us, sizeof longest_wakeup_us) == sizeof longest_wakeup_us;
-}
-
-IdleLatencyLimit::~IdleLatencyLimit() {
-  if (device_ >= 0) ::close(device_);
+  held_ = device_ &&
+          ::write(device_.get(), &longest_wakeup_us, sizeof longest_wakeup_us) == sizeof longest_wakeup_us;
 }
 
 }  // namespace hapticd::drivers

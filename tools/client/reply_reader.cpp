@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 
 #include <fmt/format.h>
 

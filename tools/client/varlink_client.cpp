@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/varlink_client.h"
+#include "tools/client/varlink_client.h"
 
 #include <fmt/format.h>
 #include <grp.h>
@@ -15,7 +15,7 @@
 #include <cstring>
 #include <utility>
 
-#include "tools/hapticctl/reply_reader.h"
+#include "tools/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -5,15 +5,18 @@
 
 #include <utility>
 
-namespace hapticd::daemon {
+namespace hapticd::config {
 
-/// Owns a file descriptor; -1: none.
+/// Owns a file descriptor and closes it; -1: there is none.  Thread: one at a time.
 class Descriptor {
  public:
   explicit Descriptor(int descriptor = -1) noexcept : descriptor_(descriptor) {}
   Descriptor(Descriptor&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
   Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
+    if (this != &other) {
+      close();
+      descriptor_ = std::exchange(other.descriptor_, -1);
+    }
     return *this;
   }
   ~Descriptor() { close(); }
@@ -28,4 +31,4 @@ class Descriptor {
   int descriptor_;
 };
 
-}  // namespace hapticd::daemon
+}  // namespace hapticd::config

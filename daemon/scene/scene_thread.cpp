@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/scene_thread.h"
+#include "daemon/scene/scene_thread.h"
 
 #include <pthread.h>
 
@@ -12,10 +12,10 @@
 namespace hapticd::daemon {
 namespace {
 
-/// How often the HIP is looked at between two frames.
+/// How often the position of the HIP is checked between two frames.
 constexpr std::chrono::milliseconds kLookAtHip{2};
 
-/// The frame rate shown is a mean over about that many frames.
+/// The frame rate in the status is a mean over about this many frames.
 constexpr double kFramesOfMean = 10;
 
 }  // namespace
@@ -29,7 +29,7 @@ SceneThread::SceneThread(const rt::DepthModel& model, const rt::GridParameters& 
       builder_(model, parameters),
       frames_(std::make_unique<rt::FrameChannel>()),
       models_(std::make_unique<ModelRing>()),
-      wanted_{needs, 0} {
+      requested_{needs, 0} {
   storage_.reserve(3);
   scenes_.prepareSlots([this](rt::Scene& slot) {
     storage_.emplace_back(builder_.shape(), builder_.pointCapacity()).attachTo(slot);
@@ -63,7 +63,7 @@ void SceneThread::publish() {
   wake_.notify_one();
 }
 
-/// False when the thread is to end.
+/// Waits for a frame or until it is time to check the HIP; false if the thread has to end.
 bool SceneThread::waitForFrame() {
   std::unique_lock lock(wake_mutex_);
   wake_.wait_for(lock, kLookAtHip, [this] { return frame_published_ || stop_; });
@@ -84,8 +84,8 @@ void SceneThread::run() {
 }
 
 void SceneThread::setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation) {
-  const std::lock_guard lock(wanted_mutex_);
-  wanted_ = {needs, generation};
+  const std::lock_guard lock(requested_mutex_);
+  requested_ = {needs, generation};
 }
 
 void SceneThread::setTap(FrameTap tap) {
@@ -133,12 +133,12 @@ void SceneThread::modelIfNeeded(bool new_frame) {
   const rt::Vec3 focus = focus_.front();
   if (!rt::inWorkspace(focus)) return;
   const auto [needs, generation] = [this] {
-    const std::lock_guard lock(wanted_mutex_);
-    return wanted_;
+    const std::lock_guard lock(requested_mutex_);
+    return requested_;
   }();
   const double margin = parameters_.max_hip_speed_m_per_s * parameters_.frame_margin_s;
   const double reach = rt::reachOfModel_m(needs, parameters_);
-  // modelled again in time: before the last stretch of the way out of the ball
+  // early enough to be finished before the HIP leaves the ball
   if (!new_frame && needs.metBy(newest_, focus, margin / 2)) return;
 
   const std::int64_t begin_ns = rt::monotonicNow_ns();
@@ -148,11 +148,11 @@ void SceneThread::modelIfNeeded(bool new_frame) {
   scenes_.publish();
   const std::int64_t build_ns = rt::monotonicNow_ns() - begin_ns;
   countModel(newest_, new_frame, build_ns);
-  tellModel(frame, focus, {reach, generation, begin_ns, build_ns});
+  recordModel(frame, focus, {reach, generation, begin_ns, build_ns});
 }
 
-void SceneThread::tellModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world,
-                            const Build& build) {
+void SceneThread::recordModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world,
+                              const Build& build) {
   drivers::ModelRecord record;
   record.model = newest_.model;
   record.time_ns = build.begin_ns;

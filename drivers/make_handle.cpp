@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/handle/make_handle.h"
+#include "drivers/make_handle.h"
 
 #include "drivers/handle/falcon/falcon_handle.h"
 #include "drivers/handle/hid/hid_handle.h"

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/box.h"
+#include "daemon/base/box.h"
 #include "drivers/camera/camera.h"
 #include "drivers/trace/records.h"
 #include "rt/depth_model.h"
@@ -18,12 +18,13 @@
 
 namespace hapticd::daemon {
 
-/// Turns camera frames into scenes around the HIP, and models the newest frame again when the HIP leaves the
-/// modelled ball before the next frame comes. The camera puts its frames in here; the force thread takes the
-/// scenes out of the channel.
+/// Builds scenes around the HIP from camera frames, and models the newest frame again if the HIP leaves the
+/// modelled ball before the next frame arrives. The camera writes its frames through this sink; the force
+/// thread takes the scenes from the channel.
 class SceneThread final : public drivers::FrameSink {
  public:
-  /// All references outlive the thread. `focus_m_in_world`: where the force loop needs the scene modelled.
+  /// All references outlive the thread. `focus_m_in_world`: the point around which the force loop needs the
+  /// scene.
   SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters, const rt::SceneNeeds& needs,
               rt::SceneChannel& scenes, rt::TripleBuffer<rt::Vec3>& focus_m_in_world);
   ~SceneThread() override { stop(); }
@@ -31,34 +32,35 @@ class SceneThread final : public drivers::FrameSink {
   SceneThread& operator=(const SceneThread&) = delete;
 
   void start();
-  /// Harmless when not started.
+  /// Ends the thread; does nothing if it was not started.
   void stop();
 
-  /// What the force law in use reads, from a generation of the Directive on; the newest frame is modelled
-  /// again if its model does not hold it. Thread: any.
+  /// Sets what the force law in use reads, from a generation of the Directive on. The newest frame is
+  /// modelled again if its model lacks something of that. Thread: any.
   void setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation);
 
-  /// Gets each frame before it is modelled; must not block. False: it could not take the frame.
+  /// Receives each frame before it is modelled; must not block. Returns false if it could not take the frame.
   using FrameTap = std::function<bool(const rt::DepthFrame&)>;
-  /// From the next frame on `tap` gets all frames, and what is modelled depends on these alone: filter and
-  /// fusion begin anew with the first one that it takes, and once more with the first one after any that it
-  /// did not take, but not more often than every kLeastBetweenBeginnings_ns, for that is felt. Empty: no
-  /// more; the tap before is not called after this returns. Thread: any.
+  /// Passes all frames from the next one on to `tap`, and makes the scenes depend on these frames alone:
+  /// filter and fusion start again with the first frame that it takes, and with the first one that it takes
+  /// after one that it could not, but at most once per kLeastBetweenBeginnings_ns, because the hand feels
+  /// that. An empty `tap` ends this; the tap before is not called after this function returns. Thread: any.
   void setTap(FrameTap tap);
 
   static constexpr std::int64_t kLeastBetweenBeginnings_ns = 10'000'000'000;
 
-  /// Gets a copy of the newest frame; null while there is none, or when the thread ends.
+  /// Receives a copy of the newest frame; null if there is none or the thread ends.
   using FrameReceiver = std::function<void(std::unique_ptr<rt::DepthFrame>)>;
-  /// Thread: any, but `receive` is called by the scene thread, or by who stops it.
+  /// Requests a copy of the newest frame. Thread: any; `receive` is called by the scene thread, or by the
+  /// thread that stops it.
   void askForFrame(FrameReceiver receive);
 
-  /// Every scene that is built. Thread of pop(): one.
+  /// A record of every scene that is built. Thread of pop(): one.
   using ModelRing = rt::SpscRing<drivers::ModelRecord, 1024>;
   ModelRing& models() noexcept { return *models_; }
 
   std::size_t pointCapacity() const noexcept { return builder_.pointCapacity(); }
-  /// Thread: any.
+  /// The current counters. Thread: any.
   SceneStatus status() const;
 
   rt::DepthFrame& back() override { return frames_->back(); }
@@ -70,14 +72,14 @@ class SceneThread final : public drivers::FrameSink {
   void offerToTap(const rt::DepthFrame& frame);
   void answerFrameRequests();
   void modelIfNeeded(bool new_frame);
-  /// How a scene was built.
+  /// For which focus and how fast a scene was built.
   struct Build {
     double reach_m;
     std::uint64_t generation;
     std::int64_t begin_ns;
     std::int64_t build_ns;
   };
-  void tellModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world, const Build& build);
+  void recordModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world, const Build& build);
   void countFrame(const rt::DepthFrame& frame);
   void countModel(const rt::Scene& scene, bool new_frame, std::int64_t model_ns);
 
@@ -87,23 +89,23 @@ class SceneThread final : public drivers::FrameSink {
   rt::SceneBuilder builder_;
   std::vector<rt::SceneStorage> storage_;
   std::unique_ptr<rt::FrameChannel> frames_;
-  rt::Scene newest_;  // a view of the last published scene, for what it covers only
+  rt::Scene newest_;  // a view of the last published scene, only to know what it covers
   std::unique_ptr<ModelRing> models_;
 
-  struct Wanted {
+  struct Requested {
     rt::SceneNeeds needs;
     std::uint64_t generation = 0;
   };
-  mutable std::mutex wanted_mutex_;
-  Wanted wanted_;
+  mutable std::mutex requested_mutex_;
+  Requested requested_;
 
   std::mutex tap_mutex_;
   FrameTap tap_;
-  bool begin_anew_ = false;  // with the next frame that the tap takes
+  bool begin_anew_ = false;  // start filter and fusion again with the next frame that the tap takes
   std::int64_t next_beginning_ns_ = 0;
   std::vector<FrameReceiver> frame_requests_;
 
-  // Of the newest frame; scene thread only.
+  // The next two describe the newest frame; scene thread only.
   bool frame_recorded_ = false;
   bool forgot_ = false;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/led/make_led_panel.h"
+#include "drivers/make_led_panel.h"
 
 #include "drivers/led/gpiod/gpiod_leds.h"
 #include "drivers/led/none/no_leds.h"

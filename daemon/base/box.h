@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/error.h"
+#include "config/parameter_table.h"
+#include "drivers/camera/camera.h"
+#include "drivers/handle/handle.h"
+#include "drivers/led/led_panel.h"
+#include "drivers/trace/trace_folder.h"
+#include "drivers/trace/trace_state.h"
+#include "rt/depth_frame.h"
+#include "rt/latency_histogram.h"
+#include "rt/loop_state.h"
+#include "rt/words.h"
+
+namespace hapticd::daemon {
+
+/// Counters of the scene thread.
+struct SceneStatus {
+  std::uint64_t frames = 0;    ///< frames received from the camera
+  std::uint64_t models = 0;    ///< scenes built, including those built again
+  std::uint64_t remodels = 0;  ///< scenes built again because the HIP left the modelled ball
+  std::uint32_t points = 0;    ///< number of points in the newest scene
+  std::uint64_t points_over_capacity = 0;
+  std::uint64_t skipped_frames = 0;  ///< frames that a newer one replaced before they were modelled
+  std::int64_t last_model_ns = 0;    ///< time it took to build the newest scene
+  double frame_rate_hz = 0;
+};
+
+using rt::LatencySummary;
+using rt::summaryOf;
+
+/// Summary of force and contact over the ticks since the summary before.
+struct WindowSummary {
+  std::uint64_t ticks = 0;
+  std::uint64_t contact_ticks = 0;
+  double min_force_n = 0;
+  double max_force_n = 0;  ///< largest magnitude commanded
+  std::int64_t max_wakeup_latency_ns = 0;
+};
+
+/// The force law in use, and the reason for it.
+struct LawStatus {
+  rt::ForceLaw law = rt::ForceLaw::nearest_springs;
+  std::string reason;           ///< one sentence
+  bool filtered = false;        ///< the law works on filtered depth
+  double expected_error_n = 0;  ///< measured RMS error of this law and filter at this distance; 0: not known
+  double max_error_n = 0;       ///< largest RMS error that force.law auto accepts
+  double distance_m = 0;        ///< from the camera to the proxy; 0: not known
+  /// Stiffness at the hand: k_s times motion and force scale, reduced as far as the handle's delay demands.
+  double hand_stiffness_n_per_m = 0;
+};
+
+/// How an LED blinks; isLit() (indicators.h) defines the times.
+enum class LedPattern { off, on, slow_blink, fast_blink, double_blink };
+constexpr auto wordsOf(LedPattern) {
+  return rt::words<LedPattern>("off", "on", "slow_blink", "fast_blink", "double_blink");
+}
+
+/// The pattern of each LED; the index is the value of its drivers::Led.
+using LedPatterns = std::array<LedPattern, drivers::kLedCount>;
+
+struct IndicatorStatus {
+  drivers::LedStatus panel;
+  LedPatterns patterns{};  ///< only those of configured LEDs have a meaning
+};
+
+using drivers::TraceState;
+
+/// Something that the box did with a trace without a request.
+struct TraceNews {
+  std::uint64_t number = 0;  ///< 1 for the first since the start
+  bool warning = false;      ///< something was lost
+  std::string action;        ///< one word, such as "delete"
+  std::string trace;         ///< its name
+  std::string text;          ///< a sentence with the name and the reason
+};
+
+/// The state of tracing: what is recorded, what was lost, and how much space is left.
+struct TraceStatus {
+  TraceState state = TraceState::off;
+  std::string detail;  ///< the reason for waiting, and the remedy; may be empty
+  /// What failed apart from the recording itself (a dump, the recovery, a deletion) or is about to fail (a
+  /// full folder, a disk that stalls), each with its remedy.
+  std::vector<std::string> problems;
+  std::string name;                     ///< name of the trace being written; empty: none
+  std::uint64_t ticks = 0;              ///< ticks in it
+  std::uint64_t bytes = 0;              ///< its size on the disk
+  double duration_s = 0;                ///< since it was started
+  std::uint64_t ticks_lost = 0;         ///< since the start: in no file although a trace was requested
+  std::uint64_t records_lost = 0;       ///< models and events dropped for lack of space, since the start
+  std::uint64_t depth_frames = 0;       ///< depth frames in it
+  std::uint64_t depth_frames_lost = 0;  ///< since the start: not recorded, because the disk was too slow
+  std::uint64_t traces = 0;             ///< traces finished since the start
+  std::uint64_t deleted = 0;            ///< traces deleted because of trace.max_folder_mb, since the start
+  std::uint64_t recovered = 0;          ///< traces left open by a crash and finished at the start
+  std::uint64_t dumps = 0;              ///< dumps of the flight recorder since the start
+  std::string last_dump;                ///< name of the newest dump; empty: none
+  double flight_recorder_s = 0;         ///< duration of the ticks in the flight recorder
+  std::uint64_t folder_bytes = 0;       ///< size of all traces
+  std::optional<std::uint64_t> free_bytes;   ///< free space on their disk; nothing: not known
+  std::optional<std::uint64_t> limit_bytes;  ///< trace.max_folder_mb; nothing: no limit
+  std::string next_deleted;     ///< name of the next trace to be deleted at the limit; empty: none
+  std::vector<TraceNews> news;  ///< the most recent, oldest first
+};
+
+/// How a trace is to be recorded.
+struct TraceRequest {
+  std::string label;  ///< follows the time in the name of the trace; may be empty
+  bool depth = false;
+};
+
+/// The camera's image and the state of the force loop at one moment.
+struct SceneSnapshot {
+  std::unique_ptr<rt::DepthFrame> frame;
+  rt::DepthModelParameters depth_model;
+  rt::PoseParameters T_world_camera;
+  rt::Tick tick;  ///< the newest tick
+};
+
+/// Statistics of the thread that serves the control API.
+struct ControlStatus {
+  /// Longest time between two of its periods since the start; the watchdog of the service manager has never
+  /// waited longer.
+  std::int64_t longest_gap_ns = 0;
+  std::uint64_t ticks_lost = 0;  ///< since the start, because the thread was too slow
+  std::uint64_t connections = 0;
+  std::uint64_t refused_connections = 0;  ///< since the start, because there were too many
+};
+
+/// The whole status of the box at one moment, as clients see it.
+struct BoxStatus {
+  rt::LoopState loop;
+  rt::LoopPrivileges privileges;
+  std::vector<std::string> warnings;  ///< what is wrong with the box, each with its remedy
+  double rate_hz = 0;                 ///< ticks per second over the last second
+  LatencySummary wakeup_latency;
+  LatencySummary compute_time;
+  std::uint64_t trace_ticks_dropped = 0;  ///< ticks for which the ring to the trace thread had no room
+  /// Page faults of the force thread since its first tick; nothing: not known.
+  std::optional<std::uint64_t> force_thread_page_faults;
+  drivers::CameraStatus camera;
+  SceneStatus scene;
+  drivers::HandleStatus handle;
+  double uptime_s = 0;
+  LawStatus law;
+  IndicatorStatus leds;
+  TraceStatus trace;
+  ControlStatus control;
+};
+
+/// The running box as the control API uses it.
+/// Thread: control thread only.
+class Box {
+ public:
+  virtual ~Box() = default;
+  virtual BoxStatus status() = 0;
+  /// The current parameters; those that only a restart changes have their values from the start.
+  virtual const config::Settings& settings() const = 0;
+  /// Hands the changed live parameters to the force loop. Returns the generation to wait for.
+  virtual std::uint64_t apply(const config::Settings& settings) = 0;
+  /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
+  /// nothing while the box is engaged or holding. Returns the generation to wait for.
+  virtual std::uint64_t engage(bool engaged, bool inside) = 0;
+  /// The newest generation that the force loop has taken over.
+  virtual std::uint64_t acknowledgedGeneration() = 0;
+
+  // The following functions take as long as the disk or the camera does: each starts its work and returns at
+  // once, and the future receives the outcome. Starting, stopping and dumping are done in the order of the
+  // calls. Lists and deletions neither wait for these nor for each other.
+
+  /// Starts a trace and returns its name. Errors: one is being written, the folder cannot be written, no
+  /// space.
+  virtual std::future<config::Result<std::string>> startTrace(const TraceRequest& request) = 0;
+  /// Finishes the trace and returns its name. Errors: none is being written.
+  virtual std::future<config::Result<std::string>> stopTrace() = 0;
+  /// Writes the content of the flight recorder to a trace and returns its name. Errors: it is switched off or
+  /// empty, the folder cannot be written, no space.
+  virtual std::future<config::Result<std::string>> dumpTrace() = 0;
+  virtual std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() = 0;
+  virtual std::future<config::Result<void>> deleteTrace(const std::string& name) = 0;
+  /// Marks a trace to be kept, or removes the mark. Errors: no such trace, a failure of the disk.
+  virtual std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) = 0;
+  /// Copies the newest depth frame and its state. Errors: there is none yet.
+  virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/box_warnings.h"
+
+#include <fmt/format.h>
+
+#include "daemon/base/names.h"
+#include "rt/stiffness_limit.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using Warnings = std::vector<std::string>;
+
+void addCamera(const drivers::CameraStatus& camera, Warnings& list) {
+  const bool is_looking = camera.state == drivers::CameraState::absent && camera.detail.empty();
+  if (camera.state != drivers::CameraState::streaming && !is_looking) {
+    list.push_back(fmt::format("camera {}: {}", nameOf(camera.state), camera.detail));
+  }
+  if (!camera.advice.empty()) list.push_back("camera: " + camera.advice);
+}
+
+/// Where the stiffness that is set is above what can be rendered stably.
+void addStiffness(const rt::Tick& tick, const rt::LiveParameters& live, Warnings& list) {
+  const double stiffness = live.springs.stiffness_n_per_m;
+  if (live.safety.stiffness_limit == rt::StiffnessLimit::off) return;
+  if (tick.stiffness_limit_n_per_m <= 0 || stiffness <= tick.stiffness_limit_n_per_m) return;
+  const bool by_mass = tick.stiffness_rule == rt::StiffnessRule::mass;
+  const bool reduced = live.safety.stiffness_limit == rt::StiffnessLimit::reduce;
+  list.push_back(fmt::format(
+      "force.stiffness_n_per_m is {:.0f}, and {} lets {:.0f} be stable{} (shorten the delay, {}lower the "
+      "stiffness)",
+      stiffness,
+      by_mass ? fmt::format("the delay of the handle with a device of {:g} kg", live.handle.device_mass_kg)
+              : "the delay of the handle",
+      tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : "",
+      by_mass ? "set handle.device_mass_kg if the device is heavier, or " : "or "));
+}
+
+void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const rt::LiveParameters& live,
+               Warnings& list) {
+  if (handle.state != drivers::HandlePresence::present && !handle.detail.empty()) {
+    list.push_back(fmt::format("handle {}: {}", nameOf(handle.state), handle.detail));
+  }
+  addStiffness(tick, live, list);
+  if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
+}
+
+void addLeds(const drivers::LedStatus& leds, Warnings& list) {
+  const bool is_missing = leds.state == drivers::LedState::absent || leds.state == drivers::LedState::lost;
+  if (is_missing && !leds.detail.empty()) {
+    list.push_back(fmt::format("LEDs {}: {}", nameOf(leds.state), leds.detail));
+  }
+}
+
+void addTrace(const TraceStatus& trace, Warnings& list) {
+  if (trace.state == TraceState::waiting) list.push_back("trace waits: " + trace.detail);
+  for (const std::string& problem : trace.problems) list.push_back("traces: " + problem);
+}
+
+/// What the process may not do, and what may come late because of it.
+void addPrivileges(const drivers::HandleScheduling& handle, const WarningSources& sources, Warnings& list) {
+  const rt::LoopPrivileges& privileges = sources.privileges;
+  if (!privileges.realtime_scheduling) {
+    list.push_back(
+        "force thread without real-time scheduling: wake-ups may be late "
+        "(LimitRTPRIO= in the unit, or an rtprio line in limits.conf)");
+  }
+  if (handle.wanted_priority > 0 && handle.priority == 0) {
+    list.push_back(
+        fmt::format("handle thread without real-time scheduling: forces may reach the handle late "
+                    "(LimitRTPRIO={} or more in "
+                    "the unit, or an rtprio line in limits.conf)",
+                    handle.wanted_priority));
+  }
+  if (sources.settings.loop.lock_memory && !privileges.memory_locked) {
+    list.push_back(
+        "memory not locked: page faults may delay the force thread "
+        "(LimitMEMLOCK=infinity in the unit, or a memlock line in limits.conf)");
+  }
+  if (privileges.realtime_scheduling && sources.cpus_may_sleep) {
+    list.push_back(
+        "CPUs may sleep deeply between ticks: wake-ups may be late "
+        "(write permission on /dev/cpu_dma_latency, which hapticd's udev rules give to its group)");
+  }
+  if (privileges.cpu < 0) {
+    list.push_back(fmt::format("force thread not pinned: CPU {} is not available (loop.cpu)",
+                               sources.settings.loop.cpu));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSources& sources) {
+  Warnings list;
+  addCamera(status.camera, list);
+  addHandle(status.handle, status.loop.tick, sources.live, list);
+  addLeds(status.leds.panel, list);
+  addTrace(status.trace, list);
+  addPrivileges(status.handle.scheduling, sources, list);
+  if (status.scene.points_over_capacity != 0) {
+    list.push_back(fmt::format("{} points did not fit into the model (raise grid.point_capacity)",
+                               status.scene.points_over_capacity));
+  }
+  return list;
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/layering/folder_rules.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+
+#include "tests/layering/plain_code.h"
+#include "tests/layering/room_rules.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string folderOf(const std::string& path) {
+  return path.substr(0, path.rfind('/'));
+}
+
+std::string roomOf(const std::string& path) {
+  return path.substr(0, path.find('/'));
+}
+
+/// The rule of a file itself, else that of its folder; null: there is none.
+const FolderRule* ruleOf(const std::vector<FolderRule>& rules, const std::string& file) {
+  const auto own = std::ranges::find(rules, file, &FolderRule::folder);
+  if (own != rules.end()) return &*own;
+  const auto of_folder = std::ranges::find(rules, folderOf(file), &FolderRule::folder);
+  return of_folder != rules.end() ? &*of_folder : nullptr;
+}
+
+/// Whether `name`, as a rule's `may_use` has it, stands for `folder`.
+bool standsFor(const std::string& name, const std::string& folder) {
+  return name == folder || (name.ends_with('/') && folder.starts_with(name));
+}
+
+bool mayUse(const FolderRule& rule, const std::string& folder) {
+  return std::ranges::any_of(rule.may_use,
+                             [&folder](const std::string& name) { return standsFor(name, folder); });
+}
+
+/// Follows the rules from the last folder of `way` on until one leads back to the first.
+void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& way, std::set<std::string>& seen,
+            std::vector<std::string>& cycles) {
+  const auto rule = std::ranges::find(rules, way.back(), &FolderRule::folder);
+  if (rule == rules.end()) return;
+  for (const FolderRule& next : rules) {
+    const bool is_file = next.folder.ends_with(".cpp");  // which nobody includes
+    if (is_file || !mayUse(*rule, next.folder)) continue;
+    if (next.folder == way.front()) {
+      std::string cycle;
+      for (const std::string& folder : way) cycle += folder + " -> ";
+      cycles.push_back(cycle + next.folder);
+    } else if (seen.insert(next.folder).second) {
+      way.push_back(next.folder);
+      follow(rules, way, seen, cycles);
+      way.pop_back();
+    }
+  }
+}
+
+}  // namespace
+
+const std::vector<FolderRule>& folderRules() {
+  static const std::vector<std::string> tool_libraries{"tools/child",   "tools/client",  "tools/gnuplot",
+                                                       "tools/offline", "tools/options", "tools/registration",
+                                                       "tools/trace",   "tools/truth",   "tools/whole_file"};
+  static const std::vector<FolderRule> all{
+      {"rt", {}},
+      {"config", {}},
+
+      // what puts the drivers of all devices together
+      {"drivers", {"drivers/"}},
+      {"drivers/base", {}},
+      {"drivers/camera", {"drivers/base"}},
+      {"drivers/camera/freenect", {"drivers/base", "drivers/camera"}},
+      {"drivers/camera/recorded", {"drivers/base", "drivers/camera"}},
+      {"drivers/camera/synthetic", {"drivers/base", "drivers/camera"}},
+      {"drivers/handle", {"drivers/base"}},
+      {"drivers/handle/falcon", {"drivers/base", "drivers/handle"}},
+      {"drivers/handle/hid", {"drivers/base", "drivers/handle"}},
+      {"drivers/handle/simulated", {"drivers/base", "drivers/handle"}},
+      {"drivers/handle/udp", {"drivers/base", "drivers/handle"}},
+      {"drivers/led", {"drivers/base"}},
+      {"drivers/led/gpiod", {"drivers/base", "drivers/led"}},
+      {"drivers/led/none", {"drivers/base", "drivers/led"}},
+      {"drivers/trace", {"drivers/base"}},
+
+      // the daemon itself, made of its parts
+      {"daemon", {"daemon/"}},
+      {"daemon/base", {}},
+      {"daemon/control", {"daemon/base", "daemon/state"}},
+      {"daemon/injection", {"daemon/base"}},
+      {"daemon/scene", {"daemon/base"}},
+      {"daemon/state", {"daemon/base"}},
+      {"daemon/trace", {"daemon/base", "daemon/scene", "daemon/state"}},
+
+      // programs, which may use all libraries and no other program
+      {"tools/haptic-bridge", tool_libraries},
+      {"tools/haptic-replay", tool_libraries},
+      {"tools/haptic-soak", tool_libraries},
+      {"tools/hapticbench/main.cpp",
+       {"tools/child", "tools/options", "tools/whole_file", "tools/hapticbench", "tools/hapticbench/"}},
+      {"tools/hapticbench", tool_libraries},
+      {"tools/hapticbench/accuracy",
+       {"tools/offline", "tools/options", "tools/truth", "tools/whole_file", "tools/hapticbench"}},
+      {"tools/hapticbench/jitter",
+       {"tools/child", "tools/gnuplot", "tools/options", "tools/whole_file", "tools/hapticbench"}},
+      {"tools/hapticbench/noise", {"tools/options", "tools/whole_file", "tools/hapticbench"}},
+      {"tools/hapticbench/occlusion",
+       {"tools/options", "tools/truth", "tools/whole_file", "tools/hapticbench",
+        "tools/hapticbench/accuracy"}},
+      {"tools/hapticbench/pareto",
+       {"tools/gnuplot", "tools/offline", "tools/options", "tools/truth", "tools/whole_file",
+        "tools/hapticbench", "tools/hapticbench/accuracy", "tools/hapticbench/strokes"}},
+      {"tools/hapticbench/recordings",
+       {"tools/options", "tools/whole_file", "tools/hapticbench", "tools/hapticbench/accuracy"}},
+      {"tools/hapticbench/stability",
+       {"tools/gnuplot", "tools/offline", "tools/options", "tools/whole_file", "tools/hapticbench"}},
+      {"tools/hapticbench/strokes",
+       {"tools/offline", "tools/options", "tools/truth", "tools/whole_file", "tools/hapticbench",
+        "tools/hapticbench/accuracy"}},
+      {"tools/hapticbench/sweep",
+       {"tools/offline", "tools/options", "tools/truth", "tools/whole_file", "tools/hapticbench",
+        "tools/hapticbench/stability"}},
+      {"tools/hapticctl",
+       {"tools/child", "tools/client", "tools/options", "tools/registration", "tools/trace",
+        "tools/whole_file", "tools/hapticctl/"}},
+      {"tools/hapticctl/doctor", {"tools/child", "tools/client"}},
+      {"tools/hapticctl/snapshot", {"tools/client"}},
+      {"tools/manual", {"tools/whole_file"}},
+
+      // libraries
+      {"tools/child", {}},
+      {"tools/client", {}},
+      {"tools/gnuplot", {"tools/whole_file"}},
+      {"tools/offline", {}},
+      {"tools/options", {"tools/whole_file"}},
+      {"tools/registration", {}},
+      {"tools/trace", {"tools/child", "tools/gnuplot", "tools/options", "tools/whole_file"}},
+      {"tools/truth", {}},
+      {"tools/whole_file", {}},
+  };
+  return all;
+}
+
+std::vector<std::string> wrongIncludesInside(const fs::path& root, const std::vector<FolderRule>& rules) {
+  std::vector<std::string> wrong;
+  for (const Room& room : rooms()) {
+    for (const fs::path& file : codeFilesIn(root / room.name)) {
+      const std::string path = fs::relative(file, root).string();
+      const FolderRule* rule = ruleOf(rules, path);
+      const std::vector<std::string> lines = plainLines(contentOf(file));
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        const std::string included = includedBy(lines[i]);
+        const bool is_inside = included.find('/') != std::string::npos && roomOf(included) == room.name;
+        if (!is_inside || folderOf(included) == folderOf(path)) continue;
+        if (rule != nullptr && mayUse(*rule, folderOf(included))) continue;
+        wrong.push_back(place(root, file, i + 1) + ": " + folderOf(path) + " must not include \"" + included +
+                        "\"");
+      }
+    }
+  }
+  return wrong;
+}
+
+std::vector<std::string> foldersWithoutRules(const fs::path& root, const std::vector<FolderRule>& rules) {
+  std::set<std::string> with_code;
+  for (const Room& room : rooms()) {
+    for (const fs::path& file : codeFilesIn(root / room.name)) {
+      const std::string path = fs::relative(file, root).string();
+      with_code.insert({path, folderOf(path)});
+    }
+  }
+  std::vector<std::string> wrong;
+  for (const std::string& name : with_code) {
+    const bool is_file = fs::is_regular_file(root / name);
+    const bool has_rule = std::ranges::find(rules, name, &FolderRule::folder) != rules.end();
+    if (!is_file && !has_rule) wrong.push_back(name + " has no rule");
+  }
+  for (const FolderRule& rule : rules) {
+    if (!with_code.contains(rule.folder)) wrong.push_back(rule.folder + " has a rule and no code");
+  }
+  return wrong;
+}
+
+std::vector<std::string> cyclesOf(const std::vector<FolderRule>& rules) {
+  std::vector<std::string> cycles;
+  for (const FolderRule& rule : rules) {
+    std::vector<std::string> way{rule.folder};
+    std::set<std::string> seen;
+    follow(rules, way, seen, cycles);
+  }
+  return cycles;
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "daemon/control/status_json.h"
+#include "tools/hapticctl/open_metrics.h"
+#include "tools/hapticctl/status_text.h"
+
+namespace hapticd::daemon {
+namespace {
+
+/// A status in which every number that may be absent is there.
+BoxStatus statusWithEveryNumber() {
+  BoxStatus status;
+  status.force_thread_page_faults = 1;
+  status.privileges.cpu = 1;
+  status.handle.link.emplace();
+  status.handle.last_hop.emplace();
+  status.handle.scheduling.priority = 1;
+  status.law.distance_m = 1;
+  status.law.expected_error_n = 1;
+  status.trace.state = TraceState::writing;
+  status.trace.ticks_lost = 1;
+  status.trace.free_bytes = 1'000'000'000;
+  status.trace.limit_bytes = 1'000'000'000;
+  return status;
+}
+
+void addNumbers(const OrderedJson& object, const std::string& above, std::vector<std::string>& paths) {
+  for (auto member = object.begin(); member != object.end(); ++member) {
+    const std::string path = above + "/" + member.key();
+    if (member->is_number()) paths.push_back(path);
+    if (member->is_object()) addNumbers(*member, path, paths);
+  }
+}
+
+/// The numbers of the status, but for those of the newest tick, that make no difference to what `shown` makes
+/// of it.
+std::set<std::string> numbersWithoutEffect(const std::function<std::string(const OrderedJson&)>& shown) {
+  const OrderedJson status = statusJson(statusWithEveryNumber());
+  std::vector<std::string> paths;
+  addNumbers(status, "", paths);
+  EXPECT_GT(paths.size(), 90U);
+  std::set<std::string> without_effect;
+  for (const std::string& path : paths) {
+    OrderedJson changed = status;
+    OrderedJson& number = changed[OrderedJson::json_pointer(path)];
+    number = number.get<double>() + 7e9;
+    const bool is_of_tick = path.starts_with("/tick/");
+    if (!is_of_tick && shown(changed) == shown(status)) without_effect.insert(path);
+  }
+  return without_effect;
+}
+
+TEST(StatusCoverage, MetricsShowEveryNumberButTheseFew) {
+  // what follows from the settings, what the camera's count has too, and the trace that is being written
+  const std::set<std::string> not_shown{"/handle/wantedThreadPriority",
+                                        "/law/distanceM",
+                                        "/law/expectedErrorN",
+                                        "/law/handStiffnessNPerM",
+                                        "/law/maxErrorN",
+                                        "/loop/cpu",
+                                        "/loop/directiveGeneration",
+                                        "/scene/frames",
+                                        "/trace/bytes",
+                                        "/trace/depthFrames",
+                                        "/trace/durationS",
+                                        "/trace/flightRecorderS",
+                                        "/trace/ticks"};
+  EXPECT_EQ(numbersWithoutEffect(tools::openMetricsOf), not_shown);
+}
+
+TEST(StatusCoverage, HapticctlStatusShowsEveryNumberButTheseFew) {
+  const auto text = [](const OrderedJson& status) { return tools::statusText(status); };
+  std::set<std::string> without_effect = numbersWithoutEffect(text);
+  // counts of changes are shown by `hapticctl events`
+  std::erase_if(without_effect,
+                [](const std::string& path) { return path.starts_with("/loop/transitions/"); });
+  // what follows from the settings, and what `hapticctl trace` and the metrics show
+  const std::set<std::string> not_shown{
+      "/control/longestGapNs", "/handle/wantedThreadPriority", "/law/distanceM",   "/law/expectedErrorN",
+      "/law/maxErrorN",        "/loop/directiveGeneration",    "/trace/deleted",   "/trace/depthFrames",
+      "/trace/dumps",          "/trace/flightRecorderS",       "/trace/recovered", "/trace/ticks"};
+  EXPECT_EQ(without_effect, not_shown);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon
