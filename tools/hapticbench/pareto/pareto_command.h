@@ -28,7 +28,8 @@ class ParetoCommand {
   std::string recordings_;
   std::string json_file_;
   std::string plot_file_;
-  std::string readme_file_;
+  std::string markdown_file_;
+  std::string surface_table_file_;
   std::string laws_table_file_;
   int cpu_ = -1;
   bool quick_ = false;

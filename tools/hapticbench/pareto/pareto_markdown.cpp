@@ -170,6 +170,19 @@ void putCosts(fmt::memory_buffer& text, const ParetoResult& result) {
   put(text, "\n");
 }
 
+/// "0.14 to 0.16", over the cameras; "-" where nothing was measured.
+std::string rangeOf(const ParetoResult& result, SurfaceKind kind, double distance_m) {
+  std::vector<double> errors_jnd;
+  for (const DistanceError& row : result.distance_errors) {
+    if (row.law == "surface" && row.kind == kind && row.distance_m == distance_m)
+      errors_jnd.push_back(row.rms_jnd);
+  }
+  if (errors_jnd.empty()) return "-";
+  const auto [least, most] = std::ranges::minmax(errors_jnd);
+  const std::string from = twoDigits(least), to = twoDigits(most);
+  return from == to ? from : fmt::format("{} to {}", from, to);
+}
+
 void putPoints(fmt::memory_buffer& text, const ParetoResult& result) {
   put(text,
       "| law and setting | force, p99.9 (us) | model of a frame (us) | CPU (ms per s of use) | RMS error "
@@ -184,12 +197,11 @@ void putPoints(fmt::memory_buffer& text, const ParetoResult& result) {
 
 }  // namespace
 
-std::string paretoMarkdown(const ParetoResult& result, const std::string& plot) {
+std::string paretoMarkdown(const ParetoResult& result) {
   fmt::memory_buffer text;
   putErrors(text, result);
   putSensorLimits(text, result);
   putCosts(text, result);
-  if (!plot.empty()) put(text, "![CPU time per second of use against force error]({})\n\n", plot);
   put(text,
       "Beside libraries that compute the paper's law, on the recordings and a made-up table; errors at 1 m "
       "with the harsher camera, 5 to 20 mm deep.\n\n");
@@ -199,6 +211,18 @@ std::string paretoMarkdown(const ParetoResult& result, const std::string& plot) 
     put(text, "| {} | {:.3g}{} | {} {:g} |\n", requirement.text, requirement.measured,
         requirement.kept() ? "" : " (not kept)", requirement.at_least ? "at least" : "at most",
         requirement.limit);
+  }
+  return fmt::to_string(text);
+}
+
+std::string surfaceErrorMarkdown(const ParetoResult& result) {
+  const Expected axes = axesOf(result);
+  fmt::memory_buffer text;
+  beginTable(text, "| RMS error of `surface`, JND |", "|---|", axes.distances_m);
+  for (const SurfaceKind kind : kSurfaceKinds) {
+    put(text, "| {} surface |", nameOf(kind));
+    for (const double distance_m : axes.distances_m) put(text, " {} |", rangeOf(result, kind, distance_m));
+    put(text, "\n");
   }
   return fmt::to_string(text);
 }
