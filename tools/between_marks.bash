@@ -13,9 +13,12 @@ between_marks() {
   fi
   local whole
   whole=$(mktemp "$document.XXXXXX")
-  awk -v begin="$begin" -v end="$end" -v fragment="$fragment" '
+  if ! awk -v begin="$begin" -v end="$end" -v fragment="$fragment" '
     $0 == end { inside = 0 }
     !inside { print }
-    $0 == begin { inside = 1; while ((getline line < fragment) > 0) print line }' "$document" >"$whole" &&
-    chmod --reference="$document" "$whole" && mv "$whole" "$document" || { rm -f "$whole"; return 1; }
+    $0 == begin { inside = 1; while ((getline line < fragment) > 0) print line }' "$document" >"$whole" ||
+    ! chmod --reference="$document" "$whole" || ! mv "$whole" "$document"; then
+    rm -f "$whole"
+    return 1
+  fi
 }
