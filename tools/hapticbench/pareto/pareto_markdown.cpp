@@ -21,12 +21,12 @@ void addOnce(std::vector<Value>& values, const Value& value) {
   if (std::ranges::find(values, value) == values.end()) values.push_back(value);
 }
 
-/// As users know the cameras.
+/// The name of a noise model in the tables.
 const char* cameraOf(SceneNoise noise) {
   return noise == SceneNoise::harsh ? "harsher" : "quieter";
 }
 
-/// Two digits are what the noise of the measurement leaves.
+/// Two significant digits: the repeatability of the measurement allows no more.
 std::string twoDigits(double value) {
   if (!std::isfinite(value)) return "-";
   if (value < 0.005) return "0";
@@ -42,7 +42,7 @@ void beginTable(fmt::memory_buffer& text, const char* heads, const char* rules,
   put(text, "\n");
 }
 
-/// The figures of one law, noise and distance by kinds of surface: "0.2 / 0.4 / 0.3".
+/// The figures of one law, noise and distance for each kind of surface: "0.2 / 0.4 / 0.3".
 template <typename Figure>
 std::string cellOf(const ParetoResult& result, const std::string& law, SceneNoise noise, double distance_m,
                    Figure figure) {
@@ -70,7 +70,7 @@ Expected axesOf(const ParetoResult& result) {
   return axes;
 }
 
-/// A row for each law and noise. `figure` makes a text of a DistanceError.
+/// Appends a table with a row for each law and noise. `figure` turns a DistanceError into the text of a cell.
 template <typename Figure>
 void putExpected(fmt::memory_buffer& text, const ParetoResult& result, const Expected& axes, const char* head,
                  Figure figure) {
@@ -108,7 +108,7 @@ void putErrors(fmt::memory_buffer& text, const ParetoResult& result) {
               [](const DistanceError& row) { return twoDigits(row.lost_percent); });
 }
 
-/// One row of the sensor's limits with a noise.
+/// Appends one row of the sensor's limits for a noise model.
 template <typename Figure>
 void putLimit(fmt::memory_buffer& text, const ParetoResult& result, SceneNoise noise, const char* head,
               Figure figure) {
@@ -170,7 +170,7 @@ void putCosts(fmt::memory_buffer& text, const ParetoResult& result) {
   put(text, "\n");
 }
 
-/// "0.14 to 0.16", over the cameras; "-" where nothing was measured.
+/// The range over the noise models, "0.14 to 0.16"; "-" where nothing was measured.
 std::string rangeOf(const ParetoResult& result, SurfaceKind kind, double distance_m) {
   std::vector<double> errors_jnd;
   for (const DistanceError& row : result.distance_errors) {
