@@ -62,8 +62,8 @@ class HapticCore {
   static_assert(std::is_trivially_copyable_v<Memory>);
 
   /// Fills everything of a Tick but its number and its timing.
-  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the pace that README.md
-  /// says.
+  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the pace that
+  /// docs/faults.md states.
   Tick step(const Input& input) HAPTICD_RT;
 
   /// The law's force at a HIP, whatever the mode, before any safety stage. `frame_age_s`: as

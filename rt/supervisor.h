@@ -22,7 +22,7 @@ inline bool inWorkspace(const Vec3& p_m) noexcept {
 }
 
 /// The mode machine: whether a force may be exerted, how much of it, and how it goes when it may not. The
-/// table of causes and reactions stands in README.md. Thread: one.  Progress: wait-free.  RT: safe.
+/// table of causes and reactions stands in docs/faults.md. Thread: one.  Progress: wait-free.  RT: safe.
 class Supervisor {
  public:
   struct Input {

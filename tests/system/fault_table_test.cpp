@@ -51,7 +51,7 @@ struct Case {
   std::optional<double> seen_within_s;
   double zero_within_s = 0;             ///< since the tick that saw it
   std::uint64_t zero_within_ticks = 0;  ///< the same, by the number of the tick; the later one counts
-  const char* stated;                   ///< the same for people; stands in rt/README.md too
+  const char* stated;                   ///< the same for people, as docs/faults.md has it
   bool engage_again = false;
 };
 
@@ -310,17 +310,58 @@ class FaultTable : public testing::Test {
   std::int64_t start_ns_ = 0;
 };
 
+std::string leadsTo(const Case& stated) {
+  return *stated.cause == '\0' ? "engaged" : fmt::format("holding: {}", stated.cause);
+}
+
+const char* returns(const Case& stated) {
+  return stated.engage_again ? "on request" : "by itself";
+}
+
+/// What tools/figures puts into docs/faults.md.
 void writeTable(const std::vector<Seen>& all) {
   std::ofstream table(HAPTICD_FAULT_TABLE);
-  table << "| fault | mode it leads to | stated: zero within | last force | largest force | felt again |\n"
+  table << "| fault | mode it leads to | stated: zero within | last force | largest force | force returns |\n"
            "|---|---|---|---|---|---|\n";
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Case& stated = cases()[i];
     table << fmt::format(
-        "| {} | {} | {} | {} | {:.2f} N | {} |\n", stated.fault,
-        *stated.cause == '\0' ? "engaged" : fmt::format("holding: {}", stated.cause), stated.stated,
+        "| {} | {} | {} | {} | {:.2f} N | {} |\n", stated.fault, leadsTo(stated), stated.stated,
         all[i].last_force_s ? fmt::format("{:.0f} ms", *all[i].last_force_s * 1000) : std::string("goes on"),
-        all[i].largest_n, stated.engage_again ? "on request" : "by itself");
+        all[i].largest_n, returns(stated));
+  }
+}
+
+/// The cells of each row of the table between the marks of docs/faults.md, without its two head lines.
+std::vector<std::vector<std::string>> documentedRows() {
+  std::ifstream document(HAPTICD_FAULT_DOCUMENT);
+  std::vector<std::vector<std::string>> rows;
+  bool inside = false;
+  for (std::string line; std::getline(document, line);) {
+    if (line == "<!-- faults: end -->") break;
+    if (inside) {
+      std::vector<std::string>& cells = rows.emplace_back();
+      for (std::size_t begin = 2, end = 0; (end = line.find(" |", begin)) != std::string::npos;
+           begin = end + 3) {
+        cells.push_back(line.substr(begin, end - begin));
+      }
+    }
+    inside = inside || line == "<!-- faults: begin -->";
+  }
+  rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(2, rows.size())));
+  return rows;
+}
+
+TEST(FaultDocument, StatesWhatTheTableIsTestedFor) {
+  const auto rows = documentedRows();
+  ASSERT_EQ(rows.size(), cases().size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Case& stated = cases()[i];
+    ASSERT_EQ(rows[i].size(), 6U) << stated.fault;
+    EXPECT_EQ(rows[i][0], stated.fault);
+    EXPECT_EQ(rows[i][1], leadsTo(stated)) << stated.fault;
+    EXPECT_EQ(rows[i][2], stated.stated) << stated.fault;
+    EXPECT_EQ(rows[i][5], returns(stated)) << stated.fault;
   }
 }
 

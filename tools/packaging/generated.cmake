@@ -53,13 +53,18 @@ add_completion(bash hapticctl)
 add_completion(zsh _hapticctl)
 add_completion(fish hapticctl.fish)
 
-set(changelog ${CMAKE_SOURCE_DIR}/tools/packaging/changelog)
-add_custom_command(
-  OUTPUT ${HAPTICD_GENERATED}/changelog.Debian.gz
-  COMMAND ${GZIP} -9nc ${changelog} > ${HAPTICD_GENERATED}/changelog.Debian.gz
-  DEPENDS ${changelog}
-  VERBATIM)
-list(APPEND generated_files ${HAPTICD_GENERATED}/changelog.Debian.gz)
+# add_compressed(source file)
+function(add_compressed source file)
+  add_custom_command(
+    OUTPUT ${HAPTICD_GENERATED}/${file}
+    COMMAND ${GZIP} -9nc ${source} > ${HAPTICD_GENERATED}/${file}
+    DEPENDS ${source}
+    VERBATIM)
+  set(generated_files ${generated_files} ${HAPTICD_GENERATED}/${file} PARENT_SCOPE)
+endfunction()
+
+add_compressed(${CMAKE_SOURCE_DIR}/tools/packaging/changelog changelog.Debian.gz)
+add_compressed(${CMAKE_SOURCE_DIR}/CHANGELOG.md changelog.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})

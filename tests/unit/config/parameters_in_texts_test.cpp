@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages name parameters; a name that does not exist sends the reader nowhere.
+// Messages and documents name parameters; a name that does not exist sends the reader nowhere.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <regex>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "config/parameter_table.h"
 #include "tests/support/file_content.h"
@@ -47,6 +48,32 @@ TEST(ParametersInTexts, ExistInTheTable) {
         EXPECT_TRUE(findParameter(group + "." + name) != nullptr)
             << entry.path() << " names " << group << "." << name;
       }
+    }
+  }
+  EXPECT_GT(names, 20);
+}
+
+TEST(ParametersInDocuments, ExistInTheTable) {
+  std::set<std::string> groups;
+  for (const Parameter& parameter : parameterTable()) {
+    groups.emplace(parameter.name.substr(0, parameter.name.find('.')));
+  }
+  static const std::regex quoted(R"re(`([a-z_]+)\.([a-z][a-z0-9_]*)(?:=[^`]*)?`)re");
+  static const std::set<std::string> endings{"h", "cpp", "yaml", "csv", "md", "conf"};
+  std::vector<fs::path> documents{fs::path(HAPTICD_SOURCE) / "README.md",
+                                  fs::path(HAPTICD_SOURCE) / "CONTRIBUTING.md"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(HAPTICD_SOURCE) / "docs")) {
+    if (entry.path().extension() == ".md") documents.push_back(entry.path());
+  }
+  int names = 0;
+  for (const fs::path& document : documents) {
+    const std::string text = test::contentOf(document);
+    for (std::sregex_iterator found(text.begin(), text.end(), quoted), end; found != end; ++found) {
+      const std::string group = (*found)[1], name = (*found)[2];
+      if (!groups.contains(group) || endings.contains(name)) continue;
+      ++names;
+      EXPECT_TRUE(findParameter(group + "." + name) != nullptr)
+          << document << " names " << group << "." << name;
     }
   }
   EXPECT_GT(names, 20);

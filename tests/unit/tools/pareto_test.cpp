@@ -2,11 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "tests/support/temporary_folder.h"
 #include "tools/hapticbench/pareto/cpu_cost.h"
 #include "tools/hapticbench/pareto/distance_error.h"
 #include "tools/hapticbench/pareto/laws_table.h"
@@ -14,7 +11,6 @@
 #include "tools/hapticbench/pareto/pareto_plot.h"
 #include "tools/hapticbench/pareto/pareto_report.h"
 #include "tools/hapticbench/pareto/pareto_study.h"
-#include "tools/hapticbench/pareto/readme_figures.h"
 #include "tools/hapticbench/pareto/setting_error.h"
 #include "tools/hapticbench/pareto/touching_path.h"
 
@@ -69,36 +65,6 @@ TEST(TouchingPath, IsNowhereFasterThanItsSpeedAndGoesThroughTheSurface) {
   EXPECT_NEAR(farthest_m, -0.035, 1e-5);
 }
 
-TEST(ReadmeFigures, ReplaceWhatIsBetweenTheMarksAndNothingElse) {
-  const std::string before =
-      "# hapticd\n<!-- figures: begin -->\nold\nolder\n<!-- figures: end -->\n## More\n";
-  const auto after = withFigures(before, "| new |\n", "README.md");
-  ASSERT_TRUE(after);
-  EXPECT_EQ(*after, "# hapticd\n<!-- figures: begin -->\n| new |\n<!-- figures: end -->\n## More\n");
-  EXPECT_EQ(*withFigures(*after, "| new |\n", "README.md"), *after);
-}
-
-TEST(ReadmeFigures, RefuseATextWithoutOnePlaceForThem) {
-  const std::string begin(kFiguresBegin), end(kFiguresEnd);
-  for (const std::string& text :
-       {std::string("# no marks\n"), begin + "\n", end + "\n", end + "\n" + begin + "\n",
-        begin + "\n" + begin + "\n" + end + "\n", begin + "\n" + end + "\n" + end + "\n"}) {
-    const auto refused = withFigures(text, "new\n", "README.md");
-    ASSERT_FALSE(refused) << text;
-    EXPECT_EQ(refused.error().where, "README.md");
-  }
-}
-
-TEST(ReadmeFigures, LeaveAFileWithoutMarksAsItIs) {
-  const test::TemporaryFolder folder;
-  const auto file = folder.write("README.md", "# no marks\n");
-  EXPECT_FALSE(putFigures(file, "new\n"));
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  EXPECT_EQ(text.str(), "# no marks\n");
-  EXPECT_FALSE(putFigures(folder.path() / "none.md", "new\n"));
-}
-
 TEST(LawsTable, HasOneSortedInitialiserPerLineUnderItsCommand) {
   const auto costs = [](double cpu_ms_per_s) {
     CpuCost cost;
@@ -112,7 +78,7 @@ TEST(LawsTable, HasOneSortedInitialiserPerLineUnderItsCommand) {
                                        {springs, 1, 0.03364, costs(2.26)}},
                                       "tools/figures");
   EXPECT_EQ(table,
-            "// Written by `tools/figures`.\n"
+            "// SPDX-License-Identifier: Apache-2.0\n// Written by `tools/figures`.\n"
             "// law, filtered, distance m, RMS force error over stiffness m, CPU ms per second of use\n"
             "{rt::ForceLaw::nearest_springs, false, 1.0, 0.033640, 2.26},\n"
             "{rt::ForceLaw::proxy, true, 0.8, 0.000255, 5.64},\n"
@@ -249,7 +215,7 @@ TEST(Pareto, FindsTheSameForcesWithEveryWayToThePapersLaw) {
   }
 }
 
-TEST(Pareto, ReportsTheSameFiguresForPeopleProgramsAndTheReadme) {
+TEST(Pareto, ReportsTheSameFiguresForPeopleProgramsAndTheDocuments) {
   const ParetoResult& result = shortRun();
   const auto document = nlohmann::json::parse(paretoJson(result, 1));
   EXPECT_EQ(document.at("points").size(), result.points.size());
@@ -258,14 +224,11 @@ TEST(Pareto, ReportsTheSameFiguresForPeopleProgramsAndTheReadme) {
   EXPECT_EQ(document.at("distances").size(), 1U);
   EXPECT_EQ(document.at("sensor").size(), 1U);
   const std::string table = paretoTable(result, 1);
-  const std::string markdown = paretoMarkdown(result, "docs/pareto.svg");
-  EXPECT_NE(markdown.find("![CPU time per second of use against force error](docs/pareto.svg)\n"),
-            std::string::npos);
+  const std::string markdown = paretoMarkdown(result);
   for (const ParetoPoint& point : result.points) {
     EXPECT_NE(table.find(point.run.kind.name), std::string::npos);
     EXPECT_NE(markdown.find("| " + point.run.kind.name + " |"), std::string::npos);
   }
-  EXPECT_EQ(paretoMarkdown(result, "").find("!["), std::string::npos);
   // what to expect of a law at 1 m with the harsher camera, its cost there, and what the sensor allows
   EXPECT_NE(markdown.find("| law | camera | 1 m |\n|---|---|---:|\n| `surface` | harsher | "),
             std::string::npos);
@@ -273,6 +236,25 @@ TEST(Pareto, ReportsTheSameFiguresForPeopleProgramsAndTheReadme) {
   EXPECT_NE(
       markdown.find("| the sensor | camera | 1 m |\n|---|---|---:|\n| one step of depth, mm | all | 3.1 |\n"),
       std::string::npos);
+}
+
+TEST(Pareto, GivesTheErrorOfTheLawSurfaceOverBothCameras) {
+  ParetoResult result;
+  const auto row = [](const char* law, SceneNoise noise, double distance_m, SurfaceKind kind, double jnd) {
+    return DistanceError{
+        .law = law, .noise = noise, .distance_m = distance_m, .kind = kind, .rms_jnd = jnd, .by_floor = {}};
+  };
+  result.distance_errors = {row("proxy", SceneNoise::sensor, 1, SurfaceKind::flat, 7),
+                            row("surface", SceneNoise::sensor, 1, SurfaceKind::flat, 0.361),
+                            row("surface", SceneNoise::sensor, 2, SurfaceKind::flat, 2.9),
+                            row("surface", SceneNoise::sensor, 2, SurfaceKind::curved, 12.6),
+                            row("surface", SceneNoise::harsh, 1, SurfaceKind::flat, 0.242),
+                            row("surface", SceneNoise::harsh, 2, SurfaceKind::flat, 2.9)};
+  EXPECT_EQ(surfaceErrorMarkdown(result),
+            "| RMS error of `surface`, JND | 1 m | 2 m |\n|---|---:|---:|\n"
+            "| flat surface | 0.24 to 0.36 | 2.9 |\n"
+            "| curved surface | - | 13 |\n"
+            "| moving surface | - | - |\n");
 }
 
 TEST(Pareto, DrawsEveryPointOnce) {

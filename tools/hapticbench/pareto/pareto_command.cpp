@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 
 #include "config/error.h"
 #include "rt/realtime_thread.h"
@@ -14,15 +13,12 @@
 #include "tools/hapticbench/pareto/pareto_markdown.h"
 #include "tools/hapticbench/pareto/pareto_plot.h"
 #include "tools/hapticbench/pareto/pareto_report.h"
-#include "tools/hapticbench/pareto/readme_figures.h"
 #include "tools/options/output_file.h"
 #include "tools/options/within.h"
 #include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
-
-namespace fs = std::filesystem;
 
 int fail(const config::Error& error, int status) {
   fmt::print(stderr, "hapticbench: {}\n", error.text());
@@ -36,12 +32,6 @@ int write(const std::string& file, const std::string& text) {
 
 void progress(const std::string& what) {
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<60}\r", what);
-}
-
-/// The plot's path as seen from the README's folder.
-std::string linkTo(const std::string& plot, const std::string& readme) {
-  if (plot.empty()) return {};
-  return fs::proximate(fs::absolute(plot), fs::absolute(readme).parent_path()).generic_string();
 }
 
 }  // namespace
@@ -59,7 +49,10 @@ ParetoCommand::ParetoCommand(CLI::App& app, const std::string& recordings)
   command_->add_flag("--quick", quick_, "short motions, one run, the default settings only");
   file("--json", json_file_, "write the result there too")->check(endsIn(".json"));
   file("--plot", plot_file_, "draw it there with gnuplot, .svg or .png")->check(endsIn(".svg", ".png"));
-  file("--readme", readme_file_, "put the figures between the marks of that file")->check(endsIn(".md"));
+  file("--markdown", markdown_file_, "write all tables there as Markdown")->check(endsIn(".md"));
+  file("--surface-table", surface_table_file_,
+       "write the error of the law surface by distance there, one table as Markdown")
+      ->check(endsIn(".md"));
   file("--laws-table", laws_table_file_, "write what the choice of a law reads (config/measured_laws.inc)")
       ->check(endsIn(".inc"));
 }
@@ -73,9 +66,10 @@ int ParetoCommand::report(const ParetoResult& result, int cpu) const {
     if (const auto plotted = plotPareto(result, plot_file_); !plotted)
       return fail(plotted.error(), EX_CANTCREAT);
   }
-  if (readme_file_.empty()) return EX_OK;
-  const auto put = putFigures(readme_file_, paretoMarkdown(result, linkTo(plot_file_, readme_file_)));
-  return put ? EX_OK : fail(put.error(), EX_CANTCREAT);
+  if (!markdown_file_.empty()) {
+    if (const int status = write(markdown_file_, paretoMarkdown(result)); status != EX_OK) return status;
+  }
+  return surface_table_file_.empty() ? EX_OK : write(surface_table_file_, surfaceErrorMarkdown(result));
 }
 
 int ParetoCommand::run() const {

@@ -8,17 +8,17 @@
 
 namespace hapticd::tools {
 
-/// `hapticbench pareto`.
+/// The subcommand `hapticbench pareto` with its options.
 class ParetoCommand {
  public:
-  /// Adds the subcommand to `app`, which outlives the object. `recordings`: where they are looked for unless
-  /// told otherwise.
+  /// Adds the subcommand to `app`, which outlives the object. `recordings`: the folder of recordings unless
+  /// the option names another.
   ParetoCommand(CLI::App& app, const std::string& recordings);
   ParetoCommand(const ParetoCommand&) = delete;
   ParetoCommand& operator=(const ParetoCommand&) = delete;
 
   bool chosen() const { return command_->parsed(); }
-  /// The exit status.
+  /// Measures, prints and writes what the options ask for. Returns the exit status.
   int run() const;
 
  private:
@@ -28,7 +28,8 @@ class ParetoCommand {
   std::string recordings_;
   std::string json_file_;
   std::string plot_file_;
-  std::string readme_file_;
+  std::string markdown_file_;
+  std::string surface_table_file_;
   std::string laws_table_file_;
   int cpu_ = -1;
   bool quick_ = false;

@@ -21,12 +21,12 @@ void addOnce(std::vector<Value>& values, const Value& value) {
   if (std::ranges::find(values, value) == values.end()) values.push_back(value);
 }
 
-/// As users know the cameras.
+/// The name of a noise model in the tables.
 const char* cameraOf(SceneNoise noise) {
   return noise == SceneNoise::harsh ? "harsher" : "quieter";
 }
 
-/// Two digits are what the noise of the measurement leaves.
+/// Two significant digits: the repeatability of the measurement allows no more.
 std::string twoDigits(double value) {
   if (!std::isfinite(value)) return "-";
   if (value < 0.005) return "0";
@@ -42,7 +42,7 @@ void beginTable(fmt::memory_buffer& text, const char* heads, const char* rules,
   put(text, "\n");
 }
 
-/// The figures of one law, noise and distance by kinds of surface: "0.2 / 0.4 / 0.3".
+/// The figures of one law, noise and distance for each kind of surface: "0.2 / 0.4 / 0.3".
 template <typename Figure>
 std::string cellOf(const ParetoResult& result, const std::string& law, SceneNoise noise, double distance_m,
                    Figure figure) {
@@ -70,7 +70,7 @@ Expected axesOf(const ParetoResult& result) {
   return axes;
 }
 
-/// A row for each law and noise. `figure` makes a text of a DistanceError.
+/// Appends a table with a row for each law and noise. `figure` turns a DistanceError into the text of a cell.
 template <typename Figure>
 void putExpected(fmt::memory_buffer& text, const ParetoResult& result, const Expected& axes, const char* head,
                  Figure figure) {
@@ -108,7 +108,7 @@ void putErrors(fmt::memory_buffer& text, const ParetoResult& result) {
               [](const DistanceError& row) { return twoDigits(row.lost_percent); });
 }
 
-/// One row of the sensor's limits with a noise.
+/// Appends one row of the sensor's limits for a noise model.
 template <typename Figure>
 void putLimit(fmt::memory_buffer& text, const ParetoResult& result, SceneNoise noise, const char* head,
               Figure figure) {
@@ -170,6 +170,19 @@ void putCosts(fmt::memory_buffer& text, const ParetoResult& result) {
   put(text, "\n");
 }
 
+/// The range over the noise models, "0.14 to 0.16"; "-" where nothing was measured.
+std::string rangeOf(const ParetoResult& result, SurfaceKind kind, double distance_m) {
+  std::vector<double> errors_jnd;
+  for (const DistanceError& row : result.distance_errors) {
+    if (row.law == "surface" && row.kind == kind && row.distance_m == distance_m)
+      errors_jnd.push_back(row.rms_jnd);
+  }
+  if (errors_jnd.empty()) return "-";
+  const auto [least, most] = std::ranges::minmax(errors_jnd);
+  const std::string from = twoDigits(least), to = twoDigits(most);
+  return from == to ? from : fmt::format("{} to {}", from, to);
+}
+
 void putPoints(fmt::memory_buffer& text, const ParetoResult& result) {
   put(text,
       "| law and setting | force, p99.9 (us) | model of a frame (us) | CPU (ms per s of use) | RMS error "
@@ -184,12 +197,11 @@ void putPoints(fmt::memory_buffer& text, const ParetoResult& result) {
 
 }  // namespace
 
-std::string paretoMarkdown(const ParetoResult& result, const std::string& plot) {
+std::string paretoMarkdown(const ParetoResult& result) {
   fmt::memory_buffer text;
   putErrors(text, result);
   putSensorLimits(text, result);
   putCosts(text, result);
-  if (!plot.empty()) put(text, "![CPU time per second of use against force error]({})\n\n", plot);
   put(text,
       "Beside libraries that compute the paper's law, on the recordings and a made-up table; errors at 1 m "
       "with the harsher camera, 5 to 20 mm deep.\n\n");
@@ -199,6 +211,18 @@ std::string paretoMarkdown(const ParetoResult& result, const std::string& plot) 
     put(text, "| {} | {:.3g}{} | {} {:g} |\n", requirement.text, requirement.measured,
         requirement.kept() ? "" : " (not kept)", requirement.at_least ? "at least" : "at most",
         requirement.limit);
+  }
+  return fmt::to_string(text);
+}
+
+std::string surfaceErrorMarkdown(const ParetoResult& result) {
+  const Expected axes = axesOf(result);
+  fmt::memory_buffer text;
+  beginTable(text, "| RMS error of `surface`, JND |", "|---|", axes.distances_m);
+  for (const SurfaceKind kind : kSurfaceKinds) {
+    put(text, "| {} surface |", nameOf(kind));
+    for (const double distance_m : axes.distances_m) put(text, " {} |", rangeOf(result, kind, distance_m));
+    put(text, "\n");
   }
   return fmt::to_string(text);
 }

@@ -7,9 +7,12 @@
 
 namespace hapticd::tools {
 
-/// For the README, in Markdown: what error to expect at which distance, what the sensor allows, what each law
-/// costs, a link to the plot, and what must hold. `plot`: its path as the README is to name it; empty: no
-/// link.
-std::string paretoMarkdown(const ParetoResult& result, const std::string& plot);
+/// All tables in Markdown: the error to expect by distance, what the sensor allows, what each law costs, the
+/// libraries beside the laws, and the requirements with what was measured.
+std::string paretoMarkdown(const ParetoResult& result);
+
+/// One table in Markdown: the error of the law `surface` in JND by distance and kind of surface, from the
+/// smallest to the largest over the cameras.
+std::string surfaceErrorMarkdown(const ParetoResult& result);
 
 }  // namespace hapticd::tools
