@@ -8,7 +8,7 @@
 namespace hapticd::rt {
 namespace {
 
-/// True if the scene holds the kind of data that the law reads.
+/// Returns true if the scene holds the kind of data that the law reads.
 bool serves(const Scene& scene, ForceLaw law) noexcept {
   switch (law) {
     case ForceLaw::nearest_springs:

@@ -11,9 +11,9 @@ constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 }  // namespace
 
-// The two system calls of the force thread. clang's effect analysis knows nothing of the C library; that
-// these neither lock nor allocate is documented: clock_gettime is answered in user space, clock_nanosleep is
-// what a periodic thread waits by.
+// The two system calls of the force thread. clang's effect analysis does not know the C library; both calls
+// are documented neither to lock nor to allocate: clock_gettime runs in user space, and clock_nanosleep is
+// how a periodic thread waits.
 HAPTICD_RT_TRUSTED_BEGIN
 
 std::int64_t monotonicNow_ns() HAPTICD_RT {
