@@ -7,11 +7,11 @@
 
 #include "config/parameter_table.h"
 
-/// How a row of the parameter table is made from a member of Settings: kind, getter, setter and choices
-/// follow from the member's type, the default from its initialiser.
+/// Makes a row of the parameter table from a member of Settings: kind, getter, setter and choices follow from
+/// the member's type, the default from its initialiser.
 namespace hapticd::config {
 
-/// The words of an enumeration, in the order of its enumerators, which count from 0.
+/// Words of an enumeration in the order of its enumerators, which start at 0.
 template <typename Enumeration>
 inline constexpr std::array<std::string_view, 0> kWords{};
 template <>
@@ -80,12 +80,13 @@ void assign(Member& member, const Value& value) {
   }
 }
 
+/// Allowed range of a number, both ends inclusive.
 struct Range {
   double minimum = 0;
   double maximum = 0;
 };
 
-/// `Access` maps Settings& to a reference to the member.
+/// Makes a row. `Access` maps Settings& to a reference to the member.
 template <auto Access>
 constexpr Parameter row(std::string_view name, Effect effect, std::string_view unit, Range range,
                         std::string_view symbol, std::string_view help) {

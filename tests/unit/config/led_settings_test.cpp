@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of LEDs: how one is written, and what is refused.
+// The lines of LEDs: their form, and what is refused.
 
 #include <gtest/gtest.h>
 

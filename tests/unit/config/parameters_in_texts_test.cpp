@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages name parameters; a name that does not exist sends the reader nowhere.
+// Messages name parameters; each name must exist.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The texts of a source that people read: literals of more than one word, without comments.
+/// Returns the texts of a source that people read: literals of more than one word, without comments.
 std::string textsIn(const fs::path& file) {
   static const std::regex literal(R"re("((?:[^"\\\n]|\\.)*)")re");
   const std::string source = test::contentOf(file);
