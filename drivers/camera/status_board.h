@@ -9,8 +9,8 @@
 
 namespace hapticd::drivers {
 
-/// The state of a camera, written by its driver's thread and read by others.
-/// Thread: any.  Progress: blocking, for as long as a string is copied.  RT: not safe.
+/// State of a camera, written by its driver's thread and read by other threads.
+/// Thread: any.  Progress: blocking while a string is copied.  RT: not safe.
 class StatusBoard {
  public:
   void set(CameraState state, std::string detail) {
@@ -19,7 +19,7 @@ class StatusBoard {
     status_.detail = std::move(detail);
   }
 
-  /// A new start: nothing delivered, nothing found yet.
+  /// Resets everything for a new start.
   void reset(std::string identity) {
     const std::lock_guard lock(mutex_);
     status_ = CameraStatus{};
@@ -36,7 +36,7 @@ class StatusBoard {
     status_.advice = std::move(advice);
   }
 
-  /// A frame was published; a camera that delivers is streaming. Returns the frame's number, 1 for the first.
+  /// Counts a published frame and sets the state to streaming. Returns the frame's number, starting at 1.
   std::uint64_t countFrame() {
     const std::lock_guard lock(mutex_);
     if (status_.state != CameraState::streaming) {
@@ -46,11 +46,11 @@ class StatusBoard {
     return ++status_.frames;
   }
 
-  /// A frame was not published because of `why`.
+  /// Counts a frame that was not published; `why` is shown to people.
   void countDamagedFrame(std::string why) {
     const std::lock_guard lock(mutex_);
     ++status_.damaged_frames;
-    status_.detail = "the last damaged frame: " + std::move(why);
+    status_.detail = "last damaged frame: " + std::move(why);
   }
 
   CameraStatus snapshot() const {

@@ -10,12 +10,12 @@
 
 namespace hapticd::drivers {
 
-/// The state of a handle, written by its driver's thread and read by others. Counting does not wait: the
-/// driver's thread keeps its counts and hands them over with update() a few times a second.
-/// Thread: any.  Progress: blocking, for as long as a string is copied.  RT: not safe.
+/// State of a handle, written by its driver's thread and read by other threads. The driver's thread counts
+/// without locking and passes its counts to update() a few times a second.
+/// Thread: any.  Progress: blocking while a string is copied.  RT: not safe.
 class HandleStatusBoard {
  public:
-  /// `change`: takes a HandleStatus&.
+  /// Calls `change(HandleStatus&)` under the lock.
   template <typename Change>
   void update(Change change) {
     const std::lock_guard lock(mutex_);
@@ -29,7 +29,7 @@ class HandleStatusBoard {
     });
   }
 
-  /// A new start: nothing measured, nothing found yet.
+  /// Resets everything for a new start.
   void reset(std::string identity) {
     update([&](HandleStatus& status) {
       status = HandleStatus{};

@@ -13,7 +13,7 @@
 
 namespace hapticd::drivers {
 
-/// The enumerators' own names in the order of their values.
+/// Names of the enumerators in the order of their values.
 template <typename Enumeration>
 inline constexpr std::array<std::string_view, 0> kNames{};
 
@@ -56,7 +56,7 @@ inline constexpr std::array<std::string_view, 2> kNames<rt::DepthNoiseKind>{"unk
 template <>
 inline constexpr std::array<std::string_view, 2> kNames<DepthEncoding>{"plain", "above_zstd"};
 
-/// Enumerations that traces hold, as unsigned bytes.
+/// Enumerations used in traces, stored as unsigned bytes.
 template <typename Type>
 concept NamedEnumeration = std::is_enum_v<Type> && !kNames<Type>.empty();
 

@@ -75,7 +75,7 @@ class StrictReading {
     return at + kHeadBytes + length;
   }
 
-  // -- data section --
+  // -- Data section --
 
   void dataRecord(unsigned opcode, std::uint64_t at, Bytes content) {
     const Extent extent{at, kHeadBytes + content.size()};
@@ -221,7 +221,7 @@ class StrictReading {
     return time_ns;
   }
 
-  /// Where its MessageIndex records are follows when they have been read.
+  /// The position of its MessageIndex records is added when they have been read.
   void noteChunk(Extent extent, std::pair<std::uint64_t, std::uint64_t> times, Bytes compression,
                  std::uint64_t compressed, std::uint64_t bytes) {
     ChunkNote note;
@@ -244,11 +244,11 @@ class StrictReading {
     }
     require(fields.done() && places.done(), at, "a message index that is not whole");
     require(std::ranges::is_sorted(read), at, "a message index that is not in the order of time");
-    const auto meant = indexed_.find(id);
-    if (meant == indexed_.end())
+    const auto expected = indexed_.find(id);
+    if (expected == indexed_.end())
       return fault(at, fmt::format("a message index of channel {}, which does not belong there", id));
-    require(read == meant->second, at, "a message index does not fit its chunk");
-    indexed_.erase(meant);
+    require(read == expected->second, at, "a message index does not fit its chunk");
+    indexed_.erase(expected);
     if (chunks_.empty()) return;
     chunks_.back().indexes[id] = at;
     chunks_.back().index_bytes += kHeadBytes + content.size();
@@ -287,7 +287,7 @@ class StrictReading {
     data_end_ = at + kHeadBytes + content.size();
   }
 
-  // -- summary --
+  // -- Summary --
 
   void summaryRecord(unsigned opcode, std::uint64_t at, Bytes content) {
     if (opcode == kFooter) return footer(at, content);
@@ -446,14 +446,14 @@ class StrictReading {
   Bytes file_;
   StrictMcap found_;
   std::map<std::uint16_t, std::string> schemas_, channels_;
-  std::map<std::uint16_t, Places> indexed_;  ///< of the last chunk, without an index yet
+  std::map<std::uint16_t, Places> indexed_;  ///< of the last chunk, not indexed yet
   std::map<std::uint16_t, std::uint64_t> counts_;
   std::uint64_t earliest_ns_ = 0, latest_ns_ = 0;
   std::vector<ChunkNote> chunks_;
   std::set<std::tuple<Extent, std::uint64_t, std::uint64_t, std::size_t, std::string, std::string>>
       attachments_;
   std::set<std::pair<Extent, std::string>> metadata_;
-  std::optional<std::uint64_t> data_end_;  ///< where it ends
+  std::optional<std::uint64_t> data_end_;  ///< end of the data section
   // of the summary
   std::vector<std::pair<unsigned, Extent>> groups_;
   std::optional<std::uint64_t> summary_offsets_at_;

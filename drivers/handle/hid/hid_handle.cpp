@@ -19,7 +19,7 @@ config::Result<HidSelection> selectionFrom(const config::HandleSettings& setting
 }  // namespace
 
 config::Result<void> HidHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"hid handle", "is running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"hid handle", "is already running", ""});
   const auto wanted = selectionFrom(settings_);
   if (!wanted) return std::unexpected(wanted.error());
   const auto worker = std::make_shared<HidWorker>(settings_, scale_, *wanted, open_, channels);

@@ -61,8 +61,8 @@ config::Result<UdpSocket> UdpSocket::boundTo(const config::Ipv4Endpoint& local) 
   UdpSocket socket;
   socket.descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket.descriptor_ < 0) return failed(local, errno);
-  // Expedited forwarding (RFC 3246): switches and wireless cards that know it let these packets pass first.
-  // Networks that do not are no reason to stop.
+  // Expedited forwarding (RFC 3246): switches and wireless adapters that support it forward these packets
+  // first. Failure to set it is harmless.
   const int service = IPTOS_DSCP_EF;
   ::setsockopt(socket.descriptor_, IPPROTO_IP, IP_TOS, &service, sizeof service);
   const sockaddr_in address = socketAddressOf(local);

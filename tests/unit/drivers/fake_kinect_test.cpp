@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver `freenect` on the real libfreenect, with a camera on an emulated USB bus (fake_libusb.cpp). Each
-// test runs in a process of its own, since the bus is chosen at its start.
+// The driver `freenect` with the real libfreenect and a camera on an emulated USB bus (fake_libusb.cpp). Each
+// test runs in a process of its own, because the bus is chosen at its start.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ int runWithCamera(const std::string& script) {
   return test::runInChild({"LD_LIBRARY_PATH=" HAPTICD_FAKE_LIBUSB_FOLDER, "FAKE_KINECT=" + script});
 }
 
-/// The fake camera's ticks are the frame's number, which names its pixels.
+/// The fake camera's ticks are the frame's number, which determines its pixels.
 void expectPixelsOfTheirFrame(FrameCollector& frames) {
   for (std::size_t index = 0; index < frames.count(); ++index) {
     const rt::DepthFrame& frame = frames.frame(index);
@@ -141,7 +141,7 @@ TEST(FakeKinect, IsLostWhenNoMoreFramesComeAndComesBackByItself) {
   expectPixelsOfTheirFrame(frames);
 }
 
-TEST(FakeKinect, StopReturnsAlthoughTheCameraNeverAnswers) {
+TEST(FakeKinect, StopReturnsAlthoughTheCameraNeverResponds) {
   if (!test::isChild()) {
     EXPECT_EQ(runWithCamera("dead"), 0);
     return;
