@@ -445,7 +445,7 @@ class Search {
       });
       if (found == found_.chunks.end() && !known) damaged(meant.offset, 0, "a chunk is missing");
       if (found != found_.chunks.end() && found->offset != meant.offset) {
-        damaged(found->offset, found->bytes, "a chunk is not where the summary says", false);
+        damaged(found->offset, found->bytes, "the position of a chunk does not match the summary", false);
       }
     }
   }

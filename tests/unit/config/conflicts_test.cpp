@@ -85,8 +85,8 @@ TEST(Conflicts, AUdpPeerIsOneComputerThatTheAddressReaches) {
     ASSERT_EQ(found.size(), 1U) << peer;
     EXPECT_NE(found[0].find("write it as 192.0.2.10, or with a port as 192.0.2.10:47801"), std::string::npos);
   }
-  EXPECT_EQ(texts("127.0.0.1", "192.0.2.10"), Texts{"udp_handle.address: 127.0.0.1 is reached from this "
-                                                    "computer only, and udp_handle.peer is 192.0.2.10 "
+  EXPECT_EQ(texts("127.0.0.1", "192.0.2.10"), Texts{"udp_handle.address: 127.0.0.1 can be reached only from "
+                                                    "this computer, but udp_handle.peer is 192.0.2.10 "
                                                     "(set udp_handle.address to this computer's address in "
                                                     "the peer's network, or to 0.0.0.0 for all)"});
   EXPECT_EQ(

@@ -158,7 +158,7 @@ TEST(YamlAssignments, AreRefusedWhereOneIsWrongUnknownOrMisplaced) {
   ASSERT_EQ(assignments.error().size(), 3U);
   EXPECT_NE(assignments.error()[0].text().find("out of range"), std::string::npos);
   EXPECT_NE(assignments.error()[1].text().find("there is no parameter"), std::string::npos);
-  EXPECT_NE(assignments.error()[2].text().find("part.yaml:2: camera.near_m: is not one of"),
+  EXPECT_NE(assignments.error()[2].text().find("part.yaml:2: camera.near_m: is not a parameter of"),
             std::string::npos)
       << assignments.error()[2].text();
 }

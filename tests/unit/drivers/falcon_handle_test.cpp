@@ -265,7 +265,7 @@ TEST(FalconHandle, ExertsNoForceWhileNotHomedOrWithoutPosition) {
   rig.falcon->moveTo({20'000, -3, 5});
   EXPECT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) { return f.motors == Counts{}; }));
   EXPECT_TRUE(test::eventually(
-      [&] { return rig.handle->status().advice.find("no place within its reach") != std::string::npos; }));
+      [&] { return rig.handle->status().advice.find("a position out of its reach") != std::string::npos; }));
   EXPECT_GT(rig.handle->status().rejected, 0U);
 }
 

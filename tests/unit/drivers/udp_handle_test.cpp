@@ -258,9 +258,9 @@ TEST(UdpHandle, OnlyTheSameKeyIsAccepted) {
     std::string their_key;
     std::string said;
   };
-  for (const auto& [our_file, their_key, said] :
-       {Case{file, kKey, ""}, Case{file, "", "not authenticated"},
-        Case{file, "another key, of 27 bytes...", "another key"}, Case{"", kKey, "there is no key here"}}) {
+  for (const auto& [our_file, their_key, said] : {Case{file, kKey, ""}, Case{file, "", "not authenticated"},
+                                                  Case{file, "another key, of 27 bytes...", "another key"},
+                                                  Case{"", kKey, "no key is configured here"}}) {
     Rig rig(settings(our_file), their_key);
     ASSERT_TRUE(rig.handle.start(*rig.channels));
     if (said.empty()) {
@@ -408,7 +408,7 @@ TEST(UdpHandle, DoesNotStartWithInvalidSettings) {
   };
   config::HandleSettings broken = settings();
   broken.udp.peer = "device.example";
-  EXPECT_NE(refusal(broken).find("udp_handle.peer: \"device.example\" is no IPv4 address"),
+  EXPECT_NE(refusal(broken).find("udp_handle.peer: \"device.example\" is not an IPv4 address"),
             std::string::npos);
   broken = settings();
   broken.udp.address = "127.0.0.256";

@@ -188,12 +188,13 @@ TEST_F(OtherWriters, FaultsAreReported) {
     EXPECT_NE(error.find(part), std::string::npos) << error << " instead of " << part;
   };
   expectError(head + tickChunk(0, 5) + endOf(), "channel 700, which is not defined");
-  expectError(head + channelRecordOf(1, 2, "/x") + endOf(), "the schema of channel 1 is not there");
-  expectError(head + channelRecordOf(1, 0, "/x") + channelRecordOf(1, 0, "/y") + endOf(), "defined twice");
+  expectError(head + channelRecordOf(1, 2, "/x") + endOf(), "the schema of channel 1 is missing");
+  expectError(head + channelRecordOf(1, 0, "/x") + channelRecordOf(1, 0, "/y") + endOf(),
+              "two different definitions");
   expectError(head + tickDefinitions() + chunkOf(time_ns(2), time_ns(3), tick(1)) + endOf(),
-              "not within those of its chunk");
+              "outside the range of its chunk");
   expectError(head + chunkOf(0, 0, "x", "lz5") + endOf(), "only lz4 and zstd");
-  expectError(head + chunkOf(0, 0, recordOf(12, "")) + endOf(), "does not belong there");
+  expectError(head + chunkOf(0, 0, recordOf(12, "")) + endOf(), "a record type that a chunk may not contain");
   expectError(head +
                   recordOf(6, little(0, 16) + little(std::uint64_t{1} << 40, 8) + little(0, 4) +
                                   sizedText("zstd") + little(0, 8)) +

@@ -62,17 +62,17 @@ TEST_F(StrictReader, FindsABitFlippedAnywhere) {
 TEST_F(StrictReader, NamesMismatches) {
   expectFound(changed(6, 1, 0), "the times of a chunk");
   expectFound(changed(6, 1, 24), "the checksum of a chunk");
-  expectFound(changed(7, 0, 6), "a message index does not fit its chunk");
-  expectFound(changed(8, 2, 0), "a chunk index does not fit its chunk");
-  expectFound(changed(8, 2, 16), "of a chunk that is not there");
-  expectFound(changed(10, 0, 16), "an attachment index does not fit");
+  expectFound(changed(7, 0, 6), "a message index does not match its chunk");
+  expectFound(changed(8, 2, 0), "a chunk index does not match its chunk");
+  expectFound(changed(8, 2, 16), "of a missing chunk");
+  expectFound(changed(10, 0, 16), "an attachment index does not match");
   expectFound(changed(11, 0, 0), "the statistics count other messages");
   expectFound(changed(11, 0, 26), "the statistics have other times");
-  expectFound(changed(13, 0, 0), "a metadata index does not fit");
-  expectFound(changed(14, 0, 1), "a summary offset does not fit");
+  expectFound(changed(13, 0, 0), "a metadata index does not match");
+  expectFound(changed(14, 0, 1), "a summary offset does not match");
   expectFound(changed(15, 0, 0), "the checksum of the data");
   expectFound(changed(2, 0, 16), "the checksum of the summary");
-  expectFound(changed(2, 0, 8), "not where the footer says");
+  expectFound(changed(2, 0, 8), "not at the position given in the footer");
   expectFound(changed(9, 0, 0), "the checksum of an attachment");
 }
 
