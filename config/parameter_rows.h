@@ -44,6 +44,7 @@ inline constexpr std::array<std::string_view, 2> kWords<LedDriver>{"none", "gpio
 template <>
 inline constexpr std::array<std::string_view, 2> kWords<TraceCompression>{"none", "zstd"};
 
+/// Returns the kind of parameter for a member's type.
 template <typename Member>
 constexpr Kind kindOf() {
   if constexpr (std::is_same_v<Member, bool>) return Kind::boolean;
@@ -59,6 +60,7 @@ using Stored = std::conditional_t<
     std::is_same_v<Member, int>, std::int64_t,
     std::conditional_t<std::is_same_v<Member, bool> || std::is_same_v<Member, double>, Member, std::string>>;
 
+/// Returns a member's value in the form used by people and programs.
 template <typename Member>
 Value valueOf(const Member& member) {
   if constexpr (std::is_enum_v<Member>) {
@@ -68,6 +70,7 @@ Value valueOf(const Member& member) {
   }
 }
 
+/// Sets a member from a value that has passed Parameter::check().
 template <typename Member>
 void assign(Member& member, const Value& value) {
   const auto& stored = std::get<Stored<Member>>(value);

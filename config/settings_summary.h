@@ -21,6 +21,7 @@ struct SettingsSummary {
   std::string text() const;
 };
 
+/// Summarises a loaded configuration.
 SettingsSummary summaryOf(const Configuration& configuration);
 
 }  // namespace hapticd::config

@@ -160,6 +160,7 @@ inline constexpr Flatness kOfSmall{1, 4};
 /// curvature poorly. The values are 74 % and 98 % of the chi-square distribution.
 inline constexpr Flatness kOfOthers{4, 10};
 
+/// Returns the degree to which a support is treated as flat, 0..1.
 HWY_INLINE Floats flatShare(Floats significance, const Flatness& flatness) {
   return fallingStep(significance, flatness.flat_below, flatness.curved_above);
 }

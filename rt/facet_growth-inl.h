@@ -128,6 +128,7 @@ struct Change {
   Floats missing;  ///< factor by which missing samples increase the variances
 };
 
+/// Solves the least-squares problem for the sums of a support.
 template <const Support& kSupport>
 HWY_INLINE Change changeBy(const Moments& sums) {
   constexpr float kPerBlock = 1.0F / static_cast<float>(kSupport.spacing);

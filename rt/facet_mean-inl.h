@@ -56,6 +56,7 @@ struct Expected {
   Floats variance, slope_variance;
 };
 
+/// Predicts a vector of sites from the estimates `du` and `dv` blocks away.
 HWY_INLINE Expected expectedFrom(const FacetMemory::Estimates& all, std::size_t index, int du, int dv) {
   const auto u = set(static_cast<float>(-du));
   const auto v = set(static_cast<float>(-dv));

@@ -93,9 +93,9 @@ void ForceLoop::answerSnapshotRequest() HAPTICD_RT {
 
 /// Busy-waits, for at most kLongestStall_ns.
 void ForceLoop::stall(std::int64_t since_ns) const HAPTICD_RT {
-  const std::int64_t asked_ns = channels_.stall_ns->load(std::memory_order_relaxed);
-  if (asked_ns <= 0 || state_.counters.ticks % 2 == 0) return;
-  const std::int64_t end_ns = since_ns + std::min(asked_ns, kLongestStall_ns);
+  const std::int64_t requested_ns = channels_.stall_ns->load(std::memory_order_relaxed);
+  if (requested_ns <= 0 || state_.counters.ticks % 2 == 0) return;
+  const std::int64_t end_ns = since_ns + std::min(requested_ns, kLongestStall_ns);
   while (monotonicNow_ns() < end_ns) {
   }
 }

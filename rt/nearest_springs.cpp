@@ -39,13 +39,13 @@ class NearestSearch {
         candidates_{memory.distance_squared_m2_.get(), memory.pixel_.get(), 0},
         boundary_(memory.boundary_pixel_.get()),
         error_m_(scene.depth_model->singlePrecisionError_m()),
-        wanted_(static_cast<std::uint32_t>(parameters.max_points)) {}
+        max_points_(static_cast<std::uint32_t>(parameters.max_points)) {}
 
   ForceSample force() noexcept {
     if (scene_.points < static_cast<std::uint32_t>(parameters_.min_points) || isKnownToBeFree()) return {};
-    const bool wanted_found = findCandidates();
+    const bool enough_found = findCandidates();
     if (candidates_.count < static_cast<std::uint32_t>(parameters_.min_points)) return {};
-    if (wanted_found) return forceOfNearest();
+    if (enough_found) return forceOfNearest();
     return forceOfAll();
   }
 
@@ -78,10 +78,10 @@ class NearestSearch {
     memory_.guess_.last_hip_m_in_world = hip_;
     for (; guess < limit; guess *= kGrowth) {
       find(guess);
-      if (countWithin(candidates_, squared(guess - error_m_)) >= wanted_) return true;
+      if (countWithin(candidates_, squared(guess - error_m_)) >= max_points_) return true;
     }
     find(limit);
-    if (countWithin(candidates_, squared(limit - error_m_)) >= wanted_) return true;
+    if (countWithin(candidates_, squared(limit - error_m_)) >= max_points_) return true;
     memory_.guess_.last_radius_m = limit;
     if (candidates_.count == 0) rememberFreeSpace();
     return false;
@@ -111,7 +111,7 @@ class NearestSearch {
     }
     if (within < static_cast<std::uint32_t>(parameters_.min_points)) return {};
     candidates_.count = 0;
-    chooseNearestRanked(within, std::min(within, wanted_));
+    chooseNearestRanked(within, std::min(within, max_points_));
     return meanOfChosen();
   }
 
@@ -127,7 +127,7 @@ class NearestSearch {
       const Vec3 v = hip_ - scene_.depth_model->pointInWorld(boundary_[i]);
       memory_.ranked_[i] = {dot(v, v), boundary_[i]};
     }
-    chooseNearestRanked(between, wanted_ - candidates_.count);
+    chooseNearestRanked(between, max_points_ - candidates_.count);
     return meanOfChosen();
   }
 
@@ -170,14 +170,14 @@ class NearestSearch {
     Bracket bracket{0, squared(found_radius_m_)};
     std::uint32_t count_below = countWithin(candidates_, bracket.below_m2);
     std::uint32_t count_above = candidates_.count;
-    if (count_below >= wanted_) return {-1.0F, bracket.below_m2};
+    if (count_below >= max_points_) return {-1.0F, bracket.below_m2};
     for (int step = 1; step <= kMaxSteps && count_above - count_below > kCloseEnough; ++step) {
       const float fraction = step % 3 == 0 ? 0.5F
-                                           : (static_cast<float>(wanted_ - count_below) + 0.5F) /
+                                           : (static_cast<float>(max_points_ - count_below) + 0.5F) /
                                                  static_cast<float>(count_above - count_below + 1);
       const float middle = bracket.below_m2 + fraction * (bracket.above_m2 - bracket.below_m2);
       const std::uint32_t count = countWithin(candidates_, middle);
-      if (count >= wanted_) {
+      if (count >= max_points_) {
         bracket.above_m2 = middle;
         count_above = count;
       } else {
@@ -200,7 +200,7 @@ class NearestSearch {
   Candidates candidates_;
   std::uint32_t* boundary_;
   const double error_m_;
-  const std::uint32_t wanted_;
+  const std::uint32_t max_points_;
   double found_radius_m_ = 0;
 };
 

@@ -59,6 +59,8 @@ void addRecord(std::string& to, Opcode opcode, Fill fill) {
   ByteWriter(to).sized<std::uint64_t>(fill);
 }
 
+/// Append a Schema or Channel record (encodings ros2msg and cdr). `id`: its id; `schema`: the id of the
+/// channel's schema.
 void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::string_view text);
 void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic);
 
@@ -125,6 +127,7 @@ struct ChunkRecord {
   std::string unpack(std::string& unpacked) const;
 };
 
+/// Appends a Chunk record.
 void addChunk(std::string& to, const ChunkRecord& chunk);
 
 /// A decoded Attachment record.

@@ -170,7 +170,7 @@ class Search {
 
   /// Returns whether a record may begin at this offset or the file ends there. A record without a checksum
   /// that is not followed by another one has a wrong length and may include intact records.
-  bool goesOn(std::uint64_t offset) {
+  bool mayContinueAt(std::uint64_t offset) {
     // Of any file, which may be truncated there.
     constexpr std::uint64_t kMaxLength = std::uint64_t{1} << 40;
     if (offset >= size_ || isClosingMagic(offset)) return true;
@@ -205,7 +205,7 @@ class Search {
     if (head.opcode == Opcode::chunk) return chunk(offset, head, content);
     if (head.opcode == Opcode::message) return message(offset, std::move(content));
     const bool has_checksum = head.opcode == Opcode::attachment;
-    if (!hasForm(head.opcode, content) || !(has_checksum || goesOn(head.end)))
+    if (!hasForm(head.opcode, content) || !(has_checksum || mayContinueAt(head.end)))
       return whatIsNotWhole(head.opcode);
     switch (head.opcode) {
       case Opcode::header:
@@ -246,7 +246,7 @@ class Search {
   /// version or a wrong length that includes the following records. Returns the offset of its end.
   std::uint64_t endOfChecked(std::uint64_t offset, const Head& head, std::size_t covered) {
     const std::uint64_t end = offset + kRecordHeadBytes + covered;
-    if (end >= head.end || goesOn(head.end)) return head.end;
+    if (end >= head.end || mayContinueAt(head.end)) return head.end;
     damaged(offset, kRecordHeadBytes, "the length of a record is wrong", false);
     next_ = end;
     return end;
@@ -315,8 +315,9 @@ class Search {
     MessageIndex index;
     MessageIndex::of(content, index);
     if (!indexed_) return "";  // of a chunk that is damaged itself
-    const auto meant = indexed_->find(index.channel);
-    const bool fits = meant != indexed_->end() && std::ranges::is_permutation(meant->second, index.places);
+    const auto expected = indexed_->find(index.channel);
+    const bool fits =
+        expected != indexed_->end() && std::ranges::is_permutation(expected->second, index.places);
     if (!fits && !index.places.empty()) {
       damaged(at_, kRecordHeadBytes + content.size(), "the index of a chunk does not match it", false);
     }
@@ -434,17 +435,18 @@ class Search {
 
   void compareWithSummary() {
     found_.messages_meant = messages_meant_;
-    for (const IndexedChunk& meant : chunk_indexes_) {
-      const auto is_it = [&meant](const WholeChunk& chunk) {
-        return chunk.start_ns == meant.start_ns && chunk.end_ns == meant.end_ns && chunk.bytes == meant.bytes;
+    for (const IndexedChunk& expected : chunk_indexes_) {
+      const auto is_it = [&expected](const WholeChunk& chunk) {
+        return chunk.start_ns == expected.start_ns && chunk.end_ns == expected.end_ns &&
+               chunk.bytes == expected.bytes;
       };
       const auto found = std::ranges::find_if(found_.chunks, is_it);
-      const bool known = std::ranges::any_of(found_.damages, [&meant](const Damage& damage) {
-        return damage.loses && damage.offset < meant.offset + meant.bytes &&
-               meant.offset < damage.offset + damage.bytes;
+      const bool known = std::ranges::any_of(found_.damages, [&expected](const Damage& damage) {
+        return damage.loses && damage.offset < expected.offset + expected.bytes &&
+               expected.offset < damage.offset + damage.bytes;
       });
-      if (found == found_.chunks.end() && !known) damaged(meant.offset, 0, "a chunk is missing");
-      if (found != found_.chunks.end() && found->offset != meant.offset) {
+      if (found == found_.chunks.end() && !known) damaged(expected.offset, 0, "a chunk is missing");
+      if (found != found_.chunks.end() && found->offset != expected.offset) {
         damaged(found->offset, found->bytes, "the position of a chunk does not match the summary", false);
       }
     }

@@ -98,7 +98,7 @@ TEST(HapticCoreMode, IsIdleUntilEngaged) {
     const rt::Tick tick = rig.step();
     expectMode(tick, Mode::idle, Cause::none);
     EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
-    EXPECT_GT(norm(tick.law_force_n_in_world), 0) << "what would be felt is shown";
+    EXPECT_GT(norm(tick.law_force_n_in_world), 0) << "the law is evaluated before engaging";
     EXPECT_GT(tick.points_used, 0U);
   }
 }
@@ -136,7 +136,7 @@ TEST(HapticCoreMode, HoldsWithEachCauseAndRecoversByItself) {
     makeGood(rig);
     const rt::Tick first = rig.step();
     expectMode(first, Mode::engaged, Cause::requested);
-    EXPECT_LT(norm(first.command_force_n_in_world), 0.01 * norm(before)) << "the ramp begins anew";
+    EXPECT_LT(norm(first.command_force_n_in_world), 0.01 * norm(before)) << "the ramp restarts";
     constexpr double kRounding_n = 1e-12;  // another order of operations leads to the same force
     EXPECT_LT(norm(rig.steps(600).command_force_n_in_world - before), kRounding_n);
   }

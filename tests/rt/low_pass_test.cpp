@@ -53,7 +53,7 @@ TEST(LowPass, ReachesItsInputExactly) {
     }
     EXPECT_EQ(output, input);
     // One step covers 40 % of the distance, so at most 1 nN / 0.6 is left before the last one.
-    EXPECT_LT(norm(before - input), 2e-9) << "nothing that could be felt is left out";
+    EXPECT_LT(norm(before - input), 2e-9) << "no perceptible difference is skipped";
     EXPECT_GE(norm(before - input), 1e-9);
   }
 }

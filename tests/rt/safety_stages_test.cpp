@@ -135,7 +135,7 @@ TEST(StiffnessLimit, LeavesTheMassAMarginToTheStabilityLimit) {
   double turn = 1;  // w lag
   for (int i = 0; i < 200; ++i) turn = std::atan(rt::kContactDamping * turn);
   const double limit = turn * turn / std::hypot(1, rt::kContactDamping * turn);
-  EXPECT_NEAR(limit, 0.55, 0.005) << "as the header says";
+  EXPECT_NEAR(limit, 0.55, 0.005) << "as stated in the header";
   EXPECT_DOUBLE_EQ(rt::stiffnessOfMass_n_per_m(0.045, 0.01), 0.35 * 0.045 / 1e-4);
   EXPECT_LT(rt::kStiffnessOfMass, limit / 1.5);
 }

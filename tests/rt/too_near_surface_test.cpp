@@ -76,7 +76,7 @@ TEST_F(TooNearSurface, EndsByItselfWhenItIsSeenAgain) {
   ASSERT_EQ(supervisor.cause(), Cause::surface_too_near);
   step(kSeen);
   expect(Mode::engaged, Cause::requested);
-  EXPECT_NEAR(supervisor.gain(), kTick_s / 0.5, 1e-12) << "the ramp begins anew";
+  EXPECT_NEAR(supervisor.gain(), kTick_s / 0.5, 1e-12) << "the ramp restarts";
 }
 
 TEST_F(TooNearSurface, EndsByItselfWhenTheContactEnds) {

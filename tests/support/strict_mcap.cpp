@@ -168,7 +168,7 @@ class StrictReading {
     if (!fields.done()) return fault(extent.offset, "an incomplete chunk");
     const auto unpacked = this->unpacked(extent.offset, compression, records, bytes);
     if (!unpacked) return;
-    require(unpacked->size() == bytes, extent.offset, "a chunk of another length than it says");
+    require(unpacked->size() == bytes, extent.offset, "a chunk whose length differs from the stated one");
     if (crc == 0 || crc != crc32(*unpacked))
       return fault(extent.offset, "the checksum of a chunk does not match");
     ++found_.chunks;

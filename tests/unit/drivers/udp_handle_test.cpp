@@ -44,7 +44,7 @@ class Peer {
   const std::vector<Bytes>& sent() const { return sent_; }
 
   /// Simulates a restart of the bridge.
-  void startAgain(std::uint64_t session) {
+  void restart(std::uint64_t session) {
     const RawState before = state_;
     state_ = {};
     state_.session = session;
@@ -127,7 +127,7 @@ struct Rig {
     return test::eventually([&] { return link().received >= count; });
   }
   LinkStatus link() const { return handle.status().link.value_or(LinkStatus{}); }
-  bool says(const std::string& part) const {
+  bool detailContains(const std::string& part) const {
     const HandleStatus status = handle.status();
     return (status.detail + status.advice).find(part) != std::string::npos;
   }
@@ -195,7 +195,7 @@ TEST(UdpHandle, PacketsFromOthersAreCountedAndNeverAnswered) {
   stranger.send(test::bytesOf(greeting), test::ownLoopback(1), kPort);
   ASSERT_TRUE(rig.hasReceived(1));
   EXPECT_EQ(rig.link().rejected, 1U);
-  ASSERT_TRUE(rig.says("from " + test::ownLoopback(3))) << rig.handle.status().detail;
+  ASSERT_TRUE(rig.detailContains("from " + test::ownLoopback(3))) << rig.handle.status().detail;
   EXPECT_EQ(rig.link().sent, 0U);
   ASSERT_TRUE(rig.becomesPresent());
   EXPECT_FALSE(stranger.receive(0));
@@ -269,7 +269,7 @@ TEST(UdpHandle, OnlyTheSameKeyIsAccepted) {
     }
     EXPECT_TRUE(test::eventually([&] {
       rig.exchange();
-      return rig.says(said);
+      return rig.detailContains(said);
     })) << rig.handle.status().detail;
     EXPECT_EQ(rig.handle.status().state, HandlePresence::absent);
     EXPECT_EQ(rig.link().sent, 0U);
@@ -281,7 +281,7 @@ TEST(UdpHandle, IsLostWithoutStatesAndReconnectsAsANewSessionWithoutOldForces) {
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   ASSERT_TRUE(rig.becomesPresent());
   ASSERT_TRUE(test::eventually([&] { return rig.handle.status().state == HandlePresence::lost; }));
-  EXPECT_TRUE(rig.says("100 ms")) << rig.handle.status().detail;
+  EXPECT_TRUE(rig.detailContains("100 ms")) << rig.handle.status().detail;
   while (rig.peer.receive(0)) {
   }
   rig.command();
@@ -306,7 +306,7 @@ TEST(UdpHandle, APeerThatStartsAgainIsANewSessionAtOnce) {
   ASSERT_TRUE(rig.becomesPresent());
   rig.channels->state.refresh();
   const std::uint64_t session = rig.channels->state.front().session;
-  rig.peer.startAgain(201);
+  rig.peer.restart(201);
   rig.peer.state().position_m.x = -0.5;
   EXPECT_TRUE(test::eventually([&] {
     rig.exchange();
@@ -376,7 +376,7 @@ TEST(UdpHandle, ADeviceThatIsNotReadyExertsNoForce) {
   rig.peer.state().flags = kCalibrated | kFault;
   ASSERT_TRUE(test::eventually([&] {
     rig.exchange();
-    return rig.says("fault");
+    return rig.detailContains("fault");
   }));
   EXPECT_EQ(rig.handle.status().state, HandlePresence::lost);
   EXPECT_EQ(rig.exchange().value_or(RawCommand{}).mode, 0U);
@@ -392,7 +392,7 @@ TEST(UdpHandle, WaitsForAPortThatIsTaken) {
   Rig rig;
   auto other = std::make_unique<test::TestSocket>(test::ownLoopback(1), kPort);
   ASSERT_TRUE(rig.handle.start(*rig.channels));
-  ASSERT_TRUE(test::eventually([&] { return rig.says("Address already in use"); }));
+  ASSERT_TRUE(test::eventually([&] { return rig.detailContains("Address already in use"); }));
   EXPECT_EQ(rig.handle.status().state, HandlePresence::absent);
   other.reset();
   EXPECT_TRUE(rig.becomesPresent()) << rig.handle.status().detail;

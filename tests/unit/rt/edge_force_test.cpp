@@ -36,9 +36,9 @@ DepthModelParameters intrinsics(double nearest_m, double farthest_m) {
 }
 
 /// A frame that is modelled completely and evaluated by nearestSprings().
-class Felt {
+class Evaluated {
  public:
-  Felt(const DepthModelParameters& parameters, const DepthFrame& frame)
+  Evaluated(const DepthModelParameters& parameters, const DepthFrame& frame)
       : model_(std::make_unique<DepthModel>(parameters, PoseParameters{})),
         built_(*model_, test::wholeFrameGrid()),
         memory_(kFramePixels) {
@@ -57,13 +57,14 @@ class Felt {
 TEST(EdgeForce, AboveAHalfPlanesEdgeIsTheClosedFormNormalAndLateral) {
   // The left half of the image is a plane at 1 m, the right half is empty: the cells of the last column end
   // at x = 0.
-  Felt felt(intrinsics(1, 1.1), *test::frameOf([](int u, int) { return u < 320 ? 0 : kRawNoMeasurement; }));
+  Evaluated frame(intrinsics(1, 1.1),
+                  *test::frameOf([](int u, int) { return u < 320 ? 0 : kRawNoMeasurement; }));
   struct Row {
     double h_m, lateral_n, normal_n;
   };
   for (const Row& row : {Row{0.003, 4.07, 1.29}, Row{0.010, 3.18, 3.00}, Row{0.020, 1.76, 3.33}}) {
     const double h = row.h_m;
-    const ForceSample sample = felt.at({0, 0.3 * kPitch_m, -1 + h}, kAll);
+    const ForceSample sample = frame.at({0, 0.3 * kPitch_m, -1 + h}, kAll);
     // N is counted, and the force is divided by it.
     const double promised = std::numbers::pi / 2 * (D * D - h * h) / (kPitch_m * kPitch_m);
     const double count_error = std::abs(sample.points_used / promised - 1);
@@ -83,9 +84,9 @@ TEST(EdgeForce, BetweenTwoSheetsIsTheMeanOfBothAndFlipsInTheMiddle) {
   constexpr double kFront_m = 1.00;
   constexpr double kBack_m = 1.06;
   const DepthModelParameters parameters = intrinsics(kFront_m, kBack_m);
-  Felt both(parameters, *test::checkerboardFrame(0, 2046));
-  Felt front_alone(parameters, *test::checkerboardFrame(0, kRawNoMeasurement));
-  Felt back_alone(parameters, *test::checkerboardFrame(kRawNoMeasurement, 2046));
+  Evaluated both(parameters, *test::checkerboardFrame(0, 2046));
+  Evaluated front_alone(parameters, *test::checkerboardFrame(0, kRawNoMeasurement));
+  Evaluated back_alone(parameters, *test::checkerboardFrame(kRawNoMeasurement, 2046));
   for (const double depth_m : {1.022, 1.026, 1.034, 1.038}) {
     const Vec3 hip{0.0001, 0.0002, -depth_m};
     const double behind_front = depth_m - kFront_m;
@@ -111,8 +112,8 @@ TEST(EdgeForce, BetweenTwoSheetsIsTheMeanOfBothAndFlipsInTheMiddle) {
 
 TEST(EdgeForce, OfADepthStepBeyondTheRadiusIsThatOfTheEdgeAlone) {
   const DepthModelParameters parameters = intrinsics(1, 1.2);
-  Felt step(parameters, *test::frameOf([](int u, int) -> std::uint16_t { return u < 320 ? 0 : 2046; }));
-  Felt edge(parameters, *test::frameOf([](int u, int) { return u < 320 ? 0 : kRawNoMeasurement; }));
+  Evaluated step(parameters, *test::frameOf([](int u, int) -> std::uint16_t { return u < 320 ? 0 : 2046; }));
+  Evaluated edge(parameters, *test::frameOf([](int u, int) { return u < 320 ? 0 : kRawNoMeasurement; }));
   for (const double h : {0.002, 0.01, 0.03}) {
     for (const double x : {-0.02, 0.0, 0.02}) {
       const ForceSample with = step.at({x, 0, -1 + h}, {});
