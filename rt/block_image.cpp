@@ -285,8 +285,8 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
   }
 }
 
-bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
-               std::uint16_t* image) noexcept {
+bool insertHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
+                  std::uint16_t* image) noexcept {
   const int columns = window.column_last - window.column_first + 1;
   bool any = false;
   for (int row = window.row_first; row <= window.row_last; ++row) {
