@@ -38,16 +38,16 @@ Vec3 limited(const Vec3& force_n) {
                                                    : force_n;
 }
 
-config::HandScript touchOf(config::HandScript script, int round) {
+config::HandScript actionOf(config::HandScript script, int round) {
   using config::HandScript;
   if (script != HandScript::mixed) return script;
   constexpr std::array kInTurn{HandScript::tap, HandScript::stroke, HandScript::lean};
   return kInTurn[static_cast<std::size_t>(round) % kInTurn.size()];
 }
 
-double gripFor(config::HandScript touch) {
-  if (touch == config::HandScript::tap) return SimulatedHand::kLooseGrip;
-  return touch == config::HandScript::lean ? SimulatedHand::kFirmGrip : 1;
+double gripFor(config::HandScript action) {
+  if (action == config::HandScript::tap) return SimulatedHand::kLooseGrip;
+  return action == config::HandScript::lean ? SimulatedHand::kFirmGrip : 1;
 }
 
 DeviceAndHand systemOf(const config::SimulatedHandleSettings& settings, double grip) {
@@ -96,18 +96,18 @@ void SimulatedHand::step(const Vec3& force_n_in_world) {
 }
 
 void SimulatedHand::beginRound() {
-  action_ = touchOf(settings_.script, rounds_);
+  action_ = actionOf(settings_.script, rounds_);
   taps_left_ = action_ == config::HandScript::tap ? kTaps : 0;
   system_ = systemOf(settings_, gripFor(action_));
   for (Motion& axis : axes_) axis.become(system_);
 }
 
-void SimulatedHand::aim(double felt_n) {
+void SimulatedHand::aim(double force_n) {
   phase_time_s_ += step_s_;
   switch (phase_) {
     case Phase::approaching:
       advanceAim();
-      if (felt_n >= kPressedShare * std::max(targetForce_n() - friction_n_, 0.0)) {
+      if (force_n >= kPressedShare * std::max(targetForce_n() - friction_n_, 0.0)) {
         phase_ = Phase::pressing;
         phase_time_s_ = 0;
       } else if (progress(aim_) >= settings_.travel_m - kRounding_m) {
