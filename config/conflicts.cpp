@@ -18,7 +18,7 @@
 namespace hapticd::config {
 namespace {
 
-// sizeof(sockaddr_un::sun_path) without the closing NUL.
+// sizeof(sockaddr_un::sun_path) without the terminating NUL.
 constexpr std::size_t kLongestSocketPath = 107;
 
 // Shorter directions lose digits when they are normalised.
@@ -80,7 +80,7 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
   if (rt::norm(direction) >= kShortestDirection) return;
   add(conflicts,
       {"simulated_handle.direction_x", "simulated_handle.direction_y", "simulated_handle.direction_z"},
-      fmt::format("({}, {}, {}) is no direction: it is shorter than {}", numberText(direction.x),
+      fmt::format("({}, {}, {}) is not a direction: it is shorter than {}", numberText(direction.x),
                   numberText(direction.y), numberText(direction.z), numberText(kShortestDirection)),
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
 }
@@ -88,8 +88,8 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
 void checkHandlePriority(const Settings& settings, std::vector<Conflict>& conflicts) {
   if (settings.handle.thread_priority < settings.loop.priority) return;
   add(conflicts, {"handle.thread_priority", "loop.priority"},
-      fmt::format("{} is not below the loop.priority {}, and the handle's thread must never keep the force "
-                  "loop waiting",
+      fmt::format("{} is not below the loop.priority {}, and the handle's thread must never make the force "
+                  "loop wait",
                   settings.handle.thread_priority, settings.loop.priority),
       settings.loop.priority > 1
           ? fmt::format("set handle.thread_priority to at most {}, or to -1", settings.loop.priority - 1)
@@ -100,7 +100,7 @@ void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
   if (settings.handle.driver != HandleDriver::falcon || !settings.handle.falcon.firmware.empty()) return;
   add(conflicts, {"falcon_handle.firmware", "handle.driver"},
       "is empty, and the handle.driver falcon needs it",
-      "set falcon_handle.firmware to the path of the image that Novint's driver brings");
+      "set falcon_handle.firmware to the path of the image in Novint's driver");
 }
 
 void checkUdpAddress(const UdpHandleSettings& udp, std::vector<Conflict>& conflicts) {
@@ -115,11 +115,12 @@ void checkUdpAddress(const UdpHandleSettings& udp, std::vector<Conflict>& confli
   constexpr std::uint32_t kFirstMulticast = 0xE0000000;
   if (!peer || peer->address == 0 || peer->address >= kFirstMulticast) {
     add(conflicts, {"udp_handle.peer"},
-        peer ? fmt::format("{} is no address of one computer", inQuotes(udp.peer)) : peer.error().what,
+        peer ? fmt::format("{} is not the address of a single computer", inQuotes(udp.peer))
+             : peer.error().what,
         "write it as 192.0.2.10, or with a port as 192.0.2.10:47801");
   } else if (address && isLoopback(*address) && !isLoopback(*peer)) {
     add(conflicts, {"udp_handle.address", "udp_handle.peer"},
-        fmt::format("{} is reached from this computer only, and udp_handle.peer is {}", udp.address,
+        fmt::format("{} can be reached only from this computer, but udp_handle.peer is {}", udp.address,
                     udp.peer),
         "set udp_handle.address to this computer's address in the peer's network, or to 0.0.0.0 for all");
   }

@@ -9,21 +9,21 @@
 
 namespace hapticd::config {
 
-/// A violated rule between parameters whose single values are all in range.
+/// A violated rule between parameters whose individual values are all in range.
 struct Conflict {
-  std::vector<std::string_view>
-      parameters;  ///< names of those that the rule joins, the first one to blame first
-  Error error;     ///< where: the first parameter
+  /// Names of the parameters that the rule involves, the most likely cause first.
+  std::vector<std::string_view> parameters;
+  Error error;  ///< where: the first parameter
 };
 
-/// Every violated rule, or none.
+/// Returns every violated rule, or none.
 std::vector<Conflict> conflictsIn(const Settings& settings);
 
-/// The rule that the window which follows the HIP holds, for each law that may act, all that it looks at
-/// until the next frame.
+/// Adds a conflict unless the window that follows the HIP covers, for each law that may be used, everything
+/// that the law needs until the next frame.
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
-/// The rule that the grid over the whole frame stays within the memory that is set aside for it.
+/// Adds a conflict unless the grid over the whole frame fits into the memory reserved for it.
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
 }  // namespace hapticd::config

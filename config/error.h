@@ -6,13 +6,13 @@
 
 namespace hapticd::config {
 
-/// What went wrong, for the person who can mend it.
+/// Describes what went wrong, for the person who can fix it.
 struct Error {
   std::string where;   ///< file and line, parameter, socket or device; may be empty
-  std::string what;    ///< the fact, with the offending value and the allowed range
+  std::string what;    ///< the problem, with the offending value and the allowed range
   std::string remedy;  ///< what to do about it; may be empty
 
-  /// "where: what (remedy)", without the parts that are empty, in one line of printable text.
+  /// Returns "where: what (remedy)" without the parts that are empty, in one line of printable text.
   std::string text() const;
 };
 

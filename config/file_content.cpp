@@ -41,7 +41,7 @@ std::optional<FileFault> faultOfKind(int descriptor) {
 std::string FileFault::text() const {
   switch (reason) {
     case Reason::not_regular:
-      return "is no regular file";
+      return "is not a regular file";
     case Reason::too_long:
       return fmt::format("is longer than {} bytes", longest);
     case Reason::unreadable:

@@ -8,30 +8,32 @@
 
 namespace hapticd::config {
 
-/// What may be read as a file.
+/// Kinds of files that may be read.
 enum class FileKind {
-  any,      ///< pipes and devices too, which may make the reader wait for ever
-  regular,  ///< only what answers by itself
+  any,      ///< including pipes and devices, which may block the reader forever
+  regular,  ///< regular files only, which never block
 };
 
+/// What to read, and its limits.
 struct FileRequest {
-  std::size_t longest = 0;  ///< bytes
+  std::size_t longest = 0;  ///< largest number of bytes
   FileKind kind = FileKind::regular;
-  bool follow_link = true;  ///< at the end of the path
+  bool follow_link = true;  ///< follow a symbolic link at the end of the path
 };
 
-/// Why a file was not read.
+/// Reason why a file was not read.
 struct FileFault {
   enum class Reason { unreadable, not_regular, too_long };
   Reason reason = Reason::unreadable;
-  int error_number = 0;     ///< errno, of what is unreadable
-  std::size_t longest = 0;  ///< that was allowed
+  int error_number = 0;     ///< errno if unreadable
+  std::size_t longest = 0;  ///< the limit in bytes
 
-  /// "is no regular file".
+  /// Returns a description, e.g. "is not a regular file".
   std::string text() const;
 };
 
-/// All that a file holds.  Thread: any.  Progress: blocking, on the disk alone where the kind is `regular`.
+/// Reads a whole file.
+/// Thread: any.  Progress: blocking; for a `regular` file only on the disk.
 std::expected<std::string, FileFault> fileContent(const std::filesystem::path& file,
                                                   const FileRequest& request);
 

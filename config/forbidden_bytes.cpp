@@ -14,7 +14,8 @@ namespace {
 
 constexpr char32_t kByteOrderMark = 0xfeff;
 
-/// What is no text: a byte order mark may be the first character of a file, and a line may end with CR LF.
+/// Returns the first character that text may not contain. A byte order mark is allowed at the beginning of a
+/// file, and a line may end with CR LF.
 std::optional<char32_t> unprintableIn(std::string_view line, bool first_line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
   while (const auto found = firstUnprintable(line)) {
@@ -30,7 +31,7 @@ std::optional<char32_t> unprintableIn(std::string_view line, bool first_line) {
 ForbiddenBytes forbidden(char32_t code_point, int line) {
   const auto number = static_cast<std::uint32_t>(code_point);
   if (code_point == '\r') {
-    return {line, "a carriage return stands inside the line", "end lines with LF, or with CR LF"};
+    return {line, "a carriage return is inside the line", "end lines with LF, or with CR LF"};
   }
   return {line,
           number < 0x80 ? fmt::format("control character 0x{:02x} is not allowed", number)
@@ -38,7 +39,7 @@ ForbiddenBytes forbidden(char32_t code_point, int line) {
           "delete it"};
 }
 
-// Not before a comment either, where YAML would allow it: not all readers do.
+// Not before a comment either: YAML allows it there, but not all readers do.
 bool isIndentedByTab(std::string_view line) {
   return line.substr(0, line.find_first_not_of(" \t")).contains('\t');
 }
@@ -51,7 +52,7 @@ std::optional<ForbiddenBytes> findIn(std::string_view line, int number) {
   }
   if (const auto code_point = unprintableIn(line, number == 1)) return forbidden(*code_point, number);
   if (isIndentedByTab(line))
-    return ForbiddenBytes{number, "a tab stands in the indentation", "indent with spaces"};
+    return ForbiddenBytes{number, "a tab is used for indentation", "indent with spaces"};
   return std::nullopt;
 }
 

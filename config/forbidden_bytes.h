@@ -7,14 +7,15 @@
 
 namespace hapticd::config {
 
+/// A place in a text with bytes that are not allowed.
 struct ForbiddenBytes {
   int line = 0;  ///< 1 for the first
   std::string what;
   std::string remedy;
 };
 
-/// What may not stand in a YAML file at all, at most one find per line: bytes that are no UTF-8, control
-/// characters, and tabs in the indentation.
+/// Finds everything that must not occur in a YAML file, at most one find per line: bytes that are not UTF-8,
+/// control characters, and tabs in the indentation.
 std::vector<ForbiddenBytes> forbiddenBytesIn(std::string_view text);
 
 }  // namespace hapticd::config

@@ -19,21 +19,21 @@
 namespace hapticd::config {
 namespace {
 
-// Occupancy words of 64 voxels that a scene over the whole frame may have: 25 MB for each of the three
-// scenes.
-constexpr std::size_t kMostWords = std::size_t{1} << 21;
+// Largest number of occupancy words (64 voxels each) of a scene over the whole frame: 25 MB for each of the
+// three scenes.
+constexpr std::size_t kMaxWords = std::size_t{1} << 21;
 
-// Keeps a rounded number on the safe side of an exact one whatever the last bits of the arithmetic are.
+// Keeps a rounded number on the safe side of the exact one despite rounding errors.
 constexpr double kSafeSide = 1e-9;
 
-// `number` to three significant digits, above it (up) or below it (down).
+// Rounds `number` to three significant digits, up or down.
 double rounded(double number, bool up) {
   if (!(number > 0)) return number;
   const double step = std::pow(10.0, std::floor(std::log10(number)) - 2);
   return step * (up ? std::ceil(number / step + kSafeSide) : std::floor(number / step - kSafeSide));
 }
 
-// A law that may act, and how far around the HIP it needs a model.
+// A law that may be used, and the radius around the HIP that it needs to be modelled.
 struct Demand {
   rt::LiveParameters live;
   rt::SceneNeeds needs;
@@ -49,8 +49,8 @@ std::vector<Demand> demandsOf(const Settings& settings) {
   return demands;
 }
 
-// Whether the window of points holds that reach: with one voxel on each side, because the window follows the
-// HIP in whole voxels.
+// Returns whether the window of points covers this reach, with one voxel on each side, because the window
+// follows the HIP in whole voxels.
 bool windowHolds(double reach_m, const rt::GridParameters& grid) {
   return 2 * reach_m + 2 * grid.voxel_edge_m <= grid.cells_per_axis * grid.voxel_edge_m;
 }
@@ -69,7 +69,7 @@ bool allMet(const Settings& settings) {
                              [&](const Demand& demand) { return isMet(demand, settings.grid); });
 }
 
-// The largest demand that is not met.
+// Returns the largest demand that is not met.
 std::optional<Demand> largestUnmet(const Settings& settings) {
   std::optional<Demand> largest;
   for (const Demand& demand : demandsOf(settings)) {
@@ -79,7 +79,7 @@ std::optional<Demand> largestUnmet(const Settings& settings) {
   return largest;
 }
 
-// Collects "grid.voxel_edge_m to at least 0.02": values that are allowed and mend the conflict.
+// Collects texts such as "grid.voxel_edge_m to at least 0.02" for allowed values that resolve the conflict.
 class Remedies {
  public:
   explicit Remedies(const Settings& settings) : settings_(settings) {}
@@ -89,9 +89,9 @@ class Remedies {
     const std::string text = fmt::format("{:.4g}", value);
     const Result<Value> allowed = parameter.parse(text);
     if (!allowed) return;
-    Settings mended = settings_;
-    parameter.set(mended, *allowed);
-    if (allMet(mended)) texts_.push_back(fmt::format("{} to at {} {}", name, bound, text));
+    Settings changed = settings_;
+    parameter.set(changed, *allowed);
+    if (allMet(changed)) texts_.push_back(fmt::format("{} to at {} {}", name, bound, text));
   }
 
   std::string text(std::string_view otherwise) const {
@@ -126,12 +126,12 @@ std::string windowRemedy(const Settings& settings, const Demand& demand) {
       "law's radius together; one alone is not enough");
 }
 
-// "nearest_springs", and that it is the choice of auto where it is.
+// Returns e.g. "nearest_springs", with a note if auto may choose it.
 std::string lawText(const Settings& settings, const Demand& demand) {
   return fmt::format("{}{}", nameOf(demand.live.law), settings.force.law ? "" : ", which auto may choose,");
 }
 
-// "0.096 m on each side: 0.064 m that the law looks at + grid.max_hip_speed_m_per_s ...".
+// Returns e.g. "0.096 m on each side: 0.064 m that it looks at + grid.max_hip_speed_m_per_s ...".
 std::string reachText(const Settings& settings, const Demand& demand) {
   const rt::GridParameters& grid = settings.grid;
   return fmt::format(
@@ -140,7 +140,7 @@ std::string reachText(const Settings& settings, const Demand& demand) {
       demand.reach_m, demand.needs.radius_m, numberText(grid.max_hip_speed_m_per_s), interval_s(grid));
 }
 
-// `first`, and all that decides which laws may act and how far they reach.
+// Returns `first` and all parameters that determine which laws may be used and how far they reach.
 std::vector<std::string_view> joinedWithReach(std::vector<std::string_view> first) {
   for (const std::string_view name : {"grid.max_hip_speed_m_per_s", "force.law", "force.radius_m",
                                       "contact.proxy_radius_m", "grid.frame_period_s", "grid.frame_margin_s",
@@ -155,13 +155,12 @@ std::size_t wordsOfFrameGrid(rt::GridParameters grid, const rt::DepthModel& mode
   return rt::GridShape::of(grid, model).words();
 }
 
-// The smallest allowed edge, in steps of a millimetre, whose grid is small enough.
+// Returns the smallest allowed edge, in steps of a millimetre, with a grid that is small enough.
 std::optional<double> coarserEdge(const rt::GridParameters& grid, const rt::DepthModel& model) {
   const double largest_m = findParameter("grid.frame_voxel_edge_m")->maximum;
   for (int millimetres = 1; millimetres * 1e-3 <= largest_m; ++millimetres) {
     const double edge_m = millimetres * 1e-3;
-    if (edge_m > grid.frame_voxel_edge_m && wordsOfFrameGrid(grid, model, edge_m) <= kMostWords)
-      return edge_m;
+    if (edge_m > grid.frame_voxel_edge_m && wordsOfFrameGrid(grid, model, edge_m) <= kMaxWords) return edge_m;
   }
   return std::nullopt;
 }
@@ -186,7 +185,7 @@ void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conf
   if (settings.grid.extent != rt::ModelExtent::frame || !(depth.near_m < depth.far_m)) return;
   const rt::DepthModel model(depth, settings.camera.pose);
   const double edge_m = settings.grid.frame_voxel_edge_m;
-  if (wordsOfFrameGrid(settings.grid, model, edge_m) <= kMostWords) return;
+  if (wordsOfFrameGrid(settings.grid, model, edge_m) <= kMaxWords) return;
   const std::optional<double> coarser = coarserEdge(settings.grid, model);
   const std::string lower_far = fmt::format("camera.far_m below {} m", numberText(depth.far_m));
   conflicts.push_back(
@@ -194,8 +193,8 @@ void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conf
                       "camera.fy_px"},
        .error = {
            "grid.frame_voxel_edge_m",
-           fmt::format("voxels of {} m over all that the camera sees up to camera.far_m, {} m, take more "
-                       "memory than is set aside",
+           fmt::format("voxels of {} m over the camera's whole view up to camera.far_m, {} m, take more "
+                       "memory than is reserved",
                        numberText(edge_m), numberText(depth.far_m)),
            coarser ? fmt::format("set grid.frame_voxel_edge_m to at least {:.4g}, or {}", *coarser, lower_far)
                    : fmt::format("set {}", lower_far)}});

@@ -9,7 +9,7 @@
 
 namespace hapticd::config {
 
-/// Vendor and product of a HID device.
+/// Vendor and product id of a HID device.
 struct HidId {
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
@@ -17,11 +17,11 @@ struct HidId {
   bool operator==(const HidId&) const = default;
 };
 
-/// From "vvvv:pppp", four hexadecimal digits each, as lsusb shows them.
+/// Parses "vvvv:pppp", four hexadecimal digits each, as shown by lsusb.
 /// Errors (without a place): another form, vendor 0000.
 Result<HidId> hidIdFrom(std::string_view text);
 
-/// "046d:c626".
+/// Returns e.g. "046d:c626".
 std::string textOf(const HidId& id);
 
 }  // namespace hapticd::config

@@ -24,7 +24,7 @@ Result<Ipv4Endpoint> ipv4EndpointFrom(std::string_view text) {
   in_addr address{};
   if (::inet_pton(AF_INET, address_text.c_str(), &address) != 1 ||
       address_text.size() != std::string_view(address_text.c_str()).size()) {
-    return refused(text, "is no IPv4 address");
+    return refused(text, "is not an IPv4 address");
   }
   Ipv4Endpoint endpoint{ntohl(address.s_addr), 0};
   if (colon == std::string_view::npos) return endpoint;
@@ -32,7 +32,7 @@ Result<Ipv4Endpoint> ipv4EndpointFrom(std::string_view text) {
   const char* const end = digits.data() + digits.size();
   const auto [stopped, failure] = std::from_chars(digits.data(), end, endpoint.port);
   if (failure != std::errc() || stopped != end || endpoint.port == 0) {
-    return refused(text, "has no port in 1..65535 behind the colon");
+    return refused(text, "has no port in 1..65535 after the colon");
   }
   return endpoint;
 }

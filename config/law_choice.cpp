@@ -15,11 +15,11 @@ constexpr MeasuredLaw kMeasured[] = {
 #include "config/measured_laws.inc"
 };
 
-/// How far beyond the border of its class a distance must be to change it.
+/// Factor by which a distance must be beyond the border of its class to change the class.
 constexpr double kHysteresis = 1.05;
 
-/// The cheapest law at the same distance whose error is next to that of the most accurate one: measurements
-/// on a few scenes tell no smaller differences.
+/// Returns the cheapest law at the same distance whose error is close to that of the most accurate one;
+/// measurements on a few scenes cannot resolve smaller differences.
 const MeasuredLaw* cheapestNear(const MeasuredLaw& most_accurate) {
   constexpr double kNextTo = 1.2;
   const MeasuredLaw* cheapest = &most_accurate;

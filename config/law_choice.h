@@ -20,46 +20,47 @@ constexpr std::string_view nameOf(const LawChoice& choice) {
   return choice ? nameOf(*choice) : kAutomaticLaw;
 }
 
-/// What `hapticbench pareto` measured of a law in one setting at one distance.
+/// Measurement of a law by `hapticbench pareto`, in one setting at one distance.
 struct MeasuredLaw {
   rt::ForceLaw law;
-  bool filtered;      ///< depth passes filterOfChoice(); only laws on points have a filter
-  double distance_m;  ///< of the surface from the camera: stands for a class of distances
-  double error_m;  ///< RMS force error against the true surface, with the harsher noise, over the stiffness
+  bool filtered;      ///< depth is filtered by filterOfChoice(); only for laws on points
+  double distance_m;  ///< of the surface from the camera; represents a class of distances
+  /// RMS force error against the true surface, with the harsher noise, divided by the stiffness.
+  double error_m;
   double cpu_ms_per_s;  ///< CPU time per second of use: 30 frames modelled, 1000 forces
 };
 
-/// All of them.
+/// Returns all measurements.
 std::span<const MeasuredLaw> measuredLaws();
 
-/// The filter that `filtered` stands for.
+/// Returns the filter that `filtered` refers to.
 constexpr rt::FilterParameters filterOfChoice() {
   return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
 }
 
-/// The class of a distance: that of measuredLaws() which is nearest in ratio. `before_m`: the class so far, 0
-/// for none; it is kept until the distance is a twentieth beyond its border, so that it does not change to
-/// and fro.
+/// Returns the class of a distance: the distance in measuredLaws() that is nearest in ratio. `before_m`: the
+/// previous class, or 0; it is kept until the distance is a twentieth beyond its border, to prevent it from
+/// alternating.
 double distanceClass_m(double distance_m, double before_m);
 
-/// A law with its filter, and why.
+/// A chosen law with its filter, and the reason.
 struct LawDecision {
   rt::ForceLaw law = rt::ForceLaw::surface;
   bool filtered = false;
   double error_n = 0;   ///< expected RMS force error
-  bool within = false;  ///< the error is within the one that was allowed
+  bool within = false;  ///< the error is within the allowed one
   std::string reason;   ///< one sentence
 };
 
-/// The cheapest of the measured laws whose error at that distance class is at most `max_error_n`; where there
-/// is none, the cheapest of those within a fifth of the most accurate one's error.
+/// Chooses the cheapest of the measured laws whose error in that distance class is at most `max_error_n`; if
+/// there is none, the cheapest of those within a fifth of the most accurate one's error.
 LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class_m);
 
-/// `settings.live` with what was decided.
+/// Returns `settings.live` with the chosen law and filter.
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision);
 
-/// `settings.live` with each law that may act: the one that is named, or all that `auto` comes to, one for
-/// each class of distances.
+/// Returns `settings.live` for each law that may be used: the configured one, or all that `auto` may choose,
+/// one per class of distances.
 std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings);
 
 }  // namespace hapticd::config

@@ -11,7 +11,7 @@
 namespace hapticd::config {
 namespace {
 
-// GPIO_MAX_NAME_SIZE of Linux without the closing NUL.
+// GPIO_MAX_NAME_SIZE of Linux without the terminating NUL.
 constexpr std::size_t kLongestLineName = 31;
 
 constexpr std::string_view kActiveLow = " active-low";
@@ -28,7 +28,7 @@ bool isDigit(char character) {
 Result<LineAddress> withOffset(std::string_view digits, LineAddress line) {
   const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), line.offset);
   if (failure == std::errc() && line.offset <= kMaxLineOffset) return line;
-  return refused(digits, fmt::format("is no offset of a line (allowed: 0..{})", kMaxLineOffset),
+  return refused(digits, fmt::format("is not the offset of a line (allowed: 0..{})", kMaxLineOffset),
                  "gpioinfo lists the lines of each chip");
 }
 
@@ -38,7 +38,7 @@ Result<LineAddress> withName(std::string_view name, LineAddress line) {
                    fmt::format("has {} bytes, the name of a line at most {}", name.size(), kLongestLineName),
                    "gpioinfo lists the lines of each chip");
   }
-  // A misspelt ending is a part of the name, and no line would ever be found by it.
+  // A misspelt suffix would be part of the name, and no such line would ever be found.
   if (name.find(" active") != std::string_view::npos) return refused(name, "does not end in \"active-low\"");
   line.name = name;
   return line;
@@ -53,7 +53,7 @@ Result<LineAddress> lineAddressFrom(std::string_view text) {
   if (line.active_low) line_text.remove_suffix(kActiveLow.size());
   if (line_text.empty() || text == kActiveLow.substr(1)) return refused(text, "names no line");
   if (line_text.front() == ' ' || line_text.back() == ' ')
-    return refused(text, "has a space too many", "write one space before active-low and no others around");
+    return refused(text, "has an extra space", "write one space before active-low and no other spaces");
   return std::ranges::all_of(line_text, isDigit) ? withOffset(line_text, line) : withName(line_text, line);
 }
 

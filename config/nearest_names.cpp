@@ -13,10 +13,10 @@
 namespace hapticd::config {
 namespace {
 
-constexpr std::size_t kMostSuggestions = 3;
-constexpr std::size_t kLongestName = 64;  // longer ones are near to nothing; bounds the work
+constexpr std::size_t kMaxSuggestions = 3;
+constexpr std::size_t kLongestName = 64;  // longer ones are not near anything; bounds the work
 
-// Number of characters to insert, delete or replace to make one from the other (Levenshtein).
+// Returns the number of characters to insert, delete or replace to turn one into the other (Levenshtein).
 std::size_t editDistance(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -39,7 +39,7 @@ bool isPartOf(std::string_view part, std::string_view whole) {
   return part.size() >= 4 && whole.find(part) != std::string_view::npos;
 }
 
-// 0 is the same name; a right last part in the wrong group is as near as one wrong character.
+// 0: the same name; a correct last part in the wrong group counts as one wrong character.
 std::size_t distance(std::string_view name, std::string_view candidate) {
   if (isPartOf(lastPart(name), lastPart(candidate))) return 1;
   return std::min(editDistance(name, candidate), editDistance(lastPart(name), lastPart(candidate)) + 1);
@@ -57,7 +57,7 @@ std::string didYouMean(std::string_view name, std::span<const std::string_view> 
   }
   if (near.empty()) return {};
   std::ranges::stable_sort(near, {}, &std::pair<std::size_t, std::string_view>::first);
-  near.resize(std::min(near.size(), kMostSuggestions));
+  near.resize(std::min(near.size(), kMaxSuggestions));
   std::vector<std::string_view> names;
   for (const auto& [steps, candidate] : near) names.push_back(candidate);
   return fmt::format("did you mean {}?", fmt::join(names, " or "));

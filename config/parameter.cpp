@@ -14,7 +14,7 @@
 namespace hapticd::config {
 namespace {
 
-// PATH_MAX of Linux without the closing NUL: the longest text that any parameter can use.
+// PATH_MAX of Linux without the terminating NUL: the longest text that any parameter can use.
 constexpr std::size_t kLongestText = 4095;
 
 Error refusal(const Parameter& parameter, std::string_view shown, std::string_view why) {
@@ -23,7 +23,8 @@ Error refusal(const Parameter& parameter, std::string_view shown, std::string_vi
           .remedy = {}};
 }
 
-// In place: g++ 12 warns of uninitialised memory when a temporary Value is moved under the address sanitizer.
+// Constructed in place: g++ 12 warns about uninitialised memory when a temporary Value is moved under the
+// address sanitizer.
 template <typename Stored>
 Result<Value> accepted(const Stored& stored) {
   return Result<Value>(std::in_place, stored);
@@ -33,7 +34,7 @@ std::string withUnit(std::string_view shown, const Parameter& parameter) {
   return parameter.unit.empty() ? std::string(shown) : fmt::format("{} {}", shown, parameter.unit);
 }
 
-// `shown` is the number as the person wrote it.
+// `shown` is the number as written by the person.
 Result<Value> checkNumber(const Parameter& parameter, double number, std::string_view shown) {
   if (!std::isfinite(number)) return std::unexpected(refusal(parameter, shown, "is not a finite number"));
   if (parameter.kind == Kind::integer && number != std::trunc(number)) {
@@ -43,12 +44,12 @@ Result<Value> checkNumber(const Parameter& parameter, double number, std::string
     return std::unexpected(refusal(parameter, withUnit(shown, parameter), "is out of range"));
   }
   if (parameter.kind == Kind::integer) return accepted(static_cast<std::int64_t>(number));
-  return accepted(number + 0.0);  // makes a negative zero positive
+  return accepted(number + 0.0);  // turns a negative zero into a positive one
 }
 
 Result<Value> checkChoice(const Parameter& parameter, const std::string& word) {
   if (std::ranges::find(parameter.choices, word) != parameter.choices.end()) return accepted(word);
-  return std::unexpected(refusal(parameter, inQuotes(word), "is not a choice"));
+  return std::unexpected(refusal(parameter, inQuotes(word), "is not an allowed choice"));
 }
 
 Result<Value> checkText(const Parameter& parameter, const std::string& text) {
@@ -64,7 +65,8 @@ Result<Value> checkText(const Parameter& parameter, const std::string& text) {
   return accepted(text);
 }
 
-// The forms of YAML 1.2: decimal numbers, and .inf and .nan, which are understood to be refused by name.
+// The forms of YAML 1.2: decimal numbers, and .inf and .nan, which are recognised so that the message can
+// name them.
 std::optional<double> numberFrom(std::string_view text) {
   if (text == ".nan" || text == ".NaN" || text == ".NAN") return std::nan("");
   std::string_view rest = text;
@@ -77,7 +79,8 @@ std::optional<double> numberFrom(std::string_view text) {
   if (signed_twice || failure == std::errc::invalid_argument || end != rest.data() + rest.size()) {
     return std::nullopt;
   }
-  // Too large for a double, or too small, which no parameter's range tells from zero; both are refused.
+  // Too large for a double, or too small to be distinguished from zero by any parameter's range; both are
+  // refused.
   if (failure == std::errc::result_out_of_range) return std::numeric_limits<double>::max();
   return number;
 }

@@ -10,8 +10,8 @@
 #include "rt/law_table.h"
 #include "rt/words.h"
 
-/// How a row of the parameter table is made from a member of Settings: kind, getter, setter and choices
-/// follow from the member's type, the default from its initialiser.
+/// Makes a row of the parameter table from a member of Settings: kind, getter, setter and choices follow from
+/// the member's type, the default from its initialiser.
 namespace hapticd::config {
 
 /// The words of a member that holds an enumeration, in the order of its enumerators; none of any other
@@ -63,6 +63,7 @@ constexpr Member memberAt(std::size_t index) {
   }
 }
 
+/// Returns the kind of parameter for a member's type.
 template <typename Member>
 constexpr Kind kindOf() {
   if constexpr (std::is_same_v<Member, bool>) return Kind::boolean;
@@ -78,6 +79,7 @@ using Stored = std::conditional_t<
     std::is_same_v<Member, int>, std::int64_t,
     std::conditional_t<std::is_same_v<Member, bool> || std::is_same_v<Member, double>, Member, std::string>>;
 
+/// Returns a member's value in the form used by people and programs.
 template <typename Member>
 Value valueOf(const Member& member) {
   if constexpr (kIsChoice<Member>) {
@@ -87,6 +89,7 @@ Value valueOf(const Member& member) {
   }
 }
 
+/// Sets a member from a value that has passed Parameter::check().
 template <typename Member>
 void assign(Member& member, const Value& value) {
   const auto& stored = std::get<Stored<Member>>(value);
@@ -99,12 +102,13 @@ void assign(Member& member, const Value& value) {
   }
 }
 
+/// Allowed range of a number, both ends inclusive.
 struct Range {
   double minimum = 0;
   double maximum = 0;
 };
 
-/// `Access` maps Settings& to a reference to the member.
+/// Makes a row. `Access` maps Settings& to a reference to the member.
 template <auto Access>
 constexpr Parameter row(std::string_view name, Effect effect, std::string_view unit, Range range,
                         std::string_view symbol, std::string_view help) {

@@ -14,11 +14,10 @@ namespace {
 constexpr Effect kLive = Effect::live;
 constexpr Effect kRestart = Effect::restart;
 
-// A little more than pi, so that pi itself is accepted however it was rounded.
+// A little more than pi, so that pi is accepted however it was rounded.
 constexpr double kHalfTurn = 3.1416;
 
-// name, effect, unit, {minimum, maximum}, the paper's symbol,
-// help; one shape for every row
+// Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help. All rows have the same shape.
 // clang-format off
 constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(force.law)>(
@@ -26,7 +25,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "how depth becomes force; auto: the cheapest law and filter within force.max_error_n"),
     row<HAPTICD_MEMBER(force.max_error_n)>(
         "force.max_error_n", kLive, "N", {0, 10}, "",
-        "error that the law auto may make; 0: 7 % of safety.max_force_n, which a hand just notices"),
+        "largest force error of the law chosen by auto; 0: 7 % of safety.max_force_n, just noticeable to a hand"),
     row<HAPTICD_MEMBER(live.springs.stiffness_n_per_m)>(
         "force.stiffness_n_per_m", kLive, "N/m", {0, 5000}, "k_s",
         "stiffness of the spring of each point, or of the spring to the proxy"),
@@ -38,52 +37,52 @@ constexpr auto kTable = std::to_array<Parameter>({
         "with fewer points within the radius there is no force"),
     row<HAPTICD_MEMBER(live.springs.max_points)>(
         "force.max_points", kLive, "", {1, 1000}, "N_max",
-        "of more points within the radius only the nearest count"),
+        "with more points within the radius only the nearest count"),
     row<HAPTICD_MEMBER(live.contact.friction)>(
         "contact.friction", kLive, "", {0, 2}, "",
-        "Coulomb friction of the laws proxy and surface: the proxy sticks up to that share of its depth"),
+        "Coulomb friction coefficient of the laws proxy and surface; 0: the proxy slides freely"),
     row<HAPTICD_MEMBER(live.contact.damping_n_s_per_m)>(
         "contact.damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
-        "damping along the surface's normal of the laws proxy and surface"),
+        "damping along the surface normal in the laws proxy and surface"),
     row<HAPTICD_MEMBER(live.contact.proxy_radius_m)>(
         "contact.proxy_radius_m", kLive, "m", {0.002, 0.03}, "",
-        "radius of the smallest patch that the law proxy takes for a plane: finer features are rounded off"),
+        "radius of the smallest patch that the law proxy treats as a plane; finer features are rounded off"),
     row<HAPTICD_MEMBER(live.surface.voxel_edge_m)>(
         "surface.voxel_edge_m", kLive, "m", {0.003, 0.05}, "",
-        "without effect: the law surface has no voxels any more; kept so that older configurations load"),
+        "without effect, because the law surface uses no voxels; accepted so that older configurations load"),
     row<HAPTICD_MEMBER(live.surface.fusion_frames)>(
         "surface.fusion_frames", kLive, "", {1, 64}, "",
-        "frames that a resting surface is a mean over; 1: the newest alone"),
+        "number of frames averaged for a surface at rest; 1: only the newest"),
     row<HAPTICD_MEMBER(live.surface.shell_m)>(
         "surface.shell_m", kLive, "m", {0.02, 0.2}, "",
-        "how far behind the visible surface is solid; beyond, what was seen there last, else free"),
+        "thickness of the solid behind the visible surface; beyond it: what was last seen there, otherwise free"),
     row<HAPTICD_MEMBER(live.filter.temporal_frames)>(
         "filter.temporal_frames", kLive, "", {1, 100}, "",
-        "frames that a pixel is a mean over while it stands still; 1: off"),
+        "number of frames averaged for a pixel at rest; 1: off"),
     row<HAPTICD_MEMBER(live.filter.hold_frames)>(
         "filter.hold_frames", kLive, "", {0, 30}, "",
-        "frames that a pixel without measurement keeps its last one; 0: off"),
+        "number of frames for which a pixel without measurement keeps its last value; 0: off"),
     row<HAPTICD_MEMBER(live.filter.spatial_radius_px)>(
         "filter.spatial_radius_px", kLive, "px", {0, 4}, "",
-        "pixels to each side in a mean that stops at edges; 0: off"),
+        "radius of the edge-preserving spatial mean; 0: off"),
     row<HAPTICD_MEMBER(live.blend.duration_s)>(
         "blend.duration_s", kLive, "s", {0, 0.5}, "",
-        "time over which a change of frame, law or parameters comes in; half of it is added latency"),
+        "time over which a change of frame, law or parameters is blended in; half of it is added latency"),
     row<HAPTICD_MEMBER(live.blend.max_surface_speed_m_per_s)>(
         "blend.max_surface_speed_m_per_s", kLive, "m/s", {0.01, 5}, "",
-        "fastest surface: the blend changes the force by no more than the stiffness times that per second"),
+        "fastest surface; the blend changes the force by at most the stiffness times this per second"),
     row<HAPTICD_MEMBER(live.safety.max_force_n)>(
         "safety.max_force_n", kLive, "N", {0, 40}, "",
-        "largest force that is commanded"),
+        "largest commanded force"),
     row<HAPTICD_MEMBER(live.safety.max_slew_n_per_s)>(
         "safety.max_slew_n_per_s", kLive, "N/s", {1, 20000}, "",
         "fastest change of the commanded force"),
     row<HAPTICD_MEMBER(live.safety.engage_ramp_s)>(
         "safety.engage_ramp_s", kLive, "s", {0.01, 10}, "",
-        "time over which the force comes in after engaging"),
+        "time over which the force ramps up after engaging"),
     row<HAPTICD_MEMBER(live.safety.engage_inside)>(
         "safety.engage_inside", kLive, "", {}, "",
-        "engage also where something is felt at once, without being asked for it each time"),
+        "engage even if the HIP is already in contact, without this being part of the request"),
     row<HAPTICD_MEMBER(live.safety.depth_timeout_s)>(
         "safety.depth_timeout_s", kLive, "s", {0.05, 5}, "",
         "depth older than this is stale: the force goes to zero"),
@@ -95,55 +94,55 @@ constexpr auto kTable = std::to_array<Parameter>({
         "handle measurements older than this are stale: the force goes to zero within 3 ticks"),
     row<HAPTICD_MEMBER(live.safety.continuous_force_n)>(
         "safety.continuous_force_n", kLive, "N", {0.1, 40}, "",
-        "force that the device bears for ever; more only until it has warmed up"),
+        "force that the device can exert indefinitely; more is allowed only until it has warmed up"),
     row<HAPTICD_MEMBER(live.safety.thermal_time_s)>(
         "safety.thermal_time_s", kLive, "s", {0.1, 600}, "",
-        "time constant of that warming"),
+        "time constant of the device's heating"),
     row<HAPTICD_MEMBER(live.safety.force_filter_hz)>(
         "safety.force_filter_hz", kLive, "Hz", {0, 500}, "",
-        "cut-off of the low-pass on the force; 0: off"),
+        "cut-off frequency of the low-pass filter of the force; 0: off"),
     row<HAPTICD_MEMBER(live.safety.passivity_control)>(
         "safety.passivity_control", kLive, "", {}, "",
-        "damp the hand when the handle has given it more energy than it took"),
+        "damp the hand when the handle has given it more energy than it got"),
     row<HAPTICD_MEMBER(live.safety.passivity_max_damping_n_s_per_m)>(
         "safety.passivity_max_damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
-        "the most damping that passivity control brings in"),
+        "largest damping that passivity control adds"),
     row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
         "safety.stiffness_limit", kLive, "", {}, "",
-        "what to do where the stiffness is above what the loop's delay and the device let be stable"),
+        "action when the stiffness exceeds what is stable with the loop's delay and the device"),
     row<HAPTICD_MEMBER(live.safety.contact_damping)>(
         "safety.contact_damping", kLive, "", {}, "",
-        "whether contact is damped by what the loop's delay asks for; off: by contact.damping_n_s_per_m alone"),
+        "automatic: damp contact as the loop's delay requires; off: only by contact.damping_n_s_per_m"),
     row<HAPTICD_MEMBER(live.safety.overrun_burst)>(
         "safety.overrun_burst", kLive, "", {1, 65}, "",
-        "late ticks of the last 64 with which the force goes to zero for a second; 65: never"),
+        "number of late ticks among the last 64 at which the force goes to zero for a second; 65: never"),
     row<HAPTICD_MEMBER(live.safety.workspace_radius_m)>(
         "safety.workspace_radius_m", kLive, "m", {0.01, 20}, "",
-        "farther than this from the world's origin nothing is felt"),
+        "largest distance of the HIP from the world's origin; beyond it there is no force"),
     row<HAPTICD_MEMBER(live.safety.max_handle_speed_m_per_s)>(
         "safety.max_handle_speed_m_per_s", kLive, "m/s", {0, 100}, "",
-        "a hand that seems faster is taken for a fault of the handle; 0: no limit"),
+        "faster motion of the hand is treated as a fault of the handle; 0: no limit"),
     row<HAPTICD_MEMBER(camera.driver)>(
         "camera.driver", kRestart, "", {}, "",
-        "where the depth frames come from"),
+        "source of the depth frames"),
     row<HAPTICD_MEMBER(camera.serial)>(
         "camera.serial", kRestart, "", {}, "",
         "serial number of the camera to use; empty: the first one found"),
     row<HAPTICD_MEMBER(camera.recording)>(
         "camera.recording", kRestart, "", {}, "",
-        "folder of the recording that the driver recorded plays"),
+        "folder of the recording, for the driver recorded"),
     row<HAPTICD_MEMBER(camera.loop)>(
         "camera.loop", kRestart, "", {}, "",
-        "the driver recorded starts again at the end"),
+        "restart the recording at its end, for the driver recorded"),
     row<HAPTICD_MEMBER(camera.speed)>(
         "camera.speed", kRestart, "", {0.1, 100}, "",
-        "the driver recorded plays that many times faster than the clock"),
+        "playback speed relative to real time, for the driver recorded"),
     row<HAPTICD_MEMBER(live.camera.latency_s)>(
         "camera.latency_s", kRestart, "s", {0, 0.2}, "",
-        "from exposure to the arrival of a frame; a law that predicts motion carries the surface forward by it"),
+        "time from exposure to arrival of a frame; laws that predict motion extrapolate the surface by it"),
     row<HAPTICD_MEMBER(camera.depth_law)>(
         "camera.depth_law", kRestart, "", {}, "",
-        "coefficients of raw value to depth: Table I, the driver's, or depth_a_per_m and depth_b_per_m"),
+        "coefficients of the depth conversion: Table I, libfreenect's, or depth_a_per_m and depth_b_per_m"),
     row<HAPTICD_MEMBER(camera.depth_model.a_per_m)>(
         "camera.depth_a_per_m", kRestart, "1/m", {-1, 1}, "a",
         "change of 1/Z per raw unit, for the depth law custom"),
@@ -188,13 +187,13 @@ constexpr auto kTable = std::to_array<Parameter>({
         "camera's rotation about the world's z axis, applied last"),
     row<HAPTICD_MEMBER(synthetic.scene)>(
         "synthetic.scene", kRestart, "", {}, "",
-        "what the driver synthetic shows"),
+        "scene shown by the driver synthetic"),
     row<HAPTICD_MEMBER(synthetic.noise)>(
         "synthetic.noise", kRestart, "", {}, "",
-        "noise of its depth: none, random rounding to whole raw units, like a recorded sensor, or like a harsher one"),
+        "noise of its depth: none, random rounding to raw units, that of a recorded sensor, or that of a noisier one"),
     row<HAPTICD_MEMBER(synthetic.distance_m)>(
         "synthetic.distance_m", kRestart, "m", {0.1, 10}, "",
-        "from the camera to the plane, or to the sphere's centre"),
+        "distance from the camera to the plane or to the sphere's centre"),
     row<HAPTICD_MEMBER(synthetic.tilt_rad)>(
         "synthetic.tilt_rad", kRestart, "rad", {-1.4, 1.4}, "",
         "tilt of the plane about the camera's x axis"),
@@ -203,10 +202,10 @@ constexpr auto kTable = std::to_array<Parameter>({
         "radius of the sphere"),
     row<HAPTICD_MEMBER(synthetic.motion_amplitude_m)>(
         "synthetic.motion_amplitude_m", kRestart, "m", {0, 2}, "",
-        "the moving sphere swings that far to each side along x"),
+        "amplitude of the moving sphere along x"),
     row<HAPTICD_MEMBER(synthetic.motion_period_s)>(
         "synthetic.motion_period_s", kRestart, "s", {0.1, 600}, "",
-        "time of one swing of the moving sphere, to and fro"),
+        "period of the moving sphere"),
     row<HAPTICD_MEMBER(synthetic.frame_rate_hz)>(
         "synthetic.frame_rate_hz", kRestart, "Hz", {1, 120}, "",
         "frames per second"),
@@ -215,7 +214,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "seed of the noise; the same seed gives the same noise"),
     row<HAPTICD_MEMBER(grid.extent)>(
         "grid.extent", kRestart, "", {}, "",
-        "model what the HIP can reach before the next frame, or the whole frame"),
+        "part of a frame to model: what the HIP can reach before the next frame, or all of it"),
     row<HAPTICD_MEMBER(grid.voxel_edge_m)>(
         "grid.voxel_edge_m", kRestart, "m", {0.002, 0.1}, "",
         "voxel edge of the window that follows the HIP"),
@@ -224,52 +223,52 @@ constexpr auto kTable = std::to_array<Parameter>({
         "voxels along each edge of the window that follows the HIP"),
     row<HAPTICD_MEMBER(grid.point_capacity)>(
         "grid.point_capacity", kRestart, "", {1024, 307200}, "",
-        "points that a scene holds while the extent is reach"),
+        "largest number of points in a scene, for the extent reach"),
     row<HAPTICD_MEMBER(grid.frame_voxel_edge_m)>(
         "grid.frame_voxel_edge_m", kRestart, "m", {0.01, 0.2}, "",
-        "voxel edge of the grid over all that the camera sees, while the extent is frame"),
+        "voxel edge of the grid over the camera's whole view, for the extent frame"),
     row<HAPTICD_MEMBER(grid.max_hip_speed_m_per_s)>(
         "grid.max_hip_speed_m_per_s", kRestart, "m/s", {0, 5}, "",
-        "fastest HIP that the modelled ball allows for"),
+        "fastest HIP that the modelled region allows for"),
     row<HAPTICD_MEMBER(grid.frame_period_s)>(
         "grid.frame_period_s", kRestart, "s", {0.005, 1}, "",
         "time between two frames"),
     row<HAPTICD_MEMBER(grid.frame_margin_s)>(
         "grid.frame_margin_s", kRestart, "s", {0, 1}, "",
-        "a frame may come that much late"),
+        "tolerated lateness of a frame"),
     row<HAPTICD_MEMBER(loop.rate_hz)>(
         "loop.rate_hz", kRestart, "Hz", {100, 4000}, "",
         "ticks per second"),
     row<HAPTICD_MEMBER(loop.cpu)>(
         "loop.cpu", kRestart, "", {-1, 1023}, "",
-        "CPU that the force thread is pinned to; -1: an isolated one, else the last that the process may use"),
+        "CPU that the force thread is pinned to; -1: an isolated one, otherwise the last one available"),
     row<HAPTICD_MEMBER(loop.priority)>(
         "loop.priority", kRestart, "", {1, 98}, "",
-        "SCHED_FIFO priority of the force thread; 99 stays with the kernel"),
+        "SCHED_FIFO priority of the force thread; 99 is reserved for the kernel"),
     row<HAPTICD_MEMBER(loop.lock_memory)>(
         "loop.lock_memory", kRestart, "", {}, "",
-        "lock all memory so that the force thread never waits for a page"),
+        "lock all memory, so that the force thread never waits for a page"),
     row<HAPTICD_MEMBER(handle.driver)>(
         "handle.driver", kRestart, "", {}, "",
-        "how the haptic handle is reached"),
+        "driver of the haptic handle"),
     row<HAPTICD_MEMBER(handle.serial)>(
         "handle.serial", kRestart, "", {}, "",
         "serial number of the handle to use; empty: the first one found"),
     row<HAPTICD_MEMBER(live.handle.motion_scale)>(
         "handle.motion_scale", kRestart, "", {0.05, 20}, "",
-        "metres that the HIP moves per metre of the hand"),
+        "displacement of the HIP per displacement of the hand"),
     row<HAPTICD_MEMBER(live.handle.force_scale)>(
         "handle.force_scale", kRestart, "", {0.01, 10}, "",
         "newtons at the hand per newton of the law"),
     row<HAPTICD_MEMBER(live.handle.device_damping_n_s_per_m)>(
         "handle.device_damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
-        "viscous damping of the device alone, which passivity control counts on"),
+        "viscous damping of the device alone, which passivity control relies on"),
     row<HAPTICD_MEMBER(handle.device_mass_kg)>(
         "handle.device_mass_kg", kRestart, "kg", {0, 20}, "",
-        "mass of the device alone that moves at the hand, which limits the stiffness; 0: the lightest of the driver's"),
+        "moving mass of the device alone at the hand, which limits the stiffness; 0: that of the driver's lightest device"),
     row<HAPTICD_MEMBER(live.handle.damping_n_s_per_m)>(
         "handle.damping_n_s_per_m", kRestart, "N s/m", {0.01, 100}, "",
-        "damping of the device in the lightest grip that is to be stable"),
+        "damping of the device in the lightest grip that must be stable"),
     row<HAPTICD_MEMBER(handle.pose.position_m.x)>(
         "handle.position_x_m", kRestart, "m", {-10, 10}, "",
         "position of the handle's origin in the world, x"),
@@ -293,25 +292,25 @@ constexpr auto kTable = std::to_array<Parameter>({
         "while this button is held the handle moves and the HIP does not; -1: no clutch"),
     row<HAPTICD_MEMBER(handle.resolution_m)>(
         "handle.resolution_m", kRestart, "m", {1e-6, 0.005}, "",
-        "smallest motion of the hand that the device tells from noise; the velocity is estimated with it"),
+        "smallest motion of the hand above the device's noise; used to estimate the velocity"),
     row<HAPTICD_MEMBER(handle.thread_priority)>(
         "handle.thread_priority", kRestart, "", {-1, 97}, "",
-        "SCHED_FIFO priority of the handle's thread, below loop.priority; 0: none; -1: what the driver needs"),
+        "SCHED_FIFO priority of the handle's thread, below loop.priority; 0: none; -1: the driver's default"),
     row<HAPTICD_MEMBER(handle.udp.address)>(
         "udp_handle.address", kRestart, "", {}, "",
-        "IPv4 address of this computer at which the peer reaches it"),
+        "IPv4 address of this computer at which it receives packets"),
     row<HAPTICD_MEMBER(handle.udp.port)>(
         "udp_handle.port", kRestart, "", {1, 65535}, "",
         "UDP port of this computer"),
     row<HAPTICD_MEMBER(handle.udp.peer)>(
         "udp_handle.peer", kRestart, "", {}, "",
-        "IPv4 address of the computer that holds the device, or address:port; nobody else is listened to"),
+        "IPv4 address of the device's computer, or address:port; packets from others are rejected"),
     row<HAPTICD_MEMBER(handle.udp.key_file)>(
         "udp_handle.key_file", kRestart, "", {}, "",
-        "file with the key that both computers share; empty: packets are not authenticated"),
+        "file with the key shared by both computers; empty: packets are not authenticated"),
     row<HAPTICD_MEMBER(handle.hid.kind)>(
         "hid_handle.kind", kRestart, "", {}, "",
-        "what speaks: a controller with the reports of hapticd, or a SpaceMouse, which exerts no force"),
+        "kind of device: a controller with hapticd's reports, or a SpaceMouse, which exerts no force"),
     row<HAPTICD_MEMBER(handle.hid.device)>(
         "hid_handle.device", kRestart, "", {}, "",
         "USB vendor and product of the handle, hexadecimal, as lsusb shows them"),
@@ -320,13 +319,13 @@ constexpr auto kTable = std::to_array<Parameter>({
         "speed of the HIP at full deflection of a SpaceMouse"),
     row<HAPTICD_MEMBER(handle.falcon.firmware)>(
         "falcon_handle.firmware", kRestart, "", {}, "",
-        "path of the firmware image, which Novint licenses and hapticd does not bring"),
+        "path of the firmware image, which is licensed by Novint and not part of hapticd"),
     row<HAPTICD_MEMBER(handle.falcon.force_share)>(
         "falcon_handle.force_share", kRestart, "", {0.01, 1}, "",
-        "share of the motor counts that other drivers send per newton; calibrate with a scale before raising it"),
+        "fraction of the motor counts per newton that other drivers send; calibrate with a scale before raising it"),
     row<HAPTICD_MEMBER(handle.simulated.script)>(
         "simulated_handle.script", kRestart, "", {}, "",
-        "what the hand does with the surface; mixed: taps, strokes and leans in turn"),
+        "action of the hand on the surface; mixed: tap, stroke and lean in turn"),
     row<HAPTICD_MEMBER(handle.simulated.mass_kg)>(
         "simulated_handle.mass_kg", kRestart, "kg", {0.005, 10}, "",
         "mass of the handle"),
@@ -338,7 +337,7 @@ constexpr auto kTable = std::to_array<Parameter>({
         "dry friction of the handle, along each axis"),
     row<HAPTICD_MEMBER(handle.simulated.position_quantum_m)>(
         "simulated_handle.position_quantum_m", kRestart, "m", {0, 0.001}, "",
-        "step of the measured position, which the velocity is estimated from then; 0: exact"),
+        "resolution of the measured position, from which the velocity is then estimated; 0: exact"),
     row<HAPTICD_MEMBER(handle.simulated.hand_stiffness_n_per_m)>(
         "simulated_handle.hand_stiffness_n_per_m", kRestart, "N/m", {1, 5000}, "",
         "stiffness of the hand's grip"),
@@ -347,25 +346,25 @@ constexpr auto kTable = std::to_array<Parameter>({
         "damping of the hand's grip"),
     row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.x)>(
         "simulated_handle.start_x_m", kRestart, "m", {-10, 10}, "",
-        "where the hand begins, in the world, x"),
+        "start position of the hand in the world, x"),
     row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.y)>(
         "simulated_handle.start_y_m", kRestart, "m", {-10, 10}, "",
-        "where the hand begins, in the world, y"),
+        "start position of the hand in the world, y"),
     row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.z)>(
         "simulated_handle.start_z_m", kRestart, "m", {-10, 10}, "",
-        "where the hand begins, in the world, z"),
+        "start position of the hand in the world, z"),
     row<HAPTICD_MEMBER(handle.simulated.direction_in_world.x)>(
         "simulated_handle.direction_x", kRestart, "", {-1, 1}, "",
-        "direction of the approach, in the world, x; any length but zero"),
+        "direction of the approach in the world, x; any length except zero"),
     row<HAPTICD_MEMBER(handle.simulated.direction_in_world.y)>(
         "simulated_handle.direction_y", kRestart, "", {-1, 1}, "",
-        "direction of the approach, in the world, y; any length but zero"),
+        "direction of the approach in the world, y; any length except zero"),
     row<HAPTICD_MEMBER(handle.simulated.direction_in_world.z)>(
         "simulated_handle.direction_z", kRestart, "", {-1, 1}, "",
-        "direction of the approach, in the world, z; any length but zero"),
+        "direction of the approach in the world, z; any length except zero"),
     row<HAPTICD_MEMBER(handle.simulated.travel_m)>(
         "simulated_handle.travel_m", kRestart, "m", {0.001, 5}, "",
-        "the hand turns back after that distance"),
+        "distance after which the hand turns back"),
     row<HAPTICD_MEMBER(handle.simulated.speed_m_per_s)>(
         "simulated_handle.speed_m_per_s", kRestart, "m/s", {0.001, 2}, "",
         "speed of approach and retreat"),
@@ -374,73 +373,73 @@ constexpr auto kTable = std::to_array<Parameter>({
         "force at which the hand stops its approach"),
     row<HAPTICD_MEMBER(handle.simulated.press_s)>(
         "simulated_handle.press_s", kRestart, "s", {0, 600}, "",
-        "how long it strokes the surface, or leans on it, before it retreats"),
+        "time for which the hand strokes or leans on the surface before it retreats"),
     row<HAPTICD_MEMBER(handle.simulated.stroke_m)>(
         "simulated_handle.stroke_m", kRestart, "m", {0, 1}, "",
         "amplitude of the stroke across the direction of approach"),
     row<HAPTICD_MEMBER(handle.simulated.stroke_period_s)>(
         "simulated_handle.stroke_period_s", kRestart, "s", {0.05, 600}, "",
-        "time of one stroke, to and fro"),
+        "period of the stroke"),
     row<HAPTICD_MEMBER(leds.driver)>(
         "leds.driver", kRestart, "", {}, "",
-        "how the LEDs are switched"),
+        "driver of the LEDs"),
     row<HAPTICD_MEMBER(leds.chip)>(
         "leds.chip", kRestart, "", {}, "",
         "the GPIO chip of all LEDs: its label, its name (gpiochip0) or its path; gpiodetect lists them"),
     row<HAPTICD_MEMBER(leds.power_line)>(
         "leds.power_line", kRestart, "", {}, "",
-        "line of the LED power: blinks slowly at the start, on while hapticd runs"),
+        "line of the power LED: blinks slowly at the start, on while hapticd runs"),
     row<HAPTICD_MEMBER(leds.camera_line)>(
         "leds.camera_line", kRestart, "", {}, "",
-        "line of the LED camera: on while it streams, two flashes for damaged frames, blinks fast when lost"),
+        "line of the camera LED: on while it streams, two flashes for damaged frames, blinks fast when lost"),
     row<HAPTICD_MEMBER(leds.contact_line)>(
         "leds.contact_line", kRestart, "", {}, "",
-        "line of the LED contact: on while a force can be felt, blinks slowly while engaged without contact"),
+        "line of the contact LED: on while in contact, blinks slowly while engaged without contact"),
     row<HAPTICD_MEMBER(leds.fault_line)>(
         "leds.fault_line", kRestart, "", {}, "",
-        "line of the LED fault: blinks slowly for a warning, two flashes while holding, fast when faulted"),
+        "line of the fault LED: blinks slowly for a warning, two flashes while holding, blinks fast when faulted"),
     row<HAPTICD_MEMBER(control.status_socket)>(
         "control.status_socket", kRestart, "", {}, "",
-        "path of the socket that shows the state and changes nothing"),
+        "path of the read-only status socket"),
     row<HAPTICD_MEMBER(control.control_socket)>(
         "control.control_socket", kRestart, "", {}, "",
-        "path of the socket that steers the box"),
+        "path of the control socket"),
     row<HAPTICD_MEMBER(control.depth_for_everyone)>(
         "control.depth_for_everyone", kRestart, "", {}, "",
-        "let every local user take the depth image, not only the groups haptic and haptic-view"),
+        "let every local user read the depth image, not only the groups haptic and haptic-view"),
     row<HAPTICD_MEMBER(control.engage_at_start)>(
         "control.engage_at_start", kRestart, "", {}, "",
         "engage as soon as the loop runs, without waiting for a command"),
     row<HAPTICD_MEMBER(control.allow_fault_injection)>(
         "control.allow_fault_injection", kRestart, "", {}, "",
-        "let hapticd --inject make up faults, for tests of a box that nobody holds"),
+        "allow hapticd --inject to simulate faults, for tests of a box that nobody holds"),
     row<HAPTICD_MEMBER(state.folder)>(
         "state.folder", kRestart, "", {}, "",
         "folder of traces, profiles and the registration"),
     row<HAPTICD_MEMBER(trace.at_start)>(
         "trace.at_start", kRestart, "", {}, "",
-        "write a trace from the start on, without waiting for a command"),
+        "write a trace from the start, without waiting for a command"),
     row<HAPTICD_MEMBER(trace.depth)>(
         "trace.depth", kRestart, "", {}, "",
-        "record raw depth into each trace (about 2 MB/s), so that haptic-replay --trace can compute its forces again"),
+        "record raw depth in each trace (about 2 MB/s), so that haptic-replay --trace can recompute its forces"),
     row<HAPTICD_MEMBER(trace.compression)>(
         "trace.compression", kRestart, "", {}, "",
-        "of the chunks of a trace"),
+        "compression of the chunks of a trace"),
     row<HAPTICD_MEMBER(trace.max_file_mb)>(
         "trace.max_file_mb", kRestart, "MB", {1, 100'000}, "",
-        "a trace that is larger, with its depth, goes on in another file; under trace.max_folder_mb at a quarter of that at the latest"),
+        "size including depth at which a trace continues in another file; limited to a quarter of trace.max_folder_mb if that is set"),
     row<HAPTICD_MEMBER(trace.max_file_s)>(
         "trace.max_file_s", kRestart, "s", {5, 1e6}, "",
-        "an older trace goes on in another file"),
+        "duration after which a trace continues in another file"),
     row<HAPTICD_MEMBER(trace.max_folder_mb)>(
         "trace.max_folder_mb", kRestart, "MB", {0, 1e8}, "",
-        "with more in the folder the oldest finished traces are deleted, but none that is marked to be kept, no dump of the flight recorder and not the newest; 0: no limit, nothing is deleted"),
+        "size of the folder above which the oldest finished traces are deleted, except those marked to be kept, dumps of the flight recorder and the newest one; 0: nothing is deleted"),
     row<HAPTICD_MEMBER(trace.min_free_mb)>(
         "trace.min_free_mb", kRestart, "MB", {0, 1e6}, "",
-        "with less free space on the disk nothing is written until there is more"),
+        "free space on the disk below which nothing is written"),
     row<HAPTICD_MEMBER(trace.flight_recorder_s)>(
         "trace.flight_recorder_s", kRestart, "s", {0, 60}, "",
-        "the newest ticks that are kept in memory and written out on a fault or by hapticctl trace dump; 0: none"),
+        "duration of the newest ticks kept in memory, written on a fault or by hapticctl trace dump; 0: none"),
 });
 // clang-format on
 

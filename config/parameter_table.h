@@ -13,23 +13,24 @@
 
 namespace hapticd::config {
 
-/// A parameter's value as people and programs write it; a choice is the string of one of its alternatives.
+/// A parameter's value as written by people and programs; a choice is the string of one of its alternatives.
 using Value = std::variant<bool, std::int64_t, double, std::string>;
 
 enum class Kind { boolean, integer, number, choice, text };
 
 /// When a new value takes effect.
 enum class Effect {
-  live,     ///< at once, in the running loop
+  live,     ///< immediately, in the running loop
   restart,  ///< at the next start of the daemon
 };
 
-/// One row of the table: all that the YAML loader, the control API and hapticctl know of a parameter.
+/// One row of the table: everything that the YAML loader, the control API and hapticctl know about a
+/// parameter.
 struct Parameter {
-  std::string_view name;  ///< "group.name", with the unit at the end where it is a raw number
+  std::string_view name;  ///< "group.name", ending in the unit if it is a dimensional number
   Kind kind;
   Effect effect;
-  std::string_view unit;  ///< "N/m"; empty for pure numbers and words
+  std::string_view unit;  ///< e.g. "N/m"; empty for pure numbers and words
   double minimum;         ///< inclusive; for numbers and integers
   double maximum;         ///< inclusive; for numbers and integers
   std::span<const std::string_view> choices;
@@ -37,35 +38,36 @@ struct Parameter {
   std::string_view symbol;                        ///< the paper's, or empty
   std::string_view help;                          ///< one line
   Value (*get)(const Settings&);
-  void (*set)(Settings&, const Value&);  ///< `value` has passed check()
+  void (*set)(Settings&, const Value&);  ///< `value` must have passed check()
 
-  /// The value that a Settings{} has.
+  /// Returns the value in a default-constructed Settings.
   Value defaultValue() const;
-  /// "20..5000 N/m", "one of: paper, factory, custom", "true or false", "text".
+  /// Returns e.g. "20..5000 N/m", "one of: paper, factory, custom", "true or false", "text".
   std::string range() const;
-  /// `value` brought to the type of this parameter (an integer serves as a number), or why it is refused.
+  /// Returns `value` converted to the type of this parameter (an integer is accepted as a number), or why it
+  /// is refused.
   Result<Value> check(const Value& value) const;
-  /// The same from text, as in `--set name=value`.
+  /// Parses and checks a text, as in `--set name=value`.
   Result<Value> parse(std::string_view text) const;
 };
 
-/// All parameters, in the order in which they are shown.
+/// Returns all parameters in the order in which they are shown.
 std::span<const Parameter> parameterTable();
 
-/// Null when there is no parameter of this name.
+/// Returns null if there is no parameter of this name.
 const Parameter* findParameter(std::string_view name);
 
-/// The error for a name that is not in the table; it names the nearest ones.
+/// Returns the error for a name that is not in the table, with suggestions.
 Error unknownParameter(std::string_view name);
 
 /// Sets one parameter from text, as in `--set name=value`.
 Result<void> setFromText(Settings& settings, std::string_view name_and_value);
 
-/// What single ranges cannot say (near below far, the window holds the HIP's reach, min_points not above
-/// max_points, ...): every violated rule, or none.
+/// Checks the rules between parameters (near below far, the window covers the HIP's reach, min_points not
+/// above max_points, ...). Returns every violated rule, or none.
 std::vector<Error> checkTogether(const Settings& settings);
 
-/// "500", "0.04", "true", "paper": shortest form that reads back as the same value.
+/// Returns the shortest form that reads back as the same value: "500", "0.04", "true", "paper".
 std::string toText(const Value& value);
 
 }  // namespace hapticd::config

@@ -15,23 +15,23 @@
 namespace hapticd::config {
 namespace {
 
-/// errno of the first write to standard output that failed; 0: none has.
+/// errno of the first failed write to standard output; 0: none.
 int output_error = 0;
 
 void noteOutputError(int error) {
   if (output_error == 0) output_error = error;
 }
 
-/// A closed standard stream gets a descriptor that refuses what the stream is for.
+/// Replaces a closed standard stream by a descriptor that fails for its purpose.
 void occupyStandardStreams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(stream, F_GETFD) >= 0 || errno != EBADF) continue;
-    // takes the lowest number that is free, which is that of the stream
+    // takes the lowest free number, which is that of the stream
     if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
   }
 }
 
-/// fmt::print() throws where a stream does not take the text.
+/// fmt::print() throws if a stream does not accept the text.
 int statusOf(const std::function<int()>& work) {
   try {
     return work();
@@ -43,7 +43,7 @@ int statusOf(const std::function<int()>& work) {
   }
 }
 
-/// Also what the disk says only at the end, as over a network.
+/// Includes errors that the file system reports only at the end, e.g. over a network.
 bool closeOutput() {
   if (!flushOutput()) return false;
   if (::close(STDOUT_FILENO) == 0 || errno == EBADF) return true;

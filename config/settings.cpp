@@ -4,8 +4,8 @@
 namespace hapticd::config {
 namespace {
 
-// What libfreenect's freenect_raw_to_mm() computes from the constants that the cameras report:
-// Z = 9 / (28.379075 - 0.02605 d).
+// Computed by libfreenect's freenect_raw_to_mm() from the constants that the cameras report: Z = 9 /
+// (28.379075 - 0.02605 d).
 constexpr double kFactoryAPerM = -0.02605 / 9;
 constexpr double kFactoryBPerM = 28.379075 / 9;
 
@@ -28,7 +28,7 @@ double HandleSettings::effectiveDeviceMass_kg() const {
       return simulated.mass_kg;
     case HandleDriver::udp:  // any device may be behind a bridge or a controller
     case HandleDriver::hid:
-    case HandleDriver::falcon:  // no mass of it is published that we know of; it is surely heavier
+    case HandleDriver::falcon:  // no mass of it is known to be published; it is certainly larger
       break;
   }
   return kLightestDevice_kg;
@@ -37,7 +37,7 @@ double HandleSettings::effectiveDeviceMass_kg() const {
 rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
   rt::DepthModelParameters model = depth_model;
   switch (depth_law) {
-    case DepthLaw::paper:  // Table I, which are the defaults
+    case DepthLaw::paper:  // Table I, which the defaults are
       model.a_per_m = rt::DepthModelParameters{}.a_per_m;
       model.b_per_m = rt::DepthModelParameters{}.b_per_m;
       break;

@@ -50,12 +50,13 @@ constexpr auto wordsOf(TraceCompression) {
   return rt::words<TraceCompression>("none", "zstd");
 }
 
-/// Live. What the force law is chosen by; the law itself is LiveParameters::law.
+/// Live. Choice of the force law; the law in use is LiveParameters::law.
 struct ForceSettings {
   LawChoice law{};
   double max_error_n = 0;  ///< for a law that is not named; 0: as below
 
-  /// Seven percent of the force limit: the smallest difference that a hand feels (Pang, Tan, Durlach).
+  /// Returns the allowed error; the default is seven percent of the force limit, the smallest force
+  /// difference that a hand can detect (Pang, Tan, Durlach).
   double effectiveMaxError_n(const rt::SafetyParameters& safety) const {
     constexpr double kJustNoticeable = 0.07;
     return max_error_n > 0 ? max_error_n : kJustNoticeable * safety.max_force_n;
@@ -64,17 +65,18 @@ struct ForceSettings {
   rt::ForceLaw namedLaw() const { return law.value_or(rt::ForceLaw::surface); }
 };
 
+/// The camera: driver, depth conversion and pose.
 struct CameraSettings {
   CameraDriver driver = CameraDriver::freenect;
   std::string serial;     ///< empty: the first camera found
   std::string recording;  ///< folder with INDEX.txt, for the driver `recorded`
-  bool loop = true;       ///< the driver `recorded` starts again at the end
-  double speed = 1;       ///< the driver `recorded` plays that many times faster than the clock
+  bool loop = true;       ///< restart at the end, for the driver `recorded`
+  double speed = 1;       ///< playback speed relative to real time, for the driver `recorded`
   DepthLaw depth_law = DepthLaw::paper;
-  rt::DepthModelParameters depth_model;  ///< a and b here are those of the law `custom`
+  rt::DepthModelParameters depth_model;  ///< a and b are those of the depth law `custom`
   rt::PoseParameters pose;               ///< T_world_camera
 
-  /// depth_model with the coefficients that depth_law stands for.
+  /// Returns depth_model with the coefficients selected by depth_law.
   rt::DepthModelParameters effectiveDepthModel() const;
 };
 
@@ -92,62 +94,65 @@ struct SyntheticSettings {
 };
 
 /// The simulated handle and the hand that holds it. The hand moves towards the surface, strokes it, taps it
-/// or leans on it with press_force_n, retreats, and begins again.
+/// or leans on it with press_force_n, retreats, and repeats this.
 struct SimulatedHandleSettings {
   HandScript script = HandScript::stroke;
   double mass_kg = 0.045;
   double damping_n_s_per_m = 0.05;
-  double friction_n = 0;          ///< of the handle, along each axis: kinetic, and the limit of sticking
-  double position_quantum_m = 0;  ///< step of the measured position; 0: none
+  double friction_n = 0;  ///< of the handle, along each axis: kinetic friction and limit of static friction
+  double position_quantum_m = 0;  ///< resolution of the measured position; 0: exact
   double hand_stiffness_n_per_m = 400;
   double hand_damping_n_s_per_m = 4;
   rt::Vec3 start_m_in_world{0, 0, -0.8};
-  rt::Vec3 direction_in_world{0, 0, -1};  ///< of the approach; any length but zero
-  double travel_m = 0.4;                  ///< the hand turns back after that distance
+  rt::Vec3 direction_in_world{0, 0, -1};  ///< of the approach; any length except zero
+  double travel_m = 0.4;                  ///< distance after which the hand turns back
   double speed_m_per_s = 0.1;
   double press_force_n = 2;
-  double press_s = 2;      ///< how long it strokes or leans before it retreats
+  double press_s = 2;      ///< time for which it strokes or leans before it retreats
   double stroke_m = 0.05;  ///< amplitude of the stroke across the direction of approach
   double stroke_period_s = 2;
 };
 
-/// A device on another computer, behind the packets of drivers/handle/udp/protocol.md.
+/// A device on another computer, connected by the packets of drivers/handle/udp/protocol.md.
 struct UdpHandleSettings {
   std::string address = "127.0.0.1";  ///< of this computer, where packets of the peer arrive
   int port = 47800;
-  std::string peer;      ///< address of the other computer; "address:port" takes packets from that port only
-  std::string key_file;  ///< with the key that both share; empty: packets are not authenticated
+  std::string peer;  ///< address of the other computer; "address:port" accepts packets from that port only
+  std::string key_file;  ///< contains the key shared by both; empty: packets are not authenticated
 };
 
+/// A device on USB HID.
 struct HidHandleSettings {
   HidKind kind = HidKind::controller;
-  std::string device = "1209:0001";  ///< vendor and product, hexadecimal
+  std::string device = "1209:0001";  ///< vendor and product id, hexadecimal
   double full_speed_m_per_s = 0.1;   ///< of the HIP, at full deflection of a SpaceMouse
 };
 
+/// A Novint Falcon.
 struct FalconHandleSettings {
-  std::string firmware;       ///< path of the image that the device is loaded with
-  double force_share = 0.25;  ///< motor counts, of those that the peers' scale asks for
+  std::string firmware;       ///< path of the firmware image
+  double force_share = 0.25;  ///< fraction of the motor counts per newton that other drivers send
 };
 
+/// The haptic handle.
 struct HandleSettings {
   HandleDriver driver = HandleDriver::simulated;
   std::string serial;          ///< of the device to use; empty: the first one found
   rt::PoseParameters pose;     ///< T_world_handle
-  int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: there is none
-  double resolution_m = 5e-5;  ///< smallest motion of the hand that the device tells from noise
-  int thread_priority = -1;    ///< SCHED_FIFO; 0: none; -1: what the driver needs
-  double device_mass_kg = 0;   ///< of the device alone, at the hand; 0: the lightest of the driver's
+  int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: none
+  double resolution_m = 5e-5;  ///< smallest motion of the hand above the device's noise
+  int thread_priority = -1;    ///< SCHED_FIFO; 0: none; -1: the driver's default
+  double device_mass_kg = 0;   ///< of the device alone, at the hand; 0: that of the driver's lightest device
   SimulatedHandleSettings simulated;
   UdpHandleSettings udp;
   HidHandleSettings hid;
   FalconHandleSettings falcon;
 
-  /// device_mass_kg, or what stands for 0 with the driver.
+  /// Returns device_mass_kg, or the driver's default if that is 0.
   double effectiveDeviceMass_kg() const;
 };
 
-/// Each line as lineAddressFrom() (line_address.h) reads it; empty: there is no such LED.
+/// The LEDs. Each line is in the form of lineAddressFrom() (line_address.h); empty: no such LED.
 struct LedSettings {
   LedDriver driver = LedDriver::none;
   std::string chip;  ///< "gpiochipN", a path from /, or a label
@@ -157,6 +162,7 @@ struct LedSettings {
   std::string fault_line;
 };
 
+/// The sockets of the control API and permissions.
 struct ControlSettings {
   std::string status_socket = "/run/hapticd/io.hapticd.Status";
   std::string control_socket = "/run/hapticd/io.hapticd.Control";
@@ -165,28 +171,29 @@ struct ControlSettings {
   bool allow_fault_injection = false;
 };
 
-/// What the box keeps from one start to the next, below one folder: `traces`, `profiles`,
+/// State that the box keeps from one start to the next, in one folder: `traces`, `profiles`,
 /// `registration.yaml`.
 struct StateSettings {
   std::string folder = "/var/lib/hapticd";
 };
 
+/// Force traces.
 struct TraceSettings {
   bool at_start = false;
   bool depth = false;  ///< raw depth in each trace, for haptic-replay
   TraceCompression compression = TraceCompression::zstd;
-  double max_file_mb = 1000;  ///< a larger trace goes on in another file
+  double max_file_mb = 1000;  ///< a larger trace continues in another file
   double max_file_s = 3600;   ///< as does an older one
-  double max_folder_mb = 0;   ///< above that the oldest finished traces are deleted; 0: none ever is
+  double max_folder_mb = 0;   ///< above it the oldest finished traces are deleted; 0: never
   double min_free_mb = 500;   ///< with less free space nothing is written
   double flight_recorder_s = 10;
 };
 
-/// Everything that can be configured. The parameter table (parameter_table.h) names each member, its unit,
-/// range and default.
+/// The complete configuration. The parameter table (parameter_table.h) defines name, unit, range and default
+/// of each member.
 struct Settings {
   ForceSettings force;
-  rt::LiveParameters live;  ///< but its law: see effectiveLive()
+  rt::LiveParameters live;  ///< except the law: see effectiveLive()
   CameraSettings camera;
   SyntheticSettings synthetic;
   rt::GridParameters grid;
@@ -197,7 +204,7 @@ struct Settings {
   StateSettings state;
   TraceSettings trace;
 
-  /// `live` with the law that `force` names and the mass of the device.
+  /// Returns `live` with the law configured in `force` and the mass of the device.
   rt::LiveParameters effectiveLive() const;
 };
 

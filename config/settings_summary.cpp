@@ -12,8 +12,8 @@
 namespace hapticd::config {
 namespace {
 
-// More than that nobody reads in a line.
-constexpr std::size_t kMostShown = 16;
+// More do not fit into a readable line.
+constexpr std::size_t kMaxShown = 16;
 
 std::string shown(const Parameter& parameter, const Value& value) {
   return parameter.kind == Kind::text ? inQuotes(std::get<std::string>(value)) : toText(value);
@@ -22,7 +22,7 @@ std::string shown(const Parameter& parameter, const Value& value) {
 }  // namespace
 
 std::string SettingsSummary::differencesText() const {
-  const std::span first(differences.data(), std::min(differences.size(), kMostShown));
+  const std::span first(differences.data(), std::min(differences.size(), kMaxShown));
   std::string text = fmt::format("{}", fmt::join(first, ", "));
   if (first.size() < differences.size()) {
     text += fmt::format(", and {} more", differences.size() - first.size());

@@ -9,17 +9,19 @@
 
 namespace hapticd::config {
 
-/// What a configuration makes of the defaults, for people who check whether all that they wrote has arrived.
+/// Summary of a configuration's differences from the defaults, so that people can check that all their
+/// settings took effect.
 struct SettingsSummary {
-  std::size_t set = 0;                   ///< parameters that the file and the overrides name
-  std::vector<std::string> differences;  ///< "safety.max_force_n = 1 (default 4)", in the table's order
+  std::size_t set = 0;                   ///< number of parameters set by the file and the overrides
+  std::vector<std::string> differences;  ///< e.g. "safety.max_force_n = 1 (default 4)", in the table's order
 
-  /// The first of them, joined, and how many there are beyond these; empty: none differs.
+  /// Returns the first of them, joined, and the number of the others; empty if none differs.
   std::string differencesText() const;
-  /// "12 parameters set, 3 differ from the defaults: safety.max_force_n = 1 (default 4), ...".
+  /// Returns e.g. "12 parameters set, 3 differ from the defaults: safety.max_force_n = 1 (default 4), ...".
   std::string text() const;
 };
 
+/// Summarises a loaded configuration.
 SettingsSummary summaryOf(const Configuration& configuration);
 
 }  // namespace hapticd::config

@@ -19,7 +19,7 @@ bool within(std::uint8_t byte, std::uint8_t lowest, std::uint8_t highest) {
   return byte >= lowest && byte <= highest;
 }
 
-// Length of the well-formed UTF-8 sequence at `at`, 0 if there is none (Unicode 15, table 3-7).
+// Returns the length of the well-formed UTF-8 sequence at `at`; 0 if there is none (Unicode 15, table 3-7).
 std::size_t sequenceLength(std::string_view text, std::size_t at) {
   const std::uint8_t first = byteAt(text, at);
   const std::uint8_t second = byteAt(text, at + 1);
@@ -40,7 +40,7 @@ std::size_t sequenceLength(std::string_view text, std::size_t at) {
   return 0;
 }
 
-/// Of the well-formed sequence of `length` bytes at `at`.
+/// Returns the code point of the well-formed sequence of `length` bytes at `at`.
 char32_t codePointAt(std::string_view text, std::size_t at, std::size_t length) {
   constexpr std::uint8_t kFirstByteMask[] = {0, 0x7f, 0x1f, 0x0f, 0x07};
   char32_t code_point = byteAt(text, at) & kFirstByteMask[length];
@@ -56,7 +56,7 @@ bool isUnprintable(char32_t code_point) {
          within(0xfff9, 0xfffb) || code_point == 0xfeff || (code_point & 0xfffe) == 0xfffe;
 }
 
-/// The next character as it may be shown; `at` goes behind it.
+/// Returns the next character in printable form and advances `at` past it.
 std::string nextShown(std::string_view text, std::size_t& at) {
   const std::size_t length = sequenceLength(text, at);
   const std::size_t bytes = std::max<std::size_t>(length, 1);

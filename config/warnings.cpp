@@ -11,7 +11,7 @@
 namespace hapticd::config {
 namespace {
 
-/// Whether packets of other computers reach the handle.
+/// Returns whether packets of other computers reach the handle.
 bool isOpenToTheNetwork(const UdpHandleSettings& udp) {
   const Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
   const Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
@@ -26,18 +26,18 @@ std::optional<Error> unauthenticatedHandle(const HandleSettings& handle) {
   return Error{
       "udp_handle.key_file",
       fmt::format("is empty, and packets come over a network (udp_handle.address {}, udp_handle.peer "
-                  "{}): whoever can send there in the peer's name moves the handle",
+                  "{}): anyone who can send packets with the peer's address can move the handle",
                   inQuotes(udp.address), inQuotes(udp.peer)),
       "give both computers the same key, made with: openssl rand 32"};
 }
 
-/// Set by somebody who expects the law `surface` of older versions.
+/// Set by people who expect the law `surface` of older versions.
 std::optional<Error> voxelEdgeWithoutEffect(const rt::SurfaceParameters& surface) {
   if (surface.voxel_edge_m == rt::SurfaceParameters{}.voxel_edge_m) return std::nullopt;
   return Error{"surface.voxel_edge_m",
-               fmt::format("is {}, without effect: the law surface has no voxels any more",
+               fmt::format("is {}, without effect, because the law surface uses no voxels",
                            numberText(surface.voxel_edge_m)),
-               "leave it out"};
+               "remove it"};
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace hapticd::config {
 
-/// What is allowed, but hardly meant: to be shown, never to be refused.
+/// Returns settings that are allowed but probably unintended; they are shown, never refused.
 std::vector<Error> warningsOf(const Settings& settings);
 
 }  // namespace hapticd::config

@@ -20,13 +20,13 @@ namespace hapticd::config {
 namespace {
 
 constexpr std::size_t kLongestFile = std::size_t{1} << 20;
-constexpr std::size_t kMostErrors = 100;
+constexpr std::size_t kMaxErrors = 100;
 
 Error unreadable(const std::filesystem::path& file, const FileFault& fault) {
   const auto remedy = [&fault] {
     switch (fault.reason) {
       case FileFault::Reason::not_regular:
-        return "put a plain file there, or name another one";
+        return "put a regular file there, or name another one";
       case FileFault::Reason::too_long:
         return "check that this is the configuration file";
       case FileFault::Reason::unreadable:
@@ -53,7 +53,7 @@ std::vector<std::string> groupNames() {
 Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names) {
   if (const Parameter* parameter = findParameter(group.name); parameter != nullptr) {
     const std::size_t dot = group.name.find('.');
-    return {group.name, "stands outside its group",
+    return {group.name, "is outside its group",
             fmt::format("write it as `{}: {{{}: {}}}`", group.name.substr(0, dot), group.name.substr(dot + 1),
                         group.scalar && group.scalar->size() < 40 ? printable(*group.scalar) : "value")};
   }
@@ -63,10 +63,10 @@ Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names
           guess.empty() ? fmt::format("groups: {}", fmt::join(names, ", ")) : guess};
 }
 
-// Fills Settings from a file and from overrides, and keeps what was wrong and which parameter was set where.
+// Fills Settings from a file and overrides, and records the errors and where each parameter was set.
 class Loading {
  public:
-  /// `belongs`: whether the file may name a parameter; empty: any.
+  /// `belongs`: whether the file may contain a parameter; empty: any.
   explicit Loading(std::string file_name, std::function<bool(const Parameter&)> belongs = {})
       : file_name_(std::move(file_name)), belongs_(std::move(belongs)) {}
 
@@ -91,7 +91,8 @@ class Loading {
     set_at_[name] = {kAfterTheFile, where};
   }
 
-  // A rule that joins a parameter that was refused or not read is not judged: the meant value is not known.
+  // A rule about a parameter that was refused or not read is not checked, because the intended value is
+  // unknown.
   void checkRules() {
     if (!complete_) return;
     for (const Conflict& conflict : conflictsIn(settings_)) {
@@ -123,8 +124,8 @@ class Loading {
     std::ranges::stable_sort(errors_, {}, &std::pair<int, Error>::first);
     std::vector<Error> errors;
     for (auto& [line, error] : errors_) {
-      if (errors.size() == kMostErrors) {
-        errors.push_back({file_name_, fmt::format("{} more problems", errors_.size() - kMostErrors), ""});
+      if (errors.size() == kMaxErrors) {
+        errors.push_back({file_name_, fmt::format("{} more problems", errors_.size() - kMaxErrors), ""});
         break;
       }
       errors.push_back(std::move(error));
@@ -132,7 +133,7 @@ class Loading {
     return errors;
   }
 
-  // As a message may show it, without the quotes.
+  // For use in a message, without the quotes.
   static std::string shortened(const std::string& text) {
     const std::string quotation = inQuotes(text);
     return quotation.substr(1, quotation.size() - 2);
@@ -154,7 +155,7 @@ class Loading {
       report(group.line, unknownGroup(group, names));
     } else if (group.scalar) {
       report(group.line,
-             {group.name, fmt::format("{} stands where `name: value` is expected", inQuotes(*group.scalar)),
+             {group.name, fmt::format("found {} where `name: value` is expected", inQuotes(*group.scalar)),
               fmt::format("write it as `{}: {{name: value}}`", group.name)});
     }
   }
@@ -168,8 +169,8 @@ class Loading {
       return;
     }
     if (belongs_ && !belongs_(*parameter)) {
-      report(entry.line, {name, "is not one of the parameters that belong into this file",
-                          "take the line out; hapticd.yaml is the place for it"});
+      report(entry.line, {name, "is not a parameter of this file",
+                          "remove the line; the parameter belongs in hapticd.yaml"});
       return;
     }
     const Result<Value> value = valueOf(entry, *parameter);
@@ -189,12 +190,12 @@ class Loading {
     if (!value || is_text || !entry.quoted) return value;
     return std::unexpected(
         Error{std::string(parameter.name),
-              fmt::format("{} is text because of its quotes, write {} without (allowed: {})",
+              fmt::format("{} is text because of its quotes, write {} without them (allowed: {})",
                           inQuotes(entry.value), shortened(entry.value), parameter.range()),
               ""});
   }
 
-  // A conflict is reported where its first parameter that was set at all was set.
+  // A conflict is reported at the place of its first parameter that was set at all.
   std::pair<int, Error> placed(const Conflict& conflict) const {
     for (const std::string_view name : conflict.parameters) {
       const auto place = set_at_.find(std::string(name));
@@ -211,7 +212,7 @@ class Loading {
   Settings settings_;
   std::vector<Assignment> assignments_;
   bool complete_ = false;                      // the file was read to its end
-  std::vector<std::pair<int, Error>> errors_;  // with the line, for the order
+  std::vector<std::pair<int, Error>> errors_;  // with the line, for sorting
   std::map<std::string, Place> set_at_;
   std::set<std::string> refused_;
   std::set<std::string> unknown_groups_;

@@ -16,37 +16,39 @@
 
 namespace hapticd::config {
 
-/// Settings, and how they came about.
+/// Settings and statistics of how they were loaded.
 struct Configuration {
   Settings settings;
-  std::size_t parameters_set = 0;  ///< by the file and the overrides; each once
+  std::size_t parameters_set = 0;  ///< number set by the file and the overrides, each counted once
 };
 
-/// Settings from a YAML 1.2 file of the form `group: {name: value}`, at most 1 MiB, and from `overrides` of
-/// the form "group.name=value", which are applied after it; what neither names keeps its default. An empty
-/// file is valid. Numbers and truth values stand without quotes; no anchors, aliases, tags or second
-/// documents. Errors: every problem of the file, each with file, line, value and allowed range; nothing is
-/// half applied.
+/// Loads settings from a YAML 1.2 file of the form `group: {name: value}`, at most 1 MiB, and then applies
+/// `overrides` of the form "group.name=value"; all other parameters keep their defaults. An empty file is
+/// valid. Numbers and truth values are written without quotes; anchors, aliases, tags and multiple documents
+/// are not supported.
+/// Errors: every problem of the file, each with file, line, value and allowed range; nothing is applied
+/// partially.
 std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::filesystem::path& file,
                                                                    std::span<const std::string> overrides,
                                                                    FileKind kind);
 
-/// The settings alone, from a file of any kind.
+/// Loads only the settings, from a file of any kind.
 std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
                                                          std::span<const std::string> overrides = {});
 
-/// The same of `text`, which messages call `name`.
+/// Loads settings from `text`, which messages call `name`.
 std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name);
 
-/// A parameter of the table and a value that it takes.
+/// A parameter of the table and a valid value for it.
 struct Assignment {
   const Parameter* parameter = nullptr;
   Value value;
 };
 
-/// What a text of the same form sets, in its order, to be set on top of other settings: the rules between
-/// parameters (checkTogether) are the caller's to check then. Messages call it `name`. `belongs`: whether a
-/// parameter may be there. Errors: those of a file of settings, and parameters that do not belong there.
+/// Parses the assignments in a text of the same form, in order, to be applied to other settings; the caller
+/// must then check the rules between parameters (checkTogether). Messages call the text `name`. `belongs`:
+/// whether a parameter is allowed there.
+/// Errors: those of a configuration file, and parameters that are not allowed there.
 std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs);
 

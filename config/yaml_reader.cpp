@@ -18,11 +18,11 @@
 namespace hapticd::config {
 namespace {
 
-// Names and values of a file; bounds the work that a damaged or foreign file makes. There are far fewer
+// Limit of names and values in a file, to bound the work for a damaged or unrelated file. There are far fewer
 // parameters.
-constexpr int kMostEvents = 5000;
+constexpr int kMaxEvents = 5000;
 
-// Leaves the parser early; never leaves this file.
+// Ends the parser early; never leaves this file.
 struct TooManyEvents {
   int line;
 };
@@ -30,8 +30,8 @@ struct TooManyEvents {
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 constexpr std::string_view kForm = "write it as `group: {name: value}`, or the same on indented lines";
 
-// Sorts the parser's events into groups and entries. The parser's own tree is not used: it drops a first
-// value when a name is given twice, and it follows aliases.
+// Sorts the parser's events into groups and entries. The parser's own tree is not used, because it drops the
+// first value of a duplicate name and follows aliases.
 class EntryCollector final : public YAML::EventHandler {
  public:
   explicit EntryCollector(YamlFile& file) : file_(file) {}
@@ -86,21 +86,21 @@ class EntryCollector final : public YAML::EventHandler {
     bool quoted;
     int line;
   };
-  // What the next event at the current level is.
+  // The meaning of the next event at the current level.
   enum class Expected { root, group_key, group_value, name_key, name_value };
 
-  static constexpr std::string_view kQuotedTag = "!";  // as the parser calls the lack of a tag
+  static constexpr std::string_view kQuotedTag = "!";  // the parser's tag of a quoted scalar
   static constexpr std::string_view kPlainTag = "?";
 
   static int lineOf(const YAML::Mark& mark) { return mark.line + 1; }
 
   void count(const YAML::Mark& mark) {
-    if (++events_ > kMostEvents) throw TooManyEvents{lineOf(mark)};
+    if (++events_ > kMaxEvents) throw TooManyEvents{lineOf(mark)};
   }
 
   bool isTagRefused(const YAML::Mark& mark, const std::string& tag) {
     if (tag.empty() || tag == kPlainTag || tag == kQuotedTag) return false;
-    problem(lineOf(mark), fmt::format("tag {} is not supported", inQuotes(tag)), "leave the tag out");
+    problem(lineOf(mark), fmt::format("tag {} is not supported", inQuotes(tag)), "remove the tag");
     return true;
   }
 
@@ -127,13 +127,12 @@ class EntryCollector final : public YAML::EventHandler {
     advance(std::nullopt);
   }
 
-  // Nothing: a scalar that has been reported already.
+  // `scalar`: nothing if it has been reported already.
   void takeScalar(std::optional<Scalar> scalar) {
     if (skipped_levels_ > 0) return;
     if (scalar && expected_ == Expected::root) {
       problem(scalar->line,
-              fmt::format("{} stands where groups of parameters are expected", inQuotes(scalar->text)),
-              kForm);
+              fmt::format("found {} where groups of parameters are expected", inQuotes(scalar->text)), kForm);
     } else if (scalar && expected_ == Expected::group_value && group_) {
       file_.groups.back().scalar = scalar->text;
     } else if (scalar && expected_ == Expected::name_value && name_ && group_) {
@@ -142,7 +141,7 @@ class EntryCollector final : public YAML::EventHandler {
     advance(std::move(scalar));
   }
 
-  // Goes on to what follows a scalar, which is the key if a key was expected.
+  // Advances to what follows a scalar, which is the key if a key was expected.
   void advance(std::optional<Scalar> scalar) {
     switch (expected_) {
       case Expected::root:
@@ -170,7 +169,7 @@ class EntryCollector final : public YAML::EventHandler {
     const auto first = std::ranges::find(file_.groups, key->text, &YamlGroup::name);
     if (first != file_.groups.end()) {
       problemAt(key->text, key->line, fmt::format("is given twice, first in line {}", first->line),
-                "join the two");
+                "merge the two");
     }
     file_.groups.push_back({key->text, key->line, std::nullopt});
     group_ = std::move(key->text);
@@ -190,7 +189,7 @@ class EntryCollector final : public YAML::EventHandler {
     name_ = std::move(key);
   }
 
-  // A map or a sequence begins.
+  // Handles the beginning of a map or sequence.
   void enter(int line, bool map) {
     if (skipped_levels_ > 0) {
       ++skipped_levels_;
@@ -209,15 +208,15 @@ class EntryCollector final : public YAML::EventHandler {
     if (expected_ == Expected::name_value && name_) {
       problem(line, fmt::format("is {}, but a parameter has a single value", found), "write `name: value`");
     } else if (expected_ == Expected::group_key || expected_ == Expected::name_key) {
-      problem(line, fmt::format("{} stands where a name is expected", found), kForm);
+      problem(line, fmt::format("found {} where a name is expected", found), kForm);
     } else if (expected_ == Expected::group_value && group_) {
-      problem(line, fmt::format("{} stands where `name: value` is expected", found), kForm);
+      problem(line, fmt::format("found {} where `name: value` is expected", found), kForm);
     } else if (expected_ == Expected::root) {
-      problem(line, fmt::format("{} stands where groups of parameters are expected", found), kForm);
+      problem(line, fmt::format("found {} where groups of parameters are expected", found), kForm);
     }
   }
 
-  // A map or a sequence ends.
+  // Handles the end of a map or sequence.
   void leave() {
     if (skipped_levels_ > 0) {
       if (--skipped_levels_ == 0) advance(std::nullopt);
@@ -229,11 +228,11 @@ class EntryCollector final : public YAML::EventHandler {
   }
 
   YamlFile& file_;
-  std::vector<SourceScalar> source_;  // all scalars in their order
+  std::vector<SourceScalar> source_;  // all scalars in order
   Expected expected_ = Expected::root;
   int document_line_ = 0;
   int events_ = 0;
-  int skipped_levels_ = 0;            // inside something that has been reported already
+  int skipped_levels_ = 0;            // number of levels inside something that has been reported already
   std::optional<std::string> group_;  // nothing: its name was unusable
   std::optional<Scalar> name_;        // nothing: the name was unusable
   std::vector<Scalar> names_;         // of the current group
@@ -251,7 +250,7 @@ void parseDocument(std::string_view text, YamlFile& file, EntryCollector& collec
   parser.HandleNextDocument(collector);
   YamlFile second;
   EntryCollector ignored(second);
-  // Not a loop over all documents: the parser may report damaged ones for ever.
+  // Not a loop over all documents, because the parser may report damaged ones forever.
   if (parser.HandleNextDocument(ignored)) {
     file.problems.push_back({ignored.documentLine(), "", "a second YAML document begins",
                              "keep one, without a line `---` after it"});
@@ -266,12 +265,12 @@ void parse(std::string_view text, YamlFile& file) {
     parseDocument(text, file, collector);
   } catch (const TooManyEvents& stop) {
     file.problems.push_back({stop.line, "",
-                             fmt::format("more than {} names and values, not read any further", kMostEvents),
+                             fmt::format("more than {} names and values, not read any further", kMaxEvents),
                              "check that this is the configuration file"});
   } catch (const YAML::Exception& exception) {
     syntax = syntaxProblem(exception);
   }
-  // Where both find something, the first place is the cause: a quote that is not closed upsets later lines.
+  // If both find a problem, the first place is the cause: an unclosed quote affects later lines.
   if (file.problems.empty()) {
     auto problem = sourceProblem(text, collector.source(), file.complete);
     if (problem && (!syntax || problem->line < syntax->line)) {

@@ -13,17 +13,18 @@ struct YamlEntry {
   std::string group;
   std::string name;
   std::string value;
-  bool quoted = false;  ///< the value stood in quotes
+  bool quoted = false;  ///< the value was in quotes
   int line = 0;         ///< of the name, 1 for the first
 };
 
+/// One group of a file.
 struct YamlGroup {
   std::string name;
   int line = 0;
-  std::optional<std::string> scalar;  ///< what stood where the group's entries belong: `group: scalar`
+  std::optional<std::string> scalar;  ///< scalar in place of the group's entries: `group: scalar`
 };
 
-/// What is wrong in which line; line 0: with the file as a whole.
+/// A problem in a line; line 0: of the file as a whole.
 struct YamlProblem {
   int line = 0;
   std::string where;  ///< "group.name" or "group"; may be empty
@@ -31,15 +32,16 @@ struct YamlProblem {
   std::string remedy;
 };
 
+/// Content of a file.
 struct YamlFile {
-  std::vector<YamlGroup> groups;   ///< each once, empty ones too
+  std::vector<YamlGroup> groups;   ///< each once, including empty ones
   std::vector<YamlEntry> entries;  ///< each once
   std::vector<YamlProblem> problems;
-  bool complete = false;  ///< read to the end; false after what no parser can get over
+  bool complete = false;  ///< read to the end; false after an error from which no parser can recover
 };
 
-/// Reads the form `group: {name: value}` without any knowledge of the names: everything of YAML that is not
-/// this form, and every group or name given twice, is a problem.
+/// Reads the form `group: {name: value}` without knowledge of the names: any other element of YAML, and every
+/// duplicate group or name, is a problem.
 YamlFile readYaml(std::string_view text);
 
 }  // namespace hapticd::config

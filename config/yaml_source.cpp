@@ -12,10 +12,10 @@ namespace hapticd::config {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
-// What may follow a backslash in double quotes (YAML 1.2, 5.7), but for the end of the line.
+// Characters that may follow a backslash in double quotes (YAML 1.2, 5.7), except the end of the line.
 constexpr std::string_view kEscapes = "0abtnvfe \"/\\N_LPxuU";
 
-/// Goes through the text from scalar to scalar.
+/// Walks through the text from scalar to scalar.
 class SourceWalk {
  public:
   SourceWalk(std::string_view text, std::span<const SourceScalar> scalars) : text_(text), scalars_(scalars) {}
@@ -28,7 +28,7 @@ class SourceWalk {
     if (!complete) return std::nullopt;
     if (!passTo(text_.size())) return problem_;
     if (has_version_ && !begun_) {
-      fail("a line `---` is missing behind the version", "write it below %YAML, or leave the version out");
+      fail("a line `---` is missing after the version", "write it below %YAML, or remove the version");
       return problem_;
     }
     return std::nullopt;
@@ -53,13 +53,13 @@ class SourceWalk {
     return problem_;
   }
 
-  /// Passes what may stand between two scalars.
+  /// Skips what is allowed between two scalars.
   bool passTo(std::size_t end) {
     while (at_ < end) {
       if (current() == '#') {
         if (kBlanks.find(before()) == std::string_view::npos && before() != '\n') return failHere();
         at_ += restOfLine().size();
-        if (at_ > end) return fail("a comment is taken for a value", "put the value in quotes");
+        if (at_ > end) return fail("a comment was parsed as a value", "put the value in quotes");
       } else if (before() == '\n' && isMarker()) {
         at_ += restOfLine().starts_with("%") ? restOfLine().size() : 3;
       } else if (current() == '{' && !mayBeginValue() && !isIndentedGroup()) {
@@ -71,7 +71,7 @@ class SourceWalk {
     return true;
   }
 
-  /// The beginning and the end of a document, and the version before it.
+  /// Recognises the beginning and end of a document, and the version before it.
   bool isMarker() {
     const std::string_view line = restOfLine();
     const bool ends_here = line.size() == 3 || (line.size() > 3 && kBlanks.contains(line[3]));
@@ -103,13 +103,13 @@ class SourceWalk {
     return break_at == std::string_view::npos ? at_ : at_ - break_at - 1;
   }
 
-  /// The entries of a group in braces, below its name: all readers take them where they are indented.
+  /// Entries of a group in braces below its name: all readers accept them if they are indented.
   bool isIndentedGroup() const { return name_column_ && column() > *name_column_; }
 
-  /// Values in another line than their name: readers differ in what indentation they ask for.
+  /// Readers differ in the indentation that they require for values on another line than their name.
   bool mayBeginValue() const { return depth_ > 0 || behind_name_ || !in_entries_; }
   bool failValueElsewhere() {
-    return fail("the value does not stand on the line of its name", "write it as `name: value`");
+    return fail("the value is not on the line of its name", "write it as `name: value`");
   }
 
   bool pass(const SourceScalar& scalar) {
@@ -132,7 +132,7 @@ class SourceWalk {
 
   bool passColon(bool quoted) {
     at_ = std::min(text_.find_first_not_of(kBlanks, at_), text_.size());
-    if (current() != ':') return fail("a colon is missing behind the name", "write `name: value`");
+    if (current() != ':') return fail("a colon is missing after the name", "write `name: value`");
     ++at_;
     const bool as_in_json = quoted && depth_ > 0;
     return as_in_json || current() == '\n' || kBlanks.contains(current()) || failHere();
@@ -144,7 +144,7 @@ class SourceWalk {
     while (length < line.size() && line[length] != quote) {
       const bool escapes = quote == '"' && line[length] == '\\' && length + 1 < line.size();
       if (escapes && !kEscapes.contains(line[length + 1])) {
-        return fail(fmt::format("{} stands for no character", inQuotes(line.substr(length, 2))),
+        return fail(fmt::format("{} is not a valid escape sequence", inQuotes(line.substr(length, 2))),
                     "write \\\\ for a backslash");
       }
       length += escapes ? 2 : 1;
@@ -161,7 +161,7 @@ class SourceWalk {
     if (current() == ':') return failHere();
     if (!restOfLine().starts_with(value)) {
       return fail(
-          fmt::format("the value that begins with {} goes on in the next line", inQuotes(restOfLine())),
+          fmt::format("the value that begins with {} continues on the next line", inQuotes(restOfLine())),
           "write it on one line; check the colon and the indentation of the line below");
     }
     at_ += value.size();
@@ -172,11 +172,11 @@ class SourceWalk {
   std::span<const SourceScalar> scalars_;
   std::size_t at_ = 0;
   int depth_ = 0;                           // of flow maps
-  bool has_version_ = false;                // by a line %YAML, behind which a line --- must come
+  bool has_version_ = false;                // from a line %YAML, which must be followed by a line ---
   bool begun_ = false;                      // by a line ---
-  bool in_entries_ = false;                 // behind the first name
+  bool in_entries_ = false;                 // after the first name
   bool behind_name_ = false;                // on its line
-  std::optional<std::size_t> name_column_;  // of the name whose value is due; nothing in braces
+  std::optional<std::size_t> name_column_;  // of the name whose value is expected; nothing in braces
   SourceProblem problem_;
 };
 

@@ -8,7 +8,7 @@
 namespace hapticd::config {
 namespace {
 
-/// A double-quoted scalar of YAML 1.2, which holds any text.
+/// Returns a double-quoted scalar of YAML 1.2, which can hold any text.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char character : text) {

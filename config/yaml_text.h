@@ -9,7 +9,7 @@
 
 namespace hapticd::config {
 
-/// The parameters that `chosen` is true of (all where it is empty), as a file that loadSettings() reads back
+/// Returns the parameters selected by `chosen` (all if it is empty) as a file that loadSettings() reads back
 /// to the same values.
 std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen = {});
 

@@ -17,7 +17,7 @@ std::unique_ptr<Camera> makeCamera(const config::CameraSettings& settings,
     case config::CameraDriver::synthetic:
       return std::make_unique<SyntheticCamera>(synthetic, settings.effectiveDepthModel());
   }
-  return nullptr;  // no other value passes the configuration
+  return nullptr;  // the configuration accepts no other value
 }
 
 }  // namespace hapticd::drivers

@@ -8,7 +8,7 @@
 
 namespace hapticd::drivers {
 
-/// The camera driver that the settings name; not started.
+/// Creates the camera driver selected by the settings; it is not started.
 std::unique_ptr<Camera> makeCamera(const config::CameraSettings& settings,
                                    const config::SyntheticSettings& synthetic);
 

@@ -21,7 +21,7 @@ std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
     case config::HandleDriver::falcon:
       return std::make_unique<FalconHandle>(settings, scale, policy);
   }
-  return nullptr;  // no other value passes the configuration
+  return nullptr;  // the configuration accepts no other value
 }
 
 }  // namespace hapticd::drivers

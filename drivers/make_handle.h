@@ -9,7 +9,7 @@
 
 namespace hapticd::drivers {
 
-/// The handle driver that the settings name; not started.
+/// Creates the handle driver selected by the settings; it is not started.
 std::unique_ptr<Handle> makeHandle(const config::HandleSettings& settings,
                                    const rt::HandleScaleParameters& scale,
                                    const HandleThreadPolicy& policy = {});

@@ -13,7 +13,7 @@ std::unique_ptr<LedPanel> makeLedPanel(const config::LedSettings& settings) {
     case config::LedDriver::gpiod:
       return std::make_unique<GpiodLeds>(settings);
   }
-  return nullptr;  // no other value passes the configuration
+  return nullptr;  // the configuration accepts no other value
 }
 
 }  // namespace hapticd::drivers

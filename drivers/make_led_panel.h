@@ -8,7 +8,7 @@
 
 namespace hapticd::drivers {
 
-/// The LED driver that the settings name; not started.
+/// Creates the LED driver selected by the settings; it is not started.
 std::unique_ptr<LedPanel> makeLedPanel(const config::LedSettings& settings);
 
 }  // namespace hapticd::drivers

@@ -16,7 +16,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using PixelTag = hn::ScalableTag<std::uint16_t>;
 
-/// Copies pixels, those without a depth as kRawNoMeasurement; true if all have one.
+/// Copies `count` pixels from `raw` to `out`. A raw value outside [raw_first, raw_last] has no depth and
+/// becomes kRawNoMeasurement. Returns true if every pixel has a depth.
 bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::uint16_t raw_last,
              std::uint16_t* out) {
   const PixelTag d;
@@ -40,7 +41,8 @@ bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::
   return all;
 }
 
-/// Pixels without a measurement become what `fallback` has there, if that is within [first_raw, last_raw].
+/// Replaces each pixel of `image` that has no measurement by that of `fallback` if its value lies within
+/// [first_raw, last_raw].
 void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, std::uint16_t last_raw,
              std::uint16_t* image) {
   const PixelTag d;
@@ -62,6 +64,8 @@ void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, 
   }
 }
 
+/// Replaces each pixel of `image` by that of `hidden` where the latter lies within [first_raw, last_raw].
+/// Returns true if that changed any pixel.
 bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t first_raw, std::uint16_t last_raw,
                   std::uint16_t* image) {
   const PixelTag d;
@@ -87,7 +91,8 @@ bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t first_ra
 }
 
 #if HWY_TARGET == HWY_SCALAR
-/// Four rows of pixels from `image` on, which lies in a frame.
+/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
+/// block, inside an image with rows of kFrameWidth pixels.
 void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
   const auto stepBetween = [](int a, int b) { return static_cast<std::uint64_t>(std::abs(a - b)); };
@@ -111,8 +116,8 @@ void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
 #else
 using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
 
-/// The sum of the four pixels in each lane of 64 bits.
-HWY_INLINE hn::Vec<BlockTag> sumOfLane(hn::Vec<PixelTag> pixels) {
+/// Returns the sum of the four 16-bit pixels in each 64-bit lane.
+HWY_INLINE hn::Vec<BlockTag> sumPerLane(hn::Vec<PixelTag> pixels) {
   const BlockTag d64;
   const hn::Repartition<std::uint32_t, PixelTag> d32;
   const auto pairs = hn::BitCast(d32, pixels);
@@ -121,8 +126,8 @@ HWY_INLINE hn::Vec<BlockTag> sumOfLane(hn::Vec<PixelTag> pixels) {
   return hn::And(hn::Add(wide, hn::ShiftRight<32>(wide)), hn::Set(d64, 0xFFFFFFFFU));
 }
 
-/// The greatest of the four pixels in each lane of 64 bits.
-HWY_INLINE hn::Vec<BlockTag> greatestOfLane(hn::Vec<PixelTag> pixels) {
+/// Returns the largest of the four 16-bit pixels in each 64-bit lane.
+HWY_INLINE hn::Vec<BlockTag> maxPerLane(hn::Vec<PixelTag> pixels) {
   const PixelTag d;
   const BlockTag d64;
   const auto wide = hn::BitCast(d64, pixels);
@@ -135,7 +140,8 @@ HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> 
   return hn::Sub(hn::Max(a, b), hn::Min(a, b));
 }
 
-/// Four rows of pixels from `image` on, which lies in a frame.
+/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
+/// block, inside an image with rows of kFrameWidth pixels.
 void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
   static_assert(BlockLattice::kBlock_px == 4, "a block's row of pixels is one 64-bit lane");
   const PixelTag d;
@@ -159,9 +165,9 @@ void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
       largest_step = hn::Max(largest_step, hn::Max(across, stepBetween(value, above)));
       above = value;
     }
-    hn::StoreU(sumOfLane(sum), d64, out.sum + block);
-    hn::StoreU(sumOfLane(count), d64, out.count + block);
-    hn::StoreU(greatestOfLane(largest_step), d64, out.largest_step + block);
+    hn::StoreU(sumPerLane(sum), d64, out.sum + block);
+    hn::StoreU(sumPerLane(count), d64, out.count + block);
+    hn::StoreU(maxPerLane(largest_step), d64, out.largest_step + block);
   }
 }
 #endif
@@ -183,24 +189,25 @@ constexpr std::size_t pixelOf(int row, int column) noexcept {
   return static_cast<std::size_t>(row) * kFrameWidth + static_cast<std::size_t>(column);
 }
 
-/// The pixels [begin, end) of a row have no measurement.
+/// Consecutive pixels [begin, end) of a row that have no measurement.
 struct Gap {
   int begin;
   int end;
 };
 
+/// Fills a gap by linear interpolation between its two neighbours, if their difference is within `limits`.
 void closeGap(std::uint16_t* row, Gap gap, const GapLimits& limits) noexcept {
   const float before = row[gap.begin - 1];
   const float change = static_cast<float>(row[gap.end]) - before;
   const auto length = static_cast<float>(gap.end - gap.begin);
-  if (std::abs(change) > limits.most_raw + limits.most_raw_per_px * length) return;
+  if (std::abs(change) > limits.max_raw + limits.max_raw_per_px * length) return;
   for (int i = gap.begin; i < gap.end; ++i) {
     const float share = static_cast<float>(i - gap.begin + 1) / (length + 1);
     row[i] = static_cast<std::uint16_t>(before + share * change + 0.5F);
   }
 }
 
-/// One row of the whole image, of which [first, last] are looked at.
+/// Closes the gaps of one image row within the columns [first, last]. `row` points to column 0.
 void closeGaps(std::uint16_t* row, int first, int last, const GapLimits& limits) noexcept {
   for (int column = first; column <= last; ++column) {
     if (row[column] < kRawNoMeasurement) continue;
@@ -216,18 +223,19 @@ void closeGaps(std::uint16_t* row, int first, int last, const GapLimits& limits)
   }
 }
 
-/// The pixels of a block, a bit each, row by row.
+/// One bit for each pixel of a block, row by row.
 using BlockBits = std::uint32_t;
 
-/// Bits that are set in `links` tell that a pixel goes on to the next one, `step` bits on.
+/// Spreads `bits` to linked neighbours. A bit set in `links` means that its pixel and the one `step` bits
+/// further on belong to the same surface.
 BlockBits grown(BlockBits bits, BlockBits links, int step) noexcept {
   return bits | ((bits & links) << step) | ((bits >> step) & links);
 }
 
-/// A block that is not all of one surface: the mean of its nearest one, as far as it goes on from pixel to
-/// pixel.
-float meanOfNearest(const std::uint16_t* pixels, int most_step) noexcept {
-  constexpr int kFewest = 3;
+/// Returns the mean raw value of the nearest surface in a block that shows more than one: the pixels
+/// connected to the nearest pixel by differences of at most `max_step`. Returns -1 if these are too few.
+float meanOfNearest(const std::uint16_t* pixels, int max_step) noexcept {
+  constexpr int kMin = 3;
   constexpr int kSide = BlockLattice::kBlock_px;
   int values[kSide * kSide];
   int nearest = 0;
@@ -239,11 +247,11 @@ float meanOfNearest(const std::uint16_t* pixels, int most_step) noexcept {
   BlockBits to_below = 0;
   for (int i = 0; i < kSide * kSide; ++i) {
     if (values[i] >= kRawNoMeasurement) continue;
-    const auto goesOnTo = [&](int other) {
-      return values[other] < kRawNoMeasurement && std::abs(values[other] - values[i]) <= most_step;
+    const auto isLinkedTo = [&](int other) {
+      return values[other] < kRawNoMeasurement && std::abs(values[other] - values[i]) <= max_step;
     };
-    if (i % kSide + 1 < kSide && goesOnTo(i + 1)) to_right |= 1U << i;
-    if (i / kSide + 1 < kSide && goesOnTo(i + kSide)) to_below |= 1U << i;
+    if (i % kSide + 1 < kSide && isLinkedTo(i + 1)) to_right |= 1U << i;
+    if (i / kSide + 1 < kSide && isLinkedTo(i + kSide)) to_below |= 1U << i;
   }
   BlockBits surface = 1U << nearest;
   for (BlockBits before = 0; before != surface;) {
@@ -257,7 +265,7 @@ float meanOfNearest(const std::uint16_t* pixels, int most_step) noexcept {
     sum += counts * values[i];
     count += counts;
   }
-  return count >= kFewest ? static_cast<float>(sum) / static_cast<float>(count) : -1;
+  return count >= kMin ? static_cast<float>(sum) / static_cast<float>(count) : -1;
 }
 
 }  // namespace
@@ -277,8 +285,8 @@ void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, co
   }
 }
 
-bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
-               std::uint16_t* image) noexcept {
+bool insertHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
+                  std::uint16_t* image) noexcept {
   const int columns = window.column_last - window.column_first + 1;
   bool any = false;
   for (int row = window.row_first; row <= window.row_last; ++row) {
@@ -290,7 +298,7 @@ bool putHidden(const std::uint16_t* hidden, const PixelWindow& window, const Gap
   return any;
 }
 
-void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int most_step,
+void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int max_step,
                  const BlockSums& sums) noexcept {
   constexpr int kSide = BlockLattice::kBlock_px;
   BlockRow line;
@@ -301,12 +309,12 @@ void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int most
     for (int i = 0; i < blocks.columns(); ++i) {
       float& disparity = sums.disparity[first + static_cast<std::size_t>(i)];
       const bool full =
-          line.count[i] == kSide * kSide && line.largest_step[i] <= static_cast<std::uint64_t>(most_step);
+          line.count[i] == kSide * kSide && line.largest_step[i] <= static_cast<std::uint64_t>(max_step);
       sums.is_full[first + static_cast<std::size_t>(i)] = full ? 1 : 0;
       if (full) {
         disparity = static_cast<float>(line.sum[i]) / (kSide * kSide);
       } else {
-        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, most_step);
+        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, max_step);
       }
     }
   }

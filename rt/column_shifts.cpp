@@ -7,16 +7,17 @@
 namespace hapticd::rt {
 namespace {
 
-/// Differences beyond are of other surfaces.
-constexpr int kMostDifference_raw = 3;
-/// Fewer differences say nothing about a tile: a third of its pixels.
-constexpr int kFewestDifferences = 128;
-/// How far the mean of a tile may be off a whole number. Noise that neighbours share leaves 0.08 raw units.
+/// A larger difference means that the pixel shows another surface.
+constexpr int kMaxDifference_raw = 3;
+/// With fewer differences, a third of its pixels, the change of a tile is unknown.
+constexpr int kMinDifferences = 128;
+/// Allowed deviation of a tile's mean change from a whole number. Noise shared by neighbouring pixels has a
+/// standard deviation of 0.08 raw units.
 constexpr float kWhole_raw = 0.3F;
-constexpr int kFewestTilesInBand = 3;
-constexpr int kFewestTilesAtRest = 6;
-constexpr int kMostTilesAstray = 2;
-/// An offset below that is none.
+constexpr int kMinTilesInBand = 3;
+constexpr int kMinTilesAtRest = 6;
+constexpr int kMaxTilesAstray = 2;
+/// An offset below this value counts as zero.
 constexpr float kNone_raw = 0.01F;
 
 }  // namespace
@@ -33,7 +34,7 @@ void ColumnShifts::forget() noexcept {
   any_ = false;
 }
 
-void ColumnShifts::see(const DepthFrame& frame) noexcept {
+void ColumnShifts::update(const DepthFrame& frame) noexcept {
   if (frame.sequence == sequence_) return;
   const bool follows = sequence_ != 0 && frame.sequence == sequence_ + 1;
   if (any_) fade(std::max(0.0, static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9));
@@ -69,7 +70,7 @@ void ColumnShifts::compare(const DepthFrame& frame) noexcept {
     for (std::size_t column = 0; column < kFrameWidth; ++column) {
       const auto difference = static_cast<std::int16_t>(now[column] - before[column]);
       const bool counts = now[column] < kRawNoMeasurement && before[column] < kRawNoMeasurement &&
-                          difference <= kMostDifference_raw && difference >= -kMostDifference_raw;
+                          difference <= kMaxDifference_raw && difference >= -kMaxDifference_raw;
       const auto mask = static_cast<std::int16_t>(counts ? -1 : 0);
       sum_[column] = static_cast<std::int16_t>(sum_[column] + (difference & mask));
       count_[column] = static_cast<std::int16_t>(count_[column] - mask);
@@ -93,7 +94,7 @@ ColumnShifts::Changes ColumnShifts::changes() const noexcept {
       count += count_[column];
     }
     result[tile] = Change::unknown;
-    if (count < kFewestDifferences) continue;
+    if (count < kMinDifferences) continue;
     const float mean = static_cast<float>(sum) / static_cast<float>(count);
     const float whole = std::round(mean);
     if (std::abs(whole) <= 1 && std::abs(mean - whole) <= kWhole_raw)
@@ -112,9 +113,9 @@ int ColumnShifts::tilesOfBand(const Changes& now, Side side, Change change) cons
     ++tiles;
     end = i + 1;
   }
-  // It ends sharply: with the tile that has the end in it at most.
-  const auto restsAt = [&](int i) { return i < kTiles && now[tileAt(side, i)] == Change::rests; };
-  return tiles >= kFewestTilesInBand && (restsAt(end) || restsAt(end + 1)) ? end : 0;
+  // The band must end sharply: at most one tile contains its end.
+  const auto isAtRest = [&](int i) { return i < kTiles && now[tileAt(side, i)] == Change::rests; };
+  return tiles >= kMinTilesInBand && (isAtRest(end) || isAtRest(end + 1)) ? end : 0;
 }
 
 int ColumnShifts::columnsOfBand(Side side, int tiles, int raw) const noexcept {
@@ -132,7 +133,8 @@ ColumnShifts::Bands ColumnShifts::findBands(const Changes& now) const noexcept {
     const int left = tilesOfBand(now, Side::left, static_cast<Change>(raw));
     const int right = tilesOfBand(now, Side::right, static_cast<Change>(-raw));
     if (left == 0 || right == 0 || left + right >= kTiles) continue;
-    // In between everything rests that can be compared, but for what moves by itself.
+    // Between the bands, all tiles that can be compared must be at rest, apart from a few that show moving
+    // objects.
     int resting = 0;
     int stepping = 0;
     for (auto tile = static_cast<std::size_t>(left); tile < static_cast<std::size_t>(kTiles - right);
@@ -141,7 +143,7 @@ ColumnShifts::Bands ColumnShifts::findBands(const Changes& now) const noexcept {
       if (now[tile] == Change::rests) ++resting;
       if (rested && (now[tile] == Change::rises || now[tile] == Change::falls)) ++stepping;
     }
-    if (resting < kFewestTilesAtRest || stepping > kMostTilesAstray) continue;
+    if (resting < kMinTilesAtRest || stepping > kMaxTilesAstray) continue;
     return {.left_columns = columnsOfBand(Side::left, left, raw),
             .right_columns = columnsOfBand(Side::right, right, -raw),
             .left_raw = raw};

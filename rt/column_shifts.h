@@ -10,38 +10,38 @@
 
 namespace hapticd::rt {
 
-/// What the sensor itself adds to the disparity of bands of columns.
+/// Estimates the disparity offsets that the sensor itself adds to bands of columns.
 ///
-/// A Kinect v1 that warms up adapts its disparities to its temperature: from one frame to the next the
-/// columns at the left border rise by one raw unit and those at the right border fall by one, or the other
-/// way round, whatever they look at; in between nothing changes (measured on recordings). At 2.7 m a raw unit
-/// is 20 mm, which is more than a hand presses, so a contact there would be lost or doubled at once.
+/// A Kinect v1 that warms up adapts its disparities to its temperature: from one frame to the next, the
+/// columns at the left border rise by one raw unit and those at the right border fall by one, or vice versa,
+/// whatever they show; the columns in between do not change (measured on recordings). At 2.7 m a raw unit is
+/// 20 mm, more than a hand typically presses in, so a contact would be lost or doubled at once.
 ///
-/// Such a step is distinguished from motion by what motion does not do: both sides step from rest by one raw
-/// unit, in opposite directions, within one frame, with a sharp end of each band, while columns in between
-/// rest. It then goes into the offsets, and from there it fades with the time constant kFade_s, because the
-/// sensor's own adaptation is taken to be right in the end.
+/// Such a step is told apart from motion by its shape: both sides step from rest by one raw unit, in opposite
+/// directions, within one frame, each band ends sharply, and the columns in between are at rest. The step is
+/// added to the offsets, which then decay with the time constant kFade_s, because the sensor's adaptation is
+/// assumed to be correct in the long run.
 ///
-/// Thread: one (the scene thread).  RT: allocates nothing after construction; see() reads 24 rows.
+/// Thread: one (the scene thread).  RT: allocates nothing after construction; update() reads 24 rows.
 class ColumnShifts {
  public:
   static constexpr double kFade_s = 20;
 
   ColumnShifts();
 
-  /// Takes in a new frame.
-  void see(const DepthFrame& frame) noexcept;
+  /// Compares a new frame with the previous one and updates the offsets.
+  void update(const DepthFrame& frame) noexcept;
 
-  /// What to take away from the disparities of a column of blocks, raw units.
+  /// Returns the offset to subtract from the disparities of a column of blocks, in raw units.
   float offsetOf(int block_column) const noexcept {
     return offset_raw_[static_cast<std::size_t>(block_column)];
   }
 
-  /// Nothing is shifted, and the next frame is the first one.
+  /// Clears all offsets; the next frame is treated as the first one.
   void forget() noexcept;
 
  private:
-  /// The rows that are compared: kRows, one in kEvery.
+  /// Every kEvery-th row of the image is compared, kRows in total.
   static constexpr int kRows = 24;
   static constexpr int kEvery = kFrameHeight / kRows;
   static_assert(kRows * kEvery == kFrameHeight);
@@ -49,21 +49,22 @@ class ColumnShifts {
   static constexpr int kTiles = kFrameWidth / kTile_px;
   static_assert(kTiles * kTile_px == kFrameWidth && kTile_px % BlockLattice::kBlock_px == 0);
 
-  /// How the disparities of the columns in a tile changed since the frame before.
+  /// Change of the disparities of a tile of columns since the previous frame.
   enum class Change : std::int8_t { falls = -1, rests = 0, rises = 1, unknown = 2 };
   using Changes = std::array<Change, kTiles>;
   enum class Side : std::uint8_t { left, right };
+  /// The two bands of columns at the image borders that stepped in one frame.
   struct Bands {
-    int left_columns = 0;   ///< how many, from the left border on
-    int right_columns = 0;  ///< likewise from the right border
-    int left_raw = 0;       ///< change of the left ones, the right ones change by its opposite; 0: no bands
+    int left_columns = 0;   ///< width of the band at the left border
+    int right_columns = 0;  ///< width of the band at the right border
+    int left_raw = 0;       ///< change of the left band; the right one changes by the opposite; 0: no bands
   };
 
-  /// The i-th tile from a border of the image on.
+  /// Returns the index of the i-th tile counted from a border of the image.
   static std::size_t tileAt(Side side, int i) noexcept {
     return static_cast<std::size_t>(side == Side::left ? i : kTiles - 1 - i);
   }
-  /// The i-th of the rows that are compared.
+  /// Returns the i-th of the compared rows.
   static const std::uint16_t* rowOf(const DepthFrame& frame, int i) noexcept {
     return frame.raw + (i * kEvery + kEvery / 2) * kFrameWidth;
   }
@@ -72,20 +73,21 @@ class ColumnShifts {
   Changes changes() const noexcept;
   Bands findBands(const Changes& now) const noexcept;
   void fade(double passed_s) noexcept;
-  /// From a border of the image on, all that can be compared changes alike after a frame at rest: up to that
-  /// tile. 0: it does not.
+  /// Returns the number of tiles, counted from a border, that all made the same change after a frame at rest;
+  /// 0 if there is no such band.
   int tilesOfBand(const Changes& now, Side side, Change change) const noexcept;
+  /// Returns the width of a band in columns. `tiles`: its whole tiles; `raw`: its change.
   int columnsOfBand(Side side, int tiles, int raw) const noexcept;
   void shift(const Bands& bands) noexcept;
 
-  std::unique_ptr<std::uint16_t[]> before_;  ///< the rows that are compared, of the frame before
+  std::unique_ptr<std::uint16_t[]> before_;  ///< the compared rows of the previous frame
   std::array<std::int16_t, kFrameWidth> sum_{};
   std::array<std::int16_t, kFrameWidth> count_{};
   std::array<float, BlockLattice::kColumns> offset_raw_{};
   Changes changes_before_{};
-  std::uint64_t sequence_ = 0;  ///< of the frame before; 0: none
+  std::uint64_t sequence_ = 0;  ///< of the previous frame; 0: none
   std::int64_t arrival_ns_ = 0;
-  bool any_ = false;  ///< an offset is not zero
+  bool any_ = false;  ///< some offset is not zero
 };
 
 }  // namespace hapticd::rt

@@ -11,19 +11,22 @@
 
 namespace hapticd::rt {
 
-/// The forces that were commanded last, and which of them acts on the hand now: the one from the handle's
-/// delay ago. Thread: one.  Progress: wait-free.  RT: safe.
+/// Remembers the most recent force commands and tells which of them acts on the hand now: the one commanded
+/// one handle delay ago.
+/// Thread: one.  Progress: wait-free.  RT: safe.
 class CommandHistory {
  public:
-  /// Ticks: a longer delay counts as that long. 127 ms at 1 kHz.
-  static constexpr std::size_t kMostTicks = 127;
+  /// Number of ticks remembered, 127 ms at 1 kHz. A longer delay is treated as this one.
+  static constexpr std::size_t kMaxTicks = 127;
 
+  /// Appends the command of the current tick, in newtons.
   void add(const Vec3& command_n) HAPTICD_RT {
     newest_ = (newest_ + 1) % commands_n_.size();
     commands_n_[newest_] = command_n;
   }
 
-  /// What acted over the last tick, between two commands the mean by time. `delay_s` >= 0; `period_s` > 0.
+  /// Returns the force that acted on the hand during the last tick; between two commands it interpolates
+  /// linearly. `delay_s` >= 0; `period_s` > 0.
   Vec3 acting_n(double delay_s, double period_s) const HAPTICD_RT {
     const double ticks = ticksOf(delay_s, period_s);
     const auto whole = static_cast<std::size_t>(ticks);
@@ -31,7 +34,8 @@ class CommandHistory {
     return share > 0 ? (1 - share) * ago(whole) + share * ago(whole + 1) : ago(whole);
   }
 
-  /// Length of the largest one that acted over the last tick or is still on its way to the hand.
+  /// Returns the magnitude of the largest command that acted during the last tick or has not reached the hand
+  /// yet.
   double largest_n(double delay_s, double period_s) const HAPTICD_RT {
     const auto ticks = static_cast<std::size_t>(std::ceil(ticksOf(delay_s, period_s)));
     double largest2_n2 = 0;
@@ -43,13 +47,13 @@ class CommandHistory {
  private:
   static double ticksOf(double delay_s, double period_s) HAPTICD_RT {
     const double ticks = delay_s / period_s;
-    return ticks > 0 ? std::min(ticks, static_cast<double>(kMostTicks)) : 0;  // also where it is not a number
+    return ticks > 0 ? std::min(ticks, static_cast<double>(kMaxTicks)) : 0;  // also if NaN
   }
   const Vec3& ago(std::size_t ticks) const HAPTICD_RT {
     return commands_n_[(newest_ + commands_n_.size() - ticks) % commands_n_.size()];
   }
 
-  std::array<Vec3, kMostTicks + 1> commands_n_;
+  std::array<Vec3, kMaxTicks + 1> commands_n_;
   std::size_t newest_ = 0;
 };
 

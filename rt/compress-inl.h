@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Included once per vector target, from between the kernels' includes and their HWY_BEFORE_NAMESPACE.
+// Included once per vector target, after the kernels' includes and before their HWY_BEFORE_NAMESPACE.
 #if defined(HAPTICD_RT_COMPRESS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAPTICD_RT_COMPRESS_INL_H_
 #undef HAPTICD_RT_COMPRESS_INL_H_
@@ -13,9 +13,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
-/// The lanes of `v` for which `mask` is set, moved to the front; the rest is unspecified. 32-bit lanes.
-/// The library's own does the same, but g++ 12 has it copy its table, 8 KiB on AVX2, to the stack at each
-/// call.
+/// Moves the lanes of `v` selected by `mask` to the front; the other lanes are unspecified. 32-bit lanes
+/// only. Highway's own function does the same, but g++ 12 compiles it to a copy of its table (8 KiB on AVX2)
+/// to the stack at each call.
 template <typename D>
 HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> compress(D d, hwy::HWY_NAMESPACE::Vec<D> v,
                                                hwy::HWY_NAMESPACE::Mask<D> mask) {

@@ -7,26 +7,27 @@
 #include "rt/parameters.h"
 #include "rt/vec3.h"
 
-/// What the two constraint laws share: the proxy is the point of free space that is nearest to the HIP, and a
-/// spring of stiffness k_s pulls the HIP to it.
+/// State and forces shared by the two constraint laws: the proxy is the point of free space nearest to the
+/// HIP, and a spring of stiffness k_s pulls the HIP towards it.
 namespace hapticd::rt {
 
-/// The proxy and what is known about it from the tick before.
+/// The proxy and what the laws keep about it from one tick to the next.
 struct ProxyMemory {
-  bool placed = false;  ///< there is a proxy
+  bool placed = false;  ///< true if there is a proxy
   Vec3 position_m_in_world;
-  Vec3 normal_in_world;     ///< of the surface that it rests on; zero: it is free
-  std::uint64_t frame = 0;  ///< the depth frame that it was last moved in
-  bool behind = false;      ///< it is where the camera does not see
-  Vec3 side_in_world;       ///< of the law `proxy`: where the surface next to it faces; zero: there is none
-  bool under = false;       ///< likewise: it is on the far side of that surface
-  Vec3 last_slide_m;        ///< likewise: what it had left to slide, at its last step
-  double slide_share = 1;   ///< likewise: of which it went
+  Vec3 normal_in_world;     ///< of the surface the proxy rests on; zero: the proxy is free
+  std::uint64_t frame = 0;  ///< depth frame in which the proxy last moved
+  bool behind = false;      ///< the proxy is where the camera does not see
+  Vec3 side_in_world;       ///< law `proxy`: normal of the surface next to the proxy; zero: none
+  bool under = false;       ///< law `proxy`: the proxy is on the far side of that surface
+  Vec3 last_slide_m;        ///< law `proxy`: sliding displacement that was left at the last step
+  double slide_share = 1;   ///< law `proxy`: fraction of it that the last step covered
 };
 
-/// The way along the surface that is left for the proxy, given what it still has to the HIP: none as long as
-/// friction holds it. Coulomb's law: it holds as long as the tangential way is no longer than `friction`
-/// times the depth of the HIP below the surface, which is `offset_m` below the proxy.  RT: safe.
+/// Returns the displacement along the surface that the proxy is still to make towards the HIP, or zero while
+/// friction holds it. Coulomb's law: friction holds while the tangential displacement is at most `friction`
+/// times the depth of the HIP below the surface, which lies `offset_m` below the proxy.
+/// RT: safe.
 inline Vec3 slideOf(const Vec3& to_hip_m, const Vec3& normal, double offset_m, double friction) noexcept {
   const double along_normal = dot(to_hip_m, normal);
   const Vec3 tangential = to_hip_m - along_normal * normal;
@@ -35,8 +36,9 @@ inline Vec3 slideOf(const Vec3& to_hip_m, const Vec3& normal, double offset_m, d
   return length <= held ? Vec3{} : (1 - held / length) * tangential;
 }
 
-/// Force at the HIP: the spring to the proxy, shortened by `offset_m` along the normal, and damping of the
-/// HIP's velocity along the normal, which never makes the surface pull.  RT: safe.
+/// Returns the force at the HIP in newtons: the spring to the proxy, shortened by `offset_m` along the
+/// normal, plus damping of the HIP's velocity along the normal. Damping never makes the surface pull.
+/// RT: safe.
 inline Vec3 contactForce(const LawInput& input, const Vec3& proxy_m, const Vec3& normal,
                          double offset_m) noexcept {
   const Vec3 to_proxy = proxy_m - input.hip_m_in_world;

@@ -7,8 +7,9 @@
 
 namespace hapticd::rt {
 
-/// The HIP's velocity as damping in contact sees it: a surface that moves the same way is not opposed, and
-/// one that moves by itself pushes by the spring alone, so that a change of its estimated speed is no step.
+/// Returns the part of the HIP's velocity that contact damping acts on. Motion along with a moving surface is
+/// not opposed; a surface that moves by itself pushes through the spring only, so that a change of its
+/// estimated velocity does not step the force.
 /// RT: safe.
 inline Vec3 velocityToDamp(const Vec3& hip_m_per_s, const Vec3& surface_m_per_s) noexcept {
   const double surface_speed = norm(surface_m_per_s);
@@ -18,17 +19,18 @@ inline Vec3 velocityToDamp(const Vec3& hip_m_per_s, const Vec3& surface_m_per_s)
   return hip_m_per_s - std::clamp(along, 0.0, surface_speed) * direction;
 }
 
-/// A contact as damping sees it.
+/// A contact as contact damping needs it.
 struct DampedContact {
-  Vec3 force_n;           ///< of the law, after the scene blend
-  Vec3 normal;            ///< of the surface, a unit vector out of it; zero: along the force
-  Vec3 velocity_m_per_s;  ///< of the HIP, see velocityToDamp()
-  double friction = 0;    ///< Coulomb's coefficient
+  Vec3 force_n;           ///< the law's force, after the scene blend
+  Vec3 normal;            ///< unit normal out of the surface; zero: take the direction of the force
+  Vec3 velocity_m_per_s;  ///< of the HIP, from velocityToDamp()
+  double friction = 0;    ///< Coulomb's coefficient of friction
 };
 
-/// The force with damping `damping_n_s_per_m` (>= 0) in contact. Along the normal it never makes the surface
-/// pull. Along the surface it damps only what friction holds: the force there stays within the cone of
-/// friction, and without friction it is left alone.  RT: safe.
+/// Returns the contact force with damping `damping_n_s_per_m` (>= 0) added. Along the normal, damping never
+/// makes the surface pull. Tangentially, only contacts with friction are damped, and the tangential force
+/// stays within the friction cone.
+/// RT: safe.
 inline Vec3 damped(const DampedContact& contact, double damping_n_s_per_m) noexcept {
   const double length_n = norm(contact.force_n);
   if (!(length_n > 0) || !(damping_n_s_per_m > 0)) return contact.force_n;
@@ -40,9 +42,9 @@ inline Vec3 damped(const DampedContact& contact, double damping_n_s_per_m) noexc
   const Vec3 aside_n = contact.force_n - along_n * normal;
   if (!(contact.friction > 0)) return pressed + aside_n;
   const Vec3 held_n = aside_n - damping_n_s_per_m * (contact.velocity_m_per_s - speed * normal);
-  const double most_n = std::max(norm(aside_n), contact.friction * along_n);
+  const double max_n = std::max(norm(aside_n), contact.friction * along_n);
   const double held_length_n = norm(held_n);
-  return pressed + (held_length_n > most_n ? (most_n / held_length_n) * held_n : held_n);
+  return pressed + (held_length_n > max_n ? (max_n / held_length_n) * held_n : held_n);
 }
 
 }  // namespace hapticd::rt

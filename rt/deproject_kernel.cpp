@@ -21,10 +21,11 @@ using RawTag = hn::Rebind<std::uint16_t, FloatTag>;
 using Floats = hn::Vec<FloatTag>;
 using Uints = hn::Vec<UintTag>;
 
-/// The cell of a position, 0..last_cell. Adding 2^23 - 0.5 leaves the whole part of a small positive number
-/// in the low bits, which takes fewer instructions than a conversion that must mind overflow; a position less
-/// than a rounding error from a cell's border may be given to the cell before. Below half a voxel the sum
-/// would not reach 2^23, so everything there is taken for that half, which lies in cell 0 too.
+/// Returns the cell index of a position, 0..last_cell. Adding 2^23 - 0.5 leaves the integer part of a small
+/// positive number in the low bits, which takes fewer instructions than a conversion that handles overflow. A
+/// position closer to a cell's border than the rounding error may be assigned to the cell before it. Below
+/// half a voxel the sum would not reach 2^23, so such positions are treated as half a voxel, which lies in
+/// cell 0 as well.
 HWY_INLINE hn::Vec<IntTag> cellOf(Floats position, Floats voxels_per_m, Floats half_voxel_m,
                                   std::int32_t last_cell) {
   const FloatTag df;
@@ -36,7 +37,8 @@ HWY_INLINE hn::Vec<IntTag> cellOf(Floats position, Floats voxels_per_m, Floats h
   return hn::Min(hn::Sub(hn::BitCast(di, shifted), hn::Set(di, kBitsOfTwoTo23)), hn::Set(di, last_cell));
 }
 
-/// Pixels to single-precision positions, a vector at a time. The same pixel always gives the same position.
+/// Converts pixels to single-precision positions, one vector at a time. The same pixel always gives the same
+/// position.
 class Deprojector {
  public:
   HWY_INLINE explicit Deprojector(const DeprojectJob& job)
@@ -45,9 +47,9 @@ class Deprojector {
         y_(job.tables->middle.y, job.tables->column_step.y, job.tables->row_step.y, job.camera_y_m),
         z_(job.tables->middle.z, job.tables->column_step.z, job.tables->row_step.z, job.camera_z_m) {}
 
-  /// Depths of the packed pixels; `typical_raw` is that of one of them.
-  /// Neighbouring pixels mostly see about the same disparity. Then a vector of the table around it and one
-  /// permutation do, which takes a fraction of the time of gathering each lane.
+  /// Looks up the depths of packed pixels; `typical_raw` is the raw value of one of them. Neighbouring pixels
+  /// mostly have nearly the same disparity. Then one vector of the table around it and a permutation suffice,
+  /// which is several times faster than gathering each lane.
   HWY_INLINE Floats depth(Uints pixel, std::uint32_t typical_raw) const {
     const FloatTag df;
     const IntTag di;
@@ -80,7 +82,7 @@ class Deprojector {
   }
 
  private:
-  /// One coordinate of all rays, and of the camera.
+  /// One coordinate of all rays and of the camera position.
   struct Axis {
     HWY_INLINE Axis(float middle_, float column_step_, float row_step_, float camera_)
         : middle(hn::Set(FloatTag(), middle_)),
@@ -97,7 +99,7 @@ class Deprojector {
   Axis x_, y_, z_;
 };
 
-/// Collects the pixels of a row whose raw value is in the window's range; returns how many there are.
+/// Collects the pixels of a row whose raw value is in the window's range; returns their number.
 HWY_INLINE std::size_t pixelsInRange(const DeprojectJob& job, int row) {
   const IntTag di;
   const UintTag du;
@@ -108,7 +110,8 @@ HWY_INLINE std::size_t pixelsInRange(const DeprojectJob& job, int row) {
   const auto above_last = hn::Set(di, job.window.raw_last + 1);
   const auto columns = hn::ShiftLeft<PackedPixel::kRawBits>(hn::Iota(du, 0));
   std::size_t count = 0;
-  // Whole vectors from a multiple of the lanes on: 640 is one too, so they end with the row at the latest.
+  // Starting at a multiple of the lane count: 640 is a multiple as well, so whole vectors never pass the end
+  // of the row.
   for (int column = job.window.column_first / lanes * lanes; column <= job.window.column_last;
        column += lanes) {
     const auto raw = hn::PromoteTo(di, hn::LoadU(dr, raw_row + column));
@@ -122,7 +125,7 @@ HWY_INLINE std::size_t pixelsInRange(const DeprojectJob& job, int row) {
   return count;
 }
 
-/// Appends the points of one row of pixels; those of the ball, if there is one.
+/// Appends the points of one row of pixels; with kBall only those inside the ball.
 template <bool kBall>
 HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, int row) {
   const FloatTag df;
@@ -165,7 +168,7 @@ HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, 
     float* const points = reinterpret_cast<float*>(job.points_in_image_order + begin);
     std::uint32_t* const voxels = job.voxel_of_row + 1 + begin - row_begin;
     const auto packed = hn::BitCast(df, pixel);
-    // Compressed in the register and stored whole: compressing into memory is slow on some machines.
+    // Compressed in a register and stored whole, because compressing stores are slow on some machines.
     if (kept == lanes) {
       hn::StoreInterleaved4(x, y, z, packed, df, points);
       hn::StoreU(voxel, du, voxels);
@@ -180,8 +183,8 @@ HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, 
   }
 }
 
-/// Starts a run at every point from `first`, the first of its row, on whose voxel differs from that of the
-/// point before.
+/// Starts a run at every point from `first` (the first point of its row) on whose voxel differs from that of
+/// the point before it.
 HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
   const UintTag du;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(du));
@@ -201,7 +204,7 @@ HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
 }
 
 void deprojectFrame(DeprojectJob& job) {
-  job.voxel_of_row[0] = ~0U;  // no voxel: the first point of a row starts a run
+  job.voxel_of_row[0] = ~0U;  // no voxel, so the first point of a row starts a run
   const Deprojector deprojector(job);
   const bool has_ball = std::isfinite(job.ball_radius_squared_m2);
   for (int row = job.window.row_first; row <= job.window.row_last; ++row) {

@@ -11,24 +11,24 @@
 
 namespace hapticd::rt {
 
-/// How the bytes of one pixel are to be read.
+/// Encoding of the raw value of one pixel.
 enum class DepthRawType : std::uint8_t {
-  uint16,  ///< two bytes, the low one first
+  uint16,  ///< two bytes, little-endian
 };
 constexpr auto wordsOf(DepthRawType) {
   return words<DepthRawType>("uint16");
 }
 
-/// How a raw value becomes Z, the depth along the optical axis.
+/// Function that converts a raw value to Z, the depth along the optical axis.
 enum class DepthLawKind : std::uint8_t {
-  reciprocal,  ///< 1/Z = c0 raw + c1 in 1/m: disparities of structured light
-  linear,      ///< Z = c0 raw + c1 in m: c0 is the unit of cameras that deliver depth
+  reciprocal,  ///< 1/Z = c0 raw + c1, in 1/m: disparities of structured light
+  linear,      ///< Z = c0 raw + c1, in m, for cameras that deliver depth; c0 is their depth unit
 };
 constexpr auto wordsOf(DepthLawKind) {
   return words<DepthLawKind>("reciprocal", "linear");
 }
 
-/// What is known of the standard deviation of Z.
+/// Model of the standard deviation of Z.
 enum class DepthNoiseKind : std::uint8_t {
   unknown,
   polynomial,  ///< c0 + c1 Z + c2 Z^2 in m, Z in m
@@ -37,16 +37,17 @@ constexpr auto wordsOf(DepthNoiseKind) {
   return words<DepthNoiseKind>("unknown", "polynomial");
 }
 
-/// What a raw depth image is and where it comes from: all that it takes to turn its bytes into points.
+/// Describes a raw depth image: everything needed to convert its bytes to points.
 ///
 /// Plain data of fixed layout, little-endian, without padding: the same bytes in memory, in a trace and in
-/// memory shared with another process. Who receives one calls faultOf() before anything else of it is used.
-/// A change of the layout or of a meaning raises kVersion.
-/// The camera's frame: x right, y up, looking along -z; pixel (0, 0) is the upper left one.
+/// memory shared with another process. A receiver calls faultOf() before it uses any other field. Any change
+/// of the layout or of a field's meaning increments kVersion.
+///
+/// Camera frame: x right, y up, looking along -z; pixel (0, 0) is the upper left one.
 struct DepthFrameHeader {
   static constexpr std::array<std::uint8_t, 4> kMagic{'H', 'D', 'E', 'P'};
   static constexpr std::uint16_t kVersion = 1;
-  static constexpr std::uint32_t kMostPixelsPerSide = 4096;
+  static constexpr std::uint32_t kMaxPixelsPerSide = 4096;
   static constexpr std::size_t kSerialBytes = 32;
 
   std::array<std::uint8_t, 4> magic = kMagic;
@@ -54,31 +55,32 @@ struct DepthFrameHeader {
   std::uint16_t header_bytes = 264;  ///< size of this structure
   std::uint32_t width_px = 0;        ///< columns, 1..4096
   std::uint32_t height_px = 0;       ///< rows, 1..4096
-  std::uint32_t stride_bytes = 0;    ///< from one row to the next; a multiple of a pixel's bytes
+  std::uint32_t stride_bytes = 0;    ///< distance between rows; a multiple of the pixel size
   DepthRawType raw_type = DepthRawType::uint16;
   DepthLawKind depth_law = DepthLawKind::reciprocal;
   DepthNoiseKind noise = DepthNoiseKind::unknown;
   std::uint8_t reserved = 0;
-  std::uint32_t raw_no_measurement = 0;  ///< the raw value that says that nothing was measured
+  std::uint32_t raw_no_measurement = 0;  ///< the raw value that means no measurement
   std::uint32_t device_ticks = 0;        ///< the camera's own counter at this frame; 0 if it has none
-  std::array<double, 2> depth_law_coefficients = {};  ///< of DepthLawKind
-  double fx_px = 0;                                   ///< focal lengths
-  double fy_px = 0;
-  double cx_px = 0;  ///< principal point
-  double cy_px = 0;
-  std::array<double, 9> rotation_world_camera = {};  ///< of T_world_camera, row by row
-  std::array<double, 3> position_m_in_world = {};    ///< of T_world_camera: where the camera is
-  std::array<double, 3> noise_coefficients = {};     ///< of DepthNoiseKind
-  std::int64_t exposure_ns = 0;      ///< CLOCK_MONOTONIC at the middle of the exposure; 0: not known
-  std::int64_t arrival_ns = 0;       ///< CLOCK_MONOTONIC when the last byte was there
-  std::uint64_t frame = 0;           ///< 1 for the first one since the camera's start
-  std::uint64_t device_tick_hz = 0;  ///< rate of device_ticks; 0: not known
-  std::array<std::uint8_t, kSerialBytes> serial = {};  ///< of the camera, ASCII, filled up with zeros
+  std::array<double, 2> depth_law_coefficients = {};  ///< see DepthLawKind
+  double fx_px = 0;                                   ///< focal length along x
+  double fy_px = 0;                                   ///< focal length along y
+  double cx_px = 0;                                   ///< principal point, x
+  double cy_px = 0;                                   ///< principal point, y
+  std::array<double, 9> rotation_world_camera = {};   ///< rotation of T_world_camera, row by row
+  std::array<double, 3> position_m_in_world = {};  ///< translation of T_world_camera: the camera's position
+  std::array<double, 3> noise_coefficients = {};   ///< see DepthNoiseKind
+  std::int64_t exposure_ns = 0;                    ///< CLOCK_MONOTONIC at mid-exposure; 0: unknown
+  std::int64_t arrival_ns = 0;                     ///< CLOCK_MONOTONIC when the last byte arrived
+  std::uint64_t frame = 0;                         ///< 1 for the first frame since the camera started
+  std::uint64_t device_tick_hz = 0;                ///< frequency of device_ticks; 0: unknown
+  std::array<std::uint8_t, kSerialBytes> serial = {};  ///< of the camera; ASCII, padded with zeros
 
+  /// Returns the size of the image in bytes.
   std::size_t imageBytes() const noexcept { return std::size_t{stride_bytes} * height_px; }
 };
 
-// The layout is an interface: other programs and other versions read it.
+// The layout is an interface that other programs and other versions read.
 static_assert(std::endian::native == std::endian::little);
 static_assert(std::is_trivially_copyable_v<DepthFrameHeader> && std::is_standard_layout_v<DepthFrameHeader>);
 static_assert(std::has_unique_object_representations_v<decltype(DepthFrameHeader::serial)>);
@@ -99,16 +101,17 @@ static_assert(offsetof(DepthFrameHeader, exposure_ns) == 200 &&
 static_assert(offsetof(DepthFrameHeader, frame) == 216 && offsetof(DepthFrameHeader, device_tick_hz) == 224);
 static_assert(offsetof(DepthFrameHeader, serial) == 232);
 
-/// Why a header cannot be used.
+/// Reasons why a header cannot be used.
 enum class DepthHeaderFault : std::uint8_t {
   none,
   no_header,        ///< it does not begin with kMagic
-  unknown_version,  ///< only `magic` and `version` mean anything then
-  wrong_size,       ///< header_bytes is not that of its version
-  unknown_type,     ///< raw_type, depth_law or noise is none that this version has
+  unknown_version,  ///< only `magic` and `version` are valid
+  wrong_size,       ///< header_bytes does not match the version
+  unknown_type,     ///< raw_type, depth_law or noise has a value unknown to this version
   impossible_image  ///< width, height or stride out of range
 };
 
+/// Returns the first fault of a received header, or `none` if it can be used.
 /// Thread: any.  Progress: wait-free.  RT: safe.
 constexpr DepthHeaderFault faultOf(const DepthFrameHeader& header) noexcept {
   if (header.magic != DepthFrameHeader::kMagic) return DepthHeaderFault::no_header;
@@ -119,11 +122,11 @@ constexpr DepthHeaderFault faultOf(const DepthFrameHeader& header) noexcept {
     return DepthHeaderFault::unknown_type;
   }
   constexpr std::uint32_t kPixelBytes = 2;
-  constexpr std::uint32_t kMost = DepthFrameHeader::kMostPixelsPerSide;
-  const bool possible = header.width_px > 0 && header.width_px <= kMost && header.height_px > 0 &&
-                        header.height_px <= kMost && header.stride_bytes % kPixelBytes == 0 &&
+  constexpr std::uint32_t kMax = DepthFrameHeader::kMaxPixelsPerSide;
+  const bool possible = header.width_px > 0 && header.width_px <= kMax && header.height_px > 0 &&
+                        header.height_px <= kMax && header.stride_bytes % kPixelBytes == 0 &&
                         header.stride_bytes >= kPixelBytes * header.width_px &&
-                        header.stride_bytes <= 2 * kPixelBytes * kMost;
+                        header.stride_bytes <= 2 * kPixelBytes * kMax;
   return possible ? DepthHeaderFault::none : DepthHeaderFault::impossible_image;
 }
 

@@ -14,7 +14,7 @@ DepthModel::SingleRay single(double x, double y, double z) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
 }
 
-/// No camera sees that far; nor does it see a place that is not a number.
+/// No camera sees this far; comparisons against it also reject NaN.
 constexpr double kOutOfSight_m = 1e6;
 
 struct Interval {
@@ -22,15 +22,16 @@ struct Interval {
   double last;
 };
 
-/// The slopes x/Z of the two lines from the origin that touch a circle around (x, depth), which must not hold
-/// the origin's plane Z = 0.
+/// Returns the slopes x/Z of the two lines from the origin that are tangent to a circle around (x, depth).
+/// The circle must not meet the plane Z = 0.
 Interval tangentSlopes(double x, double depth, double radius) {
   const double denominator = depth * depth - radius * radius;
   const double root = radius * std::sqrt(x * x + denominator);
   return {(x * depth - root) / denominator, (x * depth + root) / denominator};
 }
 
-/// Whole pixels in [first, last], widened by one for rounding and cut to 0..count-1.
+/// Converts the interval [first, last] to whole pixels, widened by one pixel for rounding and clipped to
+/// 0..count-1.
 void clipToImage(double first, double last, int count, int& pixel_first, int& pixel_last) {
   pixel_first = static_cast<int>(std::clamp(std::floor(first) - 1, 0.0, static_cast<double>(count)));
   pixel_last = static_cast<int>(std::clamp(std::ceil(last) + 1, -1.0, static_cast<double>(count - 1)));
@@ -97,10 +98,11 @@ void DepthModel::computeBounds() {
     }
   }
   bounds_ = {low, high};
-  // Rounding of the column's step and ray, of the ray's sum, of the depth and of the product's sum with the
-  // origin, each at most half a unit in the last place (2^-24 relative) of a number below the farthest
-  // point's distance from the camera plus the grid's extent, on three axes: at most 5 * sqrt(3) * 2^-25 of
-  // it. The voxel index adds the rounding of one more product. 8 * 2^-24 leaves a little.
+  // Rounding of the column's step and ray, of the ray's sum, of the depth, and of the product's sum with the
+  // origin: each is at most half a unit in the last place (2^-24 relative) of a number below the farthest
+  // point's distance from the camera plus the grid's extent, on three axes. In total that is at most 5 *
+  // sqrt(3) * 2^-25 of this number; the voxel index adds the rounding of one more product. The factor below
+  // leaves a margin.
   const double farthest = parameters_.far_m * longest_ray + norm(high - low);
   single_precision_error_m_ = 14 * std::ldexp(farthest, -24);
 }
@@ -144,7 +146,7 @@ PixelWindow DepthModel::pixelsOfBall(const Vec3& centre_m_in_world, double radiu
   const double depth = -centre.z;
   PixelWindow window;
   if (depth <= -radius_m) return window;
-  constexpr double kTangentMargin = 1.001;  // nearer to the camera's plane the tangents run off to infinity
+  constexpr double kTangentMargin = 1.001;  // closer to the camera plane the tangents diverge
   if (depth <= kTangentMargin * radius_m) {
     window.column_last = kFrameWidth - 1;
     window.row_last = kFrameHeight - 1;

@@ -10,18 +10,18 @@ namespace hapticd::rt {
 namespace {
 
 constexpr int kMaxRadius_px = 4;
-/// Pixels before the first and after the last one that the spatial mean may read.
+/// Number of pixels before the first and after the last one that the spatial mean may read.
 constexpr std::size_t kMargin = std::size_t{kMaxRadius_px} * kFrameWidth + kVectorPadding;
 
-/// A measurement that differs by more is of another surface: the sensor's own noise exceeds it in 1 % of
-/// cases.
+/// A measurement that differs from the mean by more belongs to another surface; sensor noise exceeds this in
+/// 1 % of cases.
 constexpr float kGate_raw = 2.5F;
-/// A tile whose measurements differ from their means by that much on average moves. The noise of that average
-/// over the 12 patches of independent noise in a tile, and over about 6 frames, is 0.07 raw units.
+/// A tile whose measurements differ from their means by more than this on average is moving. The noise of
+/// that average, over 12 independent noise patches per tile and about 6 frames, is 0.07 raw units.
 constexpr float kMotion_raw = 0.25F;
 constexpr float kNewWeight = 0.3F;
 constexpr float kFramesInMotion = 2;
-constexpr float kFewestPixels = 64;
+constexpr float kMinPixels = 64;
 
 constexpr std::size_t kPixelsWithMargin = kFramePixels + 2 * kMargin;
 
@@ -61,10 +61,10 @@ DisparityFilter::DisparityFilter(const DepthModel& model)
 
 const float* DisparityFilter::apply(const DepthFrame& frame, const PixelWindow& window,
                                     const FilterParameters& parameters) noexcept {
-  FilterParameters wanted = parameters;
-  wanted.spatial_radius_px = std::clamp(wanted.spatial_radius_px, 0, kMaxRadius_px);
-  if (wanted != parameters_) {
-    parameters_ = wanted;
+  FilterParameters requested = parameters;
+  requested.spatial_radius_px = std::clamp(requested.spatial_radius_px, 0, kMaxRadius_px);
+  if (requested != parameters_) {
+    parameters_ = requested;
     for (Tile& tile : tiles_) tile = {};
   }
   const int radius = parameters_.spatial_radius_px;
@@ -84,7 +84,7 @@ void DisparityFilter::convert(const DepthFrame& frame, const PixelWindow& window
   const int columns = window.column_last - window.column_first + 1;
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelAt(row, window.column_first);
-    // the last vector of the last row must not read behind the frame
+    // the last vector of the last row must not read beyond the frame
     const auto whole =
         static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(columns), kFramePixels - first));
     disparityOfRaw(frame.raw + first, whole, raw_first_, raw_last_, plain_.get() + kMargin + first);
@@ -102,32 +102,32 @@ void DisparityFilter::follow(const DepthFrame& frame, const PixelWindow& window)
 void DisparityFilter::follow(const DepthFrame& frame, int tile_column, int tile_row) noexcept {
   Tile& tile = tiles_[static_cast<std::size_t>(tile_row * kTilesAcross + tile_column)];
   if (tile.frame == frame.sequence) return;
-  const auto most_frames = static_cast<float>(std::max(1, parameters_.temporal_frames));
+  const auto max_frames = static_cast<float>(std::max(1, parameters_.temporal_frames));
   constexpr std::uint64_t kFramesApart = 2;  // one frame may be lost
-  const bool goes_on =
+  const bool continues =
       tile.frame != 0 && tile.frame < frame.sequence && frame.sequence - tile.frame <= kFramesApart;
-  if (!goes_on) tile = {.frame = 0, .mean_difference_raw = 0, .most_frames = most_frames};
+  if (!continues) tile = {.frame = 0, .mean_difference_raw = 0, .max_frames = max_frames};
   tile.frame = frame.sequence;
 
-  const TemporalLimits limits{tile.most_frames, kGate_raw, static_cast<float>(parameters_.hold_frames)};
+  const TemporalLimits limits{tile.max_frames, kGate_raw, static_cast<float>(parameters_.hold_frames)};
   Innovation innovation;
   for (int row = tile_row * kTileRows; row < (tile_row + 1) * kTileRows; ++row) {
     const std::size_t first = pixelAt(row, tile_column * kTileColumns);
     const std::size_t at = kMargin + first;
     alignas(kCacheLine) float disparity[kTileColumns];
     disparityOfRaw(frame.raw + first, kTileColumns, raw_first_, raw_last_, disparity);
-    if (!goes_on) {
+    if (!continues) {
       std::fill_n(mean_.get() + at, kTileColumns, kNoDisparity);
       std::fill_n(missing_.get() + at, kTileColumns, 0.0F);
     }
     updateMeans(disparity, kTileColumns, limits, {mean_.get() + at, frames_.get() + at, missing_.get() + at},
                 innovation);
   }
-  if (innovation.pixels < kFewestPixels) return;
+  if (innovation.pixels < kMinPixels) return;
   tile.mean_difference_raw +=
       kNewWeight * (innovation.sum_raw / innovation.pixels - tile.mean_difference_raw);
-  const bool moves = std::abs(tile.mean_difference_raw) > kMotion_raw;
-  tile.most_frames = std::min(most_frames, moves ? kFramesInMotion : tile.most_frames + 1);
+  const bool moving = std::abs(tile.mean_difference_raw) > kMotion_raw;
+  tile.max_frames = std::min(max_frames, moving ? kFramesInMotion : tile.max_frames + 1);
 }
 
 void DisparityFilter::smooth(const PixelWindow& window) noexcept {

@@ -12,28 +12,31 @@
 
 namespace hapticd::rt {
 
-/// Raw frames to disparities with less noise, for the part of the image that is asked for.
+/// Converts raw frames to disparities with less noise, for a requested part of the image.
 ///
-/// In time: a pixel is the mean over its last frames as long as each measurement stays near it; a jump starts
-/// it anew, so it adds no lag there. Slow motion shows as a mean of all differences in a tile that is not
-/// zero; then the tile's means are cut to two frames. A pixel without measurement keeps its mean for some
-/// frames, against flicker. In space: the mean of those pixels around that belong to the same surface, so
-/// edges stay. Only tiles that are asked for are followed; one that was not asked for at the frame before
-/// starts anew. Thread: one (the scene thread).  RT: allocates nothing after construction.
+/// Temporal filter: each pixel is the mean over its last frames as long as new measurements stay near that
+/// mean; a jump restarts the mean, so jumps add no lag. Slow motion shows as a non-zero mean of all
+/// differences in a tile; the tile's means are then shortened to two frames. A pixel without a measurement
+/// keeps its mean for some frames to prevent flicker. Spatial filter: the mean of those surrounding pixels
+/// that belong to the same surface, so edges are preserved. Only requested tiles are tracked; a tile that was
+/// not requested for the previous frame restarts.
+///
+/// Thread: one (the scene thread).  RT: allocates nothing after construction.
 class DisparityFilter {
  public:
+  /// Allocates all buffers.  RT: not safe.
   explicit DisparityFilter(const DepthModel& model);
 
-  /// Disparities of the window, in the layout of a whole frame; kNoDisparity where nothing usable was
-  /// measured. Pixels outside the window are undefined. Valid until the next call. The same frame may be
-  /// asked for again with another window.
+  /// Returns the filtered disparities of the window, in frame layout, with kNoDisparity where nothing usable
+  /// was measured. Pixels outside the window are undefined. Valid until the next call. The same frame may be
+  /// filtered again with another window.
   const float* apply(const DepthFrame& frame, const PixelWindow& window,
                      const FilterParameters& parameters) noexcept;
 
-  /// The next frame starts all means anew.
+  /// Restarts all means with the next frame.
   void forget() noexcept { tiles_ = {}; }
 
-  /// The same, rounded to raw values, in the layout of a frame: for what reads integers.
+  /// Returns the result of the last apply() rounded to raw values, in frame layout.
   const std::uint16_t* rounded(const PixelWindow& window) noexcept;
 
  private:
@@ -44,9 +47,9 @@ class DisparityFilter {
   static_assert(kTilesAcross * kTileColumns == kFrameWidth && kTilesDown * kTileRows == kFrameHeight);
 
   struct Tile {
-    std::uint64_t frame = 0;        ///< that its means are up to date with
-    float mean_difference_raw = 0;  ///< over the last frames
-    float most_frames = 1;          ///< that its pixels are a mean over
+    std::uint64_t frame = 0;        ///< frame up to which its means are current
+    float mean_difference_raw = 0;  ///< average over the last frames
+    float max_frames = 1;           ///< length of the means of its pixels
   };
 
   void convert(const DepthFrame& frame, const PixelWindow& window) noexcept;
@@ -54,11 +57,12 @@ class DisparityFilter {
   void follow(const DepthFrame& frame, int tile_column, int tile_row) noexcept;
   void smooth(const PixelWindow& window) noexcept;
 
-  std::uint16_t raw_first_;  // that have a depth
-  std::uint16_t raw_last_;
+  std::uint16_t raw_first_;  // first raw value that has a depth
+  std::uint16_t raw_last_;   // last raw value that has a depth
   FilterParameters parameters_;
   std::array<Tile, static_cast<std::size_t>(kTilesAcross) * kTilesDown> tiles_{};
-  std::unique_ptr<float[]> plain_;  // of the frame; with a margin on all sides, as the next
+  // Images of whole frames with a margin on all sides.
+  std::unique_ptr<float[]> plain_;  // disparities of the newest frame
   std::unique_ptr<float[]> mean_;
   std::unique_ptr<float[]> frames_;
   std::unique_ptr<float[]> missing_;

@@ -7,15 +7,16 @@
 
 namespace hapticd::rt {
 
-/// Brings what people ask for into the directive. To ask for force that has been asked for already changes
-/// nothing, whether it is exerted, comes in or is held back: the force loop takes every new request for a new
-/// decision, which would end a force that is felt. Thread: one, the writer of the directive.
+/// Turns requests to engage or disengage into changes of the directive. Requesting force that has already
+/// been requested changes nothing, whether that force is active, ramping in or held: the force loop makes a
+/// new decision for every new request, and that would interrupt an active force.
+/// Thread: one, the writer of the directive.
 class EngageRequests {
  public:
-  /// `inside`: also where something is felt at once; `loop`: as it was last seen. True when `directive` was
-  /// changed and is to be sent with the next generation.
+  /// Handles one request. `inside`: engage even inside a surface, where a force acts at once; `loop`: the
+  /// newest known state. Returns true if `directive` was changed and must be sent with the next generation.
   bool ask(bool engage, bool inside, const LoopState& loop, Directive& directive) noexcept {
-    if (engage && isAskedFor(inside, loop, directive)) return false;
+    if (engage && isAlreadyRequested(inside, loop, directive)) return false;
     directive.engage = engage;
     directive.engage_inside = inside;
     ++directive.engage_request;
@@ -24,9 +25,10 @@ class EngageRequests {
   }
 
  private:
-  /// Not what was refused: that takes another request. The loop was seen before or after it has decided on
-  /// the newest one; before, nobody knows of a refusal yet.
-  bool isAskedFor(bool inside, const LoopState& loop, const Directive& directive) const noexcept {
+  /// Returns whether the force has already been requested and not been refused; after a refusal a new request
+  /// is needed. `loop` may be older than the loop's decision on the newest request; a refusal is then not
+  /// known yet.
+  bool isAlreadyRequested(bool inside, const LoopState& loop, const Directive& directive) const noexcept {
     const bool refused = loop.directive_generation >= generation_ && loop.tick.mode == Mode::idle;
     return directive.engage && !refused && (directive.engage_inside || !inside);
   }

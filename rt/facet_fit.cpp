@@ -15,13 +15,14 @@
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
-/// Rows of blocks.
+/// A range of rows of sites, both ends inclusive.
 struct Rows {
   int first;
   int last;
 };
 
-/// The quadratics around all sites. Returns the rows of sites whose own one does not fit.
+/// Fits the quadratics around all sites. Returns the range of rows with sites whose own quadratic does not
+/// fit.
 Rows fitSmallQuadratics(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory) {
   const FloatTag df;
   const auto lanes = static_cast<int>(hn::Lanes(df));
@@ -37,6 +38,7 @@ Rows fitSmallQuadratics(const FacetBlocks& blocks, const FacetFit& fit, const Fa
   return others;
 }
 
+/// Fits the planes around the sites in `rows`.
 void fitSmallPlanes(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory,
                     const Rows& rows) {
   const auto lanes = static_cast<int>(hn::Lanes(FloatTag()));
@@ -47,8 +49,8 @@ void fitSmallPlanes(const FacetBlocks& blocks, const FacetFit& fit, const FacetM
   }
 }
 
-/// Means over boxes of kSide x kSide blocks for the supports of sites up to `reach` blocks around; where not
-/// all of its blocks have a measurement, the middle one.
+/// Computes means over boxes of kSide x kSide blocks for the supports of sites, up to `reach` blocks beyond
+/// them. Where a block of the box has no measurement, the value of the middle block is used.
 template <int kSide>
 void meansOfBoxes(const FacetBlocks& blocks, int reach, float* row_sums, float* means) {
   constexpr int kHalf = kSide / 2;
@@ -78,7 +80,7 @@ void meansOfBoxes(const FacetBlocks& blocks, int reach, float* row_sums, float* 
   }
 }
 
-/// The growth of all supports, with what does not depend on the site.
+/// Grows the support of each site; holds everything that does not depend on the site.
 class Growth {
  public:
   HWY_INLINE Growth(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory)
@@ -91,42 +93,43 @@ class Growth {
         to_fifteen_(toleranceAfter<kFifteen>(kNine, fit)),
         to_twenty_five_(toleranceAfter<kTwentyFive>(kFifteen, fit)) {}
 
-  HWY_INLINE Estimate estimateFor(std::size_t index, Lanes wanted) const {
+  /// Returns the estimates of a vector of sites; only those in `requested` are meaningful.
+  HWY_INLINE Estimate estimateFor(std::size_t index, Lanes requested) const {
     const FloatTag df;
     const float* const disparity = blocks_.disparity;
     Lanes ready;
     Lanes taken;
-    Estimate estimate = startOf(blocks_, fit_, index, memory_, wanted, ready, taken);
-    auto chain = hn::IfThenElseZero(wanted, set(1));
+    Estimate estimate = startOf(blocks_, fit_, index, memory_, requested, ready, taken);
+    auto chain = hn::IfThenElseZero(requested, set(1));
     if (!hn::AllTrue(df, ready)) {
       growCurved<kThree>(disparity, index, fit_, to_three_, taken, estimate, chain);
       growCurved<kFive>(disparity, index, fit_, to_five_, ready, estimate, chain);
     }
-    if (!goesOn<kNine>(chain)) return estimate;
+    if (!mayGrow<kNine>(chain)) return estimate;
     const Lanes none = hn::FirstN(df, 0);
-    if (mayBend<kNine>()) {
+    if (mayBeCurved<kNine>()) {
       growCurved<kNine>(disparity, index, fit_, to_nine_, none, estimate, chain);
     } else {
       growFlat<kNine>(disparity, index, fit_, to_nine_, estimate, chain);
     }
-    if (!goesOn<kFifteen>(chain)) return estimate;
-    if (mayBend<kFifteen>()) {
+    if (!mayGrow<kFifteen>(chain)) return estimate;
+    if (mayBeCurved<kFifteen>()) {
       growCurved<kFifteen>(memory_.mean_of_9, index, fit_, to_fifteen_, none, estimate, chain);
     } else {
       growFlat<kFifteen>(memory_.mean_of_9, index, fit_, to_fifteen_, estimate, chain);
     }
-    if (!goesOn<kTwentyFive>(chain)) return estimate;
+    if (!mayGrow<kTwentyFive>(chain)) return estimate;
     growFlat<kTwentyFive>(memory_.mean_of_25, index, fit_, to_twenty_five_, estimate, chain);
     return estimate;
   }
 
  private:
   template <const Support& kSupport>
-  HWY_INLINE bool goesOn(Floats chain) const {
+  HWY_INLINE bool mayGrow(Floats chain) const {
     return kSupport.side() <= fit_.largest_plane && !hn::AllTrue(FloatTag(), hn::Le(chain, set(0)));
   }
   template <const Support& kSupport>
-  HWY_INLINE bool mayBend() const {
+  HWY_INLINE bool mayBeCurved() const {
     return kSupport.side() <= fit_.largest_quadratic;
   }
 
@@ -152,15 +155,15 @@ void estimateSites(const FacetBlocks& blocks, const FacetFit& fit, const FacetMe
       storeEstimate(growth.estimateFor(index, known), known, fit, index, memory.estimates);
     }
   }
-  forgetAround(blocks, memory.estimates);
+  clearBorder(blocks, memory.estimates);
 }
 
-void putFacets(const FacetBlocks& blocks, const FacetMemory& memory, Facet* facets) {
+void storeFacets(const FacetBlocks& blocks, const FacetMemory& memory, Facet* facets) {
   const FloatTag df;
   const auto lanes = static_cast<int>(hn::Lanes(df));
-  // A block's mean lies off its middle by the bend within it.
+  // The mean of a block differs from the value at its middle by the curvature within the block.
   constexpr float kSide = BlockLattice::kBlock_px;
-  constexpr float kBendOfMean = (kSide * kSide - 1) / (12 * kSide * kSide);
+  constexpr float kCurvatureOfMean = (kSide * kSide - 1) / (12 * kSide * kSide);
   constexpr float kPer_px = 1.0F / BlockLattice::kBlock_px;
   for (int row = 0; row < blocks.sites_down; ++row) {
     for (int site = 0; site < blocks.sites_across; site += lanes) {
@@ -170,7 +173,7 @@ void putFacets(const FacetBlocks& blocks, const FacetMemory& memory, Facet* face
       HWY_ALIGN float value[hn::MaxLanes(df)];
       HWY_ALIGN float per_column[hn::MaxLanes(df)];
       HWY_ALIGN float per_row[hn::MaxLanes(df)];
-      const auto at_middle = hn::NegMulAdd(set(kBendOfMean), mean.bend, mean.value);
+      const auto at_middle = hn::NegMulAdd(set(kCurvatureOfMean), mean.curvature, mean.value);
       hn::Store(hn::IfThenElse(known, at_middle, set(-1)), df, value);
       hn::Store(hn::Mul(mean.slope_u, set(kPer_px)), df, per_column);
       hn::Store(hn::Mul(mean.slope_v, set(kPer_px)), df, per_row);
@@ -192,7 +195,7 @@ void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory&
     meansOfBoxes<kTwentyFive.box>(blocks, reach(kTwentyFive), memory.row_sums, memory.mean_of_25);
   }
   estimateSites(blocks, fit, memory);
-  putFacets(blocks, memory, facets);
+  storeFacets(blocks, memory, facets);
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -216,22 +219,22 @@ FacetMemory::FacetMemory()
                             &quadratics.value,
                             &quadratics.slope_u,
                             &quadratics.slope_v,
-                            &quadratics.bend_uu,
-                            &quadratics.bend_uv,
-                            &quadratics.bend_vv,
+                            &quadratics.curvature_uu,
+                            &quadratics.curvature_uv,
+                            &quadratics.curvature_vv,
                             &quadratics.curved,
                             &quadratics.cost,
                             &estimates.value,
                             &estimates.slope_u,
                             &estimates.slope_v,
-                            &estimates.bend_uu,
-                            &estimates.bend_uv,
-                            &estimates.bend_vv,
+                            &estimates.curvature_uu,
+                            &estimates.curvature_uv,
+                            &estimates.curvature_vv,
                             &estimates.cubic_u,
                             &estimates.cubic_v,
                             &estimates.sigma,
                             &estimates.slope_sigma,
-                            &estimates.bend_sigma,
+                            &estimates.curvature_sigma,
                             &row_sums,
                             &mean_of_9,
                             &mean_of_25};

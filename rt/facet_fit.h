@@ -8,57 +8,58 @@
 
 namespace hapticd::rt {
 
-/// Mean disparities of the blocks around the sites where facets are wanted, with a border, so that every
-/// block of every support can be read.
+/// Mean disparities of the blocks around the sites at which facets are requested, with a border wide enough
+/// for every block of every support to be readable.
 struct FacetBlocks {
-  /// The widest support reaches that many blocks to each side.
+  /// The widest support extends this many blocks to each side of its site.
   static constexpr int kBorder = 12;
-  /// Vectors of sites may read and write that many elements behind a row.
+  /// Vectors of sites may read and write this many elements beyond the end of a row.
   static constexpr int kPadding = 64;
   static constexpr std::size_t kStride = BlockLattice::kColumns + 2 * kBorder + kPadding;
   static constexpr std::size_t kSize = (BlockLattice::kRows + 2 * kBorder) * kStride + kPadding;
 
-  const float* disparity;  ///< [kSize] negative: no measurement; the first site is at(0, 0)
+  const float* disparity;  ///< [kSize]; negative: no measurement; the first site is at(0, 0)
   int sites_across;        ///< columns of sites
   int sites_down;          ///< rows of sites
 
+  /// Returns the array index of a site.
   static constexpr std::size_t at(int row, int column) noexcept {
     return static_cast<std::size_t>(row + kBorder) * kStride + static_cast<std::size_t>(column + kBorder);
   }
 };
 
-/// What may be fitted.
+/// Parameters of fitFacets().
 struct FacetFit {
-  float noise_raw;  ///< standard deviation of a block's mean, raw units
-  float
-      raw_per_block;  ///< change of the disparity from block to block on a surface at 45 degrees to the view
-  float largest_plane;      ///< widest support of a plane, blocks from side to side
-  float largest_quadratic;  ///< the same of a quadratic
+  float noise_raw;          ///< standard deviation of a block's mean, raw units
+  float raw_per_block;      ///< change of disparity per block on a surface at 45 degrees to the view
+  float largest_plane;      ///< width of the widest support of a plane, in blocks
+  float largest_quadratic;  ///< width of the widest support of a quadratic, in blocks
 };
 
-/// Working memory of fitFacets(). Each array is [FacetBlocks::kSize], in the layout of the blocks.
+/// Working memory of fitFacets(). Each array has [FacetBlocks::kSize] elements in FacetBlocks layout.
 class FacetMemory {
  public:
+  /// Allocates all arrays.  RT: not safe.
   FacetMemory();
 
-  /// Planes over 3 x 3 blocks.
+  /// Planes fitted to 3 x 3 blocks.
   struct Planes {
     float *value, *slope_u, *slope_v;
-    float* cost;  ///< mean square of the residuals, and more where few blocks were there; huge: no plane
+    float* cost;  ///< mean square of the residuals, increased where blocks are missing; huge: no plane
   } planes;
-  /// Quadratics over 5 x 5 blocks that all have a measurement.
+  /// Quadratics fitted to 5 x 5 blocks that all have a measurement.
   struct Quadratics {
-    float *value, *slope_u, *slope_v, *bend_uu, *bend_uv, *bend_vv;
-    float* curved;  ///< how sure it is that the surface is curved, 0 to 1; the bends are already less by that
+    float *value, *slope_u, *slope_v, *curvature_uu, *curvature_uv, *curvature_vv;
+    float* curved;  ///< certainty that the surface is curved, 0 to 1; already applied to the curvatures
     float* cost;    ///< mean square of the residuals; huge: no quadratic
   } quadratics;
-  /// What each site came to by itself.
+  /// The estimate of each site before it is averaged with its neighbours.
   struct Estimates {
-    float *value, *slope_u, *slope_v, *bend_uu, *bend_uv, *bend_vv;
+    float *value, *slope_u, *slope_v, *curvature_uu, *curvature_uv, *curvature_vv;
     float *cubic_u, *cubic_v;
-    float* sigma;  ///< standard deviations: of the value; huge: nothing is known
+    float* sigma;  ///< standard deviation of the value; huge: unknown
     float* slope_sigma;
-    float* bend_sigma;
+    float* curvature_sigma;
   } estimates;
   float* row_sums;
   float* mean_of_9;   ///< means over 3 x 3 blocks
@@ -69,21 +70,21 @@ class FacetMemory {
   std::unique_ptr<float[]> memory_;
 };
 
-/// Local polynomials with a support that grows as long as the surface allows it, for each site.
+/// Fits a local polynomial at each site, with a support that grows as long as the surface allows.
 ///
-/// It begins with a quadratic over 5 x 5 blocks; where that does not fit, at edges and creases, with the
-/// plane or quadratic of a neighbour that fits and predicts the site (facet model: Haralick and Watson 1981).
-/// Larger supports then predict the same place with less noise; the estimate moves there as far as both agree
-/// within their confidence (intersection of confidence intervals: Goldenshluger and Nemirovski 1997), by a
-/// weight that is continuous. On small supports quadratics are fitted and planes on wide ones, as far as
-/// nothing says that the surface is curved there. Blocks that do not lie on the surface so far do not count.
-/// The third order, which would tilt a quadratic beside the limb of a sphere or a rod, is that of a surface
-/// of constant curvature. At last each site takes the mean of what the facets around it predict for it, if
-/// they agree, weighted by how sure they are (as in propagation-separation: Polzehl and Spokoiny 2006): so an
-/// edge learns from the face that it ends, and normals turn evenly.
+/// The fit starts with a quadratic over 5 x 5 blocks. Where that does not fit, at edges and creases, it
+/// starts with the plane or quadratic of a neighbour that fits and predicts the site (facet model: Haralick
+/// and Watson 1981). Larger supports then predict the same place with less noise; the estimate moves there,
+/// by a continuous weight, as far as both agree within their confidence (intersection of confidence
+/// intervals: Goldenshluger and Nemirovski 1997). Small supports are fitted with quadratics and wide ones
+/// with planes, unless the surface is found to be curved there. Blocks that do not lie on the current surface
+/// are ignored. A third-order term, that of a surface of constant curvature, prevents a quadratic from
+/// tilting near the limb of a sphere or rod. Finally each site takes the mean of the predictions of the
+/// surrounding facets that agree with it, weighted by their certainty (as in propagation-separation: Polzehl
+/// and Spokoiny 2006), so that an edge uses the face it belongs to and normals change smoothly.
 ///
-/// `facets`: of the first site, in the layout of BlockLattice; per_second is left. RT: safe after the first
-/// call. Cost: for each site at most 134 samples and 50 facets, of which most need 100 and 12.
+/// `facets` points to the first site's facet in BlockLattice layout; Facet::per_second is not changed.
+/// RT: safe after the first call.  Cost: per site at most 134 samples and 50 facets; typically 100 and 12.
 void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, FacetMemory& memory, Facet* facets) noexcept;
 
 }  // namespace hapticd::rt

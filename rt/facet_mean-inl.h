@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Included once per vector target, from between the kernel's includes and its HWY_BEFORE_NAMESPACE.
+// Included once per vector target, after the kernel's includes and before its HWY_BEFORE_NAMESPACE.
 #if defined(HAPTICD_RT_FACET_MEAN_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAPTICD_RT_FACET_MEAN_INL_H_
 #undef HAPTICD_RT_FACET_MEAN_INL_H_
@@ -14,30 +14,30 @@
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
-/// Estimates up to that many blocks away say what they expect of a site.
+/// Estimates up to this many blocks away contribute to the mean.
 constexpr int kFarthestMean = 2;
 constexpr float kUnknown = 1e9F;
 
 HWY_INLINE void storeEstimate(const Estimate& e, Lanes known, const FacetFit& fit, std::size_t index,
                               const FacetMemory::Estimates& out) {
   const Cubic cubic = cubicOf(e, fit, kFarthestMean);
-  // What is unknown may be no number, which a weight of 0 would not remove.
+  // Unknown values may be NaN, which a weight of 0 would not remove.
   const auto put = [known, index](Floats x, float* to) { store(hn::IfThenElseZero(known, x), to + index); };
   put(e.value, out.value);
   put(e.slope_u, out.slope_u);
   put(e.slope_v, out.slope_v);
-  put(e.bend_uu, out.bend_uu);
-  put(e.bend_uv, out.bend_uv);
-  put(e.bend_vv, out.bend_vv);
+  put(e.curvature_uu, out.curvature_uu);
+  put(e.curvature_uv, out.curvature_uv);
+  put(e.curvature_vv, out.curvature_vv);
   put(cubic.u, out.cubic_u);
   put(cubic.v, out.cubic_v);
-  put(e.bend_sigma, out.bend_sigma);
+  put(e.curvature_sigma, out.curvature_sigma);
   store(hn::IfThenElse(known, e.slope_sigma, set(1)), out.slope_sigma + index);
   store(hn::IfThenElse(known, e.sigma, set(kUnknown)), out.sigma + index);
 }
 
-/// Nothing is known beside the sites.
-inline void forgetAround(const FacetBlocks& blocks, const FacetMemory::Estimates& out) {
+/// Marks the estimates around the sites as unknown.
+inline void clearBorder(const FacetBlocks& blocks, const FacetMemory::Estimates& out) {
   for (int row = -kFarthestMean; row < blocks.sites_down + kFarthestMean; ++row) {
     float* const sigma = out.sigma + FacetBlocks::at(row, 0);
     const bool beside = row < 0 || row >= blocks.sites_down;
@@ -50,61 +50,62 @@ inline void forgetAround(const FacetBlocks& blocks, const FacetMemory::Estimates
   }
 }
 
-/// What an estimate, `du` and `dv` blocks away, expects of a vector of sites.
+/// Prediction of a vector of sites by the estimates `du` and `dv` blocks away.
 struct Expected {
   Floats value, slope_u, slope_v;
   Floats variance, slope_variance;
 };
 
+/// Predicts a vector of sites from the estimates `du` and `dv` blocks away.
 HWY_INLINE Expected expectedFrom(const FacetMemory::Estimates& all, std::size_t index, int du, int dv) {
   const auto u = set(static_cast<float>(-du));
   const auto v = set(static_cast<float>(-dv));
   const auto square = static_cast<float>(du * du + dv * dv);
-  const auto uu = load(all.bend_uu + index);
-  const auto uv = load(all.bend_uv + index);
-  const auto vv = load(all.bend_vv + index);
+  const auto uu = load(all.curvature_uu + index);
+  const auto uv = load(all.curvature_uv + index);
+  const auto vv = load(all.curvature_vv + index);
   const auto cubic_u = load(all.cubic_u + index);
   const auto cubic_v = load(all.cubic_v + index);
   const auto slope_u = load(all.slope_u + index);
   const auto slope_v = load(all.slope_v + index);
   const auto turn_u = hn::MulAdd(hn::Add(uu, uu), u, hn::Mul(uv, v));
   const auto turn_v = hn::MulAdd(hn::Add(vv, vv), v, hn::Mul(uv, u));
-  const auto bend = hn::Mul(set(0.5F), hn::MulAdd(turn_u, u, hn::Mul(turn_v, v)));
+  const auto curvature = hn::Mul(set(0.5F), hn::MulAdd(turn_u, u, hn::Mul(turn_v, v)));
   const auto third = hn::MulAdd(cubic_u, u, hn::MulAdd(cubic_v, v, set(1)));
   const auto slope_variance = squared(load(all.slope_sigma + index));
-  const auto bend_variance = squared(load(all.bend_sigma + index));
-  const auto of_slopes = hn::MulAdd(set(square), bend_variance, slope_variance);
+  const auto curvature_variance = squared(load(all.curvature_sigma + index));
+  const auto of_slopes = hn::MulAdd(set(square), curvature_variance, slope_variance);
   return {.value = hn::MulAdd(slope_u, u,
-                              hn::MulAdd(slope_v, v, hn::MulAdd(bend, third, load(all.value + index)))),
-          .slope_u = hn::Add(slope_u, hn::MulAdd(turn_u, third, hn::Mul(bend, cubic_u))),
-          .slope_v = hn::Add(slope_v, hn::MulAdd(turn_v, third, hn::Mul(bend, cubic_v))),
+                              hn::MulAdd(slope_v, v, hn::MulAdd(curvature, third, load(all.value + index)))),
+          .slope_u = hn::Add(slope_u, hn::MulAdd(turn_u, third, hn::Mul(curvature, cubic_u))),
+          .slope_v = hn::Add(slope_v, hn::MulAdd(turn_v, third, hn::Mul(curvature, cubic_v))),
           .variance = hn::MulAdd(set(square), of_slopes, squared(load(all.sigma + index))),
-          .slope_variance = hn::MulAdd(set(4 * square), bend_variance, slope_variance)};
+          .slope_variance = hn::MulAdd(set(4 * square), curvature_variance, slope_variance)};
 }
 
-/// A facet as it is handed on.
+/// The averaged facets of a vector of sites.
 struct Facets {
   Floats value, slope_u, slope_v;
-  Floats bend;  ///< of u^2 and v^2 together
+  Floats curvature;  ///< sum of the coefficients of u^2 and v^2
 };
 
-/// The mean of what the estimates around a vector of sites and their own expect, as far as they agree with
-/// their own: weighted by the variance of the slopes, whose errors are what is felt.
+/// Averages a vector of sites with the predictions of the surrounding estimates that agree with them. Weights
+/// follow from the variance of the slopes, because errors of the slope dominate the force error.
 HWY_INLINE Facets meanOfEstimates(const FacetMemory::Estimates& all, std::size_t index) {
   const auto own_value = load(all.value + index);
   const auto own_u = load(all.slope_u + index);
   const auto own_v = load(all.slope_v + index);
   const auto own_variance = squared(load(all.sigma + index));
   const auto own_slope_variance = squared(load(all.slope_sigma + index));
-  // Neighbours' weights are relative to the own one. Sums are of differences, so that nothing is lost.
+  // Weights of neighbours are relative to the site's own. Differences are summed to preserve precision.
   auto total = set(1);
   auto value = set(0);
   auto slope_u = set(0);
   auto slope_v = set(0);
-  auto bend = hn::Add(load(all.bend_uu + index), load(all.bend_vv + index));
+  auto curvature = hn::Add(load(all.curvature_uu + index), load(all.curvature_vv + index));
   for (int dv = -kFarthestMean; dv <= kFarthestMean; ++dv) {
     for (int du = -kFarthestMean; du <= kFarthestMean; ++du) {
-      // Every other one is enough: next to each other they know the same.
+      // Every other block suffices, because adjacent estimates share most of their data.
       if (((du + dv) & 1) != 0 || (du == 0 && dv == 0)) continue;
       const std::size_t neighbour = moved(index, dv, du);
       const Expected e = expectedFrom(all, neighbour, du, dv);
@@ -122,14 +123,15 @@ HWY_INLINE Facets meanOfEstimates(const FacetMemory::Estimates& all, std::size_t
       value = hn::MulAdd(weight, off, value);
       slope_u = hn::MulAdd(weight, off_u, slope_u);
       slope_v = hn::MulAdd(weight, off_v, slope_v);
-      bend = hn::MulAdd(weight, hn::Add(load(all.bend_uu + neighbour), load(all.bend_vv + neighbour)), bend);
+      curvature = hn::MulAdd(
+          weight, hn::Add(load(all.curvature_uu + neighbour), load(all.curvature_vv + neighbour)), curvature);
     }
   }
   const auto share = hn::Div(set(1), total);
   return {.value = hn::MulAdd(share, value, own_value),
           .slope_u = hn::MulAdd(share, slope_u, own_u),
           .slope_v = hn::MulAdd(share, slope_v, own_v),
-          .bend = hn::Mul(share, bend)};
+          .curvature = hn::Mul(share, curvature)};
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Included once per vector target, from between the kernel's includes and its HWY_BEFORE_NAMESPACE.
+// Included once per vector target, after the kernel's includes and before its HWY_BEFORE_NAMESPACE.
 #if defined(HAPTICD_RT_FACET_START_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAPTICD_RT_FACET_START_INL_H_
 #undef HAPTICD_RT_FACET_START_INL_H_
@@ -12,27 +12,29 @@
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
-/// Surfaces steeper than that to the ray are taken for edges: there the sensor sees hardly anything either.
+/// Steeper surfaces are treated as edges; the sensor measures hardly anything there.
 constexpr float kSteepestSlope = 3.7F;  // tan 75 degrees
 constexpr float kNoFit = 1e30F;
-/// Neighbours up to that far are asked: the planes of the next blocks hold the one on the crease.
+/// Neighbours up to this many blocks away are considered, because the planes of adjacent blocks include the
+/// one on the crease.
 constexpr int kRing = 2;
-/// Residuals of fits that are good, in standard deviations of a block's mean. Within 3 x 3 blocks the noise
-/// is much the same; residuals of 5 x 5 have 0.29 of a pixel's variance and vary by as much.
+/// Residuals of good fits, in standard deviations of a block's mean. Within 3 x 3 blocks the noise is
+/// strongly correlated; residuals of 5 x 5 blocks have 0.29 of a pixel's variance, with an equally large
+/// spread.
 constexpr float kGoodPlane_sigma = 0.6F;
-constexpr float kGoodQuadratic = 0.73F;  // of a pixel's variance
+constexpr float kGoodQuadratic = 0.73F;  // relative to a pixel's variance
 
-/// How much of the mean square of a plane's residuals is variance of its value and of its slopes.
+/// Variance of a plane's value and slopes as a fraction of the mean square of its residuals.
 constexpr float kMisfit = 0.3F;
 
 HWY_INLINE float goodQuadratic(const FacetFit& fit) {
   return kGoodQuadratic * pixelNoise(fit) * pixelNoise(fit);
 }
 
-/// Sums of the normal equations of a plane over blocks at -1, 0 and 1.
+/// Normal equations of a plane over blocks at offsets -1, 0 and 1.
 class PlaneSums {
  public:
-  // written out, so that it is compiled for the same instruction set as what it calls
+  // defined here so that it is compiled for the same instruction set as the functions it calls
   HWY_INLINE PlaneSums() { s_ = su_ = sv_ = suu_ = suv_ = svv_ = t_ = tu_ = tv_ = set(0); }
 
   HWY_INLINE void add(Floats weight, Floats difference, float du, float dv) {
@@ -50,7 +52,7 @@ class PlaneSums {
     tv_ = hn::MulAdd(weighted, v, tv_);
   }
 
-  /// Cramer's rule. The little that is added to the diagonal makes slopes that nothing determines zero.
+  /// Solves the equations by Cramer's rule. A small term on the diagonal makes undetermined slopes zero.
   HWY_INLINE void solve(Floats& value, Floats& slope_u, Floats& slope_v) const {
     const auto ridge = hn::MulAdd(s_, set(1e-4F), set(1e-20F));
     const auto s = hn::Add(s_, set(1e-20F));
@@ -77,7 +79,7 @@ class PlaneSums {
   Floats t_, tu_, tv_;
 };
 
-/// The plane over the 3 x 3 blocks around each of a vector of blocks.
+/// Fits a plane to the 3 x 3 blocks around each of a vector of blocks.
 HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
                               const FacetMemory::Planes& out) {
   const auto own = load(blocks.disparity + index);
@@ -117,8 +119,8 @@ HWY_INLINE void fitSmallPlane(const FacetBlocks& blocks, const FacetFit& fit, st
   store(hn::IfThenElse(hn::Ge(own, set(0)), cost, set(kNoFit)), out.cost + index);
 }
 
-/// The quadratic over the 5 x 5 blocks around each of a vector of blocks; where nothing says that it is
-/// curved, a plane. True for those that fit well.
+/// Fits a quadratic to the 5 x 5 blocks around each of a vector of blocks, or a plane where they are flat.
+/// Returns the lanes with a good fit.
 HWY_INLINE Lanes fitSmallQuadratic(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
                                    const FacetMemory::Quadratics& out) {
   const auto own = load(blocks.disparity + index);
@@ -166,25 +168,26 @@ HWY_INLINE Lanes fitSmallQuadratic(const FacetBlocks& blocks, const FacetFit& fi
   const auto uu = hn::Mul(along_uu, set(1.0F / 70));
   const auto vv = hn::Mul(along_vv, set(1.0F / 70));
   const auto uv = hn::Mul(suv, set(1.0F / 100));
-  const auto by_bend = hn::MulAdd(uu, along_uu, hn::MulAdd(vv, along_vv, hn::Mul(uv, suv)));
-  const auto explained = hn::MulAdd(mean, s, hn::MulAdd(slope_u, su, hn::MulAdd(slope_v, sv, by_bend)));
+  const auto by_curvature = hn::MulAdd(uu, along_uu, hn::MulAdd(vv, along_vv, hn::Mul(uv, suv)));
+  const auto explained = hn::MulAdd(mean, s, hn::MulAdd(slope_u, su, hn::MulAdd(slope_v, sv, by_curvature)));
   constexpr float kFreedom = 19;
   const auto cost = hn::Mul(hn::Sub(squares, explained), set(1 / kFreedom));
   const auto curved = hn::Sub(set(1), flatShare(significanceOf(uu, uv, vv, kFive, fit), kOfSmall));
-  const auto value = hn::NegMulAdd(set(kFive.valueByBend()), hn::Mul(curved, hn::Add(uu, vv)), mean);
+  const auto value = hn::NegMulAdd(set(kFive.valueByCurvature()), hn::Mul(curved, hn::Add(uu, vv)), mean);
   store(hn::Add(own, value), out.value + index);
   store(slope_u, out.slope_u + index);
   store(slope_v, out.slope_v + index);
-  store(hn::Mul(curved, uu), out.bend_uu + index);
-  store(hn::Mul(curved, uv), out.bend_uv + index);
-  store(hn::Mul(curved, vv), out.bend_vv + index);
+  store(hn::Mul(curved, uu), out.curvature_uu + index);
+  store(hn::Mul(curved, uv), out.curvature_uv + index);
+  store(hn::Mul(curved, vv), out.curvature_vv + index);
   store(curved, out.curved + index);
   const auto known = hn::IfThenElse(hn::Ge(least, set(0)), cost, set(kNoFit));
   store(known, out.cost + index);
   return hn::Le(known, set(goodQuadratic(fit)));
 }
 
-/// The start from a site's own blocks: the quadratic if it fits well, else the plane. `by_quadratic`: which.
+/// Returns the initial estimate from a site's own blocks: the quadratic if it fits well (lanes
+/// `by_quadratic`), otherwise the plane.
 HWY_INLINE Estimate ownStart(const FacetFit& fit, std::size_t index, const FacetMemory& memory,
                              Lanes& by_quadratic) {
   const float noise = pixelNoise(fit);
@@ -194,7 +197,7 @@ HWY_INLINE Estimate ownStart(const FacetFit& fit, std::size_t index, const Facet
   const auto either = [&](const float* quadratic, const float* plane) {
     return hn::IfThenElse(by_quadratic, load(quadratic + index), load(plane + index));
   };
-  const auto bend = [&](const float* quadratic) {
+  const auto curvature = [&](const float* quadratic) {
     return hn::IfThenElseZero(by_quadratic, load(quadratic + index));
   };
   const auto curved = load(quadratics.curved + index);
@@ -204,9 +207,9 @@ HWY_INLINE Estimate ownStart(const FacetFit& fit, std::size_t index, const Facet
   own.value = either(quadratics.value, planes.value);
   own.slope_u = either(quadratics.slope_u, planes.slope_u);
   own.slope_v = either(quadratics.slope_v, planes.slope_v);
-  own.bend_uu = bend(quadratics.bend_uu);
-  own.bend_uv = bend(quadratics.bend_uv);
-  own.bend_vv = bend(quadratics.bend_vv);
+  own.curvature_uu = curvature(quadratics.curvature_uu);
+  own.curvature_uv = curvature(quadratics.curvature_uv);
+  own.curvature_vv = curvature(quadratics.curvature_vv);
   const Turn turn = turnBy(cubicOf(own, fit, kFive.reach()), own, kFive);
   own.slope_u = hn::Sub(own.slope_u, turn.u);
   own.slope_v = hn::Sub(own.slope_v, turn.v);
@@ -216,21 +219,21 @@ HWY_INLINE Estimate ownStart(const FacetFit& fit, std::size_t index, const Facet
   };
   own.sigma = hn::IfThenElse(by_quadratic, sigma, with_misfit(noise * kThree.plane));
   own.slope_sigma = hn::IfThenElse(by_quadratic, set(noise * kFive.slope), with_misfit(noise * kThree.slope));
-  own.bend_sigma =
-      hn::IfThenElse(by_quadratic, hn::Mul(curved, set(noise * kFive.bend)), set(noise * kThree.bend));
-  own.value_by_bend =
-      hn::IfThenElse(by_quadratic, hn::NegMulAdd(curved, set(kFive.valueByBend()), set(kFive.valueByBend())),
-                     set(kThree.valueByBend()));
+  own.curvature_sigma = hn::IfThenElse(by_quadratic, hn::Mul(curved, set(noise * kFive.curvature)),
+                                       set(noise * kThree.curvature));
+  own.value_by_curvature = hn::IfThenElse(
+      by_quadratic, hn::NegMulAdd(curved, set(kFive.valueByCurvature()), set(kFive.valueByCurvature())),
+      set(kThree.valueByCurvature()));
   return own;
 }
 
-/// Where a site's plane does not fit, that of a neighbour which lies on a plane, fits much better and
-/// predicts the site. `least`: the cost that is to be beaten.
+/// Where a site's own plane does not fit, takes that of a neighbour which fits much better and predicts the
+/// site. `least`: the cost to improve on.
 HWY_INLINE void takePlaneOfNeighbour(const FacetFit& fit, std::size_t index, Floats own,
                                      const FacetMemory::Planes& planes, Floats least, Estimate& best) {
   const auto good = set(kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw);
   const auto near = set(2.5F * fit.noise_raw + 0.5F * fit.raw_per_block);
-  // Beside the middle of a support estimates are less certain.
+  // Away from the middle of a support, estimates are less certain.
   constexpr float kSigma = 0.9F;
   constexpr float kSlopeSigma = 0.6F;
   const auto sigma = set(pixelNoise(fit) * kSigma);
@@ -256,26 +259,26 @@ HWY_INLINE void takePlaneOfNeighbour(const FacetFit& fit, std::size_t index, Flo
   }
 }
 
-/// And rather a quadratic of a neighbour that fits well, whose blocks the site is one of.
+/// Prefers the quadratic of a neighbour that fits well and whose 5 x 5 blocks include the site.
 HWY_INLINE void takeQuadraticOfNeighbour(const FacetFit& fit, std::size_t index, Floats own,
                                          const FacetMemory::Quadratics& quadratics, Floats least,
                                          Estimate& best) {
-  // Beside the middle of a support estimates are less certain.
+  // Away from the middle of a support, estimates are less certain.
   constexpr float kSigma = 1.3F;
   constexpr float kSlopeSigma = 0.5F;
   const float noise = pixelNoise(fit);
   const auto near = set(2 * fit.noise_raw);
   for (int dv = -kRing; dv <= kRing; ++dv) {
     for (int du = -kRing; du <= kRing; ++du) {
-      if (((du + dv) & 1) != 0) continue;  // next to each other they are much the same
+      if (((du + dv) & 1) != 0) continue;  // adjacent ones are nearly the same
       const std::size_t neighbour = moved(index, dv, du);
       const auto cost = load(quadratics.cost + neighbour);
-      const auto uu = load(quadratics.bend_uu + neighbour);
-      const auto uv = load(quadratics.bend_uv + neighbour);
-      const auto vv = load(quadratics.bend_vv + neighbour);
+      const auto uu = load(quadratics.curvature_uu + neighbour);
+      const auto uv = load(quadratics.curvature_uv + neighbour);
+      const auto vv = load(quadratics.curvature_vv + neighbour);
       const auto u = set(static_cast<float>(-du));
       const auto v = set(static_cast<float>(-dv));
-      // Half of what the slopes change by up to the site.
+      // Half the change of the slopes on the way to the site.
       const auto half_u = hn::MulAdd(uu, u, hn::Mul(set(-0.5F * static_cast<float>(dv)), uv));
       const auto half_v = hn::MulAdd(vv, v, hn::Mul(set(-0.5F * static_cast<float>(du)), uv));
       const auto middle_u = hn::Add(load(quadratics.slope_u + neighbour), half_u);
@@ -286,38 +289,38 @@ HWY_INLINE void takeQuadraticOfNeighbour(const FacetFit& fit, std::size_t index,
       best.value = hn::IfThenElse(better, here, best.value);
       best.slope_u = hn::IfThenElse(better, hn::Add(middle_u, half_u), best.slope_u);
       best.slope_v = hn::IfThenElse(better, hn::Add(middle_v, half_v), best.slope_v);
-      best.bend_uu = hn::IfThenElse(better, uu, best.bend_uu);
-      best.bend_uv = hn::IfThenElse(better, uv, best.bend_uv);
-      best.bend_vv = hn::IfThenElse(better, vv, best.bend_vv);
+      best.curvature_uu = hn::IfThenElse(better, uu, best.curvature_uu);
+      best.curvature_uv = hn::IfThenElse(better, uv, best.curvature_uv);
+      best.curvature_vv = hn::IfThenElse(better, vv, best.curvature_vv);
       best.sigma = hn::IfThenElse(better, set(kSigma * noise), best.sigma);
       best.slope_sigma = hn::IfThenElse(better, set(kSlopeSigma * noise), best.slope_sigma);
-      best.bend_sigma = hn::IfThenElse(better, set(kFive.bend * noise), best.bend_sigma);
-      best.value_by_bend = hn::IfThenElse(better, set(0), best.value_by_bend);
+      best.curvature_sigma = hn::IfThenElse(better, set(kFive.curvature * noise), best.curvature_sigma);
+      best.value_by_curvature = hn::IfThenElse(better, set(0), best.value_by_curvature);
     }
   }
 }
 
-/// Where the estimates of a vector of sites begin, of which `wanted` matter. `ready`: those that need no
-/// support of up to 5 x 5 blocks any more. `taken`: those and what is a neighbour's, which 3 x 3 blocks
-/// around a site whose own plane did not fit must not bend.
+/// Returns the initial estimates of a vector of sites, of which only `requested` are meaningful. `ready`:
+/// lanes that need no support of up to 5 x 5 blocks. `taken`: those and the lanes taken from a neighbour,
+/// which the 3 x 3 blocks around a site whose own plane does not fit must not curve.
 HWY_INLINE Estimate startOf(const FacetBlocks& blocks, const FacetFit& fit, std::size_t index,
-                            const FacetMemory& memory, Lanes wanted, Lanes& ready, Lanes& taken) {
+                            const FacetMemory& memory, Lanes requested, Lanes& ready, Lanes& taken) {
   constexpr float kMuchBetter = 0.4F;
   const FloatTag df;
   Estimate best = ownStart(fit, index, memory, ready);
-  ready = hn::Or(ready, hn::Not(wanted));
+  ready = hn::Or(ready, hn::Not(requested));
   taken = ready;
   if (hn::AllTrue(df, ready)) return best;
   const auto good = set(kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw);
   const auto cost = load(memory.planes.cost + index);
-  const auto asks = hn::AndNot(ready, hn::Gt(cost, good));
-  if (hn::AllFalse(df, asks)) return best;
+  const auto searches = hn::AndNot(ready, hn::Gt(cost, good));
+  if (hn::AllFalse(df, searches)) return best;
   const auto own = load(blocks.disparity + index);
   const auto before = best.value;
   takePlaneOfNeighbour(fit, index, own, memory.planes,
-                       hn::IfThenElseZero(asks, hn::Mul(set(kMuchBetter), cost)), best);
+                       hn::IfThenElseZero(searches, hn::Mul(set(kMuchBetter), cost)), best);
   takeQuadraticOfNeighbour(fit, index, own, memory.quadratics,
-                           hn::IfThenElseZero(asks, set(goodQuadratic(fit))), best);
+                           hn::IfThenElseZero(searches, set(goodQuadratic(fit))), best);
   taken = hn::Or(ready, hn::Not(hn::Eq(before, best.value)));
   return best;
 }

@@ -58,7 +58,7 @@ void temporal(const float* disparity, int count, const TemporalLimits& limits, c
     const auto difference = hn::Sub(measured, mean);
     const auto same =
         hn::And(hn::And(seen, known), hn::Le(hn::Abs(difference), hn::Set(df, limits.gate_raw)));
-    const auto more = hn::Min(hn::Add(hn::LoadU(df, row.frames + i), one), hn::Set(df, limits.most_frames));
+    const auto more = hn::Min(hn::Add(hn::LoadU(df, row.frames + i), one), hn::Set(df, limits.max_frames));
     const auto frames = hn::IfThenElse(same, more, one);
     const auto missing = hn::IfThenZeroElse(seen, hn::Add(hn::LoadU(df, row.missing + i), one));
     const auto kept =

@@ -5,45 +5,45 @@
 
 namespace hapticd::rt {
 
-/// What a disparity is where the sensor measured nothing.
+/// Value of a disparity where the sensor measured nothing.
 inline constexpr float kNoDisparity = -1;
 
-/// Raw values first..last become disparities, all others kNoDisparity. Arrays have room for a vector more
-/// than `count`.  RT: safe after the first call.
+/// Converts raw values first..last to disparities and all others to kNoDisparity. Both arrays need room for
+/// one vector more than `count` elements.  RT: safe after the first call.
 void disparityOfRaw(const std::uint16_t* raw, int count, std::uint16_t first, std::uint16_t last,
                     float* disparity) noexcept;
 
-/// Disparities become raw values, to the nearest; kNoDisparity becomes `none`.  RT: safe after the first
-/// call.
+/// Rounds disparities to raw values; kNoDisparity becomes `none`.  RT: safe after the first call.
 void rawOfDisparity(const float* disparity, int count, std::uint16_t none, std::uint16_t* raw) noexcept;
 
-/// Memory of the temporal mean, for a row of pixels; each array has room for a vector more.
+/// State of the temporal mean for a row of pixels; each array has room for one more vector.
 struct TemporalRow {
-  float* mean;     ///< kNoDisparity: nothing known
-  float* frames;   ///< that the mean is over
+  float* mean;     ///< kNoDisparity: unknown
+  float* frames;   ///< number of frames in the mean
   float* missing;  ///< frames since the last measurement
 };
 
+/// Limits of the temporal mean.
 struct TemporalLimits {
-  float most_frames;  ///< that a mean is over
-  float gate_raw;     ///< a measurement farther from the mean starts a new one
-  float hold_frames;  ///< that a pixel without measurement keeps its mean
+  float max_frames;   ///< longest mean, in frames
+  float gate_raw;     ///< a measurement farther from the mean restarts it
+  float hold_frames;  ///< number of frames for which a pixel without measurement keeps its mean
 };
 
-/// How far new measurements were from their means, summed over pixels.
+/// Sum over pixels of the differences between new measurements and their means.
 struct Innovation {
   float sum_raw = 0;
   float pixels = 0;
 };
 
-/// Takes a row of new disparities into the means.  RT: safe after the first call.
+/// Updates the means with a row of new disparities.  RT: safe after the first call.
 void updateMeans(const float* disparity, int count, const TemporalLimits& limits, const TemporalRow& row,
                  Innovation& innovation) noexcept;
 
-/// For `count` pixels: the mean of those of the (2 radius + 1)^2 pixels around each that differ by no more
-/// than `gate_raw` from it; kNoDisparity stays. `centre` is the first pixel of the row; the rows above and
-/// below, and the pixels before and after, can be read. Rows are `stride` apart.  RT: safe after the first
-/// call.
+/// Computes, for `count` pixels, the mean of those of the (2 radius + 1)^2 surrounding pixels that differ
+/// from the centre pixel by at most `gate_raw`; kNoDisparity stays. `centre` points to the first pixel of the
+/// row; rows are `stride` apart, and the neighbours in all directions must be readable.  RT: safe after the
+/// first call.
 void meanOfSimilar(const float* centre, int stride, int count, int radius, float gate_raw,
                    float* out) noexcept;
 

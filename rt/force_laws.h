@@ -9,22 +9,23 @@
 
 namespace hapticd::rt {
 
-/// The force laws and what they remember from tick to tick.
+/// Evaluates the selected force law and holds the state that the laws carry from tick to tick.
 /// Thread: one.
 class ForceLaws {
  public:
   /// `point_capacity`: of the scenes that forces are computed from.  RT: not safe (allocates).
   explicit ForceLaws(std::size_t point_capacity) : memory_(point_capacity) {}
 
-  /// The force of the law that `input.parameters` names; as long as the scene does not hold what that law
-  /// reads, of the law before. Zero, and outside the model, where the scene does not serve that one either.
+  /// Returns the force of the law selected by `input.parameters`. As long as the scene does not hold the data
+  /// which that law reads, the previous law is evaluated instead; if the scene does not serve that one
+  /// either, the force is zero and `outside_model` is set.
   ForceSample force(const LawInput& input) HAPTICD_RT;
 
-  /// Whose force the last one was.
+  /// Returns the law that the last force came from.
   ForceLaw law() const HAPTICD_RT { return law_; }
 
-  /// Around this place the next force needs the scene modelled: the proxy of a constraint law, else the HIP.
-  /// `hip_m_in_world`: where there is no proxy.
+  /// Returns the place around which the scene must be modelled for the next force: the proxy if there is one,
+  /// otherwise `hip_m_in_world`.
   Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
     return memory_.proxy.placed ? memory_.proxy.position_m_in_world : hip_m_in_world;
   }
@@ -32,7 +33,7 @@ class ForceLaws {
   /// Forgets the proxy: the next force of a constraint law begins with the proxy at the HIP.
   void release() HAPTICD_RT { memory_.proxy = {}; }
 
-  /// What the next force depends on.
+  /// All state that the next force depends on.
   struct Memory {
     ProxyMemory proxy;
     ForceLaw law = ForceLaw::nearest_springs;

@@ -8,22 +8,22 @@
 
 namespace hapticd::rt {
 
-/// A force within slew limit and magnitude clamp.
+/// A force after slew limit and magnitude clamp.
 struct LimitedForce {
-  Vec3 force_n;          ///< within both
-  Vec3 slewed_force_n;   ///< within the slew limit alone
-  bool slewed = false;   ///< it differs from the force before by less than was asked for
-  bool clamped = false;  ///< it is shorter than was asked for
+  Vec3 force_n;          ///< after both limits
+  Vec3 slewed_force_n;   ///< after the slew limit alone
+  bool slewed = false;   ///< the slew limit shortened the step
+  bool clamped = false;  ///< the clamp shortened the force
 };
 
-/// `v`, shortened to `limit` if it is longer.  RT: safe.
+/// Returns `v`, shortened to `limit` if its `length` is greater.  RT: safe.
 inline Vec3 shortened(const Vec3& v, double length, double limit) noexcept {
   return length > limit ? (limit / length) * v : v;
 }
 
-/// One step from the force before towards an aim: no longer than `max_step_n`, and to no more than
-/// `max_force_n`. A force that is over a lowered maximum is drawn inwards first; what that leaves of the step
-/// goes towards the aim. All finite, limits >= 0.  RT: safe.
+/// Takes one step from the previous force towards `aim_n`, no longer than `max_step_n` and to a force of at
+/// most `max_force_n`. A force above a lowered maximum first shrinks; what remains of the step goes towards
+/// the aim. All inputs finite, limits >= 0.  RT: safe.
 inline LimitedForce limitForce(const Vec3& before_n, const Vec3& aim_n, double max_step_n,
                                double max_force_n) HAPTICD_RT {
   const double before_length = norm(before_n);

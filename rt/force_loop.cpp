@@ -91,16 +91,16 @@ void ForceLoop::answerSnapshotRequest() HAPTICD_RT {
   channels_.core_memory->snapshot.write({request, state_.counters.ticks + 1, core_.memory()});
 }
 
-/// Bounded by kLongestStall_ns of the clock.
+/// Busy-waits, for at most kLongestStall_ns.
 void ForceLoop::stall(std::int64_t since_ns) const HAPTICD_RT {
-  const std::int64_t asked_ns = channels_.stall_ns->load(std::memory_order_relaxed);
-  if (asked_ns <= 0 || state_.counters.ticks % 2 == 0) return;
-  const std::int64_t end_ns = since_ns + std::min(asked_ns, kLongestStall_ns);
+  const std::int64_t requested_ns = channels_.stall_ns->load(std::memory_order_relaxed);
+  if (requested_ns <= 0 || state_.counters.ticks % 2 == 0) return;
+  const std::int64_t end_ns = since_ns + std::min(requested_ns, kLongestStall_ns);
   while (monotonicNow_ns() < end_ns) {
   }
 }
 
-/// Compares with the tick before, which is still in the state.
+/// Records a change of mode or cause since the previous tick, which is still in the state.
 void ForceLoop::noteTransition(const Tick& tick, std::int64_t now_ns) HAPTICD_RT {
   const Tick& before = state_.tick;
   if (tick.mode == before.mode && tick.cause == before.cause) return;

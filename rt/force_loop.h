@@ -14,53 +14,55 @@
 
 namespace hapticd::rt {
 
-/// What the core remembered before a tick; from there on the ticks can be computed again.
+/// The core's memory before a tick; replaying the following ticks from it gives the same forces.
 struct CoreSnapshot {
-  std::uint64_t request = 0;  ///< the one that it answers
-  std::uint64_t tick = 0;     ///< number of the tick that it was taken before
+  std::uint64_t request = 0;  ///< number of the request that it answers
+  std::uint64_t tick = 0;     ///< number of the tick before which it was taken
   HapticCore::Memory memory;
 };
 
-/// Snapshots of the core's memory, taken on request.
+/// Channel for snapshots of the core's memory, taken on request.
 struct CoreMemoryChannel {
-  std::atomic<std::uint64_t> request{0};  ///< trace thread: +1 asks for one; relaxed: it orders nothing
-  TripleBuffer<CoreSnapshot> snapshot;    ///< force thread writes
+  /// The trace thread increments it to request one; relaxed: orders nothing.
+  std::atomic<std::uint64_t> request{0};
+  TripleBuffer<CoreSnapshot> snapshot;  ///< written by the force thread
 };
 
-/// The channels that the force loop reads and writes; all outlive it.
+/// The channels of the force loop; all outlive it.
 struct ForceLoopChannels {
-  SceneChannel& scenes;                  ///< reads
-  HandleStateChannel& handle_state;      ///< reads
-  HandleCommandChannel& handle_command;  ///< writes
-  TripleBuffer<Vec3>& focus;             ///< writes: where the scene thread is to model
-  ControlChannels& control;              ///< reads directives, writes the rest
-  /// Fault injection, normally null: every second tick takes that much longer, at most kLongestStall_ns.
+  SceneChannel& scenes;                  ///< read
+  HandleStateChannel& handle_state;      ///< read
+  HandleCommandChannel& handle_command;  ///< written
+  TripleBuffer<Vec3>& focus;             ///< written: where the scene thread is to model
+  ControlChannels& control;              ///< directives are read, the rest is written
+  /// Fault injection, normally null: every second tick takes this much longer, at most kLongestStall_ns.
   const std::atomic<std::int64_t>* stall_ns = nullptr;
-  /// Where snapshots are asked for and go; null: nobody asks.
+  /// Channel for snapshots of the core's memory; null: none are taken.
   CoreMemoryChannel* core_memory = nullptr;
 };
 
+/// Longest injected stall of a tick.
 inline constexpr std::int64_t kLongestStall_ns = 20'000'000;
 
-/// The 1 kHz loop: one HapticCore step per period of a fixed grid of CLOCK_MONOTONIC times.
-/// While it runs it allocates nothing, takes no lock, makes no system call but reading and sleeping on the
-/// clock, and waits for nobody.
+/// The 1 kHz loop: one HapticCore step per period of a fixed grid of CLOCK_MONOTONIC times. While it runs it
+/// does not allocate, takes no lock, makes no system call except reading and sleeping on the clock, and waits
+/// for no other thread.
 class ForceLoop {
  public:
-  /// `point_capacity`: of the scenes in the channel.
+  /// `point_capacity`: capacity of the scenes in the channel.  RT: not safe (allocates).
   ForceLoop(const LoopParameters& parameters, std::size_t point_capacity, const ForceLoopChannels& channels);
 
-  /// Sets the calling thread up for real time, as far as it is permitted: pinned CPU, SCHED_FIFO, prefaulted
-  /// stack; and runs the cycle on made-up input, so that its code and memory have been touched.
+  /// Prepares the calling thread for real time as far as permitted: pinned CPU, SCHED_FIFO, prefaulted stack.
+  /// Then runs the cycle on synthetic input to touch its code and memory. Returns what could be set up.
   /// Thread: the force thread, once, before run().  RT: not safe.
   LoopPrivileges prepare();
 
-  /// Ticks until requestStop(), then for as long as it takes the commanded force to reach zero, but no longer
-  /// than a StopBound allows.
+  /// Ticks until requestStop(), and then until the commanded force has reached zero, but no longer than
+  /// StopBound allows.
   /// Thread: the force thread.
   void run() HAPTICD_RT;
 
-  /// Thread: any.  RT: safe.
+  /// Asks run() to end.  Thread: any.  RT: safe.
   void requestStop() HAPTICD_RT { stop_.store(true, std::memory_order_relaxed); }
 
  private:
@@ -79,11 +81,11 @@ class ForceLoop {
   HapticCore core_;
   PeriodicClock clock_;
   double period_s_;
-  std::atomic<bool> stop_{false};  // relaxed: a flag, it orders nothing
+  std::atomic<bool> stop_{false};  // relaxed: a flag, orders nothing
   bool stopping_ = false;
   StopBound stop_bound_;
-  bool overran_ = false;                ///< the tick before ended late
-  std::uint64_t snapshot_request_ = 0;  ///< the last one that was answered
+  bool overran_ = false;                ///< the previous tick ended late
+  std::uint64_t snapshot_request_ = 0;  ///< the last one answered
   LoopState state_;
 };
 

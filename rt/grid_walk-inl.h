@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Included once per vector target, from between the kernels' includes and their HWY_BEFORE_NAMESPACE.
+// Included once per vector target, after the kernels' includes and before their HWY_BEFORE_NAMESPACE.
 #if defined(HAPTICD_RT_GRID_WALK_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAPTICD_RT_GRID_WALK_INL_H_
 #undef HAPTICD_RT_GRID_WALK_INL_H_
@@ -16,7 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
-/// First and last cell of an axis that an interval of positions meets; empty when first > last.
+/// First and last cell along one axis that an interval of positions meets; empty when first > last.
 struct CellRange {
   int first;
   int last;
@@ -28,13 +28,14 @@ HWY_INLINE CellRange cellsOf(float low_m, float high_m, float voxels_per_m, int 
           static_cast<int>(std::min(high_m * voxels_per_m, static_cast<float>(cells - 1)))};
 }
 
-/// Distance on one axis from a position to a cell; 0 inside it.
+/// Returns the distance along one axis from a position to a cell; 0 inside the cell.
 HWY_INLINE float distanceToCell(float position_m, int cell, float voxel_edge_m) {
   const float low = static_cast<float>(cell) * voxel_edge_m;
   return std::max({0.0F, low - position_m, position_m - (low + voxel_edge_m)});
 }
 
-/// Calls `visit(begin, end)` for the points of the cells `range` of one row of voxels.
+/// Calls `visit(begin, end)` with ranges of points that together are all points in the cells `range` of one
+/// row of voxels.
 template <typename Visit>
 HWY_INLINE void walkRow(const Scene& scene, std::size_t row_word, CellRange range, const Visit& visit) {
   constexpr int kBits = GridShape::kCellsPerWord;
@@ -53,12 +54,13 @@ HWY_INLINE void walkRow(const Scene& scene, std::size_t row_word, CellRange rang
   }
 }
 
-/// Calls `visit(begin, end)` for stretches of points that hold all those in the ball.
+/// Calls `visit(begin, end)` with ranges of points that together include all points in the ball.
 template <typename Visit>
 HWY_INLINE void walkBall(const Scene& scene, const LocalBall& ball, const Visit& visit) {
   const auto edge = static_cast<float>(scene.shape.voxel_edge_m);
   const float voxels_per_m = 1 / edge;
-  // A point's voxel index and the cells met are rounded apart; a little more radius makes up for it.
+  // The voxel index of a point and the range of cells are rounded differently; a slightly larger radius
+  // compensates.
   const float radius = ball.radius_m + static_cast<float>(scene.depth_model->singlePrecisionError_m());
   const float radius_squared = radius * radius;
   const auto words_per_row = static_cast<std::size_t>(scene.shape.wordsPerRow());

@@ -9,44 +9,45 @@
 
 namespace hapticd::rt {
 
-/// What may be done with a measurement.
+/// State of the handle that decides how a measurement may be used.
 enum class HandleCondition : std::uint8_t {
   ready,
-  clutched,        ///< the person holds the clutch: the handle moves, the HIP does not, and nothing is felt
-  not_calibrated,  ///< the device does not know yet where it is (homing)
+  clutched,        ///< the clutch is held: the handle moves, the HIP does not, and there is no force
+  not_calibrated,  ///< the device does not know its position yet (homing)
 };
 constexpr auto wordsOf(HandleCondition) {
   return words<HandleCondition>("ready", "clutched", "not_calibrated");
 }
 
-/// What the handle measured last.
+/// The newest measurement of the handle.
 struct HandleState {
-  Vec3 position_m_in_world;        ///< the HIP
-  Vec3 velocity_m_per_s_in_world;  ///< of the HIP
-  std::uint64_t sequence = 0;      ///< 0: nothing measured yet; +1 with each measurement
+  Vec3 position_m_in_world;        ///< position of the HIP
+  Vec3 velocity_m_per_s_in_world;  ///< velocity of the HIP
+  std::uint64_t sequence = 0;      ///< 0: nothing measured yet; incremented with each measurement
   std::int64_t time_ns = 0;        ///< CLOCK_MONOTONIC of the measurement
-  std::uint64_t session = 0;       ///< +1 each time that the device is opened or comes back
+  std::uint64_t session = 0;       ///< incremented each time the device is opened or reconnected
   HandleCondition condition = HandleCondition::ready;
-  std::uint32_t buttons = 0;  ///< bit n: button n is held
-  double delay_s = 0;  ///< from a motion of the hand to the force that answers it, without the loop's own
-  std::int64_t command_latency_ns = 0;  ///< how long a command had waited, from its writing to the newest
-                                        ///< sending to the device; 0: none yet
-  bool damps = false;  ///< the device damps contact by itself (HandleCommand::contact_damping_n_s_per_m)
+  std::uint32_t buttons = 0;  ///< bit n: button n is pressed
+  /// From a motion of the hand to the force that responds to it, excluding the loop's own share.
+  double delay_s = 0;
+  /// Time from writing the command most recently sent to the device until it was sent; 0: none sent yet.
+  std::int64_t command_latency_ns = 0;
+  bool damps = false;  ///< the device damps contact by itself, see HandleCommand::contact_damping_n_s_per_m
 };
 
-/// What the handle is to exert on the hand.
+/// The force that the handle is to exert on the hand.
 struct HandleCommand {
-  Vec3 force_n_in_world;      ///< newtons at the hand; always finite and within the safety chain's limits
+  Vec3 force_n_in_world;      ///< at the hand; always finite and within the limits of the safety chain
   std::uint64_t tick = 0;     ///< number of the force tick that computed it; 0: none
-  std::uint64_t session = 0;  ///< of the measurement that it answers
-  std::int64_t time_ns = 0;   ///< CLOCK_MONOTONIC of its writing
+  std::uint64_t session = 0;  ///< session of the measurement that it responds to
+  std::int64_t time_ns = 0;   ///< CLOCK_MONOTONIC when it was written
   std::int64_t tick_ns = 0;   ///< CLOCK_MONOTONIC when the tick began
-  /// For a device that damps contact by itself, from its own velocity v and without delay: it takes this
-  /// times v's component along the force away from the force, but never turns it round. At least 0.
+  /// For a device that damps contact by itself, using its own velocity v without delay: it subtracts this
+  /// value times the component of v along the force from the force, but never reverses the force. At least 0.
   double contact_damping_n_s_per_m = 0;
 };
 
-/// From the handle's thread to the force thread, and back.
+/// Carry measurements from the handle thread to the force thread and commands back.
 using HandleStateChannel = TripleBuffer<HandleState>;
 using HandleCommandChannel = TripleBuffer<HandleCommand>;
 

@@ -11,11 +11,11 @@
 namespace hapticd::rt {
 namespace {
 
-/// While the HIP's neighbourhood is not modelled the last force is held that long; a new model of the same
-/// frame takes the scene thread far less.
+/// While the HIP's neighbourhood is not modelled, the last force is held for this long; the scene thread
+/// takes far less to model the same frame again.
 constexpr double kMaxHold_s = 0.01;
 
-/// The stiffness limit falls at once where the delay grows, and comes back over seconds.
+/// The stiffness limit drops quickly where the delay grows and recovers over seconds.
 constexpr double kGainFall_per_s = 10;
 constexpr double kGainRise_per_s = 0.2;
 
@@ -26,8 +26,9 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
   return laws_.force({scene, hip_m_in_world, {}, parameters, frame_age_s});
 }
 
-/// The law's force at the handle, or the held one for a moment where the scene is not modelled.
-ForceSample HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
+/// Evaluates the law at the handle's position, or briefly holds the last force where the scene is not
+/// modelled.
+ForceSample HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
   ForceSample sample = laws_.force({input.scene, input.handle.position_m_in_world,
                                     input.handle.velocity_m_per_s_in_world, input.directive.parameters,
                                     frameAge_s(input.scene, input.now_ns, input.directive.parameters)});
@@ -52,8 +53,8 @@ ForceSample HapticCore::feel(const Input& input, Tick& tick) HAPTICD_RT {
   return sample;
 }
 
-/// How much more the force of a law with a proxy changed than the HIP's own way explains: the surface moved,
-/// or the proxy is still on its way after it, or slipped off an edge.
+/// Returns how much more the force of a law with a proxy changed than the HIP's displacement explains: the
+/// surface moved, the proxy is still catching up, or it slipped off an edge.
 double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
   if (!hasProxy(laws_.law())) return 0;
   const LiveParameters& parameters = input.directive.parameters;
@@ -65,8 +66,8 @@ double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_worl
   return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
 }
 
-/// Carries the force over a change of scene, law or parameters. It is cut to the limit first, so that what is
-/// carried over is never more than the handle could have felt.
+/// Blends the force over a change of scene, law or parameters. The force is clamped to the limit first, so
+/// that the blend never starts from more than the handle can have exerted.
 void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double length = norm(force_n_in_world);
@@ -75,11 +76,11 @@ void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   const Origin now{input.scene.model, laws_.law(), parameters.springs, parameters.contact,
                    tick.outside_model};
-  const double most_n =
+  const double max_n =
       parameters.springs.stiffness_n_per_m * parameters.blend.max_surface_speed_m_per_s * input.period_s;
   const double unexplained = unexplained_n(input, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
-  const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > most_n);
+  const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > max_n);
   memory_.surface_moved = memory_.changed || unexplained > 0;
   memory_.origin = now;
   memory_.before = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut,
@@ -91,14 +92,14 @@ void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
   tick.blended_force_n_in_world = blended;
 }
 
-/// What keeps the loop stable with the lag that it has now: the share of the law's force that is exerted, and
-/// the damping in contact. Damping that acts in the device does not come late, so it does not need the
-/// device's mass.
+/// Computes what keeps the loop stable at its current lag: the share of the law's force to exert and the
+/// contact damping. Damping applied by the device itself is not delayed, so the limit by the device's mass
+/// does not apply to it.
 HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
   const double stiffness = parameters.springs.stiffness_n_per_m;
-  const double of_law = hasProxy(parameters.law) ? parameters.contact.damping_n_s_per_m : 0;
+  const double damping_of_law = hasProxy(parameters.law) ? parameters.contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
@@ -114,32 +115,32 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTIC
   const bool limited = stiffness > tick.stiffness_limit_n_per_m;
   if (limited) tick.stiffness_rule = by_mass ? StiffnessRule::mass : StiffnessRule::delay;
   const bool reduces = parameters.safety.stiffness_limit == StiffnessLimit::reduce;
-  const double wanted = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
-  memory_.stiffness_gain = std::clamp(wanted, memory_.stiffness_gain - kGainFall_per_s * input.period_s,
+  const double target = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
+  memory_.stiffness_gain = std::clamp(target, memory_.stiffness_gain - kGainFall_per_s * input.period_s,
                                       memory_.stiffness_gain + kGainRise_per_s * input.period_s);
   tick.stiffness_gain = memory_.stiffness_gain;
   if (!automatic) return rules;
 
-  double most = contactDamping_n_s_per_m(stiffness, rules.lag_s);
-  if (by_mass) most = std::min(most, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
-  rules.damping_n_s_per_m = std::isfinite(most) ? std::max(0.0, most - of_law) : 0;
+  double damping = contactDamping_n_s_per_m(stiffness, rules.lag_s);
+  if (by_mass) damping = std::min(damping, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
+  rules.damping_n_s_per_m = std::isfinite(damping) ? std::max(0.0, damping - damping_of_law) : 0;
   return rules;
 }
 
-/// Adds the damping in contact, unless the device does.
-Vec3 HapticCore::damp(const Input& input, const ForceSample& felt, const LagRules& rules,
+/// Adds the contact damping, unless the device applies it.
+Vec3 HapticCore::damp(const Input& input, const ForceSample& sample, const LagRules& rules,
                       Tick& tick) const HAPTICD_RT {
   const Vec3 velocity =
-      velocityToDamp(input.handle.velocity_m_per_s_in_world, felt.surface_velocity_m_per_s_in_world);
+      velocityToDamp(input.handle.velocity_m_per_s_in_world, sample.surface_velocity_m_per_s_in_world);
   const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
-  return tick.damped_force_n_in_world = damped({tick.blended_force_n_in_world, felt.normal_in_world, velocity,
-                                                input.directive.parameters.contact.friction},
+  return tick.damped_force_n_in_world = damped({tick.blended_force_n_in_world, sample.normal_in_world,
+                                                velocity, input.directive.parameters.contact.friction},
                                                damping);
 }
 
-/// What passivity control needs to know of this tick. The energy of a spring under a force F that is exerted
-/// to the share g is g F^2 / (2 k). What it changes by beyond the work of the HIP, F . dx with the mean force
-/// over the tick, the scene has done, or the share: a surface moved.
+/// Computes the input of passivity control for this tick. The energy of a spring under a force F that is
+/// exerted with the gain g is g F^2 / (2 k). A change of it beyond the work of the HIP (F . dx with the mean
+/// force over the tick) was caused by the scene or by the gain: a surface moved.
 SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input,
                                             const Vec3& surface_velocity_m_per_s) const HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
@@ -171,18 +172,18 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   return motion;
 }
 
-/// From the law's force to the command.
-SafetyChain::Output HapticCore::exert(const Input& input, const Supervisor::Obstacle& obstacle,
-                                      Tick& tick) HAPTICD_RT {
+/// Computes the command from the law's force.
+SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
+                                               Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
-  const ForceSample felt = feel(input, tick);
-  blend(input, felt.force_n_in_world, tick);
+  const ForceSample sample = evaluateLaw(input, tick);
+  blend(input, sample.force_n_in_world, tick);
   const LagRules rules = lagRules(input, tick);
-  const Vec3 damped_n = damp(input, felt, rules, tick);
-  memory_.supervisor.decide(input, obstacle,
-                            {.touches = norm(tick.law_force_n_in_world) > 0, .too_near = memory_.too_near});
+  const Vec3 damped_n = damp(input, sample, rules, tick);
+  memory_.supervisor.decide(
+      input, obstacle, {.in_contact = norm(tick.law_force_n_in_world) > 0, .too_near = memory_.too_near});
   const double gain = memory_.supervisor.gain() * tick.stiffness_gain;
   memory_.before.gain = gain;
   tick.gain = gain;
@@ -190,7 +191,7 @@ SafetyChain::Output HapticCore::exert(const Input& input, const Supervisor::Obst
   tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
   SafetyChain::Motion motion;
-  if (comparable) motion = motionSince(before, input, felt.surface_velocity_m_per_s_in_world);
+  if (comparable) motion = motionSince(before, input, sample.surface_velocity_m_per_s_in_world);
   motion.max_damping_n_s_per_m =
       rules.largest_damping_n_s_per_m - (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
   return memory_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
@@ -207,14 +208,14 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.scene_model = input.scene.model;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
-  // The law is felt in every mode whose inputs are good, so that status shows contact before engaging.
+  // The law is evaluated in every mode with valid inputs, so that status shows contact before engaging.
   const SafetyParameters& safety = input.directive.parameters.safety;
   const Supervisor::Obstacle obstacle = memory_.supervisor.look(input);
   SafetyChain::Output out;
-  if (obstacle.feels) {
-    out = exert(input, obstacle, tick);
+  if (obstacle.law_usable) {
+    out = computeCommand(input, obstacle, tick);
   } else {
-    laws_.release();  // where the proxy is has no meaning any more
+    laws_.release();  // the position of the proxy has become meaningless
     memory_.blend.reset();
     memory_.origin = {};
     memory_.too_near = false;

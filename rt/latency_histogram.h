@@ -10,8 +10,8 @@
 
 namespace hapticd::rt {
 
-/// Distribution of durations in nanoseconds, 0 ns to 4.3 s, with a relative resolution of 1/16; longer ones
-/// count as the longest.
+/// Distribution of durations in nanoseconds, from 0 ns to 4.3 s, with a relative resolution of 1/16; longer
+/// durations count as the longest.
 /// Thread: one writer (add), any number of readers; a reader sees each counter at some recent value.
 /// Progress: wait-free.  RT: safe.
 class LatencyHistogram {
@@ -26,7 +26,8 @@ class LatencyHistogram {
   std::uint64_t total() const noexcept { return total_.load(std::memory_order_relaxed); }
   std::uint64_t maxNs() const noexcept { return max_ns_.load(std::memory_order_relaxed); }
 
-  /// The upper end of the bucket that holds the quantile (0..1), at most maxNs(); 0 while empty.
+  /// Returns the upper end of the bucket that contains the quantile (0..1), at most maxNs(); 0 while the
+  /// histogram is empty.
   std::uint64_t quantileNs(double quantile) const noexcept {
     std::uint64_t counted = 0;
     for (const Counter& count : counts_) counted += count.load(std::memory_order_relaxed);
@@ -44,7 +45,7 @@ class LatencyHistogram {
   static constexpr int kSubBits = 4;  // 16 buckets per power of two
   static constexpr std::size_t kBuckets = (32 - kSubBits + 1) << kSubBits;
 
-  static void increment(Counter& counter) noexcept {  // one writer: no read-modify-write needed
+  static void increment(Counter& counter) noexcept {  // a single writer needs no atomic read-modify-write
     counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   static std::size_t bucketOf(std::uint64_t ns) noexcept {
@@ -65,7 +66,7 @@ class LatencyHistogram {
   Counter max_ns_{0};
 };
 
-/// Percentiles of a histogram, nanoseconds.
+/// Percentiles of a histogram in nanoseconds.
 struct LatencySummary {
   std::uint64_t p50_ns = 0;
   std::uint64_t p99_ns = 0;

@@ -7,7 +7,7 @@
 namespace hapticd::rt {
 namespace {
 
-/// Free space is searched that much farther than D_thresh, and then not again until the HIP has moved as far.
+/// Free space is searched this much beyond D_thresh, and then not again until the HIP has moved as far.
 constexpr double kFreeSpaceLookAhead_m = 0.01;
 
 float squared(double length_m) noexcept {
@@ -25,9 +25,9 @@ SearchMemory::SearchMemory(std::size_t point_capacity)
 
 /// One search for the points of eq. (6)-(8).
 ///
-/// The grid is searched in single precision. Every such distance is within `error_m_` of the exact one, so
-/// all points that are surely chosen and the few that may be are told apart by distances that are `error_m_`
-/// apart from the limits; the exact positions of the few decide.
+/// The grid is searched in single precision, with distances that are within `error_m_` of the exact ones.
+/// Points whose distance is more than `error_m_` from the limits are therefore surely chosen or surely
+/// rejected; for the few in between, exact positions decide.
 class NearestSearch {
  public:
   NearestSearch(const Scene& scene, const Vec3& hip_m_in_world, const SpringParameters& parameters,
@@ -39,13 +39,13 @@ class NearestSearch {
         candidates_{memory.distance_squared_m2_.get(), memory.pixel_.get(), 0},
         boundary_(memory.boundary_pixel_.get()),
         error_m_(scene.depth_model->singlePrecisionError_m()),
-        wanted_(static_cast<std::uint32_t>(parameters.max_points)) {}
+        max_points_(static_cast<std::uint32_t>(parameters.max_points)) {}
 
   ForceSample force() noexcept {
     if (scene_.points < static_cast<std::uint32_t>(parameters_.min_points) || isKnownToBeFree()) return {};
-    const bool wanted_found = findCandidates();
+    const bool enough_found = findCandidates();
     if (candidates_.count < static_cast<std::uint32_t>(parameters_.min_points)) return {};
-    if (wanted_found) return forceOfNearest();
+    if (enough_found) return forceOfNearest();
     return forceOfAll();
   }
 
@@ -56,7 +56,7 @@ class NearestSearch {
                memory_.guess_.free_radius_m;
   }
 
-  /// Finds all points whose exact distance is at most `radius_m`, and perhaps some a little farther.
+  /// Finds all points whose exact distance is at most `radius_m`, and possibly some slightly farther away.
   void find(double radius_m) noexcept {
     found_radius_m_ = radius_m + error_m_;
     const Vec3 local = hip_ - scene_.origin_m_in_world;
@@ -66,11 +66,11 @@ class NearestSearch {
                candidates_);
   }
 
-  /// Finds at least the points to choose from; true if more than enough of them lie within D_thresh.
+  /// Finds at least the points to choose from; returns true if more than enough of them lie within D_thresh.
   bool findCandidates() noexcept {
     const double limit = parameters_.radius_m;
-    // A ball that held N_max points holds them still when it grows by the way that the HIP went, if the scene
-    // is the same. Whether it does is counted, so a wrong guess costs time only.
+    // A ball that held N_max points still holds them when it grows by the displacement of the HIP, if the
+    // scene is the same. This is checked by counting, so a wrong guess only costs time.
     double guess = memory_.guess_.last_radius_m == 0
                        ? limit / 3
                        : memory_.guess_.last_radius_m + kSlack_m +
@@ -78,10 +78,10 @@ class NearestSearch {
     memory_.guess_.last_hip_m_in_world = hip_;
     for (; guess < limit; guess *= kGrowth) {
       find(guess);
-      if (countWithin(candidates_, squared(guess - error_m_)) >= wanted_) return true;
+      if (countWithin(candidates_, squared(guess - error_m_)) >= max_points_) return true;
     }
     find(limit);
-    if (countWithin(candidates_, squared(limit - error_m_)) >= wanted_) return true;
+    if (countWithin(candidates_, squared(limit - error_m_)) >= max_points_) return true;
     memory_.guess_.last_radius_m = limit;
     if (candidates_.count == 0) rememberFreeSpace();
     return false;
@@ -100,7 +100,8 @@ class NearestSearch {
     memory_.guess_.free_radius_m = radius;
   }
 
-  /// All candidates within D_thresh, eq. (7), or none, eq. (8); there are hardly more than N_max.
+  /// Uses all candidates within D_thresh, eq. (7), or none, eq. (8); there are at most slightly more than
+  /// N_max.
   ForceSample forceOfAll() noexcept {
     std::uint32_t within = 0;
     for (std::uint32_t i = 0; i < candidates_.count; ++i) {
@@ -110,11 +111,11 @@ class NearestSearch {
     }
     if (within < static_cast<std::uint32_t>(parameters_.min_points)) return {};
     candidates_.count = 0;
-    chooseNearestRanked(within, std::min(within, wanted_));
+    chooseNearestRanked(within, std::min(within, max_points_));
     return meanOfChosen();
   }
 
-  /// The N_max nearest of more candidates than that, eq. (6).
+  /// Uses the N_max nearest of more candidates, eq. (6).
   ForceSample forceOfNearest() noexcept {
     const Bracket bracket = bracketOfRank();
     memory_.guess_.last_radius_m = std::sqrt(static_cast<double>(bracket.above_m2)) + error_m_;
@@ -126,11 +127,11 @@ class NearestSearch {
       const Vec3 v = hip_ - scene_.depth_model->pointInWorld(boundary_[i]);
       memory_.ranked_[i] = {dot(v, v), boundary_[i]};
     }
-    chooseNearestRanked(between, wanted_ - candidates_.count);
+    chooseNearestRanked(between, max_points_ - candidates_.count);
     return meanOfChosen();
   }
 
-  /// Eq. (11) over the candidates that are left.
+  /// Evaluates eq. (11) over the chosen candidates.
   ForceSample meanOfChosen() noexcept {
     const Vec3 sum = sumOfUnitSprings(*scene_.depth_model, candidates_.pixel, candidates_.count, hip_,
                                       parameters_.radius_m, memory_.work_.get());
@@ -153,29 +154,30 @@ class NearestSearch {
     for (std::uint32_t i = 0; i < chosen; ++i) candidates_.pixel[candidates_.count++] = ranked[i].pixel;
   }
 
-  /// Squared distances: fewer than N_max candidates lie within `below_m2`, at least N_max within `above_m2`.
+  /// Squared distances such that fewer than N_max candidates lie within `below_m2` and at least N_max within
+  /// `above_m2`.
   struct Bracket {
     float below_m2;
     float above_m2;
   };
 
-  /// Closes in on the distance of the N_max-th nearest candidate. On a surface the number of points grows
-  /// about linearly with the squared distance, so a few steps of linear interpolation do; every third step
-  /// halves the bracket, so that no distribution of distances takes more than a fixed number of steps.
+  /// Brackets the distance of the N_max-th nearest candidate. On a surface the number of points grows about
+  /// linearly with the squared distance, so a few steps of linear interpolation suffice; every third step
+  /// bisects, so that the number of steps is bounded for any distribution of distances.
   Bracket bracketOfRank() const noexcept {
-    constexpr std::uint32_t kCloseEnough = 6;  // candidates whose exact positions must be looked at
+    constexpr std::uint32_t kCloseEnough = 6;  // number of candidates whose exact positions are evaluated
     constexpr int kMaxSteps = 24;
     Bracket bracket{0, squared(found_radius_m_)};
     std::uint32_t count_below = countWithin(candidates_, bracket.below_m2);
     std::uint32_t count_above = candidates_.count;
-    if (count_below >= wanted_) return {-1.0F, bracket.below_m2};
+    if (count_below >= max_points_) return {-1.0F, bracket.below_m2};
     for (int step = 1; step <= kMaxSteps && count_above - count_below > kCloseEnough; ++step) {
       const float fraction = step % 3 == 0 ? 0.5F
-                                           : (static_cast<float>(wanted_ - count_below) + 0.5F) /
+                                           : (static_cast<float>(max_points_ - count_below) + 0.5F) /
                                                  static_cast<float>(count_above - count_below + 1);
       const float middle = bracket.below_m2 + fraction * (bracket.above_m2 - bracket.below_m2);
       const std::uint32_t count = countWithin(candidates_, middle);
-      if (count >= wanted_) {
+      if (count >= max_points_) {
         bracket.above_m2 = middle;
         count_above = count;
       } else {
@@ -188,7 +190,7 @@ class NearestSearch {
 
   static constexpr double kSlack_m = 0.0003;
   static constexpr double kMaxMovement_m =
-      0.002;  // of one tick; after a leap the old radius is as good a guess
+      0.002;  // per tick; after a larger displacement the previous radius is as good a guess
   static constexpr double kGrowth = 1.5;
 
   const Scene& scene_;
@@ -198,7 +200,7 @@ class NearestSearch {
   Candidates candidates_;
   std::uint32_t* boundary_;
   const double error_m_;
-  const std::uint32_t wanted_;
+  const std::uint32_t max_points_;
   double found_radius_m_ = 0;
 };
 

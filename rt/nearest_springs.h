@@ -14,26 +14,27 @@
 
 namespace hapticd::rt {
 
-/// Working memory of a search, and what the last search of the same thread learned. It makes searches faster;
-/// it changes a force by rounding at most, as the points are found, and summed, in another order. Thread:
-/// one.
+/// Working memory of a search together with hints from the previous search of the same scene. The hints make
+/// a search faster; they change a force by rounding at most, because points may be found and summed in a
+/// different order.
+/// Thread: one.
 class SearchMemory {
  public:
-  /// `point_capacity`: of the scenes to be searched.  RT: not safe (allocates).
+  /// `point_capacity`: capacity of the scenes to be searched.  RT: not safe (allocates).
   explicit SearchMemory(std::size_t point_capacity);
 
-  /// Room for what a search finds; the next search writes over it.  RT: safe.
+  /// Returns empty arrays for the results of a search; the next search overwrites them.  RT: safe.
   Candidates candidates() noexcept { return {distance_squared_m2_.get(), pixel_.get(), 0}; }
-  /// Working memory for as many points.  RT: safe.
+  /// Returns working memory for the same number of points.  RT: safe.
   WorkVector* work() noexcept { return work_.get(); }
 
-  /// What the last search learned.
+  /// Hints from the previous search.
   struct Guess {
     Vec3 last_hip_m_in_world;
-    double last_radius_m = 0;      ///< that held N_max points, or was not enough; 0: no search yet
-    std::uint64_t free_model = 0;  ///< the scene that free_radius_m is of
+    double last_radius_m = 0;      ///< a radius that held N_max points or was too small; 0: no search yet
+    std::uint64_t free_model = 0;  ///< number of the scene that free_radius_m refers to
     Vec3 free_centre_m_in_world;
-    double free_radius_m = 0;  ///< no point is nearer to free_centre
+    double free_radius_m = 0;  ///< no point is nearer to free_centre than this
   };
   const Guess& guess() const noexcept { return guess_; }
   void setGuess(const Guess& guess) noexcept { guess_ = guess; }
@@ -56,14 +57,15 @@ class SearchMemory {
   Guess guess_;
 };
 
-/// Force of the paper's law, eq. (6)-(11): the mean of springs k_s (D_thresh - s) from the N_max nearest of
-/// the points within D_thresh of the HIP, or from all of them, or none if they are fewer than N_min. Points
-/// are chosen and forces computed from exact (double precision) positions. Where the N_max-th and further
-/// points are equally far, pixels that come first in the image, row by row, are chosen. Where the HIP
-/// coincides with a point (V = 0 within 1e-9 m, eq. 10 is undefined there) that point's term is zero, and the
-/// point still counts in N. `hip_m_in_world`: finite. The scene must cover the ball of D_thresh around it
-/// (Scene::covers). RT: safe. Cost: bounded by the points of the scene; typically by about 1.3 N_max points
-/// and the rows of voxels that their ball meets.
+/// Computes the force of the paper's law, eq. (6)-(11): the mean of springs k_s (D_thresh - s) from the N_max
+/// nearest of the points within D_thresh of the HIP, or from all of them if they are fewer, or zero if they
+/// are fewer than N_min. Points are chosen and forces computed from exact (double precision) positions. Among
+/// points at the same distance as the N_max-th, those first in image order (row by row) are chosen. At a
+/// point that coincides with the HIP (V = 0 within 1e-9 m, eq. 10 undefined) the term is zero, but the point
+/// counts in N.
+/// `hip_m_in_world`: finite. The scene must cover the ball of radius D_thresh around it (Scene::covers).
+/// RT: safe.  Cost: bounded by the points of the scene; typically about 1.3 N_max points plus the rows of
+/// voxels that their ball meets.
 ForceSample nearestSprings(const Scene& scene, const Vec3& hip_m_in_world, const SpringParameters& parameters,
                            SearchMemory& memory) HAPTICD_RT;
 

@@ -25,7 +25,7 @@ HWY_INLINE Raws all(std::uint16_t value) {
   return hn::Set(RawTag(), value);
 }
 
-/// `a` and `b` differ by more than `most`; they may wrap around.
+/// Returns the lanes in which `a` and `b`, which may wrap around, differ by more than `most`.
 HWY_INLINE Pixels differ(Raws a, Raws b, std::uint16_t most) {
   return hn::Gt(hn::Add(hn::Sub(a, b), all(most)), all(static_cast<std::uint16_t>(2 * most)));
 }
@@ -38,12 +38,13 @@ HWY_INLINE Raws nearnessOf(const OcclusionRow& row, Raws raw) {
   return row.falls ? hn::Sub(all(kLastRaw), raw) : raw;
 }
 
-/// Which ones of `pixels` have one nearness before the shell of the other one.
+/// Returns the lanes of `pixels` in which one nearness lies in front of the shell of the other.
 HWY_INLINE Pixels areApart(const OcclusionRow& row, Pixels pixels, Raws nearness, Raws other) {
   const RawTag dr;
   const auto near = hn::Min(nearness, other);
   const auto far = hn::IfThenElseZero(pixels, hn::Max(nearness, other));
-  // The farther, the farther the shell's end: what does not reach that of the farthest reaches none.
+  // The end of a shell grows with distance, so a pixel not in front of the farthest shell's end is in front
+  // of none.
   const auto farthest_end = row.shell_end[hn::GetLane(hn::MaxOfLanes(dr, far))];
   const auto apart = hn::And(pixels, hn::Lt(near, all(farthest_end)));
   if (hn::AllFalse(dr, apart)) return apart;
@@ -53,24 +54,24 @@ HWY_INLINE Pixels areApart(const OcclusionRow& row, Pixels pixels, Raws nearness
   return hn::And(apart, hn::Lt(near, hn::Load(dr, ends)));
 }
 
-/// Pixels that show what they showed before, up to noise, and nothing that could be what was hidden there,
-/// change in nothing but their visible value. Takes that over; returns whether all of the vector's are such.
+/// Handles pixels that still show the same value, up to noise, and nothing that could be the hidden surface:
+/// only their visible value changes. Stores it and returns whether this applies to all pixels of the vector.
 template <bool kHides>
 HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
   const RawTag dr;
   const auto raw = hn::LoadU(dr, row.raw + column);
   const auto before = hn::LoadU(dr, row.visible + column);
   const auto seen = hn::IfThenElse(hn::Gt(raw, all(kLastRaw)), all(kNothingSeen), raw);
-  auto changed = differ(seen, before, kLeastShell_raw);
+  auto changed = differ(seen, before, kMinShell_raw);
   if constexpr (kHides) {
     const auto hidden = hn::LoadU(dr, row.hidden + column);
-    changed = hn::Or(changed, hn::Not(differ(seen, hidden, kLeastShell_raw)));
+    changed = hn::Or(changed, hn::Not(differ(seen, hidden, kMinShell_raw)));
   }
   hn::StoreU(hn::IfThenElse(changed, before, seen), dr, row.visible + column);
   return hn::AllFalse(dr, changed);
 }
 
-/// Takes in one vector of pixels, but for those that are overdue; returns whether there are any.
+/// Updates one vector of pixels except those that are overdue; returns whether there are any overdue ones.
 HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, OcclusionLeft& left) {
   const RawTag dr;
   const auto none = all(kRawNoMeasurement);
@@ -92,7 +93,7 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
   auto new_surface = hn::AndNot(missing, unknown);
   auto hidden_now = hidden;
 
-  const auto jumps = hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, kLeastShell_raw));
+  const auto jumps = hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, kMinShell_raw));
   if (!hn::AllFalse(dr, jumps)) {
     const auto nearness_before = nearnessOf(row, before_raw);
     const auto apart = areApart(row, jumps, nearness, nearness_before);
@@ -132,7 +133,7 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
 template <bool kHides>
 HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
   const std::size_t lanes = hn::Lanes(RawTag());
-  // No branch for each block here: which ones change cannot be predicted.
+  // Without a branch per block, because which blocks change is unpredictable.
   std::uint32_t changed = 0;
   for (std::size_t block = row.block_first; block <= row.block_last; ++block) {
     bool unchanged = true;
@@ -161,7 +162,7 @@ HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
 }
 
 OcclusionLeft seeRow(const OcclusionRow& given) {
-  const OcclusionRow row = given;  // which no store can be taken to change
+  const OcclusionRow row = given;  // a local copy, so that the compiler knows that stores cannot change it
   return row.hides ? seeBlocks<true>(row) : seeBlocks<false>(row);
 }
 
@@ -173,7 +174,7 @@ namespace hapticd::rt {
 
 HWY_EXPORT(seeRow);
 
-OcclusionLeft seePixels(const OcclusionRow& row) noexcept {
+OcclusionLeft updatePixels(const OcclusionRow& row) noexcept {
   return HWY_DYNAMIC_DISPATCH(seeRow)(row);
 }
 

@@ -7,9 +7,9 @@
 namespace hapticd::rt {
 namespace {
 
-/// Beyond, raw values mean nothing any more; they are taken for places that far away.
+/// Beyond this depth raw values are too coarse; they are treated as places at this depth.
 constexpr double kFarthest_m = 10;
-/// How far ahead memory is asked for pixels: it answers later than one row of a window takes.
+/// Number of rows to prefetch ahead: memory latency exceeds the time for one row of a window.
 constexpr std::size_t kRowsAhead = 2;
 
 double depthOf(const DepthModelParameters& camera, int raw) {
@@ -37,7 +37,7 @@ OcclusionMemory::OcclusionMemory(const DepthModel& model)
     const double shell_from_m = depthOfNearness(nearness) - kShell_m;
     while (end < nearness && depthOfNearness(end) < shell_from_m) ++end;
     shell_end_[static_cast<std::size_t>(nearness)] =
-        static_cast<std::uint16_t>(std::clamp(nearness - kLeastShell_raw, 0, end));
+        static_cast<std::uint16_t>(std::clamp(nearness - kMinShell_raw, 0, end));
   }
   forget();
 }
@@ -64,12 +64,12 @@ bool OcclusionMemory::hidesAnything(const PixelWindow& window) const noexcept {
   return false;
 }
 
-void OcclusionMemory::see(const DepthFrame& frame, const PixelWindow& window) noexcept {
+void OcclusionMemory::update(const DepthFrame& frame, const PixelWindow& window) noexcept {
   if (frame.sequence != newest_) {
     constexpr auto kMaxGap_ns = static_cast<std::int64_t>(kMaxGap_s * 1e9);
-    const bool goes_on =
+    const bool continues =
         newest_ != 0 && frame.sequence > newest_ && frame.arrival_ns - newest_ns_ <= kMaxGap_ns;
-    if (!goes_on) forget();
+    if (!continues) forget();
     newest_ = frame.sequence;
     newest_ns_ = frame.arrival_ns;
     now_ = static_cast<std::uint16_t>(frame.sequence);
@@ -79,15 +79,15 @@ void OcclusionMemory::see(const DepthFrame& frame, const PixelWindow& window) no
     }
     newest_strip_ = frame.sequence % kStripPeriod;
     for (std::size_t row = newest_strip_ * kStripRows; row < (newest_strip_ + 1) * kStripRows; ++row) {
-      seeRow(frame, row, 0, kFrameWidth - 1);
+      updateRow(frame, row, 0, kFrameWidth - 1);
     }
   }
   if (window.empty()) return;
   for (auto row = static_cast<std::size_t>(window.row_first);
        row <= static_cast<std::size_t>(window.row_last); ++row) {
-    if (row / kStripRows == newest_strip_) continue;  // seen above
-    seeRow(frame, row, static_cast<std::size_t>(window.column_first),
-           static_cast<std::size_t>(window.column_last));
+    if (row / kStripRows == newest_strip_) continue;  // already updated as part of the strip
+    updateRow(frame, row, static_cast<std::size_t>(window.column_first),
+              static_cast<std::size_t>(window.column_last));
   }
 }
 
@@ -133,8 +133,8 @@ void OcclusionMemory::startRow(std::size_t row) noexcept {
   std::fill_n(&hidden_of_tile_[row * kTilesAcross], kTilesAcross, std::uint8_t{0});
 }
 
-void OcclusionMemory::seeRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
-                             std::size_t column_last) noexcept {
+void OcclusionMemory::updateRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
+                                std::size_t column_last) noexcept {
   if (epoch_of_row_[row] != epoch_) startRow(row);
   const std::size_t first = row * kFrameWidth;
   const OcclusionRow pixels{.raw = frame.raw + first,
@@ -151,8 +151,8 @@ void OcclusionMemory::seeRow(const DepthFrame& frame, std::size_t row, std::size
                             .now = now_,
                             .hold_frames = kHoldFrames,
                             .settled_frames = kSettledFrames};
-  const OcclusionLeft left = seePixels(pixels);
-  hidden_count_ += static_cast<std::uint32_t>(left.more_hidden);  // negative ones wrap around, and back
+  const OcclusionLeft left = updatePixels(pixels);
+  hidden_count_ += static_cast<std::uint32_t>(left.more_hidden);  // a negative change wraps around, and back
   Gap gap;
   for (std::uint32_t blocks = left.overdue_blocks; blocks != 0; blocks &= blocks - 1) {
     dropOverdue(pixels, static_cast<std::size_t>(std::countr_zero(blocks)) * kOcclusionBlock, gap);

@@ -14,49 +14,55 @@
 
 namespace hapticd::rt {
 
-/// What lies hidden behind the visible surface, pixel by pixel: what was last seen there before something
-/// nearer came before it.
+/// Remembers, for each pixel, the surface hidden behind the visible one: what was last seen there before
+/// something nearer moved in front.
 ///
-/// A new value that is nearer than the one before by more than the shell's depth hides what was there; once
-/// that is seen again, or something behind it, nothing is hidden any more. Smaller changes are the surface's
-/// own movement. If something comes before an occluder, the farther one stays remembered, unless the nearer
-/// one had been there for kSettledFrames: then it belongs to the scene. A pixel that loses its measurement
-/// offers its last value as hidden for kHoldFrames, and for longer as long as something nearer beside it in
-/// its row casts a shadow of the projector on it.
+/// A new value that is nearer than the previous one by more than the shell's depth hides what was there; once
+/// that surface, or something behind it, is seen again, nothing is hidden any more. Smaller changes are
+/// motion of the surface itself. If something moves in front of an occluder, the farthest surface stays
+/// remembered, unless the nearer one has been visible for kSettledFrames: then it is part of the scene. A
+/// pixel that loses its measurement offers its last value as hidden for kHoldFrames, and longer while
+/// something nearer beside it in its row casts the projector's shadow on it.
 ///
-/// When the camera moves, pixels no longer belong to places. Samples all over the image are compared with
-/// what they showed at first: once more than kMovedShare of those that can be compared differ by more than
-/// noise and less than the shell, all is forgotten, at most kStripPeriod frames (0.27 s) after the image has
-/// changed so much, which is one raw unit beyond the noise. Likewise a surface that comes nearer and fills
-/// the image. After kMaxGap_s without a frame all is forgotten too.
+/// When the camera moves, pixels no longer correspond to fixed places. Samples all over the image are
+/// compared with their first values: if more than kMovedShare of the comparable samples differ by more than
+/// noise and less than the shell, everything is forgotten, at most kStripPeriod frames (0.27 s) after the
+/// image has changed by one raw unit more than noise. The same happens when a surface comes nearer and fills
+/// the image. After kMaxGap_s without a frame everything is forgotten as well.
 ///
 /// Thread: one (the scene thread).  RT: allocates nothing after construction.
 class OcclusionMemory {
  public:
-  /// What is less deep than that behind the visible surface is inside of it: thicker than a hand or an arm
-  /// seldom is behind its visible side, thinner than the gap to what a hand passes before.
+  /// Depth behind the visible surface up to which a place counts as part of the same body: more than the
+  /// usual thickness of a hand or arm, less than the usual gap between a hand and what it passes in front of.
   static constexpr double kShell_m = 0.045;
+  /// Number of frames for which a pixel without measurement offers its last value as hidden.
   static constexpr int kHoldFrames = 10;
+  /// Number of frames after which a visible surface belongs to the scene.
   static constexpr int kSettledFrames = 60;
+  /// Number of frames in which the whole image is updated once, strip by strip.
   static constexpr int kStripPeriod = 8;
+  /// Fraction of changed samples above which the camera is assumed to have moved.
   static constexpr double kMovedShare = 0.4;
+  /// Longest time between two frames that are compared.
   static constexpr double kMaxGap_s = 0.5;
 
+  /// Allocates all images.  RT: not safe.
   explicit OcclusionMemory(const DepthModel& model);
 
-  /// Takes in a new frame: the window's pixels at once, and of the rest of the image a strip of
-  /// 1 / kStripPeriod of the rows, so that what the hand has not been near is remembered too. The same frame
-  /// again (same sequence, other window) only adds pixels.
-  void see(const DepthFrame& frame, const PixelWindow& window) noexcept;
+  /// Updates the memory with a new frame: the window's pixels at once and, of the rest of the image, one of
+  /// kStripPeriod strips of rows, so that places away from the hand are remembered too. The same frame again
+  /// (same sequence number, other window) only adds pixels.
+  void update(const DepthFrame& frame, const PixelWindow& window) noexcept;
 
-  /// Raw values, in the layout of a whole frame: what lies hidden behind the visible surface of that pixel;
-  /// kRawNoMeasurement where nothing is hidden or known. Valid in the windows that the newest frame was seen
-  /// with.
+  /// Returns raw values in frame layout: the surface hidden behind the visible one at each pixel, or
+  /// kRawNoMeasurement where nothing is hidden or known. Valid in the windows with which the newest frame was
+  /// processed.
   const std::uint16_t* hidden() const noexcept { return pixels_->hidden; }
-  /// True if hidden() has any value near the window, at most kTile columns beside it.
+  /// Returns true if hidden() has any value in the window or at most kTile columns beside it.
   bool hidesAnything(const PixelWindow& window) const noexcept;
 
-  /// The next frame is the first one.
+  /// Forgets everything; the next frame is treated as the first one.
   void forget() noexcept;
 
  private:
@@ -67,58 +73,61 @@ class OcclusionMemory {
   static constexpr std::size_t kStripRows = kFrameHeight / kStripPeriod;
   static_assert(kStripRows * kStripPeriod == kFrameHeight);
 
-  /// Samples of a strip when it was last compared.
+  /// Result of the last comparison of a strip's samples.
   struct Samples {
     std::uint32_t comparable = 0;
     std::uint32_t moved = 0;
   };
-  /// Pixels side by side without measurement, and whether something nearer beside them casts a shadow.
+  /// Consecutive pixels without measurement.
   struct Gap {
     std::size_t begin = 0;
     std::size_t end = 0;
-    std::uint16_t nearest_beside = 0;  ///< nearness key, see nearnessOf()
+    std::uint16_t nearest_beside = 0;  ///< nearest value beside the gap, as nearness; see nearnessOf()
   };
 
-  /// Of a whole frame.
+  /// State of all pixels of a frame.
   struct Pixels {
     alignas(kCacheLine) std::uint16_t visible[kFramePixels];  ///< see OcclusionRow
     alignas(kCacheLine) std::uint16_t hidden[kFramePixels + kVectorPadding];
-    /// Frame, its low 16 bits, since which the pixel has shown the surface that it shows, or nothing.
+    /// Low 16 bits of the number of the frame since which the pixel has shown its current surface, or
+    /// nothing.
     alignas(kCacheLine) std::uint16_t since[kFramePixels];
   };
 
   bool cameraMoved(const DepthFrame& frame) noexcept;
   void compare(const DepthFrame& frame, std::size_t row, Samples& samples) noexcept;
-  void seeRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
-              std::size_t column_last) noexcept;
+  void updateRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
+                 std::size_t column_last) noexcept;
   void dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept;
   bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
   bool rowHides(std::size_t row) const noexcept;
   void startRow(std::size_t row) noexcept;
 
-  /// Raw values in the order of depth, whichever sign the camera's coefficient has; small is near.
+  /// Maps raw values to nearness keys, ordered by depth for either sign of the camera's coefficient; small is
+  /// near.
   std::uint16_t nearnessOf(std::uint16_t raw) const noexcept {
     return falls_ ? static_cast<std::uint16_t>(kRawNoMeasurement - 1 - raw) : raw;
   }
-  /// By more than the shell.
+  /// Returns true if `raw` is nearer than `than_raw` by more than the shell.
   bool isNearer(std::uint16_t raw, std::uint16_t than_raw) const noexcept {
     return nearnessOf(raw) < shell_end_[nearnessOf(than_raw)];
   }
 
   std::unique_ptr<Pixels> pixels_;
-  bool falls_;                                       ///< depth falls where raw rises
-  std::array<std::uint16_t, kRawValues> shell_end_;  ///< by nearness: nearer ones are before the shell
+  bool falls_;  ///< depth falls with rising raw value
+  /// Indexed by nearness: smaller values are in front of the shell.
+  std::array<std::uint16_t, kRawValues> shell_end_;
   std::array<std::uint8_t, kFrameHeight * kTilesAcross> hidden_of_tile_{};
   std::array<Samples, kStripPeriod> samples_of_strip_{};
-  /// What the first pixel of each tile showed at first, or kNothingSeen.
+  /// First value of the first pixel of each tile, or kNothingSeen.
   std::array<std::uint16_t, kFrameHeight * kTilesAcross> first_shown_{};
-  std::array<std::uint32_t, kFrameHeight> epoch_of_row_{};  ///< rows of an older one are to be started anew
+  std::array<std::uint32_t, kFrameHeight> epoch_of_row_{};  ///< rows with an older epoch are restarted
   std::uint32_t epoch_ = 1;
   std::uint32_t hidden_count_ = 0;
-  std::uint64_t newest_ = 0;  ///< frame; 0: none
+  std::uint64_t newest_ = 0;  ///< number of the newest frame; 0: none
   std::int64_t newest_ns_ = 0;
   std::uint16_t now_ = 0;
-  std::size_t newest_strip_ = kStripPeriod;  ///< the one seen of the newest frame, or kStripPeriod: none
+  std::size_t newest_strip_ = kStripPeriod;  ///< strip updated with the newest frame; kStripPeriod: none
 };
 
 }  // namespace hapticd::rt

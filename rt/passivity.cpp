@@ -7,20 +7,21 @@
 namespace hapticd::rt {
 namespace {
 
-/// Slower hands are at rest: dividing by their speed would only amplify noise.
+/// Slower hands count as at rest: dividing by their speed would only amplify noise.
 constexpr double kSlowest_m_per_s = 1e-3;
-/// Of the energy of a linear spring under the force of the moment: room for laws that soften.
-constexpr double kMostStored = 4;
-/// A hand rests that has stayed this near for this long: farther than encoders flicker (55 um), and longer
-/// than the turn of a swing that is large enough to matter takes.
+/// Largest credit relative to the energy of a linear spring under the current force; the factor allows for
+/// softening laws.
+constexpr double kMaxStored = 4;
+/// A hand rests after staying within this distance for kRest_s: the distance exceeds encoder flicker (55 um),
+/// and the time exceeds the turning point of any oscillation large enough to matter.
 constexpr double kRestingPlace_m = 1e-4;
 constexpr double kRest_s = 0.2;
-/// Time constant by which a debt fades while the hand rests.
+/// Time constant of the decay of a debt while the hand rests.
 constexpr double kFading_s = 0.5;
 
 }  // namespace
 
-void Passivity::book(const Input& input) HAPTICD_RT {
+void Passivity::updateBalance(const Input& input) HAPTICD_RT {
   const double work_j = dot(input.acted_n, input.motion_m);
   const double damped_j =
       input.device_damping_n_s_per_m * dot(input.motion_m, input.motion_m) / input.period_s;
@@ -34,24 +35,24 @@ void Passivity::book(const Input& input) HAPTICD_RT {
       energy_j_ += input.surface_work_j + taken_j;
     }
   }
-  const double most_j = norm(input.acted_n) * input.max_surface_speed_m_per_s * input.period_s;
-  const double given_j = std::min(credit_j_, most_j);
+  const double max_credit_j = norm(input.acted_n) * input.max_surface_speed_m_per_s * input.period_s;
+  const double given_j = std::min(credit_j_, max_credit_j);
   credit_j_ -= given_j;
   energy_j_ += given_j;
 }
 
 void Passivity::limitCredit(const Input& input) HAPTICD_RT {
   const double largest_n = std::max({norm(input.force_n), norm(input.acted_n), input.largest_n});
-  const double most_stored_j =
-      input.stiffness_n_per_m > 0 ? kMostStored * largest_n * largest_n / (2 * input.stiffness_n_per_m) : 0;
-  energy_j_ = std::min(energy_j_, most_stored_j);
-  credit_j_ = std::min(credit_j_, most_stored_j);
+  const double max_stored_j =
+      input.stiffness_n_per_m > 0 ? kMaxStored * largest_n * largest_n / (2 * input.stiffness_n_per_m) : 0;
+  energy_j_ = std::min(energy_j_, max_stored_j);
+  credit_j_ = std::min(credit_j_, max_stored_j);
 }
 
 void Passivity::fadeAtRest(const Input& input) HAPTICD_RT {
   since_rest_m_ += input.motion_m;
   resting_s_ += input.period_s;
-  const bool rests = input.motion_known && norm(since_rest_m_) < kRestingPlace_m;  // false if not a number
+  const bool rests = input.motion_known && norm(since_rest_m_) < kRestingPlace_m;  // false if NaN
   if (!rests) {
     since_rest_m_ = {};
     resting_s_ = 0;
@@ -64,7 +65,7 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
     *this = {};
     return {input.force_n};
   }
-  book(input);
+  updateBalance(input);
   limitCredit(input);
   fadeAtRest(input);
 

@@ -31,7 +31,7 @@ HWY_INLINE double total(PlaneFloats v) {
   return static_cast<double>(hn::GetLane(hn::SumOfLanes(df, v)));
 }
 
-/// The sums of one radius and band.
+/// The sums for one radius and band.
 class Accumulator {
  public:
   HWY_INLINE Accumulator(double radius_m, double band_m)
@@ -71,8 +71,8 @@ class Accumulator {
               yh_ = w_, hh_ = w_;
 };
 
-/// Calls `visit(vx, vy, vz, s_squared, inside)` for vectors of points relative to the ball's centre, those
-/// for which `inside` is set being in the ball.
+/// Calls `visit(vx, vy, vz, s_squared, inside)` for vectors of points relative to the ball's centre; `inside`
+/// marks those in the ball.
 template <typename Visit>
 HWY_INLINE void visitBall(const Scene& scene, const LocalBall& ball, const Visit& visit) {
   const PlaneTag df;
@@ -158,8 +158,8 @@ namespace hapticd::rt {
 HWY_EXPORT(sumPlanes);
 HWY_EXPORT(reach);
 
-// As in search_kernel.cpp: clang cannot look through the table that Highway calls the kernels by; they are
-// arithmetic on memory that their caller owns.
+// As in search_kernel.cpp: clang cannot see through Highway's dispatch table; the kernels are arithmetic on
+// memory owned by their caller.
 HAPTICD_RT_TRUSTED_BEGIN
 
 PlanePoints sumForPlane(const Scene& scene, const PlaneQuery& query) HAPTICD_RT {

@@ -7,8 +7,8 @@
 
 namespace hapticd::rt {
 
-/// The rotation of T_world_x: roll about the world's x axis first, then pitch about y, then yaw about z. Row
-/// by row: rows are world axes.  RT: not safe (for constructors).
+/// Returns the rotation of T_world_x, row by row (rows are world axes): roll about the world's x axis first,
+/// then pitch about y, then yaw about z.  RT: not safe (for constructors).
 std::array<double, 9> rotationOf(const PoseParameters& pose);
 
 }  // namespace hapticd::rt

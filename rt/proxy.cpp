@@ -9,25 +9,26 @@
 namespace hapticd::rt {
 namespace {
 
-/// Shorter distances are not gone.
+/// Shorter distances count as zero.
 constexpr double kNoDistance_m = 1e-6;
-/// Longest step without a new look, in radii of the small patch.
+/// Longest step between two looks, in radii of the small patch.
 constexpr double kStepShare = 0.5;
-/// After a shorter step the plane still is the same.
+/// After a shorter step, in radii of the small patch, the plane is still the same.
 constexpr double kSettledShare = 0.1;
 constexpr double kShareGrowth = 1.05;
-/// Enough for a HIP that is as deep in a hollow as the hand can push, 40 mm, and a hollow of less than a
-/// millimetre.
-constexpr double kLeastSlideShare = 1.0 / 64;
-/// Of two slides that swing to and fro the shorter one is at least that share of the longer one.
+/// Smallest sliding share; sufficient for a HIP as deep in a hollow as a hand can push (40 mm) and a hollow
+/// of less than a millimetre.
+constexpr double kMinSlideShare = 1.0 / 64;
+/// In an oscillation between two slides the shorter one is at least this fraction of the longer one.
 constexpr double kSwingShare = 0.25;
-/// After that many points the proxy goes on at the next tick, whatever distance is left.
-constexpr std::uint32_t kMostPointsPerTick = 20'000;
-/// A plane is as thick as that many standard deviations of its noise.
+/// After this many points the proxy continues at the next tick, whatever distance is left.
+constexpr std::uint32_t kMaxPointsPerTick = 20'000;
+/// Half thickness of a plane in standard deviations of its noise.
 constexpr double kBandOfNoise = 3;
-/// What had been seen nearer than near_m plus that share of it may have come too near to be measured at all.
+/// A surface last seen nearer than near_m plus this fraction may have come too near to be measured.
 constexpr double kAlmostTooNear = 0.1;
 
+/// One tick of the law `proxy`.
 class ProxyTick {
  public:
   ProxyTick(const LawInput& input, ProxyMemory& proxy) noexcept
@@ -46,7 +47,7 @@ class ProxyTick {
     if (modelled) comeBackIntoSight();
     if (!scene_.covers(p_, radii_.most_m)) {
       proxy_.placed = proxy_.placed && held_;
-      if (modelled) proxy_.position_m_in_world = p_;  // there the scene is modelled next
+      if (modelled) proxy_.position_m_in_world = p_;  // so that the scene is modelled there next
       result.outside_model = true;
       result.proxy_m_in_world = p_;
       return result;
@@ -76,11 +77,11 @@ class ProxyTick {
     return length > 0 ? (1 / length) * to_camera : Vec3{0, 0, 1};
   }
 
-  /// What the camera sees on the ray to a place.
+  /// The surface that the camera sees on the ray through a place.
   struct Sight {
     bool in_image = false;
     std::uint16_t raw = kRawNoMeasurement;
-    double behind_m = -1;  ///< of the place behind what is seen, along the ray; -1 where nothing is seen
+    double behind_m = -1;  ///< distance of the place behind that surface along the ray; -1: nothing is seen
     double depth_m = 0;    ///< of the place
   };
 
@@ -105,8 +106,9 @@ class ProxyTick {
     return sight;
   }
 
-  /// A new frame may show the surface in front of a proxy that was in sight. What is farther before it than a
-  /// surface can have come is something else, which hides it.
+  /// Handles a new frame that shows a surface in front of a proxy which was in sight: up to the distance that
+  /// a surface can have moved, the proxy is brought to it. Anything farther in front is another body, which
+  /// hides the surface.
   void comeBackIntoSight() noexcept {
     if (!proxy_.placed || proxy_.frame == scene_.frame || (proxy_.behind && !held_)) return;
     const double behind = sightOf(p_).behind_m;
@@ -120,7 +122,7 @@ class ProxyTick {
     entrenched_ = true;
   }
 
-  bool mayLook() const noexcept { return looks_ < kMaxProxyMoves && points_looked_at_ < kMostPointsPerTick; }
+  bool mayLook() const noexcept { return looks_ < kMaxProxyMoves && points_looked_at_ < kMaxPointsPerTick; }
 
   void look() noexcept {
     ++looks_;
@@ -136,33 +138,34 @@ class ProxyTick {
   void follow() noexcept {
     look();
     under_ = isUnderAtFirst();
-    for (bool moves = true; moves;) moves = moveOn();
+    for (bool moving = true; moving;) moving = takeStep();
     if (!in_contact_ && !isZero(proxy_.normal_in_world) && isTooNear()) hold();
   }
 
-  /// Whether the proxy is on the far side of the surface next to it, having come there beside it.
+  /// Returns whether the proxy is on the far side of the surface next to it, which it reached around an edge.
   bool isUnderAtFirst() const noexcept {
     const bool was_under = proxy_.placed ? proxy_.under && !held_ : !held_;
     return was_under && here_.exists && here_.height_m < 0;
   }
 
-  /// One step towards the HIP; false when there is none to take.
-  bool moveOn() noexcept {
+  /// Takes one step towards the HIP; returns false if there is none to take.
+  bool takeStep() noexcept {
     const Vec3 to_hip = hip_ - p_;
-    presses_ = here_.exists && here_.height_m + dot(to_hip, here_.normal) < 0;
-    // what is far away says roughly at best where the surface is
-    const bool knows = held_ || here_.nearest_m <= sizes_.small_radius_m + kBandOfNoise * sizes_.noise_m;
-    in_contact_ = presses_ && knows && here_.supported && !under_;
-    return in_contact_ ? slide(to_hip) : fly(to_hip);
+    hip_below_ = here_.exists && here_.height_m + dot(to_hip, here_.normal) < 0;
+    // points far away determine the position of the surface only roughly
+    const bool surface_known =
+        held_ || here_.nearest_m <= sizes_.small_radius_m + kBandOfNoise * sizes_.noise_m;
+    in_contact_ = hip_below_ && surface_known && here_.supported && !under_;
+    return in_contact_ ? slide(to_hip) : moveFreely(to_hip);
   }
 
-  /// A step through free space.
-  bool fly(const Vec3& to_hip) noexcept {
+  /// Takes a step through free space.
+  bool moveFreely(const Vec3& to_hip) noexcept {
     const double length = norm(to_hip);
     if (length < kNoDistance_m || !mayLook()) return false;
     const double longest =
         std::max(here_.nearest_m - sizes_.small_radius_m, kStepShare * sizes_.small_radius_m);
-    const bool comes_beside = under_ || !here_.exists || (presses_ && !here_.supported);
+    const bool comes_beside = under_ || !here_.exists || (hip_below_ && !here_.supported);
     held_ = false;
     proxy_.slide_share = 1;
     proxy_.last_slide_m = {};
@@ -171,17 +174,18 @@ class ProxyTick {
     return true;
   }
 
-  /// One slide undoes the other. What is left of a slide that has arrived may point anywhere, but is short.
-  static bool swings(const Vec3& before, const Vec3& now) noexcept {
+  /// Returns whether one slide undoes the other. A remainder of a completed slide may point anywhere, but it
+  /// is short.
+  static bool oscillates(const Vec3& before, const Vec3& now) noexcept {
     return -dot(before, now) > kSwingShare * std::max(dot(before, before), dot(now, now));
   }
 
-  /// A step along the surface, and onto it.
+  /// Takes a step along the surface and onto it.
   bool slide(const Vec3& to_hip) noexcept {
     Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
-    // deep in a hollow narrower than that depth, whole steps would swing to and fro ever farther
-    proxy_.slide_share = swings(proxy_.last_slide_m, along)
-                             ? std::max(kLeastSlideShare, 0.5 * proxy_.slide_share)
+    // deep in a hollow narrower than that depth, whole steps would oscillate with growing amplitude
+    proxy_.slide_share = oscillates(proxy_.last_slide_m, along)
+                             ? std::max(kMinSlideShare, 0.5 * proxy_.slide_share)
                              : std::min(1.0, kShareGrowth * proxy_.slide_share);
     proxy_.last_slide_m = along;
     const double length = norm(along);
@@ -192,12 +196,12 @@ class ProxyTick {
     const double settled_m = proxy_.slide_share * kSettledShare * sizes_.small_radius_m;
     const bool modelled = scene_.covers(p_ + step, radii_.most_m);
     if (norm(step) > settled_m && mayLook() && modelled) return moveBy(step);
-    p_ += step;  // where the model ends, onto the same plane; the next tick says that it needs another one
+    p_ += step;  // at the end of the model, stay on the same plane; the next tick requests another model
     here_.height_m = 0;
     return false;
   }
 
-  /// False where the model ends, next to which the proxy waits for the next one.
+  /// Moves by `step`. Returns false at the end of the model, where the proxy waits for the next one.
   bool moveBy(const Vec3& step) noexcept {
     const double length = norm(step);
     const double modelled_m = scene_.ball_radius_m - radii_.most_m - norm(p_ - scene_.ball_centre_m_in_world);
@@ -207,7 +211,7 @@ class ProxyTick {
     return !cut_off_;
   }
 
-  /// True if the surface that held the proxy may have come nearer than the camera can measure.
+  /// Returns whether the surface that held the proxy may have come nearer than the camera can measure.
   bool isTooNear() const noexcept {
     const Sight sight = sightOf(proxy_.position_m_in_world);
     const DepthModelParameters& camera = scene_.depth_model->parameters();
@@ -216,7 +220,7 @@ class ProxyTick {
     return camera.a_per_m * sight.raw + camera.b_per_m > 1 / camera.near_m;
   }
 
-  /// The contact stays where it was.
+  /// Keeps the contact where it was.
   void hold() noexcept {
     p_ = proxy_.position_m_in_world;
     side_ = proxy_.normal_in_world;
@@ -241,16 +245,16 @@ class ProxyTick {
   const ProxyRadii radii_;
   const Vec3 hip_;
   Vec3 p_;
-  bool held_;  // by a surface, at the last step
-  Vec3 side_;  // where the surface next to the proxy faces
+  bool held_;  // held by a surface at the last step
+  Vec3 side_;  // normal of the surface next to the proxy
   Patch here_;
   PatchSizes sizes_{};
-  bool presses_ = false;  // the HIP is below the surface
+  bool hip_below_ = false;  // the HIP is below the surface
   bool in_contact_ = false;
   bool entrenched_ = false;
   bool under_ = false;
   bool too_near_ = false;
-  bool cut_off_ = false;  // the model ended on the way
+  bool cut_off_ = false;  // the step reached the end of the model
   int looks_ = 0;
   std::uint32_t points_looked_at_ = 0;
 };

@@ -7,20 +7,23 @@
 
 namespace hapticd::rt {
 
-/// Proxy on the raw points: it follows the HIP, held back by planes that are fitted to the points around it
-/// (proxy_patch.h), and a spring of k_s pulls the HIP to it. After Ryden and Chizeck (IEEE Trans. Haptics
-/// 6(3), 2013), with planes in place of their ball, which stuck between points.
+/// Computes the force of the law `proxy`: the proxy follows the HIP, constrained by planes fitted to the raw
+/// points around it (proxy_patch.h), and a spring of k_s pulls the HIP towards it. After Ryden and Chizeck
+/// (IEEE Trans. Haptics 6(3), 2013), with planes in place of their ball, which got stuck between points.
 ///
-/// Free, the proxy goes to the HIP in steps that cannot pass a surface unseen. Where the HIP is below the
-/// plane next to the proxy it slides along that plane by all that friction leaves, and onto it; nothing else
-/// stops a slide. It lets go where the surface ends, a pixel beyond the last point. A camera sees a surface
-/// from its free side only: a proxy that comes to the far side around an edge is `behind` and feels nothing,
-/// and one that a new frame's surface went over is brought back towards the camera. What is farther in front
-/// than that hides it, and the scene's points hold what is hidden (OcclusionMemory). `input.scene` must have
-/// points and image; where it does not cover the proxy the sample says so. A contact whose surface has come
-/// too near to be measured is held. RT: safe. Cost: kMaxProxyMoves patches at most, mostly one.
+/// A free proxy moves to the HIP in steps that cannot pass through a surface. Where the HIP is below the
+/// plane next to the proxy, the proxy slides along that plane, as far as friction allows, and onto it. The
+/// surface releases it one pixel beyond the last point. A camera sees a surface only from its free side: a
+/// proxy that reaches the far side around an edge is `behind` and exerts no force, and one that a surface of
+/// a new frame has passed over is brought back towards the camera. A body farther in front hides the surface;
+/// the scene's points include what is hidden (OcclusionMemory). A contact whose surface has come too near to
+/// be measured is held.
+///
+/// `input.scene` must have points and image; where it does not cover the proxy, `outside_model` is set.
+/// RT: safe.  Cost: at most kMaxProxyMoves patches, usually one.
 ForceSample proxyForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
 
+/// Largest number of patches that one evaluation of the law `proxy` fits.
 inline constexpr int kMaxProxyMoves = 10;
 
 }  // namespace hapticd::rt

@@ -10,19 +10,19 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kSmallRadius_px = 5;
-constexpr double kLargeRadius_px = 20;  // a patch of more than four times the noise's 9 px
-constexpr double kLeastLarge_m = 0.016;
-/// With rounding, on a resting surface: measured on real cameras.
+constexpr double kLargeRadius_px = 20;  // more than four times the 9 px over which noise is correlated
+constexpr double kMinLarge_m = 0.016;
+/// Noise including rounding on a surface at rest, measured with real cameras.
 constexpr double kNoise_raw = 0.6;
-constexpr double kLeastNoise_m = 1e-4;
-/// A large patch is taken for flat up to that many variances of the noise, and not at all from the other on.
+constexpr double kMinNoise_m = 1e-4;
+/// A large patch counts as flat up to kFlat variances of the noise and as not flat from kNotFlat on.
 constexpr double kFlat = 2.2;
 constexpr double kNotFlat = 4.5;
-/// Sum of weights (each at most 1) below which points say nothing about a surface.
-constexpr double kLeastWeight = 2;
-/// Steeper against the side that was assumed than that, the next look comes closer.
-constexpr double kMostSlope = 1.5;
-/// The proxy does not fall into holes narrower than twice that.
+/// Sum of weights (each at most 1) below which points do not determine a surface.
+constexpr double kMinWeight = 2;
+/// If the fitted slope relative to the assumed normal is steeper, the next look uses a smaller patch.
+constexpr double kMaxSlope = 1.5;
+/// The proxy does not fall into holes narrower than twice this.
 constexpr double kHole_m = 0.011;
 
 struct Frame {
@@ -36,7 +36,7 @@ struct Frame {
   }
 };
 
-/// A plane h = height + slope_x x + slope_y y, and how far the points are from it.
+/// A plane h = height + slope_x x + slope_y y and the residuals of its points.
 struct Fit {
   double height_m = 0;
   double slope_x = 0;
@@ -46,8 +46,9 @@ struct Fit {
   double mean_y_m = 0;
 };
 
-/// Least squares. `blur_m`: where the points spread less than that, they tell no slope; it draws towards the
-/// side that was assumed, which the next look takes from this one.
+/// Fits a plane by least squares. `blur_m`: spread of the points below which they do not determine the slope;
+/// the slope is then drawn towards the assumed normal, which the next look replaces by the result of this
+/// one.
 Fit fitOf(const PlaneSums& s, double blur_m) noexcept {
   Fit fit;
   const double per_w = 1 / s.w;
@@ -59,13 +60,13 @@ Fit fitOf(const PlaneSums& s, double blur_m) noexcept {
   const double xy = per_w * s.xy - fit.mean_x_m * fit.mean_y_m;
   const double xh = per_w * s.xh - fit.mean_x_m * mean_h;
   const double yh = per_w * s.yh - fit.mean_y_m * mean_h;
-  const double determinant = xx * yy - xy * xy;  // positive, by the blur
+  const double determinant = xx * yy - xy * xy;  // positive, because of the blur
   fit.slope_x = (xh * yy - yh * xy) / determinant;
   fit.slope_y = (yh * xx - xh * xy) / determinant;
   const double slope = std::hypot(fit.slope_x, fit.slope_y);
-  if (slope > kMostSlope) {
-    fit.slope_x *= kMostSlope / slope;
-    fit.slope_y *= kMostSlope / slope;
+  if (slope > kMaxSlope) {
+    fit.slope_x *= kMaxSlope / slope;
+    fit.slope_y *= kMaxSlope / slope;
   }
   fit.height_m = mean_h - fit.slope_x * fit.mean_x_m - fit.slope_y * fit.mean_y_m;
   fit.residual_m2 = std::max(0.0, per_w * s.hh - mean_h * mean_h - fit.slope_x * xh - fit.slope_y * yh);
@@ -80,10 +81,10 @@ Fit mixOf(const Fit& a, const Fit& b, double share_of_a) noexcept {
           mix(a.mean_x_m, b.mean_x_m), mix(a.mean_y_m, b.mean_y_m)};
 }
 
-/// The large patch where it is flat up to noise, the small one where it is not.
+/// Returns the large patch where it is flat up to noise, otherwise the small one.
 Fit choose(const PlanePoints& points, const PatchSizes& sizes) noexcept {
   const double blur_m = sizes.pitch_m;
-  if (points.small.w < kLeastWeight) return fitOf(points.large, blur_m);
+  if (points.small.w < kMinWeight) return fitOf(points.large, blur_m);
   const Fit small = fitOf(points.small, blur_m);
   const Fit large = fitOf(points.large, blur_m);
   const double variances = large.residual_m2 / (sizes.noise_m * sizes.noise_m);
@@ -92,16 +93,15 @@ Fit choose(const PlanePoints& points, const PatchSizes& sizes) noexcept {
 
 }  // namespace
 
-PatchSizes PatchSizes::at(const DepthModel& model, double depth_m, double least_radius_m,
-                          double most_radius_m) noexcept {
+PatchSizes PatchSizes::at(const DepthModel& model, double depth_m, double min_radius_m,
+                          double max_radius_m) noexcept {
   const DepthModelParameters& camera = model.parameters();
   PatchSizes sizes;
   sizes.pitch_m = depth_m / std::min(camera.fx_px, camera.fy_px);
-  sizes.noise_m = std::max(kLeastNoise_m, kNoise_raw * std::abs(camera.a_per_m) * depth_m * depth_m);
-  sizes.small_radius_m = std::min(most_radius_m, std::max(least_radius_m, kSmallRadius_px * sizes.pitch_m));
-  sizes.large_radius_m =
-      std::max(sizes.small_radius_m,
-               std::min(most_radius_m, std::max(kLargeRadius_px * sizes.pitch_m, kLeastLarge_m)));
+  sizes.noise_m = std::max(kMinNoise_m, kNoise_raw * std::abs(camera.a_per_m) * depth_m * depth_m);
+  sizes.small_radius_m = std::min(max_radius_m, std::max(min_radius_m, kSmallRadius_px * sizes.pitch_m));
+  sizes.large_radius_m = std::max(
+      sizes.small_radius_m, std::min(max_radius_m, std::max(kLargeRadius_px * sizes.pitch_m, kMinLarge_m)));
   return sizes;
 }
 
@@ -116,7 +116,7 @@ Patch patchAt(const Scene& scene, const Vec3& place_m_in_world, const Vec3& side
   const PlanePoints points = sumForPlane(scene, {ball, frame.x, frame.y, frame.normal, sight,
                                                  sizes.small_radius_m, band_m, sizes.large_radius_m, band_m});
   Patch patch{.points = points.points, .nearest_m = points.nearest_m, .normal = {}};
-  patch.exists = points.large.w >= kLeastWeight;
+  patch.exists = points.large.w >= kMinWeight;
   if (!patch.exists) return patch;
   const Fit fit = choose(points, sizes);
   const double scale = 1 / std::sqrt(1 + fit.slope_x * fit.slope_x + fit.slope_y * fit.slope_y);

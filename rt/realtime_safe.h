@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-/// Marks a function that the force thread may call: it makes no allocation, takes no lock, throws nothing and
-/// makes no system call but reading and sleeping on the clock. clang checks it, g++ keeps `noexcept`.
+/// Marks a function that the force thread may call: it does not allocate, takes no lock, does not throw and
+/// makes no system call except reading and sleeping on the clock. clang checks this; for g++ it means
+/// `noexcept`.
 ///
-/// Between HAPTICD_RT_TRUSTED_BEGIN and HAPTICD_RT_TRUSTED_END clang takes our word for what it cannot look
-/// into; the reason stands beside it. RealtimeSanitizer watches what runs there all the same.
+/// Between HAPTICD_RT_TRUSTED_BEGIN and HAPTICD_RT_TRUSTED_END, clang does not check calls that it cannot
+/// analyse; the reason is given there. RealtimeSanitizer still monitors them at run time.
 #if defined(__clang__) && __has_cpp_attribute(clang::nonblocking)
 #define HAPTICD_RT noexcept [[clang::nonblocking]]
 #define HAPTICD_RT_TRUSTED_BEGIN                                                                    \

@@ -16,7 +16,7 @@ namespace hapticd::rt {
 
 namespace {
 
-/// True if the limit on locked memory does not count for this process.
+/// Returns true if the limit on locked memory does not apply to this process.
 bool mayLockAnything() noexcept {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3]{};
@@ -27,15 +27,15 @@ bool mayLockAnything() noexcept {
 }  // namespace
 
 bool lockMemory() noexcept {
-  // With a limit in force, locking all memory to come would make an allocation beyond it fail. A privileged
-  // process passes this by raising the limit first, or the limit does not count for it.
+  // With a limit in force, locking all future memory would make an allocation beyond it fail. A privileged
+  // process is not subject to the limit or raises it first.
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;
   if (limit.rlim_cur != RLIM_INFINITY && !mayLockAnything()) {
     const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
     if (setrlimit(RLIMIT_MEMLOCK, &unlimited) != 0) return false;
   }
-  mallopt(M_TRIM_THRESHOLD, -1);  // freed memory stays, so that it need not be faulted in again
+  mallopt(M_TRIM_THRESHOLD, -1);  // keep freed memory, so that it need not be faulted in again
   return mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
 }
 

@@ -11,13 +11,13 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
                                        double period_s, const Motion& motion) HAPTICD_RT {
   Output out;
   releasing_ = false;
-  // Not a stage of its own: a number that is not finite must not reach the stages' memories. The length is
-  // looked at too because it can overflow where the components do not.
+  // Not a stage of its own: a value that is not finite must not enter the state of the stages. The length is
+  // checked as well, because it can overflow where the components do not.
   out.not_finite = !std::isfinite(norm(force_n_in_world));
-  const Vec3 felt = out.not_finite ? Vec3{} : force_n_in_world;
+  const Vec3 checked = out.not_finite ? Vec3{} : force_n_in_world;
 
   const Passivity::Output passive = passivity_.apply(
-      {felt, commands_.acting_n(motion.delay_s, period_s), motion.hand_m, motion.velocity_m_per_s,
+      {checked, commands_.acting_n(motion.delay_s, period_s), motion.hand_m, motion.velocity_m_per_s,
        motion.surface_work_j, motion.stiffness_n_per_m, motion.device_damping_n_s_per_m,
        motion.max_surface_speed_m_per_s, period_s, commands_.largest_n(motion.delay_s, period_s),
        motion.max_damping_n_s_per_m, motion.known},
@@ -33,7 +33,7 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   out.slew_limited = limited.slewed;
   out.magnitude_clamped = limited.clamped;
   out.thermally_limited = allowed_n < parameters.max_force_n;
-  exert(isFinite(limited.force_n) ? limited.force_n : Vec3{}, parameters, period_s);
+  command(isFinite(limited.force_n) ? limited.force_n : Vec3{}, parameters, period_s);
   out.force_n_in_world = last_;
   return out;
 }
@@ -46,14 +46,15 @@ SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, dou
   }
   --release_ticks_left_;
   low_pass_.apply({}, 0, period_s);
-  exert(release_ticks_left_ > 0 ? last_ - release_step_ : Vec3{}, parameters, period_s);
+  command(release_ticks_left_ > 0 ? last_ - release_step_ : Vec3{}, parameters, period_s);
   release_ticks_left_ = std::max(release_ticks_left_, 0);
   Output out;
   out.slewed_n_in_world = out.force_n_in_world = last_;
   return out;
 }
 
-void SafetyChain::exert(const Vec3& force_n, const SafetyParameters& parameters, double period_s) HAPTICD_RT {
+void SafetyChain::command(const Vec3& force_n, const SafetyParameters& parameters,
+                          double period_s) HAPTICD_RT {
   last_ = force_n;
   commands_.add(force_n);
   thermal_.heat(norm(force_n), parameters.thermal_time_s, period_s);

@@ -17,12 +17,12 @@
 
 namespace hapticd::rt {
 
-/// The most lanes of 32 bits that a vector register of any supported machine holds. Arrays that kernels read
-/// or write in whole vectors end with that many spare elements.
+/// Largest number of 32-bit lanes in a vector register of any supported machine. Arrays that kernels read or
+/// write in whole vectors end with this many spare elements.
 inline constexpr std::size_t kVectorPadding = 64;
 
-/// A grid of cubic voxels, axis-aligned in the world. Rows of voxels run along x; each row is a sequence of
-/// 64-bit words, one bit per voxel.
+/// A grid of cubic voxels, axis-aligned in the world frame. Rows of voxels run along x; each row is a
+/// sequence of 64-bit words with one bit per voxel.
 struct GridShape {
   int cells_x = 0;
   int cells_y = 0;
@@ -35,49 +35,52 @@ struct GridShape {
     return static_cast<std::size_t>(wordsPerRow()) * static_cast<std::size_t>(cells_y) *
            static_cast<std::size_t>(cells_z);
   }
-  /// Words of the summary that has one bit per word of the occupancy.
+  /// Returns the number of words of the summary, which has one bit per word of the occupancy.
   std::size_t summaryWords() const noexcept { return words() / kCellsPerWord + 1; }
 
-  /// The window that follows the HIP, or the grid over all that the camera sees, as `parameters.extent` says.
+  /// Returns the window that follows the HIP or the grid over the camera's whole view, depending on
+  /// `parameters.extent`.
   static GridShape of(const GridParameters& parameters, const DepthModel& model) noexcept;
 };
 
-/// A point as the grid keeps it: one store to move it, and a vector of them is one stretch of memory.
+/// A point as stored in the grid: 16 bytes, so that one store moves it and a vector of points is contiguous.
 struct alignas(16) GridPoint {
-  float x_m, y_m, z_m;  ///< from the grid's origin, single precision
-  std::uint32_t pixel;  ///< PackedPixel, for the exact position
+  float x_m, y_m, z_m;  ///< relative to the grid's origin, single precision
+  std::uint32_t pixel;  ///< PackedPixel, from which the exact position follows
 };
 
-/// Points of one depth frame, sorted by voxel: those of a row of voxels lie one after the other. Only
-/// occupied voxels take memory: a voxel's rank among the occupied ones is `word_rank` plus the set bits below
-/// its own. A view; a SceneStorage owns the memory. Immutable once published.
+/// Points of one depth frame sorted by voxel, so that the points of a row of voxels are contiguous. Only
+/// occupied voxels take memory: the rank of a voxel among the occupied ones is `word_rank` plus the number of
+/// set bits below its own. A view; SceneStorage owns the memory.
+/// Thread: immutable once published.
 struct Scene {
-  std::uint64_t frame = 0;         ///< sequence number of the depth frame, 0: nothing modelled yet
-  std::uint64_t model = 0;         ///< number of this scene, from 1 on
+  std::uint64_t frame = 0;         ///< sequence number of the depth frame; 0: nothing modelled yet
+  std::uint64_t model = 0;         ///< number of this scene, starting at 1
   std::int64_t frame_time_ns = 0;  ///< CLOCK_MONOTONIC of the frame's arrival
   const DepthModel* depth_model = nullptr;
 
   Vec3 origin_m_in_world;  ///< lowest corner of the grid
   GridShape shape;
-  Vec3 ball_centre_m_in_world;  ///< the part of the frame that is modelled: all points in this ball
+  Vec3 ball_centre_m_in_world;  ///< centre of the ball whose points are modelled
   double ball_radius_m = 0;     ///< infinite: the whole frame
   std::uint32_t points = 0;
   std::uint32_t points_over_capacity = 0;
 
   std::uint64_t* occupancy = nullptr;      ///< [words] one bit per voxel
-  std::uint64_t* touched_words = nullptr;  ///< one bit per word of the occupancy: it is not 0
-  std::uint32_t* word_rank = nullptr;      ///< [words] valid where occupancy is not 0
-  std::uint32_t* voxel_begin = nullptr;    ///< [occupied voxels + 1] first point of each, and the end
+  std::uint64_t* touched_words = nullptr;  ///< one bit per word of the occupancy that is not 0
+  std::uint32_t* word_rank = nullptr;      ///< [words] valid where the occupancy is not 0
+  std::uint32_t* voxel_begin = nullptr;    ///< [occupied voxels + 1] first point of each voxel, and the end
   GridPoint* point = nullptr;              ///< [points]
 
   bool has_points = true;          ///< the points above are modelled
   bool has_image = false;          ///< the image below is modelled
-  PixelWindow image_window;        ///< of the image
-  std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values as the points come from, in the window only
+  PixelWindow image_window;        ///< part of the image that is valid
+  std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values of the points; only image_window is valid
   bool has_surface = false;        ///< the surface below is modelled
   VisibleSurface surface;
 
-  /// True if all points of the frame within `radius_m` of `centre_m_in_world` are in the scene.  RT: safe.
+  /// Returns true if the scene contains all points of the frame within `radius_m` of `centre_m_in_world`.
+  /// RT: safe.
   bool covers(const Vec3& centre_m_in_world, double radius_m) const noexcept {
     return frame != 0 && has_points &&
            norm(centre_m_in_world - ball_centre_m_in_world) + radius_m <= ball_radius_m;
@@ -85,7 +88,8 @@ struct Scene {
 };
 static_assert(std::is_trivially_copyable_v<Scene>);
 
-/// Calls `visit(word)` for each word of the scene's occupancy that is not 0, in ascending order.  RT: safe.
+/// Calls `visit(word)` with the index of each word of the occupancy that is not 0, in ascending order.
+/// RT: safe.
 template <typename Visit>
 void forEachTouchedWord(const Scene& scene, Visit visit) {
   const std::size_t summary_words = scene.shape.summaryWords();
@@ -96,14 +100,15 @@ void forEachTouchedWord(const Scene& scene, Visit visit) {
   }
 }
 
-/// From the scene thread (writer) to the force thread (reader).
+/// Carries scenes from the scene thread (writer) to the force thread (reader).
 using SceneChannel = TripleBuffer<Scene>;
 
-/// The memory of one Scene.  RT: not safe (allocated at start).
+/// Owns the memory of one Scene, allocated at start.  RT: not safe.
 class SceneStorage {
  public:
+  /// Allocates memory for a grid and `point_capacity` points.
   SceneStorage(const GridShape& shape, std::size_t point_capacity);
-  /// Points `scene` at this memory, which holds an empty grid.
+  /// Attaches `scene` to this memory, which holds an empty grid.
   void attachTo(Scene& scene) const noexcept;
 
  private:

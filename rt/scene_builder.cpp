@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Of all builders: a number names one scene only, whoever built it.
+/// Shared by all builders, so that a number identifies one scene, whoever built it.
 std::atomic<std::uint64_t> models_built{0};
 
 void clearOccupancy(Scene& scene) noexcept {
@@ -62,7 +62,8 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
-  // The window's centre is the voxel corner nearest to the ball's centre: half a voxel away at most.
+  // The window's centre is the voxel corner nearest to the ball's centre, at most half a voxel away on each
+  // axis.
   return shape_.voxel_edge_m * (std::min({shape_.cells_x, shape_.cells_y, shape_.cells_z}) / 2 - 0.5) -
          2 * model_.singlePrecisionError_m();
 }
@@ -71,7 +72,8 @@ void SceneBuilder::place(const Vec3& centre_m_in_world, double radius_m, Scene& 
   const double edge = shape_.voxel_edge_m;
   if (extent_ == ModelExtent::frame) {
     scene.origin_m_in_world = model_.bounds().lowest_m_in_world - Vec3{edge, edge, edge};
-    scene.ball_centre_m_in_world = scene.origin_m_in_world;  // any finite place is the centre of everything
+    // Any finite centre will do, because the radius is infinite.
+    scene.ball_centre_m_in_world = scene.origin_m_in_world;
     scene.ball_radius_m = kInfinity;
     return;
   }
@@ -107,7 +109,7 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   if (needs.points) buildPoints(frame, needs, scene);
   if (needs.visible_surface) {
     const PixelWindow window = surface_builder_.windowOf(centre_m_in_world, radius_m);
-    occlusions_.see(frame, window);
+    occlusions_.update(frame, window);
     const std::uint16_t* const hidden = occlusions_.hidesAnything(window) ? occlusions_.hidden() : nullptr;
     surface_builder_.build(frame, hidden, centre_m_in_world, radius_m, needs.surface, scene.surface);
   }
@@ -135,7 +137,7 @@ void SceneBuilder::buildPoints(const DepthFrame& frame, const SceneNeeds& needs,
     raw = filter_.rounded(window);
   }
   if (needs.image) keepImage(raw, window, scene);
-  if (needs.hidden) occlusions_.see(frame, window);
+  if (needs.hidden) occlusions_.update(frame, window);
   if (window.raw_first > window.raw_last) return;
   DeprojectJob job = jobOf(scene, window);
   job.raw = raw;

@@ -15,53 +15,54 @@
 
 namespace hapticd::rt {
 
-/// What of a frame a force law reads, and how the frame is filtered first.
+/// The data that a force law reads from a frame, and the filtering that precedes it.
 struct SceneNeeds {
   bool points = true;            ///< the points of the frame, sorted by voxel
   bool image = false;            ///< the raw values that the points come from
-  bool hidden = false;           ///< also the points that something nearer hides, see OcclusionMemory
+  bool hidden = false;           ///< also the points hidden behind something nearer, see OcclusionMemory
   bool visible_surface = false;  ///< the visible surface
   double radius_m = 0.04;        ///< around the focus (ForceLaws::focus_m_in_world), for one evaluation
   SurfaceParameters surface;
   FilterParameters filter;
 
+  /// Returns the needs of the law selected by `parameters`.
   static SceneNeeds of(const LiveParameters& parameters) noexcept;
-  /// True if `scene` holds all that is needed for a focus within `margin_m` of `focus_m_in_world`.
+  /// Returns true if `scene` holds everything needed for a focus within `margin_m` of `focus_m_in_world`.
   bool metBy(const Scene& scene, const Vec3& focus_m_in_world, double margin_m) const noexcept;
 };
 
-/// How far around its focus a model must reach, metres: what one evaluation reads, and what the focus covers
-/// until the next frame is modelled.  RT: safe.
+/// Returns the radius in metres around its focus that a model must cover: what one evaluation reads plus the
+/// displacement of the focus until the next frame is modelled.  RT: safe.
 constexpr double reachOfModel_m(const SceneNeeds& needs, const GridParameters& grid) noexcept {
   return needs.radius_m + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
 }
 
-/// Turns a raw depth frame into a Scene in a fixed amount of memory: the points by a counting sort over
+/// Builds a Scene from a raw depth frame in a fixed amount of memory: the points by a counting sort over
 /// voxels, the surface by a SurfaceBuilder.
 ///
-/// Thread: one (the scene thread).  RT: build() allocates nothing, its cost is bounded by the frame's pixels.
+/// Thread: one (the scene thread).  RT: build() allocates nothing; its cost is bounded by the pixels of the
+/// frame.
 class SceneBuilder {
  public:
-  /// `model` outlives the builder and every scene that it built.
+  /// `model` outlives the builder and every scene built by it.
   SceneBuilder(const DepthModel& model, const GridParameters& parameters);
 
   const GridShape& shape() const noexcept { return shape_; }
-  /// Points that a scene of this builder can hold.
+  /// Returns the number of points that a scene of this builder can hold.
   std::size_t pointCapacity() const noexcept { return point_capacity_; }
-  /// Largest radius whose ball fits into the window wherever its centre lies between voxel corners; infinite
-  /// when the whole frame is modelled.
+  /// Returns the largest radius of a ball that fits into the window for any position of its centre between
+  /// voxel corners; infinite when the whole frame is modelled.
   double largestBall_m() const noexcept;
 
-  /// Models what `needs` asks for within `radius_m` of `centre_m_in_world`; cut to largestBall_m() for the
-  /// points. All points of the frame are modelled
-  /// when that is the configured extent. `scene` is attached to memory of this shape and capacity, and gets
-  /// the next number. Points over capacity are left out, last rows of the image first, and counted in the
-  /// scene.
+  /// Builds the data listed in `needs` within `radius_m` of `centre_m_in_world`; for the points the radius is
+  /// limited to largestBall_m(). All points of the frame are included if the configured extent is the frame.
+  /// `scene` must be attached to memory of this shape and capacity; it gets the next number. Points over
+  /// capacity are dropped, from the last rows of the image first, and counted in the scene.
   void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene,
              const SceneNeeds& needs = {}) noexcept;
 
-  /// The next scene depends on its own frame only, not on those before: filter, fusion and the memory of
-  /// what is hidden start anew.
+  /// Makes the next scene depend on its own frame only: restarts the filter, the fusion of frames and the
+  /// memory of hidden surfaces.
   void forget() noexcept {
     occlusions_.forget();
     filter_.forget();

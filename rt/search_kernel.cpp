@@ -79,7 +79,7 @@ std::uint32_t takeCandidatesBetween(Candidates& candidates, float near_m2, float
     if (candidates.count - i < lanes) within = hn::And(within, hn::FirstN(df, candidates.count - i));
     const auto is_near = hn::And(within, hn::Le(distance, near_limit));
     const auto is_between = hn::AndNot(is_near, within);
-    // In place: what is overwritten behind `near` has been loaded already.
+    // In place: everything overwritten beyond `near` has been loaded already.
     hn::StoreU(compress(du, pixel, hn::RebindMask(du, is_near)), du, candidates.pixel + near);
     near += static_cast<std::uint32_t>(hn::CountTrue(df, is_near));
     if (hn::AllFalse(df, is_between)) continue;
@@ -90,10 +90,10 @@ std::uint32_t takeCandidatesBetween(Candidates& candidates, float near_m2, float
   return taken;
 }
 
-/// V of eq. (9) for each pixel.
+/// Computes V of eq. (9) for each pixel.
 HWY_INLINE void vectorsToHip(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                              const Vec3& hip_m_in_world, WorkVector* work) {
-  const hn::CappedTag<double, 4> d4;  // one point; two vectors where registers are short
+  const hn::CappedTag<double, 4> d4;  // one point; two vectors on machines with short registers
   constexpr std::size_t kCoordinates = 4;
   const std::size_t lanes = hn::Lanes(d4);
   const Vec3 from_camera = hip_m_in_world - model.cameraPosition_m_in_world();
@@ -118,7 +118,7 @@ Vec3 sumOfSprings(const DepthModel& model, const std::uint32_t* pixels, std::uin
   const hn::ScalableTag<double> dd;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(dd));
   vectorsToHip(model, pixels, count, hip_m_in_world, work);
-  for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {};  // coincident: adds nothing
+  for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {};  // coincident points add nothing
   const auto radius = hn::Set(dd, radius_m);
   const auto coincident = hn::Set(dd, kCoincident_m);
   auto sum_x = hn::Zero(dd);
@@ -141,13 +141,13 @@ Vec3 sumOfSprings(const DepthModel& model, const std::uint32_t* pixels, std::uin
 using DoubleTag = hn::ScalableTag<double>;
 using Doubles = hn::Vec<DoubleTag>;
 
-/// What a point's distance is worth: its weight, and the factor of V in the sum.
+/// Weight of a point at a given distance, and the factor of its V in the sum.
 struct Terms {
   Doubles weight;
   Doubles factor;
 };
 
-/// `terms(s)` for s up to the radius.
+/// Sums `terms(s)` over the points with s up to the radius.
 template <typename TermsOf>
 HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
                                   const Vec3& centre_m_in_world, double radius_m, WorkVector* work,
@@ -155,7 +155,7 @@ HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* 
   const DoubleTag dd;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(dd));
   vectorsToHip(model, pixels, count, centre_m_in_world, work);
-  // what fills the last vector up is out of reach
+  // padding of the last vector, out of reach
   for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {2 * radius_m, 0, 0, 0};
   const auto radius = hn::Set(dd, radius_m);
   auto sum_x = hn::Zero(dd);
@@ -205,8 +205,8 @@ HWY_EXPORT(takeCandidatesBetween);
 HWY_EXPORT(sumOfSprings);
 HWY_EXPORT(sumOfSmoothTerms);
 
-// clang cannot look through the table that Highway calls the kernels by, and the table does not take pointers
-// to functions that are marked. The kernels themselves are arithmetic on memory that their caller owns.
+// clang cannot see through Highway's dispatch table, and the table does not accept pointers to functions with
+// the attribute. The kernels are arithmetic on memory owned by their caller.
 HAPTICD_RT_TRUSTED_BEGIN
 
 void findInBall(const Scene& scene, const LocalBall& ball, Candidates& candidates) HAPTICD_RT {

@@ -28,7 +28,7 @@ HWY_INLINE void markVoxels(const DeprojectJob& job, Scene& scene) {
   }
 }
 
-/// Numbers the occupied voxels in the order of their bits; returns how many there are.
+/// Assigns ranks to the occupied voxels in the order of their bits; returns their number.
 HWY_INLINE std::uint32_t rankWords(Scene& scene) {
   std::uint32_t occupied = 0;
   forEachTouchedWord(scene, [&scene, &occupied](std::size_t word) {
@@ -38,7 +38,7 @@ HWY_INLINE std::uint32_t rankWords(Scene& scene) {
   return occupied;
 }
 
-/// Counts the points of each voxel; afterwards voxel_begin[rank + 1] is where its first point goes.
+/// Counts the points of each voxel; afterwards voxel_begin[rank + 1] is the index of its first point.
 HWY_INLINE void countPoints(const DeprojectJob& job, std::uint32_t occupied, Scene& scene) {
   const std::uint64_t* const occupancy = scene.occupancy;
   const std::uint32_t* const word_rank = scene.word_rank;
@@ -57,8 +57,8 @@ HWY_INLINE void countPoints(const DeprojectJob& job, std::uint32_t occupied, Sce
   std::partial_sum(counts, counts + occupied, counts);
 }
 
-/// Copies a run of points. Most runs are short and of no predictable length, so where stores can be masked
-/// cheaply four points go without a branch.
+/// Copies a run of points. Most runs are short and of unpredictable length, so four points are copied without
+/// a branch where masked stores are cheap.
 HWY_INLINE void copyRun(const GridPoint* from, GridPoint* to, std::uint32_t count) {
 #if HWY_TARGET <= HWY_AVX3
   const hn::FixedTag<float, 16> df;
@@ -76,7 +76,7 @@ HWY_INLINE void copyRun(const GridPoint* from, GridPoint* to, std::uint32_t coun
 #endif
 }
 
-/// Moves the runs; voxel_begin[rank + 1] runs on to the voxel's end, which is where the next one begins.
+/// Moves the runs; voxel_begin[rank + 1] advances to the voxel's end, where the next one begins.
 HWY_INLINE void scatter(const DeprojectJob& job, Scene& scene) {
   const GridPoint* const from_points = job.points_in_image_order;
   GridPoint* const to_points = scene.point;

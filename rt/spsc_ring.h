@@ -12,15 +12,16 @@
 
 namespace hapticd::rt {
 
-/// The memory orders of an SpscRing's counters. Only tests name others than the default, to show that the
-/// stress test notices a wrong one.
+/// Memory orders of an SpscRing's counters. Only tests use others than the default, to verify that the stress
+/// test detects a wrong one.
 struct SpscRingOrders {
   static constexpr std::memory_order kStore = std::memory_order_release;
   static constexpr std::memory_order kLoad = std::memory_order_acquire;
 };
 
-/// Every item from one producer to one consumer, in order; when the ring is full the newest item is dropped
-/// and counted. Thread: one producer thread (push), one consumer thread (pop), for the life of the object.
+/// Passes every item from one producer to one consumer, in order; when the ring is full the newest item is
+/// dropped and counted.
+/// Thread: one producer thread (push), one consumer thread (pop), for the life of the object.
 /// Progress: wait-free.  RT: safe.
 template <typename T, std::size_t kCapacity, typename Orders = SpscRingOrders>
 class SpscRing {
@@ -33,7 +34,7 @@ class SpscRing {
   SpscRing(const SpscRing&) = delete;
   SpscRing& operator=(const SpscRing&) = delete;
 
-  /// False, and one more in dropped(), when the ring is full.  Thread: producer.
+  /// Appends an item; if the ring is full, returns false and increments dropped().  Thread: producer.
   bool push(const T& item) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_seen_ == kCapacity) {
@@ -48,7 +49,7 @@ class SpscRing {
     return true;
   }
 
-  /// False when the ring is empty.  Thread: consumer.
+  /// Removes the oldest item; returns false if the ring is empty.  Thread: consumer.
   bool pop(T& item) noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == head_seen_) {
@@ -60,7 +61,7 @@ class SpscRing {
     return true;
   }
 
-  /// Items that push() could not place since the start.  Thread: any.
+  /// Returns the number of items dropped since the start.  Thread: any.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:

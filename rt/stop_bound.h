@@ -13,15 +13,16 @@
 
 namespace hapticd::rt {
 
-/// How long a force loop that is to stop waits for its stages to let the force go. The force gets the time
-/// that the slew limit and the low-pass need for it, with room to spare, at most kLongest_s; what is left of
-/// it then is released in SafetyChain::kReleaseTicks equal steps, and the loop ends, whatever the stages do.
+/// Limits the time that a stopping force loop waits for its stages to bring the force to zero. They get the
+/// time that slew limit and low-pass need plus a margin, at most kLongest_s; any remaining force is then
+/// released in SafetyChain::kReleaseTicks equal steps, and the loop ends in any case.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class StopBound {
  public:
   static constexpr double kLongest_s = 5;
 
-  /// Ticks until the release. `command_n`: what is exerted when the loop is told to stop.
+  /// Returns the number of ticks before the release. `command_n`: the force exerted when the loop is asked to
+  /// stop.
   static std::uint64_t ticks(const Vec3& command_n, const SafetyParameters& parameters,
                              double period_s) HAPTICD_RT {
     const double ramp_s = std::max(norm(command_n), parameters.max_force_n) / parameters.max_slew_n_per_s;
@@ -30,18 +31,18 @@ class StopBound {
                                       (2 * std::numbers::pi * parameters.force_filter_hz)
                                 : 0;
     const double bound_s = ramp_s + filter_s + kSpare_s;
-    // also where it is not a number
+    // also if NaN
     return static_cast<std::uint64_t>(std::ceil((bound_s < kLongest_s ? bound_s : kLongest_s) / period_s));
   }
 
-  /// `planned_ns`: of the first tick of the stop.
+  /// Starts the count. `planned_ns`: due time of the first tick of the stop.
   void begin(const Vec3& command_n, const SafetyParameters& parameters, double period_s,
              std::int64_t planned_ns) HAPTICD_RT {
     ticks_left_ = ticks(command_n, parameters, period_s);
     end_ns_ = planned_ns + static_cast<std::int64_t>(kLongest_s * 1e9);
   }
 
-  /// Before each tick of the stop: whether it is to release the force.
+  /// Called before each tick of the stop; returns whether it is to release the force.
   bool releases(std::int64_t planned_ns) HAPTICD_RT {
     if (ticks_left_ > 0 && planned_ns < end_ns_) {
       --ticks_left_;
@@ -52,11 +53,11 @@ class StopBound {
     return true;
   }
 
-  /// The force has been released.
+  /// Returns true once the force has been released.
   bool isOver() const HAPTICD_RT { return released_ticks_ >= SafetyChain::kReleaseTicks; }
 
  private:
-  /// No box exerts more.
+  /// More than any box exerts.
   static constexpr double kLongestForce_n = 1000;
   static constexpr double kSpare_s = 0.1;
 

@@ -9,11 +9,12 @@
 namespace hapticd::rt {
 namespace {
 
-/// A device's clock and this one's may disagree by that much motion when several measurements come at once.
+/// Tolerated excess displacement: the device's clock and ours may differ when several measurements arrive at
+/// once.
 constexpr double kLeap_m = 0.01;
-/// A handle that leapt is not trusted for that long.
+/// Time for which a handle is ignored after an impossible displacement.
 constexpr std::int64_t kDistrust_ns = 100'000'000;
-/// After a burst the loop has to keep its time that long.
+/// Time without a burst after which the loop counts as punctual again.
 constexpr std::int64_t kOverrunPause_ns = 1'000'000'000;
 
 bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept {
@@ -34,7 +35,7 @@ Cause conditionOf(const HandleState& handle) noexcept {
 
 }  // namespace
 
-/// Whether the hand leapt since the measurement before, of the same session.
+/// Returns whether the hand moved impossibly far since the previous measurement of the same session.
 bool Supervisor::isTooFast(const Input& input) HAPTICD_RT {
   const HandleState& now = input.handle;
   const HandleState before = last_handle_;
@@ -55,8 +56,8 @@ bool Supervisor::isTooFast(const Input& input) HAPTICD_RT {
   return input.now_ns < too_fast_until_ns_;
 }
 
-/// What is wrong with the handle's measurements, or `none`.
-Cause Supervisor::handleTrouble(const Input& input) HAPTICD_RT {
+/// Returns the fault of the handle's measurements, or `none`.
+Cause Supervisor::handleFault(const Input& input) HAPTICD_RT {
   const HandleState& handle = input.handle;
   if (handle.sequence == 0 ||
       isOlder(handle.time_ns, input.now_ns, input.directive.parameters.safety.handle_timeout_s)) {
@@ -82,8 +83,8 @@ Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
     session_changed_ = session_ != 0;
     session_ = input.handle.session;
   }
-  const Cause trouble = handleTrouble(input);
-  if (trouble != Cause::none || input.release) return {trouble, false, true};
+  const Cause handle_fault = handleFault(input);
+  if (handle_fault != Cause::none || input.release) return {handle_fault, false, true};
   const SafetyParameters& limits = input.directive.parameters.safety;
   if (const Cause condition = conditionOf(input.handle); condition != Cause::none) return {condition, false};
   if (input.scene.frame == 0) return {Cause::no_scene, false};
@@ -95,12 +96,12 @@ Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
   return {};
 }
 
-/// Whether the surface in contact has been nearer than the camera can measure for so long that where it was
-/// seen last says nothing any more.
-bool Supervisor::isTooNear(const Input& input, const Touch& touch) HAPTICD_RT {
-  if (touch.too_near && !was_too_near_) too_near_since_ns_ = input.now_ns;
-  was_too_near_ = touch.too_near;
-  return touch.too_near &&
+/// Returns whether the surface in contact has been nearer than the camera can measure for so long that its
+/// last seen position is no longer meaningful.
+bool Supervisor::isTooNear(const Input& input, const Contact& contact) HAPTICD_RT {
+  if (contact.too_near && !was_too_near_) too_near_since_ns_ = input.now_ns;
+  was_too_near_ = contact.too_near;
+  return contact.too_near &&
          isOlder(too_near_since_ns_, input.now_ns, input.directive.parameters.safety.depth_timeout_s);
 }
 
@@ -110,8 +111,8 @@ void Supervisor::refuse(Cause cause) HAPTICD_RT {
   cause_ = cause;
 }
 
-void Supervisor::engageOrRefuse(const Input& input, bool touches) HAPTICD_RT {
-  if (!accepted_ && touches && !input.directive.engage_inside &&
+void Supervisor::engageOrRefuse(const Input& input, bool in_contact) HAPTICD_RT {
+  if (!accepted_ && in_contact && !input.directive.engage_inside &&
       !input.directive.parameters.safety.engage_inside) {
     refuse(Cause::inside_surface);
     return;
@@ -121,16 +122,16 @@ void Supervisor::engageOrRefuse(const Input& input, bool touches) HAPTICD_RT {
   cause_ = Cause::requested;
 }
 
-void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Touch& touch) HAPTICD_RT {
+void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Contact& contact) HAPTICD_RT {
   const Directive& directive = input.directive;
   const bool replaced = std::exchange(session_changed_, false);
-  const bool too_near = isTooNear(input, touch);
+  const bool too_near = isTooNear(input, contact);
   if (!directive.engage || directive.engage_request != request_) {
     request_ = directive.engage_request;
     accepted_ = false;
     refused_ = false;
   }
-  if (!directive.engage) {  // also what clears a fault
+  if (!directive.engage) {  // also clears a fault
     if (mode_ != Mode::idle) cause_ = mode_ == Mode::starting ? Cause::none : Cause::requested;
     mode_ = Mode::idle;
   } else if (mode_ != Mode::faulted && !refused_) {
@@ -143,7 +144,7 @@ void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Touc
       mode_ = Mode::holding;
       cause_ = Cause::surface_too_near;
     } else {
-      engageOrRefuse(input, touch.touches);
+      engageOrRefuse(input, contact.in_contact);
     }
   }
   moveGain(input, obstacle);
@@ -151,12 +152,12 @@ void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Touc
 
 void Supervisor::moveGain(const Input& input, const Obstacle& obstacle) HAPTICD_RT {
   const SafetyParameters& limits = input.directive.parameters.safety;
-  // Down by the clock, also where ticks are left out; up by the ticks that were felt.
+  // Fades out by the clock, even if ticks are skipped; ramps in by the ticks that were executed.
   const double elapsed_s = std::max(input.period_s, static_cast<double>(input.now_ns - last_ns_) * 1e-9);
   last_ns_ = input.now_ns;
   if (mode_ == Mode::engaged) {
     gain_ = std::min(1.0, gain_ + input.period_s / limits.engage_ramp_s);
-  } else if (mode_ == Mode::holding && obstacle.feels) {
+  } else if (mode_ == Mode::holding && obstacle.law_usable) {
     gain_ = std::max(0.0, gain_ - elapsed_s / limits.depth_ramp_s);
   } else {
     gain_ = 0;

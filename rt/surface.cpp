@@ -9,22 +9,22 @@
 namespace hapticd::rt {
 namespace {
 
-/// Shorter displacements are none.
+/// Shorter displacements count as zero.
 constexpr double kNone_m = 1e-7;
-/// Longest step between two looks at the surface, in pixel pitches: no body that the image shows is thinner.
+/// Longest step between two looks at the surface, in pixel pitches: no body visible in the image is thinner.
 constexpr double kStride_px = 2;
-/// From one look to the next the distance from a surface that goes on changes by no more than the step; this
-/// much of it leaves room for facets that do not quite agree.
-constexpr double kGoesOn = 2.5;
-/// What facets may disagree by, raw units.
+/// On a continuous surface the distance from it changes by no more than the step from one look to the next.
+/// The factor leaves room for facets that do not quite agree.
+constexpr double kContinuity = 2.5;
+/// Tolerated disagreement of facets in raw units.
 constexpr double kFacetNoise_raw = 1.5;
 constexpr double kAnywhere_m = 10;
-/// A proxy that lags behind by more is set anew.
-constexpr double kMostLag_m = 0.005;
-constexpr double kMostLag_px = 2;
-/// Frames that a contact waits for a measurement that is missing where the proxy is.
+/// A proxy that lags behind by more is repositioned.
+constexpr double kMaxLag_m = 0.005;
+constexpr double kMaxLag_px = 2;
+/// Number of frames for which a contact is held where the proxy's measurement is missing.
 constexpr std::uint64_t kHeldFrames = 30;
-/// Likewise at the image's border, where it may as well have left the view.
+/// The same at the image border, where the surface may have left the view.
 constexpr std::uint64_t kHeldFramesAtBorder = 4;
 
 /// One tick of the proxy, in the camera's frame.
@@ -44,10 +44,10 @@ class SurfaceTick {
     look();
     normal_ = model_.directionInCamera(memory_.normal_in_world);
     if (memory_.behind && isZero(normal_)) {
-      comeOut();
+      leaveSolid();
     } else if (mustHold()) {
       held_ = in_contact_ = true;
-      // It may as well have left the view: nothing stops it there.
+      // It may have left the view: nothing constrains it tangentially there.
       if (here_.where == Where::beyond) p_ = hip_ - dot(hip_ - p_, normal_) * normal_;
     } else {
       if (here_.where == Where::inside) liftOut();
@@ -66,7 +66,8 @@ class SurfaceTick {
 
   ForceSample outside(const Vec3& start_m_in_world) noexcept {
     memory_.placed =
-        memory_.placed && !isZero(memory_.normal_in_world);  // a free proxy is lost, one in contact waits
+        // A free proxy is discarded, one in contact is kept.
+        memory_.placed && !isZero(memory_.normal_in_world);
     return {.force_n_in_world = {},
             .proxy_m_in_world = start_m_in_world,
             .normal_in_world = {},
@@ -81,17 +82,17 @@ class SurfaceTick {
   void look() noexcept { here_ = placeOf(p_); }
   double pitch_m() const noexcept { return view_.pitch_m(SurfaceView::depthOf(p_)); }
   double stride_m() const noexcept { return kStride_px * pitch_m(); }
-  /// How far a surface that goes on may be off the place after a step of that length.
+  /// Returns how far a continuous surface may be off the place after a step of this length.
   double roomAfter(double step_m) const noexcept {
-    return kGoesOn * step_m + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(p_));
+    return kContinuity * step_m + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(p_));
   }
   bool covers(const Vec3& p) const noexcept {
     return input_.scene.surface.covers(model_.positionInWorld(p), 0);
   }
 
-  /// The HIP came to be inside a solid without having come through its visible surface. Nothing is exerted
-  /// until it is out again.
-  void comeOut() noexcept {
+  /// Handles a HIP that came to be inside a solid without passing through its visible surface: there is no
+  /// force until it is out again.
+  void leaveSolid() noexcept {
     p_ = hip_;
     if (!covers(p_)) {
       cut_off_ = true;
@@ -102,9 +103,10 @@ class SurfaceTick {
     behind_ = here_.where == Where::inside || here_.where == Where::beyond;
   }
 
-  /// What the HIP is pressed against is not seen any more: something hides it that it was not seen behind, or
-  /// it came too near to be measured. It is taken to be still there as long as the HIP presses on; where a
-  /// measurement is merely missing, for kHeldFrames, at the image's border for kHeldFramesAtBorder.
+  /// Returns whether the contact must be held because the surface is no longer seen: hidden by something that
+  /// it was not behind before, or too near to be measured. The surface is assumed to stay as long as the HIP
+  /// presses on it; where a measurement is merely missing, for kHeldFrames, and at the image border for
+  /// kHeldFramesAtBorder.
   bool mustHold() noexcept {
     if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
@@ -115,7 +117,7 @@ class SurfaceTick {
     return held <= (here_.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);
   }
 
-  /// Out of a surface that went over the proxy.
+  /// Moves the proxy out of a surface that has passed over it.
   void liftOut() noexcept {
     if (!memory_.placed) {
       behind_ = true;
@@ -127,22 +129,22 @@ class SurfaceTick {
       const Sheet sheet = here_.sheet;
       const Vec3 next = p_ - here_.distance_m * sheet.normal_in_camera;
       if (settleOn(next, sheet.depth_m(), roomAfter(-here_.distance_m))) continue;
-      // Beside the outline of what went over it: straight towards the camera.
+      // Next to the outline of that body: straight towards the camera.
       settleOn(p_, sheet.depth_m(), kAnywhere_m);
       break;
     }
     entrenched_ = true;
   }
 
-  /// The proxy was in contact, and what it rested on is not under it any more.
+  /// Returns whether the proxy was in contact but its surface is no longer under it.
   bool lostItsSurface() const noexcept {
     if (behind_ || !memory_.placed || isZero(normal_) || !(dot(hip_ - p_, normal_) < 0)) return false;
-    return !here_.sheet.exists || here_.distance_m > roomAfter(pitch_m()) || turnsFrom(normal_);
+    return !here_.sheet.exists || here_.distance_m > roomAfter(pitch_m()) || turnsAwayFrom(normal_);
   }
 
-  /// The outline of a body flickers from frame to frame: the nearest place of the surface between `from`, at
-  /// the outline, and the place over the HIP that does not turn from `normal`. False if there is none: the
-  /// proxy stays.
+  /// Compensates for the outline of a body that flickers from frame to frame: moves the proxy to the nearest
+  /// point of the surface between `from`, at the outline, and the point in front of the HIP at which the
+  /// surface does not turn away from `normal`. Returns false, leaving the proxy in place, if there is none.
   bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
     const Vec3 start = p_;
     const Place start_here = here_;
@@ -152,15 +154,15 @@ class SurfaceTick {
     for (int i = 1; i <= kSteps; ++i) {
       const double share = static_cast<double>(i) / kSteps;
       const Vec3 step = share * displacement;
-      if (settleOn(from + step, depth_m, roomAfter(norm(step))) && !turnsFrom(normal)) return true;
+      if (settleOn(from + step, depth_m, roomAfter(norm(step))) && !turnsAwayFrom(normal)) return true;
     }
     p_ = start;
     here_ = start_here;
     return false;
   }
 
-  /// The place of the surface at the image position of `p`, near that depth. False where there is none within
-  /// `room_m` of `p`.
+  /// Moves the proxy to the point of the surface at the image position of `p`, near the depth `depth_m`.
+  /// Returns false if there is none within `room_m` of `p`.
   bool settleOn(const Vec3& p, double depth_m, double room_m) noexcept {
     if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(p);
@@ -178,17 +180,17 @@ class SurfaceTick {
     return true;
   }
 
-  /// To the HIP as far as the surface lets it.
+  /// Moves the proxy towards the HIP as far as the surface allows.
   void follow() noexcept {
     constexpr int kMaxMoves = 14;
     for (int move = 0; move < kMaxMoves && mayLook(); ++move) {
       const Vec3 left = hip_ - p_;
-      in_contact_ = restsOnSurface() && pressesOn(left);
+      in_contact_ = restsOnSurface() && leadsInto(left);
       if (norm(left) < kNone_m) break;
-      if (!(in_contact_ ? slide(left) : fly(left))) break;
+      if (!(in_contact_ ? slide(left) : moveFreely(left))) break;
     }
     if (at_side_ || behind_) return;
-    in_contact_ = restsOnSurface() && pressesOn(hip_ - p_);
+    in_contact_ = restsOnSurface() && leadsInto(hip_ - p_);
     if (in_contact_ && lags()) catchUp();
   }
 
@@ -197,15 +199,15 @@ class SurfaceTick {
     return here_.sheet.exists && std::abs(here_.distance_m) <= kOnSurface_m;
   }
 
-  /// Sets the normal; true if the displacement leads into the surface.
-  bool pressesOn(const Vec3& displacement) noexcept {
+  /// Sets the normal; returns true if the displacement leads into the surface.
+  bool leadsInto(const Vec3& displacement) noexcept {
     normal_ = here_.sheet.normal_in_camera;
     return dot(displacement, normal_) < 0;
   }
 
-  /// A step through free space, up to the surface at most. False at the HIP, at the end of the model or at
-  /// the side of a body.
-  bool fly(const Vec3& left) noexcept {
+  /// Takes a step through free space, at most up to the surface. Returns false at the HIP, at the end of the
+  /// model or at the side of a body.
+  bool moveFreely(const Vec3& left) noexcept {
     const double length = norm(left);
     const double step = std::min(length, stride_m());
     const Vec3 to = p_ + (step / length) * left;
@@ -219,7 +221,7 @@ class SurfaceTick {
       here_ = there;
       return step < length;
     }
-    if (here_.where == Where::unseen || here_.where == Where::beyond) return goBehind();
+    if (here_.where == Where::unseen || here_.where == Where::beyond) return enterFromBehind();
     const double room = roomAfter(step);
     if (there.distance_m < -room) return touchSide(to);
     const double from_m = here_.sheet.exists ? std::max(0.0, here_.distance_m) : 0;
@@ -227,15 +229,15 @@ class SurfaceTick {
     return settleOn(p_ + share * (to - p_), there.sheet.depth_m(), room);
   }
 
-  /// From behind into what is solid, or from beyond the image: the surface was never in between.
-  bool goBehind() noexcept {
+  /// Handles a step from behind, or from outside the image, into a solid: the surface was never in between.
+  bool enterFromBehind() noexcept {
     behind_ = true;
     p_ = hip_;
     return false;
   }
 
-  /// At the side of a body, which the camera does not see: the outline that it has in the image, going
-  /// straight back.
+  /// Handles contact with the side of a body, which the camera does not see: it is assumed to extend straight
+  /// back from the outline in the image.
   bool touchSide(const Vec3& inside) noexcept {
     Vec3 blocked = inside;
     constexpr int kHalvings = 3;
@@ -257,7 +259,8 @@ class SurfaceTick {
     return slideAlongSide();
   }
 
-  /// Away from the solid in the image: the mean of the directions in which there is none at that depth.
+  /// Returns the normal of a side: the mean of the directions in the image in which there is no solid at this
+  /// depth.
   Vec3 sideNormal(const Vec3& at) noexcept {
     constexpr double kRadius_px = 2;
     constexpr double kDiagonal = 0.70710678118654752;
@@ -277,7 +280,7 @@ class SurfaceTick {
     return length > 0.1 * radius ? (1 / length) * sum : Vec3{};
   }
 
-  /// A step along the side towards the HIP. False where there is none to take.
+  /// Takes a step along the side towards the HIP. Returns false if there is none to take.
   bool slideAlongSide() noexcept {
     const Vec3 left = hip_ - p_;
     Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
@@ -296,8 +299,8 @@ class SurfaceTick {
     return true;
   }
 
-  /// A step along the surface, which must bring the proxy nearer to the HIP. False when it is as near as it
-  /// can be.
+  /// Takes a step along the surface, which must bring the proxy nearer to the HIP. Returns false if it is as
+  /// near as it can be.
   bool slide(const Vec3& left) noexcept {
     Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
     const double length = norm(step);
@@ -312,12 +315,12 @@ class SurfaceTick {
     return false;
   }
 
-  /// Where a step along one face met another one: along both.
+  /// Where a step along one face met another face, slides along their crease.
   bool slideAlongCrease(const Vec3& left) noexcept {
     constexpr double kLeastTurn = 0.1;
     const Vec3 crease = cross(normal_, met_normal_);
     const double turn_squared = dot(crease, crease);
-    if (turn_squared < kLeastTurn * kLeastTurn || !mayLook()) return false;
+    if (turn_squared < kMinTurn * kMinTurn || !mayLook()) return false;
     const Vec3 along = (dot(left, crease) / turn_squared) * crease;
     const double length = norm(slideOf(along, normal_, 0, input_.parameters.contact.friction));
     if (length < kNone_m) return false;
@@ -336,11 +339,12 @@ class SurfaceTick {
     Vec3 over_hip;
     if (settleOn(to, SurfaceView::depthOf(to), roomAfter(norm(step)))) {
       const bool nearer = isNearer();
-      const bool round_edge = turnsFrom(from_here.sheet.normal_in_camera);
-      if (nearer && !(round_edge && findPlaceOverHip(from, over_hip))) return true;
+      const bool around_edge = turnsAwayFrom(from_here.sheet.normal_in_camera);
+      if (nearer && !(around_edge && findPlaceOverHip(from, over_hip))) return true;
       if (!nearer) met_normal_ = here_.sheet.normal_in_camera;
     } else if (!cut_off_) {
-      // The surface ends: over the edge, unless something stands there or the HIP is still behind it.
+      // The surface ends: move over the edge, unless there is something or the HIP is still behind the
+      // surface.
       const Place there = placeOf(to);
       const bool leaves_view = there.where == Where::beyond;
       if (there.where != Where::inside && covers(to) && (leaves_view || !findPlaceOverHip(from, over_hip))) {
@@ -356,16 +360,18 @@ class SurfaceTick {
     return false;
   }
 
-  /// The surface here faces elsewhere than `normal`, and the camera hardly sees it: round the edge of a body.
-  bool turnsFrom(const Vec3& normal) const noexcept {
+  /// Returns whether the surface turns away from `normal` and is nearly parallel to the ray: it goes around
+  /// the edge of a body.
+  bool turnsAwayFrom(const Vec3& normal) const noexcept {
     constexpr double kSharpTurn_cos = 0.82;  // 35 degrees
     constexpr double kSteep_cos = 0.26;      // 75 degrees
     const Vec3& here = here_.sheet.normal_in_camera;
     return dot(here, normal) < kSharpTurn_cos && -dot(here, p_) < kSteep_cos * norm(p_);
   }
 
-  /// Where the HIP is behind the surface that the proxy is on, as the camera sees it: the place of the
-  /// surface before it. What slopes at an outline by noise alone must not let the proxy slip over the edge.
+  /// Finds the point of the proxy's surface in front of the HIP as seen from the camera, if the HIP is behind
+  /// that surface. It prevents the proxy from slipping over an edge because noise tilts the surface at its
+  /// outline.
   bool findPlaceOverHip(const Vec3& proxy, Vec3& place) noexcept {
     if (!(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(hip_);
@@ -380,40 +386,40 @@ class SurfaceTick {
     return true;
   }
 
-  double mostLag_m() const noexcept { return std::max(kMostLag_m, kMostLag_px * pitch_m()); }
+  double maxLag_m() const noexcept { return std::max(kMaxLag_m, kMaxLag_px * pitch_m()); }
   bool lags() const noexcept {
     const Vec3 left = hip_ - p_;
-    return norm(slideOf(left, normal_, 0, input_.parameters.contact.friction)) > mostLag_m();
+    return norm(slideOf(left, normal_, 0, input_.parameters.contact.friction)) > maxLag_m();
   }
 
-  /// The proxy did not get on: it is set where the line of sight to the HIP meets the same surface, if the
-  /// surface goes on to there and that is nearer to the HIP.
+  /// Repositions a proxy that has got stuck: to where the line of sight to the HIP meets the same surface, if
+  /// the surface is continuous up to there and the result is nearer to the HIP.
   void catchUp() noexcept {
     const Vec3 from = p_;
     const Place from_here = here_;
     const Vec3 left = hip_ - p_;
     constexpr int kSteps = 6;
-    bool goes_on = true;
-    for (int i = 1; i <= kSteps && goes_on; ++i) {
+    bool continuous = true;
+    for (int i = 1; i <= kSteps && continuous; ++i) {
       const Vec3 between = from + (static_cast<double>(i) / kSteps) * left;
       const double depth_before = SurfaceView::depthOf(p_);
       const Vec3 before = p_;
-      goes_on = settleOn(between, depth_before, kAnywhere_m);
+      continuous = settleOn(between, depth_before, kAnywhere_m);
       constexpr double kSteepest = 3.7;
-      goes_on =
-          goes_on && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
-                         kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);
-      goes_on = goes_on && !(p_ == before);
+      continuous =
+          continuous && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
+                            kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);
+      continuous = continuous && !(p_ == before);
     }
     const Vec3 still_left = hip_ - p_;
-    if (goes_on && dot(still_left, still_left) < dot(left, left)) {
-      in_contact_ = pressesOn(still_left);
+    if (continuous && dot(still_left, still_left) < dot(left, left)) {
+      in_contact_ = leadsInto(still_left);
       entrenched_ = true;
       return;
     }
     p_ = from;
     here_ = from_here;
-    in_contact_ = pressesOn(left);
+    in_contact_ = leadsInto(left);
   }
 
   ForceSample result() noexcept {
@@ -446,14 +452,14 @@ class SurfaceTick {
   Vec3 p_;
   Place here_;
   Vec3 normal_;
-  Vec3 met_normal_;  // of the surface that the last step along the surface came to in vain
+  Vec3 met_normal_;  // normal of the surface that blocked the last step along the surface
   bool in_contact_ = false;
   bool at_side_ = false;
   bool held_ = false;
   bool too_near_ = false;
   bool behind_ = false;
   bool entrenched_ = false;
-  bool cut_off_ = false;  // the model ended on the way
+  bool cut_off_ = false;  // the step reached the end of the model
   int looks_ = 0;
 };
 

@@ -7,15 +7,17 @@
 
 namespace hapticd::rt {
 
-/// Constraint on the signed distance field of the scene: a proxy that the surface does not let through
-/// follows the HIP, sliding along the surface, and a spring of k_s pulls the HIP to it (god-object: Zilles
-/// and Salisbury 1995; on implicit surfaces: Salisbury and Tarr 1997). A surface that moved over the proxy
-/// carries it along. What lies behind the surface is unknown: a HIP that is deeper in it than the field
-/// reaches, without having come through the surface, feels nothing until it is out again. `input.scene` must
-/// have the field; where the field does not cover the proxy the sample says so. RT: safe. Cost: constant, at
-/// most kMaxSurfaceSamples samples of the field.
+/// Computes the force of the law `surface`: a proxy constrained by the visible surface of the scene follows
+/// the HIP, sliding along the surface, and a spring of k_s pulls the HIP towards it (god-object: Zilles and
+/// Salisbury 1995; on implicit surfaces: Salisbury and Tarr 1997). A surface that moves over the proxy
+/// carries it along. What lies behind the surface is unknown: a HIP that is inside a solid without having
+/// come through its surface gets no force until it is out again.
+///
+/// `input.scene` must have the visible surface; where that does not cover the proxy, `outside_model` is set.
+/// RT: safe.  Cost: constant, at most kMaxSurfaceSamples look-ups of the surface.
 ForceSample surfaceForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
 
+/// Largest number of places that one evaluation of the law `surface` looks up.
 inline constexpr int kMaxSurfaceSamples = 48;
 
 }  // namespace hapticd::rt

@@ -10,46 +10,46 @@ namespace hapticd::rt {
 namespace {
 
 constexpr int kBlock_px = BlockLattice::kBlock_px;
-/// From pixel to pixel a surface steps by noise and by its slope; what is steeper to the ray is taken for an
-/// edge.
+/// Adjacent pixels of a surface differ by noise and by its slope; anything steeper relative to the ray is
+/// treated as an edge.
 constexpr double kStep_raw = 3;
 constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
-/// Gaps in a surface up to that long are closed: patches that flicker are about 9 pixels or 2 cm wide. The
-/// projector's shadow beside an object is no gap in a surface: there the disparity changes by 7 raw units per
-/// pixel, which is above what a surface of this slope does.
+/// Gaps in a surface up to this width are closed: flickering patches are about 9 pixels or 2 cm wide. The
+/// projector's shadow next to an object is not such a gap: across it the disparity changes by 7 raw units per
+/// pixel, more than on a surface of the steepest slope below.
 constexpr double kLongestGap_m = 0.04;
 constexpr int kLongestGap_px = 16;
 constexpr double kSteepestGap = 1.73;  // tan 60 degrees
-/// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than neighbours do.
+/// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than adjacent pixels.
 constexpr double kGapNoise_raw = 6;
-/// Widest supports: beyond, few surfaces are flat, and below 0.08 mm of noise nothing is gained.
+/// Widest supports: beyond this few surfaces are flat, and below 0.08 mm of noise nothing is gained.
 constexpr double kWidestPlane_m = 0.175;
 /// At 1 m; the bias of a quadratic grows with the fourth power of its width and the noise with the square of
 /// the distance.
 constexpr double kWidestQuadratic_m = 0.065;
 constexpr double kEnough_m = 8e-5;
-constexpr double kNoisePatch_px = 9;  // neighbours that near share their noise
+constexpr double kNoisePatch_px = 9;  // distance over which noise is correlated
 constexpr double kNearestDepth_m = 0.05;
 
-/// A block that is off its mean by more is another surface, or moved.
+/// A block that differs from its mean by more shows another surface or has moved.
 constexpr float kSame_raw = 2;
-/// A surface that moves faster than that between two frames is another one.
+/// A surface that moves farther than this between two frames counts as another one.
 constexpr double kFarthestMove_m = 0.03;
-/// The surface at the focus is what is no farther from it than that, along the ray and across.
+/// The surface at the focus is everything within this distance of it, along the ray and across.
 constexpr double kRegionDepth_m = 0.04;
 constexpr double kRegionHalf_m = 0.08;
-/// A pixel belongs to a facet, and neighbouring facets to one surface, as far as noise explains what lies
-/// between them and as far as their slopes leave it open.
+/// A pixel belongs to a facet, and adjacent facets to one surface, up to differences explained by noise and
+/// by the uncertainty of their slopes.
 constexpr double kOfFacet_raw = 3;
 constexpr double kOfFacet_px = 2;
 constexpr double kNeighbours_raw = 2;
 constexpr double kNeighbours_px = 1.5;
-/// Facets turn from one to the next by that much at a crease, and by less on what is curved.
+/// Adjacent facets differ by more than this at a crease and by less on a curved surface.
 constexpr double kCrease_raw = 1.5;
 constexpr double kCrease_px = 1;
-constexpr int kFewestInnovations = 8;
+constexpr int kMinInnovations = 8;
 constexpr float kFramesInMotion = 3;
-/// The alpha-beta filter of the velocity: how much of an innovation changes it, near the noise and far above.
+/// Gains of the alpha-beta filter of the velocity, for innovations near the noise and far above it.
 constexpr double kSlowGain = 0.3;
 constexpr double kFastGain = 1;
 constexpr double kFastFrom_sigma = 4;
@@ -73,8 +73,8 @@ double smoothStep(double x) noexcept {
   return t * t * (3 - 2 * t);
 }
 
-/// How far two facets, `du` and `dv` blocks apart, are off what the other one's plane expects there, in the
-/// mean.
+/// Returns the mean deviation of two facets, `du` and `dv` blocks apart, from the values predicted by each
+/// other's plane.
 float bendBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
   constexpr auto kSide = static_cast<float>(kBlock_px);
   const float slope_u = b.per_column - a.per_column;
@@ -82,7 +82,8 @@ float bendBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
   return 0.5F * kSide * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
 }
 
-/// And how far they are off a surface that bends evenly between them.
+/// Returns the deviation of two facets, `du` and `dv` blocks apart, from a surface with constant curvature
+/// between them.
 float stepBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
   constexpr float kHalf = 0.5F * kBlock_px;
   const float slope_u = a.per_column + b.per_column;
@@ -91,13 +92,13 @@ float stepBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
   return std::abs(b.disparity - a.disparity - expected);
 }
 
-/// What may lie between neighbouring facets of one surface, raw units.
+/// Largest differences between adjacent facets of one surface, in raw units.
 struct CellLimits {
-  float most_step;  ///< more is an edge
-  float most_bend;  ///< more is a crease
+  float max_step;  ///< more: an edge
+  float max_bend;  ///< more: a crease
 };
 
-/// `facet`: the upper left one of a cell whose pixels all have a measurement.
+/// Classifies a cell whose pixels all have a measurement; `facet` is its upper left one.
 Cell kindOf(const Facet* facet, const CellLimits& limits) noexcept {
   struct Side {
     const Facet* a;
@@ -117,9 +118,9 @@ Cell kindOf(const Facet* facet, const CellLimits& limits) noexcept {
     greatest = std::max(greatest, bend);
     step = std::max(step, stepBetween(*side.a, *side.b, side.du, side.dv));
   }
-  if (-least > limits.most_bend && greatest < limits.most_bend) return Cell::least;
-  if (greatest > limits.most_bend && -least < limits.most_bend) return Cell::greatest;
-  return step <= limits.most_step ? Cell::smooth : Cell::mixed;
+  if (-least > limits.max_bend && greatest < limits.max_bend) return Cell::least;
+  if (greatest > limits.max_bend && -least < limits.max_bend) return Cell::greatest;
+  return step <= limits.max_step ? Cell::smooth : Cell::mixed;
 }
 
 }  // namespace
@@ -137,8 +138,8 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
   const PixelWindow all = model.wholeFrame();
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;
-  gaps_.most_raw = static_cast<float>(kGapNoise_raw);
-  // What vanishes at the near limit came nearer: where it was last seen it is not any more.
+  gaps_.max_raw = static_cast<float>(kGapNoise_raw);
+  // What vanishes at the near limit came nearer, so it is no longer where it was last seen.
   const DepthModelParameters& camera = model.parameters();
   const double beyond_limit = (1 / (camera.near_m + kNearLimitMargin_m) - camera.b_per_m) / camera.a_per_m;
   const auto limit_raw =
@@ -151,19 +152,18 @@ SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double
   Job job{};
   const DepthModelParameters& camera = model_.parameters();
   job.depth_m = std::max(kNearestDepth_m, -model_.positionInCamera(centre_m_in_world).z);
-  // From pixel to pixel the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
+  // Between adjacent pixels the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
   job.raw_per_px = 1 / (camera.fx_px * std::abs(camera.a_per_m) * job.depth_m);
   const double block_m = kBlock_px * job.depth_m / camera.fx_px;
   const double raw_m = std::abs(camera.a_per_m) * job.depth_m * job.depth_m;
   const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
-  constexpr double kLeast_blocks = 5;
-  job.fit = {
-      .noise_raw = static_cast<float>(kNoise_raw),
-      .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
-      .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
-                                                     kLeast_blocks + 4, 2.0 * FacetBlocks::kBorder + 1)),
-      .largest_quadratic =
-          static_cast<float>(std::max(kLeast_blocks, kWidestQuadratic_m * std::sqrt(job.depth_m) / block_m))};
+  constexpr double kMin_blocks = 5;
+  job.fit = {.noise_raw = static_cast<float>(kNoise_raw),
+             .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
+             .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
+                                                            kMin_blocks + 4, 2.0 * FacetBlocks::kBorder + 1)),
+             .largest_quadratic = static_cast<float>(
+                 std::max(kMin_blocks, kWidestQuadratic_m * std::sqrt(job.depth_m) / block_m))};
   const PixelWindow ball = model_.pixelsOfBall(centre_m_in_world, radius_m);
   if (ball.empty()) return job;
   job.sites = clipped({blockOf(ball.column_first), blockOf(ball.column_last) + 1, blockOf(ball.row_first),
@@ -201,21 +201,21 @@ void SurfaceBuilder::beginFrame(const DepthFrame& frame, const SurfaceParameters
   const auto sequence = static_cast<std::uint32_t>(frame.sequence);
   if (sequence == sequence_) return;
   const double since_s = static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9;
-  const bool goes_on = sequence_ != 0 && sequence > sequence_ && sequence - sequence_ <= kFramesApart &&
-                       since_s <= kLongestPeriod_s;
-  before_ = goes_on ? sequence_ : 0;
+  const bool continues = sequence_ != 0 && sequence > sequence_ && sequence - sequence_ <= kFramesApart &&
+                         since_s <= kLongestPeriod_s;
+  before_ = continues ? sequence_ : 0;
   period_s_ = since_s > 0 ? since_s : kUsualPeriod_s;
-  if (!goes_on) rate_ = moving_ = used_rate_ = 0;
+  if (!continues) rate_ = moving_ = used_rate_ = 0;
   sequence_ = sequence;
   arrival_ns_ = frame.arrival_ns;
   const auto at_rest = static_cast<float>(std::max(1, parameters.fusion_frames));
   const float in_motion = std::min(at_rest, kFramesInMotion);
-  most_frames_ = at_rest + static_cast<float>(moving_) * (in_motion - at_rest);
+  max_frames_ = at_rest + static_cast<float>(moving_) * (in_motion - at_rest);
   innovation_sum_ = 0;
   innovations_ = 0;
 }
 
-/// Takes the blocks' new disparities into their means.
+/// Updates the means with the blocks' new disparities.
 void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& region) noexcept {
   const auto moved = static_cast<float>(used_rate_ * period_s_);
   const auto farthest =
@@ -242,14 +242,14 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
         ++innovations_;
       }
       const bool same = std::abs(innovation) <= kSame_raw;
-      means.frames[index] = same ? std::min(means.frames[index] + 1, most_frames_) : 1;
+      means.frames[index] = same ? std::min(means.frames[index] + 1, max_frames_) : 1;
       mean = expected + innovation / means.frames[index];
     }
   }
 }
 
 void SurfaceBuilder::estimateMotion() noexcept {
-  if (innovations_ < kFewestInnovations) {
+  if (innovations_ < kMinInnovations) {
     rate_ = moving_ = used_rate_ = 0;
     return;
   }
@@ -268,7 +268,7 @@ void SurfaceBuilder::estimateMotion() noexcept {
 
 void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& region,
                          SurfaceLayer& layer) noexcept {
-  // The border is what lies outside the image; inside, the support is.
+  // The border lies outside the image; the support lies inside.
   const int border = FacetBlocks::kBorder;
   for (int row = -border; row < job.sites.rows() + border; ++row) {
     std::fill_n(fit_blocks_.get() + FacetBlocks::at(row, -border),
@@ -290,8 +290,8 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
     }
   }
   constexpr int kNextRow = BlockLattice::kColumns;
-  const CellLimits limits{.most_step = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px),
-                          .most_bend = static_cast<float>(kCrease_raw + kCrease_px * job.raw_per_px)};
+  const CellLimits limits{.max_step = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px),
+                          .max_bend = static_cast<float>(kCrease_raw + kCrease_px * job.raw_per_px)};
   for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
       const std::size_t index = BlockLattice::at(row, column);
@@ -304,12 +304,12 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
 
 void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region& region,
                                 SurfaceLayer& layer) noexcept {
-  const auto most_step = static_cast<int>(kStep_raw + kSteepestSlope * job.raw_per_px);
-  sumUpBlocks(layer.image, job.support, most_step, {observed_.get(), is_full_.get()});
+  const auto max_step = static_cast<int>(kStep_raw + kSteepestSlope * job.raw_per_px);
+  sumUpBlocks(layer.image, job.support, max_step, {observed_.get(), is_full_.get()});
   follow(means, job, region);
 }
 
-/// Where something begins to be hidden, its mean goes on from when it was visible.
+/// Where something becomes hidden, continues its mean from when it was visible.
 void SurfaceBuilder::startHidden(const Job& job) noexcept {
   if (before_ == 0) return;
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
@@ -333,7 +333,7 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   surface.hides_anything = false;
   const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
   beginFrame(frame, parameters);
-  column_shifts_.see(frame);
+  column_shifts_.update(frame);
   const Job job = jobFor(centre_m_in_world, radius_m);
   if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
   const Region region = regionAround(centre_m_in_world);
@@ -341,11 +341,11 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   surface.of_facet_raw = static_cast<float>(kOfFacet_raw + kOfFacet_px * job.raw_per_px);
   gaps_.longest_px =
       std::max(kLongestGap_px, static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m));
-  gaps_.most_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
+  gaps_.max_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
   copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);
   if (hidden != nullptr) {
     copyClosingGaps(surface.visible.image, nullptr, job.pixels, gaps_, surface.hidden.image);
-    surface.hides_anything = putHidden(hidden, job.pixels, gaps_, surface.hidden.image);
+    surface.hides_anything = insertHidden(hidden, job.pixels, gaps_, surface.hidden.image);
   }
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);

@@ -14,54 +14,56 @@
 
 namespace hapticd::rt {
 
-/// Turns depth frames into the visible surface around a place, in a fixed amount of memory.
+/// Builds the visible surface around a place from depth frames, in a fixed amount of memory.
 ///
-/// Pixels are joined to blocks, blocks of a resting surface become means over the last frames, and facets are
-/// fitted to them with as much support as is flat (fitFacets()). Where the surface near the focus moves, its
-/// velocity is estimated from the innovations of all its blocks (an alpha-beta filter); the means are carried
-/// along, over fewer frames, and the facets say how they go on. Thread: one (the scene thread).  RT: build()
-/// allocates nothing, its cost is bounded by the pixels of a frame.
+/// Pixels are grouped into blocks, blocks of a surface at rest are averaged over the last frames, and facets
+/// are fitted to them with as much support as is flat (fitFacets()). Where the surface near the focus moves,
+/// its velocity is estimated from the innovations of all its blocks (an alpha-beta filter); the means are
+/// moved along and shortened to fewer frames, and the facets include the velocity.
+///
+/// Thread: one (the scene thread).  RT: build() allocates nothing; its cost is bounded by the pixels of a
+/// frame.
 class SurfaceBuilder {
  public:
-  /// `model` outlives the builder.
+  /// `model` outlives the builder.  RT: not safe (allocates).
   explicit SurfaceBuilder(const DepthModel& model);
 
-  /// The pixels that build() reads; may be empty.
+  /// Returns the pixels that build() reads; may be empty.
   PixelWindow windowOf(const Vec3& centre_m_in_world, double radius_m) const noexcept;
 
-  /// Fills `surface`, which is attached to memory, for a focus at `centre_m_in_world`. `hidden`: what lies
-  /// behind the visible surface (OcclusionMemory::hidden()); null: nothing is known. The same frame may be
+  /// Builds `surface`, which must be attached to memory, for a focus at `centre_m_in_world`. `hidden`: raw
+  /// values behind the visible surface (OcclusionMemory::hidden()); null: unknown. The same frame may be
   /// built again around another place.
   void build(const DepthFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
              double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept;
 
-  /// The next frame is taken for the first one.
+  /// Treats the next frame as the first one.
   void forget() noexcept {
     sequence_ = 0;
     column_shifts_.forget();
   }
 
-  /// The sensor's noise in the mean of a block of one frame, raw units. Measured on recordings of three
-  /// devices: 0.5 to 0.6, most of it a pattern that stands still, so that it does not become less by
-  /// averaging over time.
+  /// Standard deviation of the sensor's noise in the mean of a block of one frame, in raw units. Measured on
+  /// recordings of three devices: 0.5 to 0.6, mostly a static pattern, so that averaging over time does not
+  /// reduce it.
   static constexpr double kNoise_raw = 0.5;
 
  private:
-  /// What is remembered of the blocks of a layer.
+  /// State of the blocks of a layer.
   struct BlockMeans {
     std::unique_ptr<float[]> disparity;
-    std::unique_ptr<float[]> frames;           ///< that it is a mean over
-    std::unique_ptr<std::uint32_t[]> updated;  ///< with that frame
+    std::unique_ptr<float[]> frames;           ///< number of frames in the mean
+    std::unique_ptr<std::uint32_t[]> updated;  ///< frame of the last update
 
     BlockMeans();
   };
-  /// How a frame is looked at.
+  /// The part of a frame to process and how.
   struct Job {
     PixelWindow pixels;
-    BlockWindow sites;    ///< where facets are wanted
-    BlockWindow support;  ///< what they are fitted to
-    double depth_m;       ///< of the focus
-    double raw_per_px;    ///< of a surface at 45 degrees to the view
+    BlockWindow sites;    ///< blocks that get a facet
+    BlockWindow support;  ///< blocks used by the fits
+    double depth_m;       ///< depth of the focus
+    double raw_per_px;    ///< change of disparity per pixel of a surface at 45 degrees to the view
     FacetFit fit;
   };
   /// The part of the image that shows the surface at the focus.
@@ -94,16 +96,16 @@ class SurfaceBuilder {
   std::unique_ptr<float[]> fit_blocks_;
   FacetMemory fit_memory_;
 
-  // Of the newest frame.
+  // State of the newest frame.
   std::uint32_t sequence_ = 0;  ///< 0: none
-  std::uint32_t before_ = 0;    ///< the one that it goes on from; 0: none
+  std::uint32_t before_ = 0;    ///< the previous frame, if it can be continued; 0: none
   std::int64_t arrival_ns_ = 0;
   double period_s_ = 0;
-  float most_frames_ = 1;
+  float max_frames_ = 1;  ///< length of the means
 
-  // Motion of the surface at the focus, raw units per second.
-  double rate_ = 0;       ///< estimated
-  double moving_ = 0;     ///< 0: it rests, 1: it surely moves
+  // Motion of the surface at the focus, in raw units per second.
+  double rate_ = 0;       ///< estimate
+  double moving_ = 0;     ///< 0: at rest; 1: certainly moving
   double used_rate_ = 0;  ///< moving_ * rate_
   double innovation_sum_ = 0;
   int innovations_ = 0;

@@ -13,16 +13,17 @@ namespace hapticd::rt {
 template <typename T>
 concept TriviallyCopyable = std::is_trivially_copyable_v<T>;
 
-/// The memory orders of a TripleBuffer's exchange. Only tests name another than the default, to show that the
-/// stress test notices a wrong one.
+/// Memory orders of a TripleBuffer's exchange. Only tests use others than the default, to verify that the
+/// stress test detects a wrong one.
 struct TripleBufferOrders {
   static constexpr std::memory_order kPublish = std::memory_order_acq_rel;
   static constexpr std::memory_order kRefresh = std::memory_order_acq_rel;
 };
 
-/// Latest value from one writer to one reader; a slow reader skips values, a slow writer leaves the last
-/// value standing. Thread: one writer thread (back, publish), one reader thread (refresh, front), for the
-/// life of the object. Progress: wait-free.  RT: safe.
+/// Passes the latest value from one writer to one reader; a slow reader skips values, and without a new value
+/// the last one stays valid.
+/// Thread: one writer thread (back, publish), one reader thread (refresh, front), for the life of the object.
+/// Progress: wait-free.  RT: safe.
 template <TriviallyCopyable T, typename Orders = TripleBufferOrders>
 class TripleBuffer {
  public:
@@ -33,37 +34,38 @@ class TripleBuffer {
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
-  /// Calls `prepare(T&)` on each of the three slots, for values that refer to memory of their own.
-  /// Thread: before the writer and the reader start.  RT: not safe.
+  /// Calls `prepare(T&)` for each of the three slots, for values that refer to memory of their own.
+  /// Thread: before writer and reader start.  RT: not safe.
   template <typename Prepare>
   void prepareSlots(Prepare prepare) {
     for (Slot& slot : slots_) prepare(slot.value);
   }
 
-  /// The slot that the writer may fill; nobody else sees it before publish(). It holds an older value.
+  /// Returns the slot to be filled by the writer; the reader does not see it before publish(). It holds an
+  /// older value.
   T& back() noexcept { return slots_[back_].value; }
 
-  /// Makes back() the newest value; the release half pairs with the acquire half in refresh(), the acquire
+  /// Makes back() the newest value. The release half pairs with the acquire half in refresh(); the acquire
   /// half takes over the slot that the reader gave up there.
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), Orders::kPublish) & kIndex;
   }
 
-  /// Copies `value` into back() and publishes it.
+  /// Copies `value` to back() and publishes it.
   void write(const T& value) noexcept {
     back() = value;
     publish();
   }
 
-  /// Takes over the newest value if there is one since the last call; true if there was. The acquire half
-  /// pairs with the release half in publish(), the release half gives up the slot read so far.
+  /// Takes over the newest value if there has been one since the last call; returns true if so. The acquire
+  /// half pairs with the release half in publish(); the release half gives up the slot read so far.
   bool refresh() noexcept {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
     front_ = middle_.exchange(front_, Orders::kRefresh) & kIndex;
     return true;
   }
 
-  /// The value taken over by the last refresh(); before the first, the initial value.
+  /// Returns the value taken over by the last refresh(); before that, the initial value.
   const T& front() const noexcept { return slots_[front_].value; }
 
  private:

@@ -6,8 +6,8 @@
 namespace hapticd::rt {
 
 /// A position in metres, a velocity in metres per second or a force in newtons; the name of each variable
-/// says which, and in which frame (`world`, `camera`). An aggregate of its own because the channels carry it
-/// and Eigen's vectors are not trivially copyable.
+/// states which, and in which frame (`world`, `camera`). Not an Eigen vector, because those are not trivially
+/// copyable and the channels need that.
 struct Vec3 {
   double x = 0;
   double y = 0;

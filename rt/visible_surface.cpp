@@ -8,25 +8,27 @@
 namespace hapticd::rt {
 namespace {
 
-/// A register of every machine; the compiler's own vector type, because four lanes are all that is needed.
+/// One vector register on every machine; the compiler's vector type suffices, because only four lanes are
+/// needed.
 using Four = float __attribute__((vector_size(16)));
 
-/// A facet's numbers in one register: disparity, per column, per row, per second.
+/// Loads a facet into one register: disparity and its change per column, per row and per second.
 Four numbersOf(const Facet& facet) noexcept {
   Four numbers;
   std::memcpy(&numbers, &facet, sizeof numbers);
   return numbers;
 }
 
-/// The four facets around an image position and their bilinear weights.
+/// The four facets around an image position and the bilinear weights of that position.
 struct Corners {
-  const Facet* upper;  // left and right
+  const Facet* upper;  // upper left; the upper right one follows
   const Facet* lower;
-  float t;  // from the left to the right, 0..1
-  float s;  // from the upper to the lower
+  float t;  // horizontal position, 0..1 from left to right
+  float s;  // vertical position, 0..1 from top to bottom
 };
 
-/// The surface between four facets, from their values and slopes: exact where the disparity is quadratic.
+/// Interpolates the surface between four facets from their values and slopes; exact where the disparity is
+/// quadratic.
 Four blended(const Corners& cell) noexcept {
   constexpr float kSide = BlockLattice::kBlock_px;
   const float t = cell.t;
@@ -38,7 +40,7 @@ Four blended(const Corners& cell) noexcept {
   const Four upper = a + t * (b - a);
   const Four lower = c + t * (d - c);
   Four sum = upper + s * (lower - upper);
-  // The bend: what Hermite interpolation by values and slopes adds to the linear one.
+  // The difference between Hermite interpolation (values and slopes) and linear interpolation.
   const float left = (1 - s) * a[1] + s * c[1];
   const float right = (1 - s) * b[1] + s * d[1];
   const float top = (1 - t) * a[2] + t * b[2];
@@ -47,7 +49,7 @@ Four blended(const Corners& cell) noexcept {
   return sum;
 }
 
-/// The plane of the i-th facet, row by row, at the position.
+/// Evaluates the plane of the i-th facet, in row order, at the position.
 Four planeOf(const Corners& cell, int i) noexcept {
   constexpr float kSide = BlockLattice::kBlock_px;
   Four numbers = numbersOf((i < 2 ? cell.upper : cell.lower)[i & 1]);
@@ -57,7 +59,7 @@ Four planeOf(const Corners& cell, int i) noexcept {
   return numbers;
 }
 
-/// The surface where faces meet: each goes on up to the crease.
+/// Evaluates the surface where faces meet: each face extends up to the crease.
 Four atCrease(const Corners& cell, bool least) noexcept {
   Four chosen = planeOf(cell, 0);
   for (int i = 1; i < 4; ++i) {
@@ -67,8 +69,8 @@ Four atCrease(const Corners& cell, bool least) noexcept {
   return chosen;
 }
 
-/// The slope at a pixel between its neighbours before and behind it, at most that of the flatter side: where
-/// a surface ends, the other side decides.
+/// Returns the slope at a pixel from its two neighbours, limited to that of the flatter side; where a surface
+/// ends, the other side determines it.
 float slopeBetween(int before, int raw, int behind) noexcept {
   if (before >= kRawNoMeasurement || behind >= kRawNoMeasurement) return 0;
   const int up = raw - before;
@@ -77,9 +79,9 @@ float slopeBetween(int before, int raw, int behind) noexcept {
   return static_cast<float>(std::abs(up) < std::abs(down) ? up : down);
 }
 
-/// What a pixel and its neighbours say at a position in it, on a surface that is too steep for facets or too
-/// small.
-Four ofPixelAlone(const std::uint16_t* image, int row, int column, const ImagePosition& at) noexcept {
+/// Estimates the surface at a position from its pixel and the neighbours, for surfaces that are too steep or
+/// too small for facets.
+Four estimateFromPixel(const std::uint16_t* image, int row, int column, const ImagePosition& at) noexcept {
   const std::uint16_t* const pixel = image + row * kFrameWidth + column;
   const bool has_columns = column > 0 && column + 1 < kFrameWidth;
   const bool has_rows = row > 0 && row + 1 < kFrameHeight;
@@ -90,8 +92,9 @@ Four ofPixelAlone(const std::uint16_t* image, int row, int column, const ImagePo
   return Four{raw, per_column, per_row, 0};
 }
 
-/// The same of those facets alone that a pixel's measurement belongs to. False if there is none.
-bool ofPixel(const Corners& cell, float raw, float of_facet_raw, Four& numbers_of_pixel) noexcept {
+/// Estimates the surface at a position from those facets that the pixel's measurement belongs to. Returns
+/// false if there is none.
+bool estimateFromFacets(const Corners& cell, float raw, float of_facet_raw, Four& numbers_of_pixel) noexcept {
   const float weight_of[4] = {(1 - cell.t) * (1 - cell.s), cell.t * (1 - cell.s), (1 - cell.t) * cell.s,
                               cell.t * cell.s};
   const Facet* const facet_of[4] = {cell.upper, cell.upper + 1, cell.lower, cell.lower + 1};
@@ -117,8 +120,8 @@ double SurfaceView::rawUnit_m(double depth_m) const noexcept {
 
 double SurfaceView::shellAt(double depth_m) const noexcept {
   constexpr double kNoise_raw = 0.5;
-  constexpr double kLeast_m = 0.01;
-  return std::max(kLeast_m, shell_m_ - kNoise_raw * rawUnit_m(depth_m));
+  constexpr double kMin_m = 0.01;
+  return std::max(kMin_m, shell_m_ - kNoise_raw * rawUnit_m(depth_m));
 }
 
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
@@ -149,16 +152,15 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
       sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
       return sheet;
     }
-    if (!ofPixel(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
-      numbers = ofPixelAlone(layer.image, pixel_row, pixel_column, image);
+    if (!estimateFromFacets(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
+      numbers = estimateFromPixel(layer.image, pixel_row, pixel_column, image);
   }
   const double a = model_.a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
   if (!(w > 0)) return sheet;
   const double w_u = a * double{numbers[1]};
   const double w_v = a * double{numbers[2]};
-  // The plane with 1/Z = w at this pixel and these slopes is N * X = 1 with this N, x right, y down, Z
-  // forward.
+  // The plane with 1/Z = w at this pixel and these slopes is N * X = 1, with x right, y down, Z forward.
   const double x = w_u * model_.fx_px;
   const double y = w_v * model_.fy_px;
   const double z = w - w_u * (image.u - model_.cx_px) - w_v * (image.v - model_.cy_px);
@@ -167,8 +169,8 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   sheet.inverse_depth_per_m = w;
   sheet.distance_m = 1 / length;
   sheet.normal_in_camera = sheet.distance_m * Vec3{-x, y, z};
-  // The ray meets the surface at the depth 1/w, which changes by -w' / w^2; the ray's direction has depth 1,
-  // and the plane N * X = 1 is met where N * ray = w.
+  // The ray meets the surface at the depth 1/w, which changes by -w' / w^2. The ray's direction has depth 1,
+  // so it meets the plane N * X = 1 where N * ray = w.
   sheet.speed_m_per_s = sheet.distance_m * a * double{numbers[3]} / w;
   return sheet;
 }
@@ -179,8 +181,8 @@ SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
   const ImagePosition image = project(p);
   if (!isInImage(image)) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
   const double shell_m = shellAt(depth);
-  // Too far behind a sheet along the ray, where the measurement is unsure. An outline tilts what is flat, so
-  // the distance from the plane alone does not count; on what is steep by nature it has to be large too.
+  // Too far behind a sheet along the ray, where the measurement is uncertain. An outline tilts flat surfaces,
+  // so the distance from the plane alone is not sufficient; on steep surfaces it must be large as well.
   constexpr double kShareOfShell = 0.65;
   const auto isBehind = [&p, depth, shell_m](const Sheet& sheet) {
     return depth - sheet.depth_m() > shell_m && -distanceFrom(sheet, p) > kShareOfShell * shell_m;

@@ -7,9 +7,9 @@ namespace hapticd::rt {
 
 class HapticCore;
 
-/// Runs the core over a made-up surface, from free space into contact, so that its code is in memory and the
-/// vector instructions of this machine have been chosen before the first tick.
-/// `point_capacity`: of the core.  RT: not safe.
+/// Runs the core on a synthetic surface, from free space into contact, so that its code is in memory and the
+/// vector instructions of this machine have been selected before the first tick. `point_capacity`: capacity
+/// of the core.  RT: not safe.
 void warmUp(HapticCore& core, std::size_t point_capacity);
 
 }  // namespace hapticd::rt

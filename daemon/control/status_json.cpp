@@ -119,7 +119,7 @@ OrderedJson handleJson(const drivers::HandleStatus& handle) {
           {"advice", advice},
           {"link", link ? linkJson(*link) : OrderedJson()},
           {"threadPriority", scheduling.priority},
-          {"wantedThreadPriority", scheduling.wanted_priority},
+          {"wantedThreadPriority", scheduling.requested_priority},
           {"lastHop", last_hop ? latencyJson(*last_hop) : OrderedJson()}};
 }
 

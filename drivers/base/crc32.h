@@ -10,7 +10,7 @@
 
 namespace hapticd::drivers {
 
-/// Remainders of each byte with 0 to 7 zero bytes behind it, to take eight bytes at a time.
+/// Remainders of each byte followed by 0 to 7 zero bytes, for processing eight bytes at a time.
 template <std::uint32_t kReflectedPolynomial>
 inline constexpr auto kCrc32Tables = [] {
   std::array<std::array<std::uint32_t, 256>, 8> tables{};
@@ -30,9 +30,10 @@ inline constexpr auto kCrc32Tables = [] {
   return tables;
 }();
 
-/// CRC-32 with a reflected polynomial; start and final exclusive-or 0xFFFFFFFF.  Progress: wait-free.  RT:
-/// safe. 0xEDB88320: IEEE 802.3, as of zlib; 0x82F63B78: Castagnoli, RFC 3720.
-/// `before`: the CRC of what comes before these bytes.
+/// Computes the CRC-32 with a reflected polynomial; initial value and final exclusive-or are 0xFFFFFFFF.
+/// Polynomial 0xEDB88320: IEEE 802.3, as in zlib; 0x82F63B78: Castagnoli, RFC 3720. `before`: the CRC of the
+/// preceding bytes.
+/// Progress: wait-free.  RT: safe.
 template <std::uint32_t kReflectedPolynomial>
 std::uint32_t crc32Of(std::span<const std::byte> bytes, std::uint32_t before = 0) noexcept {
   static_assert(std::endian::native == std::endian::little, "words are read in the order of the bits");

@@ -5,13 +5,14 @@
 
 namespace hapticd::drivers {
 
-/// For its life, keeps the CPUs out of sleep states that take time to wake up from, if this process may
-/// (the kernel's PM QoS interface, /dev/cpu_dma_latency).
+/// While it exists, keeps the CPUs out of sleep states with a long wake-up latency, if this process is
+/// permitted to (the kernel's PM QoS interface, /dev/cpu_dma_latency).
 /// Thread: any.  RT: not safe.
 class IdleLatencyLimit {
  public:
   IdleLatencyLimit();
 
+  /// Returns whether the limit is in effect.
   bool held() const noexcept { return held_; }
 
  private:

@@ -5,8 +5,8 @@
 
 namespace hapticd::drivers {
 
-/// A mutex whose holder runs at the priority of the most urgent thread that waits for it: a thread with
-/// real-time priority does not wait for all that keeps an ordinary holder from its CPU.
+/// A mutex whose holder inherits the priority of the most urgent waiting thread, so that a real-time thread
+/// does not wait for whatever preempts a holder of normal priority.
 /// Thread: any.  Progress: blocking.  RT: not safe.
 class PriorityInheritingMutex {
  public:
@@ -21,7 +21,7 @@ class PriorityInheritingMutex {
   PriorityInheritingMutex(const PriorityInheritingMutex&) = delete;
   PriorityInheritingMutex& operator=(const PriorityInheritingMutex&) = delete;
 
-  // as std::lock_guard calls them
+  // Interface required by std::lock_guard.
   void lock() { ::pthread_mutex_lock(&mutex_); }
   void unlock() { ::pthread_mutex_unlock(&mutex_); }
 

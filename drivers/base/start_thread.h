@@ -12,8 +12,8 @@
 
 namespace hapticd::drivers {
 
-/// A thread that runs `body` under a name that tools show (at most 15 characters).
-/// Errors: the system gives no more threads.
+/// Starts a thread that runs `body`, with a name of at most 15 characters that tools show.
+/// Errors: the system limit on threads is reached.
 template <typename Body>
 config::Result<std::thread> startThread(const char* name, Body body) {
   try {

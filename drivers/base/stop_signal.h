@@ -7,17 +7,18 @@
 
 namespace hapticd::drivers {
 
-/// Tells a driver's thread to end, and wakes it if it sleeps in here.
+/// Asks a driver's thread to end and wakes it if it sleeps in waitUntil().
 /// Thread: any.  Progress: blocking.  RT: not safe.
 class StopSignal {
  public:
+  /// Raises the signal and wakes all waiting threads.
   void raise() {
     const std::lock_guard lock(mutex_);
     raised_ = true;
     changed_.notify_all();
   }
 
-  /// For the next start; nobody waits meanwhile.
+  /// Clears the signal for the next start; no thread may be waiting.
   void reset() {
     const std::lock_guard lock(mutex_);
     raised_ = false;
@@ -28,7 +29,7 @@ class StopSignal {
     return raised_;
   }
 
-  /// Sleeps until `when`, or until the signal is raised; true if it is.
+  /// Sleeps until `when` or until the signal is raised; returns true if it is raised.
   bool waitUntil(std::chrono::steady_clock::time_point when) {
     std::unique_lock lock(mutex_);
     return changed_.wait_until(lock, when, [this] { return raised_; });

@@ -9,7 +9,7 @@
 namespace hapticd::drivers {
 namespace {
 
-/// The Kinect v1's own counter.
+/// Frequency of the Kinect v1's own counter.
 constexpr std::uint64_t kDeviceTick_hz = 60'000'000;
 /// Standard deviation of a raw disparity (Khoshelham and Elberink 2012).
 constexpr double kNoise_raw = 0.5;
@@ -35,7 +35,8 @@ rt::DepthFrameHeader commonDepthHeader(const config::CameraSettings& camera, std
   const rt::Vec3& position = camera.pose.position_m;
   header.position_m_in_world = {position.x, position.y, position.z};
   header.noise = rt::DepthNoiseKind::polynomial;
-  header.noise_coefficients = {0, 0, std::abs(model.a_per_m) * kNoise_raw};  // dZ = a Z^2 draw
+  // DZ = a Z^2 draw, with draw the deviation of the raw disparity.
+  header.noise_coefficients = {0, 0, std::abs(model.a_per_m) * kNoise_raw};
   header.device_tick_hz = kDeviceTick_hz;
   const std::string_view serial = serialOf(camera, identity).substr(0, header.serial.size() - 1);
   std::ranges::copy(serial, header.serial.begin());

@@ -8,8 +8,8 @@
 
 namespace hapticd::drivers {
 
-/// What all raw depth frames of this camera have in common, for headerOf(). `identity`:
-/// CameraStatus::identity, for the serial number where the settings take the first camera that is found.
+/// Returns the header fields that all raw depth frames of this camera share, for headerOf(). `identity`:
+/// CameraStatus::identity; it provides the serial number if the settings accept any camera.
 rt::DepthFrameHeader commonDepthHeader(const config::CameraSettings& camera, std::string_view identity);
 
 }  // namespace hapticd::drivers

@@ -10,25 +10,27 @@
 
 namespace hapticd::drivers {
 
-/// What every driver asks before it exerts a command, and what measures how long commands take to it.
+/// Check that every driver makes before it exerts a command, and measurement of the command latency.
 ///
-/// A command may be exerted while it is younger than kLifeNs, by the clock that it was written at: beyond
-/// that the force loop stands. And only in the session of the device whose measurement it answers: what was
-/// computed for a device before it was lost, or before it found its origin, is never exerted after that.
+/// A command may be exerted while it is younger than kLifeNs by the clock that it was written with; an older
+/// one means that the force loop has stalled. It is also valid only in the device session of the measurement
+/// that it responds to: a command computed before the device was lost, or before it found its origin, is
+/// never exerted afterwards.
 /// Thread: the driver's; lastHop() any.  Progress: wait-free.  RT: safe.
 class CommandGate {
  public:
+  /// Time for which a command stays valid.
   static constexpr std::int64_t kLifeNs = 20'000'000;
 
-  /// The force of the newest command, newtons in the world's axes; nothing: none may be exerted. `session`:
-  /// of the device (rt::HandleState::session), `now_ns`: CLOCK_MONOTONIC.
+  /// Returns the force of the newest command in newtons, in world axes, or nothing if none may be exerted.
+  /// `session`: current session of the device (rt::HandleState::session); `now_ns`: CLOCK_MONOTONIC.
   std::optional<rt::Vec3> pass(const rt::HandleCommand& newest, std::uint64_t session, std::int64_t now_ns) {
     const bool may_pass = newest.tick != 0 && newest.session == session && now_ns - newest.time_ns <= kLifeNs;
     passed_ = may_pass ? newest : rt::HandleCommand{};
     return may_pass ? std::optional(newest.force_n_in_world) : std::nullopt;
   }
 
-  /// What pass() gave last has been handed to the device. Counted once for each command.
+  /// Records that the last result of pass() was sent to the device. Counts each command once.
   void sent(std::int64_t now_ns) {
     if (passed_.tick == 0 || passed_.time_ns == sent_.time_ns) return;
     latency_ns_ = now_ns - waitingSince_ns();
@@ -36,17 +38,17 @@ class CommandGate {
     last_hop_.add(latency_ns_);
   }
 
-  /// Of the newest sending, how long a command had waited for it, from its writing by the force thread; where
-  /// the driver left commands out for a newer one, the first of these. 0: none has been sent.
+  /// Returns how long the most recently sent command had waited since the force thread wrote it; if the
+  /// driver skipped commands for a newer one, since the first of these was written. 0: none sent yet.
   std::int64_t latency_ns() const { return latency_ns_; }
 
-  /// Over all sendings; nothing while there is none.
+  /// Returns the distribution over all commands sent; nothing if there is none.
   std::optional<rt::LatencySummary> lastHop() const {
     return last_hop_.total() == 0 ? std::nullopt : std::optional(summaryOf(last_hop_));
   }
 
  private:
-  /// When the command was written that follows the one sent before: the ticks between are alike.
+  /// Returns when the command after the previously sent one was written; ticks are equally spaced.
   std::int64_t waitingSince_ns() const {
     const bool follows = sent_.tick != 0 && sent_.session == passed_.session && passed_.tick > sent_.tick;
     if (!follows) return passed_.time_ns;
@@ -55,7 +57,7 @@ class CommandGate {
   }
 
   rt::HandleCommand passed_;  // tick 0: none
-  rt::HandleCommand sent_;    // likewise
+  rt::HandleCommand sent_;    // tick 0: none
   std::int64_t latency_ns_ = 0;
   rt::LatencyHistogram last_hop_;
 };

@@ -12,33 +12,34 @@
 
 namespace hapticd::drivers {
 
-/// What a device measured, in its own frame.
+/// A measurement of a device in its own frame.
 struct HandleMeasurement {
   rt::Vec3 position_m_in_handle;
   std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC of this computer
   std::uint32_t buttons = 0;
   bool calibrated = true;
   std::optional<rt::Vec3> velocity_m_per_s_in_handle = {};  ///< nothing: it is estimated from the positions
-  double delay_s = 0;                                       ///< as of rt::HandleState
-  std::int64_t command_latency_ns = 0;                      ///< as of rt::HandleState
-  bool damps = false;                                       ///< as of rt::HandleState
+  double delay_s = 0;                                       ///< see rt::HandleState
+  std::int64_t command_latency_ns = 0;                      ///< see rt::HandleState
+  bool damps = false;                                       ///< see rt::HandleState
 };
 
-/// Between the device's frame and the world: pose (T_world_handle), motion scale, clutch and velocity. The
-/// HIP is  position + R (scale * p_in_handle) + offset,  where the offset is what the clutch has added up.
+/// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
+/// velocity. The HIP is  position + R (scale * p_in_handle) + offset, where the offset accumulates the
+/// clutched displacements.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class HandleFrame {
  public:
   HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);
 
-  /// The device was opened or came back: a new session, and no velocity from before. The clutch's offset
-  /// stays.
+  /// Begins a new session after the device was opened or reconnected and resets the velocity. The clutch
+  /// offset is kept.
   void beginSession();
 
-  /// The state to publish. The sequence number goes up by one with each.
+  /// Returns the state to publish; its sequence number is incremented each time.
   rt::HandleState stateOf(const HandleMeasurement& measurement);
 
-  /// A force in the handle's axes, newtons at the hand; zero where it is not finite.
+  /// Converts a force from world to device axes, in newtons at the hand; zero if it is not finite.
   rt::Vec3 forceInHandle(const rt::Vec3& force_n_in_world) const;
 
   std::uint64_t session() const { return session_; }

@@ -16,7 +16,7 @@ bool carriesForces(const config::HandleSettings& settings) {
   return settings.driver != config::HandleDriver::hid || settings.hid.kind != config::HidKind::spacemouse;
 }
 
-/// A thread that may run nowhere else stays where it is.
+/// Excludes a CPU; a thread that may run nowhere else stays there.
 void keepOff(int cpu, pthread_t thread) {
   cpu_set_t set;
   if (cpu < 0 || cpu >= CPU_SETSIZE || ::pthread_getaffinity_np(thread, sizeof set, &set) != 0) return;

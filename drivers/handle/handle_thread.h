@@ -11,25 +11,26 @@
 
 namespace hapticd::drivers {
 
-/// How a handle's thread is to be scheduled.
+/// Requested scheduling of a handle's thread.
 struct HandleThreadPolicy {
-  int priority = 0;      ///< SCHED_FIFO; 0: as all other threads
+  int priority = 0;      ///< SCHED_FIFO priority; 0: normal scheduling
   int avoided_cpu = -1;  ///< left to the force thread; -1: none
 };
 
-/// handle.thread_priority, or what the driver needs: a thread that carries forces is second to the force
-/// thread alone, one below loop.priority; that of a device without motors is one among others.
-/// `isolated_cpu`: that the kernel keeps free for the force thread, -1: none.
+/// Returns handle.thread_priority, or the driver's default: a thread that carries forces runs one below
+/// loop.priority, second only to the force thread; that of a device without motors runs with normal
+/// scheduling. `isolated_cpu`: the CPU that the kernel keeps free for the force thread; -1: none.
 HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, const rt::LoopParameters& loop,
                                       int isolated_cpu);
 
+/// A started handle thread and the scheduling that it obtained.
 struct HandleThread {
   std::thread thread;
   HandleScheduling scheduling;
 };
 
-/// Runs `body` in a thread that is scheduled as far as this process may.
-/// Errors: the system gives no more threads.
+/// Runs `body` in a thread that is scheduled as far as permitted.
+/// Errors: the system limit on threads is reached.
 config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy, std::function<void()> body);
 
 }  // namespace hapticd::drivers

@@ -8,17 +8,18 @@ namespace hapticd::drivers {
 
 rt::Vec3 VelocityEstimator::add(const rt::Vec3& position_m, std::int64_t time_ns) {
   while (count_ > 0 && time_ns <= newest(0).time_ns) {
-    next_ = (next_ + kMostSamples - 1) % kMostSamples;
+    next_ = (next_ + kMaxSamples - 1) % kMaxSamples;
     --count_;
   }
   samples_[next_] = {position_m, time_ns};
-  next_ = (next_ + 1) % kMostSamples;
-  count_ = std::min(count_ + 1, kMostSamples);
+  next_ = (next_ + 1) % kMaxSamples;
+  count_ = std::min(count_ + 1, kMaxSamples);
   while (count_ > 1 && time_ns - newest(count_ - 1).time_ns > kLongestWindowNs) --count_;
   return {slope(&rt::Vec3::x), slope(&rt::Vec3::y), slope(&rt::Vec3::z)};
 }
 
-/// Lines over ever longer windows, by running sums about the newest sample; the last one that fits counts.
+/// Fits lines over increasingly long windows with running sums relative to the newest sample; returns the
+/// slope of the last one that fits.
 double VelocityEstimator::slope(double rt::Vec3::*axis) const {
   const Sample& now = newest(0);
   double sum_t = 0;

@@ -11,47 +11,49 @@
 
 namespace hapticd::drivers {
 
-/// What an LED means; which line it is on is configuration.
+/// Meaning of an LED; the configuration assigns it to a line.
 enum class Led : std::size_t { power, camera, contact, fault };
 constexpr auto wordsOf(Led) {
   return rt::words<Led>("power", "camera", "contact", "fault");
 }
 inline constexpr std::size_t kLedCount = rt::enumeratorCount<Led>();
 
-/// A bit for each Led, at its number: of the LEDs that are on, or that there are.
+/// A set of LEDs: bit n stands for the Led with the value n.
 using LedSet = std::bitset<kLedCount>;
 
+/// Connection state of the LEDs.
 enum class LedState {
   none,     ///< no LEDs are configured
   present,  ///< all configured LEDs can be switched
-  absent,   ///< at least one has not been found yet; the driver keeps looking
-  lost,     ///< at least one could be switched before; the driver keeps trying to get it back
+  absent,   ///< at least one has not been found yet; the driver keeps searching
+  lost,     ///< at least one was found but is lost; the driver keeps trying to reconnect
 };
 constexpr auto wordsOf(LedState) {
   return rt::words<LedState>("none", "present", "absent", "lost");
 }
 
+/// State of the LEDs as shown to people and to clients of the control API.
 struct LedStatus {
   LedState state = LedState::none;
   std::string detail;    ///< for people: why LEDs are absent or lost, and what to do
   std::string identity;  ///< driver and chip
-  LedSet configured;     ///< those that have a line
+  LedSet configured;     ///< the LEDs that have a line
 };
 
-/// The LEDs of the box. Absence or loss of them is a state that the driver recovers from by itself, never an
+/// The LEDs of the box. Their absence or loss is a state from which the driver recovers by itself, never an
 /// error of the process.
 class LedPanel {
  public:
   virtual ~LedPanel() = default;
   /// Starts with all LEDs off.
-  /// Errors: permanent ones only (a line that cannot be read, a thread that cannot be started).
+  /// Errors: permanent ones only (an invalid line address, a thread that cannot be started).
   virtual config::Result<void> start() = 0;
-  /// Switches all LEDs off and gives their lines back. Harmless when not started.
+  /// Switches all LEDs off and releases their lines. Does nothing if not started.
   virtual void stop() = 0;
-  /// These LEDs are to be on and the others off. Returns at once; the newest call wins.
+  /// Switches these LEDs on and the others off. Returns at once; the newest call wins.
   /// Thread: any.
   virtual void show(LedSet lit) = 0;
-  /// Thread: any.
+  /// Returns the current state.  Thread: any.
   virtual LedStatus status() const = 0;
 };
 

@@ -13,7 +13,7 @@ namespace hapticd::drivers::mcap {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied in the file's own byte order");
 
-/// Appends little-endian numbers and texts with their lengths, as MCAP has them.
+/// Appends little-endian numbers, and texts preceded by their lengths, as in MCAP.
 class ByteWriter {
  public:
   explicit ByteWriter(std::string& to) : to_(to) {}
@@ -27,7 +27,7 @@ class ByteWriter {
     number(static_cast<std::uint32_t>(text.size()));
     raw(text);
   }
-  /// What `fill` appends, behind its length in bytes.
+  /// Appends the output of `fill`, preceded by its length in bytes.
   template <std::unsigned_integral Length, typename Fill>
   void sized(Fill fill) {
     const std::size_t at = to_.size();
@@ -41,7 +41,8 @@ class ByteWriter {
   std::string& to_;
 };
 
-/// Takes the same apart. What is longer than what is there makes good() false and reads as nothing.
+/// Reads little-endian numbers, and texts preceded by their lengths. Reading beyond the end makes good()
+/// false and returns empty values.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
@@ -62,7 +63,7 @@ class ByteReader {
     rest_.remove_prefix(bytes.size());
     return bytes;
   }
-  /// Bytes behind their length.
+  /// Reads bytes preceded by their length.
   template <std::unsigned_integral Length>
   std::string_view sized() {
     return raw(number<Length>());

@@ -12,14 +12,14 @@
 
 namespace hapticd::drivers {
 
-/// CDR as ROS 2 writes it: XCDR1, little-endian (OMG DDS-XTypes 1.3, 7.4). Numbers are aligned to their own
-/// size, counted from behind the head.
+/// CDR as written by ROS 2: XCDR1, little-endian (OMG DDS-XTypes 1.3, 7.4). Numbers are aligned to their own
+/// size, counted from the end of the header.
 inline constexpr std::string_view kCdrHead{"\0\1\0\0", 4};
 
 template <typename Number>
 concept CdrNumber = std::is_arithmetic_v<Number>;
 
-/// Appends one message to `to`.
+/// Appends one CDR message to a string.
 class CdrWriter {
  public:
   explicit CdrWriter(std::string& to) : to_(to) {
@@ -36,7 +36,7 @@ class CdrWriter {
     number(static_cast<std::uint32_t>(text.size() + 1));
     to_.append(text).push_back('\0');
   }
-  /// A sequence of bytes.
+  /// Appends a sequence of bytes.
   void bytes(std::string_view bytes) {
     number(static_cast<std::uint32_t>(bytes.size()));
     to_.append(bytes);
@@ -49,7 +49,7 @@ class CdrWriter {
   std::size_t begin_;
 };
 
-/// Reads one message. What is not there, or no value of its type, makes good() false and reads as zero.
+/// Reads one CDR message. Reading a missing or invalid value makes good() false and returns zero.
 class CdrReader {
  public:
   explicit CdrReader(std::string_view message) : message_(message), good_(message.starts_with(kCdrHead)) {
@@ -77,11 +77,11 @@ class CdrReader {
   std::string_view bytes() { return raw(number<std::uint32_t>()); }
 
   bool good() const { return good_; }
-  /// Everything has been read, and it was good.
+  /// Returns true if everything has been read without error.
   bool complete() const { return good_ && at_ == message_.size(); }
   std::size_t left() const { return message_.size() - std::min(at_, message_.size()); }
   void refuse() { good_ = false; }
-  /// How far it has read; for seek().
+  /// Returns the read position, for seek().
   std::size_t place() const { return at_; }
   void seek(std::size_t place) { at_ = place; }
 
@@ -95,7 +95,7 @@ class CdrReader {
     return message_.substr(at_ - length, length);
   }
 
-  std::string_view message_;  // behind its head
+  std::string_view message_;  // without its header
   std::size_t at_ = 0;
   bool good_;
 };

@@ -10,15 +10,15 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Collects what `step(room, length)` puts into that room: so many bytes, 0 at the end, nothing if the input
-/// is wrong.
+/// Collects the output of `step(room, length)`, which returns the number of bytes written, 0 at the end, or
+/// nothing if the input is invalid.
 template <typename Step>
 bool collect(std::size_t length, std::string& to, Step step) {
   constexpr std::size_t kPieceBytes = 1 << 18;
   to.clear();
   while (true) {
     const std::size_t at = to.size();
-    to.resize(at + std::min(kPieceBytes, length - at + 1));  // one byte too many shows
+    to.resize(at + std::min(kPieceBytes, length - at + 1));  // one byte more, to detect excess output
     const std::optional<std::size_t> written = step(to.data() + at, to.size() - at);
     if (!written) return false;
     to.resize(at + *written);
@@ -51,15 +51,15 @@ bool decompressZstd(std::string_view bytes, std::size_t length, std::string& to)
   const std::unique_ptr<ZSTD_DCtx, decltype(&::ZSTD_freeDCtx)> context(::ZSTD_createDCtx(), &::ZSTD_freeDCtx);
   if (!context) return false;
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
-  std::size_t wanted = 0;  // more input; 0 at the end of a frame
+  std::size_t missing = 0;  // input still missing; 0 at the end of a frame
   return collect(length, to, [&](char* room, std::size_t size) -> std::optional<std::size_t> {
     ZSTD_outBuffer out{room, size, 0};
-    while (out.pos == 0 && (wanted != 0 || in.pos < in.size)) {
+    while (out.pos == 0 && (missing != 0 || in.pos < in.size)) {
       const std::size_t before = in.pos;
-      wanted = ::ZSTD_decompressStream(context.get(), &out, &in);
-      if (::ZSTD_isError(wanted) != 0) return std::nullopt;
+      missing = ::ZSTD_decompressStream(context.get(), &out, &in);
+      if (::ZSTD_isError(missing) != 0) return std::nullopt;
       const bool stuck = out.pos == 0 && in.pos == before;
-      if (stuck && wanted != 0) return std::nullopt;  // the last frame is cut off
+      if (stuck && missing != 0) return std::nullopt;  // the last frame is truncated
     }
     return out.pos;
   });
@@ -70,25 +70,25 @@ bool decompressLz4(std::string_view bytes, std::size_t length, std::string& to) 
   if (::LZ4F_isError(::LZ4F_createDecompressionContext(&created, LZ4F_VERSION)) != 0) return false;
   const std::unique_ptr<LZ4F_dctx, decltype(&::LZ4F_freeDecompressionContext)> context(
       created, &::LZ4F_freeDecompressionContext);
-  std::size_t wanted = 0;  // more input; 0 at the end of a frame
+  std::size_t missing = 0;  // input still missing; 0 at the end of a frame
   return collect(length, to, [&](char* room, std::size_t size) -> std::optional<std::size_t> {
     std::size_t written = 0;
-    while (written == 0 && (wanted != 0 || !bytes.empty())) {
+    while (written == 0 && (missing != 0 || !bytes.empty())) {
       std::size_t taken = bytes.size();
       written = size;
-      wanted = ::LZ4F_decompress(context.get(), room, &written, bytes.data(), &taken, nullptr);
-      if (::LZ4F_isError(wanted) != 0) return std::nullopt;
-      if (written == 0 && taken == 0 && wanted != 0) return std::nullopt;  // the last frame is cut off
+      missing = ::LZ4F_decompress(context.get(), room, &written, bytes.data(), &taken, nullptr);
+      if (::LZ4F_isError(missing) != 0) return std::nullopt;
+      if (written == 0 && taken == 0 && missing != 0) return std::nullopt;  // the last frame is truncated
       bytes.remove_prefix(taken);
     }
     return written;
   });
 }
 
-bool decompressUpTo(std::string_view bytes, std::size_t most_bytes, std::string& to) {
+bool decompressUpTo(std::string_view bytes, std::size_t max_bytes, std::string& to) {
   const unsigned long long length = ::ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   const bool known = length != ZSTD_CONTENTSIZE_UNKNOWN && length != ZSTD_CONTENTSIZE_ERROR;
-  return known && length <= most_bytes && decompressZstd(bytes, length, to);
+  return known && length <= max_bytes && decompressZstd(bytes, length, to);
 }
 
 }  // namespace hapticd::drivers

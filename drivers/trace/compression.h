@@ -8,7 +8,8 @@
 
 namespace hapticd::drivers {
 
-/// zstd with buffers that are kept. Thread: one.  RT: not safe.
+/// zstd compression with reusable buffers.
+/// Thread: one.  RT: not safe.
 class Compressor {
  public:
   Compressor();
@@ -16,7 +17,8 @@ class Compressor {
   Compressor(const Compressor&) = delete;
   Compressor& operator=(const Compressor&) = delete;
 
-  /// `to`: `bytes` as one zstd frame. False: that is not shorter (or there is no memory for it).
+  /// Compresses `bytes` to one zstd frame in `to`. Returns false if that is not shorter or memory is
+  /// exhausted.
   bool compress(std::string_view bytes, std::string& to);
 
  private:
@@ -24,13 +26,13 @@ class Compressor {
   std::unique_ptr<Context> context_;
 };
 
-// `to`: exactly `length` bytes out of frames of that compression. False: they are none, or hold another
-// number of bytes. Memory grows with what comes out of them, not with what `length` says.
+// Decompresses `bytes` to exactly `length` bytes in `to`. Returns false if they are not frames of that
+// compression or contain another number of bytes. Memory grows with the actual output, not with `length`.
 bool decompressZstd(std::string_view bytes, std::size_t length, std::string& to);
 bool decompressLz4(std::string_view bytes, std::size_t length, std::string& to);
 
-/// `to`: what a zstd frame holds, of a length that is not known before. False: it is none, or longer than
-/// `most_bytes`; then no memory was taken for it.
-bool decompressUpTo(std::string_view bytes, std::size_t most_bytes, std::string& to);
+/// Decompresses a zstd frame of unknown content size to `to`. Returns false if it is invalid or its content
+/// is longer than `max_bytes`; no memory is allocated for such content.
+bool decompressUpTo(std::string_view bytes, std::size_t max_bytes, std::string& to);
 
 }  // namespace hapticd::drivers

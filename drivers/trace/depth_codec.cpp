@@ -14,7 +14,7 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr std::size_t kPixelBytes = 2;
-constexpr std::size_t kMostSymbolBytes = 3;  ///< of a pixel
+constexpr std::size_t kMaxSymbolBytes = 3;  ///< of a pixel
 constexpr std::uint8_t kNoMeasurement = 254;
 constexpr std::uint8_t kRawFollows = 255;
 
@@ -28,7 +28,7 @@ std::uint16_t pixelAt(const char* row, std::size_t column) {
   return raw;
 }
 
-/// 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ...
+/// Maps 0, -1, 1, -2, 2, ... to 0, 1, 2, 3, 4, ...
 std::uint32_t folded(std::int32_t difference) {
   const auto bits = static_cast<std::uint32_t>(difference);
   return (bits << 1) ^ (difference < 0 ? ~std::uint32_t{0} : 0);
@@ -37,7 +37,7 @@ std::int32_t unfolded(std::uint32_t folded) {
   return static_cast<std::int32_t>((folded >> 1) ^ ((folded & 1) != 0 ? ~std::uint32_t{0} : 0));
 }
 
-/// Whether the pixels are all that there is: what rows have behind them is not encoded.
+/// Returns whether the padding of the rows is zero, because padding is not encoded.
 bool paddingIsZero(const rt::DepthFrameHeader& header, std::string_view image) {
   const std::size_t pixels = std::size_t{header.width_px} * kPixelBytes;
   if (pixels == header.stride_bytes) return true;
@@ -50,7 +50,7 @@ bool paddingIsZero(const rt::DepthFrameHeader& header, std::string_view image) {
 }
 
 void toSymbols(const rt::DepthFrameHeader& header, std::string_view image, std::string& symbols) {
-  symbols.resize(std::size_t{header.width_px} * header.height_px * kMostSymbolBytes);
+  symbols.resize(std::size_t{header.width_px} * header.height_px * kMaxSymbolBytes);
   std::vector<std::uint16_t> above(header.width_px);
   char* to = symbols.data();
   for (std::size_t row = 0; row < header.height_px; ++row) {
@@ -75,7 +75,7 @@ void toSymbols(const rt::DepthFrameHeader& header, std::string_view image, std::
   symbols.resize(static_cast<std::size_t>(to - symbols.data()));
 }
 
-/// False: the symbols are not those of one image.
+/// Returns false if the symbols are not those of one image.
 bool fromSymbols(const rt::DepthFrameHeader& header, std::string_view symbols, std::string& image) {
   image.assign(header.imageBytes(), '\0');
   std::vector<std::uint16_t> above(header.width_px);
@@ -125,13 +125,13 @@ std::string DepthDecoder::decode(const DepthRecord& record, std::string& image) 
   if (record.encoding == DepthEncoding::plain) {
     image = record.image.bytes;
   } else {
-    const std::size_t most = std::size_t{header.width_px} * header.height_px * kMostSymbolBytes;
-    if (!decompressUpTo(record.image.bytes, most, symbols_) || !fromSymbols(header, symbols_, image)) {
+    const std::size_t max_bytes = std::size_t{header.width_px} * header.height_px * kMaxSymbolBytes;
+    if (!decompressUpTo(record.image.bytes, max_bytes, symbols_) || !fromSymbols(header, symbols_, image)) {
       return fmt::format("depth frame {} cannot be decoded", header.frame);
     }
   }
   if (image.size() == header.imageBytes() && mcap::crcOf(image) == record.raw_crc32) return "";
-  return fmt::format("the checksum of depth frame {} does not fit", header.frame);
+  return fmt::format("the checksum of depth frame {} does not match", header.frame);
 }
 
 std::string DepthDecoder::decode(const DepthRecord& record, rt::DepthFrame& frame) {
@@ -157,7 +157,7 @@ std::string depthHeaderFault(const rt::DepthFrameHeader& header) {
     case rt::DepthHeaderFault::none:
       return "";
     case rt::DepthHeaderFault::no_header:
-      return "a depth frame whose header does not begin as one";
+      return "a depth frame whose header does not begin with its magic bytes";
     case rt::DepthHeaderFault::unknown_version:
       return fmt::format("a depth frame of header version {}; this hapticd reads {}", header.version,
                          rt::DepthFrameHeader::kVersion);

@@ -10,15 +10,16 @@
 
 namespace hapticd::drivers {
 
-/// Raw depth images into messages and back, bit by bit the same.
+/// Lossless compression of raw depth images to messages.
 ///
-/// A pixel mostly differs little from the one above; what is left after that prediction are small numbers in
-/// one byte each, which zstd's entropy coding likes better than the pixels. Where nothing was measured the
-/// prediction goes on with what was measured above. An image that does not get shorter is kept as it is.
+/// A pixel usually differs little from the one above; after this prediction, small residuals remain in one
+/// byte each, which suit zstd's entropy coding better than the pixels. Where nothing was measured, the
+/// prediction continues with the last measurement above. An image that does not get shorter is stored
+/// uncompressed.
 /// Thread: one.  RT: not safe.
 class DepthEncoder {
  public:
-  /// `image`: the stride_bytes * height_px bytes of a header without fault.
+  /// Encodes an image. `image`: the stride_bytes * height_px bytes described by a valid header.
   void encode(const rt::DepthFrameHeader& header, std::span<const std::byte> image, DepthRecord& record);
 
  private:
@@ -26,15 +27,15 @@ class DepthEncoder {
   std::string symbols_;
 };
 
-/// Takes images out of messages, with buffers that are kept.
+/// Decompresses depth images from messages, with reusable buffers.
 /// Thread: one.  RT: not safe.
 class DepthDecoder {
  public:
-  /// `image`: the bytes that encode() got. What is wrong with the record, or "": also a checksum that does
-  /// not fit; then `image` is undefined.
+  /// Decodes to the bytes that were passed to encode(). Returns "" or a description of the record's fault,
+  /// such as a checksum mismatch; `image` is then undefined.
   std::string decode(const DepthRecord& record, std::string& image);
-  /// The same into a frame of the Kinect v1's size, with its number and times. A frame of another size, or a
-  /// raw value above 2047, is wrong here.
+  /// Decodes to a frame of the Kinect v1's size with its number and times. A frame of another size, or with a
+  /// raw value above 2047, is a fault here.
   std::string decode(const DepthRecord& record, rt::DepthFrame& frame);
 
  private:
@@ -42,10 +43,10 @@ class DepthDecoder {
   std::string image_;
 };
 
-/// Why a header cannot be used, as "a depth frame of header version 7; ...", or "".
+/// Returns why a header cannot be used, e.g. "a depth frame of header version 7; ...", or "".
 std::string depthHeaderFault(const rt::DepthFrameHeader& header);
 
-/// The header of a Kinect v1's frame; `common`: what its frames have in common.
+/// Returns the header of a Kinect v1's frame; `common`: the fields shared by all frames.
 rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::DepthFrame& frame);
 
 }  // namespace hapticd::drivers

@@ -6,9 +6,9 @@
 
 #include "drivers/trace/records.h"
 
-/// The fields of each record, once for all that goes through them: messages, schemas, exports.
-/// visitFields(record, visit) calls visit(name, field) in the order of the message. Names end in their units.
-/// A structure that gets a new member does not compile here until it is named.
+/// Lists the fields of each record once, for messages, schemas and exports. visitFields(record, visit) calls
+/// visit(name, field) in the order of the message. Names end in their units. A structure that gains a member
+/// does not compile here until the member is named.
 namespace hapticd::drivers {
 
 template <typename Type, typename Record>
@@ -133,7 +133,7 @@ void visitFields(Record& record, auto&& visit) {
   visit("memory", memory);
 }
 
-/// In the order of the structure, whose bytes these fields are in a message.
+/// In the order of the structure, because a message contains the bytes of its fields.
 template <MaybeConst<rt::DepthFrameHeader> Header>
 void visitHeaderFields(Header& header, auto& visit) {
   auto& [magic, version, header_bytes, width_px, height_px, stride_bytes, raw_type, depth_law, noise,
@@ -176,7 +176,7 @@ void visitFields(Record& record, auto&& visit) {
   visit("image", image);
 }
 
-/// CLOCK_MONOTONIC of a record.
+/// Returns CLOCK_MONOTONIC of a record.
 inline std::int64_t timeOf(const DepthRecord& depth) {
   return depth.header.arrival_ns;
 }

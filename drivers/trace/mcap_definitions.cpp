@@ -8,12 +8,12 @@
 namespace hapticd::drivers::mcap {
 namespace {
 
-/// The same id always means the same.
+/// Registers a definition; an id must always have the same content.
 std::string define(std::map<std::uint16_t, std::string>& all, const char* what, std::uint16_t id,
                    std::string_view content) {
   const auto [place, is_new] = all.emplace(id, content);
   if (is_new || place->second == content) return "";
-  return fmt::format("{} {} is defined twice and differently", what, id);
+  return fmt::format("{} {} has two different definitions", what, id);
 }
 
 }  // namespace
@@ -43,15 +43,15 @@ bool ChannelRecord::of(std::string_view content, ChannelRecord& channel) {
 
 std::string Definitions::addSchema(std::string_view content) {
   SchemaRecord schema;
-  if (!SchemaRecord::of(content, schema)) return "a schema that is not whole";
+  if (!SchemaRecord::of(content, schema)) return "an incomplete schema";
   return define(schemas_, "schema", schema.id, content);
 }
 
 std::string Definitions::addChannel(std::string_view content) {
   ChannelRecord channel;
-  if (!ChannelRecord::of(content, channel)) return "a channel that is not whole";
+  if (!ChannelRecord::of(content, channel)) return "an incomplete channel";
   if (channel.schema != 0 && !schemas_.contains(channel.schema)) {
-    return fmt::format("the schema of channel {} is not there", channel.id);
+    return fmt::format("the schema of channel {} is missing", channel.id);
   }
   return define(channels_, "channel", channel.id, content);
 }

@@ -18,41 +18,42 @@ struct Channel {
   std::string_view schema;
 };
 
-/// A Schema record taken apart.
+/// A decoded Schema record.
 struct SchemaRecord {
   std::uint16_t id = 0;
   std::string_view name;
   std::string_view encoding;
   std::string_view text;
 
-  /// False: it is none.
+  /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, SchemaRecord& schema);
 };
 
-/// A Channel record taken apart.
+/// A decoded Channel record.
 struct ChannelRecord {
   std::uint16_t id = 0;
-  std::uint16_t schema = 0;  ///< its id; 0: none
+  std::uint16_t schema = 0;  ///< id of its schema; 0: none
   std::string_view topic;
   std::string_view encoding;
 
-  /// False: it is none.
+  /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, ChannelRecord& channel);
 };
 
-/// The schemas and channels of a file, which it may repeat. Thread: one.
+/// The schemas and channels of a file, which may repeat them.
+/// Thread: one.
 class Definitions {
  public:
-  // `content`: of the record. What is wrong with it, or "".
+  // `content`: of the record. Return a description of its fault, or "".
   std::string addSchema(std::string_view content);
   std::string addChannel(std::string_view content);
 
   bool hasChannel(std::uint16_t id) const { return channels_.contains(id); }
-  /// Of a channel that it has.
+  /// Returns an existing channel.
   Channel channel(std::uint16_t id) const;
 
  private:
-  // contents of the records by their ids
+  // contents of the records by id
   std::map<std::uint16_t, std::string> schemas_;
   std::map<std::uint16_t, std::string> channels_;
 };

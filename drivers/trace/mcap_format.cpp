@@ -87,25 +87,25 @@ bool ChunkRecord::of(std::string_view content, ChunkRecord& chunk) {
   chunk.crc = reader.number<std::uint32_t>();
   chunk.compression = reader.text();
   chunk.records = reader.sized<std::uint64_t>();
-  return reader.good();  // fields that a later version of the format adds are skipped
+  return reader.good();  // fields added by a later version of the format are skipped
 }
 
 std::string ChunkRecord::unpack(std::string& unpacked) const {
-  if (uncompressed_bytes > kMostChunkBytes) {
-    return fmt::format("a chunk of {} bytes; at most {} are read", uncompressed_bytes, kMostChunkBytes);
+  if (uncompressed_bytes > kMaxChunkBytes) {
+    return fmt::format("a chunk of {} bytes; at most {} are accepted", uncompressed_bytes, kMaxChunkBytes);
   }
   if (compression == "zstd") {
     if (!decompressZstd(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
   } else if (compression == "lz4") {
     if (!decompressLz4(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
   } else if (compression.empty()) {
-    if (records.size() != uncompressed_bytes) return "the lengths of the chunk do not fit each other";
+    if (records.size() != uncompressed_bytes) return "the lengths of the chunk are inconsistent";
     unpacked = records;
   } else {
-    return fmt::format("the chunk is compressed by {}; only lz4 and zstd are read",
+    return fmt::format("the chunk is compressed with {}; only lz4 and zstd are supported",
                        config::inQuotes(std::string(compression.substr(0, 20))));
   }
-  if (crc != 0 && crcOf(unpacked) != crc) return "the checksum of the chunk does not fit";
+  if (crc != 0 && crcOf(unpacked) != crc) return "the checksum of the chunk does not match";
   return "";
 }
 
@@ -130,9 +130,10 @@ std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& att
   attachment.data = reader.sized<std::uint64_t>();
   const std::size_t covered = content.size() - reader.left();
   const auto crc = reader.number<std::uint32_t>();
-  if (!reader.good()) return "an attachment that is not whole";
-  return crc == 0 || crc == crcOf(content.substr(0, covered)) ? ""
-                                                              : "the checksum of an attachment does not fit";
+  if (!reader.good()) return "an incomplete attachment";
+  return crc == 0 || crc == crcOf(content.substr(0, covered))
+             ? ""
+             : "the checksum of an attachment does not match";
 }
 
 }  // namespace hapticd::drivers::mcap

@@ -13,13 +13,14 @@
 #include "drivers/base/crc32.h"
 #include "drivers/trace/bytes.h"
 
-/// The container format MCAP (mcap.dev/spec, version 0): what writer, reader and recovery share.
+/// The container format MCAP (mcap.dev/spec, version 0): parts shared by writer, reader and recovery.
 namespace hapticd::drivers::mcap {
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kRecordHeadBytes = 9;  ///< opcode and length
-inline constexpr std::uint64_t kFooterBytes = 20;   ///< content of the footer
+inline constexpr std::uint64_t kFooterBytes = 20;   ///< length of the footer's content
 
+/// Record types of MCAP.
 enum class Opcode : std::uint8_t {
   header = 1,
   footer = 2,
@@ -38,30 +39,32 @@ enum class Opcode : std::uint8_t {
   data_end = 15,
 };
 
-// What is longer is not written.
-inline constexpr std::size_t kMostMessageBytes = 4 << 20;
-inline constexpr std::size_t kMostAttachmentBytes = 32 << 20;
-// What is longer is refused when it is read, before memory is taken for it. Other programs write longer
-// chunks and records than this one.
-inline constexpr std::size_t kMostChunkBytes = 256 << 20;   ///< uncompressed
-inline constexpr std::size_t kMostRecordBytes = 320 << 20;  ///< a chunk that compression made longer, too
+// Larger ones are not written.
+inline constexpr std::size_t kMaxMessageBytes = 4 << 20;
+inline constexpr std::size_t kMaxAttachmentBytes = 32 << 20;
+// Larger ones are rejected when read, before memory is allocated for them. Other programs write larger chunks
+// and records than this one.
+inline constexpr std::size_t kMaxChunkBytes = 256 << 20;   ///< uncompressed
+inline constexpr std::size_t kMaxRecordBytes = 320 << 20;  ///< includes a chunk that compression made longer
 
-/// IEEE 802.3, as in zlib. `before`: of what comes before.
+/// Computes the CRC-32 of IEEE 802.3, as in zlib. `before`: the CRC of the preceding bytes.
 inline std::uint32_t crcOf(std::string_view bytes, std::uint32_t before = 0) {
   return crc32Of<0xEDB88320>(std::as_bytes(std::span(bytes)), before);
 }
 
-/// Appends a record whose content is what `fill` appends.
+/// Appends a record with the content that `fill` appends.
 template <typename Fill>
 void addRecord(std::string& to, Opcode opcode, Fill fill) {
   to.push_back(static_cast<char>(opcode));
   ByteWriter(to).sized<std::uint64_t>(fill);
 }
 
+/// Append a Schema or Channel record (encodings ros2msg and cdr). `id`: its id; `schema`: the id of the
+/// channel's schema.
 void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::string_view text);
 void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic);
 
-/// A Message record taken apart.
+/// A decoded Message record.
 struct MessageRecord {
   std::uint16_t channel = 0;
   std::uint32_t sequence = 0;
@@ -69,30 +72,30 @@ struct MessageRecord {
   std::uint64_t publish_time_ns = 0;
   std::string_view data;
 
-  /// False: it is none.
+  /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, MessageRecord& message);
 };
 
-/// One place of a message: its time and its offset in the uncompressed chunk.
+/// Entry of a message index: time of the message and its offset in the uncompressed chunk.
 using MessagePlace = std::pair<std::uint64_t, std::uint64_t>;
 
-/// What is in a chunk.
+/// Content of a chunk.
 struct ChunkContent {
-  std::uint64_t start_ns = 0;  ///< of the earliest message
+  std::uint64_t start_ns = 0;  ///< time of the earliest message
   std::uint64_t end_ns = 0;
   std::map<std::uint16_t, std::vector<MessagePlace>> messages;  ///< by channel, in the order of the chunk
   // contents of the records
   std::vector<std::string_view> schemas;
   std::vector<std::string_view> channels;
 
-  /// Looks through the uncompressed records. False: they are not what a chunk may hold.
+  /// Analyses uncompressed records; returns false if a chunk may not contain them.
   static bool of(std::string_view records, ChunkContent& content);
-  /// The MessageIndex records that belong behind the chunk.
+  /// Returns the MessageIndex records that follow the chunk.
   std::string indexRecords() const;
 };
 
-/// Calls visit(opcode, content, offset) for the records that follow each other in `records`, until it returns
-/// false. False: it did, or they are not whole.
+/// Calls visit(opcode, content, offset) for consecutive records in `records` until it returns false. Returns
+/// false in that case or if a record is incomplete.
 template <typename Visit>
 bool visitRecords(std::string_view records, Visit visit) {
   for (ByteReader reader(records); !reader.atEnd();) {
@@ -104,28 +107,30 @@ bool visitRecords(std::string_view records, Visit visit) {
   return true;
 }
 
-/// True for what a chunk may hold beside messages: definitions, and records that later versions of the format
-/// or private extensions add.
+/// Returns true for record types that a chunk may contain besides messages: definitions, and records added by
+/// later versions of the format or private extensions.
 bool mayBeInChunk(Opcode opcode);
 
-/// A Chunk record taken apart.
+/// A decoded Chunk record.
 struct ChunkRecord {
   std::uint64_t start_ns = 0;
   std::uint64_t end_ns = 0;
   std::uint64_t uncompressed_bytes = 0;
   std::uint32_t crc = 0;
   std::string_view compression;
-  std::string_view records;  ///< as they are in the file
+  std::string_view records;  ///< as stored in the file
 
-  /// False: it is none.
+  /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, ChunkRecord& chunk);
-  /// The uncompressed records, with their checksum where there is one. What is wrong with them, or "".
+  /// Decompresses the records and verifies their checksum, if there is one. Returns a description of the
+  /// fault, or "".
   std::string unpack(std::string& unpacked) const;
 };
 
+/// Appends a Chunk record.
 void addChunk(std::string& to, const ChunkRecord& chunk);
 
-/// An Attachment record taken apart.
+/// A decoded Attachment record.
 struct AttachmentRecord {
   std::uint64_t log_time_ns = 0;
   std::uint64_t create_time_ns = 0;
@@ -133,7 +138,7 @@ struct AttachmentRecord {
   std::string_view media_type;
   std::string_view data;
 
-  /// What is wrong with it, or "".
+  /// Decodes a record. Returns a description of its fault, or "".
   static std::string of(std::string_view content, AttachmentRecord& attachment);
 };
 

@@ -14,12 +14,12 @@
 namespace hapticd::drivers::mcap {
 namespace {
 
-constexpr const char* kNotWhole = "a record that is not whole";
+constexpr const char* kNotWhole = "an incomplete record";
 
-/// Messages that are held because others, which follow in the file, may be earlier.
-constexpr std::size_t kMostOverlapBytes = 512 << 20;
+/// Limit of messages held because later ones in the file may be earlier in time.
+constexpr std::size_t kMaxOverlapBytes = 512 << 20;
 
-/// What is read of one file. What is wrong with a record or a part of it is a text, "" if nothing is.
+/// Reads one file. Faults of a record or a part of it are returned as a text, or "" if there is none.
 class Reading final : SurveyVisitor {
  public:
   Reading(Scanner scanner, Visitor& visitor) : scanner_(std::move(scanner)), visitor_(visitor) {}
@@ -28,7 +28,8 @@ class Reading final : SurveyVisitor {
     survey_ = survey(scanner_, *this);
     visitor_.messages();
     if (const auto refused = refusal()) {
-      return std::unexpected(survey_.fault ? *survey_.fault : *refused);  // what it lacks may be missing
+      // Required data may be in the unreadable part.
+      return std::unexpected(survey_.fault ? *survey_.fault : *refused);
     }
     scanner_.restart();
     const bool in_order = survey_.inOrderOfTime();
@@ -41,7 +42,7 @@ class Reading final : SurveyVisitor {
   }
 
  private:
-  // -- what is outside of chunks and messages, before them --
+  // -- Definitions, metadata and attachments outside of chunks, which come before the messages --
 
   std::string definition(const Record& record) override { return define(record.opcode, record.content); }
 
@@ -85,9 +86,9 @@ class Reading final : SurveyVisitor {
     return scanner_.foreign(refusal->what, refusal->remedy);
   }
 
-  // -- one pass in the order of the file --
+  // -- One pass in the order of the file --
 
-  /// All records with their checksums; the messages are given where they are in the order of time.
+  /// Checks all records and their checksums; also delivers the messages if the file is in time order.
   std::expected<void, Fault> records() {
     while (!visitor_.enough()) {
       const auto record = scanner_.next();
@@ -104,7 +105,7 @@ class Reading final : SurveyVisitor {
     return {};
   }
 
-  /// What is whole is given before it is said what is not.
+  /// Delivers what is intact before reporting the fault.
   std::expected<void, Fault> ended(const Fault& fault) {
     merger_.add(whole_to_, std::exchange(loose_, {}));
     if (const std::string wrong = give(std::numeric_limits<std::uint64_t>::max()); !wrong.empty()) {
@@ -115,12 +116,13 @@ class Reading final : SurveyVisitor {
 
   std::string take(const Record& record) {
     const bool first = record.offset == kMagic.size();
-    if (first != (record.opcode == Opcode::header)) return "the header is not where it should be";
+    if (first != (record.opcode == Opcode::header)) return "the header is not at the beginning";
     if (summary_at_) return record.opcode == Opcode::footer ? footer(record) : "";
     switch (record.opcode) {
       case Opcode::schema:
       case Opcode::channel:
-        return define(record.opcode, record.content);  // again, for what is in chunks before it
+        // Repeated for chunks that use definitions from before them.
+        return define(record.opcode, record.content);
       case Opcode::chunk:
         return chunk(record);
       case Opcode::message:
@@ -128,9 +130,9 @@ class Reading final : SurveyVisitor {
       case Opcode::data_end:
         return dataEnd(record);
       case Opcode::footer:
-        return "the end of the data is missing";
+        return "the DataEnd record is missing";
       default:
-        return "";  // indexes, which are for whoever reads in another order, and what later versions add
+        return "";  // indexes, for readers in another order, and records of later versions
     }
   }
 
@@ -141,7 +143,7 @@ class Reading final : SurveyVisitor {
     return gives_ ? giveAfter(record.offset, std::move(records)) : "";
   }
 
-  /// The records of a chunk, checked, and its definitions.
+  /// Decompresses and checks the records of a chunk and registers its definitions.
   std::string unpack(std::string_view content, std::string& records) {
     ChunkRecord chunk;
     if (!ChunkRecord::of(content, chunk)) return kNotWhole;
@@ -153,7 +155,7 @@ class Reading final : SurveyVisitor {
       } else if (opcode == Opcode::schema || opcode == Opcode::channel) {
         wrong = define(opcode, record);
       } else if (!mayBeInChunk(opcode)) {
-        wrong = "a record in a chunk that does not belong there";
+        wrong = "a record type that a chunk may not contain";
       }
       return wrong.empty();
     });
@@ -167,14 +169,14 @@ class Reading final : SurveyVisitor {
       return fmt::format("a message of channel {}, which is not defined", message.channel);
     }
     const bool within = message.time_ns >= from_ns && message.time_ns <= to_ns;
-    return within ? "" : "a message whose time is not within those of its chunk";
+    return within ? "" : "a message whose time is outside the range of its chunk";
   }
 
   std::string looseMessage(const Record& record) {
     constexpr std::uint64_t kAnyTime = std::numeric_limits<std::uint64_t>::max();
     if (std::string wrong = checkMessage(record.content, 0, kAnyTime); !wrong.empty() || !gives_)
       return wrong;
-    if (next_stretch_ >= survey_.stretches.size()) return "the file changes while it is read";
+    if (next_stretch_ >= survey_.stretches.size()) return "the file was modified while it was read";
     addRecord(loose_, Opcode::message, [&] { loose_ += record.content; });
     const Stretch& stretch = survey_.stretches[next_stretch_];
     if (scanner_.offset() < stretch.end()) return "";
@@ -185,7 +187,7 @@ class Reading final : SurveyVisitor {
     ByteReader reader(record.content);
     const auto crc = reader.number<std::uint32_t>();
     if (!reader.good()) return kNotWhole;
-    if (crc != 0 && crc != record.crc) return "the checksum of the data does not fit";
+    if (crc != 0 && crc != record.crc) return "the checksum of the data does not match";
     summary_at_ = scanner_.offset();
     scanner_.restartCrc();
     return "";
@@ -195,28 +197,29 @@ class Reading final : SurveyVisitor {
     if (record.content.size() != kFooterBytes) return kNotWhole;
     ByteReader reader(record.content);
     const auto summary_at = reader.number<std::uint64_t>();
-    reader.number<std::uint64_t>();  // of the summary's offsets
+    reader.number<std::uint64_t>();  // offset of the summary offset section
     const auto crc = reader.number<std::uint32_t>();
     std::string head;
     addRecord(head, Opcode::footer, [&] { head += record.content; });
     const std::string_view covered = std::string_view(head).substr(0, head.size() - sizeof crc);
-    if (summary_at != 0 && summary_at != summary_at_) return "the summary is not where it should be";
-    if (crc != 0 && crc != crcOf(covered, record.crc)) return "the checksum of the summary does not fit";
+    if (summary_at != 0 && summary_at != summary_at_)
+      return "the summary is not at the position given in the footer";
+    if (crc != 0 && crc != crcOf(covered, record.crc)) return "the checksum of the summary does not match";
     return "";
   }
 
-  // -- messages --
+  // -- Messages --
 
-  /// Takes the records of the next stretch, and gives what can no longer be preceded.
+  /// Adds the records of the next part and delivers all messages that nothing can precede any more.
   std::string giveAfter(std::uint64_t offset, std::string records) {
     merger_.add(offset, std::move(records));
     ++next_stretch_;
     const bool last = next_stretch_ >= survey_.stretches.size();
     std::string wrong =
         give(last ? std::numeric_limits<std::uint64_t>::max() : survey_.stretches[next_stretch_].start_ns);
-    if (wrong.empty() && merger_.bytes() > kMostOverlapBytes) {
-      return fmt::format("more than {} MB of messages overlap in time; sort the file, as with mcap sort",
-                         kMostOverlapBytes >> 20);
+    if (wrong.empty() && merger_.bytes() > kMaxOverlapBytes) {
+      return fmt::format("more than {} MB of messages overlap in time; sort the file, e.g. with mcap sort",
+                         kMaxOverlapBytes >> 20);
     }
     return wrong;
   }
@@ -230,7 +233,7 @@ class Reading final : SurveyVisitor {
     return "";
   }
 
-  /// The stretches that records() has found whole, by their times.
+  /// Reads the parts that records() has found intact in the order of their times.
   std::expected<void, Fault> inOrderOfTime() {
     std::erase_if(survey_.stretches, [this](const Stretch& stretch) { return stretch.end() > whole_to_; });
     std::ranges::stable_sort(survey_.stretches, {}, &Stretch::start_ns);
@@ -253,10 +256,10 @@ class Reading final : SurveyVisitor {
   Survey survey_;
   Definitions definitions_;
   Merger merger_;
-  std::uint64_t whole_to_ = 0;    ///< records before that place in the file are as they should be
-  std::size_t next_stretch_ = 0;  ///< of the survey, not taken yet
-  bool gives_ = false;            ///< the pass in the order of the file gives the messages
-  std::string loose_;             ///< messages outside of chunks of the next stretch
+  std::uint64_t whole_to_ = 0;    ///< end of the verified part of the file
+  std::size_t next_stretch_ = 0;  ///< next part of the survey
+  bool gives_ = false;            ///< the pass in the order of the file delivers the messages
+  std::string loose_;             ///< messages outside of chunks of the next part
   std::optional<std::uint64_t> summary_at_;
 };
 

@@ -17,43 +17,44 @@ namespace hapticd::drivers::mcap {
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
+/// A message with the id of its channel.
 struct Message {
   std::uint16_t channel = 0;
   std::uint64_t time_ns = 0;
   std::string_view data;
 };
 
-/// Why a file is not for the visitor, though nothing in it is wrong.
+/// Reason of a visitor to reject a valid file.
 struct Refusal {
   std::string what;
   std::string remedy;
 };
 
-/// Gets the content of a file: first its metadata and attachments and the channels that are defined outside
-/// of chunks, then the messages in the order of their times, each after its channel.
+/// Receives the content of a file: first the metadata and attachments and the channels defined outside of
+/// chunks, then the messages in the order of their times, each after its channel.
 class Visitor {
  public:
   virtual ~Visitor() = default;
   virtual void metadata(std::string_view name, Pairs pairs) = 0;
   virtual void attachment(const AttachmentRecord& attachment) = 0;
-  /// Once for each; several may have the same topic.
+  /// Called once per channel; several may have the same topic.
   virtual void channel(const Channel& channel) = 0;
-  /// What follows are messages, and channels that are defined in chunks.
+  /// Called before the first message; after it, only messages and channels defined in chunks follow.
   virtual void messages() {}
-  /// Returns what is wrong, "" if nothing is.
+  /// Processes a message. Returns a description of its fault, or "".
   virtual std::string message(const Message& message) = 0;
-  /// A chunk begins at `offset` of `size` bytes.
+  /// Called for each chunk of `size` bytes at `offset`.
   virtual void chunk(std::uint64_t offset, std::uint64_t size) = 0;
-  /// Nothing more is wanted.
+  /// Returns true to stop reading.
   virtual bool enough() const = 0;
-  /// Why that is so, where it is the file's fault.
+  /// Returns the reason for stopping if the file is unsuitable.
   virtual std::optional<Refusal> refusal() const { return {}; }
 };
 
-/// Reads a file from its begin to its end, or until it is enough, with all checksums that are there. Any file
-/// that the specification allows is read: with chunks or without, compressed by lz4, zstd or not at all, in
-/// any order, with or without a summary. Memory: a record and those uncompressed chunks that overlap in time,
-/// of bounded size whatever the file says, and schemas.
+/// Reads a file from beginning to end, or until enough(), and verifies all checksums present. Any file
+/// permitted by the specification is read: with or without chunks, compressed with lz4, zstd or not at all,
+/// in any order, with or without a summary. Memory: one record, the uncompressed chunks that overlap in time
+/// (limited regardless of the file's content), and the schemas.
 std::expected<void, Fault> read(const std::filesystem::path& file, Visitor& visitor);
 
 }  // namespace hapticd::drivers::mcap

@@ -6,7 +6,7 @@
 namespace hapticd::drivers::mcap {
 namespace {
 
-constexpr std::size_t kMostSummaryRecordBytes = 1 << 20;
+constexpr std::size_t kMaxSummaryRecordBytes = 1 << 20;
 
 bool isMetadata(std::string_view content) {
   ByteReader reader(content);
@@ -53,31 +53,31 @@ bool hasForm(Opcode opcode, std::string_view content) {
     case Opcode::data_end:
       return content.size() == sizeof(std::uint32_t);
     default:
-      return content.size() < kMostSummaryRecordBytes;  // of the summary, which is written anew
+      return content.size() < kMaxSummaryRecordBytes;  // part of the summary, which is rewritten
   }
 }
 
 std::string whatIsNotWhole(Opcode opcode) {
   switch (opcode) {
     case Opcode::schema:
-      return "a schema that is not whole";
+      return "an incomplete schema";
     case Opcode::channel:
-      return "a channel that is not whole";
+      return "an incomplete channel";
     case Opcode::attachment:
-      return "an attachment that is not whole";
+      return "an incomplete attachment";
     case Opcode::metadata:
-      return "metadata that are not whole";
+      return "incomplete metadata";
     default:
-      return "a record that is not whole";
+      return "an incomplete record";
   }
 }
 
 std::string unpackChunk(std::string_view content, std::string& unpacked) {
   ChunkRecord chunk;
   ChunkContent inside;
-  if (!ChunkRecord::of(content, chunk)) return "a chunk that is not whole";
+  if (!ChunkRecord::of(content, chunk)) return "an incomplete chunk";
   if (std::string wrong = chunk.unpack(unpacked); !wrong.empty()) return wrong;
-  return ChunkContent::of(unpacked, inside) ? "" : "a chunk that holds something else than messages";
+  return ChunkContent::of(unpacked, inside) ? "" : "a chunk that contains something other than messages";
 }
 
 }  // namespace hapticd::drivers::mcap

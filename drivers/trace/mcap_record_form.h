@@ -8,26 +8,26 @@
 
 #include "drivers/trace/mcap_format.h"
 
-/// Whether bytes have the form of a record: what can be said of records that have no checksum.
+/// Structural checks of records, which replace checksums where records have none.
 namespace hapticd::drivers::mcap {
 
-/// A MessageIndex record taken apart.
+/// A decoded MessageIndex record.
 struct MessageIndex {
   std::uint16_t channel = 0;
   std::vector<MessagePlace> places;
 
-  /// False: it is none.
+  /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, MessageIndex& index);
 };
 
-/// Of all records but chunks and messages; of attachments with their checksum. Those of the summary may be
-/// anything.
+/// Returns whether a record other than a chunk or message is well-formed; for attachments including the
+/// checksum. Records of the summary are not checked.
 bool hasForm(Opcode opcode, std::string_view content);
 
-/// What is wrong with a record that does not have its form.
+/// Returns a description of a malformed record.
 std::string whatIsNotWhole(Opcode opcode);
 
-/// The records of a chunk, checked. What is wrong with it, or "".
+/// Decompresses and checks the records of a chunk. Returns a description of the fault, or "".
 std::string unpackChunk(std::string_view content, std::string& unpacked);
 
 }  // namespace hapticd::drivers::mcap

@@ -20,7 +20,7 @@ bool isKnown(Opcode opcode) {
   return opcode >= Opcode::header && opcode <= Opcode::data_end;
 }
 
-/// A ChunkIndex record, as far as it says which chunk it is of.
+/// The part of a ChunkIndex record that identifies its chunk.
 struct IndexedChunk {
   std::uint64_t start_ns = 0, end_ns = 0, offset = 0, bytes = 0;
 
@@ -35,10 +35,10 @@ struct IndexedChunk {
   }
 };
 
-/// Other programs leave checksums out, which is allowed.
+/// Other programs may omit checksums.
 bool isByHapticd(std::string_view header) {
   ByteReader reader(header);
-  reader.text();  // profile
+  reader.text();  // skips the profile
   return reader.text() == "hapticd";
 }
 
@@ -65,7 +65,7 @@ class Search {
   }
 
  private:
-  // -- bytes --
+  // -- Bytes --
 
   std::string bytes(std::uint64_t offset, std::uint64_t length) {
     std::string to;
@@ -78,17 +78,17 @@ class Search {
 
   struct Head {
     Opcode opcode{};
-    std::uint64_t end = 0;  ///< of the record in the file
+    std::uint64_t end = 0;  ///< end of the record in the file
   };
 
-  /// Nothing: no known record can begin with these bytes, which are at that place.
+  /// Returns nothing if no known record can begin with these bytes at this offset.
   std::optional<Head> headOf(std::string_view begin, std::uint64_t offset) const {
     if (begin.size() < kRecordHeadBytes) return {};
     ByteReader reader(begin);
     const auto opcode = static_cast<Opcode>(reader.number<std::uint8_t>());
     const auto length = reader.number<std::uint64_t>();
     const std::uint64_t room = size_ - offset - kRecordHeadBytes;
-    if (!isKnown(opcode) || length > room || length > kMostRecordBytes) return {};
+    if (!isKnown(opcode) || length > room || length > kMaxRecordBytes) return {};
     return Head{opcode, offset + kRecordHeadBytes + length};
   }
   std::optional<Head> head(std::uint64_t offset) { return headOf(bytes(offset, kRecordHeadBytes), offset); }
@@ -100,7 +100,7 @@ class Search {
     return offset + kMagic.size() == size_ && bytes(offset, kMagic.size()) == kMagic;
   }
 
-  // -- where to go on --
+  // -- Resynchronisation --
 
   void damaged(std::uint64_t offset, std::uint64_t length, std::string what, bool loses = true) {
     if (!found_.damages.empty()) {
@@ -113,7 +113,7 @@ class Search {
     found_.damages.push_back({offset, length, std::move(what), loses});
   }
 
-  /// Indexes and the summary follow from the rest.
+  /// Indexes and the summary can be rebuilt, so that their damage loses nothing.
   bool loses(std::uint64_t from, std::uint64_t to) const {
     if (in_summary_ && !data_differ_) return false;
     if (found_.chunks.empty()) return true;
@@ -138,14 +138,14 @@ class Search {
     if (progress_) progress_(static_cast<double>(at_) / static_cast<double>(size_));
   }
 
-  /// What is at a place where no record can begin.
+  /// Describes what is at an offset where no record can begin.
   std::string beginning(std::uint64_t offset) {
-    if (size_ - offset < kRecordHeadBytes) return "a record that is not whole";
+    if (size_ - offset < kRecordHeadBytes) return "an incomplete record";
     const auto opcode = static_cast<Opcode>(bytes(offset, 1).front());
-    return isKnown(opcode) ? "a record that is not whole" : "bytes that are no record of a trace";
+    return isKnown(opcode) ? "an incomplete record" : "bytes that are not a record of a trace";
   }
 
-  /// Where the next record begins that is whole.
+  /// Returns the offset of the next intact record.
   std::uint64_t resume(std::uint64_t begin, const std::optional<Head>& record) {
     if (record && (record->end == size_ || isClosingMagic(record->end) || looksWhole(record->end) ||
                    (record->opcode == Opcode::message && isMessage(record->end)))) {
@@ -168,20 +168,21 @@ class Search {
     return next && next->opcode == Opcode::message;
   }
 
-  /// Whether a record may begin at that place, or the file end. A record without a checksum that is not
-  /// followed by another one has a wrong length, and may have swallowed what is whole.
-  bool goesOn(std::uint64_t offset) {
-    constexpr std::uint64_t kMostLength = std::uint64_t{1} << 40;  // of any file: it may be cut off there
+  /// Returns whether a record may begin at this offset or the file ends there. A record without a checksum
+  /// that is not followed by another one has a wrong length and may include intact records.
+  bool mayContinueAt(std::uint64_t offset) {
+    // Of any file, which may be truncated there.
+    constexpr std::uint64_t kMaxLength = std::uint64_t{1} << 40;
     if (offset >= size_ || isClosingMagic(offset)) return true;
     const std::string begin = bytes(offset, kRecordHeadBytes);
     ByteReader reader(begin);
     if (!isKnown(static_cast<Opcode>(reader.number<std::uint8_t>()))) return false;
     const auto length = reader.number<std::uint64_t>();
-    return !reader.good() || length < kMostLength;
+    return !reader.good() || length < kMaxLength;
   }
 
-  /// By its checksum, or by its form and what follows it. Messages have neither: in a damaged chunk that is
-  /// not compressed they look like records of the file.
+  /// Returns whether a record is intact, by its checksum or by its form and what follows it. Messages have
+  /// neither: in a damaged uncompressed chunk they look like records of the file.
   bool looksWhole(std::uint64_t offset) {
     const auto record = head(offset);
     if (!record || record->opcode == Opcode::header || record->opcode == Opcode::message) return false;
@@ -194,9 +195,9 @@ class Search {
     return record->opcode == Opcode::attachment || isClosingMagic(record->end) || head(record->end);
   }
 
-  // -- records --
+  // -- Records --
 
-  /// What is wrong with it, or "".
+  /// Processes a record. Returns a description of its fault, or "".
   std::string take(std::uint64_t offset, const Head& head) {
     if (head.opcode != Opcode::message_index) indexed_.reset();
     next_ = head.end;
@@ -204,11 +205,11 @@ class Search {
     if (head.opcode == Opcode::chunk) return chunk(offset, head, content);
     if (head.opcode == Opcode::message) return message(offset, std::move(content));
     const bool has_checksum = head.opcode == Opcode::attachment;
-    if (!hasForm(head.opcode, content) || !(has_checksum || goesOn(head.end)))
+    if (!hasForm(head.opcode, content) || !(has_checksum || mayContinueAt(head.end)))
       return whatIsNotWhole(head.opcode);
     switch (head.opcode) {
       case Opcode::header:
-        if (offset != kMagic.size()) return "a header that does not belong there";
+        if (offset != kMagic.size()) return "a misplaced header";
         has_all_checksums_ = isByHapticd(content);
         return "";
       case Opcode::schema:
@@ -241,11 +242,11 @@ class Search {
     }
   }
 
-  /// A record with a checksum that is longer than what that covers: by fields of a later version, or by a
-  /// wrong length, which has swallowed what follows. Where it ends.
+  /// Handles a record with a checksum that is longer than the bytes covered, because of fields of a later
+  /// version or a wrong length that includes the following records. Returns the offset of its end.
   std::uint64_t endOfChecked(std::uint64_t offset, const Head& head, std::size_t covered) {
     const std::uint64_t end = offset + kRecordHeadBytes + covered;
-    if (end >= head.end || goesOn(head.end)) return head.end;
+    if (end >= head.end || mayContinueAt(head.end)) return head.end;
     damaged(offset, kRecordHeadBytes, "the length of a record is wrong", false);
     next_ = end;
     return end;
@@ -282,11 +283,11 @@ class Search {
     const std::uint64_t end = endOfChecked(offset, head, covered);
     const auto key = std::tuple(crcOf(unpacked), unpacked.size(), inside.start_ns, inside.end_ns);
     if (!seen_.insert(key).second) {
-      damaged(offset, end - offset, "a chunk that is there twice", false);
+      damaged(offset, end - offset, "a duplicate chunk", false);
       return "";
     }
     if (chunk.start_ns != inside.start_ns || chunk.end_ns != inside.end_ns) {
-      damaged(offset, end - offset, "the times of a chunk are not those of its messages", false);
+      damaged(offset, end - offset, "the times of a chunk do not match those of its messages", false);
     }
     for (const std::string_view schema : inside.schemas) {
       if (hasForm(Opcode::schema, schema)) keep(found_.schemas, offset, std::string(schema));
@@ -309,15 +310,16 @@ class Search {
     return "";
   }
 
-  /// Of the chunk before it, from which it follows.
+  /// An index belongs to the chunk before it, from which it can be rebuilt.
   std::string messageIndex(std::string_view content) {
     MessageIndex index;
     MessageIndex::of(content, index);
     if (!indexed_) return "";  // of a chunk that is damaged itself
-    const auto meant = indexed_->find(index.channel);
-    const bool fits = meant != indexed_->end() && std::ranges::is_permutation(meant->second, index.places);
+    const auto expected = indexed_->find(index.channel);
+    const bool fits =
+        expected != indexed_->end() && std::ranges::is_permutation(expected->second, index.places);
     if (!fits && !index.places.empty()) {
-      damaged(at_, kRecordHeadBytes + content.size(), "the index of a chunk does not fit it", false);
+      damaged(at_, kRecordHeadBytes + content.size(), "the index of a chunk does not match it", false);
     }
     return "";
   }
@@ -325,17 +327,17 @@ class Search {
   /// Messages outside of chunks have no checksum.
   std::string message(std::uint64_t offset, std::string content) {
     MessageRecord message;
-    if (!MessageRecord::of(content, message)) return "a message that is not whole";
+    if (!MessageRecord::of(content, message)) return "an incomplete message";
     const bool defined = std::ranges::any_of(found_.channels, [&](const WholeRecord& channel) {
       return ByteReader(channel.content).number<std::uint16_t>() == message.channel;
     });
     if (!defined) return fmt::format("a message of channel {}, which is not defined", message.channel);
-    if (!trusted_ && !found_.chunks.empty()) return "a message that may be of a damaged chunk";
+    if (!trusted_ && !found_.chunks.empty()) return "a message that may belong to a damaged chunk";
     found_.messages.push_back({offset, std::move(content)});
     return "";
   }
 
-  // -- the end --
+  // -- End of the file --
 
   std::uint32_t crcOfFile(std::uint64_t from, std::uint64_t to) {
     std::uint32_t crc = 0;
@@ -363,7 +365,7 @@ class Search {
     const bool fits = from <= offset && crc == crcOfFile(from, covered_to);
     footer_seen_ = true;
     summary_whole_ = fits && in_summary_;
-    if (crc != 0 && !fits) damaged(offset, 0, "the summary at the end does not fit its checksum", false);
+    if (crc != 0 && !fits) damaged(offset, 0, "the checksum of the summary does not match", false);
   }
 
   void finish() {
@@ -372,13 +374,12 @@ class Search {
     settle(found_.channels, "a channel");
     if (summary_whole_) compareWithSummary();
     if (found_.ended && !summary_whole_ && !in_summary_)
-      damaged(size_, 0, "the end of the data is missing", false);
+      damaged(size_, 0, "the DataEnd record is missing", false);
     if (data_differ_ && found_.damages.empty()) {
-      damaged(
-          0, data_end_,
-          "the checksum of the data does not fit, though all chunks and attachments do: something in header, "
-          "schemas, channels, metadata or indexes has changed",
-          true);
+      damaged(0, data_end_,
+              "the checksum of the data does not match, although all chunks and attachments do: the header, "
+              "schemas, channels, metadata or indexes have changed",
+              true);
     }
     if (!found_.chunks.empty() && !found_.messages.empty() && !trusted_) dropMessages();
     findUndefined();
@@ -407,8 +408,7 @@ class Search {
     }
   }
 
-  /// Of definitions with the same id but different contents that of the summary is taken, which has a
-  /// checksum.
+  /// Of several different definitions with the same id, uses that of the summary, which has a checksum.
   void settle(std::vector<WholeRecord>& records, const char* what) {
     std::map<std::uint16_t, WholeRecord> taken;
     for (WholeRecord& record : records) {
@@ -417,35 +417,37 @@ class Search {
       if (is_new) continue;
       const bool better = summary_whole_ && record.offset > data_end_;
       damaged(better ? place->second.offset : record.offset, kRecordHeadBytes + record.content.size(),
-              fmt::format("{} that differs from {} of the same number {}", what, what, id), !better);
+              fmt::format("{} that differs from {} with the same number {}", what, what, id), !better);
       if (better) place->second = record;
     }
     records.clear();
     for (auto& [id, record] : taken) records.push_back(std::move(record));
   }
 
-  /// Where there are chunks, what follows damage may be what is left of one.
+  /// In files with chunks, messages found after damage may be the remains of a chunk.
   void dropMessages() {
     const std::uint64_t first = found_.damages.empty() ? 0 : found_.damages.front().offset;
     const auto dropped =
         std::erase_if(found_.messages, [first](const WholeRecord& m) { return m.offset > first; });
-    if (dropped > 0) damaged(first, 0, fmt::format("{} messages that may be of a damaged chunk", dropped));
+    if (dropped > 0)
+      damaged(first, 0, fmt::format("{} messages that may belong to a damaged chunk", dropped));
   }
 
   void compareWithSummary() {
     found_.messages_meant = messages_meant_;
-    for (const IndexedChunk& meant : chunk_indexes_) {
-      const auto is_it = [&meant](const WholeChunk& chunk) {
-        return chunk.start_ns == meant.start_ns && chunk.end_ns == meant.end_ns && chunk.bytes == meant.bytes;
+    for (const IndexedChunk& expected : chunk_indexes_) {
+      const auto is_it = [&expected](const WholeChunk& chunk) {
+        return chunk.start_ns == expected.start_ns && chunk.end_ns == expected.end_ns &&
+               chunk.bytes == expected.bytes;
       };
       const auto found = std::ranges::find_if(found_.chunks, is_it);
-      const bool known = std::ranges::any_of(found_.damages, [&meant](const Damage& damage) {
-        return damage.loses && damage.offset < meant.offset + meant.bytes &&
-               meant.offset < damage.offset + damage.bytes;
+      const bool known = std::ranges::any_of(found_.damages, [&expected](const Damage& damage) {
+        return damage.loses && damage.offset < expected.offset + expected.bytes &&
+               expected.offset < damage.offset + damage.bytes;
       });
-      if (found == found_.chunks.end() && !known) damaged(meant.offset, 0, "a chunk is missing");
-      if (found != found_.chunks.end() && found->offset != meant.offset) {
-        damaged(found->offset, found->bytes, "a chunk is not where the summary says", false);
+      if (found == found_.chunks.end() && !known) damaged(expected.offset, 0, "a chunk is missing");
+      if (found != found_.chunks.end() && found->offset != expected.offset) {
+        damaged(found->offset, found->bytes, "the position of a chunk does not match the summary", false);
       }
     }
   }
@@ -466,13 +468,13 @@ class Search {
   Salvage found_;
   std::optional<config::Error> failure_;
   std::uint64_t at_ = 0;
-  std::uint64_t next_ = 0;          ///< where to go on behind the record at `at_`, if that is whole
-  bool trusted_ = true;             ///< nothing was damaged so far
-  bool has_all_checksums_ = false;  ///< so a missing one is damage
+  std::uint64_t next_ = 0;          ///< offset of the next record if the one at `at_` is intact
+  bool trusted_ = true;             ///< no damage so far
+  bool has_all_checksums_ = false;  ///< a missing checksum then means damage
   /// Messages of the chunk that indexes may follow.
   std::optional<std::map<std::uint16_t, std::vector<MessagePlace>>> indexed_;
-  std::set<std::tuple<std::uint32_t, std::size_t, std::uint64_t, std::uint64_t>> seen_;  ///< chunks
-  // of the end
+  std::set<std::tuple<std::uint32_t, std::size_t, std::uint64_t, std::uint64_t>> seen_;  ///< chunks found
+  // state of the end of the file
   bool in_summary_ = false;
   bool footer_seen_ = false;
   bool summary_whole_ = false;

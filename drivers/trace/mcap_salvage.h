@@ -13,58 +13,58 @@
 
 namespace hapticd::drivers::mcap {
 
-/// Something in a file that is not as it should be.
+/// A fault of a file.
 struct Damage {
   std::uint64_t offset = 0;  ///< in the file
-  std::uint64_t bytes = 0;   ///< 0: nothing is there that should be
+  std::uint64_t bytes = 0;   ///< 0: something is missing here
   std::string what = {};
-  /// Messages, metadata or attachments may be lost by it; else it follows from what is whole.
+  /// Messages, metadata or attachments may be lost; otherwise it can be rebuilt from intact records.
   bool loses = true;
-  // CLOCK_REALTIME of the last message before it and of the first one behind it, as the whole chunks say; 0:
-  // none
+  // CLOCK_REALTIME of the last message before it and the first one after it according to the intact chunks;
+  // 0: none
   std::uint64_t after_ns = 0;
   std::uint64_t before_ns = 0;
 };
 
-/// A chunk whose records are whole.
+/// A chunk whose records are intact.
 struct WholeChunk {
-  std::uint64_t offset = 0;  ///< of the record in the file
+  std::uint64_t offset = 0;  ///< offset of the record in the file
   std::uint64_t bytes = 0;
-  std::uint64_t start_ns = 0;  ///< of its messages
-  std::uint64_t end_ns = 0;
-  bool indexed = false;  ///< its indexes follow as this program writes them
+  std::uint64_t start_ns = 0;  ///< time of its earliest message
+  std::uint64_t end_ns = 0;    ///< time of its latest message
+  bool indexed = false;        ///< followed by its indexes as written by this program
   std::uint64_t index_bytes = 0;
 
   std::uint64_t end() const { return offset + bytes + (indexed ? index_bytes : 0); }
 };
 
-/// A whole record that is no chunk.
+/// An intact record other than a chunk.
 struct WholeRecord {
   std::uint64_t offset = 0;
   std::string content;
 };
 
-/// What of a file is whole, wherever in it that is.
+/// All intact parts of a file, wherever they are.
 struct Salvage {
-  // those of the summary too; each once
+  // including those of the summary, each once
   std::vector<WholeRecord> schemas;
   std::vector<WholeRecord> channels;
   std::vector<WholeRecord> metadata;
   std::vector<WholeRecord> attachments;
-  std::vector<WholeChunk> chunks;     ///< in their order in the file
+  std::vector<WholeChunk> chunks;     ///< in file order
   std::vector<WholeRecord> messages;  ///< outside of chunks
   std::set<std::uint16_t> used_channels;
-  std::vector<Damage> damages;  ///< in their order in the file
-  bool ended = false;           ///< footer and magic are there
-  /// That the summary counts, if that is whole.
+  std::vector<Damage> damages;  ///< in file order
+  bool ended = false;           ///< footer and magic are present
+  /// Number of messages according to the summary, if that is intact.
   std::optional<std::uint64_t> messages_meant;
   std::uint64_t messages_whole = 0;
 };
 
-/// Looks for everything that is whole in a file: where a record is not, it goes on at the next one that is,
-/// by its checksum or by what follows it. `progress`: share done, 0..1; may be empty. Errors: the system does
-/// not let us read. Memory: a record and an uncompressed chunk, of bounded size whatever the file says, and
-/// what is outside of chunks.
+/// Finds all intact parts of a file: after a damaged record it continues at the next intact one, identified
+/// by its checksum or by what follows it. `progress`: receives the fraction done, 0..1; may be empty.
+/// Errors: the file cannot be read. Memory: one record and one uncompressed chunk, limited regardless of the
+/// file's content, and the records outside of chunks.
 config::Result<Salvage> salvage(const TraceFile& file, std::uint64_t size,
                                 const std::function<void(double)>& progress);
 

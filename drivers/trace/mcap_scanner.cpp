@@ -16,12 +16,12 @@ Fault cut(const std::filesystem::path& file, std::uint64_t offset) {
   const std::string where = fmt::format("{} at byte {}", file.string(), offset);
   if (isBeingWritten(file)) {
     return {Fault::Kind::cut,
-            {where, "the trace is still being written", "stop it first, as with hapticctl trace stop"}};
+            {where, "the trace is still being written", "stop it first, e.g. with hapticctl trace stop"}};
   }
   return {Fault::Kind::cut,
-          {where, "the trace is cut off",
-           "hapticd or the machine stopped while it was written, or the copy is not whole: hapticctl trace "
-           "recover saves what is whole into a new file"}};
+          {where, "the trace is truncated",
+           "hapticd or the machine stopped while it was written, or the copy is incomplete: hapticctl trace "
+           "recover saves the intact parts to a new file"}};
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ std::expected<Scanner, Fault> Scanner::open(const std::filesystem::path& path) {
   const auto magic = scanner.peek(kMagic.size());
   if (!magic) return std::unexpected(magic.error());
   if (!kMagic.starts_with(*magic)) {
-    return std::unexpected(scanner.foreign("is no MCAP file", "give a trace of hapticd"));
+    return std::unexpected(scanner.foreign("is not an MCAP file", "give a trace of hapticd"));
   }
   if (magic->size() < kMagic.size()) return std::unexpected(cut(path, magic->size()));
   scanner.skip(kMagic);
@@ -45,7 +45,7 @@ std::expected<Scanner, Fault> Scanner::open(const std::filesystem::path& path) {
 Fault Scanner::damaged(std::uint64_t offset, std::string_view what) const {
   return {Fault::Kind::damaged,
           {fmt::format("{} at byte {}", file_.path().string(), offset), std::string(what),
-           "the file is damaged; hapticctl trace recover saves what is whole into a new file"}};
+           "the file is damaged; hapticctl trace recover saves the intact parts to a new file"}};
 }
 
 Fault Scanner::foreign(std::string_view what, std::string_view remedy) const {
@@ -60,9 +60,9 @@ std::expected<RecordHead, Fault> Scanner::head() const {
   RecordHead head{.opcode = static_cast<Opcode>(reader.number<std::uint8_t>()), .offset = offset_};
   head.length = reader.number<std::uint64_t>();
   if (head.length > size_ - offset_ - kRecordHeadBytes) return std::unexpected(cut(file_.path(), offset_));
-  if (head.length > kMostRecordBytes) {
+  if (head.length > kMaxRecordBytes) {
     return std::unexpected(damaged(
-        offset_, fmt::format("a record of {} bytes; at most {} are read", head.length, kMostRecordBytes)));
+        offset_, fmt::format("a record of {} bytes; at most {} are accepted", head.length, kMaxRecordBytes)));
   }
   return head;
 }
@@ -88,7 +88,7 @@ std::expected<bool, Fault> Scanner::atClosingMagic() {
   if (!rest) return std::unexpected(rest.error());
   if (*rest == kMagic) return true;
   if (kMagic.starts_with(*rest)) return std::unexpected(cut(file_.path(), offset_));
-  return std::unexpected(damaged(offset_, "there is something else than the end of the file"));
+  return std::unexpected(damaged(offset_, "the end of the file has unexpected bytes"));
 }
 
 std::expected<void, Fault> Scanner::read(std::uint64_t offset, std::size_t length, std::string& to) const {

@@ -14,13 +14,13 @@
 
 namespace hapticd::drivers::mcap {
 
-/// Why a file cannot be read on.
+/// Why reading a file cannot continue.
 struct Fault {
   enum class Kind {
-    foreign,     ///< no MCAP file, or none of hapticd
-    cut,         ///< it ends too early
-    damaged,     ///< something in it is wrong
-    unreadable,  ///< the system does not let us
+    foreign,     ///< not an MCAP file, or not one of hapticd
+    cut,         ///< it ends prematurely
+    damaged,     ///< its content is invalid
+    unreadable,  ///< system error
   };
   Kind kind = Kind::damaged;
   config::Error error;
@@ -30,49 +30,51 @@ struct Fault {
 struct Record {
   Opcode opcode = Opcode::header;
   std::uint64_t offset = 0;  ///< in the file
-  std::string_view content;  ///< until the next record is read
-  std::uint32_t crc = 0;     ///< of all before it, from where the checksum began
+  std::string_view content;  ///< valid until the next record is read
+  std::uint32_t crc = 0;     ///< checksum of everything before it, from where the checksum started
 
   std::uint64_t bytes() const { return kRecordHeadBytes + content.size(); }
 };
 
-/// What a record begins with.
+/// Opcode and length of a record.
 struct RecordHead {
   Opcode opcode = Opcode::header;
   std::uint64_t offset = 0;  ///< of the record in the file
-  std::uint64_t length = 0;  ///< of its content, all of which is in the file
+  std::uint64_t length = 0;  ///< of its content, which is completely in the file
 
   std::uint64_t end() const { return offset + kRecordHeadBytes + length; }
 };
 
-/// Goes through the records of a file one by one, with a bound on memory.
+/// Iterates over the records of a file with limited memory.
 /// Thread: one.  RT: not safe.
 class Scanner {
  public:
+  /// Opens a file and checks its magic bytes.
   static std::expected<Scanner, Fault> open(const std::filesystem::path& file);
 
-  /// Errors: the file ends, a record that is too long.
+  /// Returns the next record.  Errors: the file ends, the record is too long.
   std::expected<Record, Fault> next();
-  /// Of the next record, which stays the next one. The same errors.
+  /// Returns the head of the next record without advancing.  Errors: see next().
   std::expected<RecordHead, Fault> head() const;
-  /// Goes on at that place, without a checksum of what is before it.
+  /// Continues at this offset, without a checksum of what is before it.
   void jump(std::uint64_t offset) { offset_ = offset; }
-  /// True if the file's last bytes are next, as they should be.
+  /// Returns true if the closing magic of the file is next.
   std::expected<bool, Fault> atClosingMagic();
-  /// These bytes, fewer at the end of the file.
+  /// Reads bytes; fewer at the end of the file.
   std::expected<void, Fault> read(std::uint64_t offset, std::size_t length, std::string& to) const;
-  /// The next bytes, fewer at the end of the file. They stay the next ones.
+  /// Reads the next bytes without advancing; fewer at the end of the file.
   std::expected<std::string, Fault> peek(std::size_t length) const;
-  /// Goes on behind these bytes, which are, or ought to be, the next ones.
+  /// Skips these bytes, which are the next ones.
   void skip(std::string_view bytes);
-  /// Back to the first record, with the checksum of what is before it.
+  /// Returns to the first record; the checksum restarts.
   void restart();
-  /// Begins the checksum anew.
+  /// Restarts the checksum.
   void restartCrc() { crc_ = 0; }
 
   std::uint64_t offset() const { return offset_; }  ///< of the next record
-  std::uint32_t crc() const { return crc_; }        ///< of all before it, from where it began
-  std::uint64_t size() const { return size_; }      ///< of the file
+  /// Of everything before the next record, from where the checksum started.
+  std::uint32_t crc() const { return crc_; }
+  std::uint64_t size() const { return size_; }  ///< of the file
 
   Fault damaged(std::uint64_t offset, std::string_view what) const;
   Fault foreign(std::string_view what, std::string_view remedy) const;

@@ -13,7 +13,7 @@ void Summary::addOnce(std::vector<std::string>& to, std::string_view content) {
 
 void Summary::addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
                        const ChunkContent& content) {
-  constexpr std::size_t kIndexHeadBytes = kRecordHeadBytes + 2 + 4;  // channel, length of the places
+  constexpr std::size_t kIndexHeadBytes = kRecordHeadBytes + 2 + 4;  // channel id and length of the entries
   constexpr std::size_t kPlaceBytes = 16;
   ByteWriter writer(chunk_indexes_);
   addRecord(chunk_indexes_, Opcode::chunk_index, [&] {
@@ -123,7 +123,7 @@ std::string Summary::ending(std::uint64_t offset, std::uint32_t crc) const {
   footer.number(kFooterBytes);
   footer.number(start);
   footer.number(offsets_at);
-  footer.number(crcOf(summary));  // of all in front of it
+  footer.number(crcOf(summary));  // of the summary up to here
   return data_end + summary + std::string(kMagic);
 }
 

@@ -11,13 +11,13 @@
 
 namespace hapticd::drivers::mcap {
 
-/// What the end of a file says of all before it.
+/// Collects the information for the summary at the end of a file.
 class Summary {
  public:
-  // `content`: of the record; what is there already is not added again
+  // `content`: of the record; duplicates are ignored
   void addSchema(std::string_view content) { addOnce(schemas_, content); }
   void addChannel(std::string_view content) { addOnce(channels_, content); }
-  // `offset`, `bytes`: of the whole record in the file
+  // `offset`, `bytes`: of the complete record in the file
   void addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
                 const ChunkContent& content);
   void addAttachment(std::uint64_t offset, std::uint64_t bytes, const AttachmentRecord& attachment);
@@ -25,7 +25,8 @@ class Summary {
 
   std::uint64_t chunks() const { return chunks_; }
 
-  /// DataEnd, summary, footer and magic for a data section that ends at `offset`. `crc`: of all before it.
+  /// Returns DataEnd, summary, footer and magic for a data section that ends at `offset`. `crc`: of
+  /// everything before.
   std::string ending(std::uint64_t offset, std::uint32_t crc) const;
 
  private:
@@ -34,10 +35,10 @@ class Summary {
 
   std::vector<std::string> schemas_;  ///< contents of the records
   std::vector<std::string> channels_;
-  std::string chunk_indexes_;  ///< whole records
+  std::string chunk_indexes_;  ///< complete records
   std::string attachment_indexes_;
   std::string metadata_indexes_;
-  std::map<std::uint16_t, std::uint64_t> messages_;  ///< by channel
+  std::map<std::uint16_t, std::uint64_t> messages_;  ///< number by channel
   std::uint64_t start_ns_ = 0;
   std::uint64_t end_ns_ = 0;
   std::uint32_t chunks_ = 0;

@@ -7,8 +7,8 @@
 namespace hapticd::drivers::mcap {
 namespace {
 
-/// Messages outside of chunks are read so many bytes at a time.
-constexpr std::uint64_t kMostLooseBytes = 1 << 20;
+/// Messages outside of chunks are grouped into parts of this size.
+constexpr std::uint64_t kMaxLooseBytes = 1 << 20;
 
 class Surveying {
  public:
@@ -55,7 +55,7 @@ class Surveying {
     return {};
   }
 
-  /// The number that begins so many bytes behind the begin of the record's content.
+  /// Reads the time at offset `at` of the record's content.
   std::expected<std::uint64_t, Fault> time(const RecordHead& head, std::size_t at) {
     std::string bytes;
     if (auto read = scanner_.read(head.offset + kRecordHeadBytes + at, sizeof(std::uint64_t), bytes); !read) {
@@ -67,7 +67,7 @@ class Surveying {
   std::expected<void, Fault> chunk(const RecordHead& head) {
     const auto start_ns = time(head, 0), end_ns = time(head, sizeof(std::uint64_t));
     if (!start_ns || !end_ns) return std::unexpected(start_ns ? end_ns.error() : start_ns.error());
-    const bool empty = *start_ns == 0 && *end_ns == 0;  // any time would do
+    const bool empty = *start_ns == 0 && *end_ns == 0;  // an empty chunk may have any time
     const std::uint64_t before_ns = found_.stretches.empty() ? 0 : found_.stretches.back().start_ns;
     found_.stretches.push_back({head.offset, head.end() - head.offset, empty ? before_ns : *start_ns, true});
     return {};
@@ -79,7 +79,7 @@ class Surveying {
     if (!time_ns) return std::unexpected(time_ns.error());
     const std::uint64_t bytes = head.end() - head.offset;
     Stretch* const last = found_.stretches.empty() ? nullptr : &found_.stretches.back();
-    if (last != nullptr && !last->chunk && last->end() == head.offset && last->bytes < kMostLooseBytes) {
+    if (last != nullptr && !last->chunk && last->end() == head.offset && last->bytes < kMaxLooseBytes) {
       last->bytes += bytes;
       last->start_ns = std::min(last->start_ns, *time_ns);
     } else {

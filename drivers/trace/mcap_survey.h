@@ -9,34 +9,34 @@
 
 namespace hapticd::drivers::mcap {
 
-/// A part of a file that holds messages: a chunk, or messages outside of chunks that follow each other.
+/// A part of a file with messages: a chunk, or consecutive messages outside of chunks.
 struct Stretch {
   std::uint64_t offset = 0;  ///< in the file
   std::uint64_t bytes = 0;
-  std::uint64_t start_ns = 0;  ///< of its earliest message, as the file says
+  std::uint64_t start_ns = 0;  ///< of its earliest message, according to the file
   bool chunk = false;
 
   std::uint64_t end() const { return offset + bytes; }
 };
 
-/// Takes what a survey comes by. What is wrong with it, or "".
+/// Receives the records found by a survey. Its functions return a description of the record's fault, or "".
 class SurveyVisitor {
  public:
   virtual ~SurveyVisitor() = default;
   virtual std::string definition(const Record& record) = 0;  ///< a schema or channel outside of chunks
-  virtual std::string companion(const Record& record) = 0;   ///< metadata, an attachment
+  virtual std::string companion(const Record& record) = 0;   ///< metadata or an attachment
 };
 
-/// Where the messages of a file are.
+/// Locations of the messages of a file.
 struct Survey {
-  std::vector<Stretch> stretches;  ///< in their order in the file
-  std::optional<Fault> fault;      ///< why it does not go on to the end of the data
+  std::vector<Stretch> stretches;  ///< in file order
+  std::optional<Fault> fault;      ///< reason why the survey ended before the end of the data
 
   bool inOrderOfTime() const;
 };
 
-/// Goes from record to record of the data section without reading what chunks and messages hold: other
-/// programs write metadata behind the messages, and chunks in any order.
+/// Visits the records of the data section without reading the content of chunks and messages. It is needed
+/// because other programs write metadata after the messages, and chunks in any order.
 Survey survey(Scanner& scanner, SurveyVisitor& visitor);
 
 }  // namespace hapticd::drivers::mcap

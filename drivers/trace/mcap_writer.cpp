@@ -11,7 +11,7 @@ Writer::Writer(TraceFile part, std::filesystem::path file, bool compress)
   if (compress) compressor_.emplace();
   addRecord(head_, Opcode::header, [this] {
     ByteWriter writer(head_);
-    writer.text("");  // no profile: that of ROS 2 asks for qualities of service
+    writer.text("");  // no profile: that of ROS 2 requires quality-of-service metadata
     writer.text("hapticd");
   });
 }
@@ -84,7 +84,8 @@ std::uint64_t Writer::pendingMessages(std::uint16_t channel) const {
   return static_cast<std::uint64_t>(std::ranges::count(places_, channel, &Pending::channel));
 }
 
-/// The records of pending messages in the order of their times; the others stay pending.
+/// Returns the records of pending messages before `time_ns` in the order of their times; the others stay
+/// pending.
 std::string Writer::takeBefore(std::uint64_t time_ns) {
   const auto later = std::ranges::stable_partition(
       places_, [time_ns](const Pending& place) { return place.time_ns < time_ns; });
@@ -106,7 +107,7 @@ std::string Writer::takeBefore(std::uint64_t time_ns) {
   return records;
 }
 
-/// All of it, or nothing.
+/// Writes all of it or nothing.
 config::Result<void> Writer::append(std::string_view bytes) {
   auto written = part_.writeAt(end_, bytes);
   if (written) written = part_.synchronise();
@@ -151,7 +152,7 @@ config::Result<void> Writer::flushBefore(std::uint64_t time_ns) {
 }
 
 config::Result<void> Writer::writeEnding() {
-  auto written = part_.truncate(end_);  // what an error has left, if that could not be done then
+  auto written = part_.truncate(end_);  // removes what an earlier error may have left
   if (written) written = part_.writeAt(end_, summary_.ending(end_, crc_));
   if (written) written = part_.synchronise();
   if (!written) (void)part_.truncate(end_);

@@ -18,45 +18,45 @@
 
 namespace hapticd::drivers::mcap {
 
-/// Writes an MCAP file: header, schemas, channels, metadata and attachments at its begin, then messages in
-/// chunks, each of which is on the disk before the next one begins. The messages of a chunk are in the order
-/// of their times; messages are held until their chunk is written (memory: pendingBytes() and a copy of
-/// them). Thread: one.  RT: not safe.
+/// Writes an MCAP file: header, schemas, channels, metadata and attachments at the beginning, then messages
+/// in chunks, each of which is on disk before the next one begins. The messages of a chunk are in the order
+/// of their times; they are held until their chunk is written (memory: pendingBytes() plus a copy).
+/// Thread: one.  RT: not safe.
 class Writer {
  public:
   using Pairs = std::span<const std::pair<std::string, std::string>>;
 
-  /// Begins `part`, which does not exist; finish() renames it to `file`.
+  /// `part`: the new file; finish() renames it to `file`.
   Writer(TraceFile part, std::filesystem::path file, bool compress);
 
-  // Before begin(). Ids are 1, 2, ...
+  // Called before begin(). Ids are 1, 2, ...
   std::uint16_t addChannel(std::string_view topic, std::string_view schema_name, std::string_view schema);
   void addMetadata(std::string_view name, Pairs pairs);
   void addAttachment(const AttachmentRecord& attachment);
-  /// Writes all that.
+  /// Writes the beginning of the file.
   config::Result<void> begin();
 
-  /// For a chunk to come.
+  /// Adds a message to a future chunk.
   void addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
                   std::string_view message);
-  /// Why nothing more is written.
+  /// Returns the error after which nothing more is written.
   const std::optional<config::Error>& failure() const { return failure_; }
 
-  // of messages that are in no chunk yet
+  // Size and number of messages that are not in a chunk yet.
   std::size_t pendingBytes() const { return pending_.size(); }
   std::uint64_t pendingMessages(std::uint16_t channel) const;
-  /// Of the earliest one, and of the latest one. There are some.
+  /// Returns the times of the earliest and the latest pending message; there must be one.
   std::pair<std::uint64_t, std::uint64_t> pendingTimes_ns() const { return {earliest_ns_, latest_ns_}; }
 
-  /// Writes a chunk of all pending messages. After an error the file ends with its last whole chunk, and
-  /// nothing more is written but by finish().
+  /// Writes a chunk with all pending messages. After an error the file ends with its last complete chunk, and
+  /// only finish() writes again.
   config::Result<void> flush();
-  /// The same with those before that time only, if there are any, so that messages which come late still get
-  /// into the chunk after it.
+  /// Writes a chunk with the messages before `time_ns` only, if there are any, so that late messages still
+  /// fit into the next chunk.
   config::Result<void> flushBefore(std::uint64_t time_ns);
-  /// Writes the open chunk and the file's end, and renames it. Without effect if it succeeded before; may be
-  /// tried again if it failed.
-  /// Errors: also that of the open chunk, with a file that is finished nevertheless.
+  /// Writes the open chunk and the end of the file, and renames it. Does nothing after it has succeeded; may
+  /// be retried after a failure.
+  /// Errors: also that of the open chunk, although the file is finished.
   config::Result<void> finish();
 
   const std::filesystem::path& file() const { return file_; }
@@ -79,15 +79,15 @@ class Writer {
   std::optional<Compressor> compressor_;
   Summary summary_;
   std::string head_;
-  std::string pending_;  ///< records that are in no chunk yet, in the order in which they came
+  std::string pending_;  ///< records not in a chunk yet, in the order of arrival
   std::vector<Pending> places_;
-  // of those
+  // times of these records
   std::uint64_t earliest_ns_ = 0;
   std::uint64_t latest_ns_ = 0;
   std::string compressed_;
   std::uint16_t channels_ = 0;
-  std::uint64_t end_ = 0;  ///< of what is whole
-  std::uint32_t crc_ = 0;  ///< of it
+  std::uint64_t end_ = 0;  ///< length of the complete part
+  std::uint32_t crc_ = 0;  ///< checksum of the complete part
   bool finished_ = false;
   std::optional<config::Error> failure_;
 };

@@ -33,9 +33,9 @@ constexpr std::array<NumberType, 11> kNumberTypes{{{"bool", 1},
                                                    {"float64", 8}}};
 
 /// No array of a trace has more elements.
-constexpr std::size_t kMostNumbers = 4096;
-/// Constants are values of a byte.
-constexpr std::size_t kMostConstants = 256;
+constexpr std::size_t kMaxNumbers = 4096;
+/// Constants are values of one byte.
+constexpr std::size_t kMaxConstants = 256;
 
 std::optional<std::size_t> numberIn(std::string_view text) {
   std::size_t number = 0;
@@ -43,7 +43,7 @@ std::optional<std::size_t> numberIn(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-/// Of "float64" or "float64[3]".
+/// Parses e.g. "float64" or "float64[3]".
 bool setNumbers(std::string_view type, Field& field) {
   const std::size_t bracket = type.find('[');
   const auto* const found = std::ranges::find(kNumberTypes, type.substr(0, bracket), &NumberType::name);
@@ -53,7 +53,7 @@ bool setNumbers(std::string_view type, Field& field) {
   if (!type.ends_with(']')) return false;
   const auto count = numberIn(type.substr(bracket + 1, type.size() - bracket - 2));
   field.count = count.value_or(0);
-  return count && *count <= kMostNumbers;
+  return count && *count <= kMaxNumbers;
 }
 
 bool setForm(std::string_view type, Field& field) {
@@ -64,11 +64,11 @@ bool setForm(std::string_view type, Field& field) {
   return setNumbers(type, field);
 }
 
-/// "NAME=VALUE" among the constants of the field that follows.
+/// Adds "NAME=VALUE" to the constants of the following field.
 bool addConstant(std::string_view text, std::vector<std::string>& constants) {
   const std::size_t equals = text.find('=');
   const auto value = numberIn(text.substr(equals + 1));
-  if (!value || *value >= kMostConstants) return false;
+  if (!value || *value >= kMaxConstants) return false;
   if (constants.size() <= *value) constants.resize(*value + 1);
   constants[*value] = text.substr(0, equals);
   return true;
@@ -121,7 +121,7 @@ std::expected<MessageLayout, std::string> MessageLayout::of(std::string_view sch
   while (!schema.empty()) {
     const std::string_view line = schema.substr(0, schema.find('\n'));
     schema.remove_prefix(std::min(line.size() + 1, schema.size()));
-    if (line.starts_with("===")) break;  // the types that are used follow
+    if (line.starts_with("===")) break;  // the definitions of nested types follow
     if (line.empty() || line.starts_with('#')) continue;
     const std::size_t blank = line.find(' ');
     const std::string_view name = blank == std::string_view::npos ? "" : line.substr(blank + 1);
@@ -130,7 +130,7 @@ std::expected<MessageLayout, std::string> MessageLayout::of(std::string_view sch
     const bool known = constant ? addConstant(name, constants) : setForm(field.type, field);
     if (name.empty() || !known) {
       return std::unexpected(
-          fmt::format("{} in its schema is of no type that traces have", config::inQuotes(line)));
+          fmt::format("{} in its schema has a type that traces do not use", config::inQuotes(line)));
     }
     if (constant) continue;
     field.constants = std::exchange(constants, {});

@@ -13,29 +13,31 @@
 
 namespace hapticd::drivers {
 
-/// The fields of a channel's messages, as its schema (encoding ros2msg) lists them.
+/// The fields of a channel's messages according to its schema (encoding ros2msg).
 /// Thread: one.  RT: not safe.
 class MessageLayout {
  public:
-  /// How a field is stepped over.
+  /// Encoding of a field.
   enum class Form { numbers, text, bytes, named_texts, time };
+  /// One field of the messages.
   struct Field {
-    std::string type;                    ///< "float64[3]"
-    std::string name;                    ///< "hip_m_in_world"
-    std::vector<std::string> constants;  ///< by their values, "" between: the enumerators of the field
+    std::string type;                    ///< e.g. "float64[3]"
+    std::string name;                    ///< e.g. "hip_m_in_world"
+    std::vector<std::string> constants;  ///< enumerators of the field by value, "" for gaps
     Form form = Form::numbers;
-    std::size_t bytes = 1;  ///< of a number
-    std::size_t count = 1;  ///< of the numbers
+    std::size_t bytes = 1;  ///< size of one number
+    std::size_t count = 1;  ///< number of numbers
   };
 
-  /// Errors: why it cannot be read: a line that is none, a type that traces do not have.
+  /// Parses a schema.  Errors: why it cannot be parsed: an invalid line, a type that traces do not use.
   static std::expected<MessageLayout, std::string> of(std::string_view schema);
 
   const std::vector<Field>& fields() const { return fields_; }
-  /// Its place in fields().
+  /// Returns the index of a field in fields().
   std::optional<std::size_t> find(std::string_view name) const;
 
-  /// Where each field of a message begins, for CdrReader::seek(). False: the message is not whole.
+  /// Determines the offset of each field of a message, for CdrReader::seek(). Returns false if the message is
+  /// incomplete.
   bool locate(std::string_view message, std::vector<std::size_t>& places) const;
 
  private:

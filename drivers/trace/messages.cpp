@@ -22,13 +22,13 @@ namespace {
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 using CoreMemory = rt::HapticCore::Memory;
 
-/// To be raised when members of CoreMemory change their meaning but not their size.
+/// To be incremented when members of CoreMemory change their meaning but not their size.
 constexpr std::uint32_t kMemoryLayout = 3;
 
 constexpr std::string_view kTimeSchema = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 constexpr std::string_view kNamedTextSchema = "MSG: hapticd_msgs/NamedText\nstring name\nstring value\n";
 
-/// What somebody who has nothing but the file must know of a channel, as comments of its schema.
+/// Explanation of a channel for readers who have only the file, as comments of its schema.
 template <typename Record>
 constexpr std::string_view kComment{};
 template <>
@@ -75,7 +75,7 @@ constexpr std::string_view kNumberType<std::int64_t> = "int64";
 template <>
 constexpr std::string_view kNumberType<double> = "float64";
 
-/// Writes the line of each field that it visits.
+/// Writes one line for each field that it visits.
 struct SchemaOfFields {
   std::string text = "builtin_interfaces/Time stamp\n";
   bool named_texts = false;
@@ -146,7 +146,7 @@ struct EncodeFields {
 
 struct DecodeFields {
   CdrReader& from;
-  bool other_memory = false;  ///< the core's has another layout; it was not read
+  bool other_memory = false;  ///< the core memory has another layout and was not read
 
   template <CdrNumber Number>
   void operator()(std::string_view, Number& value) {
@@ -168,9 +168,9 @@ struct DecodeFields {
   void operator()(std::string_view, std::string& text) { text = from.text(); }
   void operator()(std::string_view, ByteString& string) { string.bytes = from.bytes(); }
   void operator()(std::string_view, Pairs& pairs) {
-    constexpr std::size_t kLeastPairBytes = 10;  // two lengths and two ends
+    constexpr std::size_t kMinPairBytes = 10;  // two lengths and two terminators
     const auto count = from.number<std::uint32_t>();
-    if (count > from.left() / kLeastPairBytes) return from.refuse();
+    if (count > from.left() / kMinPairBytes) return from.refuse();
     pairs.clear();
     for (std::uint32_t i = 0; i < count && from.good(); ++i) {
       std::string name(from.text());
@@ -185,7 +185,7 @@ struct DecodeFields {
   }
 };
 
-/// Decodes what a message of another version has, field by field from where it is.
+/// Decodes a message of another version, field by field from its offset.
 template <typename Sources>
 struct DecodePlaces {
   CdrReader& from;
@@ -223,7 +223,7 @@ struct DecodePlaces {
   }
 };
 
-/// The enumerators of `own` by the values that they have in `other`.
+/// Maps the values in `other` to the enumerators of `own`.
 std::vector<std::optional<std::uint8_t>> valuesIn(const MessageLayout::Field& other,
                                                   const MessageLayout::Field& own) {
   std::vector<std::optional<std::uint8_t>> values(other.constants.size());
@@ -288,7 +288,7 @@ template <typename Record>
 bool MessageDecoder<Record>::decode(std::string_view message, Record& record) {
   if (other_) return decodeOther(message, record);
   CdrReader reader(message);
-  reader.number<std::int32_t>();  // the time: it is in the record too
+  reader.number<std::int32_t>();  // the time, which is in the record as well
   reader.number<std::uint32_t>();
   DecodeFields fields{reader};
   visitFields(record, fields);

@@ -13,7 +13,7 @@
 
 namespace hapticd::drivers {
 
-/// How a channel is called in the file. Its messages are CDR.
+/// Topic and schema name of a channel. Its messages are encoded in CDR.
 struct ChannelName {
   std::string_view topic;
   std::string_view schema;
@@ -36,47 +36,47 @@ inline constexpr ChannelName kChannelName<SnapshotRecord>{"/hapticd/core_snapsho
 template <>
 inline constexpr ChannelName kChannelName<DepthRecord>{"/hapticd/depth", "hapticd_msgs/msg/Depth"};
 
-/// The schema of a record's messages (encoding ros2msg), made from fields.h: the time, then each field; the
-/// values of enumerations as constants before their field.
+/// Returns the schema of a record's messages (encoding ros2msg), generated from fields.h: the time, then each
+/// field; the values of enumerations precede their field as constants.
 template <typename Record>
 std::string schemaOf();
 
-/// Appends a record as a message. realtime_ns: CLOCK_REALTIME of it.
+/// Appends a record as a message. `realtime_ns`: its CLOCK_REALTIME.
 template <typename Record>
 void encode(const Record& record, std::uint64_t realtime_ns, std::string& to);
 
-/// Reads the messages of a channel back: with schemaOf<Record>() bit by bit the same, and what it can of the
-/// messages of older and newer versions, whose fields are others.
+/// Decodes the messages of a channel: those of schemaOf<Record>() exactly, and as far as possible those of
+/// older and newer versions, which have other fields.
 /// Thread: one.
 template <typename Record>
 class MessageDecoder {
  public:
-  /// For the schema of this version.
+  /// Decodes the schema of this version.
   MessageDecoder();
-  /// Errors: why its messages cannot be read as such records.
+  /// Decodes another schema.  Errors: why its messages cannot be decoded as such records.
   static std::expected<MessageDecoder, std::string> forSchema(std::string_view schema);
 
-  /// False: it is no such message, or unknownValue() says why; `record` is then undefined. A field that the
-  /// messages do not have is NaN, or zero where it cannot be. A snapshot of another layout of the core's
-  /// memory is not usable.
+  /// Decodes a message. Returns false if it is invalid or has a value described by unknownValue(); `record`
+  /// is then undefined. A field missing in the messages becomes NaN, or zero if that is impossible. A
+  /// snapshot with another layout of the core's memory is marked as not usable.
   bool decode(std::string_view message, Record& record);
 
-  /// The field of the last message whose value this version has no name for; empty: there is none.
+  /// Returns the field of the last message with a value unknown to this version; empty: none.
   const std::string& unknownValue() const { return unknown_value_; }
-  /// Fields of the record that the messages do not have.
+  /// Returns the fields of the record that the messages do not have.
   const std::vector<std::string>& missing() const { return missing_; }
 
  private:
   bool decodeOther(std::string_view message, Record& record);
 
-  /// Where a field of the record comes from.
+  /// Origin of a field of the record.
   struct Source {
-    std::optional<std::size_t> field;  ///< of the message; nothing: it does not have it
-    /// Of an enumeration: its enumerators by their values there.
+    std::optional<std::size_t> field;  ///< index of the field in the message; nothing: missing
+    /// For an enumeration: its enumerators by their values in the message.
     std::vector<std::optional<std::uint8_t>> values;
   };
-  std::optional<MessageLayout> other_;  ///< nothing: this version's
-  std::vector<Source> sources_;         ///< by the fields of the record
+  std::optional<MessageLayout> other_;  ///< nothing: the schema of this version
+  std::vector<Source> sources_;         ///< by field of the record
   std::vector<std::string> missing_;
   std::vector<std::size_t> places_;
   std::string unknown_value_;

@@ -12,43 +12,43 @@
 #include "rt/vec3.h"
 #include "rt/words.h"
 
-/// What a trace holds, one structure per channel. Ticks are rt::Tick. Times are CLOCK_MONOTONIC in
-/// nanoseconds; a trace carries the offset of its clock to CLOCK_REALTIME.
+/// The records of a trace, one structure per channel; ticks are rt::Tick. Times are CLOCK_MONOTONIC in
+/// nanoseconds; a trace contains the offset of its clock to CLOCK_REALTIME.
 namespace hapticd::drivers {
 
-/// A scene that the scene thread has built, and the frame that it is of.
+/// A scene built by the scene thread, and the frame that it was built from.
 struct ModelRecord {
-  std::uint64_t model = 0;          ///< number of the scene: Tick::scene_model
+  std::uint64_t model = 0;          ///< number of the scene, see Tick::scene_model
   std::int64_t time_ns = 0;         ///< when it was built
-  std::int64_t build_ns = 0;        ///< how long that took
+  std::int64_t build_ns = 0;        ///< duration of building it
   std::uint64_t frame = 0;          ///< sequence number of the depth frame
-  std::int64_t frame_time_ns = 0;   ///< of its arrival
-  std::uint32_t device_ticks = 0;   ///< of the camera's own clock
-  rt::Vec3 centre_m_in_world = {};  ///< around which it was modelled
-  double radius_m = 0;              ///< that was asked for
+  std::int64_t frame_time_ns = 0;   ///< arrival of the frame
+  std::uint32_t device_ticks = 0;   ///< the camera's own counter
+  rt::Vec3 centre_m_in_world = {};  ///< centre of the modelled region
+  double radius_m = 0;              ///< requested radius
   std::uint64_t generation = 0;     ///< of the Directive whose needs it meets
-  bool forgot = false;              ///< filter and fusion began anew with it
-  bool depth_recorded = false;      ///< the raw frame was taken into the trace
+  bool forgot = false;              ///< filter and fusion were restarted with it
+  bool depth_recorded = false;      ///< the raw frame was added to the trace
   std::uint32_t points = 0;
   std::uint32_t points_over_capacity = 0;
-  std::uint64_t frames = 0;          ///< taken over so far
-  std::uint64_t skipped_frames = 0;  ///< replaced by a newer one before they were modelled, so far
-  std::uint64_t damaged_frames = 0;  ///< not delivered by the camera, so far
+  std::uint64_t frames = 0;          ///< received so far
+  std::uint64_t skipped_frames = 0;  ///< so far: replaced by a newer one before they were modelled
+  std::uint64_t damaged_frames = 0;  ///< so far: discarded by the camera driver
 };
 
-/// What the force loop was told from a generation on.
+/// The directive that the force loop follows from this generation on.
 struct DirectiveRecord {
   std::int64_t time_ns = 0;
   std::uint64_t generation = 0;
   bool engage = false;
   bool engage_inside = false;
   std::uint64_t engage_request = 0;
-  /// All live parameters by name, in the form that reads back as the same value. They name the law in use,
-  /// also where force.law is auto.
+  /// All live parameters by name, in a form that reads back as the same value. They name the law in use even
+  /// if force.law is auto.
   std::vector<std::pair<std::string, std::string>> parameters = {};
 };
 
-/// Something that happened, as the journal has it.
+/// An event, as in the journal.
 struct EventRecord {
   std::int64_t time_ns = 0;
   std::string kind = {};  ///< mode, camera, handle, parameter, engage, warning, trace, ...
@@ -56,23 +56,23 @@ struct EventRecord {
   std::vector<std::pair<std::string, std::string>> fields = {};
 };
 
-/// What the core remembered before a tick; for the same version of hapticd only.
+/// Snapshot of the core's memory before a tick; valid only for the same version of hapticd.
 struct SnapshotRecord {
   std::int64_t time_ns = 0;
   rt::CoreSnapshot snapshot = {};
-  bool usable =
-      true;  ///< read from a trace: this version's core has the same layout; else its memory is empty
+  /// False if the trace was written by a version with another layout of the core; its memory is then empty.
+  bool usable = true;
 };
 
-/// Bytes of a length that varies.
+/// Bytes of variable length.
 struct ByteString {
   std::string bytes = {};
 };
 
-/// How DepthRecord::image holds the raw values (depth_codec.h).
+/// Encoding of the raw values in DepthRecord::image (depth_codec.h).
 enum class DepthEncoding : std::uint8_t {
-  plain,       ///< as they are
-  above_zstd,  ///< differences to the value above, by zstd
+  plain,       ///< uncompressed
+  above_zstd,  ///< differences to the value above, compressed with zstd
 };
 constexpr auto wordsOf(DepthEncoding) {
   return rt::words<DepthEncoding>("plain", "above_zstd");

@@ -22,7 +22,7 @@ std::string remedyFor(int error) {
     case EDQUOT:
       return "make room: delete old traces (hapticctl trace list, trace delete), or set trace.max_folder_mb";
     case EFBIG:
-      return "the system limits the size of files: see ulimit -f and LimitFSIZE=";
+      return "the file size is limited: see ulimit -f and LimitFSIZE=";
     case EACCES:
     case EPERM:
     case EROFS:
@@ -30,7 +30,7 @@ std::string remedyFor(int error) {
     case ENOENT:
       return "check the path";
     case EIO:
-      return "the disk fails: look into the kernel's log";
+      return "the disk is failing: check the kernel log";
   }
   return "";
 }
@@ -49,7 +49,7 @@ config::Result<TraceFile> TraceFile::open(const std::filesystem::path& path, int
   return TraceFile(path, descriptor);
 }
 
-/// A file system without locks is no reason to write nothing.
+/// A file system without locks is not a reason to fail.
 config::Result<TraceFile> TraceFile::openLocked(const std::filesystem::path& path, int flags) {
   auto file = open(path, flags);
   if (!file || ::flock(file->descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
@@ -83,7 +83,8 @@ config::Result<std::uint64_t> TraceFile::size() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) return failure("examined");
   if (!S_ISREG(status.st_mode)) {
-    return std::unexpected(config::Error{path_.string(), "is no file", "give the path of a trace"});
+    return std::unexpected(
+        config::Error{path_.string(), "is not a regular file", "give the path of a trace"});
   }
   return static_cast<std::uint64_t>(status.st_size);
 }
@@ -128,7 +129,7 @@ bool isBeingWritten(const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return false;
   const bool locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  ::close(descriptor);  // which gives the lock back
+  ::close(descriptor);  // also releases the lock
   return locked;
 }
 
@@ -150,7 +151,7 @@ config::Result<void> synchroniseFolder(const std::filesystem::path& folder) {
 config::Result<void> renameDurably(const std::filesystem::path& part, const std::filesystem::path& file) {
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
-    return std::unexpected(config::Error{part.string(), fmt::format("{} is there already", file.string()),
+    return std::unexpected(config::Error{part.string(), fmt::format("{} already exists", file.string()),
                                          "rename or delete one of them"});
   }
   if (::rename(part.c_str(), file.c_str()) != 0) return systemError(part, "renamed");

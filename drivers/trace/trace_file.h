@@ -11,14 +11,15 @@
 
 namespace hapticd::drivers {
 
-/// An open file. Whoever writes it holds a lock on it (flock), which ends with the object or its process.
+/// An open file. A writer holds a lock on it (flock), which is released with the object or its process.
 /// Thread: one.  RT: not safe.
 class TraceFile {
  public:
-  /// Errors: it exists already, or what the system says.
+  /// Creates a file and locks it.  Errors: it already exists, or a system error.
   static config::Result<TraceFile> create(const std::filesystem::path& path);
+  /// Opens a file for reading.  Errors: system errors.
   static config::Result<TraceFile> openToRead(const std::filesystem::path& path);
-  /// Errors: it is being written, or what the system says.
+  /// Opens a file for repair and locks it.  Errors: it is being written, or a system error.
   static config::Result<TraceFile> openToMend(const std::filesystem::path& path);
   TraceFile(TraceFile&& other) noexcept;
   TraceFile& operator=(TraceFile&&) = delete;
@@ -26,12 +27,12 @@ class TraceFile {
 
   const std::filesystem::path& path() const { return path_; }
   config::Result<std::uint64_t> size() const;
-  /// All of `bytes`, or an error.
+  /// Writes all of `bytes`, or returns an error.
   config::Result<void> writeAt(std::uint64_t offset, std::string_view bytes);
-  /// Into `to`, as many bytes as are there, at most `length`.
+  /// Reads as many bytes as available, at most `length`, to `to`.
   config::Result<void> readAt(std::uint64_t offset, std::size_t length, std::string& to) const;
   config::Result<void> truncate(std::uint64_t size);
-  /// Returns when the data are on the disk.
+  /// Returns when the data is on disk.
   config::Result<void> synchronise();
 
  private:
@@ -44,14 +45,14 @@ class TraceFile {
   int descriptor_;
 };
 
-/// True if a TraceFile of some process may write this file.
+/// Returns true if a TraceFile of some process may be writing this file.
 bool isBeingWritten(const std::filesystem::path& file);
 
-/// The name of a trace while it is written.
+/// Returns the name of a trace while it is being written.
 std::filesystem::path partOf(const std::filesystem::path& file);
 
-/// Gives `part` the name `file`, so that it keeps it after a crash too.
-/// Errors: `file` exists, or what the system says.
+/// Renames `part` to `file` such that the new name survives a crash.
+/// Errors: `file` exists, or a system error.
 config::Result<void> renameDurably(const std::filesystem::path& part, const std::filesystem::path& file);
 
 /// Makes the names in a folder survive a crash.

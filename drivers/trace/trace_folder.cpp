@@ -28,7 +28,7 @@ constexpr std::string_view kEnding = ".mcap";
 constexpr std::string_view kPartEnding = ".mcap.part";
 constexpr std::string_view kDepthEnding = ".depth";
 constexpr std::string_view kKeepEnding = ".keep";
-/// "2026-03-04T05-06-07Z", UTC: what names begin with.
+/// Length of the time at the beginning of a name, "2026-03-04T05-06-07Z" (UTC).
 constexpr std::size_t kTimeLength = 20;
 constexpr std::size_t kLongestName = 100;
 
@@ -50,11 +50,11 @@ bool has(const fs::path& folder, std::string_view name, std::string_view ending)
   return fs::exists(fileOf(folder, name, ending), ignored);
 }
 
-/// The time that a name begins with; nothing for other names.
+/// Returns the time at the beginning of a name; nothing for other names.
 std::optional<std::int64_t> beginOf(std::string_view name) {
   if (name.size() < kTimeLength) return std::nullopt;
   std::tm utc{};
-  const std::string time(name.substr(0, kTimeLength));  // strptime() returns a place in it
+  const std::string time(name.substr(0, kTimeLength));  // strptime() returns a pointer into it
   const char* const end = ::strptime(time.c_str(), "%Y-%m-%dT%H-%M-%SZ", &utc);
   if (end == nullptr || *end != '\0') return std::nullopt;
   const std::int64_t seconds = ::timegm(&utc);
@@ -63,7 +63,7 @@ std::optional<std::int64_t> beginOf(std::string_view name) {
   return seconds * rt::kNsPerSecond;
 }
 
-/// Of all files in a folder; what vanishes meanwhile counts for nothing.
+/// Returns the size of all files in a folder; files that vanish meanwhile are ignored.
 std::uint64_t bytesIn(const fs::path& folder) {
   std::uint64_t bytes = 0;
   std::error_code failure;
@@ -76,13 +76,13 @@ std::uint64_t bytesIn(const fs::path& folder) {
   return bytes;
 }
 
-/// The name of the trace that is written to this file; empty for another file.
+/// Returns the name of the trace being written to this file; empty for another file.
 std::string openTraceName(const fs::path& file) {
   const std::string name = file.filename().string();
   return name.ends_with(kPartEnding) ? name.substr(0, name.size() - kPartEnding.size()) : "";
 }
 
-/// Nothing for what is no trace, or has just been renamed or deleted.
+/// Fills `entry`; returns false if the file is not a trace, or has just been renamed or deleted.
 bool describe(const fs::path& file, TraceEntry& entry) {
   const std::string name = file.filename().string();
   entry.open = name.ends_with(kPartEnding);
@@ -105,12 +105,12 @@ bool describe(const fs::path& file, TraceEntry& entry) {
 
 config::Result<void> checkName(std::string_view name) {
   if (isTraceName(name)) return {};
-  return refuse({}, fmt::format("\"{}\" is no name of a trace", name.substr(0, kLongestName)),
+  return refuse({}, fmt::format("\"{}\" is not the name of a trace", name.substr(0, kLongestName)),
                 "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
 }
 
 std::unexpected<config::Error> noSuchTrace(const fs::path& file) {
-  return refuse(file, "there is no such trace", "list them: hapticctl trace list");
+  return refuse(file, "no such trace", "list them: hapticctl trace list");
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ bool isDumpName(std::string_view name) {
   if (const std::size_t dash = label.rfind('-');
       dash != std::string_view::npos && dash + 1 < label.size() &&
       label.find_first_not_of("0123456789", dash + 1) == std::string_view::npos) {
-    label = label.substr(0, dash);  // the number of a name that was taken
+    label = label.substr(0, dash);  // number added to a name that was taken
   }
   constexpr std::array kLabels{kDumpLabel, kFaultLabel, kOverrunBurstLabel};
   return label.starts_with('-') && std::ranges::find(kLabels, label.substr(1)) != kLabels.end();
@@ -183,11 +183,12 @@ config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) 
   if (!has(folder, name, kEnding)) return noSuchTrace(file);
   if (has(folder, name, kKeepEnding)) {
     return refuse(file, "is marked to be kept",
-                  fmt::format("take the mark away first: hapticctl trace keep --undo {}", name));
+                  fmt::format("remove the mark first: hapticctl trace keep --undo {}", name));
   }
   std::error_code failure;
   fs::remove(file, failure);
-  // the trace goes first: a depth recording alone is listed nowhere, but a trace without its one is
+  // the trace goes first: its depth recording alone would not be listed, but a trace without its recording
+  // would be
   if (!failure) fs::remove_all(fileOf(folder, name, kDepthEnding), failure);
   if (failure) {
     return refuse(file, "cannot be deleted: " + failure.message(), "check the permissions of the folder");

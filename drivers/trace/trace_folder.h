@@ -12,48 +12,49 @@
 
 namespace hapticd::drivers {
 
-/// A trace of a folder.
+/// A trace in a folder.
 struct TraceEntry {
-  std::string name;          ///< without folder and ending
-  std::uint64_t bytes = 0;   ///< with a depth recording beside it
+  std::string name;          ///< without folder and extension
+  std::uint64_t bytes = 0;   ///< including its depth recording
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
   bool open = false;         ///< being written, or left by a crash (".part")
-  bool depth = false;        ///< raw depth is in it, or in NAME.depth beside it, as of older versions
-  bool kept = false;         ///< somebody has marked it to be kept, by an empty file NAME.keep
-  /// CLOCK_REALTIME of its begin, in whole seconds, as its name says; of a name without a time that of its
+  bool depth = false;        ///< has raw depth in it, or in NAME.depth next to it (older versions)
+  bool kept = false;         ///< marked to be kept, by an empty file NAME.keep
+  /// CLOCK_REALTIME of its beginning, in whole seconds, from its name; if the name has no time, that of its
   /// last change.
   std::int64_t begin_ns = 0;
 };
 
-/// Labels of what the flight recorder writes out: on request, and on the two kinds of faults.
+/// Labels of traces written by the flight recorder: on request, and for the two kinds of faults.
 inline constexpr std::string_view kDumpLabel = "dump";
 inline constexpr std::string_view kFaultLabel = "fault";
 inline constexpr std::string_view kOverrunBurstLabel = "overrun-burst";
 
-/// True for names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.'.
+/// Returns true for valid names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.'.
 bool isTraceName(std::string_view name);
 
-/// True for the name of a trace that the flight recorder has written: a time and one of the labels above.
+/// Returns true for the name of a trace written by the flight recorder: a time and kDumpLabel, kFaultLabel or
+/// kOverrunBurstLabel.
 bool isDumpName(std::string_view name);
 
-/// A name from the time and a label, "2026-03-04T05-06-07Z-LABEL"; the label may be empty. With a number
-/// behind it where the folder has that already.
+/// Returns a new name from the time and a label, "2026-03-04T05-06-07Z-LABEL"; the label may be empty. If
+/// that name exists in the folder, a number is appended.
 std::string newTraceName(const std::filesystem::path& folder, std::int64_t realtime_ns,
                          std::string_view label);
 
-/// Traces of the folder, sorted by their begin, the oldest first. None where there is no such folder.
+/// Returns the traces of the folder, oldest first; none if there is no such folder.
 /// Errors: the folder cannot be read.
 config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& folder);
 
-/// Names of the traces that are not finished; none where the folder cannot be read. Looks at no other file,
-/// so it is quick in large folders too.
+/// Returns the names of unfinished traces; none if the folder cannot be read. Does not access other files, so
+/// it is fast in large folders as well.
 std::vector<std::string> openTraces(const std::filesystem::path& folder);
 
 /// Deletes a finished trace and its depth recording.
 /// Errors: no such trace, it is being written, it is marked to be kept, no permission.
 config::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
 
-/// Marks a trace, finished or not, to be kept, or takes the mark away. The mark survives a crash.
+/// Marks a trace, finished or not, to be kept, or removes the mark. The mark survives a crash.
 /// Errors: no such trace, no permission, no space.
 config::Result<void> keepTrace(const std::filesystem::path& folder, std::string_view name, bool keep);
 

@@ -5,15 +5,15 @@
 
 namespace hapticd::drivers {
 
-/// Metadata record that makes an MCAP file a trace of hapticd.
+/// Name of the metadata record that identifies an MCAP file as a trace of hapticd.
 inline constexpr std::string_view kTraceMetadata = "hapticd_trace";
 inline constexpr std::string_view kVersionKey = "version";
 inline constexpr std::string_view kTraceVersion = "1";
 inline constexpr std::string_view kOffsetKey = "realtime_offset_ns";
-/// Metadata record with what its writer wants to say.
+/// Name of the metadata record with information about the writer.
 inline constexpr std::string_view kOwnerMetadata = "hapticd";
 inline constexpr std::string_view kWriterVersionKey = "hapticd_version";
-/// Of one run of hapticd: ticks, scenes and parameter sets are numbered anew in the next one.
+/// Identifies a run of hapticd; the numbers of ticks, scenes and parameter sets restart in the next run.
 inline constexpr std::string_view kRunKey = "run";
 
 }  // namespace hapticd::drivers

@@ -7,7 +7,7 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Looks among the channels: hapticd defines all of them before the first message, other programs anywhere.
+/// Searches the channels: hapticd defines all of them before the first message, other programs anywhere.
 class LookingForDepth final : public mcap::Visitor {
  public:
   bool found = false;
@@ -25,14 +25,14 @@ class LookingForDepth final : public mcap::Visitor {
 
  private:
   bool some_ = false;  ///< channels have been seen
-  bool all_ = false;   ///< no others are expected
+  bool all_ = false;   ///< no more channels are expected
 };
 
 }  // namespace
 
 bool hasDepthChannel(const std::filesystem::path& trace) {
   LookingForDepth looking;
-  (void)mcap::read(trace, looking);  // what is wrong with it concerns who reads it next
+  (void)mcap::read(trace, looking);  // faults are reported by whoever reads the trace
   return looking.found;
 }
 

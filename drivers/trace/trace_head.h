@@ -5,8 +5,8 @@
 
 namespace hapticd::drivers {
 
-/// Whether raw depth is recorded in a trace, finished or not: whether it was begun with a channel for that.
-/// Reads only what is in front of the first chunk. False for what is no trace.
+/// Returns whether a trace, finished or not, contains raw depth, i.e. was begun with a channel for it. Reads
+/// only what precedes the first chunk. Returns false for a file that is not a trace.
 /// Thread: any.  RT: not safe.
 bool hasDepthChannel(const std::filesystem::path& trace);
 

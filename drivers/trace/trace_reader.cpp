@@ -20,7 +20,7 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr const char* kOtherReaders =
-    "take hapticctl of that version, or Foxglove, Lichtblick or PlotJuggler, which read every version";
+    "use hapticctl of that version, or Foxglove, Lichtblick or PlotJuggler, which read every version";
 
 /// Parts of one run follow each other; meanwhile the wall clock may be set.
 constexpr std::int64_t kMostClockStep_ns = 3600 * rt::kNsPerSecond;
@@ -52,7 +52,7 @@ class Reading final : public mcap::Visitor {
       refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*other_format_),
                          kTraceVersion));
     } else if (!header_seen_) {
-      refusal_ = mcap::Refusal{"is no trace of hapticd", "give one"};
+      refusal_ = mcap::Refusal{"is not a trace of hapticd", "give the path of a trace"};
     }
   }
 
@@ -86,8 +86,8 @@ class Reading final : public mcap::Visitor {
  private:
   using Taker = std::function<std::string(std::string_view)>;
 
-  /// A file that was merged of several traces says several times who wrote it: the first one is as good as
-  /// any, as long as they are parts of one run of hapticd.
+  /// A merged file contains the information about its writer several times; any of them will do as long as
+  /// they are parts of one run of hapticd.
   void takeOwner(TraceText pairs) {
     const std::string* const run = find(pairs, kRunKey);
     const std::string* const before = find(info.metadata, kRunKey);
@@ -104,28 +104,29 @@ class Reading final : public mcap::Visitor {
     const char* const end = offset->data() + offset->size();
     if (std::from_chars(offset->data(), end, offset_ns).ptr != end) return;
     if (!header_seen_) info.realtime_offset_ns = offset_ns;
-    // wraps instead of overflowing, whatever the file says
+    // wraps instead of overflowing, whatever the file contains
     const auto apart_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(offset_ns) -
                                                     static_cast<std::uint64_t>(info.realtime_offset_ns));
-    if (apart_ns < -kMostClockStep_ns || apart_ns > kMostClockStep_ns) refuseMerged();
+    if (apart_ns < -kMaxClockStep_ns || apart_ns > kMaxClockStep_ns) refuseMerged();
     header_seen_ = true;
   }
 
   void refuseMerged() {
     refusal_ = mcap::Refusal{
-        "is merged of traces of several runs of hapticd, whose times and numbers do not belong "
-        "together",
-        "read the traces that it was merged of one by one"};
+        "is a merge of traces of several runs of hapticd, whose times and numbers are "
+        "unrelated",
+        "read the original traces one by one"};
   }
 
-  /// `what`: the trace is, so that this version does not read it.
+  /// Rejects a trace; `what` describes why this version cannot read it.
   void refuse(const std::string& what) {
     const std::string* const version = find(info.metadata, kWriterVersionKey);
     const std::string writer = version != nullptr ? config::inQuotes(*version) : "of an unknown version";
     refusal_ = mcap::Refusal{fmt::format("is {}; written by hapticd {}", what, writer), kOtherReaders};
   }
 
-  /// True if it is a channel of these records; its messages are taken then, unless it is refused.
+  /// Returns true if the channel has these records; its messages are then decoded, unless the trace is
+  /// rejected.
   template <typename Record>
   bool bind(const mcap::Channel& channel, std::uint64_t& count,
             const std::function<bool(const Record&)>& to) {
@@ -152,7 +153,7 @@ class Reading final : public mcap::Visitor {
   std::string take(std::string_view data, MessageDecoder<Record>& decoder, std::uint64_t& count,
                    const std::function<bool(const Record&)>& to) {
     if constexpr (std::is_same_v<Record, DepthRecord>) {
-      if (!to) {  // what is in it, and of which version, concerns only those who want the image
+      if (!to) {  // content and version matter only if images are requested
         ++count;
         return "";
       }
@@ -160,7 +161,7 @@ class Reading final : public mcap::Visitor {
     Record record;
     constexpr std::string_view kTopic = kChannelName<Record>.topic;
     if (!decoder.decode(data, record)) {
-      if (decoder.unknownValue().empty()) return fmt::format("a message of {} is not whole", kTopic);
+      if (decoder.unknownValue().empty()) return fmt::format("a message of {} is incomplete", kTopic);
       refuse(fmt::format("a trace with a {} in {} that this version does not know", decoder.unknownValue(),
                          kTopic));
       return "";
@@ -183,8 +184,8 @@ class Reading final : public mcap::Visitor {
   }
 
   const TraceVisitor& visitor_;
-  std::function<bool(const DepthRecord&)> depth_;  ///< empty: images are not wanted
-  std::map<std::uint16_t, Taker> takers_;          ///< of the messages of a channel
+  std::function<bool(const DepthRecord&)> depth_;  ///< empty: images are not requested
+  std::map<std::uint16_t, Taker> takers_;          ///< handlers by channel
   std::optional<std::string> other_format_;
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
@@ -202,8 +203,8 @@ bool TraceInfo::lacks(std::string_view topic, std::string_view field) const {
 
 config::Result<void> TraceInfo::require(const std::filesystem::path& file, std::string_view topic) const {
   if (topics.contains(topic)) return {};
-  return std::unexpected(config::Error{file.string(), fmt::format("holds no channel {}", topic),
-                                       "take the trace that it was filtered from"});
+  return std::unexpected(config::Error{file.string(), fmt::format("has no channel {}", topic),
+                                       "use the trace that it was filtered from"});
 }
 
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) {

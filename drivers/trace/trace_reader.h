@@ -18,10 +18,10 @@
 
 namespace hapticd::drivers {
 
-/// Names and values.
+/// Pairs of names and values.
 using TraceText = std::vector<std::pair<std::string, std::string>>;
 
-/// What a trace says of itself.
+/// General information about a trace.
 struct TraceInfo {
   std::uint64_t bytes = 0;
   std::uint64_t ticks = 0;
@@ -35,13 +35,13 @@ struct TraceInfo {
   std::int64_t first_ns = 0;  ///< CLOCK_REALTIME of the first message
   std::int64_t last_ns = 0;
   std::int64_t realtime_offset_ns = 0;  ///< CLOCK_REALTIME minus CLOCK_MONOTONIC
-  bool complete = false;                ///< closed properly: summary and footer are there
+  bool complete = false;                ///< closed properly: summary and footer are present
   TraceText metadata;
   std::vector<TraceAttachment> attachments;
-  /// Fields that its records do not have, by the topic: it is of another version of hapticd.
+  /// Fields missing in its records, by topic, because it was written by another version of hapticd.
   std::map<std::string, std::vector<std::string>, std::less<>> missing;
 
-  /// Its channels that this version knows; programs that filter files leave some out.
+  /// Its channels known to this version; programs that filter files may remove some.
   std::set<std::string, std::less<>> topics;
 
   bool lacks(std::string_view topic, std::string_view field) const;
@@ -49,27 +49,28 @@ struct TraceInfo {
   config::Result<void> require(const std::filesystem::path& file, std::string_view topic) const;
 };
 
-/// Gets what a trace holds, in the order of the messages' times in the file (log_time), whatever their order
-/// in it; what is not set is skipped. False ends the reading.
+/// Receives the records of a trace in the order of the messages' times (log_time), whatever their order in
+/// the file. Functions that are not set skip their records. Returning false stops reading.
 struct TraceVisitor {
   std::function<bool(const rt::Tick&)> tick = {};
   std::function<bool(const ModelRecord&)> model = {};
   std::function<bool(const DirectiveRecord&)> directive = {};
   std::function<bool(const EventRecord&)> event = {};
   std::function<bool(const SnapshotRecord&)> snapshot = {};
-  /// Its header is one that this version reads; the image is still encoded (depth_codec.h).
+  /// The header is readable by this version; the image is still encoded (depth_codec.h).
   std::function<bool(const DepthRecord&)> depth = {};
-  /// Share of the file that has been read, 0..1, now and then.
+  /// Called occasionally with the fraction of the file that has been read, 0..1.
   std::function<void(double)> progress = {};
 };
 
-/// Reads a trace from its begin to its end with all checksums; metadata and attachments are in the result.
-/// Traces that other programs have rewritten, filtered or merged are read like any other, as long as they are
-/// of one run of hapticd. Other versions have other fields: those that this one does not know are left out,
-/// and what MessageDecoder says holds for those that are missing. Errors: no such file, no MCAP file, no
-/// trace of hapticd, of a version that this one does not read (another format, or a field of another type),
-/// merged of several runs of hapticd, a checksum that does not fit (with the place), cut off (a ".part" or a
-/// damaged end: what was whole has been visited by then; recover it). Thread: any.
+/// Reads a trace from beginning to end and verifies all checksums; metadata and attachments are in the
+/// result. Traces rewritten, filtered or merged by other programs are read as well, as long as they are from
+/// one run of hapticd. Other versions may have other fields: unknown ones are ignored, and missing ones are
+/// handled as described at MessageDecoder.
+/// Errors: no such file, not an MCAP file, not a trace of hapticd, an unreadable version (another format, or
+/// a field of another type), a merge of several runs of hapticd, a checksum mismatch (with its offset), a
+/// truncated file (a ".part" or a damaged end; the intact part has been visited by then).
+/// Thread: any.
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
 
 }  // namespace hapticd::drivers

@@ -26,12 +26,12 @@ bool isPart(const fs::path& file) {
   return file.extension() == ".part";
 }
 
-/// Its name as a complete file.
+/// Returns its name as a complete file.
 fs::path finishedName(const fs::path& file) {
   return isPart(file) ? file.parent_path() / file.stem() : file;
 }
 
-/// Whether a file can be read to its end.
+/// Checks whether a file can be read to its end.
 class Everything final : public mcap::Visitor {
  public:
   std::uint64_t chunks = 0;
@@ -44,13 +44,13 @@ class Everything final : public mcap::Visitor {
   bool enough() const override { return false; }
 };
 
-/// Errors: why it is not, as a reader says it.
+/// Errors: why the file is not intact, as reported by the reader.
 std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path) {
   Everything everything;
   if (auto read = mcap::read(path, everything); !read) return std::unexpected(read.error());
   if (!everything.of_hapticd) {
     return std::unexpected(
-        mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), "is no trace of hapticd", ""}});
+        mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), "is not a trace of hapticd", ""}});
   }
   return RecoveredTrace{.outcome = Outcome::intact, .file = path, .chunks = everything.chunks};
 }
@@ -69,8 +69,8 @@ bool isOfHapticd(const mcap::Salvage& whole) {
   return hasHeader(whole) || std::ranges::any_of(whole.channels, hasOurTopic);
 }
 
-/// CLOCK_REALTIME minus CLOCK_MONOTONIC, as the first tick has both; nothing: no tick is there that this
-/// version reads.
+/// Returns CLOCK_REALTIME minus CLOCK_MONOTONIC according to the first tick; nothing if there is no tick
+/// readable by this version.
 std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::Salvage& whole) {
   mcap::Definitions definitions;
   for (const mcap::WholeRecord& schema : whole.schemas) definitions.addSchema(schema.content);
@@ -99,7 +99,7 @@ std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::
   return offset_ns;
 }
 
-/// Without the metadata that make a file a trace nothing of it would be read.
+/// Restores the metadata that identify a file as a trace, without which it would be unreadable.
 void restoreHeader(const TraceFile& file, mcap::Salvage& whole) {
   if (hasHeader(whole)) return;
   const auto offset_ns = offsetOfTicks_ns(file, whole);
@@ -117,7 +117,7 @@ void restoreHeader(const TraceFile& file, mcap::Salvage& whole) {
   whole.damages.push_back(
       {.offset = 0,
        .bytes = 0,
-       .what = "the metadata that make the file a trace are lost; its clock follows from the ticks",
+       .what = "the metadata of the trace are lost; its clock was restored from the ticks",
        .loses = false});
 }
 
@@ -125,8 +125,8 @@ bool isEmpty(const mcap::Salvage& whole) {
   return whole.chunks.empty() && whole.messages.empty();
 }
 
-/// Where what is whole ends, if nothing before that is damaged: all that was missing is what was being
-/// written.
+/// Returns the end of the intact part if nothing before it is damaged, so that only what was being written is
+/// missing.
 std::optional<std::uint64_t> wholeTo(const mcap::Salvage& whole) {
   std::uint64_t end = 0;
   for (const auto* records : {&whole.schemas, &whole.channels, &whole.metadata, &whole.attachments}) {
@@ -154,7 +154,7 @@ std::uint64_t bytesLost(const mcap::Salvage& whole) {
   return bytes;
 }
 
-/// What a recovery says of `whole`, out of which `file` was made.
+/// Returns the result of a recovery; `file` was made from `whole`.
 config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole) {
   RecoveredTrace recovered{.outcome = outcome, .file = file};
   recovered.bytes_lost = bytesLost(whole);
@@ -162,7 +162,7 @@ config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, c
   if (whole.messages_meant && *whole.messages_meant >= whole.messages_whole) {
     recovered.messages_lost = *whole.messages_meant - whole.messages_whole;
   }
-  // other versions and lost metadata make a file that is whole, but that this program cannot interpret
+  // with another version or lost metadata, a complete file may not be interpretable by this program
   if (const auto info = readTrace(file)) recovered.ticks_missing = info->ticks_dropped;
   Everything everything;
   if (const auto read = mcap::read(file, everything); !read) return std::unexpected(read.error().error);
@@ -170,14 +170,14 @@ config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, c
   return recovered;
 }
 
-/// `why`: what a reader has to say of the file.
+/// `why`: the fault reported by the reader.
 config::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& why,
                                         const RecoveryProgress& progress) {
   const auto size = file.size();
   if (!size) return std::unexpected(size.error());
   auto whole = mcap::salvage(file, *size, progress);
   if (whole && !isOfHapticd(*whole) && !isEmpty(*whole)) {
-    return refuse(file.path(), "is no trace of hapticd", "it is left as it is");
+    return refuse(file.path(), "is not a trace of hapticd", "it was not changed");
   }
   if (whole) restoreHeader(file, *whole);
   if (whole && whole->damages.empty())
@@ -185,7 +185,7 @@ config::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault
   return whole;
 }
 
-/// The name under which a damaged file is kept.
+/// Returns the name under which a damaged file is kept.
 fs::path damagedName(const fs::path& finished) {
   fs::path name = finished.string() + ".damaged";
   std::error_code ignored;
@@ -213,7 +213,7 @@ config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& 
   return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
 }
 
-/// Cut short in between, both are there, and the next attempt says so.
+/// If it is interrupted, both files exist, which the next attempt reports.
 config::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap::Salvage& whole,
                                               const RecoveryProgress& progress) {
   const fs::path name = finishedName(file.path()), kept = damagedName(name);
@@ -237,13 +237,13 @@ config::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path
   const auto file = TraceFile::openToRead(path);
   if (!file) return std::unexpected(file.error());
   if (isBeingWritten(path)) {
-    return refuse(path, "is being written", "stop the trace first, as with hapticctl trace stop");
+    return refuse(path, "is being written", "stop the trace first, e.g. with hapticctl trace stop");
   }
   const auto complete = intact(path);
   if (complete) return *complete;
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
-  if (isEmpty(*whole)) return refuse(path, "holds no message that is whole", "it is left as it is");
+  if (isEmpty(*whole)) return refuse(path, "has no intact message", "it was not changed");
   if (auto written = rewriteTrace(*file, *whole, out, progress); !written)
     return std::unexpected(written.error());
   auto recovered = reported(Outcome::rewritten, out, *whole);

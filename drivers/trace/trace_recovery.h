@@ -12,46 +12,47 @@
 
 namespace hapticd::drivers {
 
-/// What a recovery has made of a trace. No chunk that is whole is ever lost by it.
+/// Result of a recovery. No intact chunk is ever lost.
 struct RecoveredTrace {
   enum class Outcome {
-    intact,     ///< nothing was wrong with it; it was left as it is (without ".part")
-    ended,      ///< only its ending was missing, and what was being written: finished in place
-    rewritten,  ///< something in it is damaged: what is whole was written into a new file
-    empty,      ///< ended, but it broke off before its first chunk was whole: it holds no message
-    hopeless,   ///< nothing whole is in it
+    intact,     ///< nothing was wrong; it was not changed (except for ".part")
+    ended,      ///< only its ending and the chunk being written were missing; finished in place
+    rewritten,  ///< partly damaged: the intact parts were written to a new file
+    empty,      ///< finished in place, but without any message, because its first chunk was incomplete
+    hopeless,   ///< no part is intact
   };
   Outcome outcome = Outcome::intact;
-  std::filesystem::path file = {};  ///< the readable one; none if it is hopeless
-  std::filesystem::path original =
-      {};                        ///< where the damaged one is kept; empty: there is none, or it was finished
-  std::uint64_t chunks = 0;      ///< in the readable one
-  std::uint64_t bytes_lost = 0;  ///< of the original, that could not be kept
-  /// Messages that the original counts and the readable file does not hold; nothing: it counts none.
+  std::filesystem::path file = {};  ///< the readable file; none if hopeless
+  /// Where the damaged original is kept; empty: there is none, or it was finished in place.
+  std::filesystem::path original = {};
+  std::uint64_t chunks = 0;      ///< in the readable file
+  std::uint64_t bytes_lost = 0;  ///< bytes of the original that could not be kept
+  /// Number of messages counted in the original but missing in the readable file; nothing: unknown.
   std::optional<std::uint64_t> messages_lost = {};
-  /// Missing between the first tick and the last one, whoever lost them.
+  /// Ticks missing between the first and the last one, for whatever reason.
   std::uint64_t ticks_missing = 0;
-  std::vector<mcap::Damage> damages = {};  ///< all that was not as it should be, in its order in the original
+  std::vector<mcap::Damage> damages = {};  ///< all faults, in the order of the original
 };
 
-/// Gets the share of the work that is done, 0..1, now and then; may be empty.
+/// Called occasionally with the fraction of the work done, 0..1; may be empty.
 using RecoveryProgress = std::function<void(double)>;
 
-/// The name that recoverTrace() gives by itself: NAME-recovered.mcap beside NAME.mcap or NAME.mcap.part.
+/// Returns the default name for recoverTrace(): NAME-recovered.mcap next to NAME.mcap or NAME.mcap.part.
 std::filesystem::path recoveredName(const std::filesystem::path& file);
 
-/// Writes all that is whole in a trace into `out`: what is damaged is skipped, wherever it is. The trace
-/// itself is only read. One with which nothing is wrong is not written again. Errors: no trace of hapticd,
-/// one that is being written, nothing whole in it, `out` exists, no permission, no space. Then there is no
-/// new file.
+/// Writes all intact parts of a trace to `out`, skipping damaged ones. The trace itself is only read; an
+/// intact trace is not written again.
+/// Errors: not a trace of hapticd, being written, nothing intact in it, `out` exists, no permission, no
+/// space. There is then no new file.
 config::Result<RecoveredTrace> recoverTrace(const std::filesystem::path& file,
                                             const std::filesystem::path& out,
                                             const RecoveryProgress& progress = {});
 
-/// Finishes a ".part" that a crash has left and gives it its name. In place where only what was being written
-/// is cut off; where something else is damaged, all that is whole goes into a new file of that name, and the
-/// damaged one is kept as NAME.mcap.damaged, as is one in which nothing is whole. Errors: as of
-/// recoverTrace(), but for nothing whole; the ".part" is left as it was, to be tried again.
+/// Finishes a ".part" left by a crash and gives it its final name: in place if only what was being written is
+/// truncated. If something else is damaged, all intact parts go to a new file of that name, and the damaged
+/// one is kept as NAME.mcap.damaged, as is one without any intact part.
+/// Errors: see recoverTrace(), except for nothing intact; the ".part" is then unchanged and can be tried
+/// again.
 config::Result<RecoveredTrace> finishTrace(const std::filesystem::path& part,
                                            const RecoveryProgress& progress = {});
 

@@ -6,7 +6,7 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Whether it is a trace like any other, of which the newest one stays.
+/// Returns whether the trace is ordinary; the newest ordinary one is never deleted.
 bool isOrdinary(const TraceEntry& trace) {
   return !trace.open && !trace.kept && !isDumpName(trace.name);
 }

@@ -10,18 +10,18 @@
 
 namespace hapticd::drivers {
 
-/// What a limit of a folder's size may delete, and what not.
+/// Which traces a limit on a folder's size may delete.
 struct RetentionPlan {
   std::uint64_t bytes = 0;            ///< of all traces
-  std::uint64_t protected_bytes = 0;  ///< of those that no limit deletes
-  std::size_t kept = 0;               ///< traces that are marked to be kept
-  std::size_t dumps = 0;              ///< traces that the flight recorder has written, not marked
-  std::vector<TraceEntry> deletable;  ///< all others, the oldest first
+  std::uint64_t protected_bytes = 0;  ///< of those that are never deleted
+  std::size_t kept = 0;               ///< number of traces marked to be kept
+  std::size_t dumps = 0;              ///< number of unmarked traces written by the flight recorder
+  std::vector<TraceEntry> deletable;  ///< all others, oldest first
 };
 
-/// Protected are: traces that are not finished, those marked to be kept, what the flight recorder has
-/// written, the newest finished one of the others, and `just_finished`, which is not the newest one where the
-/// clock has been set back. `traces`: the oldest first, as listTraces() has them.
+/// Plans which traces may be deleted. Protected are unfinished traces, those marked to be kept, those written
+/// by the flight recorder, the newest finished one of the others, and `just_finished`, which is not the
+/// newest one if the clock was set back. `traces`: oldest first, as returned by listTraces().
 RetentionPlan planRetention(std::span<const TraceEntry> traces, std::string_view just_finished);
 
 }  // namespace hapticd::drivers

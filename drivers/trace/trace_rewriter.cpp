@@ -27,14 +27,14 @@ bool holds(const std::vector<WholeRecord>& records, std::uint16_t id) {
   return std::ranges::find(records, id, idOf) != records.end();
 }
 
-/// A chunk of a file, unpacked.
+/// A decompressed chunk of a file.
 struct Unpacked {
-  std::string record;  ///< its content
+  std::string record;  ///< content of the record
   std::string records;
   mcap::ChunkRecord chunk;
   mcap::ChunkContent content;
 
-  /// It was whole a moment ago.
+  /// Reads a chunk that was intact when the file was scanned.
   config::Result<void> read(const TraceFile& file, const WholeChunk& whole) {
     if (auto there =
             file.readAt(whole.offset + mcap::kRecordHeadBytes, whole.bytes - mcap::kRecordHeadBytes, record);
@@ -44,7 +44,8 @@ struct Unpacked {
     const bool good = mcap::ChunkRecord::of(record, chunk) && chunk.unpack(records).empty() &&
                       mcap::ChunkContent::of(records, content);
     if (good) return {};
-    return std::unexpected(config::Error{file.path().string(), "changes while it is read", "try again"});
+    return std::unexpected(
+        config::Error{file.path().string(), "was modified while it was read", "try again"});
   }
 };
 
@@ -68,7 +69,7 @@ class Growing {
   std::uint32_t crc_;
 };
 
-/// What a new file begins with, and the summary of it.
+/// The beginning of a new file, and its summary.
 class Head {
  public:
   Head(const mcap::Salvage& whole, mcap::Summary& summary) : summary_(summary), bytes_(mcap::kMagic) {
@@ -128,7 +129,7 @@ class Head {
   std::string bytes_;
 };
 
-/// Messages outside of chunks, as chunks: a file that has some of them has all messages in them.
+/// Packs messages outside of chunks into chunks; a file with chunks then has all its messages in them.
 std::vector<std::string> asChunks(std::vector<WholeRecord> messages) {
   constexpr std::size_t kChunkBytes = 1 << 20;
   const auto time_ns = [](const WholeRecord& record) {
@@ -169,7 +170,7 @@ class Rewriting {
   }
 
  private:
-  /// With times and checksum as they follow from the records.
+  /// Times and checksum are computed from the records.
   config::Result<void> add(mcap::ChunkRecord chunk, std::string_view records,
                            const mcap::ChunkContent& content) {
     if (!content.schemas.empty() || !content.channels.empty()) return addMessagesOf(records);
@@ -182,7 +183,7 @@ class Rewriting {
     return file_.append(bytes + content.indexRecords());
   }
 
-  /// All definitions are at the begin of the file, as far as they do not contradict each other.
+  /// All consistent definitions are at the beginning of the file.
   config::Result<void> addMessagesOf(std::string_view records) {
     std::string messages, compressed;
     mcap::visitRecords(records, [&](Opcode opcode, std::string_view content, std::uint64_t) {
@@ -203,7 +204,7 @@ class Rewriting {
   Compressor compressor_;
 };
 
-/// Of the first bytes of a file.
+/// Computes the checksum of the beginning of a file.
 config::Result<std::uint32_t> crcUpTo(const TraceFile& file, std::uint64_t end) {
   constexpr std::uint64_t kPieceBytes = 1 << 20;
   std::uint32_t crc = 0;
@@ -237,7 +238,7 @@ config::Result<mcap::Summary> summaryInPlace(const TraceFile& file, const mcap::
   return summary;
 }
 
-/// The indexes of the last chunk, where they are not whole.
+/// Returns the indexes of the last chunk if they are incomplete.
 config::Result<std::string> missingIndexes(const TraceFile& file, const mcap::Salvage& whole) {
   if (whole.chunks.empty() || whole.chunks.back().indexed) return std::string();
   Unpacked chunk;
@@ -253,10 +254,10 @@ config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& wh
   std::error_code ignored;
   if (std::filesystem::exists(out, ignored)) {
     return std::unexpected(
-        config::Error{out.string(), "is there already", "give another name, or move it away"});
+        config::Error{out.string(), "already exists", "give another name, or move it away"});
   }
   const std::filesystem::path part = out.string() + ".rewriting";
-  if (!isBeingWritten(part)) std::filesystem::remove(part, ignored);  // of an attempt that was cut short
+  if (!isBeingWritten(part)) std::filesystem::remove(part, ignored);  // left by an interrupted attempt
   auto file = TraceFile::create(part);
   if (!file) return std::unexpected(file.error());
   auto done = Rewriting(*file, whole).run(from, progress);

@@ -19,12 +19,12 @@ struct OpenChannel {
 };
 
 config::Result<void> checkAttachments(const TraceOptions& options) {
-  constexpr std::size_t kMostBytes = mcap::kMostAttachmentBytes;
+  constexpr std::size_t kMaxBytes = mcap::kMaxAttachmentBytes;
   for (const TraceAttachment& attachment : options.attachments) {
-    if (attachment.data.size() <= kMostBytes) continue;
-    return std::unexpected(
-        config::Error{attachment.name,
-                      fmt::format("has {} bytes; a trace takes {}", attachment.data.size(), kMostBytes), ""});
+    if (attachment.data.size() <= kMaxBytes) continue;
+    return std::unexpected(config::Error{
+        attachment.name,
+        fmt::format("has {} bytes; a trace accepts at most {}", attachment.data.size(), kMaxBytes), ""});
   }
   return {};
 }
@@ -94,33 +94,33 @@ class TraceWriter::Implementation {
 
   template <typename Record>
   config::Result<void> add(OpenChannel& channel, const Record& record) {
-    // wraps instead of overflowing, whatever the record says
+    // wraps instead of overflowing, whatever the record contains
     const std::uint64_t time_ns = static_cast<std::uint64_t>(timeOf(record)) + offset_ns_;
     message_.clear();
     encode(record, time_ns, message_);
-    if (message_.size() > mcap::kMostMessageBytes) {
-      return std::unexpected(config::Error{
-          std::string(kChannelName<Record>.topic),
-          fmt::format("a message of {} bytes; a trace takes {}", message_.size(), mcap::kMostMessageBytes),
-          ""});
+    if (message_.size() > mcap::kMaxMessageBytes) {
+      return std::unexpected(config::Error{std::string(kChannelName<Record>.topic),
+                                           fmt::format("a message of {} bytes; a trace accepts at most {}",
+                                                       message_.size(), mcap::kMaxMessageBytes),
+                                           ""});
     }
     if (auto written = makeRoom(time_ns); !written) return written;
     file_.addMessage(channel.id, channel.messages++, time_ns, message_);
     return {};
   }
 
-  /// Writes a chunk if what is pending gets long enough by a message of that time. Records of one channel lag
-  /// behind those of another: the newest ones wait for them, so that chunks do not overlap in time.
+  /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
+  /// behind those of another, so the newest ones are held back, so that chunks do not overlap in time.
   config::Result<void> makeRoom(std::uint64_t time_ns) {
     constexpr std::uint64_t kHeldShare = 10;  // of a chunk
     if (file_.failure()) return std::unexpected(*file_.failure());
     if (file_.pendingBytes() == 0) return {};
-    const std::uint64_t most_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
+    const std::uint64_t max_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
     const auto [earliest_ns, latest_ns] = file_.pendingTimes_ns();
     const std::uint64_t begin_ns = std::min(earliest_ns, time_ns), end_ns = std::max(latest_ns, time_ns);
-    const bool long_enough = end_ns - begin_ns >= most_ns || file_.pendingBytes() >= mcap::kMostMessageBytes;
+    const bool long_enough = end_ns - begin_ns >= max_ns || file_.pendingBytes() >= mcap::kMaxMessageBytes;
     if (!long_enough) return {};
-    return counted(file_.flushBefore(end_ns - std::min(end_ns, most_ns / kHeldShare)));
+    return counted(file_.flushBefore(end_ns - std::min(end_ns, max_ns / kHeldShare)));
   }
 
   config::Result<void> counted(config::Result<void> written) {
@@ -145,7 +145,7 @@ config::Result<std::unique_ptr<TraceWriter>> TraceWriter::create(const std::file
                                                                  const TraceOptions& options) {
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
-    return std::unexpected(config::Error{file.string(), "is there already", "choose another name"});
+    return std::unexpected(config::Error{file.string(), "already exists", "choose another name"});
   }
   if (auto checked = checkAttachments(options); !checked) return std::unexpected(checked.error());
   auto part = TraceFile::create(partOf(file));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a fuzz target without a fuzzing engine: every file of the corpus, and made-up variants of each. So
-// every build checks the parsers, also where no clang is; tools/fuzz searches for more.
+// Runs a fuzz target without a fuzzing engine: on every file of the corpus and on random variants of each.
+// Every build thus checks the parsers, even without clang; tools/fuzz searches for more.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,11 +21,11 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr int kVariantsPerFile = 2'000;
 constexpr std::size_t kLongest = 4096;
 
-void tryOut(const Bytes& bytes) {
+void runOn(const Bytes& bytes) {
   LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
 }
 
-/// One to four changes: a bit, a byte, a cut, a longer end, a piece moved.
+/// Applies one to four changes: a flipped bit, a changed byte, a truncation, an extension, a moved piece.
 Bytes variantOf(Bytes bytes, std::mt19937& random) {
   const auto below = [&](std::size_t limit) {
     return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random);
@@ -59,12 +59,12 @@ int main(int argc, char** argv) {
   }
   std::mt19937 random(1);
   int files = 0;
-  tryOut({});
+  runOn({});
   for (const auto& entry : std::filesystem::directory_iterator(argv[1])) {
     std::ifstream stream(entry.path(), std::ios::binary);
     const Bytes bytes{std::istreambuf_iterator<char>(stream), {}};
-    tryOut(bytes);
-    for (int i = 0; i < kVariantsPerFile; ++i) tryOut(variantOf(bytes, random));
+    runOn(bytes);
+    for (int i = 0; i < kVariantsPerFile; ++i) runOn(variantOf(bytes, random));
     ++files;
   }
   std::printf("%d files, %d variants of each\n", files, kVariantsPerFile);

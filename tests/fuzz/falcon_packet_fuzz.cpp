@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device behind the Falcon's USB address may send: whatever it is, replies are within their ranges and
-// no force or position comes of them that is not finite or beyond the device's limits.
+// Data sent by a device at the Falcon's USB address: for any data, replies are within their ranges and lead
+// to no force or position that is not finite or beyond the device's limits.
 
 #include <algorithm>
 #include <cmath>
@@ -29,15 +29,15 @@ void requireWithinLimits(drivers::FalconTracker& tracker) {
   }
   const drivers::FalconOrder order = tracker.orderFor(rt::Vec3{3, -40, 1000});
   for (const int counts : order.motor_counts) {
-    require(std::abs(counts) <= drivers::kMostMotorCounts);
+    require(std::abs(counts) <= drivers::kMaxMotorCounts);
     require(tracker.homed() || counts == 0);
   }
 }
 
 }  // namespace
 
-/// The first byte: whether the device is homed already, and the length of the transfers; the rest is what
-/// they carry.
+/// The first byte: whether the device is homed already, and the length of the transfers; the rest is their
+/// content.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   const std::size_t transfer_bytes = std::size_t{data[0]} / 2 + 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports of controllers and SpaceMouse devices: any bytes are taken or refused, and what is taken is in
-// range.
+// Reports of controllers and SpaceMouse devices: any bytes are accepted or rejected, and accepted values are
+// in range.
 
 #include <algorithm>
 #include <cstddef>
@@ -25,7 +25,7 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// The bytes as a report that has the right seal, so that its fields are reached.
+/// Returns the bytes as a report with a correct checksum, so that its fields are reached.
 Report sealed(std::span<const std::uint8_t> bytes) {
   Report report{};
   for (std::size_t i = 0; i < bytes.size() && i < kReportBytes; ++i) report[i] = bytes[i];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever a trace file may hold: the bytes as a file, as the records of a chunk in a file that is right
-// otherwise, and as a message of each channel.
+// Content of trace files: the bytes as a file, as the records of a chunk in an otherwise valid file, and as a
+// message of each channel.
 
 #include <cstddef>
 #include <cstdint>
@@ -35,8 +35,8 @@ const fs::path& folder() {
   return own.path();
 }
 
-/// Recovery only reads the file, finds nothing wrong with what can be read, and names damage where it writes
-/// a new one.
+/// Recovery only reads the file, finds nothing wrong with a readable one, and names damage if it writes a new
+/// file.
 void readAndRecover(std::string_view bytes) {
   const fs::path file = folder() / "input.mcap", out = folder() / "out.mcap";
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
@@ -53,7 +53,7 @@ void readAndRecover(std::string_view bytes) {
   fs::remove(out);
 }
 
-/// All that is in front of the chunks of a trace.
+/// Everything before the chunks of a trace.
 const std::string& head() {
   static const std::string bytes = [] {
     const auto writer = drivers::TraceWriter::create(folder() / "head.mcap", {});
@@ -64,7 +64,7 @@ const std::string& head() {
   return bytes;
 }
 
-/// Most inputs would end at the checksums: the same bytes as a chunk with right ones.
+/// Most inputs would fail at the checksums: the same bytes as a chunk with correct ones.
 std::string asChunk(std::string_view records) {
   mcap::ChunkContent content;
   mcap::ChunkContent::of(records, content);
@@ -86,7 +86,7 @@ void takeMessage(std::string_view bytes) {
   require(once == twice);
 }
 
-/// An image out of whatever the bytes say, as they are and by zstd.
+/// An image with arbitrary encoded bytes, plain and compressed with zstd.
 void takeImage(std::string_view bytes) {
   drivers::DepthDecoder decoder;
   drivers::DepthRecord record;
@@ -103,7 +103,7 @@ void takeImage(std::string_view bytes) {
   }
 }
 
-/// A schema that is not this version's, and a message behind it.
+/// A schema of another version, followed by a message.
 template <typename Record>
 void takeMessageOfOtherVersion(std::string_view bytes) {
   const std::string_view schema = bytes.substr(0, bytes.find('\0'));

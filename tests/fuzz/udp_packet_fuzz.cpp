@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever arrives at the UDP port: decoding, and the conversation for what passes.
+// Data arriving at the UDP port: decoding, and the conversation for valid packets.
 
 #include <cmath>
 #include <cstddef>
@@ -20,7 +20,7 @@ void require(bool holds) {
   if (!holds) std::abort();
 }
 
-/// Most inputs would end at the CRC: the same bytes once more with a right one.
+/// Most inputs would fail at the CRC: the same bytes with a correct one.
 std::vector<std::byte> withRightCrc(std::span<const std::byte> bytes) {
   constexpr std::size_t kCrcAt = 108;
   std::vector<std::byte> packet(bytes.begin(), bytes.end());
@@ -34,8 +34,8 @@ void take(std::span<const std::byte> bytes, std::span<const std::byte> key) {
   static udp::Conversation conversation(1);
   static std::int64_t now_ns = 0;
   if (const auto state = udp::decodeState(bytes, key)) {
-    require(norm(state->position_m_in_handle) <= udp::kMostPositionM);
-    require(norm(state->velocity_m_per_s_in_handle) <= udp::kMostSpeedMPerS);
+    require(norm(state->position_m_in_handle) <= udp::kMaxPositionM);
+    require(norm(state->velocity_m_per_s_in_handle) <= udp::kMaxSpeedMPerS);
     now_ns += 1'000'000;
     conversation.answerTo(state->header, now_ns);
     conversation.hear(state->header, now_ns);
@@ -43,7 +43,7 @@ void take(std::span<const std::byte> bytes, std::span<const std::byte> key) {
     require(conversation.loopNs() >= 0 && conversation.loopNs() <= udp::kFreshNs);
   }
   if (const auto command = udp::decodeCommand(bytes, key)) {
-    require(norm(command->force_n_in_handle) <= udp::kMostForceN);
+    require(norm(command->force_n_in_handle) <= udp::kMaxForceN);
   }
 }
 

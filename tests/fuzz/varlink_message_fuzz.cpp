@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a client of the control API sends: any bytes are a call or none, and a call gets at most one last
-// reply, which is a message within its bound.
+// Data from a client of the control API: any bytes are a call or not, and a call gets at most one final
+// reply, which is a message within the size limit.
 
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// Takes every reply, and looks at it.
+/// Accepts and checks every reply.
 class Client final : public hapticd::daemon::Replies {
  public:
   void finish(ConnectionId, const Reply& reply) override {
@@ -54,7 +54,7 @@ class Client final : public hapticd::daemon::Replies {
   }
 };
 
-/// A box whose files are in a folder that cannot be there.
+/// A box whose files are in a folder that cannot exist.
 struct Daemon {
   Daemon() {
     hapticd::config::Settings settings;
@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     client.open = !call->oneway;
     service.handle(*call, caller, client);
     service.periodic(client);
-    if (client.open) break;  // a stream, or a file: what comes behind it waits
+    if (client.open) break;  // a stream or a file: whatever follows it waits
   }
   service.closed(caller.connection);
   client.open = false;

@@ -4,7 +4,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
-// Frames that say little, nothing, or too much.
+// Frames with few, no, or too many measurements.
 namespace hapticd::test {
 namespace {
 
@@ -13,7 +13,8 @@ using rt::Vec3;
 constexpr std::uint16_t kRaw = 750;
 
 TEST_P(EachLaw, FramesWithoutMeasurementsGiveNoForce) {
-  // 1084 and 1085 lie on both sides of the pole of 1 / (a d + b), 2047 is no measurement, the rest is damaged
+  // 1084 and 1085 are on both sides of the pole of 1 / (a d + b), 2047 is no measurement, the others are
+  // damaged
   for (const int damaged : {1084, 1085, 2046, 2047, 2048, 65535, 0}) {
     HardRig rig(GetParam());
     rig.showConstant(static_cast<std::uint16_t>(damaged));
@@ -25,7 +26,7 @@ TEST_P(EachLaw, FramesWithoutMeasurementsGiveNoForce) {
   }
 }
 
-/// Presses from 20 mm in front of the wall that the pixels of `shown` lie on to 20 mm behind it.
+/// Presses from 20 mm in front of the wall that the pixels selected by `shown` lie on to 20 mm behind it.
 void expectBoundedForces(HardRig& rig, const std::function<bool(int, int)>& shown) {
   rig.show([&](rt::DepthFrame& frame) {
     for (int row = 0; row < rt::kFrameHeight; ++row) {
@@ -64,8 +65,8 @@ TEST_P(EachLaw, ACheckerboardOfMeasurementsIsHarmless) {
   expectBoundedForces(rig, [](int row, int column) { return (row + column) % 2 == 0; });
 }
 
-TEST_P(EachLaw, AlmostNoPointIsFeltMoreThanTheGateAllows) {
-  // N crosses N_min and N_max as blocks of 1 x 1 to 14 x 14 pixels are seen
+TEST_P(EachLaw, FewPointsGiveNoMoreForceThanTheMinimumCountAllows) {
+  // N crosses N_min and N_max as blocks of 1 x 1 to 14 x 14 pixels are shown
   for (int size = 1; size <= 14; ++size) {
     HardRig rig(GetParam());
     expectBoundedForces(rig, [size](int row, int column) {
@@ -84,14 +85,14 @@ TEST(HardCase, SmoothSpringsAreContinuousInTheNumberOfPoints) {
     });
     const Vec3 point = rig.box.depthModel().pointInWorld(rt::PackedPixel::pack(340, 243, kRaw));
     const double force = norm(rig.tick(point + Vec3{0, 0, 0.02}).law_force_n_in_world);
-    // one point of weight w <= 1/2 brings no more than k w (D - s) / (N_min / 3)
+    // one point of weight w <= 1/2 contributes at most k w (D - s) / (N_min / 3)
     EXPECT_LE(std::abs(force - before), 500 * 0.5 * 0.02 * 3 / 10 + 1e-9) << points;
     before = force;
   }
 }
 
 TEST_P(EachLaw, AllPixelsWithinOneBallAreBounded) {
-  // a camera with a narrow view: all 307,200 points lie within 3 cm
+  // a camera with a narrow field of view: all 307,200 points lie within 3 cm
   rt::DepthModelParameters narrow;
   narrow.fx_px = 20000;
   narrow.fy_px = 20000;
@@ -109,7 +110,7 @@ TEST_P(EachLaw, AllPixelsWithinOneBallAreBounded) {
 
 TEST_P(EachLaw, AWallRightInFrontOfTheCameraIsBounded) {
   HardRig rig(GetParam());
-  rig.showConstant(318);  // 0.425 m: 11,000 points in the ball of D_thresh
+  rig.showConstant(318);  // 0.425 m: 11,000 points in the ball of radius D_thresh
   const double z = -rig.box.depthModel().depth_m(318);
   ASSERT_LT(z, -0.4);
   rig.jumpTo({0, 0, z + 0.02});

@@ -11,7 +11,8 @@
 
 #include "tools/hapticbench/stability/stability_study.h"
 
-// Device, hand and delay around the whole core with the shipped settings, beyond the taps of the bench.
+// The closed loop of device, hand and delay around the whole core with the shipped settings, in cases beyond
+// hapticbench's taps.
 namespace hapticd::test {
 namespace {
 
@@ -31,7 +32,7 @@ constexpr double kDeviceDamping_n_s_per_m = 0.05;
 
 class ClosedLoop : public testing::TestWithParam<const char*> {
  protected:
-  /// The law of the parameter as shipped, its driver reporting the delay.
+  /// Returns the law of the test parameter with its shipped settings; the driver reports the delay.
   std::unique_ptr<tools::Wall> wallOf(const Case& of) const {
     const rt::ForceLaw law =
         std::string_view(GetParam()) == "proxy" ? rt::ForceLaw::proxy : rt::ForceLaw::surface;
@@ -54,7 +55,7 @@ class ClosedLoop : public testing::TestWithParam<const char*> {
   }
 };
 
-/// Devices that measure exactly, such with encoders, and such with encoders and the dry friction of gears.
+/// Devices with exact measurements, with encoders, and with encoders and the dry friction of gears.
 std::vector<Case> hardCases() {
   std::vector<Case> cases;
   for (const double mass_kg : {0.045, 0.1}) {
@@ -67,13 +68,13 @@ std::vector<Case> hardCases() {
   return cases;
 }
 
-/// The slowest to rest, 100 g without delay, keeps 0.44 N s/m of damping in contact and its own 0.05 N s/m;
-/// sampling takes K T / 2 = 0.25 N s/m of that. The time constant is 0.83 s, so swings of 20 mm fade to 0.02
-/// mm in the first 6 s; the last 2 s are judged.
+/// The case that settles most slowly, 100 g without delay, keeps 0.44 N s/m of contact damping and its own
+/// 0.05 N s/m; sampling cancels K T / 2 = 0.25 N s/m of that. The time constant is 0.83 s, so oscillations of
+/// 20 mm decay to 0.02 mm in the first 6 s; the last 2 s are evaluated.
 constexpr double kFall_s = 8;
 
-// Nobody holds it: a weight of 1 N drops it onto the surface, at up to 0.2, 0.37, 0.47 and 0.67 m/s (45 g);
-// it bounces.
+// Nobody holds the device: a weight of 1 N drops it onto the surface at up to 0.2, 0.37, 0.47 and 0.67 m/s
+// (45 g), and it bounces.
 TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
   for (const double height_m : {0.0009, 0.003, 0.005, 0.01}) {
     for (const Case& of : hardCases()) {
@@ -105,14 +106,13 @@ TEST_P(ClosedLoop, FastTapsComeToRest) {
   }
 }
 
-// Item by item what the stiffness costs: 0.35 * 0.045 kg / (10.5 ms)^2 = 142.86 N/m.
-TEST_P(ClosedLoop, KeepsTheStiffnessThatTheLightestDeviceBears) {
-  for (const auto& [delay_ticks, least_n_per_m] :
-       {std::pair{0, 500.0}, {2, 500.0}, {5, 500.0}, {10, 142.8}}) {
+// Stiffness that remains for each delay, e.g. 0.35 * 0.045 kg / (10.5 ms)^2 = 142.86 N/m.
+TEST_P(ClosedLoop, KeepsTheStiffnessThatIsStableWithTheLightestDevice) {
+  for (const auto& [delay_ticks, min_n_per_m] : {std::pair{0, 500.0}, {2, 500.0}, {5, 500.0}, {10, 142.8}}) {
     const auto wall = wallOf({0.045, 0, 0, delay_ticks});
     wall->approach(-0.004);
-    EXPECT_GE(wall->stiffnessKept_n_per_m(), least_n_per_m) << delay_ticks;
-    // at rest nothing but the spring acts; the surface is within rounding of 0.1 mm of where it should be
+    EXPECT_GE(wall->stiffnessKept_n_per_m(), min_n_per_m) << delay_ticks;
+    // at rest only the spring acts; the surface is within 0.1 mm of its nominal position (rounding)
     EXPECT_NEAR(wall->force_n(-0.004, 0), 0.004 * wall->stiffnessKept_n_per_m(), 1e-4 * 500) << delay_ticks;
   }
 }

@@ -3,7 +3,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
-// Friction, damping, and what the laws with a proxy do when they begin.
+// Friction and damping of the constraint laws, and their transitions.
 namespace hapticd::test {
 namespace {
 
@@ -40,14 +40,15 @@ TEST_P(EachConstraint, SticksUpToTheFrictionConeAndThenSlidesOnIt) {
   Table table(GetParam());
   table.box.parameters().contact.friction = kFriction;
   table.moveTo(Table::above(-0.01));
-  // Coulomb: up to 0.4 * 10 mm aside the proxy stays, and the tangential force is k times the way
+  // Coulomb: up to a displacement of 0.4 * 10 mm the proxy sticks, and the tangential force is k times the
+  // displacement
   for (int step = 0; step <= 30; ++step) {
     const double aside = step * 1e-4;
     const rt::Tick tick = table.moveTo(Table::above(-0.01, 0.0003 + aside));
     EXPECT_NEAR(tick.law_force_n_in_world.x, -500 * aside, 0.06) << aside;
     EXPECT_NEAR(tick.law_force_n_in_world.z, 5, kRounding_n);
   }
-  // beyond it the proxy follows, and the force stays on the cone
+  // beyond that the proxy follows, and the force stays on the cone
   for (int step = 1; step <= 20; ++step) {
     const rt::Tick tick = table.moveTo(Table::above(-0.01, 0.0003 + 0.006 + step * 1e-3), 0.0005);
     EXPECT_NEAR(tick.law_force_n_in_world.x, -kFriction * tick.law_force_n_in_world.z, 0.06);
@@ -94,7 +95,7 @@ TEST_P(EachConstraint, KeepsTheProxyWhenTheOtherConstraintLawTakesOver) {
   EXPECT_NEAR(tick.law_force_n_in_world.z, 10, 0.1) << "not through the surface";
 }
 
-TEST_P(EachConstraint, HoldsOnToASurfaceThatSomethingHidesAndLetsGoWhenTheHipLeaves) {
+TEST_P(EachConstraint, HoldsAHiddenSurfaceAndReleasesItWhenTheHipLeaves) {
   TrueScene table_top({.kind = SceneKind::plane, .distance_m = 1});
   TrueScene arm({.kind = SceneKind::plane, .distance_m = 0.7});
   HardRig rig(GetParam());
@@ -112,7 +113,7 @@ TEST_P(EachConstraint, HoldsOnToASurfaceThatSomethingHidesAndLetsGoWhenTheHipLea
   EXPECT_LE(tick.command_force_n_in_world.z, pressed + 0.05) << "the arm does not throw the handle";
   tick = rig.moveTo({0, 0, -0.9});
   for (int i = 0; i < 100; ++i) tick = rig.tick(rig.hip());
-  EXPECT_EQ(tick.command_force_n_in_world, Vec3{}) << "behind what the camera sees there is nothing to feel";
+  EXPECT_EQ(tick.command_force_n_in_world, Vec3{}) << "there is no force behind what the camera sees";
 }
 
 }  // namespace

@@ -37,11 +37,11 @@ void HardRig::showConstant(std::uint16_t raw) {
 
 rt::Tick HardRig::moveTo(const rt::Vec3& to_m_in_world, double step_m) {
   const rt::Vec3 from = hip_;
-  const rt::Vec3 way = to_m_in_world - from;
-  const int steps = std::max(1, static_cast<int>(std::ceil(norm(way) / step_m)));
+  const rt::Vec3 displacement = to_m_in_world - from;
+  const int steps = std::max(1, static_cast<int>(std::ceil(norm(displacement) / step_m)));
   rt::Tick last;
   for (int step = 1; step <= steps; ++step) {
-    hip_ = from + (static_cast<double>(step) / steps) * way;
+    hip_ = from + (static_cast<double>(step) / steps) * displacement;
     last = tick(hip_);
   }
   return last;

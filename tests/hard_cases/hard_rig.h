@@ -21,8 +21,8 @@ inline constexpr double kTick_s = 0.001;
 inline constexpr int kTicksPerFrame = 33;
 inline constexpr double kFrame_s = kTick_s * kTicksPerFrame;
 
-/// A box without threads whose limits are far away, so that the law itself is seen, in front of a true scene.
-/// Frames come every 33rd tick of 1 ms.
+/// A box without threads in front of an exact scene, with limits so high that only the law acts. Frames
+/// arrive every 33rd tick of 1 ms.
 class HardRig {
  public:
   explicit HardRig(rt::ForceLaw law, const rt::DepthModelParameters& depth_model = {},
@@ -30,14 +30,14 @@ class HardRig {
 
   /// Shows a frame; `fill` writes its raw values.
   void show(const std::function<void(rt::DepthFrame&)>& fill);
-  /// Shows `scene` as it is at `t_s`, without noise unless asked for.
+  /// Shows `scene` at the time `t_s`, by default without noise.
   void show(tools::TrueScene& scene, double t_s = 0, tools::SceneNoise noise = tools::SceneNoise::none);
   void showConstant(std::uint16_t raw);
 
   rt::Tick tick(const rt::Vec3& hip_m_in_world) { return box.tick(hip_m_in_world, kTick_s); }
-  /// Straight to `to` from where the HIP is, `step_m` per tick; the last tick.
+  /// Moves straight to `to_m_in_world`, `step_m` per tick; returns the last tick.
   rt::Tick moveTo(const rt::Vec3& to_m_in_world, double step_m = 0.001);
-  /// Places the HIP there without a way in between.
+  /// Places the HIP without moving it there.
   void jumpTo(const rt::Vec3& hip_m_in_world) { hip_ = hip_m_in_world; }
   const rt::Vec3& hip() const { return hip_; }
 
@@ -50,12 +50,12 @@ class HardRig {
   std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();
 };
 
-/// A camera of fine units around `distance_m`, so that a true scene is seen without noticeable rounding.
+/// Returns a camera with fine raw units around `distance_m`, so that rounding is negligible.
 rt::DepthModelParameters fineCameraFor(double distance_m);
 
-/// Runs for each law.
+/// Runs a test for each law.
 class EachLaw : public testing::TestWithParam<rt::ForceLaw> {};
-/// Runs for the laws with a proxy.
+/// Runs a test for each law with a proxy.
 class EachConstraint : public testing::TestWithParam<rt::ForceLaw> {};
 
 }  // namespace hapticd::test

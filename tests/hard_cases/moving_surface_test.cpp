@@ -13,7 +13,7 @@ using tools::TrueScene;
 
 constexpr double kDistance_m = 1;
 
-/// Places of a HIP that trembles by 0.5 mm on three axes at about 8 Hz.
+/// Returns the position of a HIP that trembles by 0.5 mm on three axes at about 8 Hz.
 Vec3 trembling(const Vec3& place, double t_s) {
   constexpr double kAmplitude_m = 0.0005;
   return place + Vec3{kAmplitude_m * std::sin(50.3 * t_s), kAmplitude_m * std::sin(47.1 * t_s),
@@ -22,7 +22,7 @@ Vec3 trembling(const Vec3& place, double t_s) {
 
 struct MovingCase {
   double speed_m_per_s;
-  bool pressed;  ///< the HIP rests on the surface before it moves, else it is 30 mm in front
+  bool pressed;  ///< the HIP rests on the surface before it moves; otherwise it is 30 mm in front
   bool trembles;
 };
 
@@ -51,10 +51,10 @@ void expectSurfacePushes(rt::ForceLaw law, const MovingCase& moving) {
     const Vec3 hip = moving.trembles ? trembling(place, i * kTick_s) : place;
     last = rig.tick(hip);
     const double surface_z = -kDistance_m + shown_m;
-    // never behind the surface that was shown last
+    // never behind the most recently shown surface
     ASSERT_GE(last.proxy_m_in_world.z, surface_z - 5e-4) << "tick " << i;
     const double depth = surface_z - hip.z;
-    // the felt depth is that of the surface shown last
+    // the force corresponds to the depth below the most recently shown surface
     ASSERT_NEAR(last.law_force_n_in_world.z, std::max(0.0, depth) * rig.stiffness_n_per_m(), 0.15)
         << "tick " << i;
   }
@@ -80,7 +80,7 @@ TEST_P(EachConstraint, AMovingSurfaceWithTheSensorsNoiseNeverPassesThroughThePro
       if (i % kTicksPerFrame == 0) rig.show(plane, i * kTick_s, tools::SceneNoise::sensor);
       last = rig.tick(hip);
     }
-    // the last frame is up to 33 ms old; 3 standard deviations of the noise, 1.7 mm
+    // the last frame is up to 33 ms old; 3 standard deviations of the noise are 1.7 mm
     EXPECT_GT(last.law_force_n_in_world.z, (0.06 - speed * kFrame_s - 0.005) * rig.stiffness_n_per_m())
         << speed;
   }
@@ -100,12 +100,12 @@ TEST_P(EachLaw, AFrameThatJumpsBy10MillimetresIsBlendedAtTheSurfacesTopSpeed) {
     Vec3 before = rig.tick(hip).command_force_n_in_world;
     rig.show(plane, towards ? kFrame_s : 0);
     const rt::BlendParameters blend;
-    const double most_n = rig.stiffness_n_per_m() * blend.max_surface_speed_m_per_s * kTick_s;
+    const double max_n = rig.stiffness_n_per_m() * blend.max_surface_speed_m_per_s * kTick_s;
     for (int i = 0; i < 40; ++i) {
       const rt::Tick tick = rig.tick(hip);
-      ASSERT_LE(norm(tick.command_force_n_in_world - before), most_n + 1e-9) << "tick " << i;
+      ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;
       before = tick.command_force_n_in_world;
-      // all of it within a frame and the tick that it came with
+      // complete within a frame and the tick in which the frame arrived
       if (i > kTicksPerFrame + 2) {
         ASSERT_LE(norm(before - tick.law_force_n_in_world), 1e-9) << "tick " << i;
       }
@@ -114,7 +114,7 @@ TEST_P(EachLaw, AFrameThatJumpsBy10MillimetresIsBlendedAtTheSurfacesTopSpeed) {
 }
 
 TEST_P(EachConstraint, TheWorkOfAMovingSurfaceIsBoundedByForceTimesItsTopSpeed) {
-  // a still HIP; the spring's energy F^2 / 2k may grow by F v_max T per tick, and F dF / k is its growth
+  // the HIP is still; the spring's energy F^2 / 2k may grow by F v_max T per tick, and F dF / k is its growth
   TrueScene plane({.kind = SceneKind::plane, .distance_m = kDistance_m, .speed_m_per_s = 2},
                   fineCameraFor(kDistance_m));  // faster than allowed
   HardRig rig(GetParam(), plane.depthModel());
@@ -148,8 +148,8 @@ TEST_P(EachConstraint, AnObjectThatAppearsAroundTheHipPushesItOutOrLeavesItAlone
       ASSERT_LE(std::abs(tick.command_force_n_in_world.z - before), 0.25 + 1e-9) << "tick " << i;
       before = tick.command_force_n_in_world.z;
     }
-    // up to 35 mm it can be a surface that moved; the sensor's rounding is 1.5 mm, in the spring's force 0.77
-    // N
+    // up to 35 mm it may be a surface that moved; the sensor's rounding is 1.5 mm, which is 0.77 N of spring
+    // force
     if (depth_m <= 0.03) {
       EXPECT_NEAR(before, depth_m * rig.stiffness_n_per_m(), 0.8) << depth_m;
     }
@@ -176,8 +176,8 @@ TEST_P(EachLaw, NoFrameLawOrParameterChangeStepsTheForce) {
     }
     if (i % 230 == 0) rig.box.parameters().springs.stiffness_n_per_m = 300 + (i * 7) % 400;
     const rt::Tick tick = rig.tick(hip);
-    const double most_n = 700 * blend.max_surface_speed_m_per_s * kTick_s;
-    ASSERT_LE(norm(tick.command_force_n_in_world - before), most_n + 1e-9) << "tick " << i;
+    const double max_n = 700 * blend.max_surface_speed_m_per_s * kTick_s;
+    ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;
     before = tick.command_force_n_in_world;
   }
 }

@@ -4,7 +4,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
-// The HIP where it should not be: on a point, on the surface, on voxel boundaries, out of the grid, nowhere.
+// The HIP at special positions: on a point, on the surface, on voxel boundaries, outside the grid, invalid.
 namespace hapticd::test {
 namespace {
 
@@ -21,9 +21,10 @@ class Wall : public HardRig {
   }
 };
 
-/// The largest change of the force that the law itself allows for a step of the HIP that long: k_s for the
-/// laws with a proxy; for the springs their steepest slope, k_s (2 D / a_N - 1), with the N_max nearest on a
-/// disc of a_N, and a swap of the N_max-th point, 2 k_s (D - s) / N_max at most.
+/// Returns the largest change of the force that the law itself permits for a step of the HIP of this length:
+/// k_s for the laws with a proxy; for the springs their steepest slope, k_s (2 D / a_N - 1), with the N_max
+/// nearest points on a disc of radius a_N, plus a change of the N_max-th point, at most 2 k_s (D - s) /
+/// N_max.
 double largestStep_n(rt::ForceLaw law, double step_m) {
   const rt::SpringParameters springs;
   const double k = springs.stiffness_n_per_m;
@@ -52,7 +53,7 @@ TEST_P(EachLaw, IsFiniteAndSteadyWithTheHipExactlyOnAPoint) {
   ASSERT_TRUE(isFinite(on_point.law_force_n_in_world));
   for (const Vec3& direction : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
     const rt::Tick beside = wall.tick(point + 1e-12 * direction);
-    // of the springs one of N_max points turns round
+    // one of the N_max springs reverses its direction
     EXPECT_LE(norm(beside.law_force_n_in_world - on_point.law_force_n_in_world),
               largestStep_n(GetParam(), 1e-9) + 0.002);
   }
@@ -77,7 +78,7 @@ TEST_P(EachConstraint, NeverPullsOnEitherSideOfAWall) {
     const double distance = 0.05 - step * 1e-4;
     const rt::Tick tick = wall.tick(wall.inFront(distance));
     ASSERT_GE(tick.law_force_n_in_world.z, 0) << distance;
-    // not before the surface; within the field's and the points' mean rounding (10 um) afterwards
+    // no force in front of the surface; behind it within the mean rounding of facets and points (10 um)
     const double expected = std::max(0.0, -distance * wall.stiffness_n_per_m());
     ASSERT_NEAR(tick.law_force_n_in_world.z, expected, 0.02) << distance;
   }
@@ -94,8 +95,8 @@ TEST_P(EachLaw, CrossesVoxelBoundariesWithoutAJump) {
     for (int step = 1; step <= 4000; ++step) {  // four voxels
       const rt::Tick tick = wall.tick(start + (step * kStep_m) * direction);
       const double jump = norm(tick.law_force_n_in_world - before);
-      // the rounding of the proxy's rest on the surface is 1/1000 voxel; the mean of the points within r3
-      // changes by what one of about 150 points brings that enters with weight zero
+      // the rounding of the proxy's position on the surface is 1/1000 voxel; the mean of the points within r3
+      // changes by the contribution of one of about 150 points that enters with weight zero
       const double rounding = rt::hasProxy(GetParam()) ? 0.03 : 0;
       ASSERT_LE(jump, largestStep_n(GetParam(), kStep_m) + rounding) << "step " << step;
       before = tick.law_force_n_in_world;
@@ -103,7 +104,7 @@ TEST_P(EachLaw, CrossesVoxelBoundariesWithoutAJump) {
   }
 }
 
-TEST_P(EachLaw, AnswersPositionsThatAreNoPlacesWithForceZeroAndComesBack) {
+TEST_P(EachLaw, GivesNoForceAtInvalidPositionsAndRecovers) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Wall wall(GetParam());
@@ -123,7 +124,7 @@ TEST_P(EachLaw, AnswersPositionsThatAreNoPlacesWithForceZeroAndComesBack) {
   }
 }
 
-TEST_P(EachLaw, TakesDenormalCoordinatesForZero) {
+TEST_P(EachLaw, TreatsDenormalCoordinatesAsZero) {
   const double denormal = std::numeric_limits<double>::denorm_min();
   Wall wall(GetParam());
   wall.jumpTo(wall.inFront(0.03, 0, 0));
@@ -132,7 +133,7 @@ TEST_P(EachLaw, TakesDenormalCoordinatesForZero) {
   EXPECT_LE(norm(tick.law_force_n_in_world - zero.law_force_n_in_world), 1e-3);
 }
 
-TEST_P(EachLaw, FeelsNothingOutsideWhatTheCameraSees) {
+TEST_P(EachLaw, GivesNoForceOutsideTheCamerasView) {
   Wall wall(GetParam());
   for (const Vec3& hip :
        {Vec3{0, 0, 5}, Vec3{5, 5, -0.5}, Vec3{0, 0, -9.9}, Vec3{0, 0, 0}, Vec3{9.9, -9.9, 9.9}}) {

@@ -3,7 +3,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
-// Strokes of the law `proxy` over exact scenes: nothing but friction may hold it back, at any distance.
+// Strokes of the law `proxy` over exact scenes: only friction may hold the proxy back, at any distance.
 namespace hapticd::test {
 namespace {
 
@@ -13,11 +13,11 @@ using tools::TrueScene;
 using tools::TrueSceneParameters;
 
 /// The bound for a stroke without friction and noise.
-constexpr double kMostAlong_n = 0.2;
+constexpr double kMaxAlong_n = 0.2;
 constexpr double kStep_m = 2e-4;  // 0.2 m/s
 
-/// It would measure much nearer surfaces too: beside an edge with nothing behind it, what ends is not what
-/// has come too near to be measured.
+/// Returns a camera that also measures much nearer surfaces: next to an edge with nothing behind it, the end
+/// of a surface then cannot be mistaken for a surface that is too near to be measured.
 rt::DepthModelParameters cameraAt(double distance_m) {
   rt::DepthModelParameters camera = fineCameraFor(distance_m);
   camera.near_m = 0.5 * distance_m;
@@ -30,22 +30,22 @@ double pitch_m(double distance_m) {
 
 class AtDistance : public testing::TestWithParam<double> {
  protected:
-  /// From 30 mm over `surface` to `depth_m` below it.
+  /// Moves from 30 mm above `surface` to `depth_m` below it.
   static void pressIn(HardRig& rig, const Vec3& surface, const Vec3& normal, double depth_m) {
     rig.jumpTo(surface + 0.03 * normal);
     rig.tick(rig.hip());
     rig.moveTo(surface - depth_m * normal, kStep_m);
   }
-  /// Strokes by `way` and checks that the contact stays and that nothing pushes along it.
-  static void stroke(HardRig& rig, const Vec3& way) {
+  /// Strokes by `displacement` and checks that contact is kept and no force acts along the stroke.
+  static void stroke(HardRig& rig, const Vec3& displacement) {
     const Vec3 from = rig.hip();
-    const double length = norm(way);
-    const Vec3 direction = (1 / length) * way;
+    const double length = norm(displacement);
+    const Vec3 direction = (1 / length) * displacement;
     const int steps = static_cast<int>(std::lround(length / kStep_m));
     for (int step = 1; step <= steps; ++step) {
       const rt::Tick tick = rig.moveTo(from + (step * kStep_m) * direction, kStep_m);
       ASSERT_EQ(tick.contact, rt::ContactState::contact) << "step " << step;
-      ASSERT_LE(std::abs(dot(tick.law_force_n_in_world, direction)), kMostAlong_n) << "step " << step;
+      ASSERT_LE(std::abs(dot(tick.law_force_n_in_world, direction)), kMaxAlong_n) << "step " << step;
     }
   }
 };
@@ -73,7 +73,7 @@ TEST_P(AtDistance, FollowsTheHipBesideAnEdge) {
     rig.show(block);
     pressIn(rig, {-beside_m, -0.03, -z}, {0, 0, 1}, 0.008);
     stroke(rig, {0, 0.06, 0});
-    // the bound for flat surfaces: one smallest difference that is felt
+    // the bound for flat surfaces: one just noticeable difference of the force
     EXPECT_NEAR(rig.tick(rig.hip()).law_force_n_in_world.z, 0.008 * rig.stiffness_n_per_m(), 0.28);
   }
 }
@@ -90,7 +90,7 @@ TEST_P(AtDistance, FollowsTheHipAcrossASlantedPlane) {
   stroke(rig, 0.03 * up + Vec3{0.03, 0, 0});
 }
 
-TEST_P(AtDistance, LetsGoOfAnEdgeWithinAPixel) {
+TEST_P(AtDistance, IsReleasedWithinAPixelBeyondAnEdge) {
   const double z = GetParam();
   TrueScene block({.kind = SceneKind::half_plane, .distance_m = z}, cameraAt(z));
   HardRig rig(rt::ForceLaw::proxy, block.depthModel());
@@ -105,7 +105,7 @@ TEST_P(AtDistance, LetsGoOfAnEdgeWithinAPixel) {
   EXPECT_LE(ends_m, pitch_m(z) + kStep_m);
 }
 
-TEST_P(AtDistance, LeavesASolidAloneThatIsEnteredFromItsUnseenSide) {
+TEST_P(AtDistance, GivesNoForceInASolidEnteredFromItsUnseenSide) {
   const double z = GetParam();
   for (const double below_m : {0.005, 0.02, 0.05}) {
     TrueScene block({.kind = SceneKind::half_plane, .distance_m = z}, cameraAt(z));
@@ -125,7 +125,7 @@ TEST_P(AtDistance, LeavesASolidAloneThatIsEnteredFromItsUnseenSide) {
 
 INSTANTIATE_TEST_SUITE_P(Metres, AtDistance, testing::Values(0.6, 1.0, 2.0, 3.0));
 
-/// A wall at 1 m, and an arm with 100 mm between its back and what the HIP does.
+/// A wall at 1 m, and an arm with 100 mm between its back and the region of the HIP.
 class PassingArm : public HardRig {
  public:
   PassingArm() : HardRig(rt::ForceLaw::proxy) { wall(); }
@@ -146,7 +146,7 @@ class PassingArm : public HardRig {
   static constexpr std::uint16_t kArm = 685;   // 0.81 m
 };
 
-TEST(ProxyBehindAnArm, FeelsNothingInFrontOfTheWall) {
+TEST(ProxyBehindAnArm, GivesNoForceInFrontOfTheWall) {
   PassingArm rig;
   rig.jumpTo(rig.atWall(0.03));
   for (int frame = 0; frame < 60; ++frame) {
@@ -176,7 +176,7 @@ TEST(ProxyBehindAnArm, KeepsTheForceOfTheWallThatItPressesOn) {
   }
 }
 
-TEST(ProxyBehindAnArm, FeelsTheHiddenWallWhereItTouchesIt) {
+TEST(ProxyBehindAnArm, RestsOnTheHiddenWall) {
   PassingArm rig;
   rig.jumpTo(rig.atWall(0.03));
   rig.tick(rig.hip());
@@ -185,7 +185,7 @@ TEST(ProxyBehindAnArm, FeelsTheHiddenWallWhereItTouchesIt) {
   EXPECT_NEAR(rig.moveTo(rig.atWall(-0.006)).law_force_n_in_world.z, 3, 0.05);
 }
 
-TEST(ProxyOnASurface, HoldsItWhenItComesNearerThanTheCameraMeasures) {
+TEST(ProxyOnASurface, IsHeldWhenItComesTooNearToBeMeasured) {
   HardRig rig(rt::ForceLaw::proxy);
   constexpr std::uint16_t kNear = 280;     // 0.405 m
   constexpr std::uint16_t kTooNear = 268;  // 0.399 m, while near_m is 0.4 m

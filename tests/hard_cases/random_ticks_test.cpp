@@ -8,7 +8,7 @@
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/sanitizer.h"
 
-// Ten million ticks of mixed motion and scenes, split over the laws.
+// Ten million ticks of mixed motion and scenes, divided among the laws.
 namespace hapticd::test {
 namespace {
 
@@ -24,7 +24,7 @@ constexpr int kTicksPerLaw = 2'500'000;
 
 constexpr double kDistance_m = 0.9;
 
-/// A hand that wanders, rests, darts, presses, leaves the scene and now and then is nowhere.
+/// A hand that wanders, rests, darts, presses, leaves the scene and is occasionally invalid.
 class WildHand {
  public:
   explicit WildHand(std::uint32_t seed) : random_(seed) {}
@@ -47,7 +47,7 @@ class WildHand {
     const int kind = std::uniform_int_distribution<int>(0, 99)(random_);
     odd_ = kind == 0;
     if (odd_) ticks_left_ = 3;
-    if (kind == 1) place_ = {within(0.2), within(0.2), -0.9 + within(0.1)};  // a leap
+    if (kind == 1) place_ = {within(0.2), within(0.2), -0.9 + within(0.1)};  // a jump
     const double speed_m_per_tick = kind < 40 ? 0.0003 : kind < 60 ? 0 : kind < 95 ? 0.001 : 0.005;
     velocity_ = {within(speed_m_per_tick), within(speed_m_per_tick), within(speed_m_per_tick)};
   }
@@ -59,7 +59,7 @@ class WildHand {
   bool odd_ = false;
 };
 
-/// Frames of several scenes, drawn once.
+/// Frames of several scenes, rendered once.
 std::vector<std::unique_ptr<rt::DepthFrame>> someFrames() {
   std::vector<std::unique_ptr<rt::DepthFrame>> frames;
   for (const SceneKind kind :
@@ -76,7 +76,8 @@ std::vector<std::unique_ptr<rt::DepthFrame>> someFrames() {
   return frames;
 }
 
-/// One run; `on_tick` sees every tick. `frame_period_s`: between the arrivals of two frames.
+/// Runs the box; `on_tick` is called for every tick. `frame_period_s`: time between the arrivals of two
+/// frames.
 void run(tools::OfflineBox& box, int ticks, std::uint32_t seed,
          const std::function<void(int, const rt::Tick&)>& on_tick, double frame_period_s = 0) {
   static const auto frames = someFrames();
@@ -135,13 +136,13 @@ TEST_P(EachLaw, GivesTheSameForceWhetherTheReachOrTheWholeFrameIsModelled) {
   reach.parameters().law = frame.parameters().law = GetParam();
   std::vector<Vec3> first_n;
   constexpr int kTicks = 20'000;
-  // Sums of up to 65536 terms in another order. The law proxy fits planes to positions in single
-  // precision, 2.4e-7 m where they are up to 4 m from the grid's origin: 1.2e-4 N at 500 N/m, and over a
-  // patch of 8 mm a tilt that is worth 6e-4 N when the HIP is 40 mm deep.
+  // Sums of up to 65536 terms in another order. The law proxy fits planes to single-precision positions,
+  // which have errors of 2.4e-7 m at up to 4 m from the grid's origin: 1.2e-4 N at 500 N/m, and over a patch
+  // of 8 mm a tilt equivalent to 6e-4 N when the HIP is 40 mm deep.
   const double tolerance_n = GetParam() == rt::ForceLaw::proxy ? 1e-3 : 1e-8;
-  // Deeper than a hand can push, a proxy may go farther within a tick than the reach is modelled.
-  constexpr double kMost_n = 20;
-  // What was seen in earlier frames is remembered where the hand was near, so each frame counts as the first.
+  // Deeper than a hand can push, a proxy may move farther within a tick than the modelled reach.
+  constexpr double kMax_n = 20;
+  // Surfaces seen in earlier frames are remembered only near the hand, so each frame must count as the first.
   constexpr double kFramePeriod_s = 2 * rt::OcclusionMemory::kMaxGap_s;
   run(
       reach, kTicks, 13, [&](int, const rt::Tick& tick) { first_n.push_back(tick.law_force_n_in_world); },
@@ -152,7 +153,7 @@ TEST_P(EachLaw, GivesTheSameForceWhetherTheReachOrTheWholeFrameIsModelled) {
       [&](int i, const rt::Tick& tick) {
         const Vec3& force_n = tick.law_force_n_in_world;
         const Vec3& other_n = first_n[static_cast<std::size_t>(i)];
-        if (std::max(norm(force_n), norm(other_n)) > kMost_n) return;
+        if (std::max(norm(force_n), norm(other_n)) > kMax_n) return;
         ++compared;
         ASSERT_LE(norm(force_n - other_n), tolerance_n) << "tick " << i;
       },

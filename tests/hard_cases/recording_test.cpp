@@ -5,13 +5,13 @@
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/recording.h"
 
-// A HIP that people's hands move through, or a ball where there is no recording of people.
+// A HIP that is passed by people's hands, or by a ball if no recordings of people are available.
 namespace hapticd::test {
 namespace {
 
 using rt::Vec3;
 
-/// Where the nearest measured surface of a frame is, near the image's middle.
+/// Returns the nearest measured point of a frame near the middle of the image.
 Vec3 nearestPoint(const rt::DepthModel& model, const rt::DepthFrame& frame) {
   Vec3 nearest{0, 0, -1e9};
   for (int row = 100; row < 380; ++row) {
@@ -26,13 +26,13 @@ Vec3 nearestPoint(const rt::DepthModel& model, const rt::DepthFrame& frame) {
   return nearest;
 }
 
-void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
+void holdInThePathOfHands(rt::ForceLaw law, const std::string& archive) {
   const Recording recording(archive);
   const auto reader = drivers::RecordingReader::open(recording.path());
   ASSERT_TRUE(reader.has_value()) << reader.error().text();
   const std::size_t frames = reader->frames().size();
 
-  // held where the nearest hand is in the middle of the recording, so that it comes and goes
+  // held at the nearest hand in the middle of the recording, so that the hand comes and goes
   auto middle = std::make_unique<rt::DepthFrame>();
   ASSERT_TRUE(reader->read(frames / 2, *middle).has_value());
   tools::OfflineBox box({}, {}, {});
@@ -44,7 +44,7 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
   ASSERT_GT(hip.z, -4);
 
   const rt::SafetyParameters limits = box.parameters().safety;
-  const double most_n =
+  const double max_n =
       box.parameters().springs.stiffness_n_per_m * box.parameters().blend.max_surface_speed_m_per_s * kTick_s;
   constexpr double kApproach_m = 0.06;
   Vec3 before;
@@ -55,29 +55,29 @@ void holdInTheWay(rt::ForceLaw law, const std::string& archive) {
     frame->sequence = index + 1;
     box.show(*frame);
     for (int i = 0; i < kTicksPerFrame; ++i) {
-      // brought there from the camera's side while the first frame is shown
+      // moved there from the camera's side while the first frame is shown
       const double left = index == 0 ? 1 - static_cast<double>(i + 1) / kTicksPerFrame : 0;
       const rt::Tick tick = box.tick(hip - kApproach_m * left * ray, kTick_s);
       const Vec3 force = tick.command_force_n_in_world;
       ASSERT_TRUE(isFinite(force));
       ASSERT_LE(norm(force), limits.max_force_n * (1 + 1e-12));
-      // the HIP is still: all that changes the force is the scene
+      // the HIP is still, so only the scene changes the force
       if (index > 0) {
-        ASSERT_LE(norm(force - before), most_n + 1e-9) << "frame " << index << " tick " << i;
+        ASSERT_LE(norm(force - before), max_n + 1e-9) << "frame " << index << " tick " << i;
       }
       before = force;
       in_contact += rt::inContact(tick) ? 1 : 0;
     }
   }
-  EXPECT_GT(in_contact, kTicksPerFrame) << "the hand is met";
+  EXPECT_GT(in_contact, kTicksPerFrame) << "the hand is touched";
 }
 
-TEST_P(EachLaw, HeldInTheWayOfAGesturingPersonFeelsNoStep) {
-  holdInTheWay(GetParam(), "01_raw11_room_gesture/room_gesture.tar.xz");
+TEST_P(EachLaw, HeldInThePathOfAGesturingPersonHasNoForceStep) {
+  holdInThePathOfHands(GetParam(), "01_raw11_room_gesture/room_gesture.tar.xz");
 }
 
-TEST_P(EachLaw, HeldInTheWayOfHandsAtADeskFeelsNoStep) {
-  holdInTheWay(GetParam(), "02_raw11_desk_near/desk_near.tar.xz");
+TEST_P(EachLaw, HeldInThePathOfHandsAtADeskHasNoForceStep) {
+  holdInThePathOfHands(GetParam(), "02_raw11_desk_near/desk_near.tar.xz");
 }
 
 }  // namespace

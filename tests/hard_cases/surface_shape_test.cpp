@@ -3,7 +3,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
-// Shapes on which laws go wrong: hollows, edges, thin plates, corners, steps.
+// Shapes that are difficult for force laws: hollows, edges, thin plates, corners, steps.
 namespace hapticd::test {
 namespace {
 
@@ -19,7 +19,7 @@ TrueScene sceneOf(TrueSceneParameters parameters, double middle_m = kDistance_m)
   return TrueScene(parameters, fineCameraFor(middle_m));
 }
 
-/// The force's part out of the surface.
+/// Returns the component of the force out of the surface.
 double outward_n(const rt::Tick& tick, const Vec3& inward) {
   return -dot(tick.law_force_n_in_world, inward);
 }
@@ -34,14 +34,14 @@ TEST_P(EachConstraint, AHollowDoesNotAttract) {
     const double above = 0.03 - step * 1e-4;
     const rt::Tick tick = rig.moveTo(approach.surface_m_in_world - above * approach.inward_in_world);
     ASSERT_GE(outward_n(tick, approach.inward_in_world), 0) << above;
-    // what the voxels round off the hollow: edge^2 / (8 R) = 0.25 mm
+    // rounding of the hollow by its resolution: edge^2 / (8 R) = 0.25 mm
     if (above > 0.0015) {
       ASSERT_EQ(tick.law_force_n_in_world, Vec3{}) << above;
     }
   }
 }
 
-TEST(HardCase, ThePapersLawAttractsInAHollowAsItsClosedFormSays) {
+TEST(HardCase, ThePapersLawAttractsInAHollowAccordingToItsClosedForm) {
   TrueScene bowl = sceneOf({.kind = SceneKind::bowl}, kDistance_m - 0.03);
   HardRig rig(rt::ForceLaw::nearest_springs, bowl.depthModel());
   rig.show(bowl);
@@ -64,7 +64,7 @@ TEST_P(EachConstraint, AHalfPlanesEdgeHoldsTheProxyAndPushesOut) {
     rig.moveTo({-beside_m, 0.003, -kDistance_m + 0.029});
     const rt::Tick tick = rig.moveTo({-beside_m, 0.003, -kDistance_m - 0.01});
     EXPECT_EQ(tick.contact, rt::ContactState::contact) << beside_m;
-    EXPECT_NEAR(tick.law_force_n_in_world.z, 5, 0.35) << beside_m;  // one JND
+    EXPECT_NEAR(tick.law_force_n_in_world.z, 5, 0.35) << beside_m;  // one just noticeable difference
   }
 }
 
@@ -84,7 +84,7 @@ TEST_P(EachConstraint, AThinPlateIsNotPushedThroughUpTo20Newton) {
   }
 }
 
-TEST(HardCase, ThePapersLawTurnsRoundBehindAThinPlate) {
+TEST(HardCase, ThePapersLawReversesBehindAThinPlate) {
   TrueScene plate = sceneOf({.kind = SceneKind::thin_plate});
   HardRig rig(rt::ForceLaw::nearest_springs, plate.depthModel());
   rig.show(plate);
@@ -121,13 +121,13 @@ TEST_P(EachConstraint, RestsInAnInnerCornerWithoutShaking) {
   EXPECT_GT(outward_n(before, approach.inward_in_world), 3);
   for (int i = 0; i < 300; ++i) {
     const rt::Tick tick = rig.tick(end);
-    // a tenth of the smallest difference that is felt
+    // a tenth of the just noticeable difference
     ASSERT_LE(norm(tick.law_force_n_in_world - before.law_force_n_in_world), 0.01) << "tick " << i;
     before = tick;
   }
 }
 
-TEST_P(EachConstraint, AConvexEdgeIsFeltAndCrossedWithoutAJump) {
+TEST_P(EachConstraint, AConvexEdgeIsCrossedWithoutAForceJump) {
   TrueScene edge = sceneOf({.kind = SceneKind::convex_edge}, kDistance_m + 0.05);
   HardRig rig(GetParam(), edge.depthModel());
   rig.show(edge);
@@ -138,18 +138,18 @@ TEST_P(EachConstraint, AConvexEdgeIsFeltAndCrossedWithoutAJump) {
   const Vec3 start = rig.hip();
   Vec3 before = rig.tick(start).blended_force_n_in_world;
   constexpr double kStep_m = 1e-4;
-  const double most_n =
+  const double max_n =
       rig.stiffness_n_per_m() * (kStep_m + rt::BlendParameters{}.max_surface_speed_m_per_s * kTick_s);
   for (int step = 1; step <= 500; ++step) {
     const Vec3 force = rig.moveTo(start + (step * kStep_m) * along).blended_force_n_in_world;
-    // the ideal constraint lets go at once where the HIP leaves through the other face; the blend does not
-    ASSERT_LE(norm(force - before), most_n) << "step " << step;
+    // the ideal constraint releases at once when the HIP leaves through the other face; the blend does not
+    ASSERT_LE(norm(force - before), max_n) << "step " << step;
     before = force;
   }
   EXPECT_EQ(before, Vec3{});
 }
 
-TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAJumpOfTheForce) {
+TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAForceJump) {
   TrueScene step_scene = sceneOf({.kind = SceneKind::step});
   HardRig rig(GetParam(), step_scene.depthModel());
   rig.show(step_scene);
@@ -164,8 +164,8 @@ TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAJumpOfTheForce) {
     largest = std::max(largest, norm(force - before));
     before = force;
   }
-  // springs: the slope of the steepest law, and a swap; laws with a proxy: what the HIP's way and the blend
-  // explain
+  // springs: the slope of the steepest law plus a change of the N_max-th point; laws with a proxy: what the
+  // HIP's displacement and the blend explain
   const double explained_n =
       rig.stiffness_n_per_m() * (kStep_m + rt::BlendParameters{}.max_surface_speed_m_per_s * kTick_s);
   EXPECT_LE(largest, rt::hasProxy(GetParam()) ? explained_n : 0.8);

@@ -12,8 +12,8 @@ namespace hapticd::test {
 inline constexpr double kPeriod_s = 0.001;
 inline constexpr std::int64_t kPeriod_ns = 1'000'000;
 
-/// A HapticCore with inputs that are good until a test spoils them, and a time that a test makes up.
-/// The HIP starts 2 cm in front of a wall, where half of D_thresh is pressed in.
+/// A HapticCore with valid inputs until a test makes them invalid, and simulated time. The HIP starts 2 cm in
+/// front of a wall, where the springs of the paper's law are half compressed.
 class CoreRig {
  public:
   CoreRig() {
@@ -22,7 +22,7 @@ class CoreRig {
     directive.engage_inside = true;
   }
 
-  /// One period later. Measurements that are `fresh` are as old as that.
+  /// Advances by one period. Measurements marked as `fresh` are renewed.
   rt::Tick step() {
     now_ns += kPeriod_ns;
     if (handle_fresh) handle.time_ns = now_ns;
@@ -34,7 +34,7 @@ class CoreRig {
     for (int i = 0; i < count; ++i) tick = step();
     return tick;
   }
-  /// Engages and waits until the ramp has ended and the force stands still.
+  /// Engages and waits until the ramp has ended and the force is constant.
   rt::Tick engageFully() {
     directive.engage = true;
     return steps(600);

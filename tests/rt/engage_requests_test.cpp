@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What asking again for force does to the force: a core that is driven as the daemon drives it.
+// The effect of repeated requests to engage on the force; the core is driven as by the daemon.
 #include "rt/engage_requests.h"
 
 #include <gtest/gtest.h>
@@ -16,12 +16,12 @@ namespace {
 using rt::Cause;
 using rt::Mode;
 
-/// A rig with somebody who asks. Nobody has asked yet, and the HIP is where something is felt.
-class AskedRig : public CoreRig {
+/// A rig with a client. Nothing has been requested yet, and the HIP is in contact.
+class RequestRig : public CoreRig {
  public:
-  AskedRig() { directive.engage_inside = false; }
+  RequestRig() { directive.engage_inside = false; }
 
-  /// True when the directive was changed.
+  /// Sends a request; returns true if the directive was changed.
   bool ask(bool engage, bool inside = false) {
     const bool changed = requests.ask(engage, inside, loop, directive);
     if (changed) ++directive.generation;
@@ -45,10 +45,10 @@ class AskedRig : public CoreRig {
   rt::LoopState loop;
 };
 
-/// From the first request on, in contact all the time: the ramp, the full force, and a depth image that is
-/// too old for a while (the timeout is 500 ms). `again`: asks once more in every 50th tick.
+/// Returns the ticks from the first request on, always in contact: the ramp, the full force, and a depth
+/// image that is stale for a while (the timeout is 500 ms). `again`: repeats the request in every 50th tick.
 std::vector<rt::Tick> ticksInContact(bool again, bool inside) {
-  AskedRig rig;
+  RequestRig rig;
   rig.tick();
   rig.ask(true, true);
   std::vector<rt::Tick> ticks;
@@ -60,7 +60,7 @@ std::vector<rt::Tick> ticksInContact(bool again, bool inside) {
   return ticks;
 }
 
-TEST(EngageRequests, AskingAgainInContactChangesNoBitOfForceGainModeAndCause) {
+TEST(EngageRequests, RepeatedRequestsInContactChangeNoBitOfForceGainModeAndCause) {
   const std::vector<rt::Tick> once = ticksInContact(false, false);
   EXPECT_TRUE(std::ranges::any_of(once, [](const rt::Tick& tick) { return tick.mode == Mode::holding; }));
   EXPECT_GT(norm(once[699].command_force_n_in_world), 1);
@@ -75,8 +75,8 @@ TEST(EngageRequests, AskingAgainInContactChangesNoBitOfForceGainModeAndCause) {
   }
 }
 
-TEST(EngageRequests, AskingAgainBeforeTheLoopHasSeenTheFirstRequestChangesNothing) {
-  AskedRig rig;
+TEST(EngageRequests, ARepeatedRequestBeforeTheLoopHasSeenTheFirstChangesNothing) {
+  RequestRig rig;
   rig.tick();
   EXPECT_TRUE(rig.ask(true, true));
   EXPECT_FALSE(rig.ask(true, true));
@@ -85,8 +85,8 @@ TEST(EngageRequests, AskingAgainBeforeTheLoopHasSeenTheFirstRequestChangesNothin
   rig.expect(Mode::engaged, Cause::requested);
 }
 
-TEST(EngageRequests, WhatWasRefusedMayBeAskedForAgain) {
-  AskedRig rig;
+TEST(EngageRequests, ARefusedRequestMayBeRepeated) {
+  RequestRig rig;
   rig.tick();
   rig.ask(true);
   rig.tick();
@@ -99,8 +99,8 @@ TEST(EngageRequests, WhatWasRefusedMayBeAskedForAgain) {
   rig.expect(Mode::engaged, Cause::requested);
 }
 
-TEST(EngageRequests, AHandleThatCameBackIsFeltOnTheNextRequest) {
-  AskedRig rig;
+TEST(EngageRequests, AReconnectedHandleEngagesOnTheNextRequest) {
+  RequestRig rig;
   rig.handle.session = 1;
   rig.tick();
   rig.ask(true, true);
@@ -114,22 +114,22 @@ TEST(EngageRequests, AHandleThatCameBackIsFeltOnTheNextRequest) {
   rig.expect(Mode::engaged, Cause::requested);
 }
 
-TEST(EngageRequests, LeaveToEngageInsideASurfaceCanBeGivenWhileTheRequestStillWaits) {
-  AskedRig rig;
+TEST(EngageRequests, EngagingInsideASurfaceCanBePermittedWhileTheRequestIsPending) {
+  RequestRig rig;
   rig.scene_fresh = false;
   rig.tick();
   EXPECT_TRUE(rig.ask(true));
   rig.tick();
   rig.expect(Mode::holding, Cause::depth_stale);
   EXPECT_TRUE(rig.ask(true, true));
-  EXPECT_FALSE(rig.ask(true));  // does not take it back
+  EXPECT_FALSE(rig.ask(true));  // does not revoke it
   rig.scene_fresh = true;
   rig.tick();
   rig.expect(Mode::engaged, Cause::requested);
 }
 
 TEST(EngageRequests, EngagingClearsNoFaultAndDisengagingDoes) {
-  AskedRig rig;
+  RequestRig rig;
   rig.tick();
   rig.ask(true, true);
   rig.ticks(600);
@@ -148,7 +148,7 @@ TEST(EngageRequests, EngagingClearsNoFaultAndDisengagingDoes) {
 }
 
 TEST(EngageRequests, DisengagingAndEngagingWithinOneTickIsANewRequest) {
-  AskedRig rig;
+  RequestRig rig;
   rig.tick();
   rig.ask(true, true);
   rig.ticks(600);
@@ -158,7 +158,7 @@ TEST(EngageRequests, DisengagingAndEngagingWithinOneTickIsANewRequest) {
   rig.expect(Mode::idle, Cause::inside_surface);
   rig.ask(false);
   rig.tick();
-  rig.expect(Mode::idle, Cause::inside_surface);  // disengaging what is idle changes nothing
+  rig.expect(Mode::idle, Cause::inside_surface);  // disengaging when idle changes nothing
 }
 
 }  // namespace

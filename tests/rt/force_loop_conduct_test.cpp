@@ -14,14 +14,15 @@
 #include "tests/rt/watch.h"
 #include "tests/support/rerun.h"
 
-// That the force thread allocates, locks, faults and throws nothing while it runs. Everything inside run()
-// counts, in a world that changes in every way; the watch is shown to see each kind of misconduct.
+// Verifies that the force thread does not allocate, lock, fault pages or throw while it runs. Everything
+// inside run() is monitored while all inputs change; planted violations show that the monitor detects each
+// kind.
 
 namespace hapticd::test {
 namespace {
 
-/// Runs the loop of `rig`, exercised for `ticks`, in a thread that is watched while it is inside run() and
-/// while it does the `planted` deed just before.
+/// Runs the loop of `rig` for `ticks` ticks in a thread that is monitored inside run() and during the
+/// `planted` violation just before it.
 template <typename Deed>
 WatchedSection::Seen watchedRun(LoopRig& rig, std::size_t ticks, Deed planted) {
   WatchedSection::Seen seen;
@@ -53,24 +54,24 @@ WatchedSection::Seen watchedRunWith(Deed planted) {
 TEST(ForceThread, AllocatesLocksAndThrowsNothing) {
   LoopRig rig;
   EXPECT_EQ(watchedRun(rig).misconduct, Misconduct{});
-  if (*kSight.said_instead != '\0') sayNotChecked(kSight.said_instead);
+  if (*kSight.said_instead != '\0') reportNotChecked(kSight.said_instead);
 }
 
-TEST(ForceThread, WouldBeSeenAllocating) {
-  if (!kSight.allocations) return sayNotChecked(kSight.said_instead);
+TEST(ForceThread, IsCaughtAllocating) {
+  if (!kSight.allocations) return reportNotChecked(kSight.said_instead);
   std::vector<int> numbers;
   EXPECT_EQ(watchedRunWith([&numbers] { numbers.push_back(1); }).misconduct, Misconduct{.allocations = 1});
 }
 
-TEST(ForceThread, WouldBeSeenLocking) {
-  if (!kSight.locks) return sayNotChecked(kSight.said_instead);
+TEST(ForceThread, IsCaughtLocking) {
+  if (!kSight.locks) return reportNotChecked(kSight.said_instead);
   std::mutex mutex;
   EXPECT_EQ(watchedRunWith([&mutex] { const std::lock_guard lock(mutex); }).misconduct,
             Misconduct{.locks = 1});
 }
 
-TEST(ForceThread, WouldBeSeenThrowing) {
-  if (!kSight.exceptions) return sayNotChecked(kSight.said_instead);
+TEST(ForceThread, IsCaughtThrowing) {
+  if (!kSight.exceptions) return reportNotChecked(kSight.said_instead);
   const auto throwing = [] {
     try {
       throw std::runtime_error("planted");
@@ -87,7 +88,7 @@ TEST(ForceThread, FaultsNoPage) {
   const std::string found =
       std::to_string(faults.minor) + " minor and " + std::to_string(faults.major) + " major page faults";
   if (!memory.locked()) {
-    return sayNotChecked(
+    return reportNotChecked(
         "that there is no page fault: memory cannot be locked here (RLIMIT_MEMLOCK, or a "
         "sanitizer that does not); without that there were " +
         found);
@@ -96,11 +97,11 @@ TEST(ForceThread, FaultsNoPage) {
   EXPECT_EQ(faults.major, 0) << found;
 }
 
-TEST(ForceThread, WouldBeSeenFaultingAPage) {
+TEST(ForceThread, IsCaughtFaultingAPage) {
   const LockedMemory memory;
   UntouchedPage page;
   EXPECT_GE(watchedRunWith([&page] { page.touch(); }).page_faults.minor, 1);
-  if (!memory.locked()) sayNotChecked("that this is the only page fault: memory cannot be locked here");
+  if (!memory.locked()) reportNotChecked("that this is the only page fault: memory cannot be locked here");
 }
 
 }  // namespace

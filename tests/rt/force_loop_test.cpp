@@ -22,7 +22,7 @@ using rt::Vec3;
 constexpr std::size_t kTicks = 300;
 constexpr std::int64_t kPeriod_ns = 1'000'000;
 constexpr double kPeriod_s = 0.001;
-/// A handful of roundings of numbers of the size of the forces.
+/// A few roundings of numbers of the size of the forces.
 constexpr double kRounding = 1e-12;
 
 class ForceLoopThread : public testing::Test {
@@ -34,7 +34,7 @@ class ForceLoopThread : public testing::Test {
       rig.loop.run();
     });
   }
-  /// Afterwards all ticks are in rig.ticks.
+  /// Stops the loop; afterwards all ticks are in rig.ticks.
   void stop() {
     rig.loop.requestStop();
     thread_.join();
@@ -42,7 +42,7 @@ class ForceLoopThread : public testing::Test {
   }
   ~ForceLoopThread() override { rig.loop.requestStop(); }
 
-  /// The newest state that the loop has published, once it has taken over the directive sent last.
+  /// Returns the newest published state once the loop has taken over the last directive.
   rt::LoopState acknowledged() {
     EXPECT_TRUE(becomesTrue([this] {
       rig.collected(0);
@@ -72,13 +72,13 @@ TEST_F(ForceLoopThread, NumbersItsTicksWithoutAGapAndPutsEachIntoTheRing) {
   EXPECT_EQ(rig.control->compute_time.total(), rig.ticks.size());
 }
 
-/// Grid times that are past when a tick ends, after its own.
+/// Returns the number of grid times after the tick's own that have passed when the tick ends.
 std::uint64_t periodsOverrunBy(const rt::Tick& tick, std::int64_t period_ns) {
   return static_cast<std::uint64_t>((tick.wakeup_latency_ns + tick.compute_ns) / period_ns);
 }
 
-/// Each tick is at the first time of the grid after the end of the one before it. Ticks that found no room in
-/// the ring leave gaps in the numbers.
+/// Each tick is at the first grid time after the end of the previous one. Ticks that did not fit into the
+/// ring leave gaps in the numbers.
 void expectOnGrid(const std::vector<rt::Tick>& ticks, std::int64_t period_ns) {
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     if (ticks[i].number != ticks[i - 1].number + 1) continue;
@@ -103,7 +103,7 @@ TEST_F(ForceLoopThread, PlansEveryTickOnOneGridAndCountsTheOverruns) {
   EXPECT_EQ(rig.control->state.front().counters.overruns, overruns);
 }
 
-/// At a rate that no machine keeps: waking up alone takes longer than the period.
+/// A rate that no machine achieves: waking up alone takes longer than the period.
 class HastyForceLoopThread : public ForceLoopThread {
  protected:
   static constexpr std::int64_t kShortPeriod_ns = 100;
@@ -118,8 +118,8 @@ TEST_F(HastyForceLoopThread, SkipsAndCountsWholePeriodsOnItsGrid) {
   rig.control->state.refresh();
   const rt::LoopState& state = rig.control->state.front();
   ASSERT_EQ(rig.ticks.front().number, 1U);
-  const auto way_ns = static_cast<std::uint64_t>(state.tick.planned_ns - rig.ticks.front().planned_ns);
-  const std::uint64_t skipped = way_ns / kShortPeriod_ns - (state.tick.number - 1);
+  const auto elapsed_ns = static_cast<std::uint64_t>(state.tick.planned_ns - rig.ticks.front().planned_ns);
+  const std::uint64_t skipped = elapsed_ns / kShortPeriod_ns - (state.tick.number - 1);
   EXPECT_EQ(state.counters.skipped_periods, skipped + periodsOverrunBy(state.tick, kShortPeriod_ns));
   EXPECT_GT(skipped, kTicks) << "otherwise the machine did keep that rate";
   EXPECT_GT(state.counters.overruns, 0U);
@@ -136,7 +136,7 @@ TEST_F(ForceLoopThread, WakesAtItsTimesAndNotBefore) {
   }
 }
 
-TEST_F(ForceLoopThread, CountsWhatItsTicksSay) {
+TEST_F(ForceLoopThread, CountsTheEventsOfItsTicks) {
   start();
   ASSERT_TRUE(exercise(rig, kTicks));
   stop();
@@ -165,7 +165,7 @@ TEST_F(ForceLoopThread, AcknowledgesADirectiveWithTheFirstTickThatFollowsIt) {
   for (int doubled = 1; doubled <= 5; ++doubled) {
     rig.directive.parameters.springs.stiffness_n_per_m *= 2;
     rig.send();
-    // The law is linear in k_s; each search may add up the same points in another order.
+    // The law is linear in k_s; each search may sum the same points in another order.
     const double expected_n = std::ldexp(before_n, doubled);
     EXPECT_NEAR(norm(acknowledged().tick.law_force_n_in_world), expected_n, kRounding * expected_n);
   }
@@ -209,7 +209,7 @@ TEST_F(ForceLoopThread, GoesToZeroAtTheSlewLimitBeforeItReturns) {
   ASSERT_TRUE(becomesTrue([this] {
     rig.collected(0);
     return !rig.ticks.empty() && norm(rig.ticks.back().command_force_n_in_world) >= 3;
-  })) << "the wall must be felt before";
+  })) << "contact must be established first";
   stop();
   const double step_n = rig.directive.parameters.safety.max_slew_n_per_s * kPeriod_s;
   for (std::size_t i = 1; i < rig.ticks.size(); ++i) {
@@ -232,7 +232,7 @@ TEST_F(ForceLoopThread, ReturnsAfterOneTickWhenItIsStoppedBeforeItStarts) {
   EXPECT_EQ(rig.ticks.front().command_force_n_in_world, Vec3{});
 }
 
-TEST_F(ForceLoopThread, CountsWhatDoesNotFitIntoTheRingAndGoesOn) {
+TEST_F(ForceLoopThread, CountsTicksThatDoNotFitIntoTheRingAndContinues) {
   start();
   constexpr std::uint64_t kOverfull = rt::kTickRingCapacity + 50;
   ASSERT_TRUE(becomesTrue([this] {
@@ -263,7 +263,7 @@ TEST(ForceLoopPrivileges, AreReportedAsTheSystemSeesThem) {
     EXPECT_TRUE(CPU_ISSET(static_cast<std::size_t>(reported.cpu), &cpus));
   }
   if (!reported.realtime_scheduling) {
-    sayNotChecked("the loop under SCHED_FIFO: not permitted here (RLIMIT_RTPRIO or CAP_SYS_NICE)");
+    reportNotChecked("the loop under SCHED_FIFO: not permitted here (RLIMIT_RTPRIO or CAP_SYS_NICE)");
   }
 }
 

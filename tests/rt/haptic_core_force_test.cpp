@@ -16,7 +16,7 @@ namespace {
 using rt::Mode;
 using rt::Vec3;
 
-/// A handful of roundings of numbers of the size of the forces, and of a sum of some hundred periods.
+/// A few roundings of numbers of the size of the forces, and of a sum of some hundred periods.
 constexpr double kRounding = 1e-12;
 
 /// So high that the stage does not act.
@@ -57,7 +57,7 @@ TEST(HapticCoreForce, IsFullAtOnceWithoutARamp) {
   EXPECT_EQ(out.command_force_n_in_world, out.law_force_n_in_world);
 }
 
-TEST(HapticCoreForce, RampsAnewAfterEachInterruption) {
+TEST(HapticCoreForce, RampsAgainAfterEachInterruption) {
   CoreRig rig;
   const double law_n = norm(rig.engageFully().blended_force_n_in_world);
   const double ramp_s = rig.directive.parameters.safety.engage_ramp_s;
@@ -84,7 +84,7 @@ TEST(HapticCoreForce, GoesToZeroAtTheSlewLimitWhenAnInputIsSpoiled) {
   EXPECT_EQ(rig.step().command_force_n_in_world, Vec3{});
 }
 
-TEST(HapticCoreForce, IsZeroThreeTicksAfterTheHandleIsNotToBeTrusted) {
+TEST(HapticCoreForce, IsZeroThreeTicksAfterAFaultOfTheHandle) {
   CoreRig rig;
   const Vec3 full = rig.engageFully().command_force_n_in_world;
   rig.handle_fresh = false;
@@ -97,7 +97,7 @@ TEST(HapticCoreForce, IsZeroThreeTicksAfterTheHandleIsNotToBeTrusted) {
   EXPECT_EQ(rig.step().command_force_n_in_world, Vec3{});
 }
 
-TEST(HapticCoreForce, GoesDownEvenlyOnStaleDepth) {
+TEST(HapticCoreForce, FadesLinearlyOnStaleDepth) {
   CoreRig rig;
   const Vec3 full = rig.engageFully().command_force_n_in_world;
   rig.scene_fresh = false;
@@ -145,15 +145,15 @@ TEST(HapticCoreForce, IsReducedToWhatTheDevicesMassAllowsWhereTheBoxDamps) {
   EXPECT_NEAR(out.stiffness_gain, 0.315, kRounding);
   EXPECT_EQ(out.stiffness_rule, rt::StiffnessRule::mass);
   EXPECT_NEAR(out.contact_damping_n_s_per_m, 1.75 * 157.5 * 0.01, 1e-9);
-  rig.directive.parameters.handle.device_mass_kg = 0.2;  // 700 N/m
+  rig.directive.parameters.handle.device_mass_kg = 0.2;  // limit 700 N/m
   const rt::Tick heavy = rig.steps(4000);
   EXPECT_EQ(heavy.stiffness_gain, 1);
   EXPECT_EQ(heavy.stiffness_rule, rt::StiffnessRule::none);
   EXPECT_NEAR(heavy.contact_damping_n_s_per_m, 1.75 * 500 * 0.01, 1e-9);
 }
 
-// Of all laws: the paper's law is the rig's. 1.75 * 100 N/m * 2.5 ms = 0.4375 N s/m.
-TEST(HapticCoreForce, IsDampedByWhatTheLagAsksForOnceAndByWhoCan) {
+// Applies to all laws; the rig uses the paper's law. 1.75 * 100 N/m * 2.5 ms = 0.4375 N s/m.
+TEST(HapticCoreForce, IsDampedOnceAsTheLagRequiresByBoxOrDevice) {
   CoreRig rig;
   rig.handle.delay_s = 0.002;
   rig.directive.parameters.springs.stiffness_n_per_m = 100;  // below the force limit
@@ -200,7 +200,7 @@ TEST(HapticCoreForce, IsTheLawsAgainOnceTheModelHasCaughtUp) {
   }
 }
 
-TEST(HapticCoreForce, HoldsNothingOfAFault) {
+TEST(HapticCoreForce, HoldsNoForceFromBeforeAFault) {
   CoreRig rig;
   rig.engageFully();
   rig.directive.parameters.springs.stiffness_n_per_m = std::numeric_limits<double>::infinity();
@@ -209,12 +209,12 @@ TEST(HapticCoreForce, HoldsNothingOfAFault) {
   rig.handle.position_m_in_world = rig.wall.besideModel();
   rig.directive.engage = false;
   rig.step();
-  rig.directive.engage = true;  // within the 10 ms in which the last force is held
+  rig.directive.engage = true;  // within the 10 ms for which the last force is held
   EXPECT_EQ(rig.step().mode, Mode::engaged);
   EXPECT_EQ(rig.steps(100).command_force_n_in_world, Vec3{});
 }
 
-/// Spoils, heals and moves inputs and turns every parameter, at random.
+/// Randomly spoils and restores inputs and changes every parameter.
 class Chaos {
  public:
   explicit Chaos(std::uint32_t seed) : random_(seed) {}

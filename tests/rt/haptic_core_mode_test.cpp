@@ -21,7 +21,7 @@ using rt::Vec3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// An input that must not be felt, and the mode and cause that say so while it lasts.
+/// An invalid input, and the mode and cause that it must lead to while it lasts.
 struct Spoiled {
   std::string name;
   std::function<void(CoreRig&)> spoil;
@@ -78,7 +78,7 @@ const std::vector<Spoiled>& spoiledInputs() {
   return all;
 }
 
-/// Back to good inputs, also to those that `spoil` did not touch.
+/// Restores valid inputs, including those that `spoil` did not change.
 void makeGood(CoreRig& rig) {
   rig.handle.sequence = 1;
   rig.handle_fresh = true;
@@ -92,13 +92,13 @@ void expectMode(const rt::Tick& tick, Mode mode, Cause cause) {
   EXPECT_EQ(tick.cause, cause);
 }
 
-TEST(HapticCoreMode, IsIdleFromTheFirstTickOnUntilSomebodyEngages) {
+TEST(HapticCoreMode, IsIdleUntilEngaged) {
   CoreRig rig;
   for (int i = 0; i < 100; ++i) {
     const rt::Tick tick = rig.step();
     expectMode(tick, Mode::idle, Cause::none);
     EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
-    EXPECT_GT(norm(tick.law_force_n_in_world), 0) << "what would be felt is shown";
+    EXPECT_GT(norm(tick.law_force_n_in_world), 0) << "the law is evaluated before engaging";
     EXPECT_GT(tick.points_used, 0U);
   }
 }
@@ -136,8 +136,8 @@ TEST(HapticCoreMode, HoldsWithEachCauseAndRecoversByItself) {
     makeGood(rig);
     const rt::Tick first = rig.step();
     expectMode(first, Mode::engaged, Cause::requested);
-    EXPECT_LT(norm(first.command_force_n_in_world), 0.01 * norm(before)) << "the ramp begins anew";
-    constexpr double kRounding_n = 1e-12;  // on another way to the same force
+    EXPECT_LT(norm(first.command_force_n_in_world), 0.01 * norm(before)) << "the ramp restarts";
+    constexpr double kRounding_n = 1e-12;  // another order of operations leads to the same force
     EXPECT_LT(norm(rig.steps(600).command_force_n_in_world - before), kRounding_n);
   }
 }
@@ -169,7 +169,7 @@ TEST(HapticCoreMode, StaysIdleOnSpoiledInputs) {
   }
 }
 
-TEST(HapticCoreMode, HoldsWhateverIsSpoiledTogether) {
+TEST(HapticCoreMode, HoldsWithAnyTwoInvalidInputs) {
   for (const Spoiled& one : spoiledInputs()) {
     for (const Spoiled& other : spoiledInputs()) {
       CoreRig rig;
@@ -183,10 +183,10 @@ TEST(HapticCoreMode, HoldsWhateverIsSpoiledTogether) {
   }
 }
 
-TEST(HapticCoreMode, TakesAMeasurementForStaleOnceItIsOlderThanItsTimeout) {
+TEST(HapticCoreMode, TreatsAMeasurementAsStaleOnceItIsOlderThanItsTimeout) {
   CoreRig rig;
   rig.engageFully();
-  rig.handle_fresh = false;  // 0 ms old now, the timeout is 10 ms
+  rig.handle_fresh = false;  // 0 ms old now; the timeout is 10 ms
   expectMode(rig.steps(10), Mode::engaged, Cause::requested);
   expectMode(rig.step(), Mode::holding, Cause::handle_stale);
   rig.handle_fresh = true;
@@ -196,7 +196,7 @@ TEST(HapticCoreMode, TakesAMeasurementForStaleOnceItIsOlderThanItsTimeout) {
   expectMode(rig.step(), Mode::holding, Cause::depth_stale);
 }
 
-TEST(HapticCoreMode, TakesTheWholeWorkspaceForValid) {
+TEST(HapticCoreMode, AcceptsTheWholeWorkspace) {
   CoreRig rig;
   rig.directive.engage = true;
   rig.directive.parameters.safety.max_handle_speed_m_per_s = 0;
@@ -218,13 +218,13 @@ class FaultedCore : public testing::Test {
   rt::Tick fault;
 };
 
-TEST_F(FaultedCore, NamesTheForceThatIsNotFinite) {
+TEST_F(FaultedCore, HasTheCauseForceNotFinite) {
   expectMode(fault, Mode::faulted, Cause::force_not_finite);
   EXPECT_TRUE(fault.not_finite);
   EXPECT_TRUE(isFinite(fault.command_force_n_in_world));
 }
 
-TEST_F(FaultedCore, GoesToZeroAndStaysThereThoughInputsAreGoodAgain) {
+TEST_F(FaultedCore, GoesToZeroAndStaysThereAfterInputsRecover) {
   const rt::Tick tick = rig.steps(1'000);
   expectMode(tick, Mode::faulted, Cause::force_not_finite);
   EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
@@ -248,7 +248,7 @@ TEST_F(FaultedCore, IsClearedByDisengagingAndEngagesAgain) {
   EXPECT_GT(norm(rig.steps(600).command_force_n_in_world), 1);
 }
 
-TEST(HapticCoreMode, RefusesToEngageWhereSomethingWouldBeFeltAtOnceUnlessAskedFor) {
+TEST(HapticCoreMode, RefusesToEngageInContactUnlessRequested) {
   CoreRig rig;
   rig.directive.engage_inside = false;
   rig.step();
@@ -256,13 +256,13 @@ TEST(HapticCoreMode, RefusesToEngageWhereSomethingWouldBeFeltAtOnceUnlessAskedFo
   rig.directive.engage_request = 1;
   expectMode(rig.step(), Mode::idle, Cause::inside_surface);
   moveHandleTo(rig, rig.wall.inFrontOfWall(0.03));
-  expectMode(rig.steps(10), Mode::idle, Cause::inside_surface);  // what was refused stays refused
+  expectMode(rig.steps(10), Mode::idle, Cause::inside_surface);  // a refused request stays refused
   rig.directive.engage_request = 2;
   rig.directive.engage_inside = true;
   expectMode(rig.step(), Mode::engaged, Cause::requested);
 }
 
-TEST(HapticCoreMode, AHandleThatComesBackInANewSessionIsFeltOnRequestOnly) {
+TEST(HapticCoreMode, AHandleInANewSessionEngagesOnRequestOnly) {
   CoreRig rig;
   rig.handle.session = 1;
   rig.directive.engage_request = 1;
@@ -292,7 +292,7 @@ TEST(HapticCoreMode, HoldsWhileTheHandleIsClutchedOrNotCalibrated) {
 }
 
 // 5 m/s and 1 cm of tolerance: 1.5 cm within a tick.
-TEST(HapticCoreMode, DistrustsAHandleThatLeapsForATenthOfASecond) {
+TEST(HapticCoreMode, IgnoresAHandleForATenthOfASecondAfterAnImpossibleJump) {
   CoreRig rig;
   rig.engageFully();
   const auto moveTo = [&](double front_m) {
@@ -317,7 +317,7 @@ TEST(HapticCoreMode, HoldsOutsideTheWorkspace) {
   expectMode(rig.step(), Mode::engaged, Cause::requested);
 }
 
-TEST(HapticCoreMode, HoldsAfterABurstOfLateTicksUntilTheLoopHasKeptItsTimeForASecond) {
+TEST(HapticCoreMode, HoldsAfterABurstOfLateTicksUntilTheLoopHasBeenPunctualForASecond) {
   CoreRig rig;
   rig.engageFully();
   rig.overran = true;
@@ -326,7 +326,7 @@ TEST(HapticCoreMode, HoldsAfterABurstOfLateTicksUntilTheLoopHasKeptItsTimeForASe
   rig.overran = false;
   EXPECT_EQ(rig.steps(300).command_force_n_in_world, Vec3{});
   expectMode(rig.steps(700), Mode::holding, Cause::overrun_burst);
-  // the five late ticks count for a burst as long as they are among the last 64
+  // the five late ticks count as a burst as long as they are among the last 64
   expectMode(rig.steps(64), Mode::engaged, Cause::requested);
 }
 

@@ -33,7 +33,7 @@ LockedMemory::~LockedMemory() {
 UntouchedPage::UntouchedPage()
     : page_(::mmap(nullptr, kPageBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
   if (page_ == MAP_FAILED) throw std::runtime_error("no page");
-  // Where memory to come is locked too the page is there already.
+  // Where future memory is locked as well, the page is already present.
   ::munlock(page_, kPageBytes);
   ::madvise(page_, kPageBytes, MADV_DONTNEED);
 }

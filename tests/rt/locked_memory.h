@@ -3,7 +3,7 @@
 
 namespace hapticd::test {
 
-/// All present and future memory of the process, locked while the object lives, if that is permitted.
+/// Locks all present and future memory of the process while the object lives, if permitted.
 class LockedMemory {
  public:
   LockedMemory();
@@ -11,14 +11,15 @@ class LockedMemory {
   LockedMemory(const LockedMemory&) = delete;
   LockedMemory& operator=(const LockedMemory&) = delete;
 
-  /// As the kernel sees it: sanitizers say that they have locked memory and do nothing.
+  /// Returns whether memory is locked according to the kernel; sanitizers pretend to lock memory without
+  /// doing so.
   bool locked() const { return locked_; }
 
  private:
   bool locked_;
 };
 
-/// A page that no thread has touched yet, also while memory is locked.
+/// A page that no thread has touched yet, even while memory is locked.
 class UntouchedPage {
  public:
   UntouchedPage();

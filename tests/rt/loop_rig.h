@@ -13,8 +13,8 @@
 
 namespace hapticd::test {
 
-/// A ForceLoop and all its channels; the test is camera, handle and control thread at once, in one thread.
-/// Measurements do not grow stale unless a test wants it.
+/// A ForceLoop with all its channels; the test acts as camera, handle and control thread, all in one thread.
+/// Measurements do not become stale unless a test requests it.
 class LoopRig {
  public:
   explicit LoopRig(double rate_hz = 1000);
@@ -27,15 +27,16 @@ class LoopRig {
   rt::TripleBuffer<rt::Vec3> focus;
   rt::ForceLoop loop;
 
-  rt::Directive directive;  ///< what send() sends, with the next generation
+  rt::Directive directive;  ///< sent by send() with the next generation
   void send();
   void moveHandle(const rt::Vec3& position_m_in_world);
-  rt::HandleState handle;  ///< what moveHandle() publishes, but for position, sequence number and time
+  rt::HandleState handle;  ///< published by moveHandle(), except position, sequence number and time
   void publishScene(std::uint64_t model);
 
-  /// Takes from the ring what is there; true once `count` ticks have been taken since the start.
+  /// Takes all available ticks from the ring; returns true once `count` ticks have been taken since the
+  /// start.
   bool collected(std::size_t count);
-  /// Polls the ring until then; false when it takes too long.
+  /// Polls the ring until `count` ticks have been taken; returns false on timeout.
   bool collect(std::size_t count);
   std::vector<rt::Tick> ticks;
 
@@ -43,9 +44,8 @@ class LoopRig {
   std::uint64_t measurements_ = 0;
 };
 
-/// Lets the world of the loop change in every way for about `ticks` ticks: contact, free space, leaps out of
-/// the model, positions that are no numbers, scenes, engaging and parameters. Returns false when the loop
-/// stands still.
+/// Changes all inputs of the loop for about `ticks` ticks: contact, free space, jumps out of the model,
+/// invalid positions, scenes, engaging and parameters. Returns false if the loop has stalled.
 bool exercise(LoopRig& rig, std::size_t ticks);
 
 }  // namespace hapticd::test

@@ -35,13 +35,13 @@ TEST(LowPass, HasTheGainOfItsTransferFunction) {
   }
 }
 
-TEST(LowPass, PassesEverythingOnWhenItIsOffAndStartsFromThereWhenItIsSwitchedOn) {
+TEST(LowPass, PassesItsInputWhileOffAndStartsFromThereWhenSwitchedOn) {
   rt::LowPass filter;
   EXPECT_EQ(filter.apply({1, 2, 3}, 0, kPeriod_s), (Vec3{1, 2, 3}));
   EXPECT_EQ(filter.apply({1, 2, 3}, 10, kPeriod_s), (Vec3{1, 2, 3}));
 }
 
-TEST(LowPass, ArrivesAtItsInput) {
+TEST(LowPass, ReachesItsInputExactly) {
   for (const Vec3& input : {Vec3{}, Vec3{0, 2, 0}}) {
     rt::LowPass filter;
     filter.apply({1, 2, 3}, 0, kPeriod_s);
@@ -52,8 +52,8 @@ TEST(LowPass, ArrivesAtItsInput) {
       output = filter.apply(input, 80, kPeriod_s);
     }
     EXPECT_EQ(output, input);
-    // One step takes 40 % of the way, so what is left before the last one is at most 1 nN / 0.6.
-    EXPECT_LT(norm(before - input), 2e-9) << "nothing that could be felt is left out";
+    // One step covers 40 % of the distance, so at most 1 nN / 0.6 is left before the last one.
+    EXPECT_LT(norm(before - input), 2e-9) << "no perceptible difference is skipped";
     EXPECT_GE(norm(before - input), 1e-9);
   }
 }

@@ -3,8 +3,8 @@
 
 namespace hapticd::test {
 
-/// From now on the kernel ends the process at every system call of the calling thread but reading and
-/// sleeping on the clock. False where the kernel or a sandbox does not offer that. Cannot be taken back.
+/// Makes the kernel end the process at every further system call of the calling thread except reading and
+/// sleeping on the clock. Returns false if the kernel or a sandbox does not support this. Cannot be undone.
 bool allowOnlyClockCalls();
 
 }  // namespace hapticd::test

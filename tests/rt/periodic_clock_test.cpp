@@ -42,7 +42,7 @@ TEST(PeriodicClock, SkipsNothingWhenATickEndsJustBeforeTheNextIsDue) {
   EXPECT_EQ(clock.planned_ns(), kStart_ns + 2 * kPeriod_ns);
 }
 
-TEST(PeriodicClock, SkipsTheTickThatIsDueJustWhenTheOneBeforeEnds) {
+TEST(PeriodicClock, SkipsTheTickThatIsDueExactlyWhenThePreviousOneEnds) {
   rt::PeriodicClock clock = startedClock();
   EXPECT_EQ(clock.advance(kStart_ns + 2 * kPeriod_ns), 1U);
   EXPECT_EQ(clock.planned_ns(), kStart_ns + 3 * kPeriod_ns);
@@ -56,7 +56,7 @@ TEST(PeriodicClock, SkipsAndCountsWholePeriodsAfterALongOverrunAndKeepsItsPhase)
   EXPECT_EQ(clock.planned_ns(), kStart_ns + 1'237 * kPeriod_ns);
 }
 
-TEST(PeriodicClock, TakesATimeBeforeItsTickForNoOverrun) {
+TEST(PeriodicClock, TreatsATimeBeforeItsTickAsNoOverrun) {
   rt::PeriodicClock clock = startedClock();
   EXPECT_EQ(clock.advance(kStart_ns - 10 * kPeriod_ns), 0U);
   EXPECT_EQ(clock.planned_ns(), kStart_ns + 2 * kPeriod_ns);
@@ -86,13 +86,13 @@ TEST(SleepUntil, ReturnsAfterTheTimeAndNotBefore) {
   EXPECT_GE(rt::monotonicNow_ns(), until_ns);
 }
 
-// Fails by not returning, which ends in ctest's time limit.
+// A failure does not return and ends at ctest's time limit.
 TEST(SleepUntil, ReturnsForATimeThatIsPast) {
   rt::sleepUntil(rt::monotonicNow_ns() - kPeriod_ns);
   rt::sleepUntil(0);
 }
 
-TEST(SleepUntil, SleepsOnAfterASignal) {
+TEST(SleepUntil, ContinuesToSleepAfterASignal) {
   static std::atomic<int> signals;
   signals = 0;
   struct sigaction count {};

@@ -3,7 +3,7 @@
 
 #include "rt/realtime_safe.h"
 
-// Wrong on purpose and part of no program: what clang must refuse to compile.
+// Deliberately wrong and part of no program: clang must refuse to compile this.
 void growsInTheForceThread(std::vector<int>& numbers) HAPTICD_RT {
   numbers.push_back(1);
 }

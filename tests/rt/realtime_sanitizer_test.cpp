@@ -11,7 +11,7 @@
 #include "rt/realtime_safe.h"
 #include "tests/support/rerun.h"
 
-// Each thing that the force thread must not do, done on purpose: RealtimeSanitizer must end the process.
+// Deliberate violations of the force thread's rules: RealtimeSanitizer must end the process at each of them.
 
 namespace hapticd::test {
 namespace {
@@ -52,7 +52,7 @@ class RealtimeSanitizer : public testing::TestWithParam<Deed> {};
 TEST_P(RealtimeSanitizer, EndsTheProcessAt) {
   if (!rerunPart().empty()) return GetParam().function();
   const Finished process = rerunThisTest("misconduct");
-  constexpr int kReported = 43;  // the sanitizer's own
+  constexpr int kReported = 43;  // the sanitizer's exit status
   EXPECT_EQ(process.ending, exitedWith(kReported));
   EXPECT_NE(process.errors.find("RealtimeSanitizer: unsafe-library-call"), std::string::npos)
       << process.errors;

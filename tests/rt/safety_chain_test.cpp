@@ -20,7 +20,7 @@ using rt::Vec3;
 constexpr double kPeriod_s = 0.001;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-/// A handful of roundings of numbers of the size of the forces.
+/// A few roundings of numbers of the size of the forces.
 constexpr double kRounding = 1e-12;
 
 SafetyParameters limits(double max_force_n, double max_slew_n_per_s) {
@@ -30,7 +30,7 @@ SafetyParameters limits(double max_force_n, double max_slew_n_per_s) {
   return parameters;
 }
 
-/// Passes forces on to a chain and holds every output against what is promised.
+/// Passes forces to a chain and checks every output against the chain's guarantees.
 class CheckedChain {
  public:
   SafetyChain::Output apply(const Vec3& force_n, const SafetyParameters& parameters) {
@@ -48,7 +48,7 @@ class CheckedChain {
     return out;
   }
 
-  /// Applies the same force until the output stands still but for rounding.
+  /// Applies the same force until the output is constant except for rounding.
   Vec3 settle(const Vec3& force_n, const SafetyParameters& parameters) {
     Vec3 last = apply(force_n, parameters).force_n_in_world;
     for (int tick = 0; tick < 1'000; ++tick) {
@@ -84,7 +84,7 @@ TEST(SafetyChain, PassesSmallSlowForcesUnchangedAndCountsNothing) {
   }
 }
 
-TEST(SafetyChain, ApproachesAJumpAtTheSlewLimitAndSaysSo) {
+TEST(SafetyChain, ApproachesAJumpAtTheSlewLimitAndReportsIt) {
   CheckedChain chain;
   for (int tick = 1; tick <= 6; ++tick) {
     const SafetyChain::Output out = chain.apply({0, 3, 0}, limits(4, 500));
@@ -112,14 +112,15 @@ TEST(SafetyChain, ApproachesALoweredLimitAtTheSlewLimit) {
 }
 
 TEST(SafetyChain, DoesNotStepFurtherWhenALoweredLimitAndANewAimComeTogether) {
-  // Inwards to the limit and sideways to the aim: each alone is a whole step. The checked chain is the test.
+  // Inwards to the limit and sideways to the aim: each alone is a full step. CheckedChain verifies the
+  // result.
   CheckedChain chain;
   chain.settle({10, 0, 0}, limits(8, 500));
   for (int tick = 0; tick < 100; ++tick) chain.apply({0, 10, 0}, limits(1, 500));
   expectNear(chain.settle({0, 10, 0}, limits(1, 500)), {0, 1, 0});
 }
 
-TEST(SafetyChain, TakesALoweredLimitAtOnceForAForceThatIsWithinIt) {
+TEST(SafetyChain, AppliesALoweredLimitAtOnceToAForceWithinIt) {
   CheckedChain chain;
   chain.settle({1, 0, 0}, limits(40, 500));
   expectNear(chain.settle({30, 0, 0}, limits(2, 500)), {2, 0, 0});
@@ -131,7 +132,7 @@ TEST(SafetyChain, FollowsARaisedLimitAtOnce) {
   expectNear(chain.apply({10, 0, 0}, limits(8, 500)).force_n_in_world, {2.5, 0, 0});
 }
 
-TEST(SafetyChain, AimsAtZeroForWhatIsNotFiniteAndSaysSo) {
+TEST(SafetyChain, AimsAtZeroForNonFiniteInputAndReportsIt) {
   for (const Vec3& bad : {Vec3{kNaN, 0, 0}, Vec3{0, kInfinity, 0}, Vec3{0, 0, -kInfinity},
                           Vec3{kNaN, kInfinity, 1}, Vec3{1e308, 1e308, 1e308}, Vec3{0, -1e200, 0}}) {
     CheckedChain chain;
@@ -161,7 +162,7 @@ TEST(SafetyChain, CommandsNothingWhenNoForceOrNoSlewIsAllowed) {
   EXPECT_EQ(chain.settle({1, 2, 3}, limits(4, 0)), Vec3{});
 }
 
-/// Numbers that break arithmetic, between ordinary ones.
+/// Values that break arithmetic, mixed with ordinary ones.
 class Adversary {
  public:
   explicit Adversary(std::uint32_t seed) : random_(seed) {}
@@ -186,7 +187,7 @@ class Adversary {
     if (chance(0.1)) return kHard[std::uniform_int_distribution<std::size_t>(0, kHard.size() - 1)(random_)];
     return std::uniform_real_distribution<double>(-10, 10)(random_);
   }
-  /// Jumps, repeats itself, turns round.
+  /// Jumps, repeats itself, reverses.
   Vec3 force() {
     if (chance(0.3)) last_ = {number(), number(), number()};
     if (chance(0.1)) last_ = -last_;
@@ -210,7 +211,7 @@ class Adversary {
   double max_slew_n_per_s_ = 500;
 };
 
-TEST(SafetyChain, KeepsItsPromisesAgainstAdversarialSequences) {
+TEST(SafetyChain, KeepsItsGuaranteesAgainstAdversarialSequences) {
   for (std::uint32_t seed = 0; seed < 50 && !testing::Test::HasFailure(); ++seed) {
     Adversary adversary(seed);
     CheckedChain chain;
@@ -218,7 +219,7 @@ TEST(SafetyChain, KeepsItsPromisesAgainstAdversarialSequences) {
   }
 }
 
-TEST(SafetyChain, IsWithinTheLimitOnceItHasHadTheTimeToApproachIt) {
+TEST(SafetyChain, IsWithinTheLimitAfterTheTimeNeededToApproachIt) {
   for (std::uint32_t seed = 0; seed < 50; ++seed) {
     Adversary adversary(seed);
     CheckedChain chain;

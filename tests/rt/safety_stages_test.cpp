@@ -14,7 +14,7 @@
 #include "rt/stiffness_limit.h"
 #include "rt/thermal_limit.h"
 
-// Each stage of the safety chain by itself; safety_chain_test.cpp has them together.
+// Each stage of the safety chain alone; safety_chain_test.cpp tests the whole chain.
 namespace hapticd::test {
 namespace {
 
@@ -29,9 +29,9 @@ TEST(ThermalLimit, IsColdAfterALongRest) {
   EXPECT_EQ(thermal.heat_n2(), 0);
 }
 
-// ---- slew limit and magnitude clamp
+// ---- Slew limit and magnitude clamp
 
-TEST(ForceLimit, ReachesAnAimWithinAStepAndGoesAStepTowardsAFartherOne) {
+TEST(ForceLimit, ReachesANearAimInOneStepAndMovesOneStepTowardsAFartherOne) {
   const rt::LimitedForce near = rt::limitForce({0, 0, 1}, {0, 0.3, 1.4}, 0.5, 4);
   EXPECT_EQ(near.force_n, (Vec3{0, 0.3, 1.4})) << "a step of exactly half a newton";
   EXPECT_FALSE(near.slewed || near.clamped);
@@ -49,14 +49,14 @@ TEST(ForceLimit, CutsToTheLargestForceAndKeepsTheDirection) {
   EXPECT_FALSE(cut.slewed);
 }
 
-TEST(ForceLimit, DrawsAForceOverALoweredMaximumInwardsByNoMoreThanTheStep) {
+TEST(ForceLimit, ReducesAForceAboveALoweredMaximumByAtMostOneStep) {
   EXPECT_EQ(rt::limitForce({0, 0, 4}, {0, 0, 4}, 0.5, 1).force_n, (Vec3{0, 0, 3.5}));
   EXPECT_EQ(rt::limitForce({0, 0, 1.2}, {0, 0, 4}, 0.5, 1).force_n, (Vec3{0, 0, 1}));
 }
 
-// ---- thermal limit
+// ---- Thermal limit
 
-TEST(ThermalLimit, AllowsThePeakFromColdForAsLongAsTheModelSays) {
+TEST(ThermalLimit, AllowsThePeakFromColdForAsLongAsTheModelPredicts) {
   rt::ThermalLimit thermal;
   int ticks = 0;
   while (thermal.limit_n(4, 1) == 4) {
@@ -67,16 +67,16 @@ TEST(ThermalLimit, AllowsThePeakFromColdForAsLongAsTheModelSays) {
   EXPECT_NEAR(ticks * kPeriod_s, -10 * std::log(1 - 0.9 / 16), kPeriod_s);
 }
 
-TEST(ThermalLimit, NeverLetsTheMeanSquareRiseAboveTheContinuousForceWhateverIsAskedFor) {
-  for (const double wanted_n : {0.5, 1.5, 4.0, 40.0}) {
+TEST(ThermalLimit, NeverLetsTheMeanSquareExceedTheContinuousForceForAnyRequest) {
+  for (const double requested_n : {0.5, 1.5, 4.0, 40.0}) {
     rt::ThermalLimit thermal;
     double last_n = 0;
     for (int tick = 0; tick < 200'000; ++tick) {
-      last_n = std::min(wanted_n, thermal.limit_n(4, 1.5));
+      last_n = std::min(requested_n, thermal.limit_n(4, 1.5));
       thermal.heat(last_n, 2, kPeriod_s);
       ASSERT_LE(thermal.heat_n2(), 1.5 * 1.5 * (1 + 1e-12));
     }
-    EXPECT_NEAR(last_n, std::min(wanted_n, 1.5), 1e-6) << "what it bears for ever remains";
+    EXPECT_NEAR(last_n, std::min(requested_n, 1.5), 1e-6) << "what it bears for ever remains";
   }
 }
 
@@ -87,10 +87,10 @@ TEST(ThermalLimit, CoolsDownWithItsTimeConstant) {
   EXPECT_NEAR(thermal.heat_n2(), std::exp(-1), 1e-6);
 }
 
-// ---- stiffness limit
+// ---- Stiffness limit
 
-/// Whether the sampled loop of a mass m with damping b against the spring K, force held over a period and n
-/// periods late, settles: x'' = -b x' - F, by the exact solution over each period.
+/// Returns whether the sampled loop of a mass m with damping b against the spring K settles, with the force
+/// held for a period and n periods late: x'' = -b x' - F, using the exact solution over each period.
 bool settles(double stiffness, double damping, double mass, int delay_ticks) {
   const double decay = std::exp(-damping / mass * kPeriod_s);
   double x = 0.001;
@@ -126,21 +126,21 @@ TEST(StiffnessLimit, IsWhereADelayedSpringStartsToOscillate) {
 TEST(StiffnessLimit, CountsTheLowPassAsDelay) {
   EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, 0.002, 0), 0.0025);
   EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, 0.002, 50), 0.0025 + 1 / (2 * std::numbers::pi * 50));
-  EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, -1, 0), 0.0005) << "no driver measures less than nothing";
+  EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, -1, 0), 0.0005) << "a negative delay counts as zero";
 }
 
-// m w^2 = K sqrt(1 + c^2 w^2 lag^2) and atan(c w lag) = w lag, where the delayed spring and damper keep a
-// swing of the mass up; c: kContactDamping.
-TEST(StiffnessLimit, LeavesTheMassAMarginToWhereSpringAndDampingSwingIt) {
+// m w^2 = K sqrt(1 + c^2 w^2 lag^2) and atan(c w lag) = w lag, where the delayed spring and damper sustain an
+// oscillation of the mass; c: kContactDamping.
+TEST(StiffnessLimit, LeavesTheMassAMarginToTheStabilityLimit) {
   double turn = 1;  // w lag
   for (int i = 0; i < 200; ++i) turn = std::atan(rt::kContactDamping * turn);
   const double limit = turn * turn / std::hypot(1, rt::kContactDamping * turn);
-  EXPECT_NEAR(limit, 0.55, 0.005) << "as the header says";
+  EXPECT_NEAR(limit, 0.55, 0.005) << "as stated in the header";
   EXPECT_DOUBLE_EQ(rt::stiffnessOfMass_n_per_m(0.045, 0.01), 0.35 * 0.045 / 1e-4);
   EXPECT_LT(rt::kStiffnessOfMass, limit / 1.5);
 }
 
-// ---- damping in contact
+// ---- Contact damping
 
 TEST(ContactDamping, ActsAlongTheNormalAndNeverPulls) {
   const auto with = [](const Vec3& velocity, double damping) {
@@ -155,12 +155,12 @@ TEST(ContactDamping, ActsAlongTheNormalAndNeverPulls) {
       << "a force inwards is no contact";
 }
 
-TEST(ContactDamping, TakesTheForceForTheNormalWhereThereIsNone) {
+TEST(ContactDamping, UsesTheForceAsNormalWhereThereIsNone) {
   EXPECT_LT(norm(rt::damped({{3, 0, 4}, {}, {0.6, 0, 0.8}}, 2) - Vec3{1.8, 0, 2.4}), 1e-15);
 }
 
-TEST(ContactDamping, StaysInTheConeOfFriction) {
-  // held: 1 N of 2 that friction 0.5 bears under 4 N
+TEST(ContactDamping, StaysWithinTheFrictionCone) {
+  // held: 1 N of the 2 N that friction 0.5 supports under 4 N
   const auto with = [](const Vec3& velocity) { return rt::damped({{1, 0, 4}, {0, 0, 1}, velocity, 0.5}, 5); };
   EXPECT_EQ(with({-0.1, 0, 0}), (Vec3{1.5, 0, 4}));
   EXPECT_EQ(with({0.1, 0, 0}), (Vec3{0.5, 0, 4}));
@@ -169,9 +169,9 @@ TEST(ContactDamping, StaysInTheConeOfFriction) {
   EXPECT_EQ(sliding, (Vec3{-2, 0, 4})) << "what slides is not slowed down further";
 }
 
-// ---- which command acts
+// ---- Command history
 
-TEST(CommandHistory, GivesTheCommandOfADelayAgo) {
+TEST(CommandHistory, ReturnsTheCommandOfOneDelayAgo) {
   rt::CommandHistory history;
   EXPECT_EQ(history.acting_n(0.05, kPeriod_s), Vec3{});
   for (int tick = 1; tick <= 300; ++tick) history.add({static_cast<double>(tick), 0, 0});
@@ -186,10 +186,10 @@ TEST(CommandHistory, GivesTheCommandOfADelayAgo) {
   EXPECT_EQ(history.largest_n(0.001, kPeriod_s), 300);
 }
 
-// ---- passivity
+// ---- Passivity control
 
-/// A mass with damping, held by a hand (spring and damper to where it wants to be), against a wall at 0 below
-/// which a spring pushes. The device exerts the force of the tick before that `delay_ticks` tells.
+/// A mass with damping, held by a hand (spring and damper to its target), against a wall at 0 that acts as a
+/// spring. The device exerts the force commanded `delay_ticks` ticks ago.
 struct WallLoop {
   double mass_kg = 0.045;
   double damping = 0.05;
@@ -206,15 +206,15 @@ struct WallLoop {
   }();
 
   struct Result {
-    double late_swing_m = 0;  ///< largest way between two turning points in the last second
-    double given_j = 0;       ///< most energy that the box ever was ahead of the hand
-    double acted_share = 0;   ///< of ticks
+    double late_oscillation_m = 0;  ///< largest displacement between two turning points in the last second
+    double given_j = 0;             ///< largest energy that the box has given in excess of what it got
+    double acted_share = 0;         ///< fraction of ticks
     double largest_force_n = 0;
   };
 
-  /// `wanted`: where the hand wants the handle, by time.
-  template <typename Wanted>
-  Result run(double seconds, double x, double v, Wanted wanted) {
+  /// `target`: target position of the hand as a function of time.
+  template <typename Target>
+  Result run(double seconds, double x, double v, Target target) {
     rt::SafetyChain chain;
     Result result;
     std::array<double, 16> commands{};
@@ -238,9 +238,9 @@ struct WallLoop {
       commands[static_cast<std::size_t>(tick % 16)] = out.force_n_in_world.z;
       exerted = tick < delay_ticks ? 0 : commands[static_cast<std::size_t>((tick - delay_ticks) % 16)];
       result.largest_force_n = std::max(result.largest_force_n, std::abs(exerted));
-      for (int part = 0; part < 20; ++part) {  // the hand and the device have no sampling
+      for (int part = 0; part < 20; ++part) {  // the hand and the device are not sampled
         const double dt = kPeriod_s / 20;
-        const double hand = hand_stiffness * (wanted(tick * kPeriod_s) - x) - hand_damping * v;
+        const double hand = hand_stiffness * (target(tick * kPeriod_s) - x) - hand_damping * v;
         v += dt * (exerted + hand - damping * v) / mass_kg;
         x += dt * v;
       }
@@ -249,13 +249,13 @@ struct WallLoop {
         high = std::max(high, x);
       }
     }
-    result.late_swing_m = high - low;
+    result.late_oscillation_m = high - low;
     result.acted_share = static_cast<double>(acted) / ticks;
     return result;
   }
 };
 
-/// A weak grip: (0.05 + 1) / (T / 2), 2100 N/m, are stable.
+/// A weak grip: (0.05 + 1) / (T / 2) = 2100 N/m are stable.
 WallLoop weakGrip(double times) {
   WallLoop loop;
   loop.hand_stiffness = 100;
@@ -264,7 +264,7 @@ WallLoop weakGrip(double times) {
   return loop;
 }
 
-/// No hand but a weight of 0.1 N that presses the handle on: 0.05 / (T / 2), 100 N/m, are stable.
+/// No hand, but a weight of 0.1 N that presses the handle on: 0.05 / (T / 2) = 100 N/m are stable.
 WallLoop releasedStylus(double times) {
   WallLoop loop;
   loop.hand_stiffness = 1;  // at 0.1 m
@@ -272,14 +272,14 @@ WallLoop releasedStylus(double times) {
   return loop;
 }
 
-void expectSettledByPassivityControl(WallLoop loop, double wanted_m) {
-  const auto pressing = [=](double) { return wanted_m; };
+void expectSettledByPassivityControl(WallLoop loop, double target_m) {
+  const auto pressing = [=](double) { return target_m; };
   loop.safety.passivity_control = false;
   const WallLoop::Result without = loop.run(20, 0, -0.05, pressing);
   loop.safety.passivity_control = true;
   const WallLoop::Result with = loop.run(20, 0, -0.05, pressing);
-  EXPECT_GT(without.late_swing_m, 0.002) << "oscillates";
-  EXPECT_LT(with.late_swing_m, 0.05 * without.late_swing_m);
+  EXPECT_GT(without.late_oscillation_m, 0.002) << "oscillates";
+  EXPECT_LT(with.late_oscillation_m, 0.05 * without.late_oscillation_m);
   EXPECT_LT(with.given_j, 0.05 * without.given_j);
 }
 
@@ -291,7 +291,8 @@ TEST(Passivity, ThreeTimesOverTheStableLimitAWeakGripOscillatesWithoutItAndNotWi
   expectSettledByPassivityControl(weakGrip(3), -0.02);
 }
 
-// b > K T / 2 of the device alone: the hand takes from it all that it was given. Taps of 1 cm, once a second.
+// b > K T / 2 of the device alone: the hand gets back all the energy that it gave. Taps of 1 cm, once a
+// second.
 TEST(Passivity, ActsOnLessThanOnePercentOfTicksOnPassiveCases) {
   const auto tapping = [](double t) { return 0.01 * std::cos(2 * std::numbers::pi * t); };
   for (const double times : {0.1, 0.5, 0.95}) {
@@ -308,7 +309,7 @@ rt::Passivity::Input still(double force_n) {
   return {{0, 0, force_n}, {0, 0, force_n}, {}, {}, 0, 500, 0, 0.5, kPeriod_s};
 }
 
-// A surface that rises by 1 mm per tick under 2 N: 2 mJ are credited per tick at most, 1 mJ at 0.5 m/s.
+// A surface that rises by 1 mm per tick under 2 N: at most 2 mJ are credited per tick, 1 mJ at 0.5 m/s.
 TEST(Passivity, LetsAMovingSurfaceLiftTheHandNoFasterThanItMayMove) {
   const rt::SafetyParameters parameters;
   for (const double lift_m_per_s : {0.4, 0.8}) {
@@ -329,7 +330,7 @@ TEST(Passivity, LetsAMovingSurfaceLiftTheHandNoFasterThanItMayMove) {
   }
 }
 
-TEST(Passivity, TakesAtOnceWhatASinkingSurfaceTakes) {
+TEST(Passivity, DebitsTheWorkOfASinkingSurfaceAtOnce) {
   rt::Passivity passivity;
   rt::Passivity::Input input = still(2);
   input.motion_m = {0, 0, -0.001};
@@ -341,7 +342,7 @@ TEST(Passivity, TakesAtOnceWhatASinkingSurfaceTakes) {
   EXPECT_NEAR(passivity.energy_j(), 0.0005, 1e-15);
 }
 
-TEST(Passivity, DampsAlongTheForceByNoMoreThanItMay) {
+TEST(Passivity, DampsAlongTheForceByNoMoreThanTheLimit) {
   rt::Passivity passivity;
   rt::SafetyParameters parameters;
   rt::Passivity::Input input = still(2);
@@ -350,11 +351,11 @@ TEST(Passivity, DampsAlongTheForceByNoMoreThanItMay) {
   rt::Passivity::Output out = passivity.apply(input, parameters);
   EXPECT_TRUE(out.acted);
   EXPECT_NEAR(norm(out.force_n - Vec3{0, 0, 2 - 0.5}), 0, 1e-15) << "5 N s/m, and nothing across";
-  input.max_damping_n_s_per_m = 3;  // what the loop's lag leaves
+  input.max_damping_n_s_per_m = 3;  // limit from the loop's lag
   EXPECT_NEAR(passivity.apply(input, parameters).force_n.z, 2 - 0.3, 1e-15);
   input.max_damping_n_s_per_m = 1e9;
   input.force_n = {};
-  EXPECT_EQ(passivity.apply(input, parameters).force_n, Vec3{}) << "nothing where nothing is touched";
+  EXPECT_EQ(passivity.apply(input, parameters).force_n, Vec3{}) << "no force without contact";
   input.force_n = {0, 0, 2};
   parameters.passivity_max_damping_n_s_per_m = 0;
   EXPECT_FALSE(passivity.apply(input, parameters).acted);
@@ -380,7 +381,7 @@ TEST(Passivity, KeepsADebtBeyondTheEndOfTheContactAsLongAsTheHandMoves) {
   EXPECT_GT(passivity.apply(input, {}).force_n.z, 2) << "the next contact begins with it";
 }
 
-TEST(Passivity, GivesNothingOfAnEndedContactToTheNextOne) {
+TEST(Passivity, CarriesNoCreditFromAnEndedContactToTheNext) {
   rt::Passivity passivity;
   rt::Passivity::Input input = still(2);
   input.motion_m = {0, 0, -0.001};
@@ -390,7 +391,7 @@ TEST(Passivity, GivesNothingOfAnEndedContactToTheNextOne) {
   EXPECT_EQ(passivity.energy_j(), 0);
 }
 
-TEST(Passivity, LetsADebtFadeOnlyWhileTheHandIsSeenToRest) {
+TEST(Passivity, LetsADebtDecayOnlyWhileTheHandIsAtRest) {
   const auto debtAfter = [](rt::Passivity::Input next) {
     rt::Passivity passivity;
     rt::Passivity::Input input = still(2);
@@ -413,8 +414,8 @@ TEST(Passivity, LetsADebtFadeOnlyWhileTheHandIsSeenToRest) {
   EXPECT_NEAR(debtAfter(next), -0.02, 1e-15);
 }
 
-// 20 ms late, 2 N act while the hand goes out by 1 mm, though nothing is commanded any more.
-TEST(Passivity, BooksTheForceThatActsAndNotTheOneThatIsCommanded) {
+// With a delay of 20 ms, 2 N act while the hand moves out by 1 mm, although the command is already zero.
+TEST(Passivity, CountsTheForceThatActsInsteadOfTheCommandedOne) {
   rt::SafetyChain chain;
   rt::SafetyParameters parameters;
   parameters.max_slew_n_per_s = 1e6;
@@ -427,7 +428,7 @@ TEST(Passivity, BooksTheForceThatActsAndNotTheOneThatIsCommanded) {
   EXPECT_NEAR(chain.energy_j(), -0.002, 1e-12);
 }
 
-TEST(Passivity, KeepsWhatAFaultOfTheHandleLeftOwing) {
+TEST(Passivity, KeepsADebtThroughAFaultOfTheHandle) {
   rt::SafetyChain chain;
   rt::SafetyParameters parameters;
   parameters.max_slew_n_per_s = 1e6;

@@ -24,7 +24,7 @@ SmallScene::SmallScene()
   frame->sequence = 1;
   frame->arrival_ns = 0;
   storage_.attachTo(scene);
-  // all that any of the laws reads
+  // everything that any of the laws reads
   const rt::SceneNeeds all{
       .points = true, .image = true, .hidden = false, .visible_surface = true, .surface = {}, .filter = {}};
   builder_.build(*frame, inFrontOfWall(0), builder_.largestBall_m(), scene, all);

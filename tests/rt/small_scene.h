@@ -11,18 +11,18 @@
 
 namespace hapticd::test {
 
-/// A flat wall that a camera in the world's origin looks at, modelled in a ball around the point before it.
+/// A flat wall seen by a camera at the world's origin, modelled in a ball around the point in front of it.
 class SmallScene {
  public:
   SmallScene();
 
-  /// Cut out of a model; both ways across the wall are sideways.
+  /// Part of the wall in a model that ends to both sides.
   rt::Scene scene;
   std::size_t pointCapacity() const { return builder_.pointCapacity(); }
 
-  /// On the optical axis, that far in front of the wall (negative: behind it).
+  /// Returns the position on the optical axis at this distance in front of the wall (negative: behind it).
   rt::Vec3 inFrontOfWall(double distance_m) const { return {0, 0, distance_m - wall_depth_m_}; }
-  /// A position whose neighbourhood is not modelled: to the side, on the wall.
+  /// Returns a position on the wall, to the side, whose neighbourhood is not modelled.
   rt::Vec3 besideModel() const;
 
  private:

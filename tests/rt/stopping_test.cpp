@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// That the force loop ends whatever it does when it is told to, with every stage on that holds a force back.
+// Verifies that the force loop ends in any situation when asked to, with every stage enabled that delays a
+// force.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +32,7 @@ constexpr double kFelt_n = 0.1;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kRounding = 1e-12;  // of forces below 1 N
 
-/// A loop in a thread of its own, with all stages on, that is told to stop at the end of a test.
+/// A loop in a thread of its own, with all stages enabled, that is asked to stop at the end of a test.
 class Stopping {
  public:
   Stopping() {
@@ -48,14 +49,14 @@ class Stopping {
     live.safety.stiffness_limit = rt::StiffnessLimit::reduce;
     rig.handle.session = 1;
     rig.handle.delay_s = 0.02;
-    live.handle.device_mass_kg = 0.3;  // with that delay and the low-pass's 207 N/m would be stable, of 500
+    live.handle.device_mass_kg = 0.3;  // with this delay and low-pass, 207 N/m of 500 would be stable
     rig.moveHandle(touching);
   }
   ~Stopping() {
     if (!ended.valid()) return;
     rig.loop.requestStop();
     if (ended.wait_for(std::chrono::seconds(60)) == std::future_status::timeout) {
-      // Without its memory the low-pass lets the force go, so that the test fails and does not hang.
+      // Resetting the low-pass drops the force, so that the test fails instead of hanging.
       ADD_FAILURE() << "the force loop does not end";
       rig.directive.parameters.safety.force_filter_hz = 0;
       rig.send();
@@ -69,7 +70,7 @@ class Stopping {
       rig.loop.run();
     });
   }
-  /// Polls the ticks until one is like that.
+  /// Polls the ticks until one satisfies the condition.
   template <typename Like>
   bool reaches(Like like) {
     std::size_t looked_at = rig.ticks.size();
@@ -83,7 +84,7 @@ class Stopping {
         },
         std::chrono::milliseconds(1));
   }
-  /// Engaged, with a force that takes a while to go.
+  /// Engages and waits for a force that takes some time to drop.
   bool engage() {
     rig.directive.engage = true;
     rig.send();
@@ -91,7 +92,7 @@ class Stopping {
       return tick.mode == Mode::engaged && norm(tick.command_force_n_in_world) > kFelt_n;
     });
   }
-  /// True when the loop ends; all its ticks are in rig.ticks.
+  /// Returns true when the loop ends; all its ticks are then in rig.ticks.
   bool stops() {
     rig.loop.requestStop();
     const bool ends = becomesTrue([this] {
@@ -112,7 +113,7 @@ class Stopping {
   std::future<void> ended;
 };
 
-/// What is done to a loop that exerts a force, and what it becomes by that.
+/// An event that happens to a loop exerting a force, and the resulting mode.
 struct Situation {
   const char* name;
   Mode mode;
@@ -181,8 +182,8 @@ TEST_P(StoppingForceLoop, EndsWithEveryStageOn) {
   ASSERT_TRUE(loop.reaches(
       [](const rt::Tick& tick) { return tick.mode == GetParam().mode && tick.cause == GetParam().cause; }));
   ASSERT_TRUE(loop.stops());
-  // The slew limit's way from the largest force, the low-pass' from 1000 N to 1e-9 N, a tenth of a second,
-  // and a release.
+  // The time that the slew limit needs from the largest force, the low-pass from 1000 N to 1e-9 N, a tenth of
+  // a second, and a release.
   const double longest_s =
       kLargest_n / kSlew_n_per_s + std::log(1e12) / (2 * std::numbers::pi * kFilter_hz) + 0.1;
   EXPECT_LE(static_cast<double>(loop.stoppingTicks().size()), std::ceil(1000 * longest_s) + 3);
@@ -207,18 +208,18 @@ TEST(StoppingLoop, GoesToZeroByItselfThroughEveryStage) {
   EXPECT_TRUE(some([](const rt::Tick& t) { return t.slew_limited; }));
   EXPECT_TRUE(
       some([](const rt::Tick& t) { return !(t.filtered_force_n_in_world == t.passive_force_n_in_world); }));
-  EXPECT_FALSE(ticks.back().released) << "the stages let the force go, it was not dropped";
+  EXPECT_FALSE(ticks.back().released) << "the stages reduced the force, it was not dropped";
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     const double step_n = norm(ticks[i].command_force_n_in_world - ticks[i - 1].command_force_n_in_world);
     ASSERT_LE(step_n, kSlew_n_per_s * 0.001 + kRounding);
   }
 }
 
-TEST(StoppingLoop, DropsTheForceAfterFiveSecondsWhereAStageKeepsIt) {
+TEST(StoppingLoop, DropsTheForceAfterFiveSecondsIfAStageHoldsIt) {
   Stopping loop;
   loop.start();
   ASSERT_TRUE(loop.engage());
-  loop.rig.directive.parameters.safety.force_filter_hz = 1e-6;  // forgets within a day
+  loop.rig.directive.parameters.safety.force_filter_hz = 1e-6;  // decays within a day
   loop.rig.send();
   ASSERT_TRUE(loop.reaches(
       [&](const rt::Tick& tick) { return tick.directive_generation == loop.rig.directive.generation; }));

@@ -18,8 +18,8 @@
 #include "tests/rt/watch.h"
 #include "tests/support/rerun.h"
 
-// The force thread's system calls, judged by the kernel: a filter that ends the process at any but the
-// clock's.
+// Checks the force thread's system calls with a kernel filter that ends the process at any call except those
+// of the clock.
 
 namespace hapticd::test {
 namespace {
@@ -27,7 +27,7 @@ namespace {
 constexpr int kUnavailable = 77;
 constexpr std::size_t kTicks = 300;
 
-/// In a process of its own. A thread so restricted cannot even end, so the process ends while it sleeps.
+/// Runs in a process of its own. A restricted thread cannot even end, so the process ends while it sleeps.
 [[noreturn]] void runRestricted(bool with_a_planted_call) {
   LoopRig rig;
   std::atomic<bool> returned{false};
@@ -46,17 +46,17 @@ constexpr std::size_t kTicks = 300;
 
 class ForceThreadSystemCalls : public testing::Test {
  protected:
-  /// False, and said, where it cannot be found out.
+  /// Returns false, with a message, if this cannot be checked here.
   static bool canBeJudged(const Finished& process) {
     if (process.ending == exitedWith(kUnavailable)) {
-      sayNotChecked("which system calls the force thread makes: the kernel offers no seccomp filter here");
+      reportNotChecked("which system calls the force thread makes: the kernel offers no seccomp filter here");
       return false;
     }
     return true;
   }
   void SetUp() override {
     if (!kSight.exceptions) {
-      sayNotChecked(
+      reportNotChecked(
           "which system calls the force thread makes: a sanitizer adds its own, builds without one "
           "(preset dev) do it");
       can_be_judged_ = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the mode machine does with a law that holds a surface where it was seen last, because it has come
-// nearer than the camera can measure.
+// Behaviour of the mode state machine for a law that holds a surface at its last seen position because it has
+// come nearer than the camera can measure.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using rt::Supervisor;
 
 constexpr double kTick_s = 0.001;
 
-/// A supervisor with good inputs whose law says what the test says.
+/// A supervisor with valid inputs and a law result set by the test.
 class TooNearSurface : public testing::Test {
  protected:
   TooNearSurface() {
@@ -27,29 +27,29 @@ class TooNearSurface : public testing::Test {
     directive.engage_inside = true;
   }
 
-  void step(const Supervisor::Touch& touch) {
+  void step(const Supervisor::Contact& contact) {
     now_ns += 1'000'000;
     handle.time_ns = now_ns;
     if (depth_is_fresh) scene.frame_time_ns = now_ns;
     const Supervisor::Input input{now_ns, kTick_s, scene, handle, directive};
-    supervisor.decide(input, supervisor.look(input), touch);
+    supervisor.decide(input, supervisor.look(input), contact);
   }
-  void steps(int count, const Supervisor::Touch& touch) {
-    for (int i = 0; i < count; ++i) step(touch);
+  void steps(int count, const Supervisor::Contact& contact) {
+    for (int i = 0; i < count; ++i) step(contact);
   }
   void expect(Mode mode, Cause cause) const {
     EXPECT_EQ(supervisor.mode(), mode);
     EXPECT_EQ(supervisor.cause(), cause);
   }
 
-  static constexpr Supervisor::Touch kSeen{.touches = true, .too_near = false};
-  static constexpr Supervisor::Touch kTooNear{.touches = true, .too_near = true};
-  static constexpr Supervisor::Touch kNothing{};
+  static constexpr Supervisor::Contact kSeen{.in_contact = true, .too_near = false};
+  static constexpr Supervisor::Contact kTooNear{.in_contact = true, .too_near = true};
+  static constexpr Supervisor::Contact kNothing{};
 
   Supervisor supervisor;
   rt::Scene scene;
   rt::HandleState handle;
-  rt::Directive directive;  // the timeout is 0.5 s, the fade 0.2 s, the ramp of engaging 0.5 s
+  rt::Directive directive;  // the timeout is 0.5 s, the fade 0.2 s, the engage ramp 0.5 s
   bool depth_is_fresh = true;
   std::int64_t now_ns = 5'000'000'000;
 };
@@ -76,16 +76,16 @@ TEST_F(TooNearSurface, EndsByItselfWhenItIsSeenAgain) {
   ASSERT_EQ(supervisor.cause(), Cause::surface_too_near);
   step(kSeen);
   expect(Mode::engaged, Cause::requested);
-  EXPECT_NEAR(supervisor.gain(), kTick_s / 0.5, 1e-12) << "the ramp begins anew";
+  EXPECT_NEAR(supervisor.gain(), kTick_s / 0.5, 1e-12) << "the ramp restarts";
 }
 
-TEST_F(TooNearSurface, EndsByItselfWhenItIsLetGoOf) {
+TEST_F(TooNearSurface, EndsByItselfWhenTheContactEnds) {
   steps(1'500, kTooNear);
   step(kNothing);
   expect(Mode::engaged, Cause::requested);
 }
 
-TEST_F(TooNearSurface, CountsAnewAfterEachSight) {
+TEST_F(TooNearSurface, RestartsTheTimeoutWhenTheSurfaceIsSeen) {
   step(kSeen);
   for (int i = 0; i < 10; ++i) {
     steps(400, kTooNear);
@@ -94,7 +94,7 @@ TEST_F(TooNearSurface, CountsAnewAfterEachSight) {
   expect(Mode::engaged, Cause::requested);
 }
 
-TEST_F(TooNearSurface, LeavesTheNameToStaleDepth) {
+TEST_F(TooNearSurface, YieldsToTheCauseStaleDepth) {
   steps(2, kSeen);
   depth_is_fresh = false;
   steps(1'000, kTooNear);

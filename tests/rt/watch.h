@@ -6,11 +6,11 @@
 
 namespace hapticd::test {
 
-/// What a thread did that the force thread must not do.
+/// Activities of a thread that are forbidden in the force thread.
 struct Misconduct {
-  std::uint64_t allocations = 0;  ///< memory asked for or given back: malloc and its kin, new and delete
-  std::uint64_t locks = 0;        ///< mutexes and read-write locks
-  std::uint64_t exceptions = 0;   ///< thrown
+  std::uint64_t allocations = 0;  ///< memory allocated or freed: malloc and related functions, new and delete
+  std::uint64_t locks = 0;        ///< operations on mutexes and read-write locks
+  std::uint64_t exceptions = 0;   ///< exceptions thrown
   bool operator==(const Misconduct&) const = default;
 };
 inline std::ostream& operator<<(std::ostream& stream, const Misconduct& seen) {
@@ -18,24 +18,24 @@ inline std::ostream& operator<<(std::ostream& stream, const Misconduct& seen) {
                 << " exceptions";
 }
 
-/// What this build can see of it. Under a sanitizer the library functions belong to the sanitizer.
+/// What this build can monitor. With a sanitizer, the library functions belong to the sanitizer.
 struct Sight {
   bool allocations;
   bool aligned_allocations;
   bool locks;
   bool exceptions;
-  const char* said_instead;  ///< what is not seen and who sees it; empty when all is seen
+  const char* said_instead;  ///< what is not monitored and what monitors it instead; empty if everything is
 };
 extern const Sight kSight;
 
 struct PageFaults {
   std::int64_t minor = 0;
-  std::int64_t major = 0;  ///< that waited for a disk
+  std::int64_t major = 0;  ///< page faults that waited for a disk
 };
-/// Of the calling thread since its start.
+/// Returns the page faults of the calling thread since its start.
 PageFaults pageFaults();
 
-/// Watches the calling thread from construction to end(). Only one at a time in a thread.
+/// Monitors the calling thread from construction to end(). Only one at a time per thread.
 class WatchedSection {
  public:
   WatchedSection();
@@ -47,14 +47,14 @@ class WatchedSection {
     Misconduct misconduct;
     PageFaults page_faults;
   };
-  /// What the thread did since construction.
+  /// Returns what the thread did since construction.
   Seen end();
 
  private:
   PageFaults before_;
 };
 
-/// Called by the hooks, in any thread and at any time.
+/// Called by the hooks, in any thread at any time.
 void noteAllocation() noexcept;
 void noteLock() noexcept;
 void noteException() noexcept;

@@ -9,8 +9,8 @@
 
 #include "tests/rt/watch.h"
 
-// This program's own malloc, pthread_mutex_lock and so on come before those of the C library, for the
-// libraries that it is linked with too. They note the call and pass it on.
+// This program's own malloc, pthread_mutex_lock etc. take precedence over those of the C library, including
+// for the libraries that it is linked with. They record the call and forward it.
 
 extern "C" {
 void* __libc_malloc(std::size_t size);
@@ -27,7 +27,7 @@ constinit const Sight kSight{
 
 namespace {
 
-/// The function that would have been called without ours.
+/// Returns the function that would be called without this hook.
 template <typename Function>
 Function* next(std::atomic<Function*>& known, const char* name) noexcept {
   Function* function = known.load(std::memory_order_relaxed);
@@ -101,7 +101,7 @@ int pthread_rwlock_wrlock(pthread_rwlock_t* lock) noexcept {
   return next(next_write_lock, "pthread_rwlock_wrlock")(lock);
 }
 
-// Declared as the compiler itself does where a header throws: the type without a type of its own.
+// Declared as by the compiler itself where a header throws: the type information is untyped.
 [[noreturn]] void __cxa_throw(void* object, void* type, void (*destructor)(void*)) {
   noteException();
   next(next_throw, "__cxa_throw")(object, type, destructor);

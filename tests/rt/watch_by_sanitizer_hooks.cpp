@@ -3,9 +3,9 @@
 
 #include "tests/rt/watch.h"
 
-// The sanitizers bring a malloc of their own and call hooks; mutexes and exceptions stay theirs.
+// The sanitizers replace malloc and call these hooks; mutexes and exceptions cannot be monitored.
 
-/// Declared in <sanitizer/allocator_interface.h>, which g++ leaves out.
+/// Declared in <sanitizer/allocator_interface.h>, which g++ does not provide.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, std::size_t),
                                                          void (*on_free)(const volatile void*));
 

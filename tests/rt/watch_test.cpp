@@ -15,7 +15,8 @@
 #include "tests/rt/locked_memory.h"
 #include "tests/support/rerun.h"
 
-// Each thing that the force thread must not do, done on purpose: the watch of the other tests must see it.
+// Deliberate violations of the force thread's rules; the monitor used by other tests must detect each of
+// them.
 
 namespace hapticd::test {
 namespace {
@@ -27,7 +28,8 @@ WatchedSection::Seen watched(Deed deed) {
   return section.end();
 }
 
-/// The same memory, without the compiler knowing that nobody else uses it: or it would leave out both ends.
+/// Hides from the compiler that nobody else uses the memory, so that it does not optimise allocation and
+/// release away.
 template <typename T>
 T* used(T* memory) {
   static std::atomic<T*> somewhere;
@@ -44,7 +46,7 @@ TEST(Watch, SeesNothingWhereNothingIsDone) {
   EXPECT_EQ(sum, 499'500);
 }
 
-TEST(Watch, SeesEachWayToAllocateAndToGiveBack) {
+TEST(Watch, SeesEachKindOfAllocationAndRelease) {
   ASSERT_TRUE(kSight.allocations);
   const auto seen = [](auto deed) { return watched(deed).misconduct.allocations; };
   EXPECT_EQ(seen([] { std::free(used(std::malloc(10))); }), 2U);
@@ -58,7 +60,7 @@ TEST(Watch, SeesEachWayToAllocateAndToGiveBack) {
 
 TEST(Watch, SeesAlignedAllocations) {
   if (!kSight.aligned_allocations) {
-    return sayNotChecked("aligned allocations, which this sanitizer may not tell of");
+    return reportNotChecked("aligned allocations, which this sanitizer may not tell of");
   }
   EXPECT_EQ(watched([] { std::free(used(std::aligned_alloc(64, 64))); }).misconduct.allocations, 2U);
 }
@@ -81,7 +83,7 @@ TEST(Watch, SeesNothingOfOtherThreads) {
 }
 
 TEST(Watch, SeesEachKindOfLock) {
-  if (!kSight.locks) return sayNotChecked(kSight.said_instead);
+  if (!kSight.locks) return reportNotChecked(kSight.said_instead);
   std::mutex mutex;
   std::recursive_mutex recursive;
   std::shared_mutex shared;
@@ -93,7 +95,7 @@ TEST(Watch, SeesEachKindOfLock) {
 }
 
 TEST(Watch, SeesExceptionsOfThisProgramAndOfItsLibraries) {
-  if (!kSight.exceptions) return sayNotChecked(kSight.said_instead);
+  if (!kSight.exceptions) return reportNotChecked(kSight.said_instead);
   const auto exceptions = [](auto deed) {
     return watched([&deed] {
              try {

@@ -17,15 +17,15 @@
 namespace hapticd::test {
 namespace {
 
-/// Sixteen buckets per power of two: a bucket is at most a sixteenth of its lower end wide, and the quantile
-/// reported is its upper end.
+/// There are sixteen buckets per power of two: the width of a bucket is at most a sixteenth of its lower end,
+/// and its upper end is reported.
 constexpr double kRelativeResolution = 1.0 / 16;
-/// Longer durations count as that long.
+/// Longer durations count as this one.
 constexpr std::int64_t kLongest_ns = (std::int64_t{1} << 32) - 1;
 
 constexpr double kQuantiles[] = {0.0, 0.001, 0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999, 0.99999, 1.0};
 
-/// The smallest duration that at least `quantile` of all are not longer than.
+/// Returns the smallest duration such that at least the fraction `quantile` of all durations is not longer.
 std::int64_t exactQuantile(const std::vector<std::int64_t>& sorted, double quantile) {
   const double rank = std::ceil(quantile * static_cast<double>(sorted.size()));
   return sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
@@ -90,7 +90,7 @@ TEST(LatencyHistogram, IsExactBelow32Nanoseconds) {
   for (std::int64_t duration = 0; duration < 32; ++duration) {
     rt::LatencyHistogram histogram;
     histogram.add(duration);
-    histogram.add(1'000'000);  // so that it is not the maximum that is reported
+    histogram.add(1'000'000);  // so that the maximum is not what is reported
     EXPECT_EQ(histogram.quantileNs(0.5), static_cast<std::uint64_t>(duration));
   }
 }
@@ -100,7 +100,7 @@ TEST(LatencyHistogram, CountsNegativeDurationsAsZeroAndVeryLongOnesAsTheLongest)
   expectQuantilesOf({kLongest_ns, kLongest_ns + 1, INT64_MAX});
 }
 
-/// What a reader may see at any moment of `durations` being added one after the other.
+/// Checks what a reader may see at any moment while `durations` are being added.
 void watch(const rt::LatencyHistogram& histogram, std::size_t all, std::uint64_t longest,
            std::atomic<int>& wrong) {
   std::uint64_t last_total = 0;

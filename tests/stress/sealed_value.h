@@ -9,8 +9,8 @@
 
 namespace hapticd::test {
 
-/// A value of many cache lines whose every word follows from its sequence number, so that words of two
-/// different values beside each other are noticed.
+/// A value of many cache lines in which every word follows from its sequence number, so that a mix of two
+/// values is detected.
 template <std::size_t kBytes>
 class SealedValue {
   static_assert(kBytes > 2 * rt::kCacheLine && kBytes % sizeof(std::uint64_t) == 0);
@@ -39,6 +39,6 @@ class SealedValue {
 };
 
 using SmallValue = SealedValue<256>;   ///< fast to copy: many exchanges per second
-using LargeValue = SealedValue<4096>;  ///< slow to copy: the other side often comes in between
+using LargeValue = SealedValue<4096>;  ///< slow to copy: the other side often interferes
 
 }  // namespace hapticd::test

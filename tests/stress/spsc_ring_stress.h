@@ -10,13 +10,13 @@
 
 namespace hapticd::test {
 
-/// What became of `items` sealed values that a producer pushed one after the other.
+/// Result of transferring `items` sealed values pushed in sequence by a producer.
 struct SpscRingFindings {
-  std::uint64_t torn = 0;          ///< values mixed of two
-  std::uint64_t out_of_order = 0;  ///< values that came twice, or after a later one, or were never pushed
-  std::uint64_t lost = 0;          ///< accepted by push() and never popped
-  std::uint64_t unasked = 0;       ///< refused by push() and popped all the same
-  std::uint64_t miscounted = 0;    ///< difference of dropped() and what push() refused
+  std::uint64_t torn = 0;          ///< values mixed from two
+  std::uint64_t out_of_order = 0;  ///< values popped twice, after a later one, or never pushed
+  std::uint64_t lost = 0;          ///< accepted by push() but never popped
+  std::uint64_t unasked = 0;       ///< refused by push() but popped
+  std::uint64_t miscounted = 0;    ///< difference between dropped() and the refusals of push()
   std::uint64_t accepted = 0;
   std::uint64_t refused = 0;
   std::uint64_t found_empty = 0;
@@ -31,7 +31,7 @@ inline std::ostream& operator<<(std::ostream& stream, const SpscRingFindings& fo
                 << found.accepted << " accepted, " << found.refused << " refused";
 }
 
-/// `push_first`: so many items are pushed before the consumer starts.
+/// `push_first`: number of items pushed before the consumer starts.
 template <typename Value, typename Ring>
 SpscRingFindings stressSpscRing(Ring& ring, std::uint64_t items, std::uint64_t push_first, Pace pace) {
   SpscRingFindings found;

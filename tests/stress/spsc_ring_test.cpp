@@ -29,15 +29,15 @@ TEST(SpscRingUnderTwoThreads, DeliversOrCountsEachItemInOrder) {
   expectFaultless<64>(kItems, {});
 }
 
-TEST(SpscRingUnderTwoThreads, KeepsItsPromisesWithOneSlot) {
+TEST(SpscRingUnderTwoThreads, IsCorrectWithOneSlot) {
   expectFaultless<1>(kItems, {});
 }
 
-TEST(SpscRingUnderTwoThreads, KeepsItsPromisesToAConsumerThatIsSlower) {
+TEST(SpscRingUnderTwoThreads, IsCorrectWithASlowerConsumer) {
   expectFaultless<8>(kItems / 2, {.reader_turns = 5'000});
 }
 
-TEST(SpscRingUnderTwoThreads, KeepsItsPromisesToAProducerThatIsSlower) {
+TEST(SpscRingUnderTwoThreads, IsCorrectWithASlowerProducer) {
   expectFaultless<8>(kItems / 10, {.writer_turns = 5'000});
 }
 
@@ -51,7 +51,7 @@ TEST(SpscRingUnderTwoThreads, DropsTheNewestWhileTheConsumerHasNotStarted) {
   EXPECT_EQ(found.refused, kBefore - kCapacity);
 }
 
-/// True if a ring that is filled to any level and emptied, many times round, keeps all items and their order.
+/// Returns true if a ring that is repeatedly filled to any level and emptied keeps all items and their order.
 template <typename Ring>
 bool worksInOneThread(std::uint64_t capacity) {
   Ring ring;
@@ -71,11 +71,11 @@ bool worksInOneThread(std::uint64_t capacity) {
   return ring.dropped() == 0 && popped == pushed;
 }
 
-TEST(SpscRing, KeepsTheOrderManyTimesRound) {
+TEST(SpscRing, KeepsTheOrderOverManyWraps) {
   EXPECT_TRUE((worksInOneThread<rt::SpscRing<SmallValue, 8>>(8)));
 }
 
-TEST(SpscRing, TakesAgainOnceThereIsRoomAndKeepsCountingWhatItDrops) {
+TEST(SpscRing, AcceptsItemsAgainOnceThereIsRoomAndKeepsCountingDroppedOnes) {
   rt::SpscRing<SmallValue, 2> ring;
   SmallValue value(0);
   EXPECT_TRUE(ring.push(SmallValue(1)));
@@ -93,7 +93,7 @@ TEST(SpscRing, TakesAgainOnceThereIsRoomAndKeepsCountingWhatItDrops) {
   EXPECT_EQ(ring.dropped(), 2U);
 }
 
-TEST(SpscRing, LeavesTheItemAloneWhenItIsEmpty) {
+TEST(SpscRing, DoesNotChangeTheItemWhenEmpty) {
   rt::SpscRing<SmallValue, 4> ring;
   SmallValue value(7);
   EXPECT_FALSE(ring.pop(value));

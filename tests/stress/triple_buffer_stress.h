@@ -9,12 +9,12 @@
 
 namespace hapticd::test {
 
-/// What a reader saw of `writes` sealed values that a writer published one after the other.
+/// Observations of a reader while a writer published `writes` sealed values in sequence.
 struct TripleBufferFindings {
-  std::uint64_t torn = 0;       ///< values mixed of two writes
-  std::uint64_t not_newer = 0;  ///< refreshes that said "new" and brought no later value than before
-  std::uint64_t changed = 0;    ///< values that changed while the reader held them
-  bool newest_seen = false;     ///< the last value of all was there in the end
+  std::uint64_t torn = 0;       ///< values mixed from two writes
+  std::uint64_t not_newer = 0;  ///< refreshes that returned true without a later value
+  std::uint64_t changed = 0;    ///< values that changed while held by the reader
+  bool newest_seen = false;     ///< the last value was seen in the end
   std::uint64_t refreshes = 0;
 
   bool faultless() const { return torn == 0 && not_newer == 0 && changed == 0 && newest_seen; }
@@ -25,7 +25,7 @@ inline std::ostream& operator<<(std::ostream& stream, const TripleBufferFindings
                 << found.refreshes << " refreshes";
 }
 
-/// `buffer` holds a value sealed with sequence number 0.
+/// `buffer` must hold a value sealed with sequence number 0.
 template <typename Buffer>
 TripleBufferFindings stressTripleBuffer(Buffer& buffer, std::uint64_t writes, Pace pace) {
   TripleBufferFindings found;
@@ -51,7 +51,7 @@ TripleBufferFindings stressTripleBuffer(Buffer& buffer, std::uint64_t writes, Pa
         break;
       }
       turn(pace.reader_turns);
-      std::atomic_signal_fence(std::memory_order_seq_cst);  // the value is really read once more
+      std::atomic_signal_fence(std::memory_order_seq_cst);  // forces the value to be read again
       if (buffer.front().sequence() != last || !buffer.front().isIntact()) ++found.changed;
       finishing = all_written.load(std::memory_order_acquire);
     }

@@ -17,8 +17,8 @@ namespace hapticd::test {
 namespace {
 
 constexpr std::uint64_t kWrites = kThreadSanitizer ? 200'000 : 2'000'000;
-/// Of the wrong variants; each round of them is caught with near certainty where two threads truly overlap.
-constexpr int kMostRounds = 200;
+/// Rounds for the wrong variants; each round detects them with near certainty if two threads run in parallel.
+constexpr int kMaxRounds = 200;
 constexpr std::uint64_t kWritesPerRound = 2'000;
 
 template <typename Value>
@@ -29,19 +29,19 @@ void expectFaultless(Pace pace, std::uint64_t writes) {
   EXPECT_GE(found.refreshes, 1U);
 }
 
-TEST(TripleBufferUnderTwoThreads, BringsWholeValuesInOrderAndTheNewestInTheEnd) {
+TEST(TripleBufferUnderTwoThreads, DeliversIntactValuesInOrderAndTheNewestInTheEnd) {
   expectFaultless<SmallValue>({}, kWrites);
 }
 
-TEST(TripleBufferUnderTwoThreads, BringsWholeLargeValuesInOrderAndTheNewestInTheEnd) {
+TEST(TripleBufferUnderTwoThreads, DeliversIntactLargeValuesInOrderAndTheNewestInTheEnd) {
   expectFaultless<LargeValue>({}, kWrites / 10);
 }
 
-TEST(TripleBufferUnderTwoThreads, KeepsItsPromisesToAReaderThatIsSlower) {
+TEST(TripleBufferUnderTwoThreads, IsCorrectWithASlowerReader) {
   expectFaultless<SmallValue>({.reader_turns = 5'000}, kWrites);
 }
 
-TEST(TripleBufferUnderTwoThreads, KeepsItsPromisesToAWriterThatIsSlower) {
+TEST(TripleBufferUnderTwoThreads, IsCorrectWithASlowerWriter) {
   expectFaultless<SmallValue>({.writer_turns = 5'000}, kWrites / 10);
 }
 
@@ -55,7 +55,7 @@ TEST(TripleBuffer, HoldsTheInitialValueUntilTheFirstIsPublished) {
   EXPECT_EQ(buffer.front().sequence(), 43U);
 }
 
-TEST(TripleBuffer, BringsTheNewestOfSeveralAndEachOnlyOnce) {
+TEST(TripleBuffer, DeliversTheNewestOfSeveralAndEachOnlyOnce) {
   rt::TripleBuffer<SmallValue> buffer(SmallValue(0));
   for (std::uint64_t sequence = 1; sequence <= 5; ++sequence) buffer.write(SmallValue(sequence));
   EXPECT_TRUE(buffer.refresh());
@@ -70,7 +70,7 @@ TEST(TripleBuffer, PreparesEachOfItsThreeSlotsOnce) {
   buffer.prepareSlots([&prepared](SmallValue& value) { value.seal(++prepared); });
   EXPECT_EQ(prepared, 3U);
   std::set<std::uint64_t> seen{buffer.front().sequence()};
-  for (int i = 0; i < 2; ++i) {  // the two others come round as they were prepared
+  for (int i = 0; i < 2; ++i) {  // the two other slots are returned as prepared
     buffer.publish();
     EXPECT_TRUE(buffer.refresh());
     seen.insert(buffer.front().sequence());
@@ -78,7 +78,7 @@ TEST(TripleBuffer, PreparesEachOfItsThreeSlotsOnce) {
   EXPECT_EQ(seen, (std::set<std::uint64_t>{1, 2, 3}));
 }
 
-/// True if what the reader holds stays as it is while the writer writes on.
+/// Returns true if the value held by the reader does not change while the writer continues to write.
 template <typename Buffer>
 bool leavesTheHeldValueAlone() {
   Buffer buffer(SmallValue(0));
@@ -99,13 +99,13 @@ bool leavesTheHeldValueAlone() {
   return true;
 }
 
-TEST(TripleBuffer, LeavesTheValueThatTheReaderHoldsAlone) {
+TEST(TripleBuffer, DoesNotChangeTheValueHeldByTheReader) {
   EXPECT_TRUE(leavesTheHeldValueAlone<rt::TripleBuffer<SmallValue>>());
 }
 
 TEST(WrongTripleBuffer, WithASlotTooFewIsCaught) {
   const auto caught = [] {
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       DoubleBuffer<LargeValue> buffer(LargeValue(0));
       if (!stressTripleBuffer(buffer, kWritesPerRound, {}).faultless()) return true;
     }

@@ -7,7 +7,7 @@
 
 namespace hapticd::test {
 
-/// Runs both at the same time, `second` in the calling thread, to their ends.
+/// Runs both functions at the same time, `second` in the calling thread, and waits for both.
 template <typename First, typename Second>
 void runTogether(First first, Second second) {
   std::latch start(2);
@@ -19,7 +19,7 @@ void runTogether(First first, Second second) {
   second();
 }
 
-/// How many times each side turns an empty loop between two operations: who is slower.
+/// Iterations of an empty loop between two operations of each side, which determine the slower side.
 struct Pace {
   int writer_turns = 0;
   int reader_turns = 0;

@@ -9,10 +9,10 @@
 #include "rt/spsc_ring.h"
 #include "rt/triple_buffer.h"
 
-/// Channels that are wrong on purpose. The stress tests must catch every one of them.
+/// Deliberately wrong channels. The stress tests must detect every one of them.
 namespace hapticd::test {
 
-/// A TripleBuffer with other memory orders than its own, which are acq_rel twice.
+/// A TripleBuffer with other memory orders than its own, which are acq_rel for both operations.
 template <std::memory_order publish, std::memory_order refresh>
 struct WeakTripleBufferOrders {
   static constexpr std::memory_order kPublish = publish;
@@ -30,7 +30,7 @@ struct WeakSpscRingOrders {
 template <typename T, std::size_t kCapacity, std::memory_order store, std::memory_order load>
 using WeakSpscRing = rt::SpscRing<T, kCapacity, WeakSpscRingOrders<store, load>>;
 
-/// A slot too few: the writer's second value after a refresh goes where the reader is reading.
+/// One slot too few: the writer's second value after a refresh goes where the reader is reading.
 template <typename T>
 class DoubleBuffer {
  public:
@@ -53,7 +53,7 @@ class DoubleBuffer {
   std::uint64_t seen_ = 0;
 };
 
-/// Never full: a producer that is ahead by more than the capacity overwrites what was not read yet.
+/// Never full: a producer that is ahead by more than the capacity overwrites unread items.
 template <typename T, std::size_t kCapacity>
 class OverwritingRing {
  public:

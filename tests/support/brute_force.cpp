@@ -13,12 +13,12 @@ namespace {
 constexpr std::size_t kWidth = 640;
 constexpr std::size_t kHeight = 480;
 
-/// Points whose distances differ by less may be taken one for the other.
+/// Points whose distances differ by less are interchangeable.
 constexpr double kTie_m = 1e-6;
-/// Nearer points coincide with the HIP; eq. (10) is undefined there and its term is zero by definition.
+/// Nearer points coincide with the HIP, where eq. (10) is undefined and its term is zero by definition.
 constexpr double kCoincident_m = 1e-9;
-/// So many choices are tried; a scene with more of them is too symmetric to be compared.
-constexpr std::size_t kMostChoices = 20000;
+/// Limit of alternatives; a scene with more is too symmetric to be compared.
+constexpr std::size_t kMaxChoices = 20000;
 
 struct Neighbour {
   double distance_m;
@@ -49,13 +49,13 @@ Vector meanOf(const Vector& a, const Vector& b, std::size_t count) {
   return {(a[0] + b[0]) / n, (a[1] + b[1]) / n, (a[2] + b[2]) / n};
 }
 
-/// The points within D_thresh, nearest first.
+/// Returns the points within D_thresh, nearest first.
 std::vector<Neighbour> neighboursOf(const std::vector<Vector>& points, const Vector& hip,
                                     const SpringLaw& law) {
   std::vector<Neighbour> near;
   for (const Vector& point : points) {
     const double x = hip[0] - point[0], y = hip[1] - point[1], z = hip[2] - point[2];
-    // a little more than the ball, to be judged by the distance itself
+    // a little more than the ball; the exact distance decides later
     if (x * x + y * y + z * z > law.radius_m * law.radius_m * 1.0001) continue;
     const Neighbour neighbour = neighbourOf(point, hip, law);
     if (neighbour.distance_m <= law.radius_m) near.push_back(neighbour);
@@ -64,7 +64,7 @@ std::vector<Neighbour> neighboursOf(const std::vector<Vector>& points, const Vec
   return near;
 }
 
-/// The forces of all choices of `count` among more neighbours that are right where distances tie.
+/// Returns the forces of all equally correct choices of `count` points where distances tie.
 std::vector<Vector> forcesOfAllChoices(const std::vector<Neighbour>& near, std::size_t count) {
   const double last = near[count - 1].distance_m;
   const auto begin = std::ranges::upper_bound(near, last - kTie_m, {}, &Neighbour::distance_m);
@@ -77,7 +77,7 @@ std::vector<Vector> forcesOfAllChoices(const std::vector<Neighbour>& near, std::
 
   std::vector<Vector> forces;
   do {
-    if (forces.size() == kMostChoices) throw std::runtime_error("too many points are equally far");
+    if (forces.size() == kMaxChoices) throw std::runtime_error("too many points are equally far");
     std::vector<Neighbour> choice;
     for (std::size_t i = 0; i < tied.size(); ++i) {
       if (taken[i]) choice.push_back(tied[i]);

@@ -8,19 +8,19 @@
 #include <span>
 #include <vector>
 
-/// The paper's equations once more, in double precision, over all pixels, with nothing of the product: what
-/// the product is compared with.
+/// An independent implementation of the paper's equations in double precision over all pixels, sharing no
+/// code with the product, whose results are compared with it.
 namespace hapticd::test {
 
 using Vector = std::array<double, 3>;
 
 double distanceBetween(const Vector& a, const Vector& b);
 
-/// The 640 x 480 raw values of a file with a header of one line and little-endian pixels.
+/// Returns the 640 x 480 raw values of a file with a header of one line and little-endian pixels.
 std::vector<std::uint16_t> rawPixelsOf(const std::filesystem::path& file);
 
-/// Eq. (1)-(2) with Table I for every pixel, row by row: metres, x right, y up, looking along -z. Left out:
-/// raw 2047, and depths outside 0.4..4 m (the defaults of near and far).
+/// Evaluates eq. (1)-(2) with Table I for every pixel, row by row: metres, x right, y up, looking along -z.
+/// Omits raw 2047 and depths outside 0.4..4 m (the defaults of near and far).
 std::vector<Vector> pointsOf(std::span<const std::uint16_t> raw);
 
 struct SpringLaw {
@@ -30,17 +30,17 @@ struct SpringLaw {
   std::size_t max_points = 100;    // N_max
 };
 
-/// What eq. (6)-(11) say at one HIP.
+/// Evaluates eq. (6)-(11) at one HIP.
 class BruteForce {
  public:
   BruteForce(const std::vector<Vector>& points, const Vector& hip, const SpringLaw& law = {});
 
-  /// N of eq. (11).
+  /// Returns N of eq. (11).
   std::size_t points() const { return points_; }
-  /// F_HIP with the nearest points as sorting gives them, newtons.
+  /// Returns F_HIP in newtons, with the nearest points in sorted order.
   const Vector& force_n() const { return forces_.front(); }
-  /// Smallest distance of `force_n` to a right answer. There are several where further points are less than
-  /// 1e-6 m farther than the N_max-th, or that much nearer: each choice among those is right.
+  /// Returns the smallest distance of `force_n` to a correct result. There are several where points are
+  /// within 1e-6 m of the distance of the N_max-th: each choice among those is correct.
   double error_n(const Vector& force_n) const;
 
  private:

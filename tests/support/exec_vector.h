@@ -6,7 +6,7 @@
 
 namespace hapticd::test {
 
-/// argv or envp as execve() takes them; valid as long as `texts`.
+/// Returns argv or envp for execve(); valid as long as `texts`.
 inline std::vector<char*> execVector(const std::vector<std::string>& texts) {
   std::vector<char*> pointers;
   for (const std::string& text : texts) pointers.push_back(const_cast<char*>(text.c_str()));

@@ -9,7 +9,7 @@
 
 namespace hapticd::test {
 
-/// All bytes of a file; throws where it cannot be read.
+/// Returns all bytes of a file; throws if it cannot be read.
 inline std::string contentOf(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw std::runtime_error("cannot read " + file.string());

@@ -17,12 +17,12 @@ namespace hapticd::test {
 namespace {
 
 constexpr double kFrameRate_hz = 30;
-constexpr std::uint32_t kTicksPerFrame = 2'000'000;  // of the camera's clock of 60 MHz
+constexpr std::uint32_t kTicksPerFrame = 2'000'000;  // of the camera's 60 MHz clock
 
-/// A ball that comes and goes, by `way_m` on either side of its mean distance.
+/// A ball that moves by `amplitude_m` on either side of its mean distance.
 struct Ball {
   double distance_m;
-  double way_m;
+  double amplitude_m;
 };
 
 struct Parts {
@@ -30,7 +30,7 @@ struct Parts {
   config::SyntheticSettings behind;
 };
 
-/// Of the ball and what is beside or behind it the nearer surface is seen.
+/// The nearer surface of the ball and the background is seen.
 Parts partsOf(MadeUpScene scene) {
   config::SyntheticSettings behind;
   behind.frame_rate_hz = kFrameRate_hz;
@@ -62,7 +62,8 @@ config::SyntheticSettings ballAt(double time_s, const Ball& ball) {
   config::SyntheticSettings settings;
   settings.frame_rate_hz = kFrameRate_hz;
   settings.scene = config::SyntheticScene::sphere;
-  settings.distance_m = ball.distance_m + ball.way_m * std::sin(2 * std::numbers::pi * time_s / kPeriod_s);
+  settings.distance_m =
+      ball.distance_m + ball.amplitude_m * std::sin(2 * std::numbers::pi * time_s / kPeriod_s);
   return settings;
 }
 

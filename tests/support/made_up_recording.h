@@ -8,19 +8,20 @@
 
 namespace hapticd::test {
 
-/// What a made-up recording shows, through the noise of the synthetic camera's sensor: quantised, correlated,
-/// with pixels that flicker and columns that are dead.
+/// Content of a synthetic recording, seen through the noise of the synthetic camera's sensor: quantised,
+/// correlated, with flickering pixels and dead columns.
 enum class MadeUpScene {
   room,     ///< a ball in front of a tilted wall; nothing moves
-  gesture,  ///< the same, but that the ball comes to 0.75 m and goes
-  desk,  ///< a block at rest fills the left half, 0.52 m away; in front of it a ball comes to 0.42 m and goes
+  gesture,  ///< the same, but the ball approaches to 0.75 m and recedes
+  /// A block at rest fills the left half at 0.52 m; in front of it a ball approaches to 0.42 m and recedes.
+  desk,
 };
 
-/// "room", "gesture" or "desk".
+/// Parses "room", "gesture" or "desk".
 std::optional<MadeUpScene> madeUpSceneFrom(std::string_view name);
 
-/// Fills `folder`, which exists, with a recording in libfreenect's format of `frames` frames at 30 Hz. The
-/// same bytes each time. Throws where it cannot be written.
+/// Fills an existing folder with a recording in libfreenect's format of `frames` frames at 30 Hz, with the
+/// same bytes each time. Throws if it cannot be written.
 void makeRecording(MadeUpScene scene, std::uint32_t frames, const std::filesystem::path& folder);
 
 }  // namespace hapticd::test

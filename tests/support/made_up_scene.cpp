@@ -12,7 +12,7 @@ constexpr int kHeight = 480;
 constexpr int kFirstDeadColumn = 632;
 constexpr std::uint16_t kNoMeasurement = 2047;
 
-/// The raw value without noise: the nearer of ball and wall.
+/// Returns the raw value without noise: the nearer of ball and wall.
 double smoothRaw(int u, int v, std::uint32_t frame) {
   constexpr double kBallRadius_px = 90;
   const double wall = 860 + 0.05 * (u - kWidth / 2) + 0.03 * (v - kHeight / 2);
@@ -37,7 +37,7 @@ std::uint16_t noisyRaw(double smooth, std::uint64_t random) {
   return static_cast<std::uint16_t>(std::lround(smooth) + static_cast<int>(random >> 32 & 3) % 3 - 1);
 }
 
-/// In [0, 1), the same on every machine.
+/// Returns a value in [0, 1), identical on every machine.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }

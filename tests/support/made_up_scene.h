@@ -8,15 +8,15 @@
 
 namespace hapticd::test {
 
-/// The raw image (640 x 480) of a wall at right angles to the camera.
+/// Returns the raw image (640 x 480) of a wall perpendicular to the optical axis.
 std::vector<std::uint16_t> wallImage(std::uint16_t raw);
 
-/// The raw image of a ball in front of a tilted wall, with noise, holes, dead columns and values that stand
-/// for no valid depth. The ball moves to the right from frame to frame.
+/// Returns the raw image of a ball in front of a tilted wall, with noise, holes, dead columns and values
+/// without a valid depth. The ball moves to the right from frame to frame.
 std::vector<std::uint16_t> sceneImage(std::uint32_t frame);
 
-/// `count` positions on points and within 0.04 m of them: every fourth on a point itself, the others along
-/// the ray from the camera, along z and in all directions. The same seed gives the same positions.
+/// Returns `count` positions on points and within 0.04 m of them: every fourth on a point itself, the others
+/// along the ray from the camera, along z and in all directions. The same seed gives the same positions.
 std::vector<Vector> positionsNear(const std::vector<Vector>& points, std::size_t count, std::uint64_t seed);
 
 }  // namespace hapticd::test

@@ -24,7 +24,7 @@ namespace {
 
 using Random = std::mt19937_64;
 
-/// Any integer or truth value.
+/// Converts to any integer or truth value.
 struct Any {
   Random& random;
   operator std::uint64_t() const { return random(); }
@@ -33,7 +33,7 @@ struct Any {
   operator bool() const { return (random() & 1) != 0; }
 };
 
-/// Of a record; two of them are less than the longest chunk apart.
+/// Returns the time of a record; two of them are less than the longest chunk apart.
 std::int64_t anyTime_ns(Random& random) {
   return static_cast<std::int64_t>(random() >> 2);
 }
@@ -259,7 +259,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
                 const drivers::TraceOptions& options) {
   drivers::TraceOptions ours = options;
-  ours.chunk_ns = std::numeric_limits<std::int64_t>::max();  // by flush()
+  ours.chunk_ns = std::numeric_limits<std::int64_t>::max();  // chunks end at flush()
   ours.depth = ours.depth || !records.depth.empty();
   auto writer = drivers::TraceWriter::create(file, ours);
   if (!writer) throw std::runtime_error(writer.error().text());

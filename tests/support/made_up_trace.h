@@ -15,40 +15,40 @@
 
 namespace hapticd::test {
 
-/// Ticks with random bits in every member: all integers, all finite and infinite doubles and NaN. Planned
-/// times grow by a millisecond.
+/// Returns ticks with random bits in every member: all integers, all finite and infinite doubles and NaN.
+/// Planned times increase by a millisecond.
 rt::Tick madeUpTick(std::mt19937_64& random, std::uint64_t number);
 drivers::ModelRecord madeUpModel(std::mt19937_64& random);
 drivers::DirectiveRecord madeUpDirective(std::mt19937_64& random);
 drivers::EventRecord madeUpEvent(std::mt19937_64& random);
 drivers::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
-/// A depth frame of any small size, with a header of any values that are possible.
+/// Returns a depth frame of any small size with a header of any valid values.
 drivers::DepthRecord madeUpDepth(std::mt19937_64& random);
 
-/// What is written into a trace.
+/// Records to be written to a trace.
 struct MadeUpRecords {
   std::vector<rt::Tick> ticks;
   std::vector<drivers::ModelRecord> models;
   std::vector<drivers::DirectiveRecord> directives;
   std::vector<drivers::EventRecord> events;
   std::vector<drivers::SnapshotRecord> snapshots;
-  std::vector<drivers::DepthRecord> depth;  ///< madeUpRecords() makes none
+  std::vector<drivers::DepthRecord> depth;  ///< left empty by madeUpRecords()
 };
 
-/// `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk. Each kind is in
-/// the order of its times.
+/// Returns `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk. Each
+/// kind is in the order of its times.
 MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, unsigned seed = 1);
 
-/// Writes and closes a trace of them.
+/// Writes and closes a trace of these records.
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
                 const drivers::TraceOptions& options = {});
 
-/// Writes and closes a trace of ticks as a version wrote them whose ticks did not have that force yet; the
-/// metadata call it 0.0.7.
+/// Writes and closes a trace of ticks as an older version would whose ticks lack one of the forces; the
+/// metadata name it 0.0.7.
 void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks,
                      std::string_view without = "slewed_force_n_in_world");
 
-/// The names of a record's fields and their bits as text, to compare records by.
+/// Returns the names of a record's fields and their bits as text, for comparing records.
 template <typename Record>
 std::vector<std::pair<std::string, std::string>> bitsOf(const Record& record) {
   std::vector<std::pair<std::string, std::string>> bits;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// make-recording SCENE FRAMES FOLDER: a recording made by code, for the lab.
+// make-recording SCENE FRAMES FOLDER: writes a synthetic recording.
 
 #include <charconv>
 #include <cstdio>

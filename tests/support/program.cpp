@@ -26,7 +26,8 @@ namespace {
 constexpr int kCouldNotStart = 127;
 
 std::vector<std::string> environmentOf(const ProgramOptions& options) {
-  std::vector<std::string> all = options.environment;  // first: of two with the same name the first is taken
+  // Comes first, because the first of two equal names takes effect.
+  std::vector<std::string> all = options.environment;
   all.emplace_back("PATH=/usr/bin:/bin");
   for (char** variable = environ; *variable != nullptr; ++variable) {
     for (const std::string_view kept :
@@ -37,14 +38,14 @@ std::vector<std::string> environmentOf(const ProgramOptions& options) {
   return all;
 }
 
-/// A file without a name, which takes whatever is printed and never blocks the writer.
+/// Returns a file without a name, which accepts any output and never blocks the writer.
 int nameless() {
   const int file = ::memfd_create("printed", MFD_CLOEXEC);
   if (file < 0) throw std::runtime_error("no memory file");
   return file;
 }
 
-/// A pipe that nobody reads.
+/// Returns a pipe without a reader.
 int brokenPipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
@@ -71,14 +72,14 @@ bool limitFiles(std::size_t bytes) {
   return ::setrlimit(RLIMIT_FSIZE, &limit) == 0;
 }
 
-/// In the child, between fork and exec: system calls only.
+/// Runs in the child between fork and exec: system calls only.
 bool prepare(const ProgramOptions& options, int input, int output, int errors, pid_t parent) {
   bool good = ::setpgid(0, 0) == 0;
   good = good && ::dup2(input, STDIN_FILENO) >= 0 && ::dup2(output, STDOUT_FILENO) >= 0 &&
          ::dup2(errors, STDERR_FILENO) >= 0;
   if (options.largest_file_bytes) good = good && limitFiles(*options.largest_file_bytes);
   if (options.user) good = good && becomeUser(*options.user);
-  // after the change of user, which takes it back
+  // after changing the user, which resets it
   return good && ::prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && ::getppid() == parent;
 }
 
@@ -93,7 +94,7 @@ Program::Program(const std::vector<std::string>& command, const ProgramOptions& 
   const std::vector<std::string> environment = environmentOf(options);
   const std::vector<char*> arguments = execVector(command);
   const std::vector<char*> variables = execVector(environment);
-  // By descriptor, because another user may not be allowed to walk to the program.
+  // By descriptor, because another user may not have access to the program's path.
   const int program = ::open(command.front().c_str(), O_RDONLY | O_CLOEXEC);
   const int input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t parent = ::getpid();
@@ -136,7 +137,7 @@ void Program::signal(int number) const {
 
 Ending Program::wait() {
   if (!becomesTrue([this] { return !running(); }, std::chrono::milliseconds(2))) {
-    ADD_FAILURE() << "the program does not end; it said: " << errors();
+    ADD_FAILURE() << "the program does not end; its errors: " << errors();
     ::kill(pid_, SIGKILL);
     reap(0);
   }

@@ -11,13 +11,13 @@
 
 namespace hapticd::test {
 
-/// Long enough for a loaded machine under a sanitizer; only a failing test waits that long.
-inline constexpr std::chrono::seconds kMostPatience{60};
+/// Sufficient for a loaded machine under a sanitizer; only a failing test waits this long.
+inline constexpr std::chrono::seconds kMaxPatience{60};
 
-/// Polls until `condition` holds; false when it does not in time.
+/// Polls until `condition` holds; returns false on timeout.
 template <typename Condition>
 bool becomesTrue(Condition condition, std::chrono::milliseconds between = std::chrono::milliseconds(5)) {
-  const auto deadline = std::chrono::steady_clock::now() + kMostPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kMaxPatience;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(between);
@@ -25,14 +25,15 @@ bool becomesTrue(Condition condition, std::chrono::milliseconds between = std::c
   return true;
 }
 
+/// How to run a Program.
 struct ProgramOptions {
   /// "NAME=value", added to PATH and the options of the sanitizers; nothing else is inherited.
   std::vector<std::string> environment = {};
-  /// The user and group to run it as, which takes root.
+  /// User and group to run as, which requires root.
   std::optional<uid_t> user = {};
-  /// Whoever read stderr is gone.
+  /// The reader of stderr is gone.
   bool stderr_broken = false;
-  /// No file may grow beyond that, as on a full disk.
+  /// Largest size of a file, as on a full disk.
   std::optional<std::size_t> largest_file_bytes = {};
 };
 
@@ -47,8 +48,8 @@ inline constexpr Ending exitedWith(int status) {
 }
 std::ostream& operator<<(std::ostream& stream, const Ending& ending);
 
-/// A running program in a process group of its own; killed with the object, and when the test itself dies.
-/// stdin is empty, what it prints is kept.
+/// A running program in a process group of its own; killed with the object and when the test itself dies.
+/// stdin is empty; its output is kept.
 class Program {
  public:
   /// `command`: path of the program and its arguments.
@@ -62,10 +63,10 @@ class Program {
   void signal(int number) const;
   /// Waits for its end. A program that does not end is killed, and the test fails.
   Ending wait();
-  /// Whether a process of its group is left after its end.
+  /// Returns whether a process of its group is left after its end.
   bool leftProcesses() const;
 
-  /// What it has printed so far.
+  /// Returns its output so far.
   std::string output() const;
   std::string errors() const;
 
@@ -78,7 +79,7 @@ class Program {
   std::optional<Ending> ending_;
 };
 
-/// What a program that ran to its end has left.
+/// Result of a program that has ended.
 struct Finished {
   Ending ending;
   std::string output;

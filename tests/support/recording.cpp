@@ -16,7 +16,8 @@ std::filesystem::path fileOf(const std::string& archive) {
   return std::filesystem::path(folder != nullptr ? folder : HAPTICD_DEFAULT_RECORDINGS) / archive;
 }
 
-/// What comes nearest to the real recordings; their numbers lead the names.
+/// Returns the synthetic scene most similar to a real recording, identified by the number at the beginning of
+/// its name.
 MadeUpScene likeThatOf(const std::string& archive) {
   if (archive.starts_with("01_")) return MadeUpScene::gesture;
   return archive.starts_with("02_") ? MadeUpScene::desk : MadeUpScene::room;

@@ -8,13 +8,12 @@
 
 namespace hapticd::test {
 
-/// A recording in libfreenect's format, in a fresh folder: the real one of that name below
-/// $HAPTICD_RECORDINGS (or, without that variable, below the folder beside the project where recordings are
-/// kept), or one made by code that shows the like of it (made_up_recording.h). So every test has one wherever
-/// it runs.
+/// A recording in libfreenect's format in a new folder: the real one of that name below $HAPTICD_RECORDINGS
+/// (or, without that variable, below the folder next to the project where recordings are kept), or a similar
+/// synthetic one (made_up_recording.h). So every test has a recording wherever it runs.
 class Recording {
  public:
-  /// `archive`: "02_raw11_desk_near/desk_near.tar.xz", the path below that folder.
+  /// `archive`: path below that folder, e.g. "02_raw11_desk_near/desk_near.tar.xz".
   explicit Recording(const std::string& archive);
   const std::filesystem::path& path() const { return path_; }
   bool isReal() const { return is_real_; }

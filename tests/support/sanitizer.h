@@ -3,7 +3,7 @@
 
 namespace hapticd::test {
 
-/// Whether this build is one of ThreadSanitizer.
+/// Whether this build uses ThreadSanitizer.
 #if defined(__SANITIZE_THREAD__)
 inline constexpr bool kThreadSanitizer = true;
 #elif defined(__has_feature)

@@ -30,9 +30,9 @@ class StrictReading {
   explicit StrictReading(Bytes file) : file_(file) {}
 
   StrictMcap run() {
-    if (!file_.starts_with(kMagicBytes)) fault(0, "the magic is not there");
+    if (!file_.starts_with(kMagicBytes)) fault(0, "the magic is missing");
     if (!file_.ends_with(kMagicBytes) || file_.size() < 2 * kMagicBytes.size()) {
-      fault(file_.size(), "the magic at the end is not there");
+      fault(file_.size(), "the closing magic is missing");
       return std::move(found_);
     }
     std::uint64_t at = kMagicBytes.size();
@@ -60,7 +60,7 @@ class StrictReading {
     const auto opcode = static_cast<unsigned>(head.number(1));
     const std::uint64_t length = head.large();
     if (head.bad() || length > head.left()) {
-      fault(at, "a record that is not whole");
+      fault(at, "an incomplete record");
       return {};
     }
     const Bytes content = file_.substr(at + kHeadBytes, length);
@@ -75,7 +75,7 @@ class StrictReading {
     return at + kHeadBytes + length;
   }
 
-  // -- data section --
+  // -- Data section --
 
   void dataRecord(unsigned opcode, std::uint64_t at, Bytes content) {
     const Extent extent{at, kHeadBytes + content.size()};
@@ -107,7 +107,7 @@ class StrictReading {
     Fields fields(content);
     fields.text();
     fields.text();
-    require(fields.done(), at, "a header that is not whole");
+    require(fields.done(), at, "an incomplete header");
   }
 
   void define(std::map<std::uint16_t, std::string>& all, std::uint16_t id, std::uint64_t at, Bytes content) {
@@ -122,7 +122,7 @@ class StrictReading {
     fields.text();
     fields.text();
     fields.text();
-    require(fields.done() && id != 0, at, "a schema that is not whole, or has the id 0");
+    require(fields.done() && id != 0, at, "an incomplete schema, or has the id 0");
     define(schemas_, id, at, content);
   }
 
@@ -132,7 +132,7 @@ class StrictReading {
     fields.text();
     fields.text();
     map(fields.text(), at);
-    require(fields.done(), at, "a channel that is not whole");
+    require(fields.done(), at, "an incomplete channel");
     require(schema == 0 || schemas_.contains(schema), at, "a channel before its schema");
     define(channels_, id, at, content);
   }
@@ -144,7 +144,7 @@ class StrictReading {
       require(keys.insert(fields.text()).second, at, "a map with the same key twice");
       fields.text();
     }
-    require(fields.done(), at, "a map that is not whole");
+    require(fields.done(), at, "an incomplete map");
   }
 
   std::optional<std::string> unpacked(std::uint64_t at, Bytes compression, Bytes records,
@@ -165,12 +165,12 @@ class StrictReading {
     const std::uint64_t start_ns = fields.large(), end_ns = fields.large(), bytes = fields.large();
     const std::uint32_t crc = fields.small();
     const Bytes compression = fields.text(), records = fields.take(fields.large());
-    if (!fields.done()) return fault(extent.offset, "a chunk that is not whole");
+    if (!fields.done()) return fault(extent.offset, "an incomplete chunk");
     const auto unpacked = this->unpacked(extent.offset, compression, records, bytes);
     if (!unpacked) return;
-    require(unpacked->size() == bytes, extent.offset, "a chunk of another length than it says");
+    require(unpacked->size() == bytes, extent.offset, "a chunk whose length differs from the stated one");
     if (crc == 0 || crc != crc32(*unpacked))
-      return fault(extent.offset, "the checksum of a chunk does not fit");
+      return fault(extent.offset, "the checksum of a chunk does not match");
     ++found_.chunks;
     chunkRecords(extent.offset, *unpacked);
     std::set<std::uint64_t> times_ns;
@@ -180,7 +180,7 @@ class StrictReading {
     const std::uint64_t earliest = times_ns.empty() ? 0 : *times_ns.begin();
     const std::uint64_t latest = times_ns.empty() ? 0 : *times_ns.rbegin();
     require(start_ns == earliest && end_ns == latest, extent.offset,
-            "the times of a chunk are not those of its messages");
+            "the times of a chunk do not match those of its messages");
     noteChunk(extent, {start_ns, end_ns}, compression, records.size(), bytes);
   }
 
@@ -190,7 +190,7 @@ class StrictReading {
       const std::uint64_t at = records.size() - fields.left();
       const auto opcode = static_cast<unsigned>(fields.number(1));
       const Bytes content = fields.take(fields.large());
-      if (fields.bad()) return fault(chunk_at, "a chunk with a record that is not whole");
+      if (fields.bad()) return fault(chunk_at, "an incomplete chunk with a record");
       if (opcode == kSchema) {
         schema(chunk_at, content);
       } else if (opcode == kChannel) {
@@ -209,7 +209,7 @@ class StrictReading {
     fields.small();
     const std::uint64_t time_ns = fields.large();
     fields.large();
-    if (fields.bad()) fault(chunk_at, "a message that is not whole");
+    if (fields.bad()) fault(chunk_at, "an incomplete message");
     require(channels_.contains(id), chunk_at, fmt::format("a message before its channel {}", id));
     require(time_ns >= last_ns, chunk_at, "the messages of a chunk are not in the order of time");
     indexed_[id].emplace_back(time_ns, at);
@@ -221,7 +221,7 @@ class StrictReading {
     return time_ns;
   }
 
-  /// Where its MessageIndex records are follows when they have been read.
+  /// The position of its MessageIndex records is added when they have been read.
   void noteChunk(Extent extent, std::pair<std::uint64_t, std::uint64_t> times, Bytes compression,
                  std::uint64_t compressed, std::uint64_t bytes) {
     ChunkNote note;
@@ -242,13 +242,13 @@ class StrictReading {
       const std::uint64_t time_ns = places.large();
       read.emplace_back(time_ns, places.large());
     }
-    require(fields.done() && places.done(), at, "a message index that is not whole");
+    require(fields.done() && places.done(), at, "an incomplete message index");
     require(std::ranges::is_sorted(read), at, "a message index that is not in the order of time");
-    const auto meant = indexed_.find(id);
-    if (meant == indexed_.end())
-      return fault(at, fmt::format("a message index of channel {}, which does not belong there", id));
-    require(read == meant->second, at, "a message index does not fit its chunk");
-    indexed_.erase(meant);
+    const auto expected = indexed_.find(id);
+    if (expected == indexed_.end())
+      return fault(at, fmt::format("a message index of channel {}, which is misplaced", id));
+    require(read == expected->second, at, "a message index does not match its chunk");
+    indexed_.erase(expected);
     if (chunks_.empty()) return;
     chunks_.back().indexes[id] = at;
     chunks_.back().index_bytes += kHeadBytes + content.size();
@@ -266,8 +266,8 @@ class StrictReading {
     const Bytes covered =
         content.substr(0, content.size() - std::min<std::size_t>(content.size(), fields.left()));
     const std::uint32_t crc = fields.small();
-    require(fields.done(), extent.offset, "an attachment that is not whole");
-    require(crc != 0 && crc == crc32(covered), extent.offset, "the checksum of an attachment does not fit");
+    require(fields.done(), extent.offset, "an incomplete attachment");
+    require(crc != 0 && crc == crc32(covered), extent.offset, "the checksum of an attachment does not match");
     attachments_.emplace(extent, log_ns, create_ns, data.size(), std::string(name), std::string(type));
   }
 
@@ -275,19 +275,19 @@ class StrictReading {
     Fields fields(content);
     const Bytes name = fields.text();
     map(fields.text(), extent.offset);
-    require(fields.done(), extent.offset, "metadata that are not whole");
+    require(fields.done(), extent.offset, "incomplete metadata");
     metadata_.emplace(extent, std::string(name));
   }
 
   void dataEnd(std::uint64_t at, Bytes content) {
     Fields fields(content);
     const std::uint32_t crc = fields.small();
-    require(fields.done(), at, "a DataEnd that is not whole");
-    require(crc != 0 && crc == crc32(file_.substr(0, at)), at, "the checksum of the data does not fit");
+    require(fields.done(), at, "an incomplete DataEnd");
+    require(crc != 0 && crc == crc32(file_.substr(0, at)), at, "the checksum of the data does not match");
     data_end_ = at + kHeadBytes + content.size();
   }
 
-  // -- summary --
+  // -- Summary --
 
   void summaryRecord(unsigned opcode, std::uint64_t at, Bytes content) {
     if (opcode == kFooter) return footer(at, content);
@@ -343,7 +343,7 @@ class StrictReading {
       const std::uint16_t id = entries.id();
       counts[id] = entries.large();
     }
-    require(fields.done() && entries.done(), at, "statistics that are not whole");
+    require(fields.done() && entries.done(), at, "incomplete statistics");
     require(messages == found_.messages.size() && counts == counts_, at,
             "the statistics count other messages");
     require(schemas == schemas_.size() && channels == channels_.size(), at,
@@ -371,10 +371,10 @@ class StrictReading {
     read.compression = fields.text();
     read.compressed = fields.large();
     read.bytes = fields.large();
-    require(fields.done() && indexes.done(), at, "a chunk index that is not whole");
+    require(fields.done() && indexes.done(), at, "an incomplete chunk index");
     const auto found = std::ranges::find(chunks_, read.extent, &ChunkNote::extent);
-    if (found == chunks_.end()) return fault(at, "a chunk index of a chunk that is not there");
-    require(read == *found, at, "a chunk index does not fit its chunk");
+    if (found == chunks_.end()) return fault(at, "a chunk index of a missing chunk");
+    require(read == *found, at, "a chunk index does not match its chunk");
     require(indexed_chunks_.insert(read.extent).second, at, "a chunk that is indexed twice");
   }
 
@@ -383,21 +383,21 @@ class StrictReading {
     const std::uint64_t offset = fields.large(), bytes = fields.large(), log_ns = fields.large(),
                         create_ns = fields.large(), size = fields.large();
     const Bytes name = fields.text(), type = fields.text();
-    require(fields.done(), at, "an attachment index that is not whole");
+    require(fields.done(), at, "an incomplete attachment index");
     const auto entry = std::tuple(Extent{offset, bytes}, log_ns, create_ns, std::size_t{size},
                                   std::string(name), std::string(type));
     require(attachments_.contains(entry) && indexed_attachments_.insert(offset).second, at,
-            "an attachment index does not fit");
+            "an attachment index does not match");
   }
 
   void metadataIndex(std::uint64_t at, Bytes content) {
     Fields fields(content);
     const std::uint64_t offset = fields.large(), bytes = fields.large();
     const Bytes name = fields.text();
-    require(fields.done(), at, "a metadata index that is not whole");
+    require(fields.done(), at, "an incomplete metadata index");
     require(metadata_.contains({Extent{offset, bytes}, std::string(name)}) &&
                 indexed_metadata_.insert(offset).second,
-            at, "a metadata index does not fit");
+            at, "a metadata index does not match");
   }
 
   void summaryOffset(std::uint64_t at, Bytes content) {
@@ -405,10 +405,10 @@ class StrictReading {
     Fields fields(content);
     const auto opcode = static_cast<unsigned>(fields.number(1));
     const std::uint64_t start = fields.large(), bytes = fields.large();
-    require(fields.done(), at, "a summary offset that is not whole");
+    require(fields.done(), at, "an incomplete summary offset");
     const auto found = std::ranges::find(groups_, std::pair(opcode, Extent{start, bytes}));
     require(found != groups_.end() && offset_groups_.insert(opcode).second, at,
-            "a summary offset does not fit its group");
+            "a summary offset does not match its group");
   }
 
   void footer(std::uint64_t at, Bytes content) {
@@ -416,13 +416,13 @@ class StrictReading {
     Fields fields(content);
     const std::uint64_t summary = fields.large(), offsets = fields.large();
     const std::uint32_t crc = fields.small();
-    require(fields.done(), at, "a footer that is not whole");
+    require(fields.done(), at, "an incomplete footer");
     require(summary == *data_end_, at, "the summary does not begin behind DataEnd");
     require(offsets == summary_offsets_at_.value_or(0), at,
-            "the summary's offsets are not where the footer says");
+            "the summary's offsets are not at the position given in the footer");
     const std::uint64_t covered_to = at + kHeadBytes + 16;
     require(crc != 0 && summary <= at && crc == crc32(file_.substr(summary, covered_to - summary)), at,
-            "the checksum of the summary does not fit");
+            "the checksum of the summary does not match");
     require(has_statistics_, at, "there are no statistics");
     require(offset_groups_.size() == groups_.size(), at, "a group of the summary without an offset");
     require(repeated_schemas_.size() == schemas_.size() && repeated_channels_.size() == channels_.size(), at,
@@ -446,14 +446,14 @@ class StrictReading {
   Bytes file_;
   StrictMcap found_;
   std::map<std::uint16_t, std::string> schemas_, channels_;
-  std::map<std::uint16_t, Places> indexed_;  ///< of the last chunk, without an index yet
+  std::map<std::uint16_t, Places> indexed_;  ///< of the last chunk, not indexed yet
   std::map<std::uint16_t, std::uint64_t> counts_;
   std::uint64_t earliest_ns_ = 0, latest_ns_ = 0;
   std::vector<ChunkNote> chunks_;
   std::set<std::tuple<Extent, std::uint64_t, std::uint64_t, std::size_t, std::string, std::string>>
       attachments_;
   std::set<std::pair<Extent, std::string>> metadata_;
-  std::optional<std::uint64_t> data_end_;  ///< where it ends
+  std::optional<std::uint64_t> data_end_;  ///< end of the data section
   // of the summary
   std::vector<std::pair<unsigned, Extent>> groups_;
   std::optional<std::uint64_t> summary_offsets_at_;

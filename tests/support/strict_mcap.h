@@ -9,23 +9,23 @@
 
 namespace hapticd::test {
 
-/// What a strict reader finds in an MCAP file. It is written after the specification (mcap.dev/spec) alone
+/// Findings of a strict reader of an MCAP file. The reader implements the specification (mcap.dev/spec) only
 /// and shares no code with drivers/trace.
 struct StrictMcap {
   /// Channel, log time, data.
   using Message = std::tuple<std::uint16_t, std::uint64_t, std::string>;
 
-  /// Everything that a rule of the specification forbids or a checksum does not confirm, each with its place:
-  /// records and their order, checksums (all must be there), chunks and their indexes, the order of time in
-  /// chunks, definitions, summary, statistics, offsets, magic.
+  /// Every violation of the specification and every checksum mismatch, with its offset: records and their
+  /// order, checksums (all must be present), chunks and their indexes, time order within chunks, definitions,
+  /// summary, statistics, offsets, magic.
   std::vector<std::string> faults;
-  /// In the file's order, of chunks that are whole.
+  /// Messages of intact chunks, in file order
   std::vector<Message> messages;
-  /// Of those, earlier than one before them in the file: the specification allows that.
+  /// Number of messages earlier than one before them in the file, which the specification allows
   std::uint64_t late_messages = 0;
   std::uint64_t chunks = 0;
 
-  /// One a line.
+  /// Returns the faults, one per line.
   std::string text() const;
 };
 

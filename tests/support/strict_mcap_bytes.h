@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-/// What the strict reader of MCAP files is made of.
+/// Parts of the strict reader of MCAP files.
 namespace hapticd::test::strict {
 
 using Bytes = std::string_view;
@@ -33,7 +33,7 @@ enum : unsigned {
   kDataEnd,
 };
 
-/// CRC-32 of IEEE 802.3, a byte at a time.
+/// Computes the CRC-32 of IEEE 802.3, byte by byte.
 inline std::uint32_t crc32(Bytes bytes) {
   static const auto table = [] {
     std::array<std::uint32_t, 256> remainders{};
@@ -49,7 +49,7 @@ inline std::uint32_t crc32(Bytes bytes) {
   return ~crc;
 }
 
-/// Fields one by one; what is not there makes it bad.
+/// Reads fields one by one; a missing one makes it bad.
 class Fields {
  public:
   explicit Fields(Bytes bytes) : rest_(bytes) {}
@@ -77,7 +77,7 @@ class Fields {
   }
   bool more() const { return !rest_.empty() && !bad_; }
   bool bad() const { return bad_; }
-  /// All was there, and nothing else.
+  /// Returns true if everything was present and nothing else.
   bool done() const { return !bad_ && rest_.empty(); }
   std::size_t left() const { return rest_.size(); }
 

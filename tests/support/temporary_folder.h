@@ -10,14 +10,14 @@
 
 namespace hapticd::test {
 
-/// Where files need not reach a disk, for tests that synchronise often; some other folder where there is
-/// none.
+/// Returns a folder whose files need not reach a disk, for tests that synchronise often; another folder if
+/// there is none.
 inline std::filesystem::path memoryFolder() {
   const std::filesystem::path folder = "/dev/shm";
   return std::filesystem::is_directory(folder) ? folder : std::filesystem::temp_directory_path();
 }
 
-/// A fresh folder that goes away with its content, also when the test fails.
+/// A new folder that is removed with its content, even if the test fails.
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(const std::filesystem::path& parent = std::filesystem::temp_directory_path()) {
@@ -34,7 +34,7 @@ class TemporaryFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
-  /// A file in the folder with exactly these bytes.
+  /// Writes a file in the folder with exactly these bytes.
   std::filesystem::path write(std::string_view name, std::string_view content) const {
     const std::filesystem::path file = path_ / name;
     std::ofstream stream(file, std::ios::binary);

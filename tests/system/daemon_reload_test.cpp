@@ -91,7 +91,7 @@ TEST_F(DaemonReload, OfAFileThatHasBecomeAPipeIsRefusedAndTheDaemonGoesOnAnsweri
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
   daemon.signal(SIGHUP);
   EXPECT_TRUE(warns("not reloaded"));
-  EXPECT_TRUE(warns("is no regular file"));
+  EXPECT_TRUE(warns("is not a regular file"));
   EXPECT_TRUE(daemon.ticks());
   std::filesystem::remove(file);
   reload("force: {stiffness_n_per_m: 321}\n");

@@ -135,7 +135,7 @@ TEST_F(HapticctlTraceFiles, RecoverKeepsWhatIsBehindTheDamageAndOverwritesNothin
             kTicks / 2);
   const Finished again = home.run({"trace", "recover", damaged, "--out", file("c.mcap")});
   EXPECT_EQ(again.ending, exitedWith(1));
-  EXPECT_TRUE(has(again.errors, "is there already")) << again.errors;
+  EXPECT_TRUE(has(again.errors, "already exists")) << again.errors;
   const Finished whole = home.run({"trace", "recover", trace});
   EXPECT_EQ(whole.ending, exitedWith(0));
   EXPECT_TRUE(has(whole.output, "nothing is wrong with it")) << whole.output;

@@ -129,7 +129,7 @@ TEST_F(RewrittenTrace, FilteredToSomeTopicsSaysWhatItLacks) {
   fs::remove(csv);
   const Finished ticks = hapticctl({"trace", "export", out_.string(), "--out", csv, "--force"});
   EXPECT_EQ(ticks.ending, exitedWith(1));
-  EXPECT_TRUE(contains(ticks.errors, "holds no channel /hapticd/tick")) << ticks.errors;
+  EXPECT_TRUE(contains(ticks.errors, "has no channel /hapticd/tick")) << ticks.errors;
   EXPECT_FALSE(fs::exists(csv));
   EXPECT_EQ(hapticctl({"trace", "info", out_.string()}).ending, exitedWith(0));
 }

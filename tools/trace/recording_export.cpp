@@ -74,7 +74,7 @@ config::Result<std::uint64_t> exportRecording(const fs::path& trace, const fs::p
   std::error_code ignored;
   fs::remove_all(draft, ignored);
   if (!frames) return frames;
-  return refuse(folder, "cannot be made: " + failure.message(), "name a new folder with --out");
+  return refuse(folder, "cannot be created: " + failure.message(), "name a new folder with --out");
 }
 
 }  // namespace hapticd::tools

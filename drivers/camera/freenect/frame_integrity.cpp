@@ -31,7 +31,7 @@ void FrameIntegrity::noteLogLine(std::string_view line) {
   if (!line.starts_with(kDepthStream)) return;
   line.remove_prefix(kDepthStream.size());
   if (line.find("esync") != std::string_view::npos) {
-    loss_.clear();  // libfreenect gives the frame in progress up and begins anew
+    loss_.clear();  // libfreenect abandons the frame in progress and restarts
   } else if (line.starts_with("Expected") || (line.starts_with("Lost") && line.ends_with("packets"))) {
     loss_ = line;
   }

@@ -7,22 +7,23 @@
 
 namespace hapticd::drivers {
 
-/// Learns from libfreenect's log whether the depth frame that it delivers next is whole. libfreenect hands on
-/// a frame with up to five lost packets as if nothing were missing, with older data in the holes; only its
-/// log tells: "[Stream 70] Lost n packets" and short packets while the frame arrives, and (level SPEW) "Got
-/// depth frame of size ..., a/b packets arrived" right before the frame's callback. The count decides where
-/// there is one, since a loss may also belong to a frame that was given up.
+/// Determines from libfreenect's log whether the next depth frame that it delivers is complete. libfreenect
+/// delivers a frame with up to five lost packets without notice, leaving older data in the gaps; only its log
+/// mentions them: "[Stream 70] Lost n packets" and short packets while the frame arrives, and (at level SPEW)
+/// "Got depth frame of size ..., a/b packets arrived" right before the frame's callback. The packet count
+/// takes precedence, because a loss may belong to a frame that was abandoned.
 /// Thread: the one that calls libfreenect.
 class FrameIntegrity {
  public:
+  /// Processes one line of libfreenect's log.
   void noteLogLine(std::string_view line);
 
-  /// To be called once per delivered frame: why it is damaged, or nothing if it is whole.
+  /// Called once per delivered frame; returns why it is damaged, or nothing if it is complete.
   std::optional<std::string> takeDamage();
 
  private:
-  std::string loss_;                // the newest line about data missing in the frame in progress
-  std::string count_;               // "a/b packets arrived" of the frame about to be delivered
+  std::string loss_;                // newest line about data missing in the frame in progress
+  std::string count_;               // packet count of the frame about to be delivered
   bool count_is_complete_ = false;  // a == b
 };
 

@@ -6,7 +6,7 @@
 namespace hapticd::drivers {
 
 config::Result<void> FreenectCamera::start(FrameSink& sink) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"freenect", "is running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"freenect", "is already running", ""});
   const auto worker = std::make_shared<FreenectWorker>(serial_, sink);
   auto thread = startThread("camera", [worker] { worker->run(); });
   if (!thread) return std::unexpected(thread.error());

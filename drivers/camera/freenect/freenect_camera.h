@@ -12,11 +12,11 @@
 
 namespace hapticd::drivers {
 
-/// A Kinect v1 through libfreenect, depth only: 11-bit raw disparities written by libfreenect straight into
-/// the sink's frame. A camera that is absent or lost is looked for once a second.
+/// Driver of a Kinect v1 through libfreenect, depth only: libfreenect writes 11-bit raw disparities straight
+/// into the sink's frame. While the camera is absent or lost, the driver searches for it once a second.
 ///
-/// stop() waits for the thread at most `stop_limit` while it may hang in libfreenect (see FreenectSession);
-/// then the thread is left behind with what it still needs, touches the sink no more, and ends when
+/// stop() waits at most `stop_limit` for a thread that hangs in libfreenect (see FreenectSession). The thread
+/// is then abandoned together with the data it still needs; it no longer accesses the sink and ends when
 /// libfreenect returns, if ever. With the player fakenect, stop() waits for the next recorded frame.
 class FreenectCamera final : public Camera {
  public:

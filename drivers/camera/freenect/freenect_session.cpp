@@ -15,11 +15,11 @@
 namespace hapticd::drivers {
 namespace {
 
-// libfreenect's log callback gets no user pointer, but it is called in the thread of the call that logs.
+// libfreenect's log callback has no user pointer, but it runs in the thread of the call that logs.
 thread_local FreenectSession* logging_session = nullptr;
 
-/// The serial numbers of all cameras, in the order of freenect_open_device(). The player fakenect lacks these
-/// functions, so they are looked up.
+/// Returns the serial numbers of all cameras in the order of freenect_open_device(). The functions are looked
+/// up at run time, because the player fakenect lacks them.
 std::vector<std::string> serialsOfCameras(freenect_context* context) {
   using List = int (*)(freenect_context*, freenect_device_attributes**);
   using Free = void (*)(freenect_device_attributes*);
@@ -62,7 +62,7 @@ FreenectSession::~FreenectSession() {
 }
 
 config::Error FreenectSession::failure(std::string what, std::string remedy) const {
-  if (!complaint_.empty()) what += fmt::format(" (libfreenect: {})", complaint_);
+  if (!last_problem_.empty()) what += fmt::format(" (libfreenect: {})", last_problem_);
   return {"libfreenect", std::move(what), std::move(remedy)};
 }
 
@@ -75,7 +75,7 @@ config::Result<void> FreenectSession::initialise() {
   }
   freenect_set_log_callback(context_, [](freenect_context* context, freenect_loglevel level,
                                          const char* message) { onLog(context, level, message); });
-  freenect_set_log_level(context_, FREENECT_LOG_SPEW);  // the level of the packet count of each frame
+  freenect_set_log_level(context_, FREENECT_LOG_SPEW);  // this level includes the packet count of each frame
   freenect_select_subdevices(context_, FREENECT_DEVICE_CAMERA);
   return {};
 }
@@ -156,7 +156,7 @@ void FreenectSession::onLog(freenect_context* /*context*/, int level, const char
   if (level > FREENECT_LOG_WARNING) return;
   std::string_view line(message);
   while (line.ends_with('\n')) line.remove_suffix(1);
-  logging_session->complaint_ = line;
+  logging_session->last_problem_ = line;
 }
 
 }  // namespace hapticd::drivers

@@ -17,21 +17,21 @@ struct _freenect_device;
 
 namespace hapticd::drivers {
 
-/// One opened Kinect and the libfreenect context that it belongs to, from open() to the destructor. A context
-/// that has lost its device is not used again.
+/// An opened Kinect with its libfreenect context, from open() to the destructor. A context that has lost its
+/// device is not reused.
 ///
-/// libfreenect's control transfers have no time limit: open(), startDepth(), stopDepth() and the destructor
-/// hang for as long as a camera does not answer. processEvents() does not. Where a call may hang, libfreenect
-/// has only a buffer of this object, never one of the caller's.
-/// Thread: all of it in one thread, since libfreenect calls back in it.  RT: not safe.
+/// libfreenect's control transfers have no timeout: open(), startDepth(), stopDepth() and the destructor hang
+/// for as long as a camera does not respond; processEvents() does not. While a call may hang, libfreenect
+/// only holds a buffer of this object, never one of the caller.
+/// Thread: always the same one, in which libfreenect also calls back.  RT: not safe.
 class FreenectSession {
  public:
-  /// What is called with each depth frame, in processEvents(): why the frame is damaged, if it is, and the
-  /// camera's ticks. It returns the buffer for the next frame.
+  /// Called by processEvents() for each depth frame, with the reason if the frame is damaged and the camera's
+  /// tick counter. Returns the buffer for the next frame.
   using FrameHandler =
       std::function<std::uint16_t*(const std::optional<std::string>& damage, std::uint32_t device_ticks)>;
 
-  /// Opens the camera with that serial number, or the first one if it is empty.
+  /// Opens the camera with this serial number, or the first one if it is empty.
   /// Errors: no camera, no permission, libusb not usable.
   static config::Result<std::unique_ptr<FreenectSession>> open(const std::string& serial);
 
@@ -39,18 +39,18 @@ class FreenectSession {
   FreenectSession(const FreenectSession&) = delete;
   FreenectSession& operator=(const FreenectSession&) = delete;
 
-  /// Empty when libfreenect cannot tell.
+  /// Returns the camera's serial number; empty if libfreenect does not provide it.
   const std::string& serial() const { return serial_; }
-  /// The serial numbers of all cameras found; empty when libfreenect cannot tell.
+  /// Returns the serial numbers of all cameras found; empty if libfreenect does not provide them.
   const std::vector<std::string>& serialsFound() const { return serials_; }
 
-  /// Starts the depth stream; its frames go nowhere until deliverTo().
+  /// Starts the depth stream; frames are discarded until deliverTo().
   config::Result<void> startDepth();
-  /// From now on frames (640 x 480 raw disparities) are written to `buffer` and then told to `handler`.
+  /// Makes frames (640 x 480 raw disparities) go to `buffer`; `handler` is called for each.
   void deliverTo(std::uint16_t* buffer, FrameHandler handler);
-  /// Takes the buffer away from libfreenect again.
+  /// Takes the buffer away from libfreenect; frames are discarded again.
   void deliverNowhere();
-  /// Waits for events up to `limit` (the player fakenect ignores it and waits for its next frame).
+  /// Waits for events for at most `limit` (the player fakenect ignores it and waits for its next frame).
   /// Errors: the camera is gone.
   config::Result<void> processEvents(std::chrono::microseconds limit);
 
@@ -67,7 +67,7 @@ class FreenectSession {
   bool depth_started_ = false;
   std::string serial_;
   std::vector<std::string> serials_;
-  std::string complaint_;  // libfreenect's newest warning or error
+  std::string last_problem_;  // libfreenect's newest warning or error
   FrameIntegrity integrity_;
   FrameHandler handler_;
   std::unique_ptr<std::uint16_t[]> spare_buffer_;

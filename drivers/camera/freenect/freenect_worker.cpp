@@ -13,8 +13,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kRetryPeriod{1000};
-constexpr milliseconds kFirstFrameLimit{
-    3000};  // the projector of a camera that has just been opened warms up
+constexpr milliseconds kFirstFrameLimit{3000};  // a camera that was just opened warms up its projector first
 constexpr milliseconds kFrameLimit{1000};
 constexpr milliseconds kEventLimit{100};  // how long a stop may go unnoticed
 constexpr std::int64_t kHangsAfterNs =
@@ -104,16 +103,16 @@ void FreenectWorker::deliver(FreenectSession& session) {
   }
   session.deliverNowhere();
   returnSink();
-  enterLibfreenect();  // closing
+  enterLibfreenect();  // closing may hang as well
   if (!processed) {
     reportMissing(processed.error());
   } else if (!stop_signal_.raised()) {
     reportMissing(
-        {"libfreenect", "the camera sends no frames any more", "check its USB cable and its power supply"});
+        {"libfreenect", "the camera has stopped sending frames", "check its USB cable and its power supply"});
   }
 }
 
-/// In processEvents(): the frame is in sink_.back(). Returns where the next one is to go.
+/// Called by processEvents() with the frame in sink_.back(). Returns the buffer for the next one.
 std::uint16_t* FreenectWorker::takeFrame(const std::optional<std::string>& damage,
                                          std::uint32_t device_ticks) {
   last_frame_ = Clock::now();

@@ -16,23 +16,23 @@
 
 namespace hapticd::drivers {
 
-/// What the driver's thread does: look for the camera, deliver its frames, and begin again when it is lost.
-/// The thread owns it together with the driver, because a thread that hangs in libfreenect lives on after the
-/// driver has gone. Such a thread holds no memory of the sink: the sink is lent to libfreenect only while
-/// frames are processed, where libfreenect does not hang, and never again once a stop has been asked for.
+/// The driver's thread function and its state: searches for the camera, delivers its frames, and restarts
+/// when it is lost. Owned jointly by the thread and the driver, because a thread that hangs in libfreenect
+/// outlives the driver. Such a thread holds no memory of the sink: the sink is lent to libfreenect only while
+/// frames are processed, where libfreenect does not hang, and never again after a stop was requested.
 class FreenectWorker {
  public:
   FreenectWorker(std::string serial, FrameSink& sink) : serial_(std::move(serial)), sink_(sink) {}
 
-  /// Thread: the driver's own, which ends with it.
+  /// Runs until stop().  Thread: the driver's own, which ends with it.
   void run();
 
-  /// Asks run() to end. True when it has ended; false when it hangs in libfreenect for longer than `limit`
-  /// and must be left behind. Either way the sink is not touched any more.
-  /// Thread: any but the driver's own.
+  /// Asks run() to end. Returns true if it has ended, or false if it has been hanging in libfreenect for
+  /// longer than `limit` and must be abandoned. In both cases the sink is no longer accessed.
+  /// Thread: any except the driver's own.
   bool stop(std::chrono::milliseconds limit);
 
-  /// Thread: any.
+  /// Returns the current state.  Thread: any.
   CameraStatus status() const;
 
  private:
@@ -51,8 +51,8 @@ class FreenectWorker {
   FrameSink& sink_;
   CameraStatusBoard board_;
   StopSignal stop_signal_;
-  std::atomic<std::int64_t> in_libfreenect_since_ns_{0};  // 0: in no call that may hang
-  bool seen_ = false;                                     // run() only: the camera was there once
+  std::atomic<std::int64_t> in_libfreenect_since_ns_{0};  // 0: not in a call that may hang
+  bool seen_ = false;                                     // run() only: the camera has been found before
   std::uint64_t published_ = 0;                           // run() only
   Clock::time_point last_frame_;                          // run() only
 

@@ -41,7 +41,7 @@ std::unexpected<config::Error> refuseHeader(const std::filesystem::path& file, s
       "little-endian pixels";
   if (header.find('\r') != std::string_view::npos) {
     return refuse(file,
-                  "the header has CRLF line ends: the file was copied as text and its pixels are damaged",
+                  "the header has CRLF line endings: the file was copied as text and its pixels are damaged",
                   "copy the recording again as binary data");
   }
   const std::size_t line_end = header.find('\n');
@@ -58,7 +58,7 @@ std::unexpected<config::Error> refuseHeader(const std::filesystem::path& file, s
                   fmt::format("the header is {}; expected \"P5 640 480 65535\"", config::inQuotes(line)),
                   kRemedy);
   }
-  return refuse(file, "this is no PGM image: it does not begin with \"P5\"", kRemedy);
+  return refuse(file, "not a PGM image: it does not begin with \"P5\"", kRemedy);
 }
 
 std::unexpected<config::Error> refusePixels(const std::filesystem::path& file, rt::DepthFrame& frame) {
@@ -80,11 +80,11 @@ std::unexpected<config::Error> refusePixels(const std::filesystem::path& file, r
 config::Result<void> readDepthPgm(const std::filesystem::path& file, rt::DepthFrame& frame) {
   std::error_code failure;
   if (!std::filesystem::is_regular_file(file, failure)) {
-    return refuse(file, failure ? failure.message() : "this is not a file", "check the path");
+    return refuse(file, failure ? failure.message() : "not a file", "check the path");
   }
   const File stream(std::fopen(file.c_str(), "rb"));
   if (!stream) return refuse(file, std::strerror(errno), "check the path and the permissions");
-  std::setvbuf(stream.get(), nullptr, _IONBF, 0);  // one read straight into the frame
+  std::setvbuf(stream.get(), nullptr, _IONBF, 0);  // so that one read goes straight into the frame
 
   char header[kHeader.size()];
   const std::size_t header_bytes = std::fread(header, 1, kHeader.size(), stream.get());

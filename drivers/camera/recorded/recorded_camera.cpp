@@ -14,12 +14,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::int64_t kUsualFramePeriodNs = 33'369'000;  // of a Kinect v1, for a recording of one frame
+constexpr std::int64_t kUsualFramePeriodNs = 33'369'000;  // of a Kinect v1; used for a recording of one frame
 
 }  // namespace
 
 config::Result<void> RecordedCamera::start(FrameSink& sink) {
-  if (thread_.joinable()) return std::unexpected(config::Error{folder_.string(), "is playing already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{folder_.string(), "is already playing", ""});
   if (!(speed_ > 0) || !std::isfinite(speed_)) {
     return std::unexpected(config::Error{"camera.speed", fmt::format("{} is not above 0", speed_), ""});
   }
@@ -62,18 +62,17 @@ void RecordedCamera::play(FrameSink& sink) {
       board_.set(CameraState::lost, "the recording has ended");
       return;
     }
-    // Behind schedule (a slow disk, a suspended machine): go on from now, without a burst to catch up.
+    // Behind schedule (a slow disk, a suspended machine): continue from now, without a burst to catch up.
     begin = std::max(begin + lengthOfOnePass(), Clock::now());
   }
 }
 
-/// False when it was stopped.
+/// Plays the recording once. Returns false if it was stopped.
 bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
   const auto& frames = reader_->frames();
   for (std::size_t index = 0; index < frames.size(); ++index) {
     rt::DepthFrame& frame = sink.back();
-    const auto readable =
-        reader_->read(index, frame);  // ahead of its time, so that the disk's delay is hidden
+    const auto readable = reader_->read(index, frame);  // read ahead of time to hide the disk's latency
     if (stop_signal_.waitUntil(begin + scaled(frames[index].host_ns))) return false;
     if (!readable) {
       board_.countDamagedFrame(readable.error().text());

@@ -12,16 +12,16 @@
 
 namespace hapticd::drivers {
 
-/// Plays a recording by the host times of its frames, `speed` times faster than the clock. Every readable
-/// frame is delivered; a damaged one is counted and playback goes on. At the end it starts again one frame
-/// period later (`loop`), or the camera is lost.
+/// Plays a recording by the host times of its frames, at `speed` times real time. Every readable frame is
+/// delivered; a damaged one is counted and skipped. At the end it restarts one frame period later (`loop`),
+/// or the camera is lost.
 class RecordedCamera final : public Camera {
  public:
   RecordedCamera(std::filesystem::path folder, bool loop, double speed)
       : folder_(std::move(folder)), loop_(loop), speed_(speed) {}
   ~RecordedCamera() override { stop(); }
 
-  /// Errors: the folder is no recording, its first frame is damaged, a speed that is not above zero.
+  /// Errors: the folder is not a recording, its first frame is damaged, the speed is not above zero.
   config::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override { return board_.snapshot(); }
@@ -38,7 +38,7 @@ class RecordedCamera final : public Camera {
   std::optional<RecordingReader> reader_;
   CameraStatusBoard board_;
   StopSignal stop_signal_;
-  std::uint64_t published_ = 0;  // the playing thread only
+  std::uint64_t published_ = 0;  // playing thread only
   std::thread thread_;
 };
 

@@ -17,13 +17,13 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr const char* kIndexName = "INDEX.txt";
-constexpr std::size_t kMostIndexBytes = 64 << 20;  // a day of recording has 5 million frames of 40 bytes
+constexpr std::size_t kMaxIndexBytes = 64 << 20;  // 1.6 million lines of 40 bytes
 
 std::unexpected<config::Error> refuse(std::string where, std::string what, std::string remedy) {
   return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
 }
 
-/// All of `text` as a number, or nothing.
+/// Converts all of `text` to a number; nothing if it is not a number.
 template <typename Number>
 std::optional<Number> wholeNumber(std::string_view text) {
   Number number{};
@@ -32,26 +32,26 @@ std::optional<Number> wholeNumber(std::string_view text) {
   return number;
 }
 
-/// "1513096835.219278" in nanoseconds, without the rounding of a floating-point number.
+/// Converts e.g. "1513096835.219278" to nanoseconds, without the rounding of floating-point numbers.
 std::optional<std::int64_t> decimalSecondsInNs(std::string_view text) {
-  constexpr std::size_t kMostDigits = 9;
+  constexpr std::size_t kMaxDigits = 9;
   const std::size_t point = text.find('.');
   const auto seconds = wholeNumber<std::uint32_t>(text.substr(0, point));
   if (!seconds) return std::nullopt;
   std::int64_t fraction_ns = 0;
   if (point != std::string_view::npos) {
     const std::string_view digits = text.substr(point + 1);
-    const auto fraction = wholeNumber<std::uint32_t>(digits.substr(0, kMostDigits));
+    const auto fraction = wholeNumber<std::uint32_t>(digits.substr(0, kMaxDigits));
     if (!fraction || !std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) {
       return std::nullopt;
     }
     fraction_ns = *fraction;
-    for (std::size_t digit = digits.size(); digit < kMostDigits; ++digit) fraction_ns *= 10;
+    for (std::size_t digit = digits.size(); digit < kMaxDigits; ++digit) fraction_ns *= 10;
   }
   return std::int64_t{*seconds} * rt::kNsPerSecond + fraction_ns;
 }
 
-/// "d-<host seconds>-<device ticks>.pgm" taken apart; host_ns is absolute here.
+/// Parses "d-<host seconds>-<device ticks>.pgm"; host_ns is the absolute time here.
 std::optional<RecordedFrame> parseDepthName(std::string_view name) {
   constexpr std::string_view kEnd = ".pgm";
   if (!name.starts_with("d-") || !name.ends_with(kEnd) || name.size() <= 2 + kEnd.size()) return std::nullopt;
@@ -67,11 +67,11 @@ std::optional<RecordedFrame> parseDepthName(std::string_view name) {
 config::Result<std::string> readIndex(const std::filesystem::path& folder) {
   std::error_code failure;
   if (!std::filesystem::is_directory(folder, failure)) {
-    return refuse(folder.string(), failure ? failure.message() : "this is not a folder",
+    return refuse(folder.string(), failure ? failure.message() : "not a folder",
                   "give the folder of a recording that holds INDEX.txt; unpack archives first");
   }
   const std::filesystem::path file = folder / kIndexName;
-  auto text = config::fileContent(file, {.longest = kMostIndexBytes});
+  auto text = config::fileContent(file, {.longest = kMaxIndexBytes});
   if (text) return std::move(*text);
   return refuse(file.string(), text.error().text(),
                 text.error().reason == config::FileFault::Reason::too_long
@@ -79,7 +79,7 @@ config::Result<std::string> readIndex(const std::filesystem::path& folder) {
                     : "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it");
 }
 
-/// The frame that a line names, or nothing for a line that names no depth.
+/// Returns the frame named by a line, or nothing for a line without depth.
 config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::path& folder,
                                                        std::string_view line, std::size_t number) {
   const std::string where = fmt::format("{}:{}", (folder / kIndexName).string(), number);
@@ -90,13 +90,13 @@ config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::pa
   if (line.empty() || line.starts_with("r-") || line.starts_with("a-")) return std::nullopt;
   auto frame = parseDepthName(line);
   if (!frame) {
-    return refuse(where, fmt::format("{} is no name of a recorded file", config::inQuotes(line)),
+    return refuse(where, fmt::format("{} is not the name of a recorded file", config::inQuotes(line)),
                   "expected d-<host seconds>-<device ticks>.pgm, or the same with r- or a-");
   }
   std::error_code failure;
   if (!std::filesystem::is_regular_file(folder / frame->file, failure)) {
     return refuse(where, fmt::format("there is no file {}", config::inQuotes(frame->file)),
-                  "copy the recording again, or take the line out of INDEX.txt");
+                  "copy the recording again, or remove the line from INDEX.txt");
   }
   return frame;
 }

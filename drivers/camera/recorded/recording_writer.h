@@ -10,24 +10,25 @@
 
 namespace hapticd::drivers {
 
-/// Writes a recording in libfreenect's format (RecordingReader), frame by frame. The host time in a frame's
-/// name is its arrival in CLOCK_REALTIME, to the nanosecond; at any moment the recording on the disk can be
-/// read.
+/// Writes a recording in libfreenect's format (see RecordingReader) frame by frame. The host time in a
+/// frame's name is its arrival in CLOCK_REALTIME with nanosecond resolution. The recording on disk is
+/// readable at any time.
 /// Thread: one.  RT: not safe.
 class RecordingWriter {
  public:
-  /// `folder` does not exist yet. `realtime_offset_ns`: CLOCK_REALTIME minus CLOCK_MONOTONIC.
-  /// Errors: the folder cannot be made.
+  /// Creates the folder of a recording, which must not exist yet. `realtime_offset_ns`: CLOCK_REALTIME minus
+  /// CLOCK_MONOTONIC.
+  /// Errors: the folder cannot be created.
   static config::Result<std::unique_ptr<RecordingWriter>> create(const std::filesystem::path& folder,
                                                                  std::int64_t realtime_offset_ns);
   ~RecordingWriter();
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
-  /// Errors: the disk's. The recording then ends with the frame before.
+  /// Appends a frame.  Errors: disk errors; the recording then ends with the previous frame.
   config::Result<void> write(const rt::DepthFrame& frame);
 
-  std::uint64_t frames() const noexcept { return frames_; }  ///< written
+  std::uint64_t frames() const noexcept { return frames_; }  ///< number written
 
  private:
   RecordingWriter(std::filesystem::path folder, int index, std::int64_t realtime_offset_ns)
@@ -36,7 +37,7 @@ class RecordingWriter {
   const std::filesystem::path folder_;
   const int index_;
   const std::int64_t realtime_offset_ns_;
-  std::int64_t index_bytes_ = 0;  ///< of whole lines
+  std::int64_t index_bytes_ = 0;  ///< length of the complete lines
   std::uint64_t frames_ = 0;
 };
 

@@ -69,12 +69,12 @@ double AnalyticScene::signedDistance(const Vec3& p, double t_s) const {
   return 0;
 }
 
-/// 1/Z where the ray (x, ray_y, -1) meets the tilted plane; not above 0 where it does not.
+/// Returns 1/Z where the ray (x, ray_y, -1) meets the tilted plane; not above 0 if it does not.
 double AnalyticScene::inversePlaneDepth(double ray_y) const {
   return inverse_distance_per_m_ + inverse_distance_slope_per_m_ * ray_y;
 }
 
-/// 1/Z where the ray (ray_x, ray_y, -1) enters the ball; not above 0 where it does not.
+/// Returns 1/Z where the ray (ray_x, ray_y, -1) enters the ball; not above 0 if it does not.
 double AnalyticScene::inverseSphereDepth(double ray_x, double ray_y, const Vec3& centre) const {
   const Vec3 ray{ray_x, ray_y, -1};
   const double along = dot(ray, centre);

@@ -21,24 +21,24 @@ constexpr std::uint32_t kFastPurpose = 0x13;
 constexpr std::uint32_t kEpochPurpose = 0x14;
 
 constexpr std::uint64_t kFramesUntilItRepeats = 65536;  // keeps epochs exact in a float
-constexpr std::uint32_t kCellFactor = 0x9e3779b9U;      // odd: different cells never meet
+constexpr std::uint32_t kCellFactor = 0x9e3779b9U;      // odd: distinct cells stay distinct
 constexpr std::uint32_t kLevelFactor = 0x85157af5U;
 constexpr int kWidth = rt::kFrameWidth;
 constexpr int kHeight = rt::kFrameHeight;
 
-/// Uniform with mean 0 and variance 1; the window's mean of 81 of them is normal to a thousandth of its
-/// fourth moment.
+/// Returns a uniformly distributed value with mean 0 and variance 1; the mean of the 81 values of a window is
+/// normal to within a thousandth of its fourth moment.
 float uniform(std::uint32_t bits) noexcept {
   constexpr float kHalfWidth = 1.7320508F;  // sqrt(3)
   return (static_cast<float>(static_cast<std::int32_t>(bits)) * 0x1p-31F) * kHalfWidth;
 }
 
-/// Above 0 and at most 1.
+/// Returns a value above 0 and at most 1.
 double aboveZero(std::uint32_t bits) noexcept {
   return (double{static_cast<float>(bits >> 8)} + 1) * 0x1p-24;
 }
 
-/// Cosine and sine of a phase that goes from 0 to a right angle.
+/// Cosine and sine of a phase that runs from 0 to a right angle.
 struct Weights {
   float here;
   float next;
@@ -57,7 +57,7 @@ PhaseWeights phaseWeights() {
   return weights;
 }
 
-/// Goes over from the random value of one level to that of the next; variance 1 at every place.
+/// Blends from the random value of one level to that of the next; the variance is 1 everywhere.
 float atLevel(const PhaseWeights& weights, std::uint32_t cell, float place) noexcept {
   const auto level = static_cast<std::uint32_t>(place);
   const float fraction = place - static_cast<float>(level);
@@ -66,8 +66,8 @@ float atLevel(const PhaseWeights& weights, std::uint32_t cell, float place) noex
   return weight.here * uniform(scramble32(here)) + weight.next * uniform(scramble32(here + kLevelFactor));
 }
 
-/// Correlation of atLevel() at two places `s` >= 0 apart, in the mean over the first place: the integral of
-/// the products of the weights that belong to the same level.
+/// Returns the correlation of atLevel() at two places `s` >= 0 apart, averaged over the first place: the
+/// integral of the products of the weights that belong to the same level.
 double levelCorrelation(double s) noexcept {
   const double right_angle = std::numbers::pi / 2;
   if (s < 1) return (1 - s / 2) * std::cos(right_angle * s) + std::sin(right_angle * s) / std::numbers::pi;
@@ -76,7 +76,7 @@ double levelCorrelation(double s) noexcept {
   return std::sin(right_angle * overlap) / std::numbers::pi - overlap / 2 * std::cos(right_angle * overlap);
 }
 
-/// Sums of the window around each place of a row that wraps around.
+/// Computes the sums over the window around each place of a row that wraps around.
 template <int window>
 void sumAlongRow(const float* row, float* sums) {
   constexpr int kReach = window / 2;
@@ -85,7 +85,8 @@ void sumAlongRow(const float* row, float* sums) {
   std::copy_n(row + kWidth - kReach, kReach, padded.begin());
   std::copy_n(row, kReach, padded.end() - kReach);
   std::array<float, kWidth>
-      total{};  // here and below: a buffer that the compiler knows nobody else writes to
+      // Total and the next buffers are local, so that the compiler knows that nothing else writes to them.
+      total{};
   for (std::size_t k = 0; k < window; ++k) {
     for (std::size_t column = 0; column < kWidth; ++column) total[column] += padded[column + k];
   }
@@ -100,7 +101,8 @@ void smooth(const std::vector<float>& cells, std::span<float> image) {
   for (std::size_t row = 0; row < kHeight; ++row)
     sumAlongRow<window>(&cells[row * kWidth], &row_sums[row * kWidth]);
   constexpr int kReach = window / 2;
-  constexpr float kUnitVariance = 1.0F / window;  // a sum of window^2 has `window` times the deviation
+  // A sum of window^2 cells has `window` times their standard deviation.
+  constexpr float kUnitVariance = 1.0F / window;
   for (int row = 0; row < kHeight; ++row) {
     std::array<float, kWidth> total{};
     for (int k = -kReach; k <= kReach; ++k) {
@@ -113,7 +115,7 @@ void smooth(const std::vector<float>& cells, std::span<float> image) {
   }
 }
 
-/// Independent cells of that deviation.
+/// Returns independent cells with the given standard deviation.
 std::vector<float> fixedCells(std::uint32_t seed, std::uint32_t purpose, double deviation) {
   std::vector<float> cells(rt::kFramePixels);
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
@@ -137,13 +139,13 @@ NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& par
   if (!coarse_.empty())
     smooth<kCoarseWindow>(fixedCells(seed, kCoarsePurpose, parameters.coarse_raw), coarse_);
   // A cell keeps a value for T frames. If T is distributed as the sum of two exponential variables of mean
-  // `drift_frames`, then the chance that k frames share a value, E[max(0, 1 - k/T)], is exp(-k/drift_frames).
+  // `drift_frames`, the probability that k frames share a value, E[max(0, 1 - k/T)], is exp(-k/drift_frames).
   for (std::size_t cell = 0; cell < epochs_.size(); ++cell) {
     const std::uint64_t bits = bitsFor(seed, kEpochPurpose, cell);
     const double product =
         aboveZero(static_cast<std::uint32_t>(bits)) * aboveZero(static_cast<std::uint32_t>(bits >> 32));
     const double duration_frames = -parameters.drift_frames * std::log(product);
-    const double shortest_frames = 0.05;  // changes in every frame all the same
+    const double shortest_frames = 0.05;  // changes in every frame anyway
     const auto phase_bits = static_cast<std::uint32_t>(scramble(bits));
     epochs_[cell] = {static_cast<float>(1 / std::max(duration_frames, shortest_frames)),
                      static_cast<float>(aboveZero(phase_bits))};
@@ -170,7 +172,7 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
   const std::uint32_t fast_salt = scramble32(fast_salt_ + number);
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     const std::uint32_t base = static_cast<std::uint32_t>(cell) * kCellFactor;
-    const float place = exact[cell] + 2;  // above 0 also where nothing is seen
+    const float place = exact[cell] + 2;  // above 0 even where nothing is seen
     float sum = fixed_[cell] + fast * uniform(scramble32(base + fast_salt)) +
                 standing_fast * atLevel(weights, base + standing_salt_, place / kFastSpacing_raw) +
                 standing_slow * atLevel(weights, base + slow_salt_, place / kSlowSpacing_raw);

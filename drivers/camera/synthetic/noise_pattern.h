@@ -8,58 +8,60 @@
 
 namespace hapticd::drivers {
 
-/// Standard deviations before rounding, raw units, of the parts of a depth camera's noise.
+/// Standard deviations of the components of a depth camera's noise, before rounding, in raw units.
 struct NoisePatternParameters {
-  /// The part that a resting camera shows again in every frame of a resting scene: each pixel's error depends
-  /// on the disparity that the pixel sees.
+  /// Static component, which a resting camera repeats in every frame of a resting scene: the error of a pixel
+  /// depends on the disparity that it sees.
   double standing_raw = 0;
-  /// Shares of the standing part's variance: what depends on the pixel alone and so stays when the scene
-  /// moves, and what changes slowly with the disparity. The rest is another one after one raw unit. So what
-  /// is left of the pattern's correlation is 0.5 after a motion of one raw unit and 0.2 after 60.
+  /// Fractions of the static component's variance: the part that depends only on the pixel, and so remains
+  /// when the scene moves, and the part that changes slowly with the disparity. The rest changes within one
+  /// raw unit. The resulting correlation is 0.5 after a motion of one raw unit and 0.2 after 60.
   double share_of_pixel = 0.2;
   double share_of_slow = 0.3;
-  /// The part that drifts; its autocorrelation is exp(-k / drift_frames) after k frames.
+  /// Drifting component; its autocorrelation after k frames is exp(-k / drift_frames).
   double drift_raw = 0;
   double drift_frames = 1;
-  /// The part that is independent from frame to frame.
+  /// Component that is independent from frame to frame.
   double fast_raw = 0;
-  /// The camera's distortion: it belongs to the pixel alone and extends over kCoarseWindow pixels.
+  /// Distortion of the camera: it depends only on the pixel and is correlated over kCoarseWindow pixels.
   double coarse_raw = 0;
 
+  /// Returns the variance of the sum of all components.
   double variance() const noexcept {
     return standing_raw * standing_raw + drift_raw * drift_raw + fast_raw * fast_raw +
            coarse_raw * coarse_raw;
   }
 };
 
-/// Noise as a matching window makes it: every pixel's error is the mean of the errors of the cells (one per
-/// pixel) of a square window around it, so that neighbours share most of their errors; correlation
-/// (1 - |dx| / kWindow)(1 - |dy| / kWindow). A cell's error depends on the seed, the cell, the disparity seen
-/// there (standing part) and the frame's number (drift and fast part). The distortion is another such image,
-/// with a larger window. Thread: any, rendering does not change the object.  RT: not safe (allocates).
+/// Noise of a matching window: the error of each pixel is the mean of the errors of the cells (one per pixel)
+/// in a square window around it, so that adjacent pixels share most of their errors; the correlation is (1 -
+/// |dx| / kWindow)(1 - |dy| / kWindow). The error of a cell depends on the seed, the cell, the disparity
+/// there (static component) and the frame number (drifting and fast components). The distortion is generated
+/// in the same way with a larger window.
+/// Thread: any; rendering does not change the object.  RT: not safe (allocates).
 class NoisePattern {
  public:
-  /// Side of the matching window, pixels.
+  /// Side length of the matching window in pixels.
   static constexpr int kWindow = 9;
-  /// The same for the distortion.
+  /// Side length of the distortion's window in pixels.
   static constexpr int kCoarseWindow = 33;
-  /// A part of a cell's error that depends on the disparity goes over from one random value to the next
-  /// within so many raw units; values two or more spacings apart share nothing.
+  /// The disparity-dependent part of a cell's error changes from one random value to the next within this
+  /// many raw units; values two or more spacings apart are independent.
   static constexpr float kFastSpacing_raw = 0.5F;
   static constexpr float kSlowSpacing_raw = 30;
 
   NoisePattern(std::uint32_t seed, const NoisePatternParameters& parameters);
 
-  /// What is left of the standing part's correlation after a change of the disparity by `change_raw` at every
-  /// pixel, in the mean over all disparities.
+  /// Returns the remaining correlation of the static component after a change of the disparity by
+  /// `change_raw` at every pixel, averaged over all disparities.
   static double standingCorrelation(const NoisePatternParameters& parameters, double change_raw);
 
-  /// The noise of frame `frame` (taken modulo 65536) on an image of exact disparities, raw units; both
-  /// rt::kFramePixels long. Windows continue at the opposite border of the image.
+  /// Computes the noise of frame `frame` (modulo 65536) for an image of exact disparities, in raw units; both
+  /// arrays have rt::kFramePixels elements. Windows wrap around at the image borders.
   void render(std::uint64_t frame, std::span<const float> exact, std::span<float> noise) const;
 
  private:
-  /// How long a cell's drift keeps one random value, and where in that time frame 0 lies.
+  /// How long a cell's drift keeps one random value, and the phase of frame 0.
   struct Epoch {
     float per_frame;
     float phase;
@@ -72,7 +74,7 @@ class NoisePattern {
   std::uint32_t slow_salt_;
   std::uint32_t drift_salt_;
   std::uint32_t fast_salt_;
-  std::vector<float> fixed_;   // per cell: the standing part's share of the pixel
+  std::vector<float> fixed_;   // per cell: the part of the static component that depends only on the pixel
   std::vector<float> coarse_;  // per pixel; empty without distortion
   std::vector<Epoch> epochs_;  // per cell; empty without drift
 };

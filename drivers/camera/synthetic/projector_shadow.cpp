@@ -9,8 +9,8 @@ namespace hapticd::drivers {
 
 void removeShadow(std::span<float> disparities, ShadowSide side, double pixels_per_raw) {
   if (side == ShadowSide::none) return;
-  // Where a pixel lies in the projector's image, counted away from the projector: column - pixels_per_raw *
-  // disparity. Seen from the projector it has to lie beyond all that come before it.
+  // Position of a pixel in the projector's image, counted away from the projector: column - pixels_per_raw *
+  // disparity. To be lit, it must lie beyond all pixels before it.
   const auto scale = static_cast<float>(pixels_per_raw);
   const std::size_t count = disparities.size();
   float farthest = -std::numeric_limits<float>::infinity();

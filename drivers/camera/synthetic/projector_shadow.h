@@ -6,17 +6,17 @@
 
 namespace hapticd::drivers {
 
-/// On which side of a near body, in the image, the projector's light does not reach what is behind it.
+/// Side of a near body in the image on which the projector does not illuminate what is behind it.
 enum class ShadowSide : std::uint8_t {
   none,
   left,
   right,
 };
 
-/// Marks the pixels of a row that the camera sees and the projector does not as kNothingSeen. With the
-/// projector beside the camera at the distance B, a body at Z_n hides a strip of f B (1/Z_n - 1/Z_f) pixels
-/// of what is at Z_f, and a surface steeper than the line to the projector is in its own shadow.
-/// `disparities`: exact ones, left to right, growing with distance. `pixels_per_raw`: f B |d(1/Z)/d(raw)|.
+/// Marks the pixels of a row that are seen by the camera but not by the projector as kNothingSeen. With the
+/// projector at a distance B beside the camera, a body at Z_n hides a strip of f B (1/Z_n - 1/Z_f) pixels of
+/// a surface at Z_f, and a surface steeper than the line to the projector shadows itself. `disparities`:
+/// exact, left to right, growing with distance. `pixels_per_raw`: f B |d(1/Z)/d(raw)|.
 /// RT: safe.
 void removeShadow(std::span<float> disparities, ShadowSide side, double pixels_per_raw);
 

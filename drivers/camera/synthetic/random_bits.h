@@ -20,7 +20,7 @@ constexpr std::uint32_t scramble32(std::uint32_t bits) noexcept {
   return bits ^ (bits >> 16);
 }
 
-/// Random bits that depend on a seed, what they are for, and a number.
+/// Returns random bits determined by a seed, a purpose and a number.
 constexpr std::uint64_t bitsFor(std::uint32_t seed, std::uint32_t purpose, std::uint64_t number) noexcept {
   return scramble(scramble((std::uint64_t{seed} << 32) | purpose) ^ number);
 }

@@ -15,7 +15,7 @@ constexpr std::uint32_t kWeakPurpose = 3;
 constexpr std::uint32_t kDitherPurpose = 4;
 constexpr std::uint32_t kFlyingPurpose = 5;
 
-/// Sums kCorrelationPixels neighbours along a line that wraps around.
+/// Replaces each element of a line that wraps around by the sum of kCorrelationPixels neighbours.
 void smoothLine(float* line, int length, int stride) {
   constexpr int kWindow = SensorNoise::kCorrelationPixels;
   std::vector<float> original(static_cast<std::size_t>(length));
@@ -40,7 +40,7 @@ void normalise(std::vector<float>& values) {
   for (float& value : values) value = static_cast<float>((double{value} - mean) / deviation);
 }
 
-/// The value that the share `share` of `values` lies above.
+/// Returns the value that the fraction `share` of `values` exceeds.
 float quantileAbove(std::vector<float> values, double share) {
   const auto rank = static_cast<std::ptrdiff_t>((1 - share) * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
@@ -57,7 +57,7 @@ bool jumps(float a, float b) noexcept {
   return std::fabs(a - b) > SensorNoise::kEdgeJumpRaw;
 }
 
-/// 0 <= fraction < 1.
+/// Returns a value in [0, 1).
 float fractionOf(std::uint32_t bits) noexcept {
   return static_cast<float>(bits >> 8) * 0x1p-24F;
 }
@@ -111,7 +111,7 @@ void SensorNoise::dither(std::uint64_t frame, std::span<const float> exact, std:
   }
 }
 
-/// A pixel at an edge that is measured: on its own side, or at a place between both sides.
+/// Returns the value of a measured pixel at an edge: that of its own side or one between both sides.
 std::uint16_t SensorNoise::atEdge(std::uint32_t bits, float disparity, float neighbour, float noise) const {
   const bool flies = neighbour >= 0 && fractionOf(bits) < static_cast<float>(parameters_.flying_share);
   const float share = flies ? fractionOf(scramble32(bits + 1)) : 0;

@@ -12,37 +12,37 @@
 
 namespace hapticd::drivers {
 
-/// Turns exact raw disparities into what an integer sensor delivers. The same seed, frame number and image
-/// always give the same result.
-/// Thread: any, applying does not change the object.  RT: not safe (allocates).
+/// Converts exact raw disparities to the output of an integer sensor. The result is determined by the seed,
+/// the frame number and the image.
+/// Thread: any; applying does not change the object.  RT: not safe (allocates).
 class SensorNoise {
  public:
-  /// What differs from device to device and from room to room.
+  /// Properties that differ between devices and rooms.
   struct Parameters {
     NoisePatternParameters pattern{};
-    /// Share of the pixels that flicker between valid and invalid, in patches that stay where they are.
+    /// Fraction of pixels that flicker between valid and invalid, in patches at fixed positions.
     double flicker_share = 0.1;
-    /// Of the pixels at an edge that are measured at all, those that show something between both sides: 26 of
-    /// 3963 in 01_raw11_room_gesture, 30 of 5944 in 02_raw11_desk_near.
+    /// Fraction of flying pixels, which show a depth between both sides of an edge, among the measured pixels
+    /// at edges: 26 of 3963 in 01_raw11_room_gesture, 30 of 5944 in 02_raw11_desk_near.
     double flying_share = 0.01;
-    /// As in 01_raw11_room_gesture, where seven of eight gaps beside a body are at its left.
+    /// As in 01_raw11_room_gesture, where seven of eight gaps beside a body are on its left.
     ShadowSide shadow_side = ShadowSide::left;
-    /// Width of the projector's shadow per raw unit between front and back: f B |a| with f = 594.2 px,
-    /// B = 75 mm between projector and camera, a = -0.003071 per metre and raw unit.
+    /// Width of the projector's shadow per raw unit between front and back: f B |a| with f = 594.2 px, B = 75
+    /// mm between projector and camera, a = -0.003071 per metre and raw unit.
     double shadow_pixels_per_raw = 0.137;
   };
 
-  /// The resting room of the recording 03_raw11_room_static.
+  /// Returns the parameters of the static room in the recording 03_raw11_room_static.
   static Parameters recorded();
-  /// Two other devices, whose pattern hardly changes from frame to frame.
+  /// Returns the parameters of two other devices, whose pattern hardly changes from frame to frame.
   static Parameters harsh();
 
-  /// Pixels closer than this share their noise: correlation 1 - distance/kCorrelationPixels along each axis.
+  /// Pixels closer than this have correlated noise: 1 - distance/kCorrelationPixels along each axis.
   static constexpr int kCorrelationPixels = NoisePattern::kWindow;
-  /// At an edge a pixel's disparity differs from a neighbour's by more than this many raw units; it is
-  /// missing in half of the frames.
+  /// A pixel is at an edge if its disparity differs from a neighbour's by more than this many raw units; it
+  /// is then missing in half of the frames.
   static constexpr float kEdgeJumpRaw = 3;
-  /// The columns from here on hold no measurement in any frame of a real camera.
+  /// From this column on, no frame of a real camera has a measurement.
   static constexpr int kFirstDeadColumn = 632;
 
   explicit SensorNoise(std::uint32_t seed) : SensorNoise(seed, recorded()) {}
@@ -50,17 +50,17 @@ class SensorNoise {
 
   const Parameters& parameters() const noexcept { return parameters_; }
 
-  /// Each pixel takes one of the two nearest integers, so that the mean over frames is exact; independent
-  /// between pixels and frames. `exact`: kFramePixels disparities or kNothingSeen.
+  /// Rounds each pixel randomly to one of the two nearest integers such that the mean over frames is exact;
+  /// independent between pixels and frames. `exact`: kFramePixels disparities or kNothingSeen.
   void dither(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const;
 
-  /// What a Kinect v1 makes of the image: the projector's shadow, correlated noise, rounding, edges whose
-  /// pixels are missing or fly, patches that flicker, and dead columns.
+  /// Simulates a Kinect v1: the projector's shadow, correlated noise, rounding, missing and flying pixels at
+  /// edges, flickering patches, and dead columns.
   void applySensor(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const;
 
  private:
-  // One field of correlated normal noise (mean 0, s.d. 1) that wraps around, for what flickers; a frame sees
-  // it at an offset of its own.
+  // One field of correlated normal noise (mean 0, standard deviation 1) that wraps around, used for flicker;
+  // each frame reads it at an offset of its own.
   static constexpr int kFieldWidth = 1024;
   static constexpr int kFieldHeight = 512;
 
@@ -68,7 +68,7 @@ class SensorNoise {
     int column;
     int row;
   };
-  /// Where a frame's fields begin.
+  /// Offsets of a frame into the field.
   struct Offsets {
     Offset flicker;
     Offset weak;
@@ -81,7 +81,7 @@ class SensorNoise {
 
   std::uint32_t seed_;
   Parameters parameters_;
-  float weak_above_;  // of the field: flicker_share lies above
+  float weak_above_;  // threshold of the field exceeded by the fraction flicker_share
   NoisePattern pattern_;
   std::vector<float> field_;
 };

@@ -16,7 +16,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kTicksPerSecond = 60e6;  // of the counter that a real camera has
+constexpr double kTicksPerSecond = 60e6;  // frequency of a real camera's counter
 
 std::uint32_t ticksAt(double t_s) {
   return static_cast<std::uint32_t>(std::fmod(t_s * kTicksPerSecond, 0x1p32));
@@ -25,7 +25,7 @@ std::uint32_t ticksAt(double t_s) {
 }  // namespace
 
 config::Result<void> SyntheticCamera::start(FrameSink& sink) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"synthetic", "is running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"synthetic", "is already running", ""});
   if (!(frame_rate_hz_ > 0) || !std::isfinite(frame_rate_hz_)) {
     return std::unexpected(
         config::Error{"synthetic.frame_rate_hz", fmt::format("{} is not above 0", frame_rate_hz_), ""});

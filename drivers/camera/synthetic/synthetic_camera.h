@@ -11,15 +11,15 @@
 
 namespace hapticd::drivers {
 
-/// Films an AnalyticScene at its frame rate; the scene's time 0 is the start. A frame that cannot be rendered
-/// in time is left out, so that the scene keeps moving with the clock.
+/// Films an AnalyticScene at its frame rate; the scene's time starts at 0. A frame that cannot be rendered in
+/// time is skipped, so that the scene keeps moving with the clock.
 class SyntheticCamera final : public Camera {
  public:
   SyntheticCamera(const config::SyntheticSettings& settings, const rt::DepthModelParameters& depth_model)
       : frame_rate_hz_(settings.frame_rate_hz), scene_(settings, depth_model) {}
   ~SyntheticCamera() override { stop(); }
 
-  /// Errors: a frame rate that is not above zero.
+  /// Errors: the frame rate is not above zero.
   config::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override { return board_.snapshot(); }

@@ -22,10 +22,10 @@ using std::chrono::milliseconds;
 
 constexpr std::uint16_t kLatencyMs = 16;
 constexpr milliseconds kSendLimit{500};
-constexpr milliseconds kGreetingLimit{30};  // 4 bytes at 9600 baud and the latency timer
-constexpr milliseconds kEchoLimit{500};     // of a chunk: 5 ms on the line and the latency timer
-constexpr int kMostGreetings = 100;
-constexpr std::size_t kChunkBytes = 62;  // one USB packet without its status
+constexpr milliseconds kGreetingLimit{30};  // 4 bytes at 9600 baud plus the latency timer
+constexpr milliseconds kEchoLimit{500};     // for a chunk: 5 ms on the line plus the latency timer
+constexpr int kMaxGreetings = 100;
+constexpr std::size_t kChunkBytes = 62;  // one USB packet without its status bytes
 
 constexpr std::array<std::uint8_t, 3> kGreeting{0x0A, 0x43, 0x0D};
 constexpr std::array<std::uint8_t, 4> kGreetingReply{0x0A, 0x44, 0x2C, 0x0D};
@@ -42,10 +42,10 @@ config::Error loadError(std::string what) {
   return {"falcon firmware", std::move(what), kPowerRemedy};
 }
 
-/// What arrives until `enough` says so, or until `limit` is over.
+/// Receives until `enough` returns true or `limit` has passed.
 template <typename Enough>
 config::Result<FalconImage> receiveUntil(FtdiPort& port, milliseconds limit, Enough enough) {
-  constexpr std::size_t kMost = 4096;  // a device that never stops to talk
+  constexpr std::size_t kMost = 4096;  // for a device that never stops sending
   FalconImage received;
   const Clock::time_point deadline = Clock::now() + limit;
   while (!enough(received) && received.size() < kMost && Clock::now() < deadline) {
@@ -66,22 +66,22 @@ config::Result<void> resetBootloader(FtdiPort& port) {
   return port.setDtr(true);
 }
 
-/// A zero may stand in front, and replies to greetings before.
+/// The reply may be preceded by a zero and by replies to earlier greetings.
 bool holdsGreetingReply(Bytes received) {
   return !std::ranges::search(received, kGreetingReply).empty();
 }
 
 config::Result<void> greetBootloader(FtdiPort& port, const StopSignal& stop) {
-  for (int greeting = 0; greeting < kMostGreetings && !stop.raised(); ++greeting) {
+  for (int greeting = 0; greeting < kMaxGreetings && !stop.raised(); ++greeting) {
     if (auto sent = port.write(kGreeting, kSendLimit); !sent) return sent;
     const auto reply = receiveUntil(port, kGreetingLimit, holdsGreetingReply);
     if (!reply) return std::unexpected(reply.error());
     if (holdsGreetingReply(*reply)) return {};
   }
-  return std::unexpected(loadError("the bootloader does not answer"));
+  return std::unexpected(loadError("the bootloader does not respond"));
 }
 
-/// The bootloader sends back each byte that it takes.
+/// Sends bytes and checks that the bootloader echoes each of them.
 config::Result<void> sendWithEcho(FtdiPort& port, Bytes bytes, const std::string& what) {
   if (auto sent = port.write(bytes, kSendLimit); !sent) return sent;
   const auto echo =
@@ -109,7 +109,7 @@ config::Result<FalconImage> readFalconImage(const std::string& path) {
   const auto content = config::fileContent(path, {.longest = kLargestFalconImage});
   if (!content && content.error().reason == config::FileFault::Reason::too_long) {
     return std::unexpected(
-        imageError(path, fmt::format("has more than {} bytes: no firmware image", kLargestFalconImage)));
+        imageError(path, fmt::format("has more than {} bytes: not a firmware image", kLargestFalconImage)));
   }
   if (!content) return std::unexpected(imageError(path, content.error().text()));
   if (content->empty()) return std::unexpected(imageError(path, "is empty"));
@@ -119,10 +119,10 @@ config::Result<FalconImage> readFalconImage(const std::string& path) {
 }
 
 config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop) {
-  constexpr int kMostExchanges = 100;  // of FalconLink::kReplyLimit each
+  constexpr int kMaxExchanges = 100;  // exchanges of at most FalconLink::kReplyLimit each
   FalconLink link(port);
   if (auto begun = link.begin(); !begun) return std::unexpected(begun.error());
-  for (int exchange = 0; exchange < kMostExchanges && !stop.raised(); ++exchange) {
+  for (int exchange = 0; exchange < kMaxExchanges && !stop.raised(); ++exchange) {
     if (auto sent = link.send({}); !sent) return std::unexpected(sent.error());
     const auto reply = link.receive();
     if (!reply) return std::unexpected(reply.error());

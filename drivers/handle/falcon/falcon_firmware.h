@@ -12,20 +12,23 @@
 
 namespace hapticd::drivers {
 
-/// A Falcon forgets its firmware without power; its bootloader takes it over the serial line.
+/// Loading the firmware of a Falcon, which loses it without power; its bootloader receives it over the serial
+/// line.
 /// Thread: the port's.  RT: not safe.
 
 using FalconImage = std::vector<std::uint8_t>;
 
+/// Largest accepted size of a firmware image in bytes.
 inline constexpr std::size_t kLargestFalconImage = 64 * 1024;
 
+/// Reads a firmware image.
 /// Errors: no such file, not readable, empty, larger than kLargestFalconImage.
 config::Result<FalconImage> readFalconImage(const std::string& path);
 
-/// Whether a firmware answers; up to 1 s where none does. False also when `stop` was raised.
+/// Returns whether a firmware responds; takes up to 1 s if none does. Returns false if `stop` was raised.
 config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop);
 
-/// Loads the image once, seconds. A bootloader that has just been switched on may need several tries.
+/// Loads the image once, which takes seconds. A bootloader that has just been powered may need several tries.
 /// Errors: the step that failed; `stop` was raised.
 config::Result<void> loadFalconImage(FtdiPort& port, const FalconImage& image, const StopSignal& stop);
 

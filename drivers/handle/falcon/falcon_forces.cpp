@@ -7,8 +7,8 @@
 namespace hapticd::drivers {
 namespace {
 
-// libnifalcon's scale. Traces of the vendor's driver that it quotes have 0.23 to 0.4 of it; therefore
-// `force_share`, to be calibrated with a scale.
+// Scale of libnifalcon. Traces of the vendor's driver quoted there show 0.23 to 0.4 of it, hence
+// `force_share`, which must be calibrated with a scale.
 constexpr double kCountsPerNewtonMetre = -10000;
 
 }  // namespace
@@ -23,7 +23,7 @@ FalconForce motorCountsFor(const FalconPose& pose, const rt::Vec3& force_n, doub
     if (!std::isfinite(counts[k])) return {};
     largest = std::max(largest, std::abs(counts[k]));
   }
-  if (largest > kMostMotorCounts) force.exerted_share = kMostMotorCounts / largest;
+  if (largest > kMaxMotorCounts) force.exerted_share = kMaxMotorCounts / largest;
   for (std::size_t k = 0; k < 3; ++k) {
     force.motor_counts[k] = static_cast<int>(std::lround(force.exerted_share * counts[k]));
   }

@@ -16,7 +16,7 @@ constexpr milliseconds kReportPeriod{100};
 
 constexpr const char* kHomingAdvice = "pull the grip fully out, then push it fully in";
 
-/// Mean time of an exchange, over about the last kWeight of them.
+/// Mean duration of an exchange over about the last kWeight ones.
 class ExchangeTime {
  public:
   void add(std::int64_t duration_ns) {
@@ -32,7 +32,7 @@ class ExchangeTime {
 
 }  // namespace
 
-/// From the first exchange until the device is lost.
+/// State from the first exchange until the device is lost.
 struct FalconHandle::Session {
   Session(FtdiPort& port, HandleChannels& channels, double force_share)
       : link(port), tracker(force_share), commands(channels.command), states(channels.state) {}
@@ -47,14 +47,14 @@ struct FalconHandle::Session {
   rt::HandleCommandChannel& commands;
   rt::HandleStateChannel& states;
   ExchangeTime exchange_time;
-  std::string advice;              // on what was found before the first exchange
-  std::uint64_t damaged = 0;       // of the link's, counted already
+  std::string advice;              // findings from before the first exchange
+  std::uint64_t damaged = 0;       // damaged replies of the link already counted
   std::uint64_t without_pose = 0;  // since the last report
   bool force_cut = false;          // since the last report
 };
 
 config::Result<void> FalconHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"falcon", "is running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"falcon", "is already running", ""});
   stop_signal_.reset();
   board_.reset(identityOf(settings_.serial));
   board_.set(HandlePresence::absent, "looking for the Falcon");
@@ -100,33 +100,33 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
   board_.update([&](HandleStatus& status) { status.identity = identityOf((*port)->serial()); });
 
   const auto image = readFalconImage(settings_.falcon.firmware);
-  if (auto answers = makeItAnswer(**port, image); !answers) return reportMissing(answers.error());
+  if (auto answers = ensureFirmware(**port, image); !answers) return reportMissing(answers.error());
   Session session(**port, channels, settings_.falcon.force_share);
-  if (!image) session.advice = "works with the firmware that it has, but " + image.error().text();
+  if (!image) session.advice = "uses the firmware it already has, but " + image.error().text();
 
   const config::Result<void> lost = exchange(session);
-  session.link.send({});  // no force; a device that is gone exerts none
+  session.link.send({});  // zero force; a device that is gone exerts none
   if (!lost) reportMissing(lost.error());
 }
 
-/// A device that was without power has no firmware.
-config::Result<void> FalconHandle::makeItAnswer(FtdiPort& port, const config::Result<FalconImage>& image) {
+/// Loads the firmware if the device has none, as after a power loss.
+config::Result<void> FalconHandle::ensureFirmware(FtdiPort& port, const config::Result<FalconImage>& image) {
   auto answers = falconAnswers(port, stop_signal_);
   if (!answers) return std::unexpected(answers.error());
   if (*answers) return {};
   if (!image) return std::unexpected(image.error());
   config::Error error{"falcon firmware", "stopped", ""};
   std::string failure;
-  for (int load = 1; load <= kMostLoads && !stop_signal_.raised(); ++load) {
+  for (int load = 1; load <= kMaxLoads && !stop_signal_.raised(); ++load) {
     board_.set(HandlePresence::calibrating,
-               fmt::format("loading the firmware, try {} of {}{}", load, kMostLoads, failure));
+               fmt::format("loading the firmware, try {} of {}{}", load, kMaxLoads, failure));
     const config::Result<void> loaded = loadFalconImage(port, *image, stop_signal_);
     answers = loaded ? falconAnswers(port, stop_signal_) : std::unexpected(loaded.error());
     if (answers && *answers) return {};
-    error = answers ? config::Error{"falcon firmware", "it was loaded and does not answer",
+    error = answers ? config::Error{"falcon firmware", "it was loaded but does not respond",
                                     "check that falcon_handle.firmware is an image for the Falcon"}
                     : answers.error();
-    failure = "; before: " + error.text();
+    failure = "; previous try: " + error.text();
   }
   return std::unexpected(error);
 }
@@ -153,7 +153,7 @@ config::Result<void> FalconHandle::exchange(Session& session) {
       take(session, **reply);
     } else if (now - last_reply > kSilenceLimit) {
       return std::unexpected(
-          config::Error{"falcon", "it does not answer any more", "check its USB cable and its power supply"});
+          config::Error{"falcon", "it has stopped responding", "check its USB cable and its power supply"});
     }
     if (now - last_report < kReportPeriod) continue;
     last_report = now;
@@ -162,15 +162,16 @@ config::Result<void> FalconHandle::exchange(Session& session) {
   return {};
 }
 
-/// A reply names the position at the begin of the exchange, and the command that answers it leaves at the
-/// begin of the next one but takes effect when that has arrived: two exchanges at most.
+/// Processes a reply. It reports the position at the begin of the exchange; the command that responds to it
+/// is sent at the begin of the next exchange and takes effect when it has arrived, so the delay is at most
+/// two exchanges.
 void FalconHandle::take(Session& session, const FalconReply& reply) {
   FalconTracker& tracker = session.tracker;
   const bool was_homed = tracker.homed();
   tracker.take(reply);
   session.force_cut |= tracker.forceCut();
   if (tracker.homed() != was_homed) {
-    frame_->beginSession();  // positions before have nothing to do with those behind
+    frame_->beginSession();  // positions from before the session are unrelated to new ones
     report(session);
   }
   HandleMeasurement measurement;
@@ -197,7 +198,7 @@ void FalconHandle::report(Session& session) {
   const bool homed = session.tracker.homed();
   std::string advice = session.advice;
   if (session.without_pose > 0) {
-    advice = fmt::format("its encoders name no place within its reach (switch it off and on, then {})",
+    advice = fmt::format("its encoders report a position out of its reach (switch it off and on, then {})",
                          kHomingAdvice);
   } else if (session.force_cut) {
     advice = "its motors are at their limit, forces are weaker than commanded";

@@ -20,16 +20,17 @@
 
 namespace hapticd::drivers {
 
-/// A Novint Falcon through libusb. The origin of its frame is kFalconCentre_m, its axes are the device's.
+/// Driver of a Novint Falcon through libusb. The origin of its frame is kFalconCentre_m; its axes are the
+/// device's.
 ///
-/// The thread looks for the device once a second, loads its firmware where it has none, asks the person to
-/// home it, and then exchanges an order against a reply about 1000 times a second. Forces are zero while the
-/// encoders are not homed, where the position is not known, and where a CommandGate lets nothing pass. A
-/// device that gives no whole reply for kSilenceLimit is lost.
+/// The thread searches for the device once a second, loads its firmware if it has none, asks the person to
+/// home it, and then exchanges an order for a reply about 1000 times a second. Forces are zero while the
+/// encoders are not homed, while the position is unknown, and while CommandGate lets no command pass. A
+/// device that sends no complete reply for kSilenceLimit is lost.
 class FalconHandle final : public Handle {
  public:
   static constexpr std::chrono::milliseconds kSilenceLimit{100};
-  static constexpr int kMostLoads = 10;
+  static constexpr int kMaxLoads = 10;
 
   FalconHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
                const HandleThreadPolicy& policy = {})
@@ -45,7 +46,7 @@ class FalconHandle final : public Handle {
 
   void run(HandleChannels& channels);
   void useDeviceOnce(HandleChannels& channels);
-  config::Result<void> makeItAnswer(FtdiPort& port, const config::Result<FalconImage>& image);
+  config::Result<void> ensureFirmware(FtdiPort& port, const config::Result<FalconImage>& image);
   config::Result<void> exchange(Session& session);
   void take(Session& session, const FalconReply& reply);
   void report(Session& session);
@@ -60,9 +61,9 @@ class FalconHandle final : public Handle {
   StopSignal stop_signal_;
   std::thread thread_;
 
-  // of the driver's thread only
+  // accessed by the driver's thread only
   std::optional<HandleFrame> frame_;
-  bool seen_ = false;  // the device was there once
+  bool seen_ = false;  // the device has been found before
   std::uint64_t measurements_ = 0;
   std::uint64_t rejected_ = 0;
 };

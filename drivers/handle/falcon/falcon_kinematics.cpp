@@ -10,13 +10,13 @@ namespace {
 
 using rt::Vec3;
 
-// Lengths in metres and angles as in libnifalcon's FalconKinematicStamper, which follows Tsai and Stamper,
-// "A parallel manipulator with only translational degrees of freedom", UMD ISR TR 97-72.
+// Lengths in metres and angles as in libnifalcon's FalconKinematicStamper, which follows Tsai and Stamper, "A
+// parallel manipulator with only translational degrees of freedom", UMD ISR TR 97-72.
 constexpr double kThigh = 0.060;     // a
 constexpr double kShin = 0.1025;     // b
-constexpr double kGrip = 0.01443;    // c: from the grip's middle to the shins
+constexpr double kGrip = 0.01443;    // c: from the middle of the grip to the shins
 constexpr double kJoints = 0.0225;   // d + e: the joints at both ends of the shins
-constexpr double kOffset = -0.025;   // f: out of the leg's plane
+constexpr double kOffset = -0.025;   // f: offset out of the leg's plane
 constexpr double kBase = 0.0400;     // r
 constexpr double kAside = -0.02309;  // s
 
@@ -24,10 +24,10 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::array<double, 3> kAzimuths{105 * kDegree, -15 * kDegree, -135 * kDegree};
 
 constexpr double kThighAtZero_rad = 35 * kDegree;
-// A turn of the motor gives 4 * 320 counts and 0.01425 m of cable, of 0.110 m for a turn of the thigh.
+// A turn of the motor gives 4 * 320 counts and 0.01425 m of cable; a turn of the thigh takes 0.110 m.
 constexpr double kThighPerCount_rad = 0.01425 / (4 * 320) / 0.110 * 2 * std::numbers::pi;
 
-// Below this sine a motor turns the grip by less than a hundredth of what its thigh's length promises.
+// Below this sine a motor moves the grip by less than a hundredth of what its thigh's length suggests.
 constexpr double kSmallestSine = 0.01;
 
 /// A leg's own axes turn with its azimuth about z; w is z.
@@ -47,8 +47,8 @@ const std::array<LegFrame, 3> kFrames{LegFrame(kAzimuths[0]), LegFrame(kAzimuths
 ///   u = a cos t1 - c + S cos t2,   v = b cos t3 - f,   w = a sin t1 + S sin t2,   S = d + e + b sin t3.
 /// v gives t3. |(u + c, w) - a (cos t1, sin t1)| = S is a quadratic in tan(t1 / 2) with the coefficients
 ///   l0 = R - 2au - 2ac,  l1 = -4aw,  l2 = R + 2au + 2ac,  R = w^2 + u^2 + 2cu + a^2 + c^2 - S^2.
-/// Its root (-l1 - q) / (2 l2), q = sqrt(l1^2 - 4 l0 l2), is the leg that bends outwards; written as
-/// 2 l0 / (-l1 + q) it has no zero in the denominator, since l1 < 0 above the base.
+/// Its root (-l1 - q) / (2 l2), q = sqrt(l1^2 - 4 l0 l2), is the configuration in which the leg bends
+/// outwards; written as 2 l0 / (-l1 + q) its denominator is never zero, since l1 < 0 above the base.
 std::optional<FalconLeg> legAt(double u, double v, double w) {
   const double tilt_cosine = (v + kOffset) / kShin;
   if (!(std::abs(tilt_cosine) < 1) || !(w > 0)) return std::nullopt;
@@ -65,11 +65,11 @@ std::optional<FalconLeg> legAt(double u, double v, double w) {
   return FalconLeg{thigh, std::atan2(w - kThigh * std::sin(thigh), along), tilt};
 }
 
-/// The closure, differentiated: dv = -b sin t3 dt3, so dS = -(cos t3 / sin t3) dv; and cos t2 du + sin t2 dw
-/// = a sin(t2 - t1) dt1 + dS, in which dt2 has dropped out. Hence
+/// Derivative of the closure: dv = -b sin t3 dt3, so dS = -(cos t3 / sin t3) dv; and cos t2 du + sin t2 dw =
+/// a sin(t2 - t1) dt1 + dS, in which dt2 cancels. Hence
 ///   d t1 / d(u, v, w) = (cos t2 sin t3, cos t3, sin t2 sin t3) / (a sin t3 sin(t2 - t1)).
-/// libnifalcon's closed form has sin^2 t2 in the third place, which contradicts its inverse kinematics and
-/// makes forces along z 9 to 36 % too strong.
+/// libnifalcon's closed form has sin^2 t2 in the third component, which contradicts its inverse kinematics
+/// and makes forces along z 9 to 36 % too strong.
 std::optional<Vec3> thighGradient(const FalconLeg& leg) {
   const double tilt_sine = std::sin(leg.tilt_rad);
   const double bend_sine = std::sin(leg.shin_rad - leg.thigh_rad);
@@ -79,8 +79,8 @@ std::optional<Vec3> thighGradient(const FalconLeg& leg) {
          Vec3{std::cos(leg.shin_rad) * tilt_sine, std::cos(leg.tilt_rad), std::sin(leg.shin_rad) * tilt_sine};
 }
 
-/// The columns of the inverse of a matrix with these rows; its determinant is not zero where falconPoseAt()
-/// has found a pose.
+/// Returns the columns of the inverse of the matrix with these rows; its determinant is not zero where
+/// falconPoseAt() has found a pose.
 std::array<Vec3, 3> inverseColumns(const std::array<Vec3, 3>& rows) {
   const std::array<Vec3, 3> adjugate{cross(rows[1], rows[2]), cross(rows[2], rows[0]),
                                      cross(rows[0], rows[1])};
@@ -94,7 +94,7 @@ bool isInReach(const Vec3& p) {
          p.z <= kFalconFarthest_m;
 }
 
-/// A step of Newton's method towards these angles, metres.
+/// Returns a step of Newton's method towards these angles, in metres.
 Vec3 newtonStep(const FalconPose& pose, const FalconAngles& thighs_rad) {
   const std::array<Vec3, 3> columns = inverseColumns(pose.jacobian);
   Vec3 step;
@@ -102,13 +102,13 @@ Vec3 newtonStep(const FalconPose& pose, const FalconAngles& thighs_rad) {
   return step;
 }
 
-/// `step`, halved until it leads to a pose; nothing where not even a small part of it does.
+/// Applies `step`, halved until it leads to a pose; nothing if not even a small part of it does.
 std::optional<FalconPose> poseAlong(const FalconPose& from, Vec3 step) {
-  constexpr double kLongestStep_m = 0.02;  // beyond it the linearisation is worth nothing
-  constexpr int kMostHalvings = 6;
+  constexpr double kLongestStep_m = 0.02;  // beyond this the linearisation is useless
+  constexpr int kMaxHalvings = 6;
   const double length = norm(step);
   if (length > kLongestStep_m) step = (kLongestStep_m / length) * step;
-  for (int halving = 0; halving < kMostHalvings; ++halving) {
+  for (int halving = 0; halving < kMaxHalvings; ++halving) {
     if (auto pose = falconPoseAt(from.position_m + step)) return pose;
     step = 0.5 * step;
   }
@@ -142,11 +142,11 @@ std::optional<FalconPose> falconPoseAt(const Vec3& position_m) {
 }
 
 std::optional<FalconPose> falconPoseOf(const FalconAngles& thighs_rad, const Vec3& start_m) {
-  constexpr int kMostSteps = 30;           // from the centre 7 are enough on average, from the last pose 2
+  constexpr int kMaxSteps = 30;            // 7 suffice on average from the centre, 2 from the last pose
   constexpr double kResidual_rad = 1e-10;  // a millionth of a count
   constexpr double kStill_m = 1e-12;
   auto pose = falconPoseAt(start_m);
-  for (int i = 0; pose && i < kMostSteps; ++i) {
+  for (int i = 0; pose && i < kMaxSteps; ++i) {
     double residual = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       residual = std::max(residual, std::abs(thighs_rad[k] - pose->legs[k].thigh_rad));

@@ -33,7 +33,7 @@ config::Result<std::optional<FalconReply>> FalconLink::receive() {
     }
   }
   if (newest) return newest;
-  // A reply that comes later would be taken for that of the next order.
+  // A late reply would be mistaken for the reply to the next order.
   replies_.reset();
   if (auto purged = port_.purge(); !purged) return std::unexpected(purged.error());
   return std::nullopt;

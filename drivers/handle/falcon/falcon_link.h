@@ -11,26 +11,26 @@
 
 namespace hapticd::drivers {
 
-/// Orders out, replies in: the firmware answers each order, and says nothing by itself.
+/// Exchanges orders and replies with the firmware, which replies to each order and sends nothing else.
 /// Thread: the port's.  RT: not safe.
 class FalconLink {
  public:
-  /// Replies take about 1 ms, the latency timer's; one that takes this long is lost.
+  /// A reply takes about 1 ms because of the latency timer; after this time it counts as lost.
   static constexpr std::chrono::milliseconds kReplyLimit{10};
 
   explicit FalconLink(FtdiPort& port) : port_(port) {}
 
-  /// The speed of the firmware, replies without delay, and nothing left of before.
+  /// Sets the firmware's baud rate and the shortest latency, and discards pending bytes.
   config::Result<void> begin();
 
-  /// Errors: the device is gone.
+  /// Sends an order.  Errors: the device is gone.
   config::Result<void> send(const FalconOrder& order);
 
-  /// Waits for the reply to the order sent last; nothing where none came within kReplyLimit that was whole.
+  /// Waits for the reply to the last order; nothing if no complete reply arrived within kReplyLimit.
   /// Errors: the device is gone.
   config::Result<std::optional<FalconReply>> receive();
 
-  /// How often something came that was no reply.
+  /// Returns how often invalid data was received.
   std::uint64_t damaged() const { return replies_.damaged(); }
 
  private:

@@ -10,7 +10,7 @@ constexpr std::uint8_t kFirstByte = '<';
 constexpr std::uint8_t kLastByte = '>';
 constexpr std::uint8_t kZero = 'A';
 constexpr std::size_t kNibbles = 12;      // of three numbers, from byte 1 on
-constexpr std::size_t kControlByte = 13;  // of an order; of a reply: buttons and homed encoders
+constexpr std::size_t kControlByte = 13;  // in orders; in replies: buttons and homed encoders
 constexpr std::uint8_t kHomingRequest = 0x01;
 
 std::uint8_t coded(unsigned value) {
@@ -21,7 +21,7 @@ bool isNibble(std::uint8_t byte) {
   return byte >= kZero && byte < kZero + 16;
 }
 
-/// Whether a frame may have this byte there; the meaning of byte 14 is unknown.
+/// Returns whether a frame may have this byte at this index; the meaning of byte 14 is unknown.
 bool mayStand(std::uint8_t byte, std::size_t index) {
   if (index == 0) return byte == kFirstByte;
   if (index <= kNibbles) return isNibble(byte);
@@ -37,7 +37,7 @@ FalconFrame frameOf(const FalconOrder& order) {
   frame.back() = kLastByte;
   std::size_t at = 1;
   for (const int counts : order.motor_counts) {
-    const auto bits = static_cast<std::uint16_t>(std::clamp(counts, -kMostMotorCounts, kMostMotorCounts));
+    const auto bits = static_cast<std::uint16_t>(std::clamp(counts, -kMaxMotorCounts, kMaxMotorCounts));
     for (unsigned shift = 0; shift < 16; shift += 4) frame[at++] = coded((bits >> shift) & 0xFU);
   }
   frame[kControlByte] = coded(static_cast<unsigned>(order.led) | (order.home ? kHomingRequest : 0U));
@@ -66,7 +66,7 @@ std::optional<FalconReply> FalconReplyStream::add(std::uint8_t byte) {
   frame_[length_] = byte;
   if (!mayStand(byte, length_)) {
     if (in_step_) ++damaged_;
-    beginAnew();
+    resynchronise();
     return std::nullopt;
   }
   in_step_ = true;
@@ -75,9 +75,9 @@ std::optional<FalconReply> FalconReplyStream::add(std::uint8_t byte) {
   return replyIn(frame_);
 }
 
-/// The byte behind the frame's length_ first ones does not fit. Bytes 13 and 14 may be any, so that the next
-/// frame may have begun among the last ones.
-void FalconReplyStream::beginAnew() {
+/// Handles a byte that does not fit after the frame's first length_ bytes. Bytes 13 and 14 may have any
+/// value, so the next frame may have begun among the last bytes.
+void FalconReplyStream::resynchronise() {
   const std::size_t end = length_ + 1;
   length_ = 0;
   for (std::size_t i = 1; i < end; ++i) {

@@ -25,7 +25,7 @@ void FalconTracker::takeHoming(std::uint8_t homed_encoders) {
 
 FalconOrder FalconTracker::orderFor(const std::optional<rt::Vec3>& force_n) {
   FalconOrder order;
-  order.home = true;  // all the time, so that lost homing shows
+  order.home = true;  // always, so that a loss of homing is noticed
   order.led = !homed_ ? FalconLed::red : force_n ? FalconLed::green : FalconLed::blue;
   force_cut_ = false;
   if (!pose_ || !force_n) return order;

@@ -10,27 +10,29 @@
 
 namespace hapticd::drivers {
 
-/// What is known of one Falcon from its replies: whether its encoders are homed, and where the grip is. The
-/// encoders count from wherever they were switched on until the grip has been at both ends; without that a
-/// position means nothing and no force is exerted.
+/// State of a Falcon derived from its replies: whether its encoders are homed, and the position of the grip.
+/// The encoders count from their position at power-up until the grip has been at both ends; before that a
+/// position is meaningless and no force is exerted.
 /// Thread: one.  RT: safe.
 class FalconTracker {
  public:
-  /// So many replies in a row must agree before homing is believed to be done, or undone.
+  /// Number of consecutive replies that must agree before homing counts as done or lost.
   static constexpr int kSteadyReplies = 10;
 
-  /// `force_share`: as of motorCountsFor().
+  /// `force_share`: see motorCountsFor().
   explicit FalconTracker(double force_share) : force_share_(force_share) {}
 
+  /// Processes a reply.
   void take(const FalconReply& reply);
 
   bool homed() const { return homed_; }
-  /// The newest reply's; nothing while not homed, and where the encoders name no place in the device's reach.
+  /// Returns the pose of the newest reply; nothing while not homed or if the encoders report a position out
+  /// of reach.
   const std::optional<FalconPose>& pose() const { return pose_; }
 
-  /// What to send next. `force_n`: in the device's axes; nothing: nobody commands, and no force is exerted.
+  /// Returns the next order. `force_n`: in the device's axes; nothing: no command, so no force is exerted.
   FalconOrder orderFor(const std::optional<rt::Vec3>& force_n);
-  /// A motor was at its limit in the newest order.
+  /// Returns whether a motor was at its limit in the newest order.
   bool forceCut() const { return force_cut_; }
 
  private:
@@ -38,9 +40,9 @@ class FalconTracker {
 
   double force_share_;
   bool homed_ = false;
-  int contrary_replies_ = 0;  // in a row
+  int contrary_replies_ = 0;  // number of consecutive ones
   std::optional<FalconPose> pose_;
-  rt::Vec3 last_position_m_ = kFalconCentre_m;  // where the search for the next pose begins
+  rt::Vec3 last_position_m_ = kFalconCentre_m;  // start of the search for the next pose
   bool force_cut_ = false;
 };
 

@@ -51,12 +51,12 @@ std::string serialOf(libusb_device_handle* device, std::uint8_t string_index) {
                     : std::string();
 }
 
-/// Of all Falcons: opens one after the other until the serial number fits.
+/// Opens one Falcon after the other until the serial number matches.
 class Search {
  public:
-  explicit Search(const std::string& wanted) : wanted_(wanted) {}
+  explicit Search(const std::string& requested_serial) : requested_serial_(requested_serial) {}
 
-  /// True when this device is the wanted one; then it is open.
+  /// Returns true, leaving the device open, if it is the requested one.
   bool tryDevice(libusb_device* device) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(device, &descriptor) < 0) return false;
@@ -67,7 +67,7 @@ class Search {
       return false;
     }
     serial_ = serialOf(opened, descriptor.iSerialNumber);
-    if (wanted_.empty() || serial_ == wanted_) {
+    if (requested_serial_.empty() || serial_ == requested_serial_) {
       handle_ = opened;
       return true;
     }
@@ -83,7 +83,8 @@ class Search {
     if (refusal_ != 0) return failure("the device cannot be opened", refusal_, kInUseRemedy);
     if (others_.empty()) return {"falcon", "no Falcon found", kNotFoundRemedy};
     return {"falcon",
-            fmt::format("no Falcon has the serial number {}; found: {}", wanted_, fmt::join(others_, ", ")),
+            fmt::format("no Falcon has the serial number {}; found: {}", requested_serial_,
+                        fmt::join(others_, ", ")),
             "set handle.serial to one of these"};
   }
 
@@ -91,7 +92,7 @@ class Search {
   const std::string& serial() const { return serial_; }
 
  private:
-  const std::string& wanted_;
+  const std::string& requested_serial_;
   libusb_device_handle* handle_ = nullptr;
   std::string serial_;
   std::vector<std::string> others_;
@@ -137,7 +138,7 @@ config::Result<void> FtdiPort::initialise(const std::string& serial) {
 
 config::Result<void> FtdiPort::claim() {
   if (libusb_kernel_driver_active(device_, kInterface) == 1) {
-    libusb_detach_kernel_driver(device_, kInterface);  // if it fails, so does the claim
+    libusb_detach_kernel_driver(device_, kInterface);  // if this fails, so does the claim
   }
   if (const int status = libusb_claim_interface(device_, kInterface); status < 0) {
     return std::unexpected(failure("another program holds the device", status, kInUseRemedy));
@@ -181,7 +182,7 @@ config::Result<void> FtdiPort::setDtr(bool high) {
 
 config::Result<void> FtdiPort::write(std::span<const std::uint8_t> bytes, std::chrono::milliseconds limit) {
   int sent = 0;
-  // libusb only reads from the buffer of an OUT transfer.
+  // libusb only reads the buffer of an OUT transfer.
   auto* const data = const_cast<std::uint8_t*>(bytes.data());
   const int status = libusb_bulk_transfer(device_, kBulkOut, data, static_cast<int>(bytes.size()), &sent,
                                           static_cast<unsigned>(limit.count()));

@@ -15,18 +15,20 @@ struct libusb_device_handle;
 
 namespace hapticd::drivers {
 
-/// The FTDI chip in a Falcon, from open() to the destructor: bytes out, bytes in, and the settings of its
-/// serial line. Each call ends within its time limit, or within kRequestLimit. Thread: all of it in one
-/// thread.  RT: not safe. Errors: of every call: the device is gone, or USB does not work.
+/// Connection to the FTDI chip in a Falcon, from open() to the destructor: bytes in both directions and the
+/// settings of its serial line. Each call ends within its time limit or within kRequestLimit.
+/// Errors: of every call: the device is gone, or USB does not work.
+/// Thread: always the same one.  RT: not safe.
 class FtdiPort {
  public:
+  /// Time limit of a control request.
   static constexpr std::chrono::milliseconds kRequestLimit{250};
 
-  /// What the chip sends its serial line at.
+  /// Divisors of the baud rates in use.
   enum class Baud : std::uint16_t { of_firmware = 0x0002, of_bootloader = 0x4138, of_image = 0x0015 };
 
-  /// Opens the Falcon with that serial number, or the first one if it is empty; takes it from the kernel's
-  /// driver for serial ports.
+  /// Opens the Falcon with this serial number, or the first one if it is empty, and detaches the kernel's
+  /// serial driver.
   /// Errors: none found, no permission, in use.
   static config::Result<std::unique_ptr<FtdiPort>> open(const std::string& serial);
 
@@ -34,28 +36,28 @@ class FtdiPort {
   FtdiPort(const FtdiPort&) = delete;
   FtdiPort& operator=(const FtdiPort&) = delete;
 
-  /// Empty when the device does not tell.
+  /// Returns the serial number; empty if the device does not report it.
   const std::string& serial() const { return serial_; }
 
-  /// Forgets what is under way in both directions.
+  /// Discards pending bytes in both directions.
   config::Result<void> purge();
-  /// How long the chip collects bytes before it sends them: 1..255 ms.
+  /// Sets how long the chip collects bytes before it sends them: 1..255 ms.
   config::Result<void> setLatency(std::uint16_t latency_ms);
   config::Result<void> setBaud(Baud baud);
-  /// Eight bits, no parity, one stop bit, no flow control.
+  /// Sets eight bits, no parity, one stop bit, no flow control.
   config::Result<void> setPlainFormat();
   config::Result<void> setRts(bool high);
   config::Result<void> setDtr(bool high);
 
-  /// Errors: also when not all bytes could be sent within `limit`.
+  /// Sends `bytes`.  Errors: also if not all of them could be sent within `limit`.
   config::Result<void> write(std::span<const std::uint8_t> bytes, std::chrono::milliseconds limit);
 
-  /// What has arrived, or arrives next; nothing where the chip has nothing yet or `limit` is over. The bytes
-  /// are valid until the next call.
+  /// Returns received bytes, waiting up to `limit`; empty if there are none. They are valid until the next
+  /// call.
   config::Result<std::span<const std::uint8_t>> read(std::chrono::milliseconds limit);
 
  private:
-  static constexpr std::size_t kReadBytes = 512;  // whole packets, more than the chip holds
+  static constexpr std::size_t kReadBytes = 512;  // whole packets, more than the chip buffers
 
   FtdiPort() = default;
   config::Result<void> initialise(const std::string& serial);

@@ -7,18 +7,18 @@
 
 namespace hapticd::drivers {
 
-/// When a device measured, in this computer's time: by its own clock, because reports arrive late by as much
-/// as this computer is busy. The report that took the shortest way sets the difference of the two clocks;
-/// it is let grow by 0.1 %, more than two crystals differ, so that it follows their drift.
+/// Converts a device's timestamps to this computer's clock. Reports arrive late when this computer is busy,
+/// so arrival times are unsuitable. The report with the smallest latency determines the difference of the
+/// clocks; the difference may grow by 0.1 %, more than two crystals differ, to follow their drift.
 /// Thread: one.  RT: safe.
 class DeviceClock {
  public:
-  /// A report may be held up by so much; a time that is further off is the device's mistake.
+  /// Longest plausible delay of a report; a larger deviation is a fault of the device's clock.
   static constexpr std::int64_t kLongestDelayNs = 50'000'000;
 
   void reset() { last_us_.reset(); }
 
-  /// The time of a measurement, at most `arrival_ns`. `device_us` wraps.
+  /// Returns the time of a measurement, at most `arrival_ns`. `device_us` wraps around.
   std::int64_t timeOf(std::uint32_t device_us, std::int64_t arrival_ns) {
     if (last_us_) {
       const std::int64_t step_ns = std::int64_t{1000} * static_cast<std::int32_t>(device_us - *last_us_);
@@ -34,8 +34,8 @@ class DeviceClock {
 
  private:
   std::optional<std::uint32_t> last_us_;  // nothing before the first report
-  std::int64_t device_ns_ = 0;            // its clock, without the wrapping
-  std::int64_t difference_ns_ = 0;        // to this computer's
+  std::int64_t device_ns_ = 0;            // device time without wrapping
+  std::int64_t difference_ns_ = 0;        // difference to this computer's clock
 };
 
 }  // namespace hapticd::drivers

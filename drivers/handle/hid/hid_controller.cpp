@@ -10,14 +10,15 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Further than this ahead, or behind by more than the kernel queues (64 reports), is a new count.
+/// A sequence number farther ahead than this, or farther behind than the kernel's queue of 64 reports, starts
+/// a new count.
 constexpr std::int32_t kFarthestAhead = 1000;
 constexpr std::int32_t kFarthestBehind = 64;
 
 constexpr double kLongestDelayS = 0.1;
 constexpr double kDelaySmoothing = 1.0 / 32;
 
-constexpr const char* kWaiting = "it is open and has not sent a valid report yet";
+constexpr const char* kWaiting = "opened, but it has not sent a valid report yet";
 
 }  // namespace
 
@@ -61,15 +62,15 @@ void HidController::idle(std::int64_t now_ns) {
   if (now_ns - last_valid_ns_ <= kSilenceNs) return;
   if (last_refusal_) {
     lose(
-        fmt::format("its reports are refused: they are {} (load firmware that sends those of "
+        fmt::format("its reports are rejected: they are {} (load firmware that sends those of "
                     "hid-reports.md, /usr/share/doc/hapticd)",
                     textOf(*last_refusal_)));
   } else if (in_session_) {
-    lose("it is connected and sends no reports (reset it, or unplug it and plug it in again)");
+    lose("it is connected but sends no reports (reset it, or unplug it and plug it in again)");
   }
 }
 
-/// Judges the sequence number of a report within a session; false if the report is to be left out.
+/// Checks the sequence number of a report within a session; returns false if the report is to be ignored.
 bool HidController::isNext(std::uint32_t sequence) {
   const auto step = static_cast<std::int32_t>(sequence - last_input_);
   if (step == 0) {
@@ -81,7 +82,7 @@ bool HidController::isNext(std::uint32_t sequence) {
     return false;
   }
   if (step < 0 || step > kFarthestAhead) {
-    in_session_ = false;  // it was reset
+    in_session_ = false;  // the device was reset
     return true;
   }
   link_.lost += static_cast<std::uint64_t>(step - 1);
@@ -100,9 +101,10 @@ rt::HandleState HidController::publish(const InputReport& input, std::int64_t ar
   last_input_ = input.sequence;
   calibrated_ = input.calibrated && !input.homing;
   presence_ = calibrated_ ? HandlePresence::present : HandlePresence::calibrating;
-  detail_ = calibrated_    ? ""
-            : input.homing ? "it is finding its origin (leave it alone until it has)"
-                           : "it does not know where it is (move it to its reference, as its manual says)";
+  detail_ = calibrated_ ? ""
+            : input.homing
+                ? "it is homing (do not touch it until it has finished)"
+                : "its position is not known yet (move it to its reference position, see its manual)";
   ++measurements_;
   HandleMeasurement measurement;
   measurement.position_m_in_handle = input.position_m;
@@ -115,8 +117,8 @@ rt::HandleState HidController::publish(const InputReport& input, std::int64_t ar
   return frame_.stateOf(measurement);
 }
 
-/// From writing an output to reading its echo, without the time that it lay in the device: the way there and
-/// back, which is also what lies between a motion and the force that answers it.
+/// Measures the time from writing an output to reading its echo, minus the time that it spent in the device.
+/// This round trip is also the delay between a motion and the force that responds to it.
 void HidController::measureRoundTrip(const InputReport& input, std::int64_t arrival_ns) {
   if (input.echo == last_echo_) return;
   last_echo_ = input.echo;

@@ -15,33 +15,33 @@
 
 namespace hapticd::drivers {
 
-/// A controller as its reports show it (reports.md): judges what it says and decides what to answer; neither
-/// waits nor reads or writes. Times are CLOCK_MONOTONIC of this computer. A session begins with the first
-/// report after opened(), after a silence or a fault, and where the sequence number tells of a reset.
-/// Thread: one, where nothing else is said.
+/// The protocol logic of a controller (reports.md): validates its reports and decides on the replies, without
+/// waiting, reading or writing. Times are CLOCK_MONOTONIC of this computer. A session begins with the first
+/// report after opened(), after a silence or a fault, and when the sequence number indicates a reset.
+/// Thread: one, unless stated otherwise.
 class HidController {
  public:
-  /// Without a valid report for that long it is lost.
+  /// Without a valid report for this long, the device is lost.
   static constexpr std::int64_t kSilenceNs = 200'000'000;
 
   HidController(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
       : frame_(settings, scale) {}
 
-  /// The device was opened.
+  /// Called when the device has been opened.
   void opened(std::int64_t now_ns);
 
-  /// An input report: the state to publish, if it may be published.
+  /// Processes an input report; returns the state to publish, if there is one.
   std::optional<rt::HandleState> take(ReportBytes report, std::int64_t arrival_ns);
 
-  /// Time has passed without a report.
+  /// Called when time has passed without a report.
   void idle(std::int64_t now_ns);
 
-  /// The output report for the newest command: force zero where it may not be exerted.
+  /// Returns the output report for the newest command; its force is zero if the command may not be exerted.
   Report answer(const rt::HandleCommand& command, std::int64_t now_ns);
-  /// The device has taken it.
+  /// Called when the device has accepted the output report.
   void answered(std::int64_t now_ns) { gate_.sent(now_ns); }
 
-  /// The output report that switches the motors off.
+  /// Returns the output report that switches the motors off.
   Report farewell(std::int64_t now_ns);
 
   HandlePresence presence() const { return presence_; }
@@ -49,7 +49,7 @@ class HidController {
   std::uint64_t measurements() const { return measurements_; }
   std::uint64_t rejected() const { return link_.rejected; }
   LinkStatus link() const;
-  /// Thread: any.
+  /// Returns the distribution of the command latency.  Thread: any.
   std::optional<rt::LatencySummary> lastHop() const { return gate_.lastHop(); }
 
  private:
@@ -58,7 +58,7 @@ class HidController {
     std::int64_t time_ns = 0;
   };
   static constexpr std::size_t kRemembered = 64;  // outputs on their way to the device and back
-  // One input and one output interval, until the round trip has been measured.
+  // One input and one output interval; used until the round trip has been measured.
   static constexpr double kUnmeasuredDelayS = 0.002;
 
   bool isNext(std::uint32_t sequence);

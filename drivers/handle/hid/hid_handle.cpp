@@ -19,10 +19,10 @@ config::Result<HidSelection> selectionFrom(const config::HandleSettings& setting
 }  // namespace
 
 config::Result<void> HidHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"hid handle", "is running already", ""});
-  const auto wanted = selectionFrom(settings_);
-  if (!wanted) return std::unexpected(wanted.error());
-  const auto worker = std::make_shared<HidWorker>(settings_, scale_, *wanted, open_, channels);
+  if (thread_.joinable()) return std::unexpected(config::Error{"hid handle", "is already running", ""});
+  const auto selection = selectionFrom(settings_);
+  if (!selection) return std::unexpected(selection.error());
+  const auto worker = std::make_shared<HidWorker>(settings_, scale_, *selection, open_, channels);
   auto started = startHandleThread(policy_, [worker] { worker->run(); });
   if (!started) return std::unexpected(started.error());
   const std::lock_guard lock(worker_mutex_);

@@ -14,12 +14,12 @@
 
 namespace hapticd::drivers {
 
-/// A handle on USB HID: a controller with the reports of reports.md, or a SpaceMouse, which exerts no force.
-/// A device that is absent or lost is looked for twice a second.
+/// A handle on USB HID: a controller that uses the reports of reports.md, or a SpaceMouse, which exerts no
+/// force. While the device is absent or lost, the driver searches for it twice a second.
 ///
-/// stop() waits for the thread at most kStopLimit, because the kernel may hold an output report that a dying
-/// device does not take for seconds; then the thread is left behind with what it still needs, touches the
-/// channels no more, and ends when the kernel gives up.
+/// stop() waits at most kStopLimit for the thread, because the kernel may block for seconds on an output
+/// report that a failing device does not accept. The thread is then abandoned together with the data it still
+/// needs; it no longer accesses the channels and ends when the kernel gives up.
 class HidHandle final : public Handle {
  public:
   static constexpr std::chrono::milliseconds kStopLimit{1000};
@@ -30,7 +30,7 @@ class HidHandle final : public Handle {
       : settings_(settings), scale_(scale), open_(std::move(open)), policy_(policy) {}
   ~HidHandle() override { stop(); }
 
-  /// Errors: hid_handle.device names no device, it is running already, no thread can be had.
+  /// Errors: hid_handle.device names no device, the driver is already running, no thread can be started.
   config::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;
@@ -41,7 +41,7 @@ class HidHandle final : public Handle {
   HidOpener open_;
   HandleThreadPolicy policy_;
   mutable std::mutex worker_mutex_;
-  std::shared_ptr<HidWorker> worker_;  // kept after stop(), for status()
+  std::shared_ptr<HidWorker> worker_;  // kept after stop() for status()
   HandleScheduling scheduling_;
   std::thread thread_;
 };

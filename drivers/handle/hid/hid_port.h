@@ -19,17 +19,17 @@ class HidPort {
  public:
   virtual ~HidPort() = default;
 
-  /// Waits for an input report, at most `wait`, and puts it into `buffer`, with its id first if it has one.
-  /// Its length; 0 if none came.  Errors: the device is gone.
+  /// Waits for an input report for at most `wait` and copies it to `buffer`, preceded by its id if it has
+  /// one. Returns its length, or 0 if none arrived.  Errors: the device is gone.
   virtual config::Result<std::size_t> read(std::span<std::uint8_t> buffer,
                                            std::chrono::milliseconds wait) = 0;
 
-  /// Sends an output report that has no id. A device that does not take it may hold the call for seconds.
-  /// Errors: the device is gone or does not take it.
+  /// Sends an output report without an id. A device that does not accept it may block the call for seconds.
+  /// Errors: the device is gone or does not accept the report.
   virtual config::Result<void> write(std::span<const std::uint8_t> report) = 0;
 };
 
-/// Which device is wanted.
+/// Identifies the requested device.
 struct HidSelection {
   config::HidId id;
   std::uint16_t usage_page = 0;
@@ -37,13 +37,14 @@ struct HidSelection {
   std::string serial;  ///< empty: the first one found
 };
 
+/// An opened device and what was found out about it.
 struct OpenedHid {
   std::unique_ptr<HidPort> port;
   std::string serial;  ///< empty if it has none
-  std::string advice;  ///< for people: that there was a choice; may be empty
+  std::string advice;  ///< for people, e.g. that several devices match; may be empty
 };
 
-/// Finds and opens a device.  Errors: none is there, it may not be opened.
+/// Finds and opens a device.  Errors: there is none, or it may not be opened.
 using HidOpener = std::function<config::Result<OpenedHid>(const HidSelection&)>;
 
 }  // namespace hapticd::drivers

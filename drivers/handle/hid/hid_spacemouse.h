@@ -11,18 +11,20 @@
 
 namespace hapticd::drivers {
 
-/// A SpaceMouse as a handle that exerts nothing: neither waits nor reads. Where it has moved the HIP stays
-/// over losses of the device.  Thread: one.
+/// A SpaceMouse as a handle without forces; it neither waits nor reads. The HIP keeps its position when the
+/// device is lost.
+/// Thread: one.
 class HidSpaceMouse {
  public:
   static constexpr double kReachM = 0.5;  ///< of the HIP from its origin, per axis
 
   HidSpaceMouse(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);
 
-  /// The device was opened: a new session, with the cap released.
+  /// Called when the device has been opened: begins a new session with the cap released.
   void opened(std::int64_t now_ns);
+  /// Processes an input report.
   void take(std::span<const std::uint8_t> report);
-  /// The state to publish, moved on to `now_ns`.
+  /// Integrates the motion up to `now_ns` and returns the state to publish.
   rt::HandleState state(std::int64_t now_ns);
 
   std::uint64_t measurements() const { return measurements_; }

@@ -13,10 +13,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kRetryPeriod{500};
-constexpr milliseconds kReadLimit{20};                    // how long a stop may go unnoticed
-constexpr std::size_t kMostReportsAtOnce = 64;            // as many as the kernel queues
-constexpr std::int64_t kReportPeriodNs = 250'000'000;     // of the counts in the status
-constexpr std::int64_t kWriteHangsAfterNs = 200'000'000;  // an output report takes a millisecond
+constexpr milliseconds kReadLimit{20};                    // longest delay before a stop is noticed
+constexpr std::size_t kMaxReportsAtOnce = 64;             // the length of the kernel's queue
+constexpr std::int64_t kReportPeriodNs = 250'000'000;     // interval of status updates
+constexpr std::int64_t kWriteHangsAfterNs = 200'000'000;  // an output report normally takes a millisecond
 
 constexpr milliseconds kSpaceMousePeriod{1};
 constexpr const char* kSpaceMouseAdvice = "a SpaceMouse exerts no force: forces are discarded";
@@ -28,14 +28,14 @@ std::string joined(const std::string& first, const std::string& second) {
 }  // namespace
 
 HidWorker::HidWorker(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
-                     HidSelection wanted, HidOpener open, HandleChannels& channels)
+                     HidSelection selection, HidOpener open, HandleChannels& channels)
     : is_spacemouse_(settings.hid.kind == config::HidKind::spacemouse),
-      wanted_(std::move(wanted)),
+      selection_(std::move(selection)),
       open_(std::move(open)),
       controller_(settings, scale),
       spacemouse_(settings, scale),
       channels_(&channels) {
-  board_.reset("hid " + textOf(wanted_.id));
+  board_.reset("hid " + textOf(selection_.id));
   board_.set(HandlePresence::absent, "looking for the handle");
 }
 
@@ -74,7 +74,7 @@ void HidWorker::reportMissing(const config::Error& error) {
   board_.set(reported_, error.text());
 }
 
-/// At each change of state, else a few times a second.
+/// Updates the status at each change of state and otherwise a few times a second.
 template <typename Fill>
 void HidWorker::report(HandlePresence presence, Fill fill) {
   const std::int64_t now_ns = rt::monotonicNow_ns();
@@ -89,10 +89,10 @@ void HidWorker::report(HandlePresence presence, Fill fill) {
 }
 
 void HidWorker::useDeviceOnce() {
-  auto opened = open_(wanted_);
+  auto opened = open_(selection_);
   if (!opened) return reportMissing(opened.error());
   board_.update([&](HandleStatus& status) {
-    status.identity = "hid " + textOf(wanted_.id) + (opened->serial.empty() ? "" : " " + opened->serial);
+    status.identity = "hid " + textOf(selection_.id) + (opened->serial.empty() ? "" : " " + opened->serial);
     status.advice = joined(is_spacemouse_ ? kSpaceMouseAdvice : "", opened->advice);
     status.exerts_force = !is_spacemouse_;
   });
@@ -100,7 +100,7 @@ void HidWorker::useDeviceOnce() {
   if (!used) reportMissing(used.error());
 }
 
-/// False once the channels are taken away.
+/// Returns false once the channels have been taken away.
 bool HidWorker::publish(const rt::HandleState& state) {
   const std::lock_guard lock(mutex_);
   if (channels_ != nullptr) channels_->state.write(state);
@@ -114,7 +114,7 @@ rt::HandleCommand HidWorker::newestCommand() {
   return channels_->command.front();
 }
 
-// --- a controller
+// --- Controller
 
 config::Result<void> HidWorker::useController(HidPort& port) {
   controller_.opened(rt::monotonicNow_ns());
@@ -138,13 +138,14 @@ config::Result<void> HidWorker::useController(HidPort& port) {
   return write(port, controller_.farewell(rt::monotonicNow_ns()));
 }
 
-/// Takes over all reports that have arrived, after waiting for the first one; true if one was published.
+/// Processes all reports that have arrived, after waiting for the first one; returns true if one was
+/// published.
 config::Result<bool> HidWorker::takeReports(HidPort& port) {
   std::array<std::uint8_t, kReportBytes + 1>
-      buffer{};  // one more, so that a longer report is not taken for one of ours
+      buffer{};  // one byte more, so that a longer report is not mistaken for a valid one
   bool any = false;
   milliseconds wait = kReadLimit;
-  for (std::size_t count = 0; count < kMostReportsAtOnce; ++count) {
+  for (std::size_t count = 0; count < kMaxReportsAtOnce; ++count) {
     const auto size = port.read(buffer, wait);
     if (!size) return std::unexpected(size.error());
     if (*size == 0) break;
@@ -162,14 +163,15 @@ config::Result<void> HidWorker::write(HidPort& port, const Report& report) {
   return written;
 }
 
-// --- a SpaceMouse
+// --- SpaceMouse
 
-/// Its reports come only while the cap is deflected, so the device is there as long as it can be read.
+/// Its reports arrive only while the cap is deflected, so the device counts as present as long as it can be
+/// read.
 config::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
   std::array<std::uint8_t, kReportBytes> buffer{};
   spacemouse_.opened(rt::monotonicNow_ns());
   for (Clock::time_point due = Clock::now(); !stop_signal_.waitUntil(due); due += kSpaceMousePeriod) {
-    for (std::size_t count = 0; count < kMostReportsAtOnce; ++count) {
+    for (std::size_t count = 0; count < kMaxReportsAtOnce; ++count) {
       const auto size = port.read(buffer, milliseconds(0));
       if (!size) return std::unexpected(size.error());
       if (*size == 0) break;
@@ -181,7 +183,7 @@ config::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
       status.measurements = spacemouse_.measurements();
       status.rejected = spacemouse_.rejected();
     });
-    due = std::max(due, Clock::now() - kSpaceMousePeriod);  // periods that were slept over are left out
+    due = std::max(due, Clock::now() - kSpaceMousePeriod);  // periods missed by a late wake-up are skipped
   }
   return {};
 }

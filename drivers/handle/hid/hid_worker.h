@@ -18,24 +18,24 @@
 
 namespace hapticd::drivers {
 
-/// What the driver's thread does: look for the device, exchange reports with it, and begin again when it is
-/// lost. The thread owns it together with the driver, because a write that a dying device holds may outlive
-/// the driver; the channels are taken away from such a thread.
+/// The driver's thread function and its state: searches for the device, exchanges reports with it, and
+/// restarts when it is lost. Owned jointly by the thread and the driver, because a write blocked by a failing
+/// device may outlive the driver; such a thread loses access to the channels.
 class HidWorker {
  public:
-  /// The settings describe a device.
+  /// The settings must describe a device.
   HidWorker(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
-            HidSelection wanted, HidOpener open, HandleChannels& channels);
+            HidSelection selection, HidOpener open, HandleChannels& channels);
 
-  /// Thread: the driver's own, which ends with it.
+  /// Runs until stop().  Thread: the driver's own, which ends with it.
   void run();
 
-  /// Asks run() to switch the motors off and to end. False when it has not ended within `limit` and must be
-  /// left behind. Either way the channels are not touched any more.
-  /// Thread: any but the driver's own.
+  /// Asks run() to switch the motors off and to end. Returns false if it has not ended within `limit` and
+  /// must be abandoned. In both cases the channels are no longer accessed.
+  /// Thread: any except the driver's own.
   bool stop(std::chrono::milliseconds limit);
 
-  /// Thread: any.
+  /// Returns the current state.  Thread: any.
   HandleStatus status() const;
 
  private:
@@ -53,22 +53,22 @@ class HidWorker {
   rt::HandleCommand newestCommand();
 
   const bool is_spacemouse_;
-  const HidSelection wanted_;
+  const HidSelection selection_;
   const HidOpener open_;
   StatusBoard<HandleStatus> board_;
   StopSignal stop_signal_;
   std::atomic<std::int64_t> writing_since_ns_{0};  // 0: not writing
 
-  // run() only
+  // accessed by run() only
   HidController controller_;
   HidSpaceMouse spacemouse_;
-  bool seen_ = false;  // it was there once
+  bool seen_ = false;  // the device has been found before
   HandlePresence reported_ = HandlePresence::absent;
   std::int64_t reported_ns_ = 0;
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  HandleChannels* channels_;  // null once they are taken away
+  HandleChannels* channels_;  // null once taken away
   bool ended_ = false;
 };
 

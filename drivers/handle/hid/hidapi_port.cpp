@@ -15,9 +15,9 @@
 namespace hapticd::drivers {
 namespace {
 
-constexpr std::size_t kMostReportBytes = 64;
+constexpr std::size_t kMaxReportBytes = 64;
 
-/// What is not printable ASCII becomes '?'.
+/// Converts to ASCII; anything not printable becomes '?'.
 std::string plainText(const wchar_t* text) {
   std::string plain;
   for (; text != nullptr && *text != L'\0'; ++text) {
@@ -40,8 +40,8 @@ class HidapiPort final : public HidPort {
   }
 
   config::Result<void> write(std::span<const std::uint8_t> report) override {
-    std::array<std::uint8_t, 1 + kMostReportBytes> bytes{};  // begins with the id, 0 for none
-    const std::size_t size = std::min(report.size(), kMostReportBytes);
+    std::array<std::uint8_t, 1 + kMaxReportBytes> bytes{};  // begins with the report id, 0 if there is none
+    const std::size_t size = std::min(report.size(), kMaxReportBytes);
     std::copy_n(report.begin(), size, bytes.begin() + 1);
     if (hid_write(device_, bytes.data(), size + 1) < 0) return failure("writing to");
     return {};
@@ -51,7 +51,7 @@ class HidapiPort final : public HidPort {
   std::unexpected<config::Error> failure(const char* what) const {
     return std::unexpected(
         config::Error{"hidraw", fmt::format("{} the handle failed ({})", what, plainText(hid_error(device_))),
-                      "check its cable; it is looked for twice a second"});
+                      "check its cable; hapticd searches for it twice a second"});
   }
 
   hid_device* device_;
@@ -62,11 +62,11 @@ struct Candidate {
   std::string serial;
 };
 
-std::vector<Candidate> candidatesFor(const HidSelection& wanted) {
+std::vector<Candidate> candidatesFor(const HidSelection& selection) {
   std::vector<Candidate> found;
-  hid_device_info* const all = hid_enumerate(wanted.id.vendor, wanted.id.product);
+  hid_device_info* const all = hid_enumerate(selection.id.vendor, selection.id.product);
   for (const hid_device_info* device = all; device != nullptr; device = device->next) {
-    if (device->usage_page != wanted.usage_page || device->usage != wanted.usage) continue;
+    if (device->usage_page != selection.usage_page || device->usage != selection.usage) continue;
     found.push_back({device->path, plainText(device->serial_number)});
   }
   hid_free_enumeration(all);
@@ -77,26 +77,26 @@ std::vector<Candidate> candidatesFor(const HidSelection& wanted) {
 std::vector<std::string> serialsOf(const std::vector<Candidate>& candidates) {
   std::vector<std::string> serials;
   for (const Candidate& candidate : candidates) {
-    serials.push_back(candidate.serial.empty() ? "without a number" : candidate.serial);
+    serials.push_back(candidate.serial.empty() ? "without a serial number" : candidate.serial);
   }
   return serials;
 }
 
-config::Error notFound(const HidSelection& wanted, const std::vector<Candidate>& others) {
+config::Error notFound(const HidSelection& selection, const std::vector<Candidate>& others) {
   if (others.empty()) {
     return {"hidraw",
-            fmt::format("there is no HID device {} with usage {:04x}:{:04x}", textOf(wanted.id),
-                        wanted.usage_page, wanted.usage),
+            fmt::format("there is no HID device {} with usage {:04x}:{:04x}", textOf(selection.id),
+                        selection.usage_page, selection.usage),
             "connect the handle, or set hid_handle.device and hid_handle.kind to what it is"};
   }
   return {"hidraw",
-          fmt::format("no handle {} has the serial number {}; found: {}", textOf(wanted.id), wanted.serial,
-                      fmt::join(serialsOf(others), ", ")),
+          fmt::format("no handle {} has the serial number {}; found: {}", textOf(selection.id),
+                      selection.serial, fmt::join(serialsOf(others), ", ")),
           "set handle.serial to one of these"};
 }
 
-/// hidapi does not keep errno, so what forbids the opening is asked for again.
-config::Error notOpened(const HidSelection& wanted, const Candidate& candidate) {
+/// hidapi does not keep errno, so the reason is determined by another attempt to open the device.
+config::Error notOpened(const HidSelection& selection, const Candidate& candidate) {
   const std::string what =
       fmt::format("{} cannot be opened ({})", candidate.path, plainText(hid_error(nullptr)));
   if (::access(candidate.path.c_str(), R_OK | W_OK) == 0 || errno != EACCES) {
@@ -106,7 +106,7 @@ config::Error notOpened(const HidSelection& wanted, const Candidate& candidate) 
           fmt::format("give the group hapticd the device: in /etc/udev/rules.d/73-handle.rules write "
                       "SUBSYSTEM==\"hidraw\", KERNELS==\"0003:{:04X}:{:04X}.*\", GROUP=\"hapticd\", "
                       "MODE=\"0660\", then udevadm control --reload && udevadm trigger",
-                      wanted.id.vendor, wanted.id.product)};
+                      selection.id.vendor, selection.id.product)};
 }
 
 std::string adviceOn(const std::vector<Candidate>& candidates, const Candidate& chosen) {
@@ -118,16 +118,16 @@ std::string adviceOn(const std::vector<Candidate>& candidates, const Candidate& 
 
 }  // namespace
 
-config::Result<OpenedHid> openThroughHidapi(const HidSelection& wanted) {
-  const std::vector<Candidate> candidates = candidatesFor(wanted);
+config::Result<OpenedHid> openThroughHidapi(const HidSelection& selection) {
+  const std::vector<Candidate> candidates = candidatesFor(selection);
   const auto chosen = std::ranges::find_if(candidates, [&](const Candidate& candidate) {
-    return wanted.serial.empty() || candidate.serial == wanted.serial;
+    return selection.serial.empty() || candidate.serial == selection.serial;
   });
-  if (chosen == candidates.end()) return std::unexpected(notFound(wanted, candidates));
+  if (chosen == candidates.end()) return std::unexpected(notFound(selection, candidates));
   hid_device* const device = hid_open_path(chosen->path.c_str());
-  if (device == nullptr) return std::unexpected(notOpened(wanted, *chosen));
+  if (device == nullptr) return std::unexpected(notOpened(selection, *chosen));
   return OpenedHid{std::make_unique<HidapiPort>(device), chosen->serial,
-                   wanted.serial.empty() ? adviceOn(candidates, *chosen) : ""};
+                   selection.serial.empty() ? adviceOn(candidates, *chosen) : ""};
 }
 
 }  // namespace hapticd::drivers

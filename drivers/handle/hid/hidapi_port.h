@@ -5,8 +5,8 @@
 
 namespace hapticd::drivers {
 
-/// A HidOpener over hidapi's hidraw backend. It lists all HID devices, which takes milliseconds.
-/// Thread: always the same, that of the port.  RT: not safe.
-config::Result<OpenedHid> openThroughHidapi(const HidSelection& wanted);
+/// A HidOpener that uses hidapi's hidraw backend. It enumerates all HID devices, which takes milliseconds.
+/// Thread: always the same one, also used for the port.  RT: not safe.
+config::Result<OpenedHid> openThroughHidapi(const HidSelection& selection);
 
 }  // namespace hapticd::drivers

@@ -28,7 +28,7 @@ constexpr std::uint8_t kHasVelocity = 1U << 3;
 constexpr std::uint8_t kInputFlags = kCalibrated | kHoming | kWatchdogActed | kHasVelocity;
 constexpr std::uint8_t kExert = 1U << 0;
 
-/// Where the fields stand.
+/// Offsets of the fields.
 struct InputPlace {
   static constexpr std::size_t kFlags = 3, kSequence = 4, kTime = 8, kPosition = 12, kVelocity = 24,
                                kButtons = 36, kEcho = 40, kEchoAge = 44, kFaultCode = 48, kReserved = 50;
@@ -53,22 +53,22 @@ T get(ReportBytes bytes, std::size_t at) {
   return number;
 }
 
-void putVector(Report& report, std::size_t at, const Vec3& v, double unit, double most) {
+void putVector(Report& report, std::size_t at, const Vec3& v, double unit, double max) {
   for (const double value : {v.x, v.y, v.z}) {
-    const double cut = std::isfinite(value) ? std::clamp(value, -most, most) : 0;
+    const double cut = std::isfinite(value) ? std::clamp(value, -max, max) : 0;
     put(report, at, static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(cut / unit))));
     at += 4;
   }
 }
 
-/// Nothing if a component lies beyond `most`.
-std::optional<Vec3> getVector(ReportBytes bytes, std::size_t at, double unit, double most) {
+/// Returns nothing if a component is beyond `max`.
+std::optional<Vec3> getVector(ReportBytes bytes, std::size_t at, double unit, double max) {
   const auto component = [&](std::size_t axis) {
     return unit * static_cast<std::int32_t>(get<std::uint32_t>(bytes, at + 4 * axis));
   };
   const Vec3 v{component(0), component(1), component(2)};
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  return largest <= most + unit / 2 ? std::optional(v) : std::nullopt;
+  return largest <= max + unit / 2 ? std::optional(v) : std::nullopt;
 }
 
 void seal(Report& report, std::uint16_t magic) {
@@ -94,7 +94,7 @@ bool isZeroFrom(ReportBytes bytes, std::size_t from) {
 Vec3 withinForceRange(const Vec3& force_n) {
   if (!isFinite(force_n)) return {};
   const double largest = std::max({std::abs(force_n.x), std::abs(force_n.y), std::abs(force_n.z)});
-  return largest > kMostForceN ? (kMostForceN / largest) * force_n : force_n;
+  return largest > kMaxForceN ? (kMaxForceN / largest) * force_n : force_n;
 }
 
 }  // namespace
@@ -129,9 +129,9 @@ Report encode(const InputReport& input) {
       (input.watchdog_acted ? kWatchdogActed : 0) | (input.velocity_m_per_s ? kHasVelocity : 0));
   put(report, Place::kSequence, input.sequence);
   put(report, Place::kTime, input.time_us);
-  putVector(report, Place::kPosition, input.position_m, kPositionUnitM, kMostPositionM);
+  putVector(report, Place::kPosition, input.position_m, kPositionUnitM, kMaxPositionM);
   putVector(report, Place::kVelocity, input.velocity_m_per_s.value_or(Vec3{}), kSpeedUnitMPerS,
-            kMostSpeedMPerS);
+            kMaxSpeedMPerS);
   put(report, Place::kButtons, input.buttons);
   put(report, Place::kEcho, input.echo);
   put(report, Place::kEchoAge, input.echo_age_us);
@@ -144,7 +144,7 @@ Report encode(const OutputReport& output) {
   Report report{};
   report[OutputPlace::kMode] = output.exert ? kExert : 0;
   put(report, OutputPlace::kSequence, output.sequence);
-  putVector(report, OutputPlace::kForce, withinForceRange(output.force_n), kForceUnitN, kMostForceN);
+  putVector(report, OutputPlace::kForce, withinForceRange(output.force_n), kForceUnitN, kMaxForceN);
   seal(report, kOutputMagic);
   return report;
 }
@@ -156,8 +156,8 @@ std::expected<InputReport, ReportRefusal> inputFrom(ReportBytes bytes) {
   if ((flags & ~kInputFlags) != 0 || !isZeroFrom(bytes, Place::kReserved)) {
     return std::unexpected(ReportRefusal::reserved);
   }
-  const auto position = getVector(bytes, Place::kPosition, kPositionUnitM, kMostPositionM);
-  const auto velocity = getVector(bytes, Place::kVelocity, kSpeedUnitMPerS, kMostSpeedMPerS);
+  const auto position = getVector(bytes, Place::kPosition, kPositionUnitM, kMaxPositionM);
+  const auto velocity = getVector(bytes, Place::kVelocity, kSpeedUnitMPerS, kMaxSpeedMPerS);
   if (!position || !velocity) return std::unexpected(ReportRefusal::range);
 
   InputReport input;
@@ -181,7 +181,7 @@ std::expected<OutputReport, ReportRefusal> outputFrom(ReportBytes bytes) {
   if ((mode & ~kExert) != 0 || !isZeroFrom(bytes, OutputPlace::kReserved)) {
     return std::unexpected(ReportRefusal::reserved);
   }
-  const auto force = getVector(bytes, OutputPlace::kForce, kForceUnitN, kMostForceN);
+  const auto force = getVector(bytes, OutputPlace::kForce, kForceUnitN, kMaxForceN);
   const auto sequence = get<std::uint32_t>(bytes, OutputPlace::kSequence);
   if (!force || sequence == 0) return std::unexpected(ReportRefusal::range);
   return OutputReport{mode == kExert, sequence, *force};

@@ -8,7 +8,7 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Of the full speed, -1..1.
+/// Returns the fraction of the full speed, -1..1.
 double shareOf(int deflection) {
   constexpr double kRange = SpaceMouseMotion::kFullDeflection - SpaceMouseMotion::kDeadZone;
   const int beyond = std::max(0, std::abs(deflection) - SpaceMouseMotion::kDeadZone);
@@ -27,9 +27,9 @@ void SpaceMouseMotion::step(const SpaceMouseState& cap, double dt_s) {
 
 void SpaceMouseMotion::stepAxis(double rt::Vec3::*axis, int deflection, double dt_s) {
   const double speed = full_speed_m_per_s_ * shareOf(deflection);
-  const double wanted = position_.*axis + speed * dt_s;
-  position_.*axis = std::clamp(wanted, -reach_m_, reach_m_);
-  velocity_.*axis = position_.*axis == wanted ? speed : 0;
+  const double target = position_.*axis + speed * dt_s;
+  position_.*axis = std::clamp(target, -reach_m_, reach_m_);
+  velocity_.*axis = position_.*axis == target ? speed : 0;
 }
 
 }  // namespace hapticd::drivers

@@ -6,26 +6,29 @@
 
 namespace hapticd::drivers {
 
-/// A place that a SpaceMouse moves: its deflection is a velocity, which is integrated from the origin on.
-/// Axes as the world's (x right, y up, z towards the user); the cap's own have y towards the user and z down.
+/// A position moved by a SpaceMouse: its deflection is a velocity, which is integrated starting from the
+/// origin. Axes are those of the world (x right, y up, z towards the user); the cap's own have y towards the
+/// user and z down.
 /// Thread: one.  RT: safe.
 class SpaceMouseMotion {
  public:
+  /// Deflection at the end of an axis, in counts.
   static constexpr int kFullDeflection = 350;
-  /// A released cap rests up to that far beside zero; beyond it the speed grows from zero.
+  /// Largest deflection reported by a released cap; beyond it the speed grows from zero.
   static constexpr int kDeadZone = 17;
+  /// Longest time integrated in one step.
   static constexpr double kLongestStepS = 0.01;
 
-  /// `full_speed_m_per_s`: at full deflection of an axis; `reach_m`: how far it may go from the origin, per
-  /// axis.
+  /// `full_speed_m_per_s`: speed at full deflection of an axis; `reach_m`: largest distance from the origin,
+  /// per axis.
   SpaceMouseMotion(double full_speed_m_per_s, double reach_m)
       : full_speed_m_per_s_(full_speed_m_per_s), reach_m_(reach_m) {}
 
-  /// Moves on by `dt_s`, of which no more than kLongestStepS counts.
+  /// Integrates over `dt_s`, limited to kLongestStepS.
   void step(const SpaceMouseState& cap, double dt_s);
 
   const rt::Vec3& position_m() const { return position_; }
-  /// Zero along an axis whose end is reached.
+  /// Returns the velocity; zero along an axis that is at its end.
   const rt::Vec3& velocity_m_per_s() const { return velocity_; }
 
  private:

@@ -15,17 +15,18 @@ constexpr std::uint8_t kTranslationId = 1;
 constexpr std::uint8_t kRotationId = 2;
 constexpr std::uint8_t kButtonsId = 3;
 constexpr std::size_t kAxesBytes = 6;
-constexpr std::size_t kMostButtonBytes = 6;  // of devices with up to 48 buttons, of which 32 are told apart
+// Of devices with up to 48 buttons, of which 32 are distinguished.
+constexpr std::size_t kMaxButtonBytes = 6;
 
-// The logical maximum of the oldest devices, with room for a cap that goes beyond it.
-constexpr int kMostDeflection = 1000;
+// The logical maximum of the oldest devices, with a margin for a cap that exceeds it.
+constexpr int kMaxDeflection = 1000;
 
-/// Nothing for a deflection that no cap reaches.
+/// Returns nothing for an impossible deflection.
 std::optional<Axes> axesFrom(Bytes bytes) {
   Axes axes{};
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     axes[axis] = static_cast<std::int16_t>(bytes[2 * axis] | (bytes[2 * axis + 1] << 8));
-    if (std::abs(axes[axis]) > kMostDeflection) return std::nullopt;
+    if (std::abs(axes[axis]) > kMaxDeflection) return std::nullopt;
   }
   return axes;
 }
@@ -64,7 +65,7 @@ bool takeOver(SpaceMouseState& state, Bytes report) {
     case kRotationId:
       return content.size() == kAxesBytes && takeAxes(state.rotation, content);
     case kButtonsId:
-      if (content.empty() || content.size() > kMostButtonBytes) return false;
+      if (content.empty() || content.size() > kMaxButtonBytes) return false;
       state.buttons = buttonsFrom(content);
       return true;
     default:

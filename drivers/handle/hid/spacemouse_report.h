@@ -7,17 +7,17 @@
 
 namespace hapticd::drivers {
 
-/// What a SpaceMouse has said of its cap so far: each value stands until a report brings another one.
+/// State of a SpaceMouse's cap; each value stays valid until a report changes it.
 struct SpaceMouseState {
-  std::array<std::int16_t, 3>
-      translation{};  ///< x right, y towards the user, z down; +-350, older ones +-500
+  /// x right, y towards the user, z down; +-350, on older devices +-500.
+  std::array<std::int16_t, 3> translation{};
   std::array<std::int16_t, 3> rotation{};
   std::uint32_t buttons = 0;
 };
 
-/// Takes over an input report, which begins with its id: 1 translation, or all six axes in one; 2 rotation;
-/// 3 buttons. Others (a battery's state) change nothing.
-/// False for a report of one of these ids that has another length or a deflection that no cap reaches.
+/// Processes an input report, which begins with its id: 1 translation, or all six axes; 2 rotation; 3
+/// buttons. Others (such as the battery state) are ignored. Returns false for a report with one of these ids
+/// that has a wrong length or an impossible deflection.
 /// RT: safe.
 bool takeOver(SpaceMouseState& state, std::span<const std::uint8_t> report);
 

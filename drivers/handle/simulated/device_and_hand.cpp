@@ -8,7 +8,7 @@
 namespace hapticd::drivers {
 
 HeldStep heldStep(const DeviceAndHand& system, double step_s) {
-  // The input as a third state that stands still: the exponential then holds both matrices.
+  // Treating the input as a third, constant state makes the exponential contain both matrices.
   Eigen::Matrix3d rates = Eigen::Matrix3d::Zero();
   rates(0, 1) = 1;
   rates(1, 0) = -system.hand_stiffness_n_per_m / system.inertia_kg();
@@ -51,14 +51,15 @@ void Motion::subStep(double force_n) noexcept {
     velocity_m_per_s_ = velocity_m_per_s;
     return;
   }
-  // it came to rest on the way, with nearly constant deceleration
+  // it came to rest within the step, with nearly constant deceleration
   const double moving_s = sub_step_s_ * velocity_m_per_s_ / (velocity_m_per_s_ - velocity_m_per_s);
   position_m_ += velocity_m_per_s_ * moving_s / 2;
   velocity_m_per_s_ = 0;
   leaveRest(force_n, sub_step_s_ - moving_s);
 }
 
-/// From rest, `duration_s` short: stays where friction holds it, else starts with constant acceleration.
+/// Starts from rest, for the short time `duration_s`: stays while friction holds it, otherwise moves with
+/// constant acceleration.
 void Motion::leaveRest(double force_n, double duration_s) noexcept {
   const double pull_n = force_n - system_.hand_stiffness_n_per_m * position_m_;
   if (std::abs(pull_n) <= system_.coulomb_friction_n) return;

@@ -12,15 +12,15 @@ namespace {
 
 using rt::Vec3;
 
-/// The aim is a point in the world: at the end of the travel it is that far from it at most, on either side.
-/// Coordinates of up to 15 m round by less than 2e-15 m.
+/// Rounding tolerance at the end of the travel. Coordinates of up to 15 m have rounding errors below 2e-15 m.
 constexpr double kRounding_m = 1e-12;
 
 Vec3 unit(const Vec3& a) {
   return (1 / norm(a)) * a;
 }
 
-/// At right angles to `forward` and to the world's y axis, or to its x axis where forward is along y.
+/// Returns a unit vector perpendicular to `forward` and to the world's y axis, or to its x axis if `forward`
+/// is along y.
 Vec3 acrossOf(const Vec3& forward) {
   constexpr double kParallel = 0.9;
   const Vec3 reference = std::abs(forward.y) < kParallel ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
@@ -34,16 +34,16 @@ Vec3 limited(const Vec3& force_n) {
                                                    : force_n;
 }
 
-config::HandScript touchOf(config::HandScript script, int round) {
+config::HandScript actionOf(config::HandScript script, int round) {
   using config::HandScript;
   if (script != HandScript::mixed) return script;
   constexpr std::array kInTurn{HandScript::tap, HandScript::stroke, HandScript::lean};
   return kInTurn[static_cast<std::size_t>(round) % kInTurn.size()];
 }
 
-double gripFor(config::HandScript touch) {
-  if (touch == config::HandScript::tap) return SimulatedHand::kLooseGrip;
-  return touch == config::HandScript::lean ? SimulatedHand::kFirmGrip : 1;
+double gripFor(config::HandScript action) {
+  if (action == config::HandScript::tap) return SimulatedHand::kLooseGrip;
+  return action == config::HandScript::lean ? SimulatedHand::kFirmGrip : 1;
 }
 
 DeviceAndHand systemOf(const config::SimulatedHandleSettings& settings, double grip) {
@@ -55,7 +55,7 @@ DeviceAndHand systemOf(const config::SimulatedHandleSettings& settings, double g
 }
 
 Motion motionOf(const DeviceAndHand& system, double step_s, double position_m) {
-  constexpr int kSubSteps = 4;  // 0.25 ms between the stops of dry friction
+  constexpr int kSubSteps = 4;  // 0.25 ms of resolution for stops by dry friction
   Motion motion(system, step_s, system.coulomb_friction_n > 0 ? kSubSteps : 1);
   motion.place(position_m, 0);
   return motion;
@@ -92,18 +92,18 @@ void SimulatedHand::step(const Vec3& force_n_in_world) {
 }
 
 void SimulatedHand::beginRound() {
-  touch_ = touchOf(settings_.script, rounds_);
-  taps_left_ = touch_ == config::HandScript::tap ? kTaps : 0;
-  system_ = systemOf(settings_, gripFor(touch_));
+  action_ = actionOf(settings_.script, rounds_);
+  taps_left_ = action_ == config::HandScript::tap ? kTaps : 0;
+  system_ = systemOf(settings_, gripFor(action_));
   for (Motion& axis : axes_) axis.become(system_);
 }
 
-void SimulatedHand::aim(double felt_n) {
+void SimulatedHand::aim(double force_n) {
   phase_time_s_ += step_s_;
   switch (phase_) {
     case Phase::approaching:
       advanceAim();
-      if (felt_n >= kPressedShare * std::max(wantedForce_n() - friction_n_, 0.0)) {
+      if (force_n >= kPressedShare * std::max(targetForce_n() - friction_n_, 0.0)) {
         phase_ = Phase::pressing;
         phase_time_s_ = 0;
       } else if (progress(aim_) >= settings_.travel_m - kRounding_m) {
@@ -113,8 +113,8 @@ void SimulatedHand::aim(double felt_n) {
       break;
     case Phase::pressing:
       advanceAim();
-      if (touch_ == config::HandScript::stroke) stroke();
-      if (phase_time_s_ >= (touch_ == config::HandScript::tap ? kTap_s : settings_.press_s)) leave();
+      if (action_ == config::HandScript::stroke) stroke();
+      if (phase_time_s_ >= (action_ == config::HandScript::tap ? kTap_s : settings_.press_s)) leave();
       break;
     case Phase::retreating:
       retreat();
@@ -122,16 +122,16 @@ void SimulatedHand::aim(double felt_n) {
   }
 }
 
-/// A lean takes half of its time to come up to the press force.
-double SimulatedHand::wantedForce_n() const {
-  if (touch_ != config::HandScript::lean) return settings_.press_force_n;
+/// A lean builds up to the press force during half of its time.
+double SimulatedHand::targetForce_n() const {
+  if (action_ != config::HandScript::lean) return settings_.press_force_n;
   if (phase_ == Phase::approaching) return kFirstTouchShare * settings_.press_force_n;
   const double build_up = 2 * phase_time_s_ / std::max(settings_.press_s, step_s_);
   const double tremor = kTremorShare * std::sin(2 * std::numbers::pi * kTremor_hz * phase_time_s_);
   return std::clamp(build_up, kFirstTouchShare, 1.0) * (1 + tremor) * settings_.press_force_n;
 }
 
-/// Back to the start, or only a little between two taps.
+/// Starts the retreat: to the start, or only a little between two taps.
 void SimulatedHand::leave() {
   phase_ = Phase::retreating;
   taps_left_ = std::max(taps_left_ - 1, 0);
@@ -139,15 +139,15 @@ void SimulatedHand::leave() {
   turn_ = settings_.start_m_in_world + turn_m * forward_;
 }
 
-/// Along the approach: forward at the hand's speed, but no farther ahead of the handle than the wanted force
-/// stretches the hand's spring, and neither beyond the travel nor behind the start.
+/// Advances the aim along the approach at the hand's speed, but no farther ahead of the handle than the
+/// target force stretches the hand's spring, and neither beyond the travel nor behind the start.
 void SimulatedHand::advanceAim() {
   const double before = progress(aim_);
   const double free = std::min(before + settings_.speed_m_per_s * step_s_, settings_.travel_m);
-  const double ahead = progress(position_m_in_world()) + wantedForce_n() / system_.hand_stiffness_n_per_m;
+  const double ahead = progress(position_m_in_world()) + targetForce_n() / system_.hand_stiffness_n_per_m;
   const double after = std::max(std::min(free, ahead), 0.0);
   aim_ += (after - before) * forward_;
-  // While held back the damper works against all motion: it is what keeps the contact stable.
+  // While the aim is held back, the damper opposes all motion, which keeps the contact stable.
   aim_velocity_ = after < free ? Vec3{} : ((after - before) / step_s_) * forward_;
 }
 

@@ -31,12 +31,13 @@ config::Result<void> check(const config::SimulatedHandleSettings& settings) {
   return requireAboveZero("length of the direction of approach", norm(settings.direction_in_world));
 }
 
-/// Measures exactly, or as encoders do: positions in steps, and a velocity that follows from them.
+/// Measures exactly, or with the resolution of encoders: quantised positions and a velocity estimated from
+/// them.
 class Encoders {
  public:
   explicit Encoders(double quantum_m) : quantum_m_(quantum_m), velocity_(quantum_m) {}
 
-  /// `state.time_ns` is set already.
+  /// Fills `state`, except time_ns, which must be set already.
   void measure(const SimulatedHand& hand, rt::HandleState& state) {
     state.position_m_in_world = hand.position_m_in_world();
     state.velocity_m_per_s_in_world = hand.velocity_m_per_s_in_world();
@@ -56,7 +57,7 @@ class Encoders {
 }  // namespace
 
 config::Result<void> SimulatedHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"simulated handle", "is running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"simulated handle", "is already running", ""});
   if (auto ok = check(settings_); !ok) return ok;
   stop_requested_ = false;
   auto started = startHandleThread(policy_, [this, &channels] { simulate(channels); });
@@ -102,7 +103,7 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     const rt::Vec3 force = gate_.pass(channels.command.front(), kSession, now_ns).value_or(rt::Vec3{});
     gate_.sent(now_ns);
     exerted_force_n_.store(norm(force), std::memory_order_relaxed);
-    for (std::int64_t step = 0; step < std::min(steps, kMostStepsAtOnce); ++step) hand.step(force);
+    for (std::int64_t step = 0; step < std::min(steps, kMaxStepsAtOnce); ++step) hand.step(force);
 
     rt::HandleState state;
     state.time_ns = rt::monotonicNow_ns();

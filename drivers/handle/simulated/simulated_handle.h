@@ -13,13 +13,13 @@
 
 namespace hapticd::drivers {
 
-/// A SimulatedHand in real time: one step and one measurement per millisecond. A thread that wakes late makes
-/// up for the missed steps, at most kMostStepsAtOnce of them, with the newest command; beyond that the
-/// simulated time falls behind the clock.
+/// Runs a SimulatedHand in real time: one step and one measurement per millisecond. A thread that wakes late
+/// makes up for at most kMaxStepsAtOnce missed steps with the newest command; beyond that, simulated time
+/// falls behind the clock.
 class SimulatedHandle final : public Handle {
  public:
   static constexpr std::int64_t kStepNs = 1'000'000;
-  static constexpr std::int64_t kMostStepsAtOnce = 50;
+  static constexpr std::int64_t kMaxStepsAtOnce = 50;
 
   explicit SimulatedHandle(const config::SimulatedHandleSettings& settings,
                            const HandleThreadPolicy& policy = {})
@@ -31,7 +31,7 @@ class SimulatedHandle final : public Handle {
   void stop() override;
   HandleStatus status() const override;
 
-  /// Magnitude of the force that the handle exerts now, N; 0 when it is not running.  Thread: any.
+  /// Returns the magnitude of the force exerted now, in N; 0 while not running.  Thread: any.
   double exertedForceN() const { return exerted_force_n_.load(std::memory_order_relaxed); }
 
  private:

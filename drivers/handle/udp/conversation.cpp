@@ -11,7 +11,7 @@ namespace hapticd::drivers::udp {
 std::uint64_t randomSession() {
   std::uint64_t session = 0;
   while (session == 0) {
-    // Fails only before the kernel has gathered entropy, at boot.
+    // Fails only at boot, before the kernel has gathered entropy.
     if (::getrandom(&session, sizeof session, GRND_NONBLOCK) != sizeof session) {
       std::random_device device;
       session = (std::uint64_t{device()} << 32) | device();
@@ -52,7 +52,7 @@ Conversation::Verdict Conversation::hear(const Header& header, std::int64_t now_
       break;
     case Verdict::reordered:
       ++counts_.reordered;
-      if (counts_.lost > 0) --counts_.lost;  // it was taken for lost when the newer one came
+      if (counts_.lost > 0) --counts_.lost;  // it was counted as lost when the newer one arrived
       seen_ |= std::uint64_t{1} << (newest_ - header.sequence);
       break;
     case Verdict::unproven:
@@ -73,7 +73,7 @@ Conversation::Verdict Conversation::judge(const Header& header, std::int64_t now
   }
   if (header.echo.session == 0) return Verdict::greeting;
   const auto loop_ns = loopNsOf(header.echo, now_ns);
-  // Packets of two sessions of the other side may overtake each other; only the later one goes on.
+  // Packets of two sessions of the peer may overtake each other; only the later session continues.
   const bool later = header.session == peer_session_ || header.echo.sequence > newest_echo_;
   if (!loop_ns || !later || header.echo.age_ns > static_cast<std::uint64_t>(*loop_ns)) {
     return Verdict::unproven;
@@ -87,7 +87,7 @@ Conversation::Verdict Conversation::judge(const Header& header, std::int64_t now
 Conversation::Verdict Conversation::order(std::uint64_t sequence) const {
   if (sequence > newest_) return Verdict::fresh;
   const std::uint64_t behind = newest_ - sequence;
-  if (behind >= kWindow) return Verdict::unproven;  // nobody remembers whether it was here
+  if (behind >= kWindow) return Verdict::unproven;  // too old to know whether it has been received before
   return ((seen_ >> behind) & 1) != 0 ? Verdict::duplicated : Verdict::reordered;
 }
 

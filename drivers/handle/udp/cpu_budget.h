@@ -5,15 +5,15 @@
 
 namespace hapticd::drivers::udp {
 
-/// Keeps a thread that anybody on the network can give work to from using more than half of a CPU, also at a
-/// real-time priority.
+/// Limits a thread that anybody on the network can keep busy to half of a CPU, even at a real-time priority.
 /// Thread: one.  Progress: wait-free.
 class CpuBudget {
  public:
-  /// Of work and rest together. Measurements and commands come and go once per millisecond.
+  /// Length of a window of work and rest. Measurements and commands are exchanged once per millisecond.
   static constexpr std::int64_t kWindowNs = 2'000'000;
 
-  /// How long to rest now; 0: not at all. Both clocks: of the thread's work so far, and CLOCK_MONOTONIC.
+  /// Returns how long to rest now; 0: not at all. `worked_ns`: CPU time of the thread so far; `now_ns`:
+  /// CLOCK_MONOTONIC.
   std::int64_t restNs(std::int64_t worked_ns, std::int64_t now_ns) {
     if (now_ns - window_begin_ns_ >= kWindowNs) {
       window_begin_ns_ = now_ns;

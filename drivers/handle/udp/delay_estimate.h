@@ -8,9 +8,10 @@
 
 namespace hapticd::drivers::udp {
 
-/// What the force loop has to reckon with: of the last kSamples delays the one that 95 % do not exceed. A
-/// median would promise a stiffness that every other force comes too late for; a maximum would let one late
-/// packet soften the contact. Thread: one.  Progress: wait-free.  RT: safe.
+/// The delay that the force loop must assume: the 95th percentile of the last kSamples delays. A median would
+/// permit a stiffness for which every other force is too late; a maximum would let one late packet soften the
+/// contact.
+/// Thread: one.  Progress: wait-free.  RT: safe.
 class DelayEstimate {
  public:
   static constexpr std::size_t kSamples = 256;
@@ -21,7 +22,7 @@ class DelayEstimate {
     count_ = std::min(count_ + 1, kSamples);
   }
 
-  /// 0 without samples.
+  /// Returns the 95th percentile in nanoseconds; 0 without samples.
   std::int64_t ninetyFifthPercentileNs() const {
     if (count_ == 0) return 0;
     std::array<std::int64_t, kSamples> sorted = samples_;

@@ -29,19 +29,19 @@ config::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
     return refused(path, std::strerror(errno),
                    "let the program's user or group read it, or correct its path");
   }
-  if (!S_ISREG(status.st_mode)) return refused(path, "is no file", "correct its path");
+  if (!S_ISREG(status.st_mode)) return refused(path, "not a regular file", "correct its path");
   if ((status.st_mode & S_IRWXO) != 0) {
-    return refused(path, "others may read or write it", "chmod o= it, and make a new key if they were there");
+    return refused(path, "others may read or write it",
+                   "run chmod o= on it, and make a new key if others had access");
   }
   key.resize(kMostKeyBytes + 1);
   const ssize_t size = ::read(file.get(), key.data(), key.size());
   if (size < 0) return refused(path, std::strerror(errno), "");
   key.resize(static_cast<std::size_t>(size));
-  if (key.size() < kFewestKeyBytes || key.size() > kMostKeyBytes) {
-    return refused(
-        path,
-        fmt::format("has {} bytes, allowed are {} to {}", status.st_size, kFewestKeyBytes, kMostKeyBytes),
-        "make one with: openssl rand 32");
+  if (key.size() < kMinKeyBytes || key.size() > kMaxKeyBytes) {
+    return refused(path,
+                   fmt::format("has {} bytes, allowed: {} to {}", status.st_size, kMinKeyBytes, kMaxKeyBytes),
+                   "make one with: openssl rand 32");
   }
   return key;
 }

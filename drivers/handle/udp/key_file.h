@@ -9,12 +9,12 @@
 
 namespace hapticd::drivers::udp {
 
-inline constexpr std::size_t kFewestKeyBytes = 16;
-inline constexpr std::size_t kMostKeyBytes = 1024;
+inline constexpr std::size_t kMinKeyBytes = 16;
+inline constexpr std::size_t kMaxKeyBytes = 1024;
 
-/// All bytes of the file, as they are; an empty path gives an empty key.
-/// Errors: the file cannot be read, others than its owner and its group may read or write it, or its size is
-/// not kFewestKeyBytes to kMostKeyBytes.
+/// Reads a key: all bytes of the file as they are. An empty path gives an empty key.
+/// Errors: the file cannot be read, users other than its owner and group may read or write it, or its size is
+/// not within kMinKeyBytes to kMaxKeyBytes.
 config::Result<std::vector<std::byte>> keyFrom(const std::string& path);
 
 }  // namespace hapticd::drivers::udp

@@ -19,20 +19,20 @@ using PacketArray = std::array<std::byte, kAuthenticatedBytes>;
 
 enum class Kind : std::uint8_t { state = 1, command = 2 };
 
-constexpr std::uint32_t kMagic = 0x43545048;  // "HPTC" in the order of the bytes
+constexpr std::uint32_t kMagic = 0x43545048;  // "HPTC" in byte order
 constexpr std::uint8_t kVersion = 1;
 
-// Flags
+// Bits of the flags field.
 constexpr std::uint16_t kAuthenticated = 1;
 constexpr std::uint16_t kVelocityValid = 2;
 constexpr std::uint16_t kCalibrated = 4;
 constexpr std::uint16_t kFault = 8;
 constexpr std::uint16_t kDamps = 16;
 
-// Offers of a command
+// Bits of the offers field of a command.
 constexpr std::uint32_t kMayDamp = 1;
 
-// Offsets of the fields
+// Offsets of the fields.
 constexpr std::size_t kMagicAt = 0;
 constexpr std::size_t kVersionAt = 4;
 constexpr std::size_t kKindAt = 5;
@@ -54,8 +54,8 @@ constexpr std::size_t kCrcAt = 108;
 static_assert(kCrcAt + sizeof(std::uint32_t) == kPlainBytes);
 static_assert(kPlainBytes + SHA256_DIGEST_SIZE == kAuthenticatedBytes);
 
-// Differences of two such numbers never overflow.
-constexpr std::uint64_t kMostHeaderNumber = std::uint64_t{1} << 62;
+// Differences of two such numbers cannot overflow.
+constexpr std::uint64_t kMaxHeaderNumber = std::uint64_t{1} << 62;
 
 template <typename Number>
 void put(PacketArray& bytes, std::size_t at, Number number) {
@@ -110,10 +110,10 @@ Header getHeader(Bytes bytes) {
 
 bool isPossible(const Header& header) {
   const bool echoes_nobody = header.echo.session == 0;
-  return header.session != 0 && header.sequence != 0 && header.sequence <= kMostHeaderNumber &&
-         header.time_ns >= 0 && static_cast<std::uint64_t>(header.time_ns) <= kMostHeaderNumber &&
-         echoes_nobody == (header.echo.sequence == 0) && header.echo.sequence <= kMostHeaderNumber &&
-         header.echo.age_ns <= kMostHeaderNumber;
+  return header.session != 0 && header.sequence != 0 && header.sequence <= kMaxHeaderNumber &&
+         header.time_ns >= 0 && static_cast<std::uint64_t>(header.time_ns) <= kMaxHeaderNumber &&
+         echoes_nobody == (header.echo.sequence == 0) && header.echo.sequence <= kMaxHeaderNumber &&
+         header.echo.age_ns <= kMaxHeaderNumber;
 }
 
 std::array<std::byte, SHA256_DIGEST_SIZE> authenticationOf(Bytes bytes, Bytes key) {
@@ -125,7 +125,7 @@ std::array<std::byte, SHA256_DIGEST_SIZE> authenticationOf(Bytes bytes, Bytes ke
   return digest;
 }
 
-/// What is wrong with the envelope, from what costs least to what costs most.
+/// Checks the envelope, cheapest checks first.
 std::expected<void, Refusal> checkEnvelope(Bytes bytes, Kind kind, std::uint16_t known_flags, Bytes key) {
   if (bytes.size() != kPlainBytes && bytes.size() != kAuthenticatedBytes)
     return std::unexpected(Refusal::wrong_size);
@@ -150,9 +150,9 @@ std::expected<void, Refusal> checkEnvelope(Bytes bytes, Kind kind, std::uint16_t
   return {};
 }
 
-std::expected<void, Refusal> checkLength(const Vec3& vector, double most) {
+std::expected<void, Refusal> checkLength(const Vec3& vector, double max) {
   if (!isFinite(vector)) return std::unexpected(Refusal::not_finite);
-  if (norm(vector) > most) return std::unexpected(Refusal::out_of_range);
+  if (norm(vector) > max) return std::unexpected(Refusal::out_of_range);
   return {};
 }
 
@@ -212,9 +212,9 @@ std::expected<StatePacket, Refusal> decodeState(Bytes bytes, Bytes key) {
   packet.fault = (flags & kFault) != 0;
   packet.damps = (flags & kDamps) != 0;
   packet.buttons = get<std::uint32_t>(bytes, kButtonsOrModeAt);
-  if (auto ok = checkLength(packet.position_m_in_handle, kMostPositionM); !ok)
+  if (auto ok = checkLength(packet.position_m_in_handle, kMaxPositionM); !ok)
     return std::unexpected(ok.error());
-  if (auto ok = checkLength(packet.velocity_m_per_s_in_handle, kMostSpeedMPerS); !ok)
+  if (auto ok = checkLength(packet.velocity_m_per_s_in_handle, kMaxSpeedMPerS); !ok)
     return std::unexpected(ok.error());
   return packet;
 }
@@ -232,9 +232,9 @@ std::expected<CommandPacket, Refusal> decodeCommand(Bytes bytes, Bytes key) {
   packet.tick_ns = get<std::int64_t>(bytes, kTickTimeAt);
   packet.may_damp = (get<std::uint32_t>(bytes, kOffersAt) & kMayDamp) != 0;
   packet.contact_damping_n_s_per_m = double{std::bit_cast<float>(get<std::uint32_t>(bytes, kDampingAt))};
-  if (auto ok = checkLength(packet.force_n_in_handle, kMostForceN); !ok) return std::unexpected(ok.error());
+  if (auto ok = checkLength(packet.force_n_in_handle, kMaxForceN); !ok) return std::unexpected(ok.error());
   if (!std::isfinite(packet.contact_damping_n_s_per_m)) return std::unexpected(Refusal::not_finite);
-  if (packet.contact_damping_n_s_per_m < 0 || packet.contact_damping_n_s_per_m > kMostDampingNSPerM)
+  if (packet.contact_damping_n_s_per_m < 0 || packet.contact_damping_n_s_per_m > kMaxDampingNSPerM)
     return std::unexpected(Refusal::out_of_range);
   return packet;
 }
@@ -242,29 +242,29 @@ std::expected<CommandPacket, Refusal> decodeCommand(Bytes bytes, Bytes key) {
 std::string_view textOf(Refusal refusal) {
   switch (refusal) {
     case Refusal::wrong_size:
-      return "wrong size (does something else send there?)";
+      return "wrong size (is another program sending there?)";
     case Refusal::not_this_protocol:
-      return "another protocol (does something else send there?)";
+      return "another protocol (is another program sending there?)";
     case Refusal::other_version:
       return "another version of the protocol (bring both sides to the same version)";
     case Refusal::other_kind:
-      return "of the wrong direction (is it our own packet that comes back?)";
+      return "of the wrong direction (is our own packet reflected?)";
     case Refusal::unknown_flags:
       return "unknown flags (bring both sides to the same version)";
     case Refusal::damaged:
-      return "damaged on the way (check cables and network cards)";
+      return "damaged in transit (check cables and network cards)";
     case Refusal::not_authenticated:
       return "not authenticated (give the peer the key as well)";
     case Refusal::authenticated_without_key:
-      return "authenticated, but there is no key here (set udp_handle.key_file)";
+      return "authenticated, but no key is configured here (set udp_handle.key_file)";
     case Refusal::wrong_key:
       return "another key, or forged (give both sides the same key)";
     case Refusal::impossible_header:
       return "an impossible session, number or time (the sender does not follow the protocol)";
     case Refusal::not_finite:
-      return "a value that is not finite (does the device work?)";
+      return "a value that is not finite (does the device work correctly?)";
     case Refusal::out_of_range:
-      return "a value out of range (metres, metres per second and newtons are meant)";
+      return "a value out of range (the units are metres, metres per second and newtons)";
   }
   return "";
 }

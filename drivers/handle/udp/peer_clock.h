@@ -7,14 +7,14 @@
 
 namespace hapticd::drivers::udp {
 
-/// Puts times of the other computer's monotonic clock on this one's, as if every packet had taken the fastest
-/// way of the last one to two seconds: what a packet was held up on its way shows as age, and does not
-/// disturb the spacing of the measurements. The window follows clocks that drift apart. Thread: one.
-/// Progress: wait-free.  RT: safe.
+/// Converts times of the other computer's monotonic clock to this one's, assuming for every packet the
+/// smallest latency of the last one to two seconds. A delayed packet therefore shows as age, and the spacing
+/// of the measurements is preserved. The window follows clock drift.
+/// Thread: one.  Progress: wait-free.  RT: safe.
 class PeerClock {
  public:
   /// Returns when the packet was made, by our clock; never after `arrived_ns`. The difference of the two
-  /// times does not overflow.
+  /// times must not overflow.
   std::int64_t ourTimeNs(std::int64_t their_ns, std::int64_t arrived_ns) {
     const std::int64_t difference_ns = arrived_ns - their_ns;
     if (arrived_ns - window_began_ns_ >= kWindowNs) {
@@ -32,8 +32,9 @@ class PeerClock {
   static constexpr std::int64_t kWindowNs = 1'000'000'000;
 
   std::int64_t window_began_ns_ = 0;
-  std::int64_t current_ns_ = std::numeric_limits<std::int64_t>::max();  // least difference in this window
-  std::int64_t before_ns_ = std::numeric_limits<std::int64_t>::max();   // in the one before
+  std::int64_t current_ns_ = std::numeric_limits<std::int64_t>::max();  // smallest difference in this window
+  // Smallest difference in the previous window.
+  std::int64_t before_ns_ = std::numeric_limits<std::int64_t>::max();
 };
 
 }  // namespace hapticd::drivers::udp

@@ -43,7 +43,7 @@ UdpHandle::UdpHandle(const config::HandleSettings& settings, const rt::HandleSca
     : settings_(settings), scale_(scale), policy_(policy) {}
 
 config::Result<void> UdpHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"udp handle", "is running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"udp handle", "is already running", ""});
   auto worker_settings = workerSettingsFrom(settings_);
   if (!worker_settings) return std::unexpected(worker_settings.error());
   stop_event_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -54,7 +54,7 @@ config::Result<void> UdpHandle::start(HandleChannels& channels) {
   board_.reset("udp " + settings_.udp.peer);
   auto worker = std::make_shared<udp::UdpWorker>(*worker_settings, HandleFrame(settings_, scale_), channels,
                                                  board_, gate_);
-  worker->openSocket();  // where that fails, run() tries again
+  worker->openSocket();  // if this fails, run() tries again
   auto started = startHandleThread(policy_, [worker, stop_event = stop_event_] { worker->run(stop_event); });
   if (!started) {
     ::close(stop_event_);

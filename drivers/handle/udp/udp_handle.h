@@ -11,11 +11,11 @@
 
 namespace hapticd::drivers {
 
-/// A handle on another computer, behind the packets of protocol.md: present while a bridge there sends valid
-/// states, lost 100 ms after the last one. Nobody but the configured peer is listened to.
+/// A handle on another computer, connected by the packets of protocol.md: present while a bridge there sends
+/// valid states, lost 100 ms after the last one. Packets from anyone except the configured peer are rejected.
 ///
-/// Packets of strangers cannot keep a CPU from others, though the thread may have real-time priority: a
-/// CpuBudget has it rest.
+/// Packets from others cannot keep a CPU busy, even though the thread may have real-time priority: CpuBudget
+/// makes it rest.
 class UdpHandle final : public Handle {
  public:
   UdpHandle(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
@@ -24,8 +24,8 @@ class UdpHandle final : public Handle {
   UdpHandle(const UdpHandle&) = delete;
   UdpHandle& operator=(const UdpHandle&) = delete;
 
-  /// Errors: an address or peer that is none, a key file that cannot be used, no thread. An address or port
-  /// that is not there is none of them: the driver tries again each second.
+  /// Errors: an invalid address or peer, a key file that cannot be used, no thread. An address or port that
+  /// is not available yet is not an error: the driver tries again every second.
   config::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;

@@ -11,28 +11,30 @@
 
 namespace hapticd::drivers::udp {
 
-/// A UDP socket that never waits.
+/// A non-blocking UDP socket.
 /// Thread: one.
 class UdpSocket {
  public:
+  /// A received datagram.
   struct Datagram {
-    std::span<const std::byte> bytes;  ///< in the buffer of receive(); what did not fit is cut
+    std::span<const std::byte> bytes;  ///< in the buffer of receive(); truncated to its size
     config::Ipv4Endpoint from;
   };
 
   UdpSocket() = default;
 
-  /// Errors: the address is not (yet) this computer's, the port is taken or not permitted.
+  /// Opens a socket bound to `local`.  Errors: the address is not (yet) this computer's, the port is taken or
+  /// not permitted.
   static config::Result<UdpSocket> boundTo(const config::Ipv4Endpoint& local);
 
   bool isOpen() const { return static_cast<bool>(descriptor_); }
   /// For poll().
   int descriptor() const { return descriptor_.get(); }
 
-  /// The next datagram that has arrived; nothing: there is none.
+  /// Returns the next datagram; nothing if there is none.
   std::optional<Datagram> receive(std::span<std::byte> buffer) const;
 
-  /// Returns 0, or the errno of what the system says against it.
+  /// Sends a datagram. Returns 0 or errno.
   int send(std::span<const std::byte> bytes, const config::Ipv4Endpoint& to) const;
 
  private:

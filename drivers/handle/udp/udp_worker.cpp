@@ -17,16 +17,18 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kLostNs = 100 * kMs;
-constexpr std::int64_t kCommandIntervalNs = 5 * kMs;  // where no state asks for one
-constexpr std::int64_t kAnswerIntervalNs = 5 * kMs;   // what is not proven must not multiply packets
+constexpr std::int64_t kCommandIntervalNs = 5 * kMs;  // while no state requests one
+// Limits replies to unproven packets, so that they cannot multiply traffic.
+constexpr std::int64_t kAnswerIntervalNs = 5 * kMs;
 constexpr std::int64_t kReportIntervalNs = 100 * kMs;
 constexpr std::int64_t kRetryNs = 1000 * kMs;
 constexpr std::int64_t kRefusalConcernsNs = 10'000 * kMs;
-constexpr int kMostPacketsAtOnce = 64;  // then commands and the end get their turn
+constexpr int kMaxPacketsAtOnce = 64;  // then commands and stop requests get their turn
 constexpr std::size_t kReceiveBytes = 256;
 constexpr int kGoodbyes = 5;
 
-/// Waits until `stop_event` or `other` (-1: none) is readable, or the time is over; true for stop_event.
+/// Waits until `stop_event` or `other` (-1: none) is readable or the time has passed; returns true for
+/// stop_event.
 bool stopsWithin(std::int64_t wait_ns, int stop_event, int other) {
   std::array<pollfd, 2> files{{{stop_event, POLLIN, 0}, {other, POLLIN, 0}}};
   const std::int64_t bounded_ns = std::max<std::int64_t>(wait_ns, 0);
@@ -73,10 +75,10 @@ std::int64_t UdpWorker::nextDueNs() const {
                                         : report_ns;
 }
 
-/// Of states that have queued up only the newest is a measurement of now; all are judged and counted.
+/// Of queued states only the newest is a current measurement; all are checked and counted.
 void UdpWorker::receiveAll() {
   std::array<std::byte, kReceiveBytes> buffer;
-  for (int i = 0; i < kMostPacketsAtOnce; ++i) {
+  for (int i = 0; i < kMaxPacketsAtOnce; ++i) {
     const auto datagram = socket_.receive(buffer);
     if (!datagram) break;
     take(*datagram, rt::monotonicNow_ns());
@@ -99,7 +101,7 @@ void UdpWorker::take(const UdpSocket::Datagram& datagram, std::int64_t now_ns) {
     case Conversation::Verdict::fresh:
       return takeOver(*packet, from, now_ns);
     case Conversation::Verdict::unproven:
-      noteRefusal("replayed or held up, or our packets do not reach the peer within 100 ms", now_ns);
+      noteRefusal("replayed or delayed, or our packets do not reach the peer within 100 ms", now_ns);
       return answerUnproven(packet->header, from, now_ns);
     case Conversation::Verdict::greeting:
       return answerUnproven(packet->header, from, now_ns);
@@ -110,7 +112,7 @@ void UdpWorker::take(const UdpSocket::Datagram& datagram, std::int64_t now_ns) {
 }
 
 void UdpWorker::takeOver(const StatePacket& packet, const config::Ipv4Endpoint& from, std::int64_t now_ns) {
-  constexpr std::int64_t kSmoothing = 16;  // states
+  constexpr std::int64_t kSmoothing = 16;  // number of states
   const bool is_new = conversation_.peerSession() != session_of_frame_ || presence_ == HandlePresence::lost;
   if (is_new && !session_began_ && !packet.fault) beginSession();
   if (isAlive(now_ns)) state_interval_ns_ += (now_ns - fresh_ns_ - state_interval_ns_) / kSmoothing;
@@ -125,7 +127,7 @@ void UdpWorker::noteRefusal(std::string why, std::int64_t now_ns) {
   refused_ns_ = now_ns;
 }
 
-/// Lets the sender show that it runs now: its next packet echoes this one.
+/// Lets the sender prove that it is active: its next packet echoes this one.
 void UdpWorker::answerUnproven(const Header& heard, const config::Ipv4Endpoint& from, std::int64_t now_ns) {
   if (now_ns - answered_ns_ < kAnswerIntervalNs) return;
   answered_ns_ = now_ns;
@@ -144,7 +146,7 @@ void UdpWorker::publishNewest() {
   measurement.buttons = packet.buttons;
   measurement.calibrated = packet.calibrated;
   if (packet.velocity_valid) measurement.velocity_m_per_s_in_handle = packet.velocity_m_per_s_in_handle;
-  // The force that answers a state leaves with the answer to the one after it.
+  // The force computed from a state is sent with the reply to the following one.
   measurement.delay_s = static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_) * 1e-9;
   measurement.command_latency_ns = gate_.latency_ns();
   measurement.damps = packet.damps;
@@ -161,7 +163,7 @@ void UdpWorker::beginSession() {
   delay_.reset();
   session_began_ = true;
   session_of_frame_ = conversation_.peerSession();
-  refusal_.clear();  // it belongs to how the session came about
+  refusal_.clear();  // it belongs to the time before the session
 }
 
 bool UdpWorker::isAlive(std::int64_t now_ns) const {
@@ -180,7 +182,7 @@ void UdpWorker::sendCommand(std::int64_t now_ns) {
                        true};
   if (packet.active) {
     packet.force_n_in_handle = frame_.forceInHandle(*force_n_in_world);
-    packet.contact_damping_n_s_per_m = std::clamp(command.contact_damping_n_s_per_m, 0.0, kMostDampingNSPerM);
+    packet.contact_damping_n_s_per_m = std::clamp(command.contact_damping_n_s_per_m, 0.0, kMaxDampingNSPerM);
   }
   command_sent_ns_ = now_ns;
   send(packet, from_);
@@ -192,7 +194,7 @@ void UdpWorker::send(const CommandPacket& packet, const config::Ipv4Endpoint& to
   send_failure_ = socket_.send(bytes.bytes(), to);
 }
 
-/// More than one, because each may be lost; apart from each other, because losses come in bursts.
+/// Sends several packets, because each may be lost, at intervals, because losses come in bursts.
 void UdpWorker::sendGoodbye() {
   if (!socket_.isOpen() || conversation_.peerSession() == 0) return;
   for (int i = 0; i < kGoodbyes; ++i) {
@@ -228,18 +230,18 @@ std::string UdpWorker::detail() const {
     case HandlePresence::present:
       return text;
     case HandlePresence::calibrating:
-      return fmt::format("the device of {} does not know yet where it is (calibrate it as the bridge asks)",
-                         peer);
+      return fmt::format(
+          "the device of {} does not know its position yet (calibrate it as the bridge requests)", peer);
     case HandlePresence::lost:
       text =
           isAlive(reported_ns_)
-              ? fmt::format("the device of {} reports a fault (look at it and at the bridge)", peer)
-              : fmt::format("no valid packet from {} for 100 ms (does the bridge run? is the network there?)",
+              ? fmt::format("the device of {} reports a fault (check it and the bridge)", peer)
+              : fmt::format("no valid packet from {} for 100 ms (is the bridge running? is the network up?)",
                             peer);
       break;
     case HandlePresence::absent:
       text = fmt::format(
-          "no valid packet from {} yet (does the bridge run there and send to {}? do the firewalls and "
+          "no valid packet from {} yet (is the bridge running there and sending to {}? do the firewalls and "
           "IPAddressAllow= of the unit let packets pass?)",
           peer, textOf(settings_.local));
       break;
@@ -251,10 +253,10 @@ std::string UdpWorker::detail() const {
 std::string UdpWorker::advice() const {
   if (send_failure_ != 0) {
     return fmt::format(
-        "cannot send to the peer: {} (does IPAddressAllow= of the unit name it? is there a route?)",
+        "cannot send to the peer: {} (does IPAddressAllow= of the unit include it? is there a route?)",
         std::strerror(send_failure_));
   }
-  return refusal_.empty() ? std::string() : fmt::format("packets are refused, the last one: {}", refusal_);
+  return refusal_.empty() ? std::string() : fmt::format("packets are rejected, most recently: {}", refusal_);
 }
 
 }  // namespace hapticd::drivers::udp

@@ -21,14 +21,15 @@
 
 namespace hapticd::drivers::udp {
 
+/// Settings of a UdpWorker.
 struct WorkerSettings {
   config::Ipv4Endpoint local;
   config::Ipv4Endpoint peer;   ///< without a port: any port of that address
   std::vector<std::byte> key;  ///< empty: packets are not authenticated
 };
 
-/// What the thread of a UdpHandle does: takes states over, answers each with the newest command, and judges
-/// whether the peer is there.
+/// The thread function of a UdpHandle and its state: processes states, replies to each with the newest
+/// command, and determines whether the peer is present.
 /// Thread: one.
 class UdpWorker {
  public:
@@ -36,10 +37,10 @@ class UdpWorker {
             StatusBoard<HandleStatus>& board, CommandGate& gate)
       : settings_(settings), frame_(frame), channels_(channels), board_(board), gate_(gate) {}
 
-  /// Binds the socket: what arrives from then on is kept until run() takes it. True if it is bound.
+  /// Binds the socket; packets that arrive from then on are queued until run(). Returns true if it is bound.
   bool openSocket();
 
-  /// Runs until `stop_event` (an eventfd) is readable, then tells the peer to exert nothing.
+  /// Runs until `stop_event` (an eventfd) is readable, then tells the peer to exert no force.
   void run(int stop_event);
 
  private:
@@ -77,9 +78,9 @@ class UdpWorker {
   Conversation conversation_;
 
   HandlePresence presence_ = HandlePresence::absent;
-  config::Ipv4Endpoint from_;           // where the newest state came from
-  std::uint64_t session_of_frame_ = 0;  // the peer's session that the frame's session stands for
-  bool session_began_ = false;          // of the frame, and nothing is published in it yet
+  config::Ipv4Endpoint from_;           // sender of the newest state
+  std::uint64_t session_of_frame_ = 0;  // the peer's session that corresponds to the frame's session
+  bool session_began_ = false;          // the frame's session has begun but nothing was published in it yet
   std::optional<Arrived> newest_;       // fresh, not published yet
   std::int64_t fresh_ns_ = 0;           // arrival of the newest fresh state
   std::int64_t state_interval_ns_ = 0;  // between states, smoothed
@@ -89,10 +90,10 @@ class UdpWorker {
   std::uint64_t measurements_ = 0;
 
   std::int64_t command_sent_ns_ = 0;
-  std::int64_t answered_ns_ = 0;  // when something unproven was
+  std::int64_t answered_ns_ = 0;  // time of the last reply to an unproven packet
   std::string bind_failure_;
   int send_failure_ = 0;  // errno
-  std::string refusal_;   // of the newest refused packet
+  std::string refusal_;   // of the last rejected packet
   std::int64_t refused_ns_ = 0;
   std::int64_t reported_ns_ = 0;
 };

@@ -6,9 +6,9 @@
 
 namespace hapticd::drivers {
 
-/// The device file of a GPIO chip: of a path the path, of "gpiochipN" /dev/gpiochipN, of anything else the
-/// first chip with that label. Numbers are given anew when a chip comes back, labels stay.
-/// Errors: errno; for a label ENOENT, or EACCES where a chip could not be asked for its own.
+/// Returns the device file of a GPIO chip: a path as it is, /dev/gpiochipN for "gpiochipN", and otherwise the
+/// first chip with this label. Numbers may change when a chip is reconnected, labels do not.
+/// Errors: errno; for a label ENOENT, or EACCES if the label of a chip could not be read.
 std::expected<std::string, int> chipPath(const std::string& chip);
 
 }  // namespace hapticd::drivers

@@ -34,7 +34,7 @@ GpiodLeds::GpiodLeds(const config::LedSettings& settings) : chip_(settings.chip)
 }
 
 config::Result<void> GpiodLeds::start() {
-  if (thread_.joinable()) return std::unexpected(config::Error{"LEDs", "are running already", ""});
+  if (thread_.joinable()) return std::unexpected(config::Error{"LEDs", "are already running", ""});
   for (Output& output : outputs_) {
     if (output.configured.empty()) continue;
     auto address = config::lineAddressFrom(output.configured);
@@ -96,17 +96,17 @@ void GpiodLeds::requestMissing() {
     if (output.configured.empty() || output.line) continue;
     auto line = requestOn(chip_, output.address);
     if (!line) {
-      output.complaint = lineError(chip_, output.address, line.error()).text();
+      output.problem = lineError(chip_, output.address, line.error()).text();
       continue;
     }
     output.line = std::move(*line);
     output.was_held = true;
     output.shown_on = false;
-    output.complaint.clear();
+    output.problem.clear();
   }
 }
 
-/// `refresh`: also what is as it should be.
+/// Switches the LEDs. `refresh`: also those already in the right state.
 void GpiodLeds::write(LedSet lit, bool refresh) {
   for (std::size_t led = 0; led < kLedCount; ++led) {
     Output& output = outputs_[led];
@@ -115,7 +115,7 @@ void GpiodLeds::write(LedSet lit, bool refresh) {
     const int error = output.line->set(on);
     output.shown_on = on;
     if (error == 0) continue;
-    output.complaint = setError(chip_, output.address, error).text();
+    output.problem = setError(chip_, output.address, error).text();
     output.line.reset();
   }
 }
@@ -126,8 +126,9 @@ void GpiodLeds::report() {
   for (const Output& output : outputs_) {
     if (output.configured.empty() || output.line) continue;
     if (state != LedState::lost) state = output.was_held ? LedState::lost : LedState::absent;
-    if (detail.find(output.complaint) != std::string::npos) continue;  // the chip's, of several lines
-    detail += (detail.empty() ? "" : "; ") + output.complaint;
+    // The chip's failure, once for several lines.
+    if (detail.find(output.problem) != std::string::npos) continue;
+    detail += (detail.empty() ? "" : "; ") + output.problem;
   }
   const std::lock_guard lock(mutex_);
   status_.state = state;

@@ -15,10 +15,10 @@
 
 namespace hapticd::drivers {
 
-/// LEDs on the lines of a GPIO chip, through libgpiod. Each line is held by itself: one that is taken by
-/// another program leaves the others working. What is missing is looked for once a second, and what is there
-/// is written as often, so that a chip that has gone is noticed while no LED blinks.
-/// The chip is only touched by the driver's own thread, because one on a slow bus keeps its caller waiting.
+/// LEDs on the lines of a GPIO chip, through libgpiod. Each line is requested separately, so that one used by
+/// another program does not affect the others. Missing lines are searched for once a second, and present ones
+/// are written as often, so that the loss of a chip is noticed while no LED blinks.
+/// Only the driver's own thread accesses the chip, because one on a slow bus blocks its caller.
 class GpiodLeds final : public LedPanel {
  public:
   explicit GpiodLeds(const config::LedSettings& settings);
@@ -32,14 +32,14 @@ class GpiodLeds final : public LedPanel {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// One LED. Only the driver's thread touches it while there is one.
+  /// One LED. While the driver's thread runs, only that thread accesses it.
   struct Output {
-    std::string configured;       // as in the configuration; empty: there is no such LED
-    config::LineAddress address;  // valid from start() on
+    std::string configured;       // as in the configuration; empty: no such LED
+    config::LineAddress address;  // valid after start()
     std::optional<OutputLine> line;
     bool was_held = false;
     bool shown_on = false;
-    std::string complaint;  // why there is no line
+    std::string problem;  // why the line is missing
   };
 
   void run();
@@ -51,7 +51,7 @@ class GpiodLeds final : public LedPanel {
   std::array<Output, kLedCount> outputs_;
   std::thread thread_;
 
-  mutable std::mutex mutex_;  // for what follows; never held while the chip is touched
+  mutable std::mutex mutex_;  // for the following members; never held while the chip is accessed
   std::condition_variable changed_;
   LedSet lit_;
   bool stop_requested_ = false;

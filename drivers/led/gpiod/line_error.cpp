@@ -34,21 +34,21 @@ bool isNoAccess(int error) {
 Error chipError(const std::string& chip, int error) {
   const std::string where = chipText(chip);
   if (error == ENOENT) {
-    return {where, "there is no such chip",
+    return {where, "no such chip",
             "gpiodetect lists the chips; load the chip's driver, or correct leds.chip"};
   }
   if (isNoAccess(error)) return {where, "permission denied", kNoAccess};
-  // what libgpiod says of a file that is not a chip depends on its version
+  // errno for a file that is not a chip depends on the version of libgpiod
   if (error == ENOTTY || error == ENODEV || error == EINVAL)
-    return {where, "this is no GPIO chip", "gpiodetect lists the chips; correct leds.chip"};
-  return {where, systemText(error), "gpiodetect shows whether the chip answers"};
+    return {where, "not a GPIO chip", "gpiodetect lists the chips; correct leds.chip"};
+  return {where, systemText(error), "gpiodetect shows whether the chip responds"};
 }
 
 Error requestError(const std::string& where, const LineFailure& failure) {
   if (failure.error == EBUSY) {
     const std::string holder = failure.holder.empty() ? "" : " by " + inQuotes(failure.holder);
     return {where, "the line is in use" + holder,
-            "end what holds it, or choose another line (gpioinfo shows who holds which)"};
+            "stop the program that holds it, or choose another line (gpioinfo shows the holders)"};
   }
   if (isNoAccess(failure.error)) return {where, "the line cannot be an output", "choose another line"};
   return {where, systemText(failure.error), "gpioinfo shows what the line can be used for"};
@@ -62,7 +62,7 @@ Error lineError(const std::string& chip, const config::LineAddress& line, const 
       return chipError(chip, failure.error);
     case LineFailure::Step::line:
       if (failure.error == ENOENT || failure.error == EINVAL) {
-        return {lineText(chip, line), "there is no such line",
+        return {lineText(chip, line), "no such line",
                 "gpioinfo lists the lines of each chip; correct leds.*_line"};
       }
       return chipError(chip, failure.error);
@@ -75,10 +75,10 @@ Error lineError(const std::string& chip, const config::LineAddress& line, const 
 Error setError(const std::string& chip, const config::LineAddress& line, int error) {
   if (error == ENODEV || error == ENXIO) {
     return {chipText(chip), "the chip is gone",
-            "connect it again or load its driver; it is looked for once a second"};
+            "connect it again or load its driver; hapticd searches for it once a second"};
   }
   return {lineText(chip, line), "cannot be switched: " + systemText(error),
-          "check the chip's connection; it is tried again once a second"};
+          "check the chip's connection; hapticd tries again once a second"};
 }
 
 }  // namespace hapticd::drivers

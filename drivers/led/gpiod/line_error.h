@@ -8,10 +8,11 @@
 
 namespace hapticd::drivers {
 
-/// A failure of OutputLine::request() for people. One of the chip is the same for all its lines.
+/// Describes a failure of OutputLine::request() for people. A failure of the chip is the same for all its
+/// lines.
 config::Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure);
 
-/// A failure of OutputLine::set() for people.  `error`: errno.
+/// Describes a failure of OutputLine::set() for people.  `error`: errno.
 config::Error setError(const std::string& chip, const config::LineAddress& line, int error);
 
 }  // namespace hapticd::drivers

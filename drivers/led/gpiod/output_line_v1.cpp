@@ -36,7 +36,7 @@ struct OutputLine::Held {
   }
 
   Chip chip;
-  gpiod_line* line;  // the chip's
+  gpiod_line* line;  // owned by the chip
 };
 
 std::expected<OutputLine, LineFailure> OutputLine::request(const std::string& chip_path,

@@ -10,7 +10,7 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Frees what libgpiod made.
+/// Deleter for objects created by libgpiod.
 template <auto kFree>
 struct FreedBy {
   template <typename Object>
@@ -30,7 +30,7 @@ std::unexpected<LineFailure> failed(LineFailure::Step step, int error, std::stri
   return std::unexpected(LineFailure{step, error, std::move(holder)});
 }
 
-/// Its offset, or -1 and errno.
+/// Returns the offset of a line, or -1 with errno set.
 int findLine(gpiod_chip* chip, const config::LineAddress& address) {
   if (!address.name.empty()) return gpiod_chip_get_line_offset_from_name(chip, address.name.c_str());
   const LineInfo info(gpiod_chip_get_line_info(chip, static_cast<unsigned int>(address.offset)));
@@ -43,7 +43,7 @@ std::string holderOf(gpiod_chip* chip, unsigned int offset) {
   return consumer != nullptr ? consumer : "";
 }
 
-/// Null and errno when it fails.
+/// Requests a line, switched off; returns null with errno set on failure.
 LineRequest requestOff(gpiod_chip* chip, unsigned int offset, bool active_low) {
   const LineSettings settings(gpiod_line_settings_new());
   const LineConfig line_config(gpiod_line_config_new());
@@ -64,7 +64,7 @@ int setValue(gpiod_line_request* request, unsigned int offset, bool on) {
 
 }  // namespace
 
-// The request lives on when the chip is closed.
+// The request remains valid when the chip is closed.
 struct OutputLine::Held {
   Held(LineRequest its_request, unsigned int its_offset)
       : request(std::move(its_request)), offset(its_offset) {}

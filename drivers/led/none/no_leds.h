@@ -5,7 +5,7 @@
 
 namespace hapticd::drivers {
 
-/// A box without LEDs.
+/// LED driver of a box without LEDs.
 class NoLeds final : public LedPanel {
  public:
   config::Result<void> start() override { return {}; }

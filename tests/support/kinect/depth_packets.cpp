@@ -16,7 +16,7 @@ constexpr std::uint8_t kLast = 0x75;
 void packDepth(std::span<const std::uint16_t, kPixels> raw,
                std::span<std::uint8_t, kPackedFrameBytes> packed) noexcept {
   std::uint32_t bits = 0;
-  unsigned waiting = 0;  // bits not written yet, below 8 between two pixels
+  unsigned waiting = 0;  // bits not written yet, fewer than 8 between two pixels
   std::size_t at = 0;
   for (const std::uint16_t value : raw) {
     bits = bits << 11 | (value & 0x7ffU);
@@ -33,7 +33,7 @@ void DepthPackets::begin(std::span<const std::uint8_t, kPackedFrameBytes> packed
   index_ = 0;
 }
 
-std::size_t DepthPackets::next(std::span<std::uint8_t, kMostPacketBytes> out) noexcept {
+std::size_t DepthPackets::next(std::span<std::uint8_t, kMaxPacketBytes> out) noexcept {
   const std::size_t begin = index_ * kPacketDataBytes;
   const std::size_t count = std::min(kPacketDataBytes, kPackedFrameBytes - begin);
   const std::uint8_t flag = index_ == 0 ? kFirst : index_ + 1 == kPacketsPerFrame ? kLast : kMiddle;

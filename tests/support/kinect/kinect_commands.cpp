@@ -20,7 +20,7 @@ constexpr std::uint16_t kDepthStreamRegister = 0x06;
 constexpr std::uint16_t kDepthStreamOn = 2;
 constexpr std::uint16_t kSensorWrite = 0x8000;
 
-/// 0 beyond the end.
+/// Returns a word; 0 beyond the end.
 std::uint16_t word(std::span<const std::uint8_t> bytes, std::size_t index) {
   if (bytes.size() < 2 * index + 2) return 0;
   return static_cast<std::uint16_t>(bytes[2 * index] | bytes[2 * index + 1] << 8);
@@ -65,7 +65,7 @@ std::span<const std::uint8_t> KinectCommands::takeReply() {
   return std::span(reply_).first(std::exchange(reply_bytes_, 0));
 }
 
-/// The reply's payload, all zero (so its first word says success).
+/// Returns the reply's payload, all zero (so its first word means success).
 std::span<std::uint8_t> KinectCommands::beginReply(std::size_t payload_bytes) {
   reply_bytes_ = kHeaderBytes + payload_bytes;
   const std::span<std::uint8_t> reply = std::span(reply_).first(reply_bytes_);
@@ -91,7 +91,7 @@ void KinectCommands::writeRegister(Payload payload) {
   beginReply(2);
 }
 
-/// The image sensor's own registers.
+/// Handles access to the image sensor's own registers.
 void KinectCommands::accessSensor(Payload payload) {
   const auto address = static_cast<std::uint16_t>(word(payload, 1) & ~kSensorWrite);
   std::uint16_t& value = sensor_registers_[address];
@@ -101,8 +101,8 @@ void KinectCommands::accessSensor(Payload payload) {
 
 void KinectCommands::sendZeroPlane() {
   const std::span<std::uint8_t> payload = beginReply(322);
-  putFloat(payload, 94, 7.5F);      // distance of emitter and camera, cm
-  putFloat(payload, 98, 2.3F);      // distance of colour and depth camera, cm
+  putFloat(payload, 94, 7.5F);      // distance between emitter and camera, cm
+  putFloat(payload, 98, 2.3F);      // distance between colour and depth camera, cm
   putFloat(payload, 102, 120.0F);   // reference distance, mm
   putFloat(payload, 106, 0.1042F);  // pixel size at the reference distance, mm
 }

@@ -10,18 +10,19 @@
 
 namespace hapticd::test::kinect {
 
-/// The camera's control endpoint: a command comes as a vendor OUT request, its reply is fetched by a vendor
-/// IN request.  Thread: one at a time.
+/// The camera's control endpoint: a command arrives as a vendor OUT request, its reply is fetched by a vendor
+/// IN request.
+/// Thread: one at a time.
 class KinectCommands {
  public:
-  /// Executes one command block ("GM", payload words, command, tag, payload; little-endian). What is none, or
-  /// ends before its payload does, is ignored as the camera does it: no reply follows.
+  /// Executes one command block ("GM", payload words, command, tag, payload; little-endian). Invalid or
+  /// truncated blocks are ignored as by the camera: there is no reply.
   void command(std::span<const std::uint8_t> bytes);
 
-  /// The reply to the newest command, once; then nothing. Valid until the next command().
+  /// Returns the reply to the newest command once, then nothing. Valid until the next command().
   std::span<const std::uint8_t> takeReply();
 
-  /// Depth has been started and not stopped (register 0x06).
+  /// Returns whether depth has been started and not stopped (register 0x06).
   bool streamsDepth() const { return streams_depth_; }
 
  private:
@@ -37,9 +38,9 @@ class KinectCommands {
   std::map<std::uint16_t, std::uint16_t> registers_;
   std::map<std::uint16_t, std::uint16_t> sensor_registers_;
   bool streams_depth_ = false;
-  std::uint16_t command_ = 0;  // the one in progress
+  std::uint16_t command_ = 0;  // of the command in progress
   std::uint16_t tag_ = 0;
-  std::array<std::uint8_t, kMostReplyBytes> reply_{};
+  std::array<std::uint8_t, kMaxReplyBytes> reply_{};
   std::size_t reply_bytes_ = 0;
 };
 

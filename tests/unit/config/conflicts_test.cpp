@@ -32,7 +32,7 @@ bool contains(const std::string& text, std::string_view part) {
   return text.find(part) != std::string::npos;
 }
 
-// {"a.b=1", "c=2"} from "set a.b to at least 1, or c to at most 2"; what does not have that form is left out.
+// Returns {"a.b=1", "c=2"} for "set a.b to at least 1, or c to at most 2"; parts of another form are omitted.
 std::vector<std::string> changesIn(std::string remedy) {
   std::vector<std::string> changes;
   if (!remedy.starts_with("set ")) return changes;
@@ -54,7 +54,7 @@ TEST(Conflicts, NearMustLieBelowFar) {
   EXPECT_EQ(textsFor({"camera.near_m=5"}).size(), 1U);
 }
 
-TEST(Conflicts, TheFewestPointsMayNotExceedTheMost) {
+TEST(Conflicts, MinPointsMayNotExceedMaxPoints) {
   EXPECT_EQ(textsFor({"force.min_points=100"}), Texts{});
   EXPECT_EQ(
       textsFor({"force.min_points=101"}),
@@ -85,8 +85,8 @@ TEST(Conflicts, AUdpPeerIsOneComputerThatTheAddressReaches) {
     ASSERT_EQ(found.size(), 1U) << peer;
     EXPECT_NE(found[0].find("write it as 192.0.2.10, or with a port as 192.0.2.10:47801"), std::string::npos);
   }
-  EXPECT_EQ(texts("127.0.0.1", "192.0.2.10"), Texts{"udp_handle.address: 127.0.0.1 is reached from this "
-                                                    "computer only, and udp_handle.peer is 192.0.2.10 "
+  EXPECT_EQ(texts("127.0.0.1", "192.0.2.10"), Texts{"udp_handle.address: 127.0.0.1 can be reached only from "
+                                                    "this computer, but udp_handle.peer is 192.0.2.10 "
                                                     "(set udp_handle.address to this computer's address in "
                                                     "the peer's network, or to 0.0.0.0 for all)"});
   EXPECT_EQ(
@@ -101,13 +101,13 @@ TEST(Conflicts, ADepthLawNeedsAValidRawValue) {
   EXPECT_EQ(
       textsFor({"camera.depth_law=custom", "camera.depth_a_per_m=-0.0029", "camera.depth_b_per_m=3.15"}),
       Texts{});
-  // 1/Z stays below 0: everything lies behind the camera.
+  // 1/Z stays below 0: everything is behind the camera.
   EXPECT_EQ(
       textsFor({"camera.depth_law=custom", "camera.depth_a_per_m=-0.003", "camera.depth_b_per_m=-1"}),
       Texts{"camera.depth_law: Z = 1 / (-0.003 d + -1) lies between camera.near_m, 0.4 m, and camera.far_m, "
             "4 m, for no raw value d of 0..2046 (correct camera.depth_a_per_m and camera.depth_b_per_m: "
             "about -0.003 and 3.3 for a Kinect v1)"});
-  // Only the law in force counts.
+  // Only the configured law is checked.
   EXPECT_EQ(textsFor({"camera.depth_a_per_m=-0.003", "camera.depth_b_per_m=-1"}), Texts{});
 }
 
@@ -132,24 +132,24 @@ TEST(Conflicts, TheHandlesThreadIsLessUrgentThanTheForceThread) {
   EXPECT_EQ(
       textsFor({"handle.thread_priority=50", "loop.priority=50"}),
       Texts{"handle.thread_priority: 50 is not below the loop.priority 50, and the handle's thread must "
-            "never keep the force loop waiting (set handle.thread_priority to at most 49, or to -1)"});
+            "never make the force loop wait (set handle.thread_priority to at most 49, or to -1)"});
 }
 
 TEST(Conflicts, TheFalconNeedsAFirmwareImage) {
   EXPECT_EQ(textsFor({"handle.driver=falcon", "falcon_handle.firmware=image.bin"}), Texts{});
   EXPECT_EQ(textsFor({"handle.driver=falcon"}),
             Texts{"falcon_handle.firmware: is empty, and the handle.driver falcon needs it (set "
-                  "falcon_handle.firmware to the path of the image that Novint's driver brings)"});
+                  "falcon_handle.firmware to the path of the image in Novint's driver)"});
 }
 
 TEST(Conflicts, TheDirectionOfApproachIsNotZero) {
   EXPECT_EQ(textsFor({"simulated_handle.direction_z=0", "simulated_handle.direction_x=0.001"}), Texts{});
   const Texts texts = textsFor({"simulated_handle.direction_z=0", "simulated_handle.direction_x=1e-200"});
   ASSERT_EQ(texts.size(), 1U);
-  EXPECT_EQ(
-      texts[0],
-      "simulated_handle.direction_x: (1e-200, 0, 0) is no direction: it is shorter than 0.001 (set at least "
-      "one of direction_x, direction_y and direction_z, as in 0, 0, -1)");
+  EXPECT_EQ(texts[0],
+            "simulated_handle.direction_x: (1e-200, 0, 0) is not a direction: it is shorter than 0.001 (set "
+            "at least "
+            "one of direction_x, direction_y and direction_z, as in 0, 0, -1)");
 }
 
 TEST(Conflicts, ASocketPathHasAtMost107Bytes) {
@@ -186,9 +186,9 @@ TEST(Conflicts, TheWindowHoldsTheReachFromTheComputedNumberOfVoxelsOn) {
           "force.radius_m to at most 0.0379)"});
 }
 
-// The proxy looks 0.04 m + 2 * 0.008 m + 0.008 m = 0.064 m far, whatever the springs' radius is:
-// 2 * (0.064 + 0.6 * (1/30 + 0.02)) + 2 * 0.004 = 0.2 m.
-TEST(Conflicts, TheWindowHoldsWhatTheLawInUseLooksAt) {
+// The proxy needs 0.04 m + 2 * 0.008 m + 0.008 m = 0.064 m, whatever the radius of the springs is: 2 * (0.064
+// + 0.6 * (1/30 + 0.02)) + 2 * 0.004 = 0.2 m.
+TEST(Conflicts, TheWindowCoversWhatTheLawInUseNeeds) {
   const std::vector<std::string> small{"grid.voxel_edge_m=0.004", "force.radius_m=0.02"};
   std::vector<std::string> with_proxy = small;
   with_proxy.emplace_back("force.law=proxy");
@@ -201,11 +201,11 @@ TEST(Conflicts, TheWindowHoldsWhatTheLawInUseLooksAt) {
                        "set grid.cells_per_axis to at least 51, or grid.voxel_edge_m to at least "
                        "0.00641"))
       << texts[0];
-  EXPECT_EQ(textsFor(small), Texts{});  // auto comes to the law surface with these
+  EXPECT_EQ(textsFor(small), Texts{});  // auto chooses the law surface with these settings
 }
 
-// An error that only the springs keep far away: the law auto comes to them there.
-TEST(Conflicts, TheWindowHoldsWhatTheLawsLookAtThatAutoMayChoose) {
+// With a large allowed error, auto chooses the springs far away.
+TEST(Conflicts, TheWindowCoversWhatTheLawsNeedThatAutoMayChoose) {
   const std::vector<std::string> tolerant{"force.max_error_n=10", "force.stiffness_n_per_m=100",
                                           "grid.cells_per_axis=16"};
   const Texts texts = textsFor(tolerant);
@@ -213,7 +213,7 @@ TEST(Conflicts, TheWindowHoldsWhatTheLawsLookAtThatAutoMayChoose) {
   EXPECT_TRUE(contains(texts[0], ", which auto may choose, needs ")) << texts[0];
 }
 
-// It is in the image, not in a window of voxels.
+// It works on the image, not on a window of voxels.
 TEST(Conflicts, TheLawSurfaceNeedsNoWindow) {
   EXPECT_EQ(textsFor({"force.law=surface", "grid.max_hip_speed_m_per_s=5", "grid.cells_per_axis=8"}),
             Texts{});
@@ -223,8 +223,8 @@ TEST(Conflicts, TheWindowDoesNotMatterWhileTheWholeFrameIsModelled) {
   EXPECT_EQ(textsFor({"force.law=proxy", "grid.cells_per_axis=8", "grid.extent=frame"}), Texts{});
 }
 
-// Every number that a remedy names mends the conflict by itself.
-TEST(Conflicts, EveryRemedyForTheWindowMendsIt) {
+// Every value named in a remedy resolves the conflict by itself.
+TEST(Conflicts, EveryRemedyForTheWindowResolvesTheConflict) {
   int remedies = 0;
   for (const char* law : {"nearest_springs", "proxy", "surface", "auto"})
     for (const char* cells : {"8", "19", "32", "64"}) {
@@ -237,9 +237,10 @@ TEST(Conflicts, EveryRemedyForTheWindowMendsIt) {
                  std::string("force.radius_m=") + radius});
             for (const Error& error : checkTogether(settings)) {
               for (const std::string& change : changesIn(error.remedy)) {
-                Settings mended = settings;
-                ASSERT_TRUE(setFromText(mended, change)) << change;
-                EXPECT_TRUE(checkTogether(mended).empty()) << change << " does not mend: " << error.text();
+                Settings changed = settings;
+                ASSERT_TRUE(setFromText(changed, change)) << change;
+                EXPECT_TRUE(checkTogether(changed).empty())
+                    << change << " does not resolve: " << error.text();
                 ++remedies;
               }
             }
@@ -250,7 +251,7 @@ TEST(Conflicts, EveryRemedyForTheWindowMendsIt) {
   EXPECT_GT(remedies, 100);
 }
 
-TEST(Conflicts, AWindowThatNoSingleChangeMendsIsRefusedToo) {
+TEST(Conflicts, AWindowThatNoSingleChangeFixesIsRefusedToo) {
   const Texts texts =
       textsFor({"force.law=nearest_springs", "grid.cells_per_axis=8", "grid.voxel_edge_m=0.002",
                 "force.radius_m=0.1", "grid.max_hip_speed_m_per_s=5", "grid.frame_period_s=1"});
@@ -267,9 +268,9 @@ TEST(Conflicts, AFrameGridThatTakesTooMuchMemoryIsRefusedWithACoarserEdge) {
   EXPECT_TRUE(errors[0].remedy.ends_with(", or camera.far_m below 10 m")) << errors[0].remedy;
   const std::vector<std::string> remedies = changesIn(errors[0].remedy);
   ASSERT_EQ(remedies.size(), 1U);
-  Settings mended = with(changes);
-  ASSERT_TRUE(setFromText(mended, remedies[0])) << remedies[0];
-  EXPECT_TRUE(checkTogether(mended).empty());
+  Settings changed = with(changes);
+  ASSERT_TRUE(setFromText(changed, remedies[0])) << remedies[0];
+  EXPECT_TRUE(checkTogether(changed).empty());
 }
 
 TEST(Conflicts, TheFrameGridOfTheDefaultsFits) {

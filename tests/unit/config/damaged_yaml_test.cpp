@@ -20,8 +20,7 @@ std::string repeated(std::string_view piece, std::size_t length) {
   return text;
 }
 
-// What a loader may return at all: settings that the table and the rules accept, or errors that say
-// something.
+// A loader may only return settings that the table and the rules accept, or errors with a text.
 void expectSettingsOrErrors(const std::expected<Settings, std::vector<Error>>& settings) {
   if (!settings) {
     EXPECT_FALSE(settings.error().empty());
@@ -38,8 +37,8 @@ void expectSettingsOrErrors(const std::expected<Settings, std::vector<Error>>& s
   EXPECT_TRUE(checkTogether(*settings).empty());
 }
 
-// Nested, endless and repetitive inputs as long as a file may be: refused in bounded work and stack. The
-// test's time limit is the bound on time.
+// Nested, endless and repetitive inputs of the maximum file size: refused with bounded work and stack. The
+// test's time limit bounds the time.
 TEST(DamagedYaml, LongPathologicalFilesAreRefused) {
   const test::TemporaryFolder folder;
   for (const char* piece :
@@ -88,8 +87,8 @@ TEST(DamagedYaml, AFileWithThousandsOfValuesIsReadNoFurtherThanFiveThousand) {
                 "that this is the configuration file)");
 }
 
-// Bytes of the shipped demo changed, deleted, doubled and cut at random, with a fixed seed: no crash, no
-// hang, and nothing but sound settings or errors.
+// Bytes of the shipped demo changed, deleted, doubled and truncated at random with a fixed seed: no crash, no
+// hang, and only valid settings or errors.
 TEST(DamagedYaml, RandomDamageGivesSoundSettingsOrErrors) {
   const test::TemporaryFolder folder;
   const std::string whole = contentOf(std::filesystem::path(HAPTICD_SHIPPED_CONFIG) / "demo.yaml");

@@ -24,7 +24,7 @@ TEST(DepthLaw, FactoryIsWhatTheDriverComputesFromTheCamerasConstants) {
   camera.depth_law = DepthLaw::factory;
   const rt::DepthModelParameters model = camera.effectiveDepthModel();
   for (const int raw : {1, 400, 600, 1000, 1049}) {
-    // The driver's own form of the law. 1e-12 relative: a dozen roundings of double precision, enlarged by
+    // The driver's own form of the law. 1e-12 relative: a dozen roundings in double precision, amplified by
     // the cancellation in the denominator (28.4 - 27.3 at raw 1049).
     const double expected_m = 9 / (28.379075 - 0.02605 * raw);
     EXPECT_NEAR(depthOf(model, raw), expected_m, 1e-12 * expected_m) << raw;

@@ -24,19 +24,19 @@ TEST(FileContent, IsAllOfTheFileUpToTheLongestAllowed) {
   EXPECT_EQ(longer.error().text(), "is longer than 200000 bytes");
 }
 
-// Without a writer, opening a pipe for reading waits for ever; the test's time limit would end it.
-TEST(FileContent, IsNotWaitedForAtAPipeWhereARegularFileIsWanted) {
+// Without a writer, opening a pipe for reading waits forever; the test's time limit would end it.
+TEST(FileContent, OfAPipeIsRefusedWithoutWaitingWhereARegularFileIsRequired) {
   const test::TemporaryFolder folder;
   const std::filesystem::path pipe = folder.path() / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   for (const std::filesystem::path& file : {pipe, std::filesystem::path("/dev/zero")}) {
     const auto content = fileContent(file, {.longest = 10});
     ASSERT_FALSE(content) << file;
-    EXPECT_EQ(content.error().text(), "is no regular file");
+    EXPECT_EQ(content.error().text(), "is not a regular file");
   }
 }
 
-TEST(FileContent, OfADeviceIsReadWhereAnyKindIsWanted) {
+TEST(FileContent, OfADeviceIsReadWhereAnyKindIsAllowed) {
   EXPECT_EQ(fileContent("/dev/null", {.longest = 10, .kind = FileKind::any}).value_or("?"), "");
 }
 

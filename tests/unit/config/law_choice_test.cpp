@@ -31,7 +31,7 @@ TEST(MeasuredLaws, KnowEachLawAtEachDistance) {
   EXPECT_EQ(classes(), (std::set<double>{0.6, 0.8, 1, 1.5, 2, 3, 3.5}));
 }
 
-TEST(ChooseLaw, TakesTheCheapestThatIsWithinTheError) {
+TEST(ChooseLaw, ChoosesTheCheapestWithinTheError) {
   for (const double class_m : classes()) {
     for (const double max_error_n : {0.05, 0.28, 1.0, 10.0, 100.0}) {
       const LawDecision decision = chooseLaw(max_error_n, kStiffness, class_m);
@@ -51,7 +51,7 @@ TEST(ChooseLaw, TakesTheCheapestThatIsWithinTheError) {
   }
 }
 
-TEST(ChooseLaw, TakesTheMostAccurateAndSaysSoWhereNothingIsWithinTheError) {
+TEST(ChooseLaw, ChoosesAndNamesTheMostAccurateWhereNoneIsWithinTheError) {
   const LawDecision decision = chooseLaw(1e-6, kStiffness, 3.5);
   EXPECT_FALSE(decision.within);
   for (const MeasuredLaw& measured : measuredLaws()) {
@@ -69,7 +69,7 @@ TEST(MeasuredLaws, FilterOnlyLawsOnPoints) {
   }
 }
 
-// 20 %: what one setting may be worse than the best at any distance, so that little is left to choose.
+// 20 %: one setting may be this much worse than the best at any distance, so that little is left to choose.
 TEST(MeasuredLaws, HaveInSurfaceOneSettingThatIsNearlyTheMostAccurateEverywhere) {
   for (const double class_m : classes()) {
     double least_m = 1e9;

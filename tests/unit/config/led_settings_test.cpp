@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of LEDs: how one is written, and what is refused.
+// The lines of LEDs: their form, and what is refused.
 
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ TEST(LineAddress, TakesOffsetsUpToTheLargest) {
   expectAddress("65535", {"", 65535, false});
   for (const char* offset : {"65536", "2147483648", "99999999999999999999"}) {
     EXPECT_EQ(refusalOf(offset), "\"" + std::string(offset) +
-                                     "\" is no offset of a line (allowed: 0..65535) (gpioinfo lists the "
+                                     "\" is not the offset of a line (allowed: 0..65535) (gpioinfo lists the "
                                      "lines of each chip)");
   }
 }
@@ -138,7 +138,7 @@ TEST(LedSettings, EveryLineThatCannotBeReadIsReportedAtItsPlace) {
   const Texts texts =
       conflictsOf({"leds.power_line=99999", "leds.camera_line=5 active", "leds.contact_line=5"});
   ASSERT_EQ(texts.size(), 2U);
-  EXPECT_TRUE(texts[0].starts_with("leds.power_line: \"99999\" is no offset")) << texts[0];
+  EXPECT_TRUE(texts[0].starts_with("leds.power_line: \"99999\" is not the offset")) << texts[0];
   EXPECT_TRUE(texts[1].starts_with("leds.camera_line: \"5 active\" does not end in")) << texts[1];
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// A document as libyaml composes it.
+/// A document as composed by libyaml.
 class Document {
  public:
   explicit Document(yaml_parser_t& parser) { loaded_ = yaml_parser_load(&parser, &document_) != 0; }
@@ -23,7 +23,7 @@ class Document {
   Document& operator=(const Document&) = delete;
 
   bool loaded() const { return loaded_; }
-  /// Null where the stream has ended.
+  /// Returns null at the end of the stream.
   yaml_node_t* root() { return yaml_document_get_root_node(&document_); }
   yaml_node_t* node(int index) { return yaml_document_get_node(&document_, index); }
 
@@ -43,7 +43,7 @@ bool isNull(const yaml_node_t& node) {
 
 using Entries = std::vector<std::pair<std::string, yaml_node_t*>>;
 
-/// The entries of a map with scalar keys; nothing for any other node.
+/// Returns the entries of a map with scalar keys; nothing for any other node.
 std::optional<Entries> entriesOf(Document& document, const yaml_node_t& map) {
   if (map.type != YAML_MAPPING_NODE) return std::nullopt;
   Entries entries;

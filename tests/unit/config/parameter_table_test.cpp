@@ -14,7 +14,7 @@ bool isNumeric(const Parameter& parameter) {
   return parameter.kind == Kind::number || parameter.kind == Kind::integer;
 }
 
-// A value that parameter.check() accepts and that differs from the default.
+// Returns a value that parameter.check() accepts and that differs from the default.
 Value otherValue(const Parameter& parameter) {
   const Value standard = parameter.defaultValue();
   switch (parameter.kind) {
@@ -35,7 +35,7 @@ Value otherValue(const Parameter& parameter) {
   return std::string("some text");
 }
 
-// The parameters of the paper and of the two groups that may change in a running loop, by hand.
+// The paper's parameters and those of the two groups that may change in a running loop, listed independently.
 TEST(ParameterTable, HasThePapersDefaultsAndSymbols) {
   const auto expectRow = [](std::string_view name, const Value& standard, std::string_view symbol) {
     const Parameter* parameter = findParameter(name);
@@ -71,7 +71,7 @@ TEST(ParameterTable, WhatShapesTheForceIsLiveAndNothingElse) {
   }
 }
 
-TEST(ParameterTable, EveryNameIsOnceThereAndIsFound) {
+TEST(ParameterTable, EveryNameIsUniqueAndFound) {
   std::set<std::string_view> names;
   for (const Parameter& parameter : parameterTable()) {
     EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
@@ -90,8 +90,8 @@ TEST(ParameterTable, EveryRowIsComplete) {
   }
 }
 
-// A raw number that has a unit says so in its name.
-TEST(ParameterTable, TheUnitStandsAtTheEndOfTheName) {
+// A dimensional number has its unit at the end of its name.
+TEST(ParameterTable, TheUnitIsAtTheEndOfTheName) {
   const std::map<std::string_view, std::string_view> endings{
       {"N/m", "_n_per_m"}, {"m", "_m"},       {"N", "_n"},         {"N/s", "_n_per_s"},
       {"s", "_s"},         {"1/m", "_per_m"}, {"px", "_px"},       {"rad", "_rad"},
@@ -133,7 +133,7 @@ TEST(ParameterTable, BothEndsOfEveryRangeAreAllowedAndWhatLiesBeyondIsNot) {
   }
 }
 
-// Only the member behind the row changes: the others keep their defaults.
+// Only the member of the row changes: the others keep their defaults.
 TEST(ParameterTable, SettingOneParameterChangesThatOneAlone) {
   for (const Parameter& parameter : parameterTable()) {
     if (parameter.choices.size() == 1) continue;  // there is no other value
@@ -158,7 +158,7 @@ TEST(ParameterTable, EveryChoiceReadsBack) {
   }
 }
 
-// The words and the enumerators belong together; one by hand for each enumeration.
+// The words match the enumerators; one is checked for each enumeration.
 TEST(ParameterTable, WordsMeanTheirEnumerators) {
   Settings settings;
   ASSERT_TRUE(setFromText(settings, "camera.driver=recorded"));

@@ -42,7 +42,7 @@ TEST(ParameterValue, ANegativeZeroBecomesZero) {
   EXPECT_FALSE(std::signbit(numberFrom("-0.0")));
 }
 
-TEST(ParameterValue, WhatIsNoDecimalNumberIsRefused) {
+TEST(ParameterValue, AnythingButADecimalNumberIsRefused) {
   for (const char* text : {"",   " 1", "1 ", "+-1", "-+1", "--1", "0x10", "1_000", "1,5",      "0.04 m",
                            "e5", "1e", ".",  "-",   "+",   "one", "nan",  "inf",   "infinity", "1\n"}) {
     const Result<Value> value = findParameter("camera.position_x_m")->parse(text);
@@ -66,8 +66,9 @@ TEST(ParameterValue, ErrorsNameTheParameterTheValueAndTheRange) {
             "force.min_points: 3.5 is not a whole number (allowed: 1..1000)");
   EXPECT_EQ(textOfSetting("force.min_points=99999999999999999999"),
             "force.min_points: 99999999999999999999 is out of range (allowed: 1..1000)");
-  EXPECT_EQ(textOfSetting("camera.depth_law=kinect"),
-            "camera.depth_law: \"kinect\" is not a choice (allowed: one of: paper, factory, custom)");
+  EXPECT_EQ(
+      textOfSetting("camera.depth_law=kinect"),
+      "camera.depth_law: \"kinect\" is not an allowed choice (allowed: one of: paper, factory, custom)");
   EXPECT_EQ(textOfSetting("loop.lock_memory=yes"),
             "loop.lock_memory: \"yes\" is not a truth value (allowed: true or false)");
   EXPECT_EQ(textOfSetting("camera.serial=a\tb"),
@@ -144,7 +145,7 @@ TEST(ToText, IsTheShortestFormThatReadsBack) {
   EXPECT_EQ(toText(std::string("paper")), "paper");
 }
 
-// Each number is the neighbour of a simple one, so that a rounding of the last digit would show.
+// Each number is the neighbour of a simple one, so that rounding of the last digit would be noticed.
 TEST(ToText, EveryNumberReadsBackExactly) {
   for (double simple : {0.1, 1.0 / 3, 2.5, 9.999, 1e-7, 1e-300, 4.9e-324}) {
     for (const double number : {simple, std::nextafter(simple, 10), std::nextafter(simple, -10)}) {

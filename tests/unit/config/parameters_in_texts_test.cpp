@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The texts of a source that people read: literals of more than one word, without comments.
+/// Returns the texts of a source that people read: literals of more than one word, without comments.
 std::string textsIn(const fs::path& file) {
   static const std::regex literal(R"re("((?:[^"\\\n]|\\.)*)")re");
   const std::string source = test::contentOf(file);

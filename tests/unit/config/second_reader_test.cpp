@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the loader takes, libyaml takes too, and as the same values: nothing is read more laxly than by a
-// reader that shares no code with ours, and nothing vanishes without a word.
+// Everything that the loader accepts, libyaml accepts as well, with the same values: nothing is read more
+// leniently than by an independent reader, and nothing is silently lost.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// Nothing where the file is refused.
+/// Returns nothing if the file is refused.
 std::optional<Values> valuesByReader(const std::string& text) {
   const YamlFile file = readYaml(text);
   if (!file.complete || !file.problems.empty()) return std::nullopt;
@@ -36,7 +36,7 @@ std::optional<Values> valuesByReader(const std::string& text) {
   return values;
 }
 
-/// Empty where the two agree, or ours is the stricter one.
+/// Returns "" if the two agree or ours is stricter.
 std::string disagreement(const std::string& text) {
   const auto values = valuesByReader(text);
   if (!values) return {};
@@ -50,7 +50,7 @@ std::string disagreement(const std::string& text) {
   return values->size() == others->size() ? "" : "there are more values than libyaml finds";
 }
 
-/// The lines of `damaged` that `sound` does not have.
+/// Returns the lines of `damaged` that `sound` does not have.
 std::string changedLines(const std::string& damaged, const std::string& sound) {
   std::string changed;
   std::istringstream lines(damaged);
@@ -63,7 +63,7 @@ std::string changedLines(const std::string& damaged, const std::string& sound) {
   return changed;
 }
 
-/// Every form in which a value may stand.
+/// Every form in which a value may be written.
 constexpr std::string_view kEveryForm = R"(# A comment: with "quotes' in it
 camera:
   serial: "A00362 # no comment"  # a comment
@@ -90,7 +90,7 @@ std::vector<std::string> soundFiles() {
   const std::filesystem::path shipped = HAPTICD_SHIPPED_CONFIG;
   std::vector<std::string> files{std::string(kEveryForm), yamlText(Settings{}),
                                  test::contentOf(shipped / "demo.yaml")};
-  // hapticd.yaml with every value in force: its names stand in comments
+  // hapticd.yaml with every value uncommented; its names are in comments
   std::string documented = test::contentOf(shipped / "hapticd.yaml");
   for (std::size_t at = 0; (at = documented.find("\n  # ", at)) != std::string::npos; ++at) {
     const std::size_t end = documented.find('\n', at + 1);
@@ -101,7 +101,7 @@ std::vector<std::string> soundFiles() {
   return files;
 }
 
-TEST(SecondReader, SoundFilesAreTakenAsTheSameValues) {
+TEST(SecondReader, ValidFilesGiveTheSameValues) {
   for (const std::string& text : soundFiles()) {
     const auto values = valuesByReader(text);
     ASSERT_TRUE(values) << text;
@@ -110,7 +110,7 @@ TEST(SecondReader, SoundFilesAreTakenAsTheSameValues) {
   }
 }
 
-/// Changes as people, editors and damaged disks make them.
+/// Changes as made by people, editors and damaged disks.
 class Damage {
  public:
   explicit Damage(unsigned seed) : random_(seed) {}
@@ -201,7 +201,7 @@ class Damage {
     }
   }
 
-  /// At the beginning or the end of a line, or of the file.
+  /// At the beginning or the end of a line or of the file.
   void atLine(std::string& text, std::string_view piece) {
     if (below(10) == 0) {
       text.insert(0, piece);
@@ -211,7 +211,7 @@ class Damage {
     if (line != std::string::npos) text.insert(line + below(2), piece);
   }
 
-  /// Before or behind a value.
+  /// Before or after a value.
   void atValue(std::string& text) {
     static constexpr std::string_view kSigns = "\"'{}[],:#&*!|>%@`~?-\\\r\t";
     const std::size_t colon = text.find(": ", below(text.size()));
@@ -223,7 +223,7 @@ class Damage {
   std::mt19937 random_;
 };
 
-TEST(SecondReader, TakesEveryDamagedFileThatOursTakesAndAsTheSameValues) {
+TEST(SecondReader, AcceptsEveryDamagedFileThatOursAcceptsWithTheSameValues) {
   Damage damage(20111002);  // NOLINT(cert-msc51-cpp): the same damage in every run
   const std::vector<std::string> files = soundFiles();
   int taken = 0;
@@ -236,7 +236,7 @@ TEST(SecondReader, TakesEveryDamagedFileThatOursTakesAndAsTheSameValues) {
     EXPECT_EQ(found, "") << changedLines(damaged, file);
     taken += valuesByReader(damaged) ? 1 : 0;
   }
-  EXPECT_GT(taken, 1000);  // otherwise the damage is so rough that nothing is compared
+  EXPECT_GT(taken, 1000);  // otherwise the damage is so severe that nothing is compared
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Documented {
 struct DocumentedFile {
   std::map<std::string, Documented> parameters;  ///< by "group.name"
   std::vector<std::string> order;
-  std::string uncommented;  ///< the file with every value in force
+  std::string uncommented;  ///< the file with every value uncommented
 };
 
 bool isWord(std::string_view text) {
@@ -40,7 +40,7 @@ struct ValueLine {
   std::string range;
 };
 
-// The parts of "  # name: value  # range"; nothing for any other line.
+// Returns the parts of "  # name: value  # range"; nothing for any other line.
 std::optional<ValueLine> valueLineFrom(const std::string& line) {
   const std::size_t colon = line.find(": ");
   const std::size_t mark = line.rfind("  # ");
@@ -93,7 +93,8 @@ TEST(ShippedFiles, HapticdYamlShowsDefaultRangeAndHelpOfTheTable) {
     EXPECT_EQ(found->second.value, standard.empty() ? "\"\"" : standard) << parameter.name;
     EXPECT_EQ(found->second.range, parameter.range() + (parameter.effect == Effect::live ? "; live" : ""))
         << parameter.name;
-    const std::string help = std::string(parameter.help).substr(1);  // the first letter is a capital there
+    // The first letter is a capital in the file.
+    const std::string help = std::string(parameter.help).substr(1);
     EXPECT_NE(found->second.help.find(help), std::string::npos) << found->second.help;
     EXPECT_NE(found->second.help.find(std::string(parameter.symbol)), std::string::npos) << parameter.name;
   }
@@ -139,8 +140,8 @@ TEST(ShippedFiles, DemoYamlNeedsNoDeviceAndNoPrivilege) {
   EXPECT_TRUE(std::filesystem::path(settings.control.control_socket).is_relative());
 }
 
-// The hand moves along -z and strokes at right angles to it, the sphere along x: whatever the phases of the
-// two, the line of the hand meets the sphere, within the travel and in front of the hand's start.
+// The hand moves along -z and strokes perpendicular to it, the sphere along x: for all phases of both, the
+// line of the hand meets the sphere within the travel and in front of the hand's start.
 TEST(ShippedFiles, TheHandOfDemoYamlAlwaysMeetsTheSphere) {
   Settings settings;
   expectLoads(kShipped / "demo.yaml", settings);

@@ -12,14 +12,14 @@ TEST(Printable, LeavesTextInAllLanguagesAsItIs) {
   }
 }
 
-TEST(Printable, EscapesWhatSteersATerminalOrBreaksALine) {
+TEST(Printable, EscapesTerminalControlsAndLineBreaks) {
   EXPECT_EQ(printable("a\x1b[2Jb\r\n\t\x7f"), "a\\x1b[2Jb\\x0d\\x0a\\x09\\x7f");
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m"),
             "\\xc2\\x9b31m");                                     // CSI as one character of C1
   EXPECT_EQ(printable("\xe2\x80\xa8|\xe2\x80\xae|\xef\xbb\xbf"),  // U+2028, U+202E, U+FEFF
             "\\xe2\\x80\\xa8|\\xe2\\x80\\xae|\\xef\\xbb\\xbf");
-  EXPECT_EQ(printable("\x9b|\xc3|\xed\xa0\x80"), "\\x9b|\\xc3|\\xed\\xa0\\x80");  // no UTF-8
+  EXPECT_EQ(printable("\x9b|\xc3|\xed\xa0\x80"), "\\x9b|\\xc3|\\xed\\xa0\\x80");  // not UTF-8
 }
 
 TEST(InQuotes, CutsLongTextBetweenCharacters) {

@@ -15,7 +15,7 @@ Settings udpSettings(const char* address, const char* peer, const char* key_file
   return settings;
 }
 
-TEST(Warnings, AreNoneOfTheDefaults) {
+TEST(Warnings, AreEmptyForTheDefaults) {
   EXPECT_TRUE(warningsOf(Settings{}).empty());
 }
 
@@ -30,7 +30,7 @@ TEST(Warnings, NameAHandleOnTheNetworkWithoutAKey) {
   }
 }
 
-TEST(Warnings, AreNoneOfAHandleWithAKeyOnThisComputerOrNotInUse) {
+TEST(Warnings, AreEmptyForAHandleWithAKeyOnThisComputerOrNotInUse) {
   EXPECT_TRUE(warningsOf(udpSettings("0.0.0.0", "192.0.2.10", "/etc/hapticd/key")).empty());
   EXPECT_TRUE(warningsOf(udpSettings("127.0.0.1", "127.0.0.2:47801")).empty());
   Settings unused = udpSettings("0.0.0.0", "192.0.2.10");
@@ -38,14 +38,14 @@ TEST(Warnings, AreNoneOfAHandleWithAKeyOnThisComputerOrNotInUse) {
   EXPECT_TRUE(warningsOf(unused).empty());
 }
 
-TEST(Warnings, NameAVoxelEdgeThatTheLawSurfaceDoesNotHaveAnyMore) {
+TEST(Warnings, NameAVoxelEdgeWithoutEffect) {
   Settings settings;
   settings.live.surface.voxel_edge_m = 0.02;
   const std::vector<Error> warnings = warningsOf(settings);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(
       warnings[0].text(),
-      "surface.voxel_edge_m: is 0.02, without effect: the law surface has no voxels any more (leave it out)");
+      "surface.voxel_edge_m: is 0.02, without effect, because the law surface uses no voxels (remove it)");
 }
 
 }  // namespace

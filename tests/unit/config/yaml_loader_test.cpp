@@ -10,7 +10,7 @@
 namespace hapticd::config {
 namespace {
 
-// The settings of a file that is expected to be good.
+// Returns the settings of a file that is expected to be valid.
 Settings load(std::string_view yaml, const std::vector<std::string>& overrides = {}) {
   const test::TemporaryFolder folder;
   const auto settings = loadSettings(folder.write("good.yaml", yaml), overrides);
@@ -51,7 +51,7 @@ synthetic:
   EXPECT_FALSE(settings.camera.loop);
   EXPECT_EQ(settings.camera.serial, "0123");
   EXPECT_EQ(settings.synthetic.scene, SyntheticScene::sphere);
-  EXPECT_EQ(settings.live.springs.max_points, 100);  // not named
+  EXPECT_EQ(settings.live.springs.max_points, 100);  // not set
 }
 
 TEST(YamlLoader, ReadsEveryParameterOfTheTable) {
@@ -94,7 +94,7 @@ TEST(YamlLoader, OverridesComeAfterTheFileAndTheLastOneCounts) {
   EXPECT_EQ(settings.camera.recording, "a=b");
 }
 
-TEST(YamlLoader, RulesAreJudgedAfterTheOverrides) {
+TEST(YamlLoader, RulesAreCheckedAfterTheOverrides) {
   EXPECT_EQ(load("camera: {near_m: 5}", {"camera.far_m=6"}).camera.depth_model.near_m, 5);
 }
 
@@ -134,7 +134,7 @@ bool isOfForce(const Parameter& parameter) {
   return parameter.name.starts_with("force.");
 }
 
-TEST(YamlAssignments, AreWhatTheTextNamesInItsOrder) {
+TEST(YamlAssignments, AreThoseOfTheTextInItsOrder) {
   const auto assignments =
       assignmentsFromText("force: {radius_m: 0.03, min_points: 7, law: proxy}\n", "part.yaml", isOfForce);
   ASSERT_TRUE(assignments);
@@ -151,26 +151,26 @@ TEST(YamlAssignments, LeaveTheRulesBetweenParametersToTheCaller) {
   EXPECT_TRUE(assignmentsFromText(text, "part.yaml", isOfForce));
 }
 
-TEST(YamlAssignments, AreNoneWhereOneIsWrongUnknownOrDoesNotBelongThere) {
+TEST(YamlAssignments, AreRefusedWhereOneIsWrongUnknownOrMisplaced) {
   const auto assignments =
       assignmentsFromText("force: {radius_m: 9, radius: 1}\ncamera: {near_m: 0.5}\n", "part.yaml", isOfForce);
   ASSERT_FALSE(assignments);
   ASSERT_EQ(assignments.error().size(), 3U);
   EXPECT_NE(assignments.error()[0].text().find("out of range"), std::string::npos);
   EXPECT_NE(assignments.error()[1].text().find("there is no parameter"), std::string::npos);
-  EXPECT_NE(assignments.error()[2].text().find("part.yaml:2: camera.near_m: is not one of"),
+  EXPECT_NE(assignments.error()[2].text().find("part.yaml:2: camera.near_m: is not a parameter of"),
             std::string::npos)
       << assignments.error()[2].text();
 }
 
-TEST(LoadConfiguration, OfAPipeIsRefusedWhereARegularFileIsWanted) {
+TEST(LoadConfiguration, OfAPipeIsRefusedWhereARegularFileIsRequired) {
   const test::TemporaryFolder folder;
   const std::filesystem::path pipe = folder.path() / "pipe.yaml";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   const auto loaded = loadConfiguration(pipe, {}, FileKind::regular);
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().front().text(),
-            pipe.string() + ": is no regular file (put a plain file there, or name another one)");
+            pipe.string() + ": is not a regular file (put a regular file there, or name another one)");
 }
 
 }  // namespace

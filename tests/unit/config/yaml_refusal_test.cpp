@@ -71,11 +71,12 @@ const std::vector<Refusal> kValues{
      {"bad.yaml:2: force.radius_m: \"0,04\" is not a number (allowed: 0.005..0.1 m)"}},
     {"QuotedNumber",
      "force:\n  radius_m: \"0.04\"",
-     {"bad.yaml:2: force.radius_m: \"0.04\" is text because of its quotes, write 0.04 without (allowed: "
+     {"bad.yaml:2: force.radius_m: \"0.04\" is text because of its quotes, write 0.04 without them (allowed: "
       "0.005..0.1 m)"}},
     {"QuotedTruthValue",
      "loop: {lock_memory: 'true'}",
-     {"bad.yaml:1: loop.lock_memory: \"true\" is text because of its quotes, write true without (allowed: "
+     {"bad.yaml:1: loop.lock_memory: \"true\" is text because of its quotes, write true without them "
+      "(allowed: "
       "true "
       "or false)"}},
     {"TruthValueOfOldYaml",
@@ -83,7 +84,7 @@ const std::vector<Refusal> kValues{
      {"bad.yaml:2: camera.loop: \"yes\" is not a truth value (allowed: true or false)"}},
     {"NoSuchChoice",
      "camera:\n  driver: kinect",
-     {"bad.yaml:2: camera.driver: \"kinect\" is not a choice (allowed: one of: freenect, recorded, "
+     {"bad.yaml:2: camera.driver: \"kinect\" is not an allowed choice (allowed: one of: freenect, recorded, "
       "synthetic)"}},
     {"NoValue",
      "camera:\n  serial:\n  fx_px: ~\n",
@@ -116,29 +117,29 @@ const std::vector<Refusal> kNames{
       "handle, udp_handle, hid_handle, falcon_handle, simulated_handle, leds, control, state, trace)"}},
     {"DottedName",
      "force.radius_m: 0.05",
-     {"bad.yaml:1: force.radius_m: stands outside its group (write it as `force: {radius_m: 0.05}`)"}},
+     {"bad.yaml:1: force.radius_m: is outside its group (write it as `force: {radius_m: 0.05}`)"}},
     {"NameTwice",
      "force:\n  radius_m: 0.04\n  min_points: 5\n  radius_m: 0.05",
      {"bad.yaml:4: force.radius_m: is given twice, first in line 2 (delete one of the two)"}},
     {"GroupTwice",
      "force: {radius_m: 0.04}\nloop: {}\nforce: {min_points: 5}",
-     {"bad.yaml:3: force: is given twice, first in line 1 (join the two)"}},
+     {"bad.yaml:3: force: is given twice, first in line 1 (merge the two)"}},
     {"EscapeSequenceInAName",
      "force:\n  \"\\e[2J\": ~\n",
      {"bad.yaml:2: force.\\x1b[2J: has no value (give a value, \"\" for an empty text, or delete the line)"}},
     {"EscapeSequenceBehindADottedName",
      "force.radius_m: \"\\e[2J\"",
-     {"bad.yaml:1: force.radius_m: stands outside its group (write it as `force: {radius_m: \\x1b[2J}`)"}},
+     {"bad.yaml:1: force.radius_m: is outside its group (write it as `force: {radius_m: \\x1b[2J}`)"}},
     {"ScalarAsGroup",
      "grid: 7",
-     {"bad.yaml:1: grid: \"7\" stands where `name: value` is expected (write it as `grid: "
+     {"bad.yaml:1: grid: found \"7\" where `name: value` is expected (write it as `grid: "
       "{name: value}`)"}},
     {"ListAsGroup",
      "loop:\n  - cpu: 1",
-     {"bad.yaml:2: loop: a list stands where `name: value` is expected " + kForm}},
+     {"bad.yaml:2: loop: found a list where `name: value` is expected " + kForm}},
     {"ListAsName",
      "? [force]\n: {radius_m: 7}",
-     {"bad.yaml:1: a list stands where a name is expected " + kForm}},
+     {"bad.yaml:1: found a list where a name is expected " + kForm}},
     {"MissingName", "force:\n  ~: 3", {"bad.yaml:2: force: a name is missing " + kForm}},
 };
 INSTANTIATE_TEST_SUITE_P(Names, YamlRefusal, testing::ValuesIn(kNames), nameOf);
@@ -146,10 +147,10 @@ INSTANTIATE_TEST_SUITE_P(Names, YamlRefusal, testing::ValuesIn(kNames), nameOf);
 const std::vector<Refusal> kForms{
     {"ScalarAsRoot",
      "hello",
-     {"bad.yaml:1: \"hello\" stands where groups of parameters are expected " + kForm}},
+     {"bad.yaml:1: found \"hello\" where groups of parameters are expected " + kForm}},
     {"ListAsRoot",
      "\n- force",
-     {"bad.yaml:2: a list stands where groups of parameters are expected " + kForm}},
+     {"bad.yaml:2: found a list where groups of parameters are expected " + kForm}},
     {"OpenBracket",
      "force: {radius_m: 0.05",
      {"bad.yaml:1: is not YAML: end of map flow not found " + kSyntax}},
@@ -157,12 +158,12 @@ const std::vector<Refusal> kForms{
     {"TwoColons",
      "\nforce: radius_m: 3",
      {"bad.yaml:2: is not YAML: illegal map value " + kSyntax,
-      "bad.yaml:2: force: \"radius_m\" stands where `name: value` is expected (write it as `force: {name: "
+      "bad.yaml:2: force: found \"radius_m\" where `name: value` is expected (write it as `force: {name: "
       "value}`)"}},
     {"SyntaxAfterOtherErrors",
      "force: {radius_m: 7}\ncamera: {near_m: 5}\ngrid: [",
      {"bad.yaml:1: force.radius_m: 7 m is out of range (allowed: 0.005..0.1 m)",
-      "bad.yaml:3: grid: a list stands where `name: value` is expected " + kForm,
+      "bad.yaml:3: grid: found a list where `name: value` is expected " + kForm,
       "bad.yaml:3: is not YAML: end of sequence flow not found " + kSyntax}},
     {"QuoteThatNothingCloses",
      "camera:\n  serial: \"A00362\nsafety:\n  max_force_n: 1\n",
@@ -186,7 +187,7 @@ const std::vector<Refusal> kForms{
       "value)"}},
     {"PlainTextOverTwoLines",
      "camera:\n  recording: a\n    near_m 0.5\n",
-     {"bad.yaml:2: the value that begins with \"a\" goes on in the next line (write it on one line; check "
+     {"bad.yaml:2: the value that begins with \"a\" continues on the next line (write it on one line; check "
       "the "
       "colon and the indentation of the line below)"}},
     {"BlockText",
@@ -194,16 +195,16 @@ const std::vector<Refusal> kForms{
      {"bad.yaml:2: text over several lines is not supported (write the value on one line)"}},
     {"ValueInTheNextLine",
      "camera:\n  yaw_rad:\n    0\n",
-     {"bad.yaml:3: the value does not stand on the line of its name (write it as `name: value`)"}},
+     {"bad.yaml:3: the value is not on the line of its name (write it as `name: value`)"}},
     {"FlowMapInTheNextLine",
      "camera:\n{yaw_rad: 0}\n",
-     {"bad.yaml:2: the value does not stand on the line of its name (write it as `name: value`)"}},
+     {"bad.yaml:2: the value is not on the line of its name (write it as `name: value`)"}},
     {"CarriageReturnAlone",
      "force:\r  radius_m: 0.05\rsafety:\r  max_force_n: 1\r",
-     {"bad.yaml:1: a carriage return stands inside the line (end lines with LF, or with CR LF)"}},
+     {"bad.yaml:1: a carriage return is inside the line (end lines with LF, or with CR LF)"}},
     {"CarriageReturnInAComment",
      "# comment\rsafety: {max_force_n: 1}\n",
-     {"bad.yaml:1: a carriage return stands inside the line (end lines with LF, or with CR LF)"}},
+     {"bad.yaml:1: a carriage return is inside the line (end lines with LF, or with CR LF)"}},
     {"LineSeparatorsOfOtherReaders",
      "# a\xc2\x85safety: {}\n# b\xe2\x80\xa8grid: {}\n",
      {"bad.yaml:1: the invisible character U+0085 is not allowed (delete it)",
@@ -213,11 +214,10 @@ const std::vector<Refusal> kForms{
      {"bad.yaml:1: \"%YAML 1.3\" is not understood here " + kSyntax}},
     {"VersionWithoutTheBeginOfADocument",
      "%YAML 1.2\nforce: {}\n",
-     {"bad.yaml:3: a line `---` is missing behind the version (write it below %YAML, or leave the version "
-      "out)"}},
+     {"bad.yaml:3: a line `---` is missing after the version (write it below %YAML, or remove the version)"}},
     {"NameWithoutColon",
      "grid: {}\nsafety",
-     {"bad.yaml:2: a colon is missing behind the name (write `name: value`)"}},
+     {"bad.yaml:2: a colon is missing after the name (write `name: value`)"}},
     {"SecondDocument",
      "{}\n---\n{}\n",
      {"bad.yaml:2: a second YAML document begins (keep one, without a line `---` after it)"}},
@@ -227,13 +227,13 @@ const std::vector<Refusal> kForms{
       "bad.yaml:3: loop.priority: aliases (*name) are not supported (write the value where it is needed)"}},
     {"Tag",
      "loop:\n  rate_hz: !!float 1000\ngrid: !x {}",
-     {"bad.yaml:2: loop.rate_hz: tag \"tag:yaml.org,2002:float\" is not supported (leave the tag out)",
-      "bad.yaml:3: grid: tag \"!x\" is not supported (leave the tag out)"}},
+     {"bad.yaml:2: loop.rate_hz: tag \"tag:yaml.org,2002:float\" is not supported (remove the tag)",
+      "bad.yaml:3: grid: tag \"!x\" is not supported (remove the tag)"}},
     {"TabIndentation",
      "force:\n\tradius_m: 0.05\n\t# a comment\n \tmin_points: 3\n",
-     {"bad.yaml:2: a tab stands in the indentation (indent with spaces)",
-      "bad.yaml:3: a tab stands in the indentation (indent with spaces)",
-      "bad.yaml:4: a tab stands in the indentation (indent with spaces)"}},
+     {"bad.yaml:2: a tab is used for indentation (indent with spaces)",
+      "bad.yaml:3: a tab is used for indentation (indent with spaces)",
+      "bad.yaml:4: a tab is used for indentation (indent with spaces)"}},
     {"NulByte",
      std::string("force:\n  radius_m: 0.0\0005", 24),
      {"bad.yaml:2: control character 0x00 is not allowed (delete it)"}},
@@ -251,7 +251,7 @@ TEST(YamlRefusalOfAnUnknownAlias, NamesTheLine) {
   const std::vector<std::string> texts = textsOf({.name = "", .yaml = "loop: *one", .texts = {}});
   ASSERT_EQ(1U, texts.size());
   const std::string reason = "bad.yaml:1: is not YAML: the referenced anchor is not defined";
-  // yaml-cpp names the alias from 0.8 on
+  // yaml-cpp names the alias since version 0.8
   EXPECT_TRUE(texts[0] == reason + ": one " + kSyntax || texts[0] == reason + " " + kSyntax) << texts[0];
 }
 
@@ -270,7 +270,7 @@ const std::vector<Refusal> kTogether{
     {"OverridesAfterTheFile",
      "force: {radius_m: 7}",
      {"bad.yaml:1: force.radius_m: 7 m is out of range (allowed: 0.005..0.1 m)",
-      "--set force.law=x: \"x\" is not a choice (allowed: one of: auto, nearest_springs, "
+      "--set force.law=x: \"x\" is not an allowed choice (allowed: one of: auto, nearest_springs, "
       "smooth_springs, proxy, surface)",
       "--set cpu: has no value (write it as group.name=value)",
       "--set loop.cpus=1: there is no parameter of this name (did you mean loop.cpu?)"},
@@ -279,7 +279,7 @@ const std::vector<Refusal> kTogether{
      "safety: {max_force_n: 41}\nforce:\n  min_points: 0\nsafety: {}\nloop: {cpu: -2}",
      {"bad.yaml:1: safety.max_force_n: 41 N is out of range (allowed: 0..40 N)",
       "bad.yaml:3: force.min_points: 0 is out of range (allowed: 1..1000)",
-      "bad.yaml:4: safety: is given twice, first in line 1 (join the two)",
+      "bad.yaml:4: safety: is given twice, first in line 1 (merge the two)",
       "bad.yaml:5: loop.cpu: -2 is out of range (allowed: -1..1023)"}},
 };
 INSTANTIATE_TEST_SUITE_P(Together, YamlRefusal, testing::ValuesIn(kTogether), nameOf);

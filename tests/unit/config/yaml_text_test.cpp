@@ -12,7 +12,7 @@ using config::Parameter;
 using config::parameterTable;
 using config::Settings;
 
-/// A value other than the default, within the range; the numbers have no short decimal form.
+/// Returns a value in range other than the default; the numbers have no short decimal form.
 config::Value unusual(const Parameter& parameter) {
   switch (parameter.kind) {
     case config::Kind::boolean:
@@ -45,7 +45,7 @@ TEST(YamlText, EachParameterReadsBackAsItWas) {
     }
     const auto only = [&](const Parameter& other) { return other.name == parameter.name; };
     const auto loaded = config::settingsFromText(config::yamlText(settings, only), "one.yaml");
-    if (!loaded) continue;  // alone it does not fit the defaults of the others
+    if (!loaded) continue;  // alone it conflicts with the defaults of other parameters
     EXPECT_EQ(parameter.get(*loaded), parameter.get(settings)) << parameter.name;
   }
 }

@@ -16,7 +16,7 @@ using config::SyntheticScene;
 using config::SyntheticSettings;
 using rt::Vec3;
 
-// Disparities are computed in double and kept in single precision: 2^-14 of 1024..2047.
+// Disparities are computed in double and stored in single precision: 2^-14 of 1024..2047.
 constexpr double kDisparityRounding = 0x1p-13;
 
 struct View {
@@ -37,16 +37,15 @@ Vec3 ray(const rt::DepthModelParameters& model, int column, int row) {
   return {(column - model.cx_px) / model.fx_px, -(row - model.cy_px) / model.fy_px, -1};
 }
 
-/// Every valid pixel, back-projected by eq. (1)-(2), lies on the true surface to within what half a raw unit
-/// is worth there. With e = 0.5 units, 1/Z' = 1/Z + |a| e for the true depth Z', so |Z - Z'| <= Z^2 |a| e /
-/// (1 - Z |a| e); the point moves along its ray by that times the ray's length, and the distance changes by
-/// no more.
-void expectPointsOnSurface(const View& view, double t_s, std::size_t least_points) {
+/// Expects that every valid pixel, back-projected by eq. (1)-(2), lies on the true surface within half a raw
+/// unit. With e = 0.5 units, 1/Z' = 1/Z + |a| e for the true depth Z', so |Z - Z'| <= Z^2 |a| e / (1 - Z |a|
+/// e); the point moves along its ray by that times the ray's length, and the distance changes by no more.
+void expectPointsOnSurface(const View& view, double t_s, std::size_t min_points) {
   AnalyticScene scene(view.settings, view.model);
   const auto frame = std::make_unique<rt::DepthFrame>();
   scene.render(t_s, *frame);
   std::size_t points = 0;
-  double worst = 0;  // share of the bound
+  double worst = 0;  // fraction of the bound
   for (int row = 0; row < rt::kFrameHeight; ++row) {
     for (int column = 0; column < rt::kFrameWidth; ++column) {
       const std::uint16_t raw = frame->raw[row * rt::kFrameWidth + column];
@@ -60,7 +59,7 @@ void expectPointsOnSurface(const View& view, double t_s, std::size_t least_point
     }
   }
   EXPECT_LE(worst, 1.0);
-  EXPECT_GE(points, least_points);
+  EXPECT_GE(points, min_points);
 }
 
 TEST(AnalyticScene, PlanePointsLieOnThePlaneToHalfARawUnit) {
@@ -103,7 +102,8 @@ TEST(AnalyticScene, EveryRayThatMeetsTheSphereSeesItAndNoOther) {
   int different = 0;
   for (int row = 0; row < rt::kFrameHeight; ++row) {
     for (int column = 0; column < rt::kFrameWidth; ++column) {
-      // The angle between the ray and the centre (straight ahead) against the sphere's apparent radius.
+      // The angle between the ray and the centre (straight ahead), compared with the sphere's apparent
+      // radius.
       const double angle = std::acos(1 / norm(ray(view.model, column, row)));
       const double limb = std::asin(view.settings.sphere_radius_m / view.settings.distance_m);
       if (std::abs(angle - limb) < 1e-9) continue;
@@ -117,7 +117,7 @@ TEST(AnalyticScene, EveryRayThatMeetsTheSphereSeesItAndNoOther) {
 TEST(AnalyticScene, TheMiddleOfAPlaneHasItsDistanceAsDepth) {
   const View view{settingsOf(SyntheticScene::plane, 1.5, 0.4), {}};
   AnalyticScene scene(view.settings, view.model);
-  // The pixel nearest to the optical axis is up to half a pixel off it: dZ = Z tan(tilt) * 0.5 / fy.
+  // The pixel nearest to the optical axis is up to half a pixel off: dZ = Z tan(tilt) * 0.5 / fy.
   EXPECT_NEAR(scene.trueDepth(339, 243, 0), 1.5, 1.5 * std::tan(0.4) * 0.5 / 591 * 1.01);
 }
 
@@ -126,7 +126,7 @@ TEST(AnalyticScene, TheUpperPartOfAPlaneWithPositiveTiltIsNearer) {
   EXPECT_LT(scene.trueDepth(320, 0, 0), scene.trueDepth(320, 479, 0));
 }
 
-TEST(AnalyticScene, SignedDistancesAreThoseOfTheDrawing) {
+TEST(AnalyticScene, SignedDistancesMatchTheGeometry) {
   const double tolerance = 1e-12;  // a few roundings of numbers near 1
   const AnalyticScene plane(settingsOf(SyntheticScene::plane, 1, std::numbers::pi / 6), {});
   EXPECT_NEAR(plane.signedDistance({0, 0, 0}, 0), std::sqrt(3) / 2, tolerance);

@@ -18,7 +18,7 @@ config::CameraSettings tiltedCamera() {
   return camera;
 }
 
-/// By what the schema of /hapticd/depth says, from the header alone.
+/// Computes a point from the header alone, as described in the schema of /hapticd/depth.
 rt::Vec3 pointBySchema(const rt::DepthFrameHeader& header, double column, double row, double raw) {
   const auto& c = header.depth_law_coefficients;
   const double depth = 1 / (c[0] * raw + c[1]);
@@ -34,7 +34,7 @@ rt::Vec3 pointBySchema(const rt::DepthFrameHeader& header, double column, double
   return {world[0], world[1], world[2]};
 }
 
-TEST(CommonDepthHeader, HoldsAllThatItTakesToTurnARawValueIntoAPoint) {
+TEST(CommonDepthHeader, ContainsEverythingNeededToConvertARawValueToAPoint) {
   const config::CameraSettings camera = tiltedCamera();
   const rt::DepthFrameHeader header = commonDepthHeader(camera, "");
   const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose);

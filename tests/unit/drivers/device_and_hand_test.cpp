@@ -25,7 +25,7 @@ TEST(Motion, FollowsTheClosedFormOfAFreeDampedOscillation) {
     const double expected_m = target_m + 0.005 * std::exp(-decay_per_s * time_s) *
                                              (std::cos(turn_per_s * time_s) +
                                               decay_per_s / turn_per_s * std::sin(turn_per_s * time_s));
-    // 10000 exact steps of numbers below 0.01: rounding alone
+    // 10000 exact steps of numbers below 0.01: rounding only
     ASSERT_NEAR(motion.position_m(), expected_m, 1e-12) << tick;
   }
 }
@@ -33,8 +33,7 @@ TEST(Motion, FollowsTheClosedFormOfAFreeDampedOscillation) {
 TEST(Motion, OfAFreeDeviceUnderAConstantForceNearsForceByDamping) {
   Motion motion({.mass_kg = 0.045, .damping_n_s_per_m = 0.05}, 0.001, 20);
   motion.place(0, 0);
-  for (int tick = 0; tick < 1000; ++tick)
-    motion.advance(0.07, 0.03, 5);  // nobody holds it: the target has no effect
+  for (int tick = 0; tick < 1000; ++tick) motion.advance(0.07, 0.03, 5);  // no hand: the target has no effect
   const double rate_per_s = 0.05 / 0.045;
   EXPECT_NEAR(motion.velocity_m_per_s(), 0.1 / 0.05 * (1 - std::exp(-rate_per_s)), 1e-12);
 }
@@ -62,7 +61,7 @@ TEST(Motion, StopsByCoulombFrictionAfterMassTimesSpeedSquaredByTwiceTheFriction)
     ++ticks;
   }
   EXPECT_EQ(ticks, static_cast<int>(std::ceil(stop_s / 0.001)));
-  // the deceleration is constant, so the stop within a sub-step is exact too
+  // the deceleration is constant, so a stop within a sub-step is exact as well
   EXPECT_NEAR(motion.position_m(), mass_kg * speed_m_per_s * speed_m_per_s / (2 * friction_n), 1e-12);
 }
 
@@ -83,12 +82,12 @@ TEST(Motion, OfASpringWithCoulombFrictionLosesTwiceFrictionByStiffnessPerHalfSwi
                  .hand_stiffness_n_per_m = stiffness_n_per_m},
                 0.001, 20);
   motion.place(0.01, 0);
-  // 10 mm less 1.3 mm per half swing, to either side in turn: 8.7, ..., 0.9 mm on the far side, where 0.36 N
-  // still overcome friction; from there it comes 0.5 mm nearer, to 0.4 mm on the far side, where 0.16 N do
+  // 10 mm minus 1.3 mm per half oscillation, alternating sides: 8.7, ..., 0.9 mm on the far side, where 0.36
+  // N still overcome friction; from there it moves 0.5 mm nearer, to 0.4 mm on the far side, where 0.16 N do
   // not
   for (int tick = 0; tick < 1000; ++tick) motion.advance(0, 0, 0);
   EXPECT_EQ(motion.velocity_m_per_s(), 0);
-  // eight stops, each off by less than (acceleration of 36 N/kg's change within 50 us) * (50 us)^2
+  // eight stops, each off by less than (change of the acceleration of 36 N/kg within 50 us) * (50 us)^2
   EXPECT_NEAR(motion.position_m(), 0.01 - 8 * 2 * friction_n / stiffness_n_per_m, 1e-7);
 }
 

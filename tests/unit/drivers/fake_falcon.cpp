@@ -11,7 +11,7 @@ constexpr int kBootloaderBaud = 0x4138;
 constexpr int kImageBaud = 0x0015;
 constexpr int kFirmwareBaud = 0x0002;
 constexpr FakeFalcon::Counts kUnhomedOffset{1200, -900, 333};
-constexpr int kEnd = 650;  // where the encoders meet their ends
+constexpr int kEnd = 650;  // position of the encoders' end stops
 
 void putNumber(std::array<std::uint8_t, 16>& frame, std::size_t at, int number) {
   for (std::size_t nibble = 0; nibble < 4; ++nibble) {
@@ -152,13 +152,14 @@ void FakeFalcon::queue(std::span<const std::uint8_t> bytes) {
 }
 
 std::size_t FakeFalcon::give(std::span<std::uint8_t> transfer) {
-  constexpr std::size_t kMostAtOnce = 23;  // so that echoes and replies come in pieces
+  constexpr std::size_t kMaxAtOnce = 23;  // so that echoes and replies arrive in pieces
   const std::lock_guard lock(mutex);
   transfer[0] = 0x31;
   transfer[1] = 0x60;
   const bool odd = orders % 2 == 1;
-  const std::size_t most = std::min<std::size_t>(has_firmware && odd ? 9 : kMostAtOnce, transfer.size() - 2);
-  const std::size_t bytes = std::min(pending_.size(), most);
+  const std::size_t max_bytes =
+      std::min<std::size_t>(has_firmware && odd ? 9 : kMaxAtOnce, transfer.size() - 2);
+  const std::size_t bytes = std::min(pending_.size(), max_bytes);
   std::copy_n(pending_.begin(), bytes, transfer.begin() + 2);
   pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(bytes));
   return 2 + bytes;

@@ -12,10 +12,11 @@
 
 namespace hapticd::test {
 
-/// A Novint Falcon on the level of its FTDI chip: control requests, bytes out, bytes in. It has a bootloader
-/// and, once that has received an image of the right length, a firmware that answers orders. The encoders
-/// count from a random place until the grip has been at its outer and then at its inner end. The public data
-/// are what a test arranges and looks at, under `mutex`. Thread: any.
+/// A simulated Novint Falcon at the level of its FTDI chip: control requests and bytes in both directions. It
+/// has a bootloader and, after receiving an image of the right length, a firmware that replies to orders. The
+/// encoders count from a random position until the grip has been at its outer and then at its inner end. A
+/// test sets and reads the public data under `mutex`.
+/// Thread: any.
 class FakeFalcon {
  public:
   struct Request {
@@ -28,24 +29,24 @@ class FakeFalcon {
   static constexpr const char* kSerial = "FALCON01";
   static constexpr Counts kOuterEnd{700, 700, 700};
   static constexpr Counts kInnerEnd{-700, -700, -700};
-  /// What the damaged replies of a garbled device name.
+  /// Encoder counts in the damaged replies of a garbled device.
   static constexpr Counts kGarbledCounts{500, -300, 100};
 
-  // what a test arranges
+  // set by a test
   bool plugged = true;
   bool may_be_opened = true;
   bool in_use = false;
   bool held_by_kernel = true;
   bool has_firmware = true;
-  std::size_t image_bytes = 0;  // of an image that runs
+  std::size_t image_bytes = 0;  // size of the running image
   int unanswered_greetings = 0;
   bool zero_before_greeting = false;
-  int wrong_echoes = 0;  // the first byte of so many images comes back wrong
+  int wrong_echoes = 0;  // number of images whose first byte is echoed wrongly
   bool mute = false;
-  bool garbled = false;  // every second reply is damaged, each time in another way
+  bool garbled = false;  // every second reply is damaged, each in another way
   std::uint8_t buttons = 0;
 
-  // what a test looks at
+  // read by a test
   bool detached = false;
   int openings = 0;
   std::vector<Request> requests;
@@ -54,19 +55,19 @@ class FakeFalcon {
   std::uint64_t damaged_replies = 0;
   std::uint64_t wrong_orders = 0;
   Counts motors{};
-  int control = 0;  // of the newest order: LED and homing request
+  int control = 0;  // LED and homing request of the newest order
 
   std::mutex mutex;
 
-  /// Moves the grip.  Takes `mutex`.
+  /// Moves the grip.  Locks `mutex`.
   void moveTo(const Counts& counts);
-  /// It is switched off and on again: firmware and homing are gone.  Takes `mutex`.
+  /// Simulates a power cycle: firmware and homing are lost.  Locks `mutex`.
   void loseEverything();
 
-  // The chip, for fake_falcon_libusb.cpp.  Each takes `mutex`.
+  // Functions of the chip for fake_falcon_libusb.cpp.  Each locks `mutex`.
   void take(Request request);
   void take(std::span<const std::uint8_t> bytes);
-  /// The next packet: two bytes of status, and a piece of what there is.
+  /// Returns the next packet: two status bytes and a part of the pending data.
   std::size_t give(std::span<std::uint8_t> transfer);
 
  private:
@@ -92,5 +93,5 @@ class FakeFalcon {
 
 }  // namespace hapticd::test
 
-/// The one device on the fake bus.
+/// Returns the only device on the fake bus.
 extern "C" hapticd::test::FakeFalcon* hapticdFakeFalcon();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of libusb-1.0 that the driver `falcon` calls, with one FakeFalcon on the bus. Built as
-// libusb-1.0.so.0, it lets the real driver meet a device that fails in ways that no one can arrange with a
-// real one. A device that the test unplugs is gone in the middle of whatever is under way.
+// The functions of libusb-1.0 that the driver `falcon` uses, with one FakeFalcon on the bus. Built as
+// libusb-1.0.so.0, so that the real driver meets a device with faults that cannot be produced with a real
+// one. A device unplugged by the test disappears in the middle of any operation.
 
 #include <libusb.h>
 
@@ -123,7 +123,7 @@ int libusb_bulk_transfer(libusb_device_handle*, unsigned char endpoint, unsigned
                          int* transferred, unsigned timeout_ms) {
   *transferred = 0;
   if (!ask(&FakeFalcon::plugged)) return LIBUSB_ERROR_NO_DEVICE;
-  if (timeout_ms == 0) return LIBUSB_ERROR_INVALID_PARAM;  // it would wait for ever
+  if (timeout_ms == 0) return LIBUSB_ERROR_INVALID_PARAM;  // it would wait forever
   const auto bytes = static_cast<std::size_t>(length);
   if (endpoint == 0x02) {
     hapticdFakeFalcon()->take(std::span<const std::uint8_t>(data, bytes));

@@ -12,8 +12,8 @@ using kinect::kPacketsPerFrame;
 
 constexpr std::uint32_t kFramesUntilTrouble = 6;
 
-/// Which packets of a lossy camera never arrive: some in the middle of frame 5, and some around the boundary
-/// of the frames 8 and 9.
+/// Defines which packets of a lossy camera never arrive: some in the middle of frame 5, and some around the
+/// boundary between frames 8 and 9.
 bool isLost(std::uint32_t frame, std::size_t packet) {
   return (frame == 5 && packet >= 100 && packet < 103) || (frame == 8 && packet >= kPacketsPerFrame - 2) ||
          (frame == 9 && packet < 2);
@@ -38,7 +38,7 @@ bool FakeKinectCamera::isListed() {
   ++listings_;
   if (script_ == "late") return listings_ > 2;
   if (isGone()) {
-    connections_ = 2;  // back the next time
+    connections_ = 2;  // reconnected at the next listing
     commands_ = {};
     return false;
   }
@@ -69,10 +69,10 @@ void FakeKinectCamera::beginFrame() {
   for (std::size_t pixel = 0; pixel < raw_.size(); ++pixel) raw_[pixel] = madeUpPixel(frame_, pixel);
   const std::span<std::uint8_t, kinect::kPackedFrameBytes> packed(packed_);
   kinect::packDepth(std::span<const std::uint16_t, kinect::kPixels>(raw_), packed);
-  packets_.begin(packed, frame_);  // the ticks name the frame
+  packets_.begin(packed, frame_);  // the ticks identify the frame
 }
 
-std::size_t FakeKinectCamera::nextPacket(std::span<std::uint8_t, kinect::kMostPacketBytes> out) {
+std::size_t FakeKinectCamera::nextPacket(std::span<std::uint8_t, kinect::kMaxPacketBytes> out) {
   const std::size_t index = packets_.index();
   const std::uint32_t frame = frame_;
   const std::size_t bytes = packets_.next(out);

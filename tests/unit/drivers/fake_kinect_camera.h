@@ -11,40 +11,39 @@
 
 namespace hapticd::test {
 
-/// A Kinect v1's depth camera that plays made-up frames and fails as the environment variable FAKE_KINECT
-/// says:
-/// - steady: nothing.
-/// - late: the camera is not there the first two times somebody looks.
+/// A Kinect v1's depth camera that plays synthetic frames and fails as selected by the environment variable
+/// FAKE_KINECT:
+/// - steady: no fault.
+/// - late: the camera is missing in the first two listings of the bus.
 /// - lossy: packets of the frames 5, 8, 9 and 12 are lost or short (see isFrameWhole).
-/// - unplugged: after 6 frames of the first connection it is gone; the next time somebody looks it is
-/// missing,
-///   then it is back.
-/// - mute: after 6 frames of the first connection no more data come.
-/// - dead: it never answers a command.
+/// - unplugged: it disappears after 6 frames of the first connection; it is missing in the next listing and
+/// then reconnected.
+/// - mute: after 6 frames of the first connection it sends no more data.
+/// - dead: it never responds to a command.
 class FakeKinectCamera {
  public:
   FakeKinectCamera();
 
   static constexpr const char* kSerial = "A00000000000001A";
 
-  /// Whether frame `number` (1 for the first) leaves a lossy camera undamaged.
+  /// Returns whether frame `number` (starting at 1) of a lossy camera is undamaged.
   static bool isFrameWhole(std::uint32_t number);
 
-  /// To be asked once for each listing of the bus.
+  /// Called once for each listing of the bus.
   bool isListed();
   bool isDead() const { return script_ == "dead"; }
-  /// It has just been unplugged: transfers fail.
+  /// Returns whether it has just been unplugged, so that transfers fail.
   bool isGone() const;
   bool isMute() const;
-  /// It has been told to send depth.
+  /// Returns whether depth has been started.
   bool streams() const { return commands_.streamsDepth(); }
 
   void connect();
   void command(std::span<const std::uint8_t> bytes);
-  /// The reply to the newest command, once; then nothing.
+  /// Returns the reply to the newest command once, then nothing.
   std::span<const std::uint8_t> reply() { return commands_.takeReply(); }
-  /// The next isochronous packet; returns its length, 0 for one that is lost.
-  std::size_t nextPacket(std::span<std::uint8_t, kinect::kMostPacketBytes> out);
+  /// Returns the length of the next isochronous packet; 0 for a lost one.
+  std::size_t nextPacket(std::span<std::uint8_t, kinect::kMaxPacketBytes> out);
 
  private:
   void beginFrame();
@@ -54,8 +53,8 @@ class FakeKinectCamera {
   int connections_ = 0;
   kinect::KinectCommands commands_;
   kinect::DepthPackets packets_;
-  std::vector<std::uint16_t> raw_;    // the frame in progress
-  std::vector<std::uint8_t> packed_;  // the same as it is sent
+  std::vector<std::uint16_t> raw_;    // frame in progress
+  std::vector<std::uint8_t> packed_;  // the same in the camera's format
   std::uint32_t frame_ = 0;           // its number
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver `freenect` on the real libfreenect, with a camera on an emulated USB bus (fake_libusb.cpp). Each
-// test runs in a process of its own, since the bus is chosen at its start.
+// The driver `freenect` with the real libfreenect and a camera on an emulated USB bus (fake_libusb.cpp). Each
+// test runs in a process of its own, because the bus is chosen at its start.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ int runWithCamera(const std::string& script) {
   return test::runInChild({"LD_LIBRARY_PATH=" HAPTICD_FAKE_LIBUSB_FOLDER, "FAKE_KINECT=" + script});
 }
 
-/// The fake camera's ticks are the frame's number, which names its pixels.
+/// The fake camera's ticks are the frame's number, which determines its pixels.
 void expectPixelsOfTheirFrame(FrameCollector& frames) {
   for (std::size_t index = 0; index < frames.count(); ++index) {
     const rt::DepthFrame& frame = frames.frame(index);
@@ -134,14 +134,14 @@ TEST(FakeKinect, IsLostWhenNoMoreFramesComeAndComesBackByItself) {
   FreenectCamera camera("");
   ASSERT_TRUE(camera.start(frames));
   ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
-  EXPECT_NE(camera.status().detail.find("no frames"), std::string::npos);
+  EXPECT_NE(camera.status().detail.find("stopped sending frames"), std::string::npos);
   const std::size_t before = frames.count();
   ASSERT_TRUE(frames.waitForFrames(before + 3));
   camera.stop();
   expectPixelsOfTheirFrame(frames);
 }
 
-TEST(FakeKinect, StopReturnsAlthoughTheCameraNeverAnswers) {
+TEST(FakeKinect, StopReturnsAlthoughTheCameraNeverResponds) {
   if (!test::isChild()) {
     EXPECT_EQ(runWithCamera("dead"), 0);
     return;
@@ -150,7 +150,7 @@ TEST(FakeKinect, StopReturnsAlthoughTheCameraNeverAnswers) {
   FreenectCamera camera("", std::chrono::milliseconds(50));
   ASSERT_TRUE(camera.start(frames));
   ASSERT_TRUE(
-      test::eventually([&] { return camera.status().detail.find("does not answer") != std::string::npos; }));
+      test::eventually([&] { return camera.status().detail.find("does not respond") != std::string::npos; }));
   EXPECT_EQ(camera.status().state, CameraState::absent);
   camera.stop();
   EXPECT_EQ(frames.count(), 0U);

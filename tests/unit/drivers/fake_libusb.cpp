@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of libusb-1.0 that libfreenect calls, with one FakeKinectCamera on the bus. Built as
-// libusb-1.0.so.0, it lets the real libfreenect meet cameras that fail in ways that no one can arrange with a
-// real one. Thread: libfreenect's only.
+// The functions of libusb-1.0 that libfreenect uses, with one FakeKinectCamera on the bus. Built as
+// libusb-1.0.so.0, so that the real libfreenect meets cameras with faults that cannot be produced with a real
+// one.
+// Thread: libfreenect's only.
 
 #include <libusb.h>
 #include <unistd.h>
@@ -44,7 +45,7 @@ void fillWithPackets(libusb_transfer& transfer) {
   std::uint8_t* out = transfer.buffer;
   for (int index = 0; index < transfer.num_iso_packets; ++index) {
     libusb_iso_packet_descriptor& descriptor = transfer.iso_packet_desc[index];
-    const std::span<std::uint8_t, kinect::kMostPacketBytes> packet(out, kinect::kMostPacketBytes);
+    const std::span<std::uint8_t, kinect::kMaxPacketBytes> packet(out, kinect::kMaxPacketBytes);
     descriptor.actual_length = static_cast<unsigned>(bus().camera.nextPacket(packet));
     descriptor.status = LIBUSB_TRANSFER_COMPLETED;
     out += descriptor.length;
@@ -125,7 +126,7 @@ std::uint8_t libusb_get_bus_number(libusb_device*) {
   return 1;
 }
 int libusb_get_max_iso_packet_size(libusb_device*, unsigned char) {
-  return static_cast<int>(kinect::kMostPacketBytes);
+  return static_cast<int>(kinect::kMaxPacketBytes);
 }
 
 int libusb_claim_interface(libusb_device_handle*, int) {

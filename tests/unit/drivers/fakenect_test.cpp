@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver `freenect` on libfreenect's own player, which replaces the library at the start of a process,
-// plays one recording per process and may end it: hence a process for each test.
+// The driver `freenect` with libfreenect's own player, which replaces the library at the start of a process,
+// plays one recording per process and may end it; hence one process per test.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ int playInChild(const std::filesystem::path& recording) {
   return test::runInChild({"LD_LIBRARY_PATH=" + player, "FAKENECT_PATH=" + recording.string()});
 }
 
-/// In the child: plays the recording to its end and compares every frame with the files.
+/// Runs in the child: plays the recording to its end and compares every frame with the files.
 void expectEveryFrameOfTheRecording() {
   const auto reader = RecordingReader::open(std::getenv("FAKENECT_PATH"));
   ASSERT_TRUE(reader) << reader.error().text();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver `falcon` on a Falcon behind an emulated USB bus (fake_falcon_libusb.cpp). Each test runs in a
-// process of its own, since the bus is chosen at its start.
+// The driver `falcon` with a Falcon on an emulated USB bus (fake_falcon_libusb.cpp). Each test runs in a
+// process of its own, because the bus is chosen at its start.
 
 #include "drivers/handle/falcon/falcon_handle.h"
 
@@ -43,7 +43,7 @@ bool isChildOnTheBus() {
   return false;
 }
 
-/// The device and the driver, with an image of which all pieces differ.
+/// The device and the driver, with an image in which all pieces differ.
 class Rig {
  public:
   Rig() {
@@ -80,12 +80,12 @@ class Rig {
   bool waitForDetail(const std::string& part) {
     return test::eventually([&] { return handle->status().detail.find(part) != std::string::npos; });
   }
-  /// Waits for a measurement that is like that.
+  /// Waits for a measurement that satisfies the condition.
   template <typename Like>
   bool waitForState(Like like) {
     return test::eventually([&] { return channels->state.refresh() && like(channels->state.front()); });
   }
-  /// Keeps commanding until the device is like that.
+  /// Keeps sending commands until the device satisfies the condition.
   template <typename Like>
   bool commandUntil(const Vec3& force_n, Like like) {
     return test::eventually([&] {
@@ -94,7 +94,7 @@ class Rig {
       return look(like);
     });
   }
-  /// As a tick of the force loop that has read a state of that session.
+  /// Commands a force like a tick of the force loop that has read a state of that session.
   void command(const Vec3& force_n, std::uint64_t session) {
     channels->command.write({force_n, ++tick, session, rt::monotonicNow_ns()});
   }
@@ -116,7 +116,7 @@ class Rig {
   std::uint64_t tick = 0;
 };
 
-TEST(FalconHandle, LoadsTheFirmwareHasItselfHomedAndMeasures) {
+TEST(FalconHandle, LoadsTheFirmwareRequestsHomingAndMeasures) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.falcon->has_firmware = false;
@@ -134,7 +134,7 @@ TEST(FalconHandle, LoadsTheFirmwareHasItselfHomedAndMeasures) {
     EXPECT_EQ(std::string(falcon.image.begin(), falcon.image.end()), rig.image);
     EXPECT_TRUE(falcon.detached);
     // purge, 16 ms, 9600 baud, 8N1, no flow control, RTS low, DTR low and high; then DTR low and 143 kbaud;
-    // then as the firmware wants it
+    // then the firmware's settings
     const std::vector<Request> expected{{0, 1},    {0, 2},      {9, 16},     {3, 0x4138}, {4, 8},
                                         {2, 0},    {1, 0x0200}, {1, 0x0100}, {1, 0x0101}, {1, 0x0100},
                                         {3, 0x15}, {9, 1},      {3, 2},      {0, 1},      {0, 2}};
@@ -155,7 +155,7 @@ TEST(FalconHandle, LoadsTheFirmwareHasItselfHomedAndMeasures) {
 
   rig.falcon->moveTo({336, 336, 336});
   rig.look([](FakeFalcon& falcon) { falcon.buttons = 0x4; });
-  // (0, 0, 0.149999) m, from the workspace's centre at z = 0.125; a third of a count
+  // (0, 0, 0.149999) m, relative to the workspace's centre at z = 0.125; a third of a count
   ASSERT_TRUE(rig.waitForState([](const rt::HandleState& s) {
     return s.buttons == 0x4 && std::abs(s.position_m_in_world.z - 0.024999) < 1e-5;
   }));
@@ -168,7 +168,7 @@ TEST(FalconHandle, LoadsTheFirmwareHasItselfHomedAndMeasures) {
   EXPECT_EQ(rig.look([](FakeFalcon& falcon) { return falcon.wrong_orders; }), 0U);
 }
 
-TEST(FalconHandle, LeavesAFirmwareThatAnswersAndNeedsNoImageThen) {
+TEST(FalconHandle, KeepsAFirmwareThatRespondsAndNeedsNoImageThen) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.settings.falcon.firmware = "/nonexistent/image.bin";
@@ -178,7 +178,7 @@ TEST(FalconHandle, LeavesAFirmwareThatAnswersAndNeedsNoImageThen) {
   rig.look([](FakeFalcon& falcon) { EXPECT_EQ(std::ranges::count(falcon.requests, Request{3, 0x4138}), 0); });
 }
 
-TEST(FalconHandle, NamesWhatIsWrongWithAnImageThatItNeeds) {
+TEST(FalconHandle, DescribesTheFaultOfAnImageThatItNeeds) {
   if (!isChildOnTheBus()) return;
   const std::pair<std::string, std::string> images[] = {{"", "is empty"},
                                                         {std::string(65'537, 'x'), "more than 65536 bytes"}};
@@ -193,15 +193,15 @@ TEST(FalconHandle, NamesWhatIsWrongWithAnImageThatItNeeds) {
   }
 }
 
-TEST(FalconHandle, TriesABootloaderThatDoesNotAnswerAgainAndNamesTheStep) {
+TEST(FalconHandle, RetriesABootloaderThatDoesNotRespondAndNamesTheStep) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.falcon->has_firmware = false;
   rig.falcon->unanswered_greetings = 150;  // the first load sends 100
   rig.start();
   EXPECT_TRUE(rig.waitForDetail("try 1 of 10"));
-  EXPECT_TRUE(
-      rig.waitForDetail("try 2 of 10; before: falcon firmware: the bootloader does not answer (unplug"));
+  EXPECT_TRUE(rig.waitForDetail(
+      "try 2 of 10; previous try: falcon firmware: the bootloader does not respond (unplug"));
   EXPECT_EQ(rig.handle->status().state, HandlePresence::calibrating);
   EXPECT_TRUE(rig.waitForDetail("pull the grip"));
 }
@@ -248,7 +248,7 @@ TEST(FalconHandle, TurnsForcesIntoItsOwnAxes) {
   EXPECT_TRUE(rig.commandUntil({1, 0, 0}, [](FakeFalcon& f) { return f.motors == Counts{-63, -63, -63}; }));
 }
 
-TEST(FalconHandle, ExertsNothingWhereItIsNotHomedOrDoesNotKnowWhereItIs) {
+TEST(FalconHandle, ExertsNoForceWhileNotHomedOrWithoutPosition) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.falcon->moveTo(kAtCentre);
@@ -265,7 +265,7 @@ TEST(FalconHandle, ExertsNothingWhereItIsNotHomedOrDoesNotKnowWhereItIs) {
   rig.falcon->moveTo({20'000, -3, 5});
   EXPECT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) { return f.motors == Counts{}; }));
   EXPECT_TRUE(test::eventually(
-      [&] { return rig.handle->status().advice.find("no place within its reach") != std::string::npos; }));
+      [&] { return rig.handle->status().advice.find("a position out of its reach") != std::string::npos; }));
   EXPECT_GT(rig.handle->status().rejected, 0U);
 }
 
@@ -297,7 +297,7 @@ TEST(FalconHandle, UnpluggedWhileItPushesIsLostAndComesBackInANewSession) {
   EXPECT_EQ(rig.look([](FakeFalcon& falcon) { return falcon.motors; }), Counts{}) << "nobody commands";
 }
 
-TEST(FalconHandle, ThatComesBackGetsNoForceThatWasComputedBefore) {
+TEST(FalconHandle, ExertsNoForceAfterReconnectionThatWasComputedBefore) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.startHomedAtCentre();
@@ -309,7 +309,7 @@ TEST(FalconHandle, ThatComesBackGetsNoForceThatWasComputedBefore) {
     falcon.mute = false;
     falcon.motors = {};
   });
-  // The force loop goes on and has not seen the device again.
+  // The force loop continues without having seen the device again.
   const auto orders = rig.look([](FakeFalcon& falcon) { return falcon.orders; });
   EXPECT_TRUE(test::eventually([&] {
     rig.command({0, 0, 1}, session);
@@ -324,13 +324,13 @@ TEST(FalconHandle, ThatComesBackGetsNoForceThatWasComputedBefore) {
   })) << "once it has";
 }
 
-TEST(FalconHandle, ThatNoLongerAnswersIsLostAndComesBack) {
+TEST(FalconHandle, IsLostWhenItStopsRespondingAndReconnects) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.startHomedAtCentre();
   rig.look([](FakeFalcon& falcon) { falcon.mute = true; });
   ASSERT_TRUE(rig.waitFor(HandlePresence::lost));
-  EXPECT_TRUE(rig.handle->status().detail.starts_with("falcon: it does not answer any more"));
+  EXPECT_TRUE(rig.handle->status().detail.starts_with("falcon: it has stopped responding"));
   EXPECT_EQ(rig.look([](FakeFalcon& falcon) { return falcon.motors; }), Counts{});
   rig.look([](FakeFalcon& falcon) { falcon.mute = false; });
   EXPECT_TRUE(rig.waitFor(HandlePresence::present));
@@ -343,7 +343,7 @@ TEST(FalconHandle, UsesNoDamagedReply) {
   rig.look([](FakeFalcon& falcon) { falcon.garbled = true; });
   int measurements = 0;
   EXPECT_TRUE(rig.waitForState([&](const rt::HandleState& s) {
-    // rounding of the fact sheet's position; damaged replies name one that is 30 mm away
+    // rounding of the published position; damaged replies name one that is 30 mm away
     EXPECT_LT(norm(s.position_m_in_world - Vec3{0, 0, 0.000005}), 1e-6);
     return ++measurements > 100;
   }));
@@ -364,7 +364,7 @@ TEST(FalconHandle, IsNotUsedWithoutHomingThatItLost) {
       [](const rt::HandleState& s) { return s.condition == HandleCondition::not_calibrated; }));
 }
 
-TEST(FalconHandle, SaysWhatToDoWhereItMayNotOpenTheDevice) {
+TEST(FalconHandle, SuggestsARemedyWhereItMayNotOpenTheDevice) {
   if (!isChildOnTheBus()) return;
   Rig rig;
   rig.falcon->may_be_opened = false;

@@ -20,8 +20,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Calls for points all over the workspace: up to 50 mm from the axis, z from 85 to 165 mm. Farther out the
-/// legs stretch.
+/// Calls `check` for points all over the workspace: up to 50 mm from the axis, z from 85 to 165 mm. Farther
+/// out the legs stretch.
 void forWorkspace(const std::function<void(const Vec3&)>& check) {
   for (double x = -0.045; x < 0.046; x += 0.015) {
     for (double y = -0.045; y < 0.046; y += 0.015) {
@@ -105,9 +105,9 @@ TEST(FalconKinematics, LegsReachFromTheBaseToTheGrip) {
   });
 }
 
-/// The leg's thigh angle at `p` + `way`.
-double thighBeside(const Vec3& p, const Vec3& way, std::size_t leg) {
-  const auto pose = falconPoseAt(p + way);
+/// Returns the leg's thigh angle at `p` + `displacement`.
+double thighBeside(const Vec3& p, const Vec3& displacement, std::size_t leg) {
+  const auto pose = falconPoseAt(p + displacement);
   EXPECT_TRUE(pose);
   return pose ? pose->legs[leg].thigh_rad : kNan;
 }
@@ -124,8 +124,8 @@ TEST(FalconKinematics, JacobianIsTheSlopeOfTheInverseKinematics) {
         const double near = thighBeside(p, step, k) - thighBeside(p, -step, k);
         const double far = thighBeside(p, 2 * step, k) - thighBeside(p, -2 * step, k);
         const double slope = (8 * near - far) / (12 * kStep_m);
-        // rounding of angles of 1 rad over the step, and its fourth power times the fifth derivative, at most
-        // 60 rad/m * (190 / m)^4 where a leg is nearly stretched
+        // rounding of angles of 1 rad over the step, plus its fourth power times the fifth derivative, at
+        // most 60 rad/m * (190 / m)^4 where a leg is nearly stretched
         EXPECT_NEAR(pose->jacobian[k].*axis, slope, 2e-9) << p.x << " " << p.y << " " << p.z;
       }
     }
@@ -216,7 +216,7 @@ TEST(FalconForces, BeyondTheLimitKeepTheirDirection) {
   ASSERT_TRUE(pose);
   const FalconForce force = motorCountsFor(*pose, {100, 0, 0}, 1);
   EXPECT_EQ(force.motor_counts[1], 4095);
-  // (-179, 606, -427) times 4095 / 606; the counts per newton are rounded to half of one
+  // (-179, 606, -427) times 4095 / 606; the counts per newton are rounded to half a count
   EXPECT_NEAR(force.motor_counts[0], -179 * 4095 / 606.0, 0.5 * 4095 / 606 + 2);
   EXPECT_NEAR(force.motor_counts[2], -427 * 4095 / 606.0, 0.5 * 4095 / 606 + 4);
   EXPECT_NEAR(force.exerted_share, 4095 / 60600.0, 1e-4);

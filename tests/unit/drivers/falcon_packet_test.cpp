@@ -42,7 +42,7 @@ TEST(FalconPacket, OrdersCarryTheLedAndTheHomingRequest) {
 }
 
 TEST(FalconPacket, NoMotorGetsMoreThanItsLimit) {
-  // beyond 16 bits the sign would turn round: 0x0FFF, 0xF001
+  // beyond 16 bits the sign would change: 0x0FFF, 0xF001
   EXPECT_EQ(text(frameOf({{40000, -40000, 0}, FalconLed::off, false})), "<PPPABAAPAAAAAA>");
 }
 
@@ -84,7 +84,7 @@ TEST(FalconReplyStream, LosesOnlyTheBrokenReplyWhereverItBreaks) {
   for (std::size_t length = 1; length < broken.size(); ++length) {
     FalconReplyStream stream;
     const auto replies = repliesIn(stream, broken.substr(0, length) + whole + whole);
-    // 13 to 15 bytes may go on with the next '<', but end wrongly then
+    // 13 to 15 bytes may continue with the next '<', but then end wrongly
     ASSERT_EQ(replies.size(), 2U) << length;
     EXPECT_EQ(replies[0].encoder_counts, (FalconCounts{-1447, 0, 0})) << length;
     EXPECT_EQ(stream.damaged(), 1U) << length;

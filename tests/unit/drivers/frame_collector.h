@@ -12,10 +12,10 @@
 
 namespace hapticd::test {
 
-/// Long enough for the slowest machine under a sanitizer; only a failing test waits that long.
+/// Sufficient for the slowest machine under a sanitizer; only a failing test waits this long.
 inline constexpr std::chrono::seconds kPatience{60};
 
-/// Keeps every published frame where the driver wrote it; each frame has an address of its own.
+/// Keeps every published frame where the driver wrote it; each frame has its own address.
 class FrameCollector final : public drivers::FrameSink {
  public:
   rt::DepthFrame& back() override {
@@ -30,7 +30,7 @@ class FrameCollector final : public drivers::FrameSink {
     changed_.notify_all();
   }
 
-  /// True when at least that many frames were published in time.
+  /// Returns true if at least `count` frames were published in time.
   bool waitForFrames(std::size_t count) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, kPatience, [&] { return frames_.size() >= count; });
@@ -53,7 +53,7 @@ class FrameCollector final : public drivers::FrameSink {
   std::vector<std::unique_ptr<rt::DepthFrame>> frames_;
 };
 
-/// Polls until `condition` holds; false when it does not in time.
+/// Polls until `condition` holds; returns false on timeout.
 template <typename Condition>
 bool eventually(Condition condition) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;

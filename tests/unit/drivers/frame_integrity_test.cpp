@@ -6,15 +6,15 @@
 namespace hapticd::drivers {
 namespace {
 
-// The lines are those that libfreenect 0.5.3 writes.
+// Log lines as written by libfreenect 0.5.3.
 
-TEST(FrameIntegrity, TakesAFrameWithAllItsPacketsForWhole) {
+TEST(FrameIntegrity, AcceptsAFrameWithAllItsPackets) {
   FrameIntegrity integrity;
   integrity.noteLogLine("Got depth frame of size 422400/422400, 242/242 packets arrived, TS 00002a10\n");
   EXPECT_EQ(integrity.takeDamage(), std::nullopt);
 }
 
-TEST(FrameIntegrity, TakesAFrameForWholeWhenTheLibraryLogsNothing) {
+TEST(FrameIntegrity, AcceptsAFrameWithoutLogLines) {
   FrameIntegrity integrity;
   EXPECT_EQ(integrity.takeDamage(), std::nullopt);
 }
@@ -52,7 +52,7 @@ TEST(FrameIntegrity, RejectsAFrameWithAShortPacketThoughAllPacketsArrived) {
   EXPECT_EQ(integrity.takeDamage(), "Expected 1748 data bytes, but got 900");
 }
 
-TEST(FrameIntegrity, TrustsTheFrameAfterOneThatWasGivenUp) {
+TEST(FrameIntegrity, AcceptsTheFrameAfterAnAbandonedOne) {
   FrameIntegrity integrity;
   integrity.noteLogLine("[Stream 70] Lost 60 packets\n");
   integrity.noteLogLine("[Stream 70] Lost too many packets, resyncing...\n");

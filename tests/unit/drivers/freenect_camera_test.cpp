@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver `freenect` on the real libfreenect, without a camera.
+// The driver `freenect` with the real libfreenect, without a camera.
 
 #include "drivers/camera/freenect/freenect_camera.h"
 
@@ -10,7 +10,7 @@
 namespace hapticd::drivers {
 namespace {
 
-TEST(FreenectCamera, IsAbsentAndSaysWhatToDoWhereTheCameraIsNotConnected) {
+TEST(FreenectCamera, IsAbsentAndSuggestsARemedyWhereNoCameraIsConnected) {
   test::FrameCollector frames;
   FreenectCamera camera("no-camera-has-this-serial-number");
   ASSERT_TRUE(camera.start(frames));

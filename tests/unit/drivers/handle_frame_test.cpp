@@ -16,7 +16,7 @@ using rt::Vec3;
 constexpr double kRounding = 1e-12;
 constexpr std::int64_t kPeriodNs = 1'000'000;
 
-/// A frame on settings that a test has changed.
+/// Returns a frame with settings changed by a test.
 HandleFrame frameOf(const config::HandleSettings& settings, double motion_scale = 1) {
   rt::HandleScaleParameters scale;
   scale.motion_scale = motion_scale;
@@ -31,8 +31,8 @@ HandleMeasurement at(const Vec3& position_m, std::int64_t tick, std::uint32_t bu
   return measurement;
 }
 
-// A quarter turn about z takes the handle's x to the world's y.
-TEST(HandleFrame, TurnsScalesAndMovesPositionsIntoTheWorld) {
+// A quarter turn about z maps the handle's x to the world's y.
+TEST(HandleFrame, TransformsPositionsToTheWorld) {
   config::HandleSettings settings;
   settings.pose.yaw_rad = std::numbers::pi / 2;
   settings.pose.position_m = {1, 2, 3};
@@ -41,8 +41,8 @@ TEST(HandleFrame, TurnsScalesAndMovesPositionsIntoTheWorld) {
   EXPECT_LT(norm(state.position_m_in_world - Vec3{1, 2.2, 3.1}), kRounding);
 }
 
-// Roll is first about the world's x, then pitch about y, then yaw about z: each turns what the ones before
-// have.
+// Roll is first about the world's x, then pitch about y, then yaw about z: each rotates the result of the
+// previous ones.
 TEST(HandleFrame, AppliesRollPitchAndYawInTheOrderOfTheCamera) {
   config::HandleSettings settings;
   settings.pose.roll_rad = std::numbers::pi / 2;   // y to z
@@ -54,7 +54,7 @@ TEST(HandleFrame, AppliesRollPitchAndYawInTheOrderOfTheCamera) {
       << "z to -y, which y's turn leaves, to x";
 }
 
-TEST(HandleFrame, BringsForcesBackByTheSameRotation) {
+TEST(HandleFrame, TransformsForcesBackByTheSameRotation) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> angle(-3, 3);
   for (int i = 0; i < 100; ++i) {
@@ -66,7 +66,7 @@ TEST(HandleFrame, BringsForcesBackByTheSameRotation) {
     const Vec3 motion{angle(random), angle(random), angle(random)};
     const Vec3 force{angle(random), angle(random), angle(random)};
     const Vec3 moved = frame.stateOf(at(motion, 1)).position_m_in_world;
-    // the power is the same in both frames but for the scale of the motion
+    // the power is the same in both frames except for the scale of the motion
     EXPECT_NEAR(dot(moved, force), 3 * dot(motion, frame.forceInHandle(force)), 100 * kRounding);
   }
 }
@@ -76,7 +76,7 @@ TEST(HandleFrame, HasNoForceThatIsNotFinite) {
   EXPECT_EQ(frame.forceInHandle({1, std::numeric_limits<double>::quiet_NaN(), 1}), Vec3{});
 }
 
-TEST(HandleFrame, KeepsTheHipWhereItIsWhileTheClutchIsHeldAndGoesOnFromThere) {
+TEST(HandleFrame, KeepsTheHipWhileTheClutchIsHeldAndContinuesFromThere) {
   config::HandleSettings settings;
   settings.clutch_button = 2;
   HandleFrame frame = frameOf(settings);
@@ -87,7 +87,7 @@ TEST(HandleFrame, KeepsTheHipWhereItIsWhileTheClutchIsHeldAndGoesOnFromThere) {
     const rt::HandleState held = frame.stateOf(at({0.1 - 0.01 * tick, 0.02, 0}, tick, kClutch));
     EXPECT_EQ(held.condition, rt::HandleCondition::clutched);
     EXPECT_EQ(held.velocity_m_per_s_in_world, Vec3{});
-    // held where it was when the clutch was taken
+    // held where it was when the clutch was pressed
     EXPECT_LT(norm(held.position_m_in_world - Vec3{0.07, 0.02, 0}), kRounding);
   }
   const rt::HandleState back = frame.stateOf(at({0.01, 0.02, 0}, 10));
@@ -97,7 +97,7 @@ TEST(HandleFrame, KeepsTheHipWhereItIsWhileTheClutchIsHeldAndGoesOnFromThere) {
             kRounding);
 }
 
-TEST(HandleFrame, CountsMeasurementsAndSessionsAndPassesOnWhatTheDeviceSays) {
+TEST(HandleFrame, CountsMeasurementsAndSessionsAndPassesOnTheDevicesState) {
   HandleFrame frame = frameOf({});
   frame.beginSession();
   HandleMeasurement measurement = at({}, 1, 5);
@@ -115,9 +115,10 @@ TEST(HandleFrame, CountsMeasurementsAndSessionsAndPassesOnWhatTheDeviceSays) {
   EXPECT_EQ(second.session, 2U);
 }
 
-// ---- velocity
+// ---- Velocity
 
-/// The estimates of a motion, sampled at 1 kHz and rounded to `quantum_m`; `resolution_m`: of the estimator.
+/// Returns the velocity estimates for a motion sampled at 1 kHz and rounded to `quantum_m`; `resolution_m`:
+/// of the estimator.
 template <typename Motion>
 std::vector<double> estimates(double quantum_m, double resolution_m, int samples, Motion motion) {
   VelocityEstimator estimator(resolution_m);
@@ -137,7 +138,7 @@ TEST(VelocityEstimator, HasNoBiasAtConstantVelocity) {
 }
 
 // Rounded positions are off by up to half a quantum: the slope of three of them, (x_0 - x_2) / (2 T), by at
-// most half of what a raw difference is off by, q / T.
+// most half the error of a raw difference, q / T.
 TEST(VelocityEstimator, IsQuietOnASlowHandWhereARawDifferenceIsNot) {
   constexpr double kQuantum = 5e-5;
   const std::vector<double> found = estimates(kQuantum, kQuantum, 2000, [](double t) { return 0.0071 * t; });
@@ -146,10 +147,10 @@ TEST(VelocityEstimator, IsQuietOnASlowHandWhereARawDifferenceIsNot) {
   EXPECT_LE(worst, 0.5 * kQuantum / 1e-3 * (1 + 1e-9)) << "of the raw difference";
 }
 
-// The line is never longer than two periods of 1 ms, so it lags by no more than half of that, whatever fits.
+// The line is never longer than two periods of 1 ms, so it lags by at most half of that.
 TEST(VelocityEstimator, FollowsAnAccelerationWithinItsStatedLag) {
-  constexpr double kAcceleration = 20;  // of a hand that jerks
-  constexpr double kQuantum = 1e-7;  // far below the resolution: it is the swing that a long line would fit
+  constexpr double kAcceleration = 20;  // of a jerking hand
+  constexpr double kQuantum = 1e-7;     // far below the resolution: a long line would fit the oscillation
   constexpr double kRounding_s = kQuantum / 1e-3 / kAcceleration;
   const std::vector<double> found =
       estimates(kQuantum, 5e-5, 60, [](double t) { return 0.5 * kAcceleration * t * t; });

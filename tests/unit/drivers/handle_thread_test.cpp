@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all drivers share: which commands pass, how their threads are scheduled, and how much of a CPU the
-// network may take.
+// Features shared by all drivers: which commands pass, how their threads are scheduled, and how much CPU time
+// the network may cause.
 
 #include "drivers/handle/handle_thread.h"
 
@@ -29,22 +29,23 @@ TEST(CommandGate, PassesTheCommandsOfTheSessionWhileTheyAreYoung) {
   const Vec3 force{1, 2, 3};
   EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow), force);
   EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow + 20 * kMs), force);
-  EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow + 20 * kMs + 1), std::nullopt) << "the force loop stands";
+  EXPECT_EQ(gate.pass({force, 7, 2, kNow}, 2, kNow + 20 * kMs + 1), std::nullopt)
+      << "the force loop has stalled";
   EXPECT_EQ(gate.pass({force, 8, 1, kNow}, 2, kNow), std::nullopt) << "of the session before";
   EXPECT_EQ(gate.pass({force, 8, 3, kNow}, 2, kNow), std::nullopt);
   EXPECT_EQ(gate.pass({}, 0, 0), std::nullopt) << "nobody has commanded yet";
 }
 
-TEST(CommandGate, MeasuresEachCommandThatWasSentOnce) {
+TEST(CommandGate, MeasuresEachSentCommandOnce) {
   CommandGate gate;
   EXPECT_EQ(gate.latency_ns(), 0);
   EXPECT_FALSE(gate.lastHop());
   gate.pass({{}, 1, 1, kNow}, 1, kNow + 5);
   gate.sent(kNow + 10);
   gate.pass({{}, 1, 1, kNow}, 1, kNow + kMs);
-  gate.sent(kNow + kMs);  // the same again, for want of a newer one
+  gate.sent(kNow + kMs);  // the same again, because there is no newer one
   gate.pass({{}, 2, 9, kNow + 30}, 1, kNow + 31);
-  gate.sent(kNow + 2 * kMs);  // not that one: it did not pass
+  gate.sent(kNow + 2 * kMs);  // not counted: it did not pass
   EXPECT_EQ(gate.latency_ns(), 10);
   gate.pass({{}, 2, 1, kNow + 50}, 1, kNow + 55);
   gate.sent(kNow + 65);
@@ -59,7 +60,7 @@ TEST(CommandGate, CountsTheWaitOfTheFirstCommandThatANewerOneReplaced) {
   gate.pass({{}, 10, 1, kNow}, 1, kNow);
   gate.sent(kNow + 5);
   gate.pass({{}, 15, 1, kNow + 5 * kMs}, 1, kNow + 5 * kMs);
-  gate.sent(kNow + 5 * kMs + 7);  // tick 11, of kNow + 1 ms, waited until then
+  gate.sent(kNow + 5 * kMs + 7);  // tick 11, written at kNow + 1 ms, waited until then
   EXPECT_EQ(gate.latency_ns(), 4 * kMs + 7);
   gate.pass({{}, 900, 2, kNow + 900 * kMs}, 2, kNow + 900 * kMs);
   gate.sent(kNow + 900 * kMs + 9);
@@ -91,7 +92,7 @@ struct Seen {
   cpu_set_t cpus{};
 };
 
-/// How a thread of that policy is scheduled, once it is started.
+/// Returns how a thread with that policy is scheduled once started.
 Seen schedulingOf(const HandleThreadPolicy& policy, HandleScheduling& reported) {
   std::promise<void> go;
   Seen seen;
@@ -112,15 +113,15 @@ Seen schedulingOf(const HandleThreadPolicy& policy, HandleScheduling& reported) 
 TEST(HandleThread, IsScheduledAsReported) {
   HandleScheduling reported;
   const Seen seen = schedulingOf({.priority = 7}, reported);
-  EXPECT_EQ(reported.wanted_priority, 7);
+  EXPECT_EQ(reported.requested_priority, 7);
   EXPECT_EQ(seen.policy, reported.priority > 0 ? SCHED_FIFO : SCHED_OTHER);
   EXPECT_EQ(seen.priority, reported.priority);
   const bool permitted = std::async(std::launch::async, [] { return rt::useRealtimeScheduling(7); }).get();
   EXPECT_EQ(reported.priority, permitted ? 7 : 0);
   if (!permitted)
-    test::sayNotChecked("a handle's thread under SCHED_FIFO: not permitted here (RLIMIT_RTPRIO)");
+    test::reportNotChecked("a handle's thread under SCHED_FIFO: not permitted here (RLIMIT_RTPRIO)");
   EXPECT_EQ(schedulingOf({}, reported).policy, SCHED_OTHER);
-  EXPECT_EQ(reported.wanted_priority, 0);
+  EXPECT_EQ(reported.requested_priority, 0);
 }
 
 TEST(HandleThread, LeavesTheForceThreadsCpuAloneUnlessItIsTheOnlyOne) {
@@ -146,7 +147,7 @@ TEST(CpuBudget, LetsAThreadWorkHalfOfTheTimeWhateverComes) {
   }
   const double share = static_cast<double>(worked_ns) / static_cast<double>(now_ns - kNow);
   EXPECT_GT(share, 0.4);
-  // A window is one round over the half of it, which is looked at between rounds.
+  // A window may exceed its half by one round, because it is checked between rounds.
   EXPECT_LE(share, 0.5 + 2 * 0.1 / 2);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver with a device at the other end of a socket that keeps the borders of its packets, as hidraw
-// does.
+// The driver with a device at the other end of a socket that preserves packet boundaries, as hidraw does.
 
 #include "drivers/handle/hid/hid_handle.h"
 
@@ -54,7 +53,7 @@ class SocketPort final : public HidPort {
   int socket_;
 };
 
-/// A place to plug a device into.  Thread: any.
+/// A connector for a device.  Thread: any.
 class Socket {
  public:
   Socket() = default;
@@ -79,22 +78,22 @@ class Socket {
   }
 
   HidOpener opener() {
-    return [this](const HidSelection& wanted) -> config::Result<OpenedHid> {
+    return [this](const HidSelection& selection) -> config::Result<OpenedHid> {
       const std::lock_guard lock(mutex_);
       if (computer_ < 0) return std::unexpected(config::Error{"hidraw", "not there", "connect it"});
       return OpenedHid{std::make_unique<SocketPort>(std::exchange(computer_, -1)), "S7",
-                       wanted.serial.empty() ? "two are there" : ""};
+                       selection.serial.empty() ? "two are there" : ""};
     };
   }
 
-  /// Like a device: what nobody takes is lost.
+  /// Like a device: reports that nobody reads are lost.
   void send(std::span<const std::uint8_t> report) {
     const std::lock_guard lock(mutex_);
     const ssize_t sent = ::send(device_, report.data(), report.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     EXPECT_TRUE(sent == static_cast<ssize_t>(report.size()) || errno == EAGAIN) << std::strerror(errno);
   }
 
-  /// The next output report; nothing if none has come.
+  /// Returns the next output report; nothing if none has arrived.
   std::optional<OutputReport> receive() {
     std::array<std::uint8_t, 100> bytes{};
     const std::lock_guard lock(mutex_);
@@ -139,7 +138,7 @@ class HidHandleTest : public testing::Test {
     });
   }
 
-  /// The same with a force loop that lives.
+  /// The same with an active force loop.
   bool sendWithForceUntil(const rt::Vec3& force_n, auto condition) {
     return sendUntil([&] {
       channels_->command.write({force_n, ++tick_, state().session, rt::monotonicNow_ns()});
@@ -158,7 +157,7 @@ class HidHandleTest : public testing::Test {
   std::uint64_t tick_ = 0;
 };
 
-TEST_F(HidHandleTest, SaysWhatIsMissingAndFindsADeviceThatComesLater) {
+TEST_F(HidHandleTest, ReportsAMissingDeviceAndFindsItLater) {
   start();
   ASSERT_TRUE(eventually([&] { return handle_->status().detail == "hidraw: not there (connect it)"; }));
   EXPECT_EQ(handle_->status().state, HandlePresence::absent);
@@ -176,12 +175,12 @@ TEST_F(HidHandleTest, SaysWhatIsMissingAndFindsADeviceThatComesLater) {
   EXPECT_EQ(state().session, 1U);
 }
 
-TEST_F(HidHandleTest, ExertsTheNewestForceWhileTheForceLoopLivesAndZeroAtTheEnd) {
+TEST_F(HidHandleTest, ExertsTheNewestForceWhileTheForceLoopRunsAndZeroAtTheEnd) {
   socket_.plug();
   start();
   ASSERT_TRUE(sendWithForceUntil({1, -2, 0.5}, [&] { return exerts(); }));
   EXPECT_LE(norm(output_.force_n - rt::Vec3{1, -2, 0.5}), 1e-4);
-  ASSERT_TRUE(sendUntil([&] { return !exerts(); })) << "a force loop that stands still is not followed";
+  ASSERT_TRUE(sendUntil([&] { return !exerts(); })) << "commands of a stalled force loop are not exerted";
   ASSERT_TRUE(sendWithForceUntil({1, -2, 0.5}, [&] { return exerts(); }));
   handle_->stop();
   while (const auto output = socket_.receive()) output_ = *output;
@@ -199,13 +198,13 @@ TEST_F(HidHandleTest, BeginsANewSessionAfterUnpluggingAndAfterASilence) {
   socket_.plug();
   ASSERT_TRUE(sendUntil([&] { return state().session == 2; }));
   ASSERT_TRUE(becomes(HandlePresence::present));
-  ASSERT_TRUE(becomes(HandlePresence::lost)) << "it is open, but silent";
+  ASSERT_TRUE(becomes(HandlePresence::lost)) << "open, but silent";
   EXPECT_NE(handle_->status().detail.find("sends no reports"), std::string::npos) << handle_->status().detail;
   ASSERT_TRUE(sendUntil([&] { return state().session == 3; }));
   EXPECT_TRUE(becomes(HandlePresence::present));
 }
 
-TEST_F(HidHandleTest, CountsGarbageAndTakesADeviceThatSendsNothingElseForLost) {
+TEST_F(HidHandleTest, CountsGarbageAndLosesADeviceThatSendsNothingElse) {
   socket_.plug();
   start();
   ASSERT_TRUE(sendUntil([&] { return state().sequence > 0; }));
@@ -220,14 +219,14 @@ TEST_F(HidHandleTest, CountsGarbageAndTakesADeviceThatSendsNothingElseForLost) {
   EXPECT_TRUE(sendUntil([&] { return state().session == 2; }));
 }
 
-TEST_F(HidHandleTest, OfASpaceMouseMovesTheHipOnItsOwnClockAndSaysThatForcesAreDiscarded) {
+TEST_F(HidHandleTest, WithASpaceMouseMovesTheHipByItsOwnClockAndReportsThatForcesAreDiscarded) {
   socket_.plug();
   config::HandleSettings settings;
   settings.serial = "S7";
   settings.hid.kind = config::HidKind::spacemouse;
   settings.hid.full_speed_m_per_s = 1;
   start(settings);
-  socket_.send(std::array<std::uint8_t, 7>{1, 0x5E, 0x01, 0, 0, 0, 0});  // 350 to the right, said once
+  socket_.send(std::array<std::uint8_t, 7>{1, 0x5E, 0x01, 0, 0, 0, 0});  // 350 to the right, sent once
   ASSERT_TRUE(eventually([&] { return channels_->state.refresh() && state().position_m_in_world.x == 0.5; }));
   EXPECT_EQ(state().position_m_in_world.y, 0);
   EXPECT_TRUE(becomes(HandlePresence::present));
@@ -242,7 +241,7 @@ TEST_F(HidHandleTest, OfASpaceMouseMovesTheHipOnItsOwnClockAndSaysThatForcesAreD
   EXPECT_EQ(state().position_m_in_world.x, 0.5) << "the HIP stays where it was";
 }
 
-TEST_F(HidHandleTest, StopsStartsAndRefusesWhatDescribesNoDevice) {
+TEST_F(HidHandleTest, StopsStartsAndRefusesSettingsThatDescribeNoDevice) {
   start();
   EXPECT_FALSE(handle_->start(*channels_)) << "it is running";
   handle_->stop();
@@ -255,7 +254,7 @@ TEST_F(HidHandleTest, StopsStartsAndRefusesWhatDescribesNoDevice) {
   EXPECT_EQ(refused.error().where, "hid_handle.device");
 }
 
-/// A port whose write hangs until it is released.
+/// A port whose write blocks until it is released.
 class HangingPort final : public HidPort {
  public:
   explicit HangingPort(std::shared_ptr<std::atomic<bool>> released) : released_(std::move(released)) {}
@@ -275,7 +274,7 @@ class HangingPort final : public HidPort {
   std::uint32_t sequence_ = 0;
 };
 
-TEST(HidHandle, LeavesAThreadBehindThatADyingDeviceHolds) {
+TEST(HidHandle, AbandonsAThreadBlockedByAFailingDevice) {
   const auto released = std::make_shared<std::atomic<bool>>(false);
   auto channels = std::make_unique<HandleChannels>();
   auto handle =
@@ -287,19 +286,19 @@ TEST(HidHandle, LeavesAThreadBehindThatADyingDeviceHolds) {
   ASSERT_TRUE(eventually([&] { return handle->status().state == HandlePresence::lost; }));
   EXPECT_NE(handle->status().detail.find("takes no output reports"), std::string::npos);
   handle.reset();
-  channels.reset();  // what a thread that went on would still write to, seen by the address sanitizer
+  channels.reset();  // an abandoned thread would still write to it, which the address sanitizer would detect
   EXPECT_GT(released.use_count(), 1) << "the thread lives";
   *released = true;
   EXPECT_TRUE(eventually([&] { return released.use_count() == 1; })) << "the thread has ended";
 }
 
-// --- what the thread asks for decisions, without a clock
+// --- Protocol logic without a clock
 
 class HidControllerTest : public testing::Test {
  protected:
   HidControllerTest() { controller_.opened(now_ns_); }
 
-  /// The next report, a millisecond later.
+  /// Processes the next report, a millisecond later.
   std::optional<rt::HandleState> next() {
     now_ns_ += 1'000'000;
     ++input_.sequence;
@@ -309,7 +308,7 @@ class HidControllerTest : public testing::Test {
     return state;
   }
 
-  /// As to a tick of the force loop that has read a state of `session`.
+  /// Returns the reply to a command of a force loop tick that has read a state of `session`.
   OutputReport answer(const rt::Vec3& force_n, std::uint64_t session) {
     return outputFrom(controller_.answer({force_n, ++tick_, session, now_ns_}, now_ns_)).value();
   }
@@ -337,7 +336,7 @@ TEST_F(HidControllerTest, CountsWhatIsLostDuplicatedAndReordered) {
   EXPECT_EQ(link.reordered, 1U);
 }
 
-TEST_F(HidControllerTest, GoesOnWhereTheSequenceNumberWraps) {
+TEST_F(HidControllerTest, ContinuesWhereTheSequenceNumberWraps) {
   input_.sequence = 0xFFFFFFFE;
   for (int report = 0; report < 4; ++report) {
     const auto state = next();
@@ -347,7 +346,7 @@ TEST_F(HidControllerTest, GoesOnWhereTheSequenceNumberWraps) {
   EXPECT_EQ(controller_.link().lost, 0U);
 }
 
-TEST_F(HidControllerTest, TakesACountThatBeginsAnewForAReset) {
+TEST_F(HidControllerTest, TreatsARestartedCountAsAReset) {
   input_.sequence = 5000;
   ASSERT_EQ(next()->session, 1U);
   input_.sequence = 0;

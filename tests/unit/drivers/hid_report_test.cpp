@@ -30,7 +30,7 @@ std::vector<std::uint8_t> bytesOf(const std::string& hex) {
   return bytes;
 }
 
-// The two examples of reports.md; their checksums are those of Python's zlib.crc32.
+// The two examples of reports.md; their checksums were computed with Python's zlib.crc32.
 const std::vector<std::uint8_t> kInputExample = bytesOf(
     "48 69 01 01 01 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 FC CB BD 9F");
@@ -38,7 +38,7 @@ const std::vector<std::uint8_t> kOutputExample = bytesOf(
     "48 6F 01 01 02 00 00 00 10 27 00 00 78 EC FF FF 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 ED 91 AA F1");
 
-/// With a checksum that is right again after a change.
+/// Recomputes the checksum after a change.
 Report resealed(Report report) {
   const std::uint32_t crc = crc32(ReportBytes(report).first(60));
   for (std::size_t byte = 0; byte < 4; ++byte)
@@ -60,12 +60,12 @@ InputReport someInput() {
   return input;
 }
 
-TEST(HidReport, HasTheChecksumThatAllCrc32ImplementationsAreTestedWith) {
+TEST(HidReport, HasTheChecksumOfTheStandardCheckText) {
   const std::string text = "123456789";
   EXPECT_EQ(crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}), 0xCBF43926U);
 }
 
-TEST(HidReport, IsByteForByteThatOfTheDocument) {
+TEST(HidReport, MatchesTheExamplesOfTheDocumentByteForByte) {
   InputReport input;
   input.sequence = 1;
   EXPECT_TRUE(std::ranges::equal(encode(input), kInputExample));
@@ -115,7 +115,7 @@ TEST(HidReport, IsRefusedWithTheReason) {
   EXPECT_EQ(refusal(with(0, 0)), ReportRefusal::magic);
   EXPECT_EQ(refusal(kOutputExample), ReportRefusal::magic);
   EXPECT_EQ(refusal(with(2, 2)), ReportRefusal::version);
-  for (std::size_t bit = 24; bit < 512; ++bit) {  // behind the version
+  for (std::size_t bit = 24; bit < 512; ++bit) {  // after the version
     Report report = good;
     report[bit / 8] = static_cast<std::uint8_t>(report[bit / 8] ^ (1U << (bit % 8)));
     EXPECT_EQ(refusal(report), ReportRefusal::checksum) << "bit " << bit;
@@ -139,15 +139,15 @@ TEST(HidReport, OfRandomBytesIsRefusedAndOfRandomFieldsInRangeOrRefused) {
     report[1] = 0x69;
     report[2] = 1;
     report[3] &= 0x0F;
-    for (std::size_t high : {15U, 19U, 23U, 27U, 31U, 35U}) {  // small enough numbers, half of the time each
+    for (std::size_t high : {15U, 19U, 23U, 27U, 31U, 35U}) {  // small enough numbers in half of the cases
       report[high] = static_cast<std::uint8_t>((random() & 1) != 0 ? 0x00 : 0x01);
     }
     std::fill(report.begin() + 50, report.begin() + 60, std::uint8_t{0});
     const auto input = inputFrom(resealed(report));
     if (!input) continue;
     ++taken;
-    EXPECT_LE(std::abs(input->position_m.x), kMostPositionM + kHalfPositionUnitM);
-    EXPECT_LE(std::abs(input->velocity_m_per_s.value_or(rt::Vec3{}).z), kMostSpeedMPerS + 1e-6);
+    EXPECT_LE(std::abs(input->position_m.x), kMaxPositionM + kHalfPositionUnitM);
+    EXPECT_LE(std::abs(input->velocity_m_per_s.value_or(rt::Vec3{}).z), kMaxSpeedMPerS + 1e-6);
   }
   EXPECT_GT(taken, 100);
 }
@@ -156,14 +156,14 @@ TEST(DeviceClock, SpacesMeasurementsAsTheDeviceDidHoweverLateTheyArrive) {
   DeviceClock clock;
   std::mt19937 random(1);
   std::int64_t last_ns = 0;
-  std::uint32_t device_us = 0xFFFFF000;  // wraps
+  std::uint32_t device_us = 0xFFFFF000;  // wraps around
   for (std::int64_t number = 0; number < 2000; ++number) {
     const std::int64_t true_ns = 5'000'000'000 + number * 1'000'000;
     const std::int64_t arrival_ns =
         true_ns + (number % 10 == 0 ? 0 : static_cast<std::int64_t>(random() % 900'000));
     const std::int64_t time_ns = clock.timeOf(device_us, arrival_ns);
     EXPECT_LE(time_ns, arrival_ns);
-    // between two punctual reports the difference grows by 0.1 % of 10 ms at most
+    // between two punctual reports the difference grows by at most 0.1 % of 10 ms
     EXPECT_NEAR(static_cast<double>(time_ns - true_ns), 0, 10'001) << number;
     if (number > 0) {
       EXPECT_NEAR(static_cast<double>(time_ns - last_ns), 1e6, 11'000) << number;
@@ -173,7 +173,7 @@ TEST(DeviceClock, SpacesMeasurementsAsTheDeviceDidHoweverLateTheyArrive) {
   }
 }
 
-TEST(DeviceClock, DoesNotBelieveAClockThatJumpsOrStands) {
+TEST(DeviceClock, IgnoresAClockThatJumpsOrStops) {
   DeviceClock clock;
   std::int64_t arrival_ns = 1'000'000'000;
   for (const std::uint32_t device_us :
@@ -185,7 +185,7 @@ TEST(DeviceClock, DoesNotBelieveAClockThatJumpsOrStands) {
   }
 }
 
-TEST(SpaceMouseReport, HoldsEachValueUntilAnotherComes) {
+TEST(SpaceMouseReport, HoldsEachValueUntilANewOneArrives) {
   SpaceMouseState cap;
   EXPECT_TRUE(takeOver(cap, bytesOf("01 5E 01 A2 FE 00 00")));  // 350, -350, 0
   EXPECT_TRUE(takeOver(cap, bytesOf("02 01 00 02 00 03 00")));
@@ -215,7 +215,8 @@ TEST(SpaceMouseReport, OfAnotherLengthOrBeyondAnyCapChangesNothing) {
 TEST(SpaceMouseMotion, MovesAtFullSpeedAtFullDeflectionAndNotInTheDeadZone) {
   SpaceMouseMotion motion(0.1, 0.5);
   SpaceMouseState cap;
-  cap.translation = {350, -500, 17};  // y is towards the user: z here; z down is inside the dead zone
+  // Y is towards the user, which is z here; z down is inside the dead zone.
+  cap.translation = {350, -500, 17};
   for (int step = 0; step < 1000; ++step) motion.step(cap, 0.001);
   EXPECT_NEAR(motion.position_m().x, 0.1, 1e-12);  // 0.1 m/s for 1 s, rounding only
   EXPECT_NEAR(motion.position_m().z, -0.1, 1e-12);

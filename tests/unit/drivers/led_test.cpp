@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LEDs through the real libgpiod. What needs a chip is no matter of these tests: they also run where
-// there is none.
+// The LEDs with the real libgpiod. These tests need no GPIO chip and run where there is none.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -22,7 +21,7 @@ namespace {
 using Step = LineFailure::Step;
 
 constexpr const char* kNoSuchChip =
-    "GPIO chip \"gpiochip-none\": there is no such chip (gpiodetect lists the chips; load the chip's driver, "
+    "GPIO chip \"gpiochip-none\": no such chip (gpiodetect lists the chips; load the chip's driver, "
     "or "
     "correct leds.chip)";
 
@@ -35,7 +34,7 @@ config::LedSettings settingsOf(const std::string& chip) {
   return settings;
 }
 
-bool saysOf(const LedPanel& leds, const std::string& part) {
+bool reports(const LedPanel& leds, const std::string& part) {
   return leds.status().detail.find(part) != std::string::npos;
 }
 
@@ -55,7 +54,7 @@ TEST(GpiodLeds, KnowWhichLedsAreConfigured) {
   EXPECT_EQ(leds->status().state, LedState::absent);
 }
 
-TEST(GpiodLeds, AnAbsentChipIsSaidOnceForAllLinesWithARemedy) {
+TEST(GpiodLeds, AnAbsentChipIsReportedOnceForAllLinesWithARemedy) {
   GpiodLeds leds(settingsOf("gpiochip-none"));
   ASSERT_TRUE(leds.start());
   EXPECT_TRUE(test::eventually([&] { return !leds.status().detail.empty(); }));
@@ -64,23 +63,22 @@ TEST(GpiodLeds, AnAbsentChipIsSaidOnceForAllLinesWithARemedy) {
   leds.stop();
 }
 
-TEST(GpiodLeds, AreLookedForAgain) {
+TEST(GpiodLeds, AreSearchedForAgain) {
   const test::TemporaryFolder folder;
   const std::filesystem::path chip = folder.path() / "chip";
   GpiodLeds leds(settingsOf(chip));
   ASSERT_TRUE(leds.start());
-  ASSERT_TRUE(test::eventually([&] { return saysOf(leds, "there is no such chip"); }));
+  ASSERT_TRUE(test::eventually([&] { return reports(leds, "no such chip"); }));
   folder.write("chip", "");
-  EXPECT_TRUE(test::eventually([&] { return saysOf(leds, "this is no GPIO chip"); })) << leds.status().detail;
+  EXPECT_TRUE(test::eventually([&] { return reports(leds, "not a GPIO chip"); })) << leds.status().detail;
   std::filesystem::remove(chip);
-  EXPECT_TRUE(test::eventually([&] { return saysOf(leds, "there is no such chip"); }))
-      << leds.status().detail;
+  EXPECT_TRUE(test::eventually([&] { return reports(leds, "no such chip"); })) << leds.status().detail;
 }
 
 TEST(GpiodLeds, ADeviceThatIsNoChipIsNotOne) {
   GpiodLeds leds(settingsOf("/dev/null"));
   ASSERT_TRUE(leds.start());
-  EXPECT_TRUE(test::eventually([&] { return saysOf(leds, "GPIO chip \"/dev/null\": this is no GPIO chip"); }))
+  EXPECT_TRUE(test::eventually([&] { return reports(leds, "GPIO chip \"/dev/null\": not a GPIO chip"); }))
       << leds.status().detail;
   EXPECT_EQ(leds.status().state, LedState::absent);
 }
@@ -122,7 +120,7 @@ TEST(ChipPath, OfAnythingElseIsSearchedByLabel) {
   for (const char* label : {"gpiochip", "gpiochip-none", "gpiochip1x", "no chip has this label"}) {
     const auto path = chipPath(label);
     ASSERT_FALSE(path) << label;
-    // a chip that may not be opened could have it
+    // a chip that may not be opened could have the label
     EXPECT_TRUE(path.error() == ENOENT || path.error() == EACCES) << path.error();
   }
 }
@@ -136,30 +134,29 @@ TEST(LineError, NamesChipAndCauseAndRemedy) {
       textOf(Step::chip, EACCES),
       "GPIO chip \"box\": permission denied (let the daemon's user read and write /dev/gpiochip*: by its "
       "group, or by a udev rule)");
-  EXPECT_EQ(
-      textOf(Step::line, ENOENT),
-      "GPIO chip \"box\", line \"STATUS\": there is no such line (gpioinfo lists the lines of each chip; "
-      "correct leds.*_line)");
-  EXPECT_EQ(
-      textOf(Step::request, EBUSY, "backlight"),
-      "GPIO chip \"box\", line \"STATUS\": the line is in use by \"backlight\" (end what holds it, or choose "
-      "another line (gpioinfo shows who holds which))");
-  EXPECT_EQ(
-      textOf(Step::request, EBUSY),
-      "GPIO chip \"box\", line \"STATUS\": the line is in use (end what holds it, or choose another line "
-      "(gpioinfo shows who holds which))");
+  EXPECT_EQ(textOf(Step::line, ENOENT),
+            "GPIO chip \"box\", line \"STATUS\": no such line (gpioinfo lists the lines of each chip; "
+            "correct leds.*_line)");
+  EXPECT_EQ(textOf(Step::request, EBUSY, "backlight"),
+            "GPIO chip \"box\", line \"STATUS\": the line is in use by \"backlight\" (stop the program that "
+            "holds it, or "
+            "choose another line (gpioinfo shows the holders))");
+  EXPECT_EQ(textOf(Step::request, EBUSY),
+            "GPIO chip \"box\", line \"STATUS\": the line is in use (stop the program that holds it, or "
+            "choose another line "
+            "(gpioinfo shows the holders))");
 }
 
-TEST(LineError, TellsAChipThatIsGoneFromALineThatFails) {
+TEST(LineError, DistinguishesALostChipFromAFailingLine) {
   const config::LineAddress line{"", 5, false};
-  EXPECT_EQ(
-      setError("box", line, ENODEV).text(),
-      "GPIO chip \"box\": the chip is gone (connect it again or load its driver; it is looked for once a "
-      "second)");
-  EXPECT_EQ(
-      setError("box", line, EIO).text(),
-      "GPIO chip \"box\", line 5: cannot be switched: Input/output error (check the chip's connection; it is "
-      "tried again once a second)");
+  EXPECT_EQ(setError("box", line, ENODEV).text(),
+            "GPIO chip \"box\": the chip is gone (connect it again or load its driver; hapticd searches for "
+            "it once a "
+            "second)");
+  EXPECT_EQ(setError("box", line, EIO).text(),
+            "GPIO chip \"box\", line 5: cannot be switched: Input/output error (check the chip's connection; "
+            "hapticd "
+            "tries again once a second)");
 }
 
 TEST(LineError, ShowsNoControlCharactersOfALineNameOrAHolder) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the noise against their definitions: variance, correlation over the window, over time and over
-// disparity. Tolerances: five standard errors of a mean over independent patches (the seeds are fixed).
+// Checks the components of the noise against their definitions: variance, and correlation over the window,
+// over time and over disparity. Tolerances: five standard errors of a mean over independent patches (the
+// seeds are fixed).
 
 #include "drivers/camera/synthetic/noise_pattern.h"
 
@@ -20,11 +21,11 @@ constexpr double kStandardErrors = 5;
 constexpr int kSeeds = 8;
 constexpr double kPatches =
     kSeeds * double{rt::kFramePixels} / (NoisePattern::kWindow * NoisePattern::kWindow);
-// A correlation coefficient, and a variance relative to itself, of that many independent patches.
+// Of a correlation coefficient, or of a variance relative to itself, from kPatches independent patches.
 const double kCorrelationTolerance = kStandardErrors / std::sqrt(kPatches);
 const double kVarianceTolerance = kStandardErrors * std::sqrt(2 / kPatches);
 
-/// Disparities that go through all phases within a raw unit, 0.05 per pixel and row.
+/// Disparities that cover all phases within a raw unit, 0.05 per pixel and row.
 Field ramp(float shift_raw) {
   Field exact;
   for (int row = 0; row < rt::kFrameHeight; ++row) {
@@ -46,7 +47,8 @@ double meanProduct(const Field& a, const Field& b, std::size_t lag = 0) {
   return sum / static_cast<double>(a.size() - lag);
 }
 
-/// The mean over seeds of the product of two images' pixels, the second `lag` pixels farther.
+/// Returns the mean over seeds of the product of the pixels of two images, the second shifted by `lag`
+/// pixels.
 double covariance(const NoisePatternParameters& parameters, std::uint64_t frame, float shift_raw,
                   std::size_t lag = 0) {
   double sum = 0;
@@ -78,7 +80,7 @@ TEST(NoisePattern, IsCorrelatedOverTheMatchingWindowAndNotBeyond) {
 TEST(NoisePattern, DistortionExtendsOverItsLargerWindowAndStaysWhenTheSceneMoves) {
   const NoisePatternParameters coarse{.coarse_raw = 1};
   const double ratio = double{NoisePattern::kCoarseWindow} / NoisePattern::kWindow;
-  const double tolerance = ratio * kCorrelationTolerance;  // as many fewer patches along each axis
+  const double tolerance = ratio * kCorrelationTolerance;  // fewer patches by this ratio along each axis
   EXPECT_NEAR(covariance(coarse, 0, 0, 11), 1 - 11.0 / 33, tolerance);
   EXPECT_NEAR(covariance(coarse, 7, 80), 1, tolerance * std::sqrt(2));
 }
@@ -114,16 +116,16 @@ TEST(NoisePattern, DriftLosesItsCorrelationExponentially) {
   }
 }
 
-TEST(NoisePattern, FastPartIsAnotherOneInEveryFrame) {
+TEST(NoisePattern, FastPartIsIndependentInEveryFrame) {
   const NoisePatternParameters fast{.fast_raw = 1};
   for (const std::uint64_t frames : {1U, 2U, 20U})
     EXPECT_NEAR(covariance(fast, frames, 0), 0, kCorrelationTolerance);
 }
 
-TEST(NoisePattern, PartsAndSeedsHaveNothingInCommon) {
+TEST(NoisePattern, PartsAndSeedsAreUncorrelated) {
   const NoisePattern first(1, {.standing_raw = 1, .drift_raw = 1, .drift_frames = 10});
   const NoisePattern second(2, {.standing_raw = 1, .drift_raw = 1, .drift_frames = 10});
-  // of one seed only: fewer patches; the variance is two
+  // of one seed only, so fewer patches; the variance is two
   const double tolerance = 2 * kCorrelationTolerance * std::sqrt(double{kSeeds});
   EXPECT_NEAR(meanProduct(noiseOf(first, 5, ramp(0)), noiseOf(second, 5, ramp(0))), 0, tolerance);
 }

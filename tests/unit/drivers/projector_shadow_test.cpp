@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPixelsPerRaw = 0.137;
 
-/// A body of columns 200 to 299 that is 100 raw units nearer than a wall.
+/// A body in columns 200 to 299 that is 100 raw units nearer than a wall.
 std::vector<float> bodyBeforeAWall() {
   std::vector<float> row(640, 800);
   std::fill(row.begin() + 200, row.begin() + 300, 700.0F);
@@ -28,7 +28,7 @@ std::vector<int> missing(const std::vector<float>& row) {
   return columns;
 }
 
-/// first, first + 1 .. last
+/// Returns first, first + 1 .. last.
 std::vector<int> columns(int first, int last) {
   std::vector<int> all;
   for (int column = first; column <= last; ++column) all.push_back(column);

@@ -42,7 +42,7 @@ TEST(RecordedCamera, PlaysEveryFrameOnceAndIsThenLost) {
   EXPECT_EQ(camera.status().damaged_frames, 0U);
 }
 
-TEST(RecordedCamera, BeginsAgainAtTheEndOfALoop) {
+TEST(RecordedCamera, RestartsAtTheEndOfALoop) {
   ScratchRecording recording;
   test::fillRecording(recording, 3);
   FrameCollector frames;
@@ -80,7 +80,7 @@ TEST(RecordedCamera, SpeedShortensADayToLessThanTheTestsPatience) {
   EXPECT_TRUE(frames.waitForFrames(2));
 }
 
-TEST(RecordedCamera, LeavesOutADamagedFrameAndGoesOn) {
+TEST(RecordedCamera, SkipsADamagedFrameAndContinues) {
   ScratchRecording recording;
   recording.add(0, "1.00", 1);
   const auto damaged = recording.add(1, "1.01", 2);
@@ -117,7 +117,7 @@ TEST(RecordedCamera, StopsWhileItWaitsForAFrameOfTomorrow) {
   EXPECT_EQ(frames.count(), 1U);
 }
 
-TEST(RecordedCamera, StartsAnewAfterAStop) {
+TEST(RecordedCamera, StartsAgainAfterAStop) {
   ScratchRecording recording;
   test::fillRecording(recording, 2);
   FrameCollector first;
@@ -133,7 +133,7 @@ TEST(RecordedCamera, StartsAnewAfterAStop) {
   EXPECT_EQ(second.frame(0).sequence, 1U);
 }
 
-TEST(RecordedCamera, DoesNotStartOnWhatIsNoRecording) {
+TEST(RecordedCamera, DoesNotStartWithoutAValidRecording) {
   const test::TemporaryFolder folder;
   FrameCollector frames;
   RecordedCamera camera(folder.path(), true, 1);

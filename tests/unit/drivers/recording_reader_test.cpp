@@ -24,13 +24,13 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// The error of opening the folder, or "" when it opens.
+/// Returns the error of opening the folder, or "" if it opens.
 std::string openError(const std::filesystem::path& folder) {
   const auto reader = RecordingReader::open(folder);
   return reader ? "" : reader.error().text();
 }
 
-/// The error of reading one image, or "" when it is read.
+/// Returns the error of reading one image, or "" if it is read.
 std::string imageError(const std::filesystem::path& file) {
   const auto frame = std::make_unique<rt::DepthFrame>();
   const auto read = readDepthPgm(file, *frame);
@@ -64,7 +64,7 @@ TEST(RecordingReader, DeliversEveryPixelTimeAndTickOfTheFiles) {
   }
 }
 
-TEST(RecordingReader, LetsTimeStandStillWhereTheHostClockWasSetBack) {
+TEST(RecordingReader, KeepsTimeConstantWhereTheHostClockWasSetBack) {
   ScratchRecording recording;
   recording.add(0, "100.5", 1);
   recording.add(1, "90", 2);
@@ -110,7 +110,7 @@ TEST(RecordingReader, NamesTheLineOfAMissingFile) {
   EXPECT_TRUE(contains(error, "d-1.033000-2.pgm")) << error;
 }
 
-TEST(RecordingReader, ExplainsHowToConvertCrlfLineEnds) {
+TEST(RecordingReader, ExplainsHowToConvertCrlfLineEndings) {
   ScratchRecording recording;
   recording.add(0, "1.0", 1);
   recording.writeIndex("\r\n");
@@ -128,7 +128,7 @@ TEST(RecordingReader, RefusesNamesThatAreNotThoseOfARecording) {
     recording.addIndexLine(line);
     recording.writeIndex();
     const std::string error = openError(recording.path());
-    EXPECT_TRUE(contains(error, "no name of a recorded file")) << line << ": " << error;
+    EXPECT_TRUE(contains(error, "not the name of a recorded file")) << line << ": " << error;
   }
 }
 
@@ -156,7 +156,7 @@ TEST(DepthPgm, RefusesAFileThatIsTooLong) {
   EXPECT_TRUE(contains(imageError(folder.path() / "long.pgm"), "more than"));
 }
 
-TEST(DepthPgm, RefusesEveryOtherHeaderAndSaysWhichOneItExpects) {
+TEST(DepthPgm, RefusesEveryOtherHeaderAndNamesTheExpectedOne) {
   const test::TemporaryFolder folder;
   for (const char* header : {"P5\n640 480\n65535\n", "P5\n640 480\n2047\n", "P5 640 480 2047\n",
                              "P5 320 240 65535\n", "P2 640 480 65535\n", "P5 640 480 65535\r\n", "\x89PNG"}) {
@@ -192,7 +192,7 @@ TEST(DepthPgm, RefusesAMissingFileAndAFolder) {
   EXPECT_FALSE(imageError(folder.path()).empty());
 }
 
-TEST(RecordingReader, ShowsOfAnIndexAndAnImageWhatATerminalMayShow) {
+TEST(RecordingReader, EscapesTextOfAnIndexAndAnImageInMessages) {
   for (const std::string& line : {std::string("\x1b[2Jd-1.pgm\xc2\x9b"), std::string(3000, 'x'),
                                   "d-1." + std::string(3000, '0') + "-1.pgm"}) {
     ScratchRecording recording;
@@ -227,7 +227,8 @@ TEST(RecordingReader, ReadsEveryFrameAsItIsInItsFile) {
   EXPECT_GE(number, 30U);
   if (!recording.isReal()) return;
 
-  // frames.tsv of the real one, frame 0: lowest raw value 405, median of the valid ones 702, 35.2 % invalid.
+  // values known of the real recording, frame 0: lowest raw value 405, median of the valid ones 702, 35.2 %
+  // invalid
   ASSERT_EQ(number, 60U);
   ASSERT_TRUE(reader->read(0, *frame));
   std::vector<std::uint16_t> valid;

@@ -31,7 +31,7 @@ std::unique_ptr<rt::DepthFrame> madeUpFrame(std::uint32_t number) {
   }
   frame->sequence = number + 1;
   frame->arrival_ns = kFirst_ns + std::int64_t{number} * 33'000'001;
-  frame->device_ticks = 4'294'967'290U + number;  // wraps
+  frame->device_ticks = 4'294'967'290U + number;  // wraps around
   return frame;
 }
 
@@ -50,7 +50,7 @@ void expectFrame(const RecordingReader& reader, std::uint32_t number) {
   EXPECT_EQ(reader.frames()[number].host_ns, expected->arrival_ns - kFirst_ns);
 }
 
-TEST(RecordingWriter, WhatItWroteReadsBackToThePixelAndNanosecond) {
+TEST(RecordingWriter, ReadsBackToThePixelAndNanosecond) {
   const test::TemporaryFolder folder;
   auto writer = RecordingWriter::create(folder.path() / "a.depth", kRealtimeOffset_ns);
   ASSERT_TRUE(writer) << writer.error().text();
@@ -62,7 +62,7 @@ TEST(RecordingWriter, WhatItWroteReadsBackToThePixelAndNanosecond) {
   for (std::uint32_t number = 0; number < 20; ++number) expectFrame(*reader, number);
 }
 
-TEST(RecordingWriter, TakesNoFolderThatIsThereOrCannotBeMade) {
+TEST(RecordingWriter, RefusesAFolderThatExistsOrCannotBeCreated) {
   const test::TemporaryFolder folder;
   folder.write("mine", "mine");
   EXPECT_FALSE(RecordingWriter::create(folder.path(), 0));
@@ -70,7 +70,7 @@ TEST(RecordingWriter, TakesNoFolderThatIsThereOrCannotBeMade) {
   EXPECT_FALSE(RecordingWriter::create(folder.path() / "nowhere" / "a.depth", 0));
 }
 
-/// In a child: writes until it is killed.
+/// Runs in a child: writes until it is killed.
 void writeForever(const fs::path& folder) {
   auto writer = RecordingWriter::create(folder, kRealtimeOffset_ns);
   ASSERT_TRUE(writer);
@@ -98,7 +98,7 @@ TEST(RecordingWriter, IsReadableWheneverItIsKilled) {
   }
 }
 
-/// In a child whose files may not become as large as an image.
+/// Runs in a child whose files may not become as large as an image.
 void writeOnAFullDisk(const fs::path& folder) {
   std::signal(SIGXFSZ, SIG_IGN);
   auto writer = RecordingWriter::create(folder, kRealtimeOffset_ns);
@@ -109,11 +109,11 @@ void writeOnAFullDisk(const fs::path& folder) {
   EXPECT_EQ(fs::file_size(folder / "INDEX.txt"), 0U);
 }
 
-TEST(RecordingWriter, SaysWhenTheDiskIsFullAndLeavesNoHalfImage) {
+TEST(RecordingWriter, ReportsAFullDiskAndLeavesNoPartialImage) {
   if (!test::rerunPart().empty()) return writeOnAFullDisk(test::rerunPart());
   const test::TemporaryFolder folder;
   const auto child = test::runToEnd(
-      {"/proc/self/exe", "--gtest_filter=RecordingWriter.SaysWhenTheDiskIsFullAndLeavesNoHalfImage"},
+      {"/proc/self/exe", "--gtest_filter=RecordingWriter.ReportsAFullDiskAndLeavesNoPartialImage"},
       {.environment = {std::string(test::kRerunVariable) + "=" + (folder.path() / "a.depth").string()},
        .largest_file_bytes = 300'000});
   EXPECT_EQ(child.ending, test::exitedWith(0)) << child.output;

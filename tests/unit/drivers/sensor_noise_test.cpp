@@ -15,7 +15,7 @@ using Image = std::vector<std::uint16_t>;
 constexpr float kFlat = 700.3F;
 constexpr int kFrames = 100;
 
-// Noise that is another one in each frame, so that every frame adds its own independent patches.
+// Noise that is independent in each frame, so that every frame adds its own independent patches.
 constexpr double kSigmaRaw = 0.5;
 constexpr double kIndependentPatches = double{kFrames} * SensorNoise::kFirstDeadColumn * rt::kFrameHeight /
                                        (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
@@ -36,7 +36,7 @@ std::size_t at(int column, int row) {
   return static_cast<std::size_t>(row * rt::kFrameWidth + column);
 }
 
-/// Sums over pairs of pixels of one image, `lag` columns apart, both measured.
+/// Sums over pairs of measured pixels of one image, `lag` columns apart.
 struct Moments {
   double count = 0, sum = 0, squares = 0, products = 0;
   void add(const Image& raw, int lag) {
@@ -70,7 +70,7 @@ Moments momentsAtLag(int lag) {
 
 TEST(SensorNoise, HasTheMeanOfTheSurfaceAndTheVarianceOfNoiseAndRounding) {
   const Moments moments = momentsAtLag(0);
-  // Rounding adds 1/12; what depends on the phase within a unit is damped by exp(-2 pi^2 sigma^2) = 0.0072.
+  // Rounding adds 1/12; its dependence on the phase within a unit is damped by exp(-2 pi^2 sigma^2) = 0.0072.
   const double phase = 0.0072;
   const double expected = kSigmaRaw * kSigmaRaw + 1.0 / 12;
   EXPECT_NEAR(moments.mean(), 0, kSigmas * kSigmaRaw / std::sqrt(kIndependentPatches) + phase);
@@ -80,8 +80,9 @@ TEST(SensorNoise, HasTheMeanOfTheSurfaceAndTheVarianceOfNoiseAndRounding) {
 }
 
 TEST(SensorNoise, IsCorrelatedOverTheWindowAndNotBeyond) {
-  // Rounding errors of noise that differs are not correlated, but for the same damped part: neighbours three
-  // pixels apart differ by sigma sqrt(2/3), which leaves (1/12) exp(-2 pi^2 (2/3) sigma^2) or 0.003 of it.
+  // Rounding errors of different noise values are uncorrelated except for the same damped part: neighbours
+  // three pixels apart differ by sigma sqrt(2/3), which leaves (1/12) exp(-2 pi^2 (2/3) sigma^2), i.e. 0.003
+  // of it.
   const double share = kSigmaRaw * kSigmaRaw / (kSigmaRaw * kSigmaRaw + 1.0 / 12);
   const double rounding = 0.003 / (kSigmaRaw * kSigmaRaw + 1.0 / 12);
   const double tolerance = kSigmas / std::sqrt(kIndependentPatches) + rounding;
@@ -102,8 +103,8 @@ TEST(SensorNoise, OfARestingSceneIsMostlyTheSameInEveryFrame) {
     products += (first[pixel] - double{kFlat}) * (later[pixel] - double{kFlat});
     count += 1;
   }
-  // The standing part, and what two roundings of it have in common after a change of sqrt(2) 0.2 raw:
-  // exp(-2 pi^2 0.08) / (2 pi^2) = 0.0104.
+  // The static part, plus the common part of two roundings of it after a change of sqrt(2) 0.2 raw: exp(-2
+  // pi^2 0.08) / (2 pi^2) = 0.0104.
   const double expected = 0.25 + 0.0104;
   const double patches = kIndependentPatches / kFrames;
   EXPECT_NEAR(products / count, expected, kSigmas * expected * std::sqrt(2 / patches));
@@ -167,7 +168,7 @@ TEST(SensorNoise, MakesTheRimOfAStepFlickerAndNotItsSurroundings) {
   EXPECT_LT(beside / observations, 0.5 * noise.parameters().flicker_share + 4 * tolerance);
 }
 
-TEST(SensorNoise, LetsTheStatedShareOfTheMeasuredRimFlyBetweenBothSides) {
+TEST(SensorNoise, MakesTheStatedShareOfTheMeasuredRimFlyingPixels) {
   constexpr double kFlying = 0.2;
   constexpr float kStep = 100;
   const SensorNoise noise(7, {.flying_share = kFlying, .shadow_side = ShadowSide::none});
@@ -190,7 +191,7 @@ TEST(SensorNoise, LetsTheStatedShareOfTheMeasuredRimFlyBetweenBothSides) {
       }
     }
   }
-  // Six of a hundred raw units are within 3 of a side and do not count; every pixel flies for itself.
+  // Six of a hundred raw units are within 3 of a side and do not count; pixels are independent.
   const double expected = kFlying * 0.94;
   EXPECT_NEAR(flying / measured, expected, kSigmas * std::sqrt(expected * (1 - expected) / measured));
 }
@@ -202,7 +203,7 @@ TEST(SensorNoise, DarkensTheStripBesideABodyThatTheProjectorDoesNotReach) {
     for (int column = 200; column < 300; ++column) exact[at(column, row)] = kFlat;
   }
   const Image raw = sensorImage(noise, 3, exact);
-  // 13.7 px at the left of the body; the rims of body and wall flicker
+  // 13.7 px to the left of the body; the rims of body and wall flicker
   for (int row = 0; row < rt::kFrameHeight; ++row) {
     for (int column = 187; column < 200; ++column) ASSERT_EQ(raw[at(column, row)], rt::kRawNoMeasurement);
     ASSERT_NE(raw[at(185, row)], rt::kRawNoMeasurement);
@@ -238,7 +239,7 @@ TEST(SensorNoise, StaysWithin11BitsAtBothEndsOfTheRange) {
   }
 }
 
-TEST(SensorNoise, DitherTakesOneOfTheTwoNeighboursAndIsRightInTheMean) {
+TEST(SensorNoise, DitherRoundsToOneOfTwoNeighboursAndIsUnbiased) {
   const SensorNoise noise(7);
   const std::vector<float> exact(rt::kFramePixels, kFlat);
   Image raw(rt::kFramePixels);

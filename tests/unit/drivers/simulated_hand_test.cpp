@@ -22,18 +22,18 @@ constexpr double kStepS = 0.001;
 constexpr double kWallStiffness = 500;  // N/m
 constexpr double kWallAt = 0.1;         // m from the start, along the approach
 
-/// How far the hand has come along the approach of the default settings, -z.
+/// Returns the displacement of the hand along the approach of the default settings, -z.
 double progress(const SimulatedHand& hand, const SimulatedHandleSettings& settings = {}) {
   return settings.start_m_in_world.z - hand.position_m_in_world().z;
 }
 
-/// A spring wall across the approach; a device with that wall pushes back along +z.
+/// A spring wall across the approach; it pushes back along +z.
 Vec3 wallForce(const SimulatedHand& hand, double wall_at = kWallAt) {
   return {0, 0, kWallStiffness * std::max(0.0, progress(hand) - wall_at)};
 }
 
-/// Position at `t_s` of a mass drawn by spring and damper towards a point that leaves it at constant speed:
-/// m x'' + (b + b_h) x' + k x = k v t + b_h v, x(0) = x'(0) = 0, underdamped.
+/// Returns the position at `t_s` of a mass pulled by spring and damper towards a point that moves away at
+/// constant speed: m x'' + (b + b_h) x' + k x = k v t + b_h v, x(0) = x'(0) = 0, underdamped.
 double closedForm(const SimulatedHandleSettings& s, double t_s) {
   const double decay = (s.damping_n_s_per_m + s.hand_damping_n_s_per_m) / (2 * s.mass_kg);
   const double rate = std::sqrt(s.hand_stiffness_n_per_m / s.mass_kg - decay * decay);
@@ -61,8 +61,8 @@ TEST(SimulatedHand, MovesFreelyLikeTheClosedFormOfADampedMassOnASpring) {
     worst_first_order = std::max(worst_first_order, std::abs(coarse - exact));
     worst_remainder = std::max(worst_remainder, std::abs(2 * fine - coarse - exact));
   }
-  // The aim is held over a step, which shifts it by up to the way of a step. Extrapolated to no step at all,
-  // an error of the next order in w dt remains, w = sqrt(k/m) = 94/s.
+  // The aim is held over a step, which shifts it by up to the displacement of a step. Extrapolated to a step
+  // of zero, an error of the next order in w dt remains, w = sqrt(k/m) = 94/s.
   const double w = std::sqrt(settings.hand_stiffness_n_per_m / settings.mass_kg);
   const double first_order = kStepS * settings.speed_m_per_s;
   EXPECT_LT(worst_first_order, first_order);
@@ -87,28 +87,28 @@ TEST(SimulatedHand, PressesOnAWallWithThePressForce) {
   }
   EXPECT_NEAR(settled_low_n, settings.press_force_n, 1e-6);
   EXPECT_NEAR(settled_high_n, settings.press_force_n, 1e-6);
-  // Work of the largest push P = press force + b_h * speed over the way p into the wall, and the energy of
-  // the approach: K p^2 / 2 <= P p + m v^2 / 2.
+  // The work of the largest push P = press force + b_h * speed over the displacement p into the wall, plus
+  // the energy of the approach: K p^2 / 2 <= P p + m v^2 / 2.
   const double push = settings.press_force_n + settings.hand_damping_n_s_per_m * settings.speed_m_per_s;
   const double v2 = settings.speed_m_per_s * settings.speed_m_per_s;
   EXPECT_LE(peak_n, push + std::sqrt(push * push + kWallStiffness * settings.mass_kg * v2));
 }
 
-TEST(SimulatedHand, IsStableOnAWallThatAnswersTwoMillisecondsLate) {
+TEST(SimulatedHand, IsStableOnAWallThatRespondsTwoMillisecondsLate) {
   SimulatedHand hand({}, kStepS);
   Vec3 late[2];
   double low_n = 1e9;
   double high_n = 0;
   int pressing_steps = 0;
   while (hand.rounds() == 0) {
-    const Vec3 felt = late[0];
+    const Vec3 force = late[0];
     late[0] = late[1];
     late[1] = wallForce(hand);
-    hand.step(felt);
+    hand.step(force);
     if (hand.phase() != Phase::pressing) continue;
     if (++pressing_steps < 1000) continue;
-    low_n = std::min(low_n, felt.z);
-    high_n = std::max(high_n, felt.z);
+    low_n = std::min(low_n, force.z);
+    high_n = std::max(high_n, force.z);
   }
   EXPECT_NEAR(low_n, 2, 1e-6);
   EXPECT_NEAR(high_n, 2, 1e-6);
@@ -132,7 +132,7 @@ TEST(SimulatedHand, StrokesAcrossWhileItPresses) {
   EXPECT_EQ(along_y, 0);
 }
 
-TEST(SimulatedHand, RetreatsToTheStartAndBeginsAgain) {
+TEST(SimulatedHand, RetreatsToTheStartAndRepeats) {
   const SimulatedHandleSettings settings;
   SimulatedHand hand(settings, kStepS);
   int presses = 0;
@@ -141,7 +141,7 @@ TEST(SimulatedHand, RetreatsToTheStartAndBeginsAgain) {
     hand.step(wallForce(hand));
     presses += hand.phase() == Phase::pressing && before != Phase::pressing;
     if (hand.phase() == Phase::approaching && before == Phase::retreating) {
-      // Behind its aim by at most the swing of the retreat, speed / sqrt(k/m).
+      // Behind its aim by at most the oscillation of the retreat, speed / sqrt(k/m).
       EXPECT_LT(norm(hand.position_m_in_world() - settings.start_m_in_world), 0.1 / 94);
     }
     before = hand.phase();
@@ -161,7 +161,7 @@ TEST(SimulatedHand, TurnsBackAtTheEndOfItsTravelWhereNothingIs) {
     pressed |= hand.phase() == Phase::pressing;
   }
   EXPECT_FALSE(pressed);
-  EXPECT_NEAR(farthest, settings.travel_m, 0.1 / 94);  // the swing of the turn
+  EXPECT_NEAR(farthest, settings.travel_m, 0.1 / 94);  // the oscillation of the turn
 }
 
 TEST(SimulatedHand, TurnsBackHoweverTheEndOfItsTravelIsRounded) {
@@ -173,7 +173,7 @@ TEST(SimulatedHand, TurnsBackHoweverTheEndOfItsTravelIsRounded) {
       settings.travel_m = 0.1;
       settings.speed_m_per_s = speed_m_per_s;
       SimulatedHand hand(settings, kStepS);
-      // there and back, and as long again for what the handle lags behind
+      // back and forth, and as long again because the handle lags behind
       const double enough_s = 4 * settings.travel_m / settings.speed_m_per_s;
       for (double time_s = 0; time_s < enough_s && hand.rounds() == 0; time_s += kStepS) hand.step({});
       EXPECT_EQ(hand.rounds(), 1) << start_mm << " mm, " << speed_m_per_s << " m/s";
@@ -194,8 +194,8 @@ TEST(SimulatedHand, YieldsToAWallThatComesNearer) {
     wall -= 0.02 * kStepS;  // 2 cm/s towards the hand
     if (++pressing_steps > 500) settled_high_n = std::max(settled_high_n, force.z);
   }
-  // The press force, the dampers at that speed, and on average the spring over half the way of one step,
-  // since the hand aims from where the handle was at the step's begin.
+  // The press force, the dampers at that speed, and on average the spring over half the displacement of one
+  // step, because the hand aims from the handle's position at the beginning of the step.
   const double expected_n =
       settings.press_force_n + (settings.hand_damping_n_s_per_m + settings.damping_n_s_per_m +
                                 settings.hand_stiffness_n_per_m * kStepS / 2) *
@@ -212,7 +212,7 @@ TEST(SimulatedHand, DoesNotLungeWhenTheSurfaceVanishes) {
   const double ahead = settings.press_force_n / settings.hand_stiffness_n_per_m;
   for (int step = 1; step <= 500; ++step) {
     hand.step({});
-    // The stretched spring relaxes, with a swing as large again at most; the aim moves at its speed.
+    // The stretched spring relaxes with an oscillation at most as large; the aim moves at its speed.
     ASSERT_LT(progress(hand) - at_loss, 2 * ahead + settings.speed_m_per_s * kStepS * step);
   }
 }
@@ -232,8 +232,8 @@ TEST(SimulatedHand, StaysFiniteAndNearUnderExtremeForces) {
       ASSERT_TRUE(isFinite(hand.position_m_in_world()) && isFinite(hand.velocity_m_per_s_in_world()));
       farthest = std::max(farthest, norm(hand.position_m_in_world() - settings.start_m_in_world));
     }
-    // The strongest force, on three axes, stretches the hand's spring by F sqrt(3) / k; alternating, it
-    // swings at most as far again.
+    // The strongest force on three axes stretches the hand's spring by F sqrt(3) / k; alternating, it
+    // oscillates at most as far again.
     EXPECT_LT(farthest, settings.travel_m + 2 * std::sqrt(3) * SimulatedHand::kStrongestForceN /
                                                 settings.hand_stiffness_n_per_m);
   }
@@ -265,13 +265,13 @@ TEST(SimulatedHand, ApproachesAlongAnyDirection) {
     settings.direction_in_world = direction;
     SimulatedHand hand(settings, kStepS);
     for (int step = 0; step < 1000; ++step) hand.step({});
-    const Vec3 way = hand.position_m_in_world() - settings.start_m_in_world;
-    EXPECT_NEAR(dot(way, direction), norm(way) * norm(direction), 1e-12);
-    EXPECT_NEAR(norm(way), settings.speed_m_per_s * 1.0, 0.1 / 94);
+    const Vec3 displacement = hand.position_m_in_world() - settings.start_m_in_world;
+    EXPECT_NEAR(dot(displacement, direction), norm(displacement) * norm(direction), 1e-12);
+    EXPECT_NEAR(norm(displacement), settings.speed_m_per_s * 1.0, 0.1 / 94);
   }
 }
 
-/// How long each contact with the wall lasted, s, and its largest force, N, until `rounds` are over.
+/// Duration in s and largest force in N of each contact with the wall, until `rounds` are over.
 struct Contact {
   double seconds = 0;
   double peak_n = 0;
@@ -284,7 +284,7 @@ std::vector<Contact> contactsOf(const SimulatedHandleSettings& settings, int rou
   bool touching = false;
   for (int step = 0; hand.rounds() < rounds && step < 120'000; ++step) {
     const Vec3 force = wallForce(hand);
-    if (force.z > 0 && !touching) contacts.push_back({0, 0, step * kStepS, hand.touch()});
+    if (force.z > 0 && !touching) contacts.push_back({0, 0, step * kStepS, hand.action()});
     touching = force.z > 0;
     if (touching) {
       contacts.back().seconds += kStepS;
@@ -296,22 +296,22 @@ std::vector<Contact> contactsOf(const SimulatedHandleSettings& settings, int rou
   return contacts;
 }
 
-TEST(SimulatedHand, TapsShortlyAndComesBackToItsStartAfterFourTaps) {
+TEST(SimulatedHand, TapsBrieflyAndReturnsToItsStartAfterFourTaps) {
   SimulatedHandleSettings settings;
   settings.script = config::HandScript::tap;
   const auto contacts = contactsOf(settings, 2);
   ASSERT_EQ(contacts.size(), 2U * SimulatedHand::kTaps);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     // the tap itself; at 0.1 m/s into the wall, by 2 N / 500 N/m, and out of it, with the spring of the loose
-    // grip drawn out by 2 N / 200 N/m to either side: 10 and 20 mm at most
+    // grip stretched by 2 N / 200 N/m to either side: 10 and 20 mm at most
     EXPECT_GT(contacts[i].seconds, SimulatedHand::kTap_s);
     EXPECT_LT(contacts[i].seconds, SimulatedHand::kTap_s + 0.3);
     EXPECT_GE(contacts[i].peak_n, SimulatedHand::kPressedShare * settings.press_force_n);
     if (i % SimulatedHand::kTaps == 0) continue;
-    // lifted by 20 mm and back at 0.1 m/s: 0.4 s, and the contact before
+    // lifted by 20 mm and back at 0.1 m/s: 0.4 s, plus the previous contact
     EXPECT_LT(contacts[i].start_s - contacts[i - 1].start_s, 0.4 + contacts[i - 1].seconds);
   }
-  // from the start, 100 mm away, it takes a second to and fro each
+  // from the start, 100 mm away, a second in each direction
   EXPECT_GT(contacts[4].start_s - contacts[3].start_s, 1.5);
 }
 
@@ -331,13 +331,13 @@ TEST(SimulatedHand, LeansSlowlyUpToThePressForceAndTrembles) {
     const auto last = forces_n.begin() + std::lround(to_s / kStepS);
     return std::accumulate(first, last, 0.0) / static_cast<double>(last - first);
   };
-  // 2 N after a second, linearly; the handle follows late by damping / wall stiffness, 11 ms, and over 1/9 s
-  // the tremor averages out but for its growth
+  // 2 N after a second, linearly; the handle lags by damping / wall stiffness, 11 ms, and over 1/9 s the
+  // tremor averages out except for its growth
   EXPECT_NEAR(mean(0.5 - 1 / 18.0, 0.5 + 1 / 18.0), 0.5 * settings.press_force_n, 0.05);
   EXPECT_NEAR(mean(1.5, 1.5 + 3 / 9.0), settings.press_force_n, 0.005);
   const auto [low, high] = std::minmax_element(forces_n.begin() + 1500, forces_n.end() - 1);
-  // the tremor drives the mass on the wall's spring and the dampers, those of the firm grip; the hand's aim
-  // is held for a step of 1 / 111 of a period: 2 %
+  // the tremor drives the mass on the wall's spring and the dampers of the firm grip; the hand's aim is held
+  // for a step of 1 / 111 of a period: 2 %
   const double omega = 2 * std::numbers::pi * SimulatedHand::kTremor_hz;
   const double damping = settings.damping_n_s_per_m + std::sqrt(2.0) * settings.hand_damping_n_s_per_m;
   const double gain =
@@ -363,15 +363,15 @@ TEST(SimulatedHand, WithDryFrictionStopsWhereItsSpringPullsLessThanFriction) {
   settings.friction_n = 0.2;
   SimulatedHand hand(settings, kStepS);
   for (int step = 0; step < 500; ++step) hand.step({});
-  // steady motion: the spring drags friction and the device's own damping along behind the aim
+  // steady motion: the spring pulls friction and the device's own damping along behind the aim
   const double lag_m = (settings.friction_n + settings.damping_n_s_per_m * settings.speed_m_per_s) /
                        settings.hand_stiffness_n_per_m;
-  // half a step's way, since the aim is held over a step
+  // half a step's displacement, because the aim is held over a step
   EXPECT_NEAR(progress(hand), settings.speed_m_per_s * 0.5 - lag_m, settings.speed_m_per_s * kStepS);
   EXPECT_EQ(hand.velocity_m_per_s_in_world().x, 0);
 }
 
-TEST(SimulatedHand, WithoutPressForceStrokesWhereItIsAndBeginsAgain) {
+TEST(SimulatedHand, WithoutPressForceStrokesWhereItIsAndRepeats) {
   SimulatedHandleSettings settings;
   settings.press_force_n = 0;
   SimulatedHand hand(settings, kStepS);
@@ -384,14 +384,14 @@ TEST(SimulatedHand, WithoutPressForceStrokesWhereItIsAndBeginsAgain) {
   EXPECT_LT(farthest, 1e-9);  // rounding, step by step
 }
 
-TEST(SimulatedHand, WithDryFrictionKnowsThatItPresses) {
-  for (const double friction_n : {0.05, 0.3, 1.0, 5.0}) {  // with the last it cannot move the handle
+TEST(SimulatedHand, WithDryFrictionDetectsThatItPresses) {
+  for (const double friction_n : {0.05, 0.3, 1.0, 5.0}) {  // with the last one it cannot move the handle
     for (const Vec3& direction : {Vec3{0, 0, -1}, Vec3{0.6, 0.6, -1}}) {
       SimulatedHandleSettings settings;
       settings.friction_n = friction_n;
       settings.direction_in_world = direction;
       SimulatedHand hand(settings, kStepS);
-      // there and back at its speed, and while it presses: less than 8 s
+      // back and forth at its speed, and the time of pressing: less than 8 s
       for (int step = 0; step < 8000 && hand.rounds() == 0; ++step) hand.step(wallForce(hand));
       EXPECT_EQ(hand.rounds(), 1) << friction_n << " N along z " << direction.z << ", x " << direction.x;
     }

@@ -13,7 +13,7 @@
 namespace hapticd::drivers {
 namespace {
 
-TEST(SyntheticCamera, FilmsTheSceneAtTheTimeThatItsTicksTell) {
+TEST(SyntheticCamera, FilmsTheSceneAtTheTimeOfItsTicks) {
   config::SyntheticSettings settings;
   settings.frame_rate_hz = 20;
   test::FrameCollector frames;

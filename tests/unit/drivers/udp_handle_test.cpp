@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The UDP handle against a peer that speaks protocol.md by itself, over real sockets.
+// The UDP handle with a peer that implements protocol.md independently, over real sockets.
 
 #include "drivers/handle/udp/udp_handle.h"
 
@@ -28,7 +28,7 @@ constexpr std::uint16_t kPort = 47800;
 constexpr std::uint16_t kPeerPort = 47801;
 constexpr const char* kKey = "a key of 24 bytes, about";
 
-/// A bridge that echoes what it has heard last.
+/// A bridge that echoes the last packet received.
 class Peer {
  public:
   explicit Peer(std::uint64_t session, std::string key = {})
@@ -43,8 +43,8 @@ class Peer {
   const test::TestSocket& socket() const { return socket_; }
   const std::vector<Bytes>& sent() const { return sent_; }
 
-  /// As after a restart of the bridge.
-  void startAgain(std::uint64_t session) {
+  /// Simulates a restart of the bridge.
+  void restart(std::uint64_t session) {
     const RawState before = state_;
     state_ = {};
     state_.session = session;
@@ -52,7 +52,7 @@ class Peer {
     heard_ns_ = 0;
   }
 
-  /// The next state, not sent.
+  /// Returns the next state without sending it.
   Bytes next() {
     ++state_.sequence;
     state_.time_ns = rt::monotonicNow_ns();
@@ -65,8 +65,7 @@ class Peer {
   }
   void send() { send(next()); }
 
-  /// The next command that arrives within `wait_ms`, remembered for the next echo if it is one for this
-  /// session.
+  /// Returns the next command that arrives within `wait_ms`; it is echoed next if it is for this session.
   std::optional<RawCommand> receive(int wait_ms) {
     const auto bytes = socket_.receive(wait_ms);
     if (!bytes) return std::nullopt;
@@ -103,7 +102,7 @@ struct Rig {
       : handle(handle_settings, {}), peer(200, key) {}
   ~Rig() { handle.stop(); }
 
-  /// One state, and what is answered; a tick of the force loop before.
+  /// Sends one state and returns the reply; the force loop ticks before.
   std::optional<RawCommand> exchange() {
     if (force_loop_ticks) command();
     peer.send();
@@ -112,7 +111,7 @@ struct Rig {
     }
     return command;
   }
-  /// As a tick of the force loop that has read the newest state.
+  /// Commands a force like a tick of the force loop that has read the newest state.
   void command() {
     channels->state.refresh();
     channels->command.write({force_n, ++tick, channels->state.front().session, rt::monotonicNow_ns()});
@@ -123,12 +122,12 @@ struct Rig {
       return handle.status().state == HandlePresence::present;
     });
   }
-  /// Waits until as many have arrived, whatever became of them.
+  /// Waits until this many packets have arrived, whether accepted or not.
   bool hasReceived(std::uint64_t count) {
     return test::eventually([&] { return link().received >= count; });
   }
   LinkStatus link() const { return handle.status().link.value_or(LinkStatus{}); }
-  bool says(const std::string& part) const {
+  bool detailContains(const std::string& part) const {
     const HandleStatus status = handle.status();
     return (status.detail + status.advice).find(part) != std::string::npos;
   }
@@ -141,7 +140,7 @@ struct Rig {
   bool force_loop_ticks = true;
 };
 
-TEST(UdpHandle, BringsMeasurementsInAndForcesOutThroughThePose) {
+TEST(UdpHandle, TransformsMeasurementsAndForcesByThePose) {
   config::HandleSettings turned = settings();
   turned.pose.yaw_rad = std::numbers::pi / 2;
   turned.pose.position_m = {10, 20, 30};
@@ -155,7 +154,7 @@ TEST(UdpHandle, BringsMeasurementsInAndForcesOutThroughThePose) {
     command = rig.exchange();
     return command && command->mode == 1;
   }));
-  constexpr double kRounding = 1e-12;  // of a turn by doubles
+  constexpr double kRounding = 1e-12;  // of a rotation in double precision
   EXPECT_NEAR(command->force_n.x, 2, kRounding);
   EXPECT_NEAR(command->force_n.y, -1, kRounding);
   EXPECT_NEAR(command->force_n.z, 3, kRounding);
@@ -173,7 +172,7 @@ TEST(UdpHandle, BringsMeasurementsInAndForcesOutThroughThePose) {
   EXPECT_LE(state.time_ns, rt::monotonicNow_ns());
 }
 
-TEST(UdpHandle, ReportsTheWholeWayOfAForceAsItsDelay) {
+TEST(UdpHandle, ReportsTheWholeRoundTripOfAForceAsItsDelay) {
   Rig rig;
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   ASSERT_TRUE(rig.becomesPresent());
@@ -187,7 +186,7 @@ TEST(UdpHandle, ReportsTheWholeWayOfAForceAsItsDelay) {
   EXPECT_GT(rig.link().round_trip_p50_ns, 0U);
 }
 
-TEST(UdpHandle, AStrangerIsCountedAndNeverAnswered) {
+TEST(UdpHandle, PacketsFromOthersAreCountedAndNeverAnswered) {
   Rig rig;
   const test::TestSocket stranger(test::ownLoopback(3), kPeerPort);
   ASSERT_TRUE(rig.handle.start(*rig.channels));
@@ -196,13 +195,13 @@ TEST(UdpHandle, AStrangerIsCountedAndNeverAnswered) {
   stranger.send(test::bytesOf(greeting), test::ownLoopback(1), kPort);
   ASSERT_TRUE(rig.hasReceived(1));
   EXPECT_EQ(rig.link().rejected, 1U);
-  ASSERT_TRUE(rig.says("from " + test::ownLoopback(3))) << rig.handle.status().detail;
+  ASSERT_TRUE(rig.detailContains("from " + test::ownLoopback(3))) << rig.handle.status().detail;
   EXPECT_EQ(rig.link().sent, 0U);
   ASSERT_TRUE(rig.becomesPresent());
   EXPECT_FALSE(stranger.receive(0));
 }
 
-TEST(UdpHandle, NothingRecordedIsTakenOverAgain) {
+TEST(UdpHandle, ReplayedPacketsAreRejected) {
   Rig rig;
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   ASSERT_TRUE(rig.becomesPresent());
@@ -226,10 +225,10 @@ TEST(UdpHandle, NothingRecordedIsTakenOverAgain) {
   EXPECT_FALSE(rig.channels->state.refresh());
 }
 
-TEST(UdpHandle, CountsWhatIsLostOvertakenAndDamaged) {
+TEST(UdpHandle, CountsLostReorderedAndDamagedPackets) {
   LinkStatus link;
   std::string advice;
-  // Anew where the machine let packets lie for longer than an echo is believed.
+  // Repeated if the machine delayed packets for longer than an echo is valid.
   ASSERT_TRUE(test::eventually([&] {
     Rig rig;
     EXPECT_TRUE(rig.handle.start(*rig.channels));
@@ -250,7 +249,7 @@ TEST(UdpHandle, CountsWhatIsLostOvertakenAndDamaged) {
   EXPECT_NE(advice.find("damaged"), std::string::npos) << advice;
 }
 
-TEST(UdpHandle, OnlyTheSameKeyIsBelieved) {
+TEST(UdpHandle, OnlyTheSameKeyIsAccepted) {
   const test::TemporaryFolder folder;
   const std::string file = folder.write("key", kKey);
   ASSERT_EQ(::chmod(file.c_str(), 0640), 0);
@@ -259,9 +258,9 @@ TEST(UdpHandle, OnlyTheSameKeyIsBelieved) {
     std::string their_key;
     std::string said;
   };
-  for (const auto& [our_file, their_key, said] :
-       {Case{file, kKey, ""}, Case{file, "", "not authenticated"},
-        Case{file, "another key, of 27 bytes...", "another key"}, Case{"", kKey, "there is no key here"}}) {
+  for (const auto& [our_file, their_key, said] : {Case{file, kKey, ""}, Case{file, "", "not authenticated"},
+                                                  Case{file, "another key, of 27 bytes...", "another key"},
+                                                  Case{"", kKey, "no key is configured here"}}) {
     Rig rig(settings(our_file), their_key);
     ASSERT_TRUE(rig.handle.start(*rig.channels));
     if (said.empty()) {
@@ -270,19 +269,19 @@ TEST(UdpHandle, OnlyTheSameKeyIsBelieved) {
     }
     EXPECT_TRUE(test::eventually([&] {
       rig.exchange();
-      return rig.says(said);
+      return rig.detailContains(said);
     })) << rig.handle.status().detail;
     EXPECT_EQ(rig.handle.status().state, HandlePresence::absent);
     EXPECT_EQ(rig.link().sent, 0U);
   }
 }
 
-TEST(UdpHandle, IsLostWithoutStatesAndComesBackAsANewSessionThatExertsNothingOfBefore) {
+TEST(UdpHandle, IsLostWithoutStatesAndReconnectsAsANewSessionWithoutOldForces) {
   Rig rig;
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   ASSERT_TRUE(rig.becomesPresent());
   ASSERT_TRUE(test::eventually([&] { return rig.handle.status().state == HandlePresence::lost; }));
-  EXPECT_TRUE(rig.says("100 ms")) << rig.handle.status().detail;
+  EXPECT_TRUE(rig.detailContains("100 ms")) << rig.handle.status().detail;
   while (rig.peer.receive(0)) {
   }
   rig.command();
@@ -307,7 +306,7 @@ TEST(UdpHandle, APeerThatStartsAgainIsANewSessionAtOnce) {
   ASSERT_TRUE(rig.becomesPresent());
   rig.channels->state.refresh();
   const std::uint64_t session = rig.channels->state.front().session;
-  rig.peer.startAgain(201);
+  rig.peer.restart(201);
   rig.peer.state().position_m.x = -0.5;
   EXPECT_TRUE(test::eventually([&] {
     rig.exchange();
@@ -334,13 +333,13 @@ TEST(UdpHandle, ExertsNothingWhenTheForceLoopHangs) {
   EXPECT_TRUE(modeBecomes(1));
 }
 
-TEST(UdpHandle, SpeaksWithoutBeingAskedAndSaysGoodbye) {
+TEST(UdpHandle, SendsCommandsUnpromptedAndSaysGoodbye) {
   Rig rig;
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   ASSERT_TRUE(rig.becomesPresent());
   EXPECT_TRUE(test::eventually([&] {
     rig.exchange();
-    return rig.peer.receive(20) && rig.peer.receive(20);  // more than the answer, of a peer that is silent
+    return rig.peer.receive(20) && rig.peer.receive(20);  // more than the reply, from a silent peer
   }));
   ASSERT_TRUE(test::eventually([&] {
     const auto command = rig.exchange();
@@ -356,7 +355,7 @@ TEST(UdpHandle, SpeaksWithoutBeingAskedAndSaysGoodbye) {
   EXPECT_EQ(rig.handle.status().state, HandlePresence::absent);
 }
 
-TEST(UdpHandle, ADeviceThatIsNotReadyExertsNothing) {
+TEST(UdpHandle, ADeviceThatIsNotReadyExertsNoForce) {
   Rig rig;
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   ASSERT_TRUE(rig.becomesPresent());
@@ -377,7 +376,7 @@ TEST(UdpHandle, ADeviceThatIsNotReadyExertsNothing) {
   rig.peer.state().flags = kCalibrated | kFault;
   ASSERT_TRUE(test::eventually([&] {
     rig.exchange();
-    return rig.says("fault");
+    return rig.detailContains("fault");
   }));
   EXPECT_EQ(rig.handle.status().state, HandlePresence::lost);
   EXPECT_EQ(rig.exchange().value_or(RawCommand{}).mode, 0U);
@@ -393,13 +392,13 @@ TEST(UdpHandle, WaitsForAPortThatIsTaken) {
   Rig rig;
   auto other = std::make_unique<test::TestSocket>(test::ownLoopback(1), kPort);
   ASSERT_TRUE(rig.handle.start(*rig.channels));
-  ASSERT_TRUE(test::eventually([&] { return rig.says("Address already in use"); }));
+  ASSERT_TRUE(test::eventually([&] { return rig.detailContains("Address already in use"); }));
   EXPECT_EQ(rig.handle.status().state, HandlePresence::absent);
   other.reset();
   EXPECT_TRUE(rig.becomesPresent()) << rig.handle.status().detail;
 }
 
-TEST(UdpHandle, DoesNotStartWithSettingsThatNoWaitingCanMend) {
+TEST(UdpHandle, DoesNotStartWithInvalidSettings) {
   const test::TemporaryFolder folder;
   const auto channels = std::make_unique<HandleChannels>();
   const auto refusal = [&](const config::HandleSettings& broken) {
@@ -409,7 +408,7 @@ TEST(UdpHandle, DoesNotStartWithSettingsThatNoWaitingCanMend) {
   };
   config::HandleSettings broken = settings();
   broken.udp.peer = "device.example";
-  EXPECT_NE(refusal(broken).find("udp_handle.peer: \"device.example\" is no IPv4 address"),
+  EXPECT_NE(refusal(broken).find("udp_handle.peer: \"device.example\" is not an IPv4 address"),
             std::string::npos);
   broken = settings();
   broken.udp.address = "127.0.0.256";
@@ -422,10 +421,10 @@ TEST(UdpHandle, DoesNotStartWithSettingsThatNoWaitingCanMend) {
   EXPECT_NE(refusal(settings(key)).find("others may read or write it"), std::string::npos);
   EXPECT_NE(refusal(settings(short_key)).find("has 15 bytes"), std::string::npos);
   EXPECT_NE(refusal(settings(folder.path() / "none")).find("No such file"), std::string::npos);
-  EXPECT_NE(refusal(settings(folder.path())).find("is no file"), std::string::npos);
+  EXPECT_NE(refusal(settings(folder.path())).find("not a regular file"), std::string::npos);
 }
 
-TEST(UdpHandle, IsWhatTheSettingsName) {
+TEST(UdpHandle, IsCreatedFromTheSettings) {
   EXPECT_NE(dynamic_cast<UdpHandle*>(makeHandle(settings(), {}).get()), nullptr);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packets of the UDP handle and the conversation that they make up, without sockets and clocks.
+// The packets of the UDP handle and their conversation, without sockets and clocks.
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ TEST(UdpPacket, CrcIsThatOfRfc3720) {
   EXPECT_EQ(crc32c({}), 0U);
 }
 
-TEST(UdpPacket, AStateIsReadAndWrittenAsTheDocumentSays) {
+TEST(UdpPacket, AStateIsReadAndWrittenAsDocumented) {
   for (const std::string key : {"", kKey}) {
     const RawState raw = someState();
     const Bytes bytes = test::bytesOf(raw, key);
@@ -76,7 +76,7 @@ TEST(UdpPacket, AStateIsReadAndWrittenAsTheDocumentSays) {
       << "the example of protocol.md";
 }
 
-TEST(UdpPacket, ACommandIsReadAndWrittenAsTheDocumentSays) {
+TEST(UdpPacket, ACommandIsReadAndWrittenAsDocumented) {
   CommandPacket command;
   command.header = {3, 4, 5, {6, 7, 8}};
   command.force_n_in_handle = {1, -2, 3.5};
@@ -107,7 +107,7 @@ TEST(UdpPacket, ACommandIsReadAndWrittenAsTheDocumentSays) {
   }
 }
 
-TEST(UdpPacket, DampingAtTheDeviceIsOfferedAndTakenWhereAnOlderSideDoesNotLook) {
+TEST(UdpPacket, DampingAtTheDeviceIsOfferedAndAcceptedInFieldsThatOlderVersionsIgnore) {
   CommandPacket command;
   command.header = {3, 4, 5, {6, 7, 8}};
   command.may_damp = true;
@@ -127,7 +127,7 @@ TEST(UdpPacket, DampingAtTheDeviceIsOfferedAndTakenWhereAnOlderSideDoesNotLook) 
   EXPECT_EQ(withDamping(1001).error(), Refusal::out_of_range);
   EXPECT_EQ(withDamping(std::numeric_limits<float>::quiet_NaN()).error(), Refusal::not_finite);
 
-  // What a hapticd of before the offer sends there, and what a bridge that damps answers.
+  // What a hapticd from before the offer sends there, and the reply of a bridge that damps.
   command.may_damp = false;
   EXPECT_FALSE(read(vectorOf(encode(command, {})))->may_damp);
   StatePacket state;
@@ -173,7 +173,7 @@ TEST(UdpPacket, EachRefusalHasItsReason) {
   }
 }
 
-TEST(UdpPacket, EachWrongBitIsNoticed) {
+TEST(UdpPacket, EachFlippedBitIsDetected) {
   const Bytes good = test::bytesOf(someState());
   for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
     Bytes bytes = good;
@@ -182,7 +182,7 @@ TEST(UdpPacket, EachWrongBitIsNoticed) {
   }
 }
 
-TEST(UdpPacket, TheKeyDecidesWhoIsBelieved) {
+TEST(UdpPacket, TheKeyDecidesWhatIsAccepted) {
   const Bytes plain = test::bytesOf(someState());
   const Bytes authenticated = test::bytesOf(someState(), kKey);
   EXPECT_EQ(refusalOf(plain, kKey), Refusal::not_authenticated);
@@ -198,7 +198,7 @@ TEST(UdpPacket, TheKeyDecidesWhoIsBelieved) {
   EXPECT_EQ(refusalOf(Bytes(authenticated.begin(), authenticated.begin() + 112), kKey), Refusal::wrong_size);
 }
 
-TEST(UdpPacket, NoRandomBytesAreTakenForAPacketOrHurt) {
+TEST(UdpPacket, RandomBytesAreNeverAcceptedNorHarmful) {
   std::mt19937 random(1);
   const Bytes good = test::bytesOf(someState(), kKey);
   for (int i = 0; i < 20'000; ++i) {
@@ -209,11 +209,11 @@ TEST(UdpPacket, NoRandomBytesAreTakenForAPacketOrHurt) {
     if (bytes == good) continue;
     EXPECT_NE(refusalOf(bytes, kKey), std::nullopt);
     EXPECT_FALSE(decodeCommand(spanOf(bytes), keyOf(kKey)));
-    decodeState(spanOf(test::sealedAgain(bytes)), {});  // whatever numbers it holds
+    decodeState(spanOf(test::sealedAgain(bytes)), {});  // whatever values it has
   }
 }
 
-/// Two sides with a way of 1 ms between them.
+/// Two sides with a latency of 1 ms between them.
 struct TwoSides {
   std::optional<Conversation> box{std::in_place, 100};
   std::optional<Conversation> bridge{std::in_place, 200};
@@ -235,7 +235,7 @@ struct TwoSides {
   }
 };
 
-TEST(UdpConversation, BothSidesMeetInThreePacketsAndMeasureTheWay) {
+TEST(UdpConversation, BothSidesMeetInThreePacketsAndMeasureTheRoundTrip) {
   TwoSides sides;
   sides.meet();
   EXPECT_EQ(sides.box->peerSession(), 200U);
@@ -249,7 +249,7 @@ TEST(UdpConversation, BothSidesMeetInThreePacketsAndMeasureTheWay) {
   EXPECT_EQ(sides.bridge->link().round_trip_max_ns, 2'000'000U);
 }
 
-TEST(UdpConversation, CountsWhatIsLostDoubledAndOvertaken) {
+TEST(UdpConversation, CountsLostDuplicatedAndReorderedPackets) {
   TwoSides sides;
   sides.meet();
   std::vector<Header> packets;
@@ -269,7 +269,7 @@ TEST(UdpConversation, CountsWhatIsLostDoubledAndOvertaken) {
   EXPECT_EQ(link.received, 8U) << "2 of meeting, 6 here";
 }
 
-TEST(UdpConversation, APacketThatNobodyRemembersIsNotTakenForNew) {
+TEST(UdpConversation, APacketTooOldToBeRememberedIsNotTreatedAsNew) {
   TwoSides sides;
   sides.meet();
   std::vector<Header> packets;
@@ -290,7 +290,7 @@ TEST(UdpConversation, RefusesPacketsOfAnEarlierStartOfItself) {
   EXPECT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
 }
 
-TEST(UdpConversation, GoesOnWithAPeerThatStartsAgainAndNeverBack) {
+TEST(UdpConversation, ContinuesWithARestartedPeerAndNeverReturns) {
   TwoSides sides;
   sides.meet();
   const Header recorded = sides.bridge->next(sides.now_ns);
@@ -304,12 +304,12 @@ TEST(UdpConversation, GoesOnWithAPeerThatStartsAgainAndNeverBack) {
   EXPECT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
 }
 
-TEST(UdpConversation, RefusesWhatIsHeldUpAndRecoversByAnAnswer) {
+TEST(UdpConversation, RefusesDelayedPacketsAndRecoversByAReply) {
   TwoSides sides;
   sides.meet();
   const Header in_time = sides.bridge->next(sides.now_ns);
   const Header late = sides.bridge->next(sides.now_ns);
-  const std::int64_t echoed_ns = sides.now_ns - 2 * kMs;  // when the box sent what both echo
+  const std::int64_t echoed_ns = sides.now_ns - 2 * kMs;  // when the box sent the packet that both echo
   EXPECT_EQ(sides.box->hear(in_time, echoed_ns + kFreshNs), Verdict::fresh);
   EXPECT_EQ(sides.box->hear(late, echoed_ns + kFreshNs + 1), Verdict::unproven);
   sides.now_ns = echoed_ns + kFreshNs + 1;
@@ -318,7 +318,7 @@ TEST(UdpConversation, RefusesWhatIsHeldUpAndRecoversByAnAnswer) {
   EXPECT_EQ(sides.box->link().lost, 0U) << "the late one was refused, not lost";
 }
 
-TEST(UdpConversation, BelievesNoEchoOfWhatWasNotSentOrCannotBeThatOld) {
+TEST(UdpConversation, RejectsEchoesOfUnsentOrTooOldPackets) {
   TwoSides sides;
   sides.meet();
   Header header = sides.bridge->next(sides.now_ns);
@@ -342,13 +342,13 @@ TEST(DelayEstimate, IsTheNinetyFifthPercentileOfTheNewest) {
   EXPECT_EQ(delay.ninetyFifthPercentileNs(), 243);  // rank floor(255 * 0.95) = 242 of 0..255
 }
 
-TEST(PeerClock, KeepsTheirSpacingThroughJitterAndShowsWhatIsLateAsOld) {
+TEST(PeerClock, KeepsTheSpacingThroughJitterAndShowsLatePacketsAsOld) {
   PeerClock clock;
   constexpr std::int64_t kOffset = 777 * kMs;
   EXPECT_EQ(clock.ourTimeNs(1000 * kMs, 1000 * kMs + kOffset), 1000 * kMs + kOffset);
   EXPECT_EQ(clock.ourTimeNs(1001 * kMs, 1004 * kMs + kOffset), 1001 * kMs + kOffset);
   EXPECT_EQ(clock.ourTimeNs(1002 * kMs, 1002 * kMs + kOffset - 10), 1002 * kMs + kOffset - 10);
-  // clocks that drift apart: 100 ppm, 1 packet each 10 ms; never more behind than 2 s of drift
+  // clocks that drift apart: 100 ppm, one packet every 10 ms; never more behind than 2 s of drift
   PeerClock drifting;
   for (std::int64_t ms = 10; ms < 60'000; ms += 10) {
     const std::int64_t arrived_ns = ms * kMs + ms * 100 + kOffset;

@@ -19,7 +19,7 @@
 
 #include "rt/vec3.h"
 
-/// The other side of the UDP handle, written from protocol.md alone: it shares no code with the driver.
+/// The peer of the UDP handle, implemented from protocol.md only: it shares no code with the driver.
 namespace hapticd::test {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
@@ -38,7 +38,7 @@ Number getAt(const Bytes& bytes, std::size_t at) {
   return number;
 }
 
-/// CRC-32C bit by bit.
+/// Computes the CRC-32C bit by bit.
 inline std::uint32_t slowCrc32c(const std::uint8_t* bytes, std::size_t size) {
   std::uint32_t crc = 0xFFFFFFFF;
   for (std::size_t i = 0; i < size; ++i) {
@@ -48,7 +48,7 @@ inline std::uint32_t slowCrc32c(const std::uint8_t* bytes, std::size_t size) {
   return crc ^ 0xFFFFFFFF;
 }
 
-/// RFC 2104 with SHA-256, for keys of at most 64 bytes.
+/// Computes the HMAC of RFC 2104 with SHA-256, for keys of at most 64 bytes.
 inline std::array<std::uint8_t, 32> slowHmac(const std::string& key, const std::uint8_t* bytes,
                                              std::size_t size) {
   std::array<std::uint8_t, 64> inner{};
@@ -69,7 +69,7 @@ inline std::array<std::uint8_t, 32> slowHmac(const std::string& key, const std::
   return digest;
 }
 
-/// Computes the CRC, and with a key the flag and the HMAC, over whatever the packet holds.
+/// Computes the CRC, and with a key the flag and the HMAC, over the packet's content.
 inline Bytes sealedAgain(Bytes bytes, const std::string& key = {}) {
   bytes.resize(112);
   const auto flags = static_cast<std::uint16_t>(getAt<std::uint16_t>(bytes, 6) & ~1U);
@@ -81,7 +81,7 @@ inline Bytes sealedAgain(Bytes bytes, const std::string& key = {}) {
   return bytes;
 }
 
-/// What a state says; the flags as in protocol.md.
+/// Content of a state; the flags are as in protocol.md.
 struct RawState {
   std::uint64_t session = 0;
   std::uint64_t sequence = 0;
@@ -115,7 +115,7 @@ inline Bytes bytesOf(const RawState& state, const std::string& key = {}) {
   return sealedAgain(bytes, key);
 }
 
-/// What a command says.
+/// Content of a command.
 struct RawCommand {
   std::uint64_t session = 0;
   std::uint64_t sequence = 0;
@@ -134,7 +134,8 @@ inline RawCommand commandIn(const Bytes& bytes) {
           getAt<std::uint32_t>(bytes, 104)};
 }
 
-/// An address of this computer's loopback network that no other test has: `host` of this process's own range.
+/// Returns an address of this computer's loopback network that no other test uses: `host` within this
+/// process's own range.
 inline std::string ownLoopback(int host) {
   const int pid = ::getpid();
   return "127." + std::to_string(64 + (pid >> 14) % 128) + "." + std::to_string((pid >> 6) & 255) + "." +
@@ -164,7 +165,7 @@ class TestSocket {
     }
   }
 
-  /// What arrives within `wait_ms`.
+  /// Returns what arrives within `wait_ms`.
   std::optional<Bytes> receive(int wait_ms) const {
     pollfd watched{descriptor_, POLLIN, 0};
     if (::poll(&watched, 1, wait_ms) <= 0) return std::nullopt;

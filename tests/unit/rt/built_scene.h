@@ -11,7 +11,7 @@
 
 namespace hapticd::test {
 
-/// A builder with the memory of one scene, and the scene that was built last.
+/// A builder with the memory of one scene, and the scene built last.
 class BuiltScene {
  public:
   BuiltScene(const rt::DepthModel& model, const rt::GridParameters& parameters)
@@ -19,7 +19,7 @@ class BuiltScene {
     storage_.attachTo(scene);
   }
 
-  /// As large a ball as there is room for, unless a radius is given. Returns the scene.
+  /// Builds the largest possible ball unless a radius is given. Returns the scene.
   const rt::Scene& build(const rt::DepthFrame& frame, const rt::Vec3& centre_m_in_world = {},
                          double radius_m = std::numeric_limits<double>::infinity()) {
     builder.build(frame, centre_m_in_world, radius_m, scene);

@@ -31,7 +31,7 @@ void expectPointsInCell(const rt::Scene& scene, std::uint32_t rank, const int (&
   }
 }
 
-/// Visits all voxels in the order x, y, z from fastest to slowest; returns how many are occupied.
+/// Visits all voxels in the order x, y, z from fastest to slowest; returns the number of occupied ones.
 std::uint32_t checkVoxels(const rt::Scene& scene) {
   const rt::GridShape& shape = scene.shape;
   const auto row_bits = static_cast<std::size_t>(shape.wordsPerRow()) * kWordBits;

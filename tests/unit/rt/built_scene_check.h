@@ -8,14 +8,15 @@
 namespace hapticd::test {
 
 /// Expects that the scene's voxels, ranks and ranges are consistent, and that each voxel's range holds the
-/// points whose position lies in that voxel, those at its border to the accuracy of the positions.
+/// points whose position is in that voxel (points near its border within the accuracy of the positions).
 void expectVoxelsToHoldTheirPoints(const rt::Scene& scene);
 
-/// Expects that the scene holds each point of the frame within the scene's ball once, none that is farther
-/// away than the ball and twice the accuracy of positions, and each at its place. `cloud` is of the frame.
+/// Expects that the scene contains each point of the frame within its ball exactly once, at the right
+/// position, and none that is farther away than the ball's radius plus twice the accuracy of positions.
+/// `cloud`: all points of the frame.
 void expectAllPointsOfTheBall(const rt::Scene& scene, const PointCloud& cloud);
 
-/// Expects that two scenes are the same to the last bit.
+/// Expects that two scenes are bitwise equal.
 void expectTheSameScene(const rt::Scene& actual, const rt::Scene& expected);
 
 }  // namespace hapticd::test

@@ -20,7 +20,7 @@ double planeForce(double k, double D, double a_N, double h) {
 }
 
 Peak planePeak(double k, double D, double a_N) {
-  // u = h + S solves u^3 + a_N^2 u - 4 D a_N^2 = 0, by Newton's method from above
+  // u = h + S solves u^3 + a_N^2 u - 4 D a_N^2 = 0; Newton's method from above
   const double a2 = a_N * a_N;
   double u = std::cbrt(4 * D * a2);
   for (int i = 0; i < 50; ++i) u -= (u * u * u + a2 * u - 4 * D * a2) / (3 * u * u + a2);

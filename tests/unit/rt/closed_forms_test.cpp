@@ -13,7 +13,7 @@ constexpr double D = 0.04;
 constexpr double kFourDecimals = 0.5e-4 * 1.01;
 constexpr double kTwoDecimals = 0.5e-2 * 1.01;
 
-// The formulas that other tests compare forces with, against the numbers that haptics.md 1.6 and 1.9 give.
+// Checks the closed forms used by other tests against independently tabulated values.
 
 TEST(ClosedForms, GiveTheTabulatedPlaneForces) {
   struct Row {
@@ -42,7 +42,7 @@ TEST(ClosedForms, GiveTheTabulatedSphereForces) {
   EXPECT_NEAR(sphereForceOfAll(k, D, R, -1, 0.005), 0.5581, kFourDecimals);
   EXPECT_NEAR(sphereForceOfAll(k, D, R, +1, 0.035), 1.1904, kFourDecimals);
   EXPECT_NEAR(sphereForceOfAll(k, D, R, -1, 0.035), 1.0324, kFourDecimals);
-  // The table rounds a_N to 9.76 mm and the force changes by 0.25 N/mm with it.
+  // The table rounds a_N to 9.76 mm; the force changes by 0.25 N/mm with it.
   EXPECT_NEAR(sphereForceOfNearest(k, D, R, 0.00976, +1, 0.002), 6.5624, 2e-3);
   EXPECT_NEAR(sphereForceOfNearest(k, D, R, 0.00976, -1, 0.002), 4.7730, 2e-3);
   EXPECT_NEAR(sphereForceOfNearest(k, D, R, 0.010, +1, 0.020), 8.7033, kFourDecimals);

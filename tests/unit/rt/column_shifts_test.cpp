@@ -17,12 +17,12 @@ constexpr int kBand = 116;
 
 using Disparity = std::function<double(int row, int column)>;
 
-/// A floor and a wall, none of whose disparities are whole numbers.
+/// A floor and a wall without integer disparities.
 double room(int row, int column) {
   return (row < 300 ? 850 + 0.05 * column : 850 + 0.05 * column - 0.4 * (row - 300)) + 0.31;
 }
 
-/// What is added to the left band and taken away from the right one.
+/// The change that is added to the left band and subtracted from the right one.
 double bands(int column) {
   return column < kBand ? 1 : column >= rt::kFrameWidth - kBand ? -1 : 0;
 }
@@ -39,7 +39,7 @@ class ColumnShiftsOf : public ::testing::Test {
     }
     ++frame_->sequence;
     frame_->arrival_ns += kFrame_ns;
-    shifts.see(*frame_);
+    shifts.update(*frame_);
   }
   void lose(int frames) { frame_->sequence += static_cast<std::uint64_t>(frames); }
   void pass(double seconds) { frame_->arrival_ns += static_cast<std::int64_t>(seconds * 1e9); }
@@ -80,7 +80,7 @@ TEST_F(ColumnShifts, FindsBandsThatStepInOppositeDirections) {
   }
 }
 
-TEST_F(ColumnShifts, TakesAStepBackThatTheSensorTakesBack) {
+TEST_F(ColumnShifts, RevertsAStepThatTheSensorReverts) {
   for (int i = 0; i < 3; ++i) show(room);
   for (int i = 0; i < 3; ++i) show(withBands(1));
   show(room);
@@ -100,7 +100,7 @@ TEST_F(ColumnShifts, FadesWithItsTimeConstant) {
   expectNone("after six time constants");
 }
 
-TEST_F(ColumnShifts, SeesTheStepBesideSomebodyWhoMoves) {
+TEST_F(ColumnShifts, DetectsTheStepNextToAMovingPerson) {
   const auto person = [](int frame, const Disparity& behind) {
     return [=](int row, int column) {
       const int left = 200 + 8 * frame;
@@ -113,7 +113,7 @@ TEST_F(ColumnShifts, SeesTheStepBesideSomebodyWhoMoves) {
   EXPECT_FLOAT_EQ(static_cast<float>(offsetAt(600)), -1);
 }
 
-TEST_F(ColumnShifts, TakesNoMotionForAStepOfTheSensor) {
+TEST_F(ColumnShifts, DoesNotMistakeMotionForAStepOfTheSensor) {
   struct Motion {
     const char* what;
     std::function<double(int row, int column)> per_frame;

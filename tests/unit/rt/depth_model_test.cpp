@@ -18,7 +18,7 @@ using test::ReferenceCamera;
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 
-/// Positions are a few metres; rt/ rounds some ten times in double precision (2^-53 each) on the way.
+/// Positions are a few metres; rt/ rounds about ten times in double precision (2^-53 each).
 constexpr double kRounding_m = 1e-14;
 
 DepthModelParameters withoutLimits(double a_per_m, double b_per_m) {
@@ -102,7 +102,7 @@ TEST(DepthModel, KeepsExactlyTheRawValuesBetweenTheLimits) {
     double near_m, far_m;
     int first, last;
   };
-  // last: haptics.md 1.3; first: (1 / near - b) / a = 270.57 and 678.54
+  // (1 / near - b) / a = 270.57 and 678.54 for the first value
   for (const Case& c : {Case{0.4, 4.0, 271, 1003}, Case{0.8, 3.5, 678, 991}}) {
     DepthModelParameters parameters;
     parameters.near_m = c.near_m;
@@ -132,19 +132,19 @@ TEST(DepthModel, NeverPutsAPointBehindTheCamera) {
   // Burrus' law before rounding to Table I: its pole is at raw 1084.61
   const DepthModelParameters parameters = withoutLimits(-0.0030711016, 3.3309495161);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
-  EXPECT_NEAR(model->depth_m(1084), 533.22, 0.005);  // haptics.md 1.4
+  EXPECT_NEAR(model->depth_m(1084), 533.22, 0.005);  // the depth at the last raw value before the pole
   for (int raw = 1085; raw < kRawValues; ++raw) {
     ASSERT_EQ(model->depth_m(static_cast<std::uint16_t>(raw)), 0) << raw;
   }
 }
 
-TEST(DepthModel, TakesNoMeasurementForNoDepthEvenWhereTheLawGivesOne) {
+TEST(DepthModel, GivesNoDepthWithoutMeasurementEvenWhereTheLawHasOne) {
   const auto rising = std::make_unique<DepthModel>(withoutLimits(-0.001, 3), PoseParameters{});
   EXPECT_GT(rising->depth_m(2046), 0);
   EXPECT_EQ(rising->depth_m(2047), 0);
 }
 
-TEST(DepthModel, TakesALawWhoseDepthFallsWithTheRawValue) {
+TEST(DepthModel, AcceptsALawWhoseDepthFallsWithTheRawValue) {
   DepthModelParameters parameters = withoutLimits(0x1p-9, -1);
   parameters.near_m = 0.5;
   parameters.far_m = 4;
@@ -163,8 +163,8 @@ TEST(DepthModel, TakesALawWhoseDepthFallsWithTheRawValue) {
   EXPECT_EQ(model->wholeFrame().raw_last, 1536);
 }
 
-/// A camera with its optical axis in pixel (320, 240) and square pixels: the pixel (320 + 60, 240) at 1 m
-/// looks 0.1 m to the right, (320, 240 - 60) 0.1 m up.
+/// A camera with its optical axis at pixel (320, 240) and square pixels: pixel (320 + 60, 240) at 1 m is 0.1
+/// m to the right, (320, 240 - 60) 0.1 m up.
 DepthModelParameters roundCamera() {
   DepthModelParameters parameters = withoutLimits(-0x1p-10, 2);
   parameters.fx_px = parameters.fy_px = 600;
@@ -176,7 +176,7 @@ DepthModelParameters roundCamera() {
 struct PoseCase {
   const char* name;
   double roll_rad, pitch_rad, yaw_rad;
-  Vec3 ahead, right, up;  // where these directions of the camera point to in the world
+  Vec3 ahead, right, up;  // directions in the world of these directions of the camera
 };
 
 class CameraPose : public testing::TestWithParam<PoseCase> {};
@@ -193,8 +193,8 @@ TEST_P(CameraPose, TurnsTheCameraAsComputedByHand) {
              kRounding_m);
 }
 
-// Fixed axes: first roll about x, then pitch about y, then yaw about z. With any other order of two quarter
-// turns each of the last three would come out differently.
+// Fixed axes: first roll about x, then pitch about y, then yaw about z. Any other order of two quarter turns
+// would change the result of each of the last three cases.
 INSTANTIATE_TEST_SUITE_P(
     QuarterTurns, CameraPose,
     testing::Values(
@@ -238,7 +238,7 @@ TEST(DepthModel, BoundsHoldEveryPointAndAreTouched) {
       }
     }
   }
-  // Raw 271 and 1003 lie up to one raw step (48 mm at 4 m, times the ray's slope) inside the limits.
+  // Raw 271 and 1003 are up to one raw step (48 mm at 4 m, times the ray's slope) inside the limits.
   constexpr double kStep_m = 0.048 * 1.3;
   EXPECT_LE(bounds.lowest_m_in_world.x, low.x);
   EXPECT_LE(bounds.lowest_m_in_world.y, low.y);
@@ -250,7 +250,7 @@ TEST(DepthModel, BoundsHoldEveryPointAndAreTouched) {
   expectNear(bounds.highest_m_in_world, high, kStep_m);
 }
 
-TEST(PackedPixel, GivesBackWhatWasPackedAndSortsLikeTheImage) {
+TEST(PackedPixel, RestoresPackedValuesAndSortsInImageOrder) {
   std::uint32_t last = 0;
   for (std::uint32_t row = 0; row < kFrameHeight; ++row) {
     for (std::uint32_t column = 0; column < kFrameWidth; ++column) {

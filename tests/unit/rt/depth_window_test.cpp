@@ -37,15 +37,15 @@ PoseParameters randomPose(Randomness& random) {
   return {{shift(), shift(), shift()}, turn(), turn(), turn()};
 }
 
-/// A ball anywhere: in view, across the image's borders, beside the view, around the camera or behind it.
+/// Returns a random ball: in view, across the image borders, beside the view, around or behind the camera.
 Ball randomBall(Randomness& random, const DepthModelParameters& parameters, const ReferenceCamera& camera) {
   const double radius = random.between(0.005, 0.4);
   switch (random.below(3)) {
-    case 0:  // around the camera's own place
+    case 0:  // around the camera
       return {
           camera.toWorld({random.between(-0.5, 0.5), random.between(-0.5, 0.5), random.between(-0.8, 0.8)}),
           radius};
-    case 1:  // about a ray that meets the image or passes near it
+    case 1:  // around a ray that meets the image or passes near it
       return {
           camera.toWorld(random.between(0.3, 4.3) * Vec3{random.between(-400, 400) / parameters.fx_px,
                                                          random.between(-300, 300) / parameters.fy_px, -1}),
@@ -56,7 +56,7 @@ Ball randomBall(Randomness& random, const DepthModelParameters& parameters, cons
   }
 }
 
-/// For a ball, the points of all raw values on a sparse lattice of pixels that starts at random, and of all
+/// For a ball, the points of all raw values on a sparse lattice of pixels with a random start, and of all
 /// pixels just outside the window: those in the ball must be in the window.
 class WindowCheck {
  public:
@@ -114,7 +114,7 @@ class WindowCheck {
   std::unique_ptr<DepthModel> model_;
   std::vector<std::uint32_t> raws_;
   std::vector<double> depths_;
-  Vec3 origin_, across_, up_, first_ray_;  // world; the pixel (u, v) looks along first_ray + u across - v up
+  Vec3 origin_, across_, up_, first_ray_;  // in world; pixel (u, v) looks along first_ray + u across - v up
   std::uint64_t points_in_balls_ = 0;
 };
 
@@ -134,7 +134,7 @@ TEST(DepthWindow, HoldsEveryPixelAndRawValueThatCanShowAPointOfTheBall) {
     }
     points += check.pointsInBalls();
   }
-  EXPECT_GT(points, 1'000'000U);  // the balls were not all out of view
+  EXPECT_GT(points, 1'000'000U);  // not all balls were out of view
 }
 
 TEST(DepthWindow, IsEmptyForABallThatTheCameraCannotSee) {
@@ -157,7 +157,7 @@ TEST(DepthWindow, IsTheWholeImageForABallAroundTheCamera) {
   EXPECT_EQ(window.row_last, 479);
 }
 
-/// First and last column and row whose rays meet the ball, by trying all pixels.
+/// Determines the first and last column and row whose rays meet the ball by trying all pixels.
 PixelWindow pixelsThatMeet(const Ball& ball, const DepthModelParameters& m) {
   PixelWindow met{kFrameWidth, -1, kFrameHeight, -1, 0, 0};
   for (int v = 0; v < kFrameHeight; ++v) {
@@ -184,7 +184,7 @@ TEST(DepthWindow, IsAtMostThreePixelsAndTwoRawValuesTooWideOnEachSide) {
         random.between(0.03, 0.15)};
     const PixelWindow window = model->windowOfBall(ball.centre, ball.radius);
     const PixelWindow met = pixelsThatMeet(ball, parameters);
-    // A ball's outline touches its extreme columns and rows in one point, which falls between pixels: at most
+    // A ball's outline touches its extreme columns and rows at one point, which falls between pixels: at most
     // one pixel more than the lattice shows; the window itself is widened by one and rounded outwards.
     EXPECT_GE(window.column_first, met.column_first - 3);
     EXPECT_LE(window.column_last, met.column_last + 3);

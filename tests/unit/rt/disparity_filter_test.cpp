@@ -14,12 +14,12 @@ namespace {
 constexpr int kRow = 240;
 constexpr int kColumn = 320;
 
-/// A filter that is shown images of 640 x 480 raw values.
+/// A filter that is given images of 640 x 480 raw values.
 class FilterRig {
  public:
   explicit FilterRig(const rt::FilterParameters& filter_parameters) : parameters(filter_parameters) {}
 
-  /// Disparities after the next frame.
+  /// Returns the disparities after the next frame.
   const float* show(const std::function<int(int row, int column)>& raw) {
     for (int row = 0; row < rt::kFrameHeight; ++row) {
       for (int column = 0; column < rt::kFrameWidth; ++column) {
@@ -87,8 +87,8 @@ TEST(DisparityFilter, ReducesWhiteNoiseAsTheMeanOfAsManyFramesDoes) {
   const double mean = sum / samples;
   const double deviation = std::sqrt(squares / samples - mean * mean);
   EXPECT_NEAR(mean, 700, 0.02);
-  // rounded noise has sqrt(0.6^2 + 1/12) = 0.666; a running mean with weight 1/8 leaves sqrt(1 / (2 * 8 - 1))
-  // of it
+  // rounded noise has sqrt(0.6^2 + 1/12) = 0.666; a running mean with weight 1/8 reduces it by sqrt(1 / (2 *
+  // 8 - 1))
   EXPECT_NEAR(deviation, 0.666 / std::sqrt(15), 0.15 * 0.666 / std::sqrt(15));
 }
 
@@ -98,10 +98,10 @@ TEST(DisparityFilter, FollowsAJumpAtOnce) {
   EXPECT_FLOAT_EQ(rig.shown(710), 710);
 }
 
-TEST(DisparityFilter, LagsBehindSlowMotionByABoundedWay) {
+TEST(DisparityFilter, LagsBehindSlowMotionByABoundedAmount) {
   FilterRig rig({.temporal_frames = 16});
   for (int frame = 0; frame < 10; ++frame) rig.shown(700);
-  // 0.1 raw units per frame, 1 cm/s at 1 m, dithered over the columns as a tilted surface is
+  // 0.1 raw units per frame, 1 cm/s at 1 m, dithered over the columns as on a tilted surface
   double largest = 0;
   for (int frame = 0; frame < 120; ++frame) {
     const double truth = 700 + 0.1 * frame;
@@ -112,15 +112,15 @@ TEST(DisparityFilter, LagsBehindSlowMotionByABoundedWay) {
     double mean = 0;
     for (int column = 300; column < 340; ++column)
       mean += double{image[kRow * rt::kFrameWidth + column]} / 40;
-    // the dither's mean is 0.45 above the floor's middle
+    // the dither's mean is 0.45 above the middle of the floor function
     largest = std::max(largest, std::abs(truth - 0.05 - mean));
   }
-  // sixteen frames would lag by 1.5 units; a mean difference of 0.25 cuts them to two, and takes about 6
-  // frames to show
+  // sixteen frames would lag by 1.5 units; a mean difference of 0.25 shortens them to two, which takes about
+  // 6 frames to detect
   EXPECT_LT(largest, 0.8);
 }
 
-TEST(DisparityFilter, HoldsAPixelThatFlickersForAsLongAsItIsTold) {
+TEST(DisparityFilter, HoldsAFlickeringPixelForTheConfiguredTime) {
   FilterRig rig({.hold_frames = 2});
   EXPECT_FLOAT_EQ(rig.shown(700), 700);
   EXPECT_FLOAT_EQ(rig.shown(2047), 700);
@@ -138,7 +138,7 @@ TEST(DisparityFilter, SmoothsASurfaceAndKeepsItsEdges) {
   EXPECT_FLOAT_EQ(image[kRow * rt::kFrameWidth + kColumn], 800);
 }
 
-TEST(DisparityFilter, GivesTheSameForTheSameFrameHoweverOftenItIsAsked) {
+TEST(DisparityFilter, GivesTheSameResultForRepeatedCallsWithTheSameFrame) {
   FilterRig rig({.temporal_frames = 4, .spatial_radius_px = 1});
   rig.shown(700);
   const float once = rig.shown(702);

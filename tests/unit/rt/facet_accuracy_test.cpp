@@ -19,16 +19,16 @@ namespace {
 using rt::SurfaceView;
 using rt::Vec3;
 
-/// Depth along the ray (x, y, -1), or 0 where there is nothing.
+/// Depth along the ray (x, y, -1), or 0 if there is nothing.
 using DepthOn = std::function<double(double, double)>;
 
-/// White noise, smoothed over the matching window of 9 x 9 pixels, of standard deviation 1.
+/// Returns white noise smoothed over the matching window of 9 x 9 pixels, with standard deviation 1.
 std::vector<double> smoothedNoise(std::uint32_t seed) {
   constexpr int kWindow = 9;
   constexpr int kWidth = rt::kFrameWidth + kWindow;
   constexpr int kHeight = rt::kFrameHeight + kWindow;
   std::mt19937 random(seed);
-  // Sums of rectangular distributions, the same with every library; their variance is 1/12.
+  // Sums of uniform distributions, identical with every standard library; their variance is 1/12.
   std::vector<double> white(static_cast<std::size_t>(kWidth) * kHeight);
   for (double& value : white) value = static_cast<double>(random()) * 0x1p-32 - 0.5;
   std::vector<double> rows(white.size());
@@ -46,7 +46,7 @@ std::vector<double> smoothedNoise(std::uint32_t seed) {
   return noise;
 }
 
-/// What a camera makes of a scene.
+/// A scene as seen by a camera.
 class Seen {
  public:
   explicit Seen(const rt::DepthModelParameters& camera)
@@ -75,7 +75,7 @@ class Seen {
     builder_.build(*frame_, nullptr, centre, 0.06, {}, scene_.surface);
   }
 
-  /// The surface on the ray through `p`.
+  /// Returns the surface on the ray through `p`.
   rt::Sheet sheetAt(const Vec3& p) const {
     const SurfaceView view(scene_.surface, model_, 0.035, 0);
     return view.sheetNear(view.project(p), SurfaceView::depthOf(p));
@@ -89,7 +89,7 @@ class Seen {
   std::unique_ptr<rt::DepthFrame> frame_;
 };
 
-/// A sphere, or a rod that lies along x, whose front is at the middle of the image, 1 m away.
+/// A sphere, or a rod along x, whose front is at the middle of the image, 1 m away.
 struct Round {
   double radius_m;
   bool rod = false;
@@ -111,7 +111,7 @@ struct Round {
 struct Errors {
   double place_squares = 0;  // along the normal, m^2
   double tilt_squares = 0;   // in both directions, rad^2
-  double most_tilt = 0;
+  double max_tilt = 0;
   int places = 0;
 
   void add(const rt::Sheet& sheet, const Vec3& p, const Vec3& normal) {
@@ -120,14 +120,14 @@ struct Errors {
     const double tilt = norm(sheet.normal_in_camera - normal);
     place_squares += place * place;
     tilt_squares += tilt * tilt;
-    most_tilt = std::max(most_tilt, tilt);
+    max_tilt = std::max(max_tilt, tilt);
     ++places;
   }
   double place_m() const { return std::sqrt(place_squares / places); }
   double tilt() const { return std::sqrt(tilt_squares / places); }
 };
 
-/// Places all over the front, up to that angle from the middle.
+/// Adds places all over the front, up to this angle from the middle.
 void addErrors(const Seen& seen, const Round& body, double widest_rad, Errors& errors) {
   for (double turn = 0; turn < 2 * std::numbers::pi; turn += 0.37) {
     for (double polar = 0.05; polar <= widest_rad; polar += 0.08) {
@@ -141,18 +141,18 @@ void addErrors(const Seen& seen, const Round& body, double widest_rad, Errors& e
   }
 }
 
-/// As far from the middle as strokes over spheres go, 40 degrees, but no nearer to the limb than one and a
-/// half blocks: there a block shows nothing but the body, and there is one beside it.
+/// Returns the largest angle: as far from the middle as strokes over spheres reach, 40 degrees, but no nearer
+/// to the limb than one and a half blocks; a block there and the next one show only the body.
 double widest_rad(const Round& body) {
   constexpr double kFromLimb_m = 0.01;
   return std::min(0.7, std::asin(1 - kFromLimb_m / body.radius_m));
 }
 
 /// At a force of 4 N, 0.2 N along the surface.
-constexpr double kMostTilt = 0.05;
+constexpr double kMaxTilt = 0.05;
 
 rt::DepthModelParameters fineCamera() {
-  rt::DepthModelParameters camera;  // 0.1 mm for each unit at 1 m
+  rt::DepthModelParameters camera;  // 0.1 mm per unit at 1 m
   camera.a_per_m = -0.0001;
   camera.b_per_m = 1.1;
   camera.near_m = 0.91;
@@ -160,19 +160,19 @@ rt::DepthModelParameters fineCamera() {
   return camera;
 }
 
-TEST(FacetAccuracy, CurvedBodiesAreTrueWithoutNoise) {
+TEST(FacetAccuracy, CurvedBodiesAreAccurateWithoutNoise) {
   Seen seen(fineCamera());
   for (const Round& body : {Round{0.05}, Round{0.025}, Round{0.04, true}, Round{0.02, true}}) {
     seen.show(body.depth(), {0, 0, -1});
     Errors errors;
     addErrors(seen, body, widest_rad(body), errors);
-    EXPECT_LE(errors.most_tilt, kMostTilt) << body.radius_m << " " << body.rod;
-    // 0.1 N at 500 N/m, a third of what a hand notices of 4 N
+    EXPECT_LE(errors.max_tilt, kMaxTilt) << body.radius_m << " " << body.rod;
+    // 0.1 N at 500 N/m, a third of the just noticeable difference at 4 N
     EXPECT_LE(errors.place_m(), 0.2e-3) << body.radius_m << " " << body.rod;
   }
 }
 
-/// Two faces at 45 degrees to the view meet in a ridge or a groove, which is `turn_rad` from upright and lies
+/// Two faces at 45 degrees to the view that meet in a ridge or a groove, `turn_rad` from upright and
 /// `offset_m` beside the middle of the image.
 struct Crease {
   bool groove;
@@ -211,28 +211,29 @@ TEST(FacetAccuracy, CreasesStaySharpWithoutNoise) {
         for (const double beside_m : {-0.02, -0.01, -0.003, 0.003, 0.01, 0.02}) {
           crease.addErrors(seen, beside_m, errors);
         }
-        EXPECT_LE(errors.most_tilt, kMostTilt) << groove << " " << turn_rad << " " << offset_m;
+        EXPECT_LE(errors.max_tilt, kMaxTilt) << groove << " " << turn_rad << " " << offset_m;
         EXPECT_LE(errors.place_m(), 0.2e-3) << groove << " " << turn_rad << " " << offset_m;
       }
     }
   }
 }
 
-/// The pattern of a Kinect's noise, raw units.
+/// Standard deviation of a Kinect's noise pattern in raw units.
 constexpr double kPattern_raw = 0.5;
-/// The places on a body share most of their noise: one frame is hardly more than one sample.
+/// The places on a body share most of their noise, so one frame is hardly more than one sample.
 constexpr std::uint32_t kSeeds = 40;
 
-/// Over the least error that an unbiased estimate can have of the middle of a patch with a Kinect at 1 m, by
-/// generalised least squares with the noise's covariance.
-constexpr double kMostByFloor = 1.3;
-/// So far from the middle of the body the patch is still on it.
+/// Allowed error relative to the smallest error of an unbiased estimate of the middle of a patch, computed by
+/// generalised least squares with the noise's covariance for a Kinect at 1 m.
+constexpr double kMaxByFloor = 1.3;
+/// Up to this angle from the middle of the body, the patch is still on it.
 constexpr double kOnPatch_rad = 0.4;
 
 TEST(FacetAccuracy, NoiseOfCurvedBodiesIsNearTheFloor) {
   struct Case {
     Round body;
-    double floor_m;  // of a quadratic: on spheres of 0.8 radii, at most 40 mm, and on rods of 0.8 diameters
+    // Of a quadratic: on spheres over 0.8 radii, at most 40 mm, and on rods over 0.8 diameters.
+    double floor_m;
   };
   Seen seen(rt::DepthModelParameters{});
   for (const Case& one : {Case{{0.05}, 0.80e-3}, Case{{0.025}, 1.19e-3}, Case{{0.04, true}, 0.80e-3},
@@ -242,11 +243,11 @@ TEST(FacetAccuracy, NoiseOfCurvedBodiesIsNearTheFloor) {
       seen.show(one.body.depth(), {0, 0, -1}, kPattern_raw, seed);
       addErrors(seen, one.body, kOnPatch_rad, errors);
     }
-    EXPECT_LE(errors.place_m(), kMostByFloor * one.floor_m) << one.body.radius_m << " " << one.body.rod;
+    EXPECT_LE(errors.place_m(), kMaxByFloor * one.floor_m) << one.body.radius_m << " " << one.body.rod;
   }
 }
 
-/// Of a plane of 40 mm: of its place, and of its tilt.
+/// Smallest errors of position and tilt of a plane of 40 mm.
 constexpr double kPlaneFloor_m = 0.45e-3;
 constexpr double kTiltFloor = 0.029;
 
@@ -264,8 +265,9 @@ TEST(FacetAccuracy, NoiseOfPlanesIsBelowTheFloor) {
   EXPECT_LE(errors.tilt(), kTiltFloor);
 }
 
-/// At the side of a patch a plane is known half as well as in its middle; no worse is a face at its edge.
-TEST(FacetAccuracy, AnEdgeLearnsFromItsFace) {
+/// At the border of a patch a plane is known half as well as in its middle; a face at its edge must not be
+/// worse.
+TEST(FacetAccuracy, AnEdgeUsesItsFace) {
   constexpr double kEdge_m = 0.0107;
   Seen seen(rt::DepthModelParameters{});
   Errors errors;

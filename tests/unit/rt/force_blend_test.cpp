@@ -15,7 +15,7 @@ using rt::Vec3;
 constexpr double kTick_s = 0.001;
 constexpr double kStiffness = 500;
 
-TEST(ForceBlend, LetsForcesThroughAsLongAsNothingChanges) {
+TEST(ForceBlend, PassesForcesAsLongAsNothingChanges) {
   ForceBlend blend;
   for (int i = 0; i < 10; ++i) {
     const Vec3 force{0.1 * i, 0, -i * 1.0};
@@ -23,7 +23,7 @@ TEST(ForceBlend, LetsForcesThroughAsLongAsNothingChanges) {
   }
 }
 
-TEST(ForceBlend, BringsAChangeInEvenlyOverItsDuration) {
+TEST(ForceBlend, BlendsAChangeInEvenlyOverItsDuration) {
   ForceBlend blend;
   const rt::BlendParameters parameters{.duration_s = 0.02, .max_surface_speed_m_per_s = 10};
   blend.apply({1, 0, 0}, false, parameters, kStiffness, kTick_s);
@@ -46,8 +46,8 @@ TEST(ForceBlend, IsNeverFasterThanTheFastestSurface) {
   EXPECT_EQ(before, 10);
 }
 
-TEST(ForceBlend, LeavesRoomForWhatTheLawsForceChangesByItself) {
-  // 0.5 m/s and 500 N/m allow 0.25 N per tick; of that the law's own force takes 0.1 N
+TEST(ForceBlend, AccountsForTheChangeOfTheLawsOwnForce) {
+  // 0.5 m/s and 500 N/m allow 0.25 N per tick, of which the law's own force uses 0.1 N
   ForceBlend blend;
   const rt::BlendParameters parameters{.duration_s = 0.01, .max_surface_speed_m_per_s = 0.5};
   double before = blend.apply({0, 0, 10}, true, parameters, kStiffness, kTick_s).z;
@@ -78,7 +78,7 @@ TEST(ForceBlend, ADurationOfZeroSwitchesItOff) {
   EXPECT_EQ(blend.apply({3, 0, 0}, true, {.duration_s = 0}, kStiffness, kTick_s), (Vec3{3, 0, 0}));
 }
 
-TEST(ForceBlend, PassesWhatIsNotFiniteOnAndForgetsIt) {
+TEST(ForceBlend, PassesNonFiniteForcesAndForgetsThem) {
   ForceBlend blend;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   blend.apply({1, 0, 0}, false, {}, kStiffness, kTick_s);

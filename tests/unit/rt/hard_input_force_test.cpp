@@ -32,7 +32,7 @@ DepthModelParameters longLens(double nearest_m, double farthest_m) {
   return m;
 }
 
-/// A frame felt where it is modelled whole and where only the reach is, against brute force.
+/// Compares the force on a frame with brute force, both for the whole frame and for only the reach modelled.
 void expectForceOfBruteForce(const DepthModelParameters& parameters, const DepthFrame& frame, const Vec3& hip,
                              std::initializer_list<SpringParameters> springs) {
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
@@ -46,7 +46,7 @@ void expectForceOfBruteForce(const DepthModelParameters& parameters, const Depth
   whole.build(frame);
   for (const SpringParameters& s : springs) {
     const ReferenceForce expected = test::bruteForce(cloud, hip, s);
-    // Where rounding alone decides between points (two of 300 000 equally far to 1e-12 m) another one may
+    // Where only rounding decides between points (two of 300 000 equally far to 1e-12 m), another one may
     // have been chosen: 2 k D / N.
     const double either =
         expected.undecided ? 2 * s.stiffness_n_per_m * s.radius_m / expected.points_used : 0;
@@ -70,7 +70,8 @@ TEST_P(HardInput, AllPixelsWithinTheRadius) {
 }
 
 TEST_P(HardInput, AllPixelsEquallyFar) {
-  // A bowl of 50 mm radius around the HIP: all distances are the same but for the depth's quantum of 6 um.
+  // A bowl with a radius of 50 mm around the HIP: all distances are equal except for the depth's quantum of 6
+  // um.
   constexpr double kRadius_m = 0.05;
   constexpr double kHipDepth_m = 0.96;
   const DepthModelParameters parameters = longLens(kHipDepth_m + 0.037, kHipDepth_m + 0.0505);
@@ -88,7 +89,7 @@ TEST_P(HardInput, AllPixelsEquallyFar) {
 }
 
 TEST_P(HardInput, AllPixelsAtOnePlace) {
-  // Pixels 0.05 um apart: to single precision, and to the grid, all points are one.
+  // Pixels 0.05 um apart: in single precision, and for the grid, all points coincide.
   DepthModelParameters parameters = longLens(0.999, 1.001);
   parameters.fx_px = parameters.fy_px = 2e7;
   const test::FramePointer frame = test::frameOf(1000);
@@ -125,7 +126,7 @@ TEST_P(HardInput, ARadiusThatHoldsExactlyTheNearestPoint) {
   EXPECT_EQ(nearestSprings(built.scene, {0, 0, -0.96874}, {500, 0.03125, 1, 100}, memory).points_used, 0U);
 }
 
-TEST_P(HardInput, AHipThatIsNoNumberOrFarAwayGivesNoForceAndLeavesTheSearchSound) {
+TEST_P(HardInput, AnInvalidOrDistantHipGivesNoForceAndDoesNotDisturbLaterSearches) {
   const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
   const test::FramePointer frame = test::frameOf(760);
   for (const ModelExtent extent : {ModelExtent::reach, ModelExtent::frame}) {
@@ -150,7 +151,7 @@ TEST_P(HardInput, AHipThatIsNoNumberOrFarAwayGivesNoForceAndLeavesTheSearchSound
 }
 
 TEST_P(HardInput, ADenormalHipIsZero) {
-  // The camera sits in the scene's middle when its limits are near; here: a wall 0.42 m ahead, HIP beside it.
+  // The camera is near the middle of the scene: a wall 0.42 m ahead, with the HIP next to it.
   const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{{0, 0, 0.42}});
   const test::FramePointer frame = test::frameOf(300);
   BuiltScene built(*model, GridParameters{});

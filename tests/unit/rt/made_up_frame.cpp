@@ -10,8 +10,7 @@
 namespace hapticd::test {
 namespace {
 
-/// Depth of the scene of haptics.md 1.11 along the ray of a pixel; optical frame there (x right, y down,
-/// z forward).
+/// Depth of the scene along the ray of a pixel, in the optical frame (x right, y down, z forward).
 double planeAndSphereDepth_m(const rt::DepthModelParameters& m, int u, int v) {
   constexpr double kRadius_m = 0.12;
   const auto planeDepth_m = [](double row) { return 1 / (1 / 1.5 + (1 / 0.8 - 1 / 1.5) * row / 479); };

@@ -21,8 +21,8 @@ namespace {
 using test::BuiltScene;
 using test::ReferenceCamera;
 
-/// A plane at 1 m with 2 mm between points, and the optical axis in the middle of four pixels: on the axis,
-/// points come in fours and eights that are equally far to the last bit.
+/// A plane at 1 m with 2 mm between points and the optical axis in the middle of four pixels: on the axis,
+/// points come in groups of four and eight at bitwise equal distances.
 DepthModelParameters symmetricCamera() {
   DepthModelParameters m;
   m.fx_px = m.fy_px = 500;
@@ -39,8 +39,8 @@ struct LatticePoint {
   Vec3 position;
 };
 
-/// The lattice's points as the law is to choose them from the axis: by distance in whole numbers, ties in the
-/// order of the image.
+/// The lattice's points in the order in which the law must choose them from the axis: by distance in
+/// integers, ties in image order.
 std::vector<LatticePoint> latticeInOrderOfChoice() {
   std::vector<LatticePoint> points;
   for (int row = 220; row < 260; ++row) {
@@ -70,7 +70,7 @@ Vec3 meanSpring(const Vec3& hip, const std::vector<LatticePoint>& points, std::s
 
 class NeighbourChoice : public test::EachSimdTarget {};
 
-TEST_P(NeighbourChoice, TakesTheFirstPixelsOfTheImageWherePointsAreEquallyFar) {
+TEST_P(NeighbourChoice, ChoosesTheFirstPixelsOfTheImageAmongEquallyFarPoints) {
   const auto model = std::make_unique<DepthModel>(symmetricCamera(), PoseParameters{});
   const std::vector<LatticePoint> order = latticeInOrderOfChoice();
   for (const ModelExtent extent : {ModelExtent::reach, ModelExtent::frame}) {
@@ -86,14 +86,14 @@ TEST_P(NeighbourChoice, TakesTheFirstPixelsOfTheImageWherePointsAreEquallyFar) {
         const ForceSample sample = nearestSprings(built.scene, hip, parameters, memory);
         const Vec3 expected = meanSpring(hip, order, static_cast<std::size_t>(count), parameters);
         ASSERT_EQ(sample.points_used, static_cast<std::uint32_t>(count));
-        // Rounding only; one point chosen otherwise moves the force by 20 N * 2 mm / 40 mm / 200 or more.
+        // Rounding only; one other chosen point changes the force by at least 20 N * 2 mm / 40 mm / 200.
         ASSERT_LT(norm(sample.force_n_in_world - expected), test::roundingTolerance_n(parameters)) << count;
       }
     }
   }
 }
 
-/// Frames of few measurements, all at 1 m.
+/// Frames with few measurements, all at 1 m.
 class FewPoints {
  public:
   FewPoints()
@@ -104,13 +104,13 @@ class FewPoints {
     for (const auto& [u, v] : pixels) frame->raw[v * kFrameWidth + u] = kOneMetre;
     built_.build(*frame, {0, 0, -1});
   }
-  /// `count` pixels around the axis, no two with the same distance from (0.1 mm, 0.3 mm) beside it.
+  /// Shows `count` pixels around the axis, no two at the same distance from (0.1 mm, 0.3 mm) beside it.
   void showPixels(int count) {
     std::vector<std::pair<int, int>> pixels;
     for (int i = 0; i < count; ++i) pixels.emplace_back(315 + i % 10, 235 + i / 10);
     show(pixels);
   }
-  ForceSample feel(const Vec3& hip, const SpringParameters& parameters) {
+  ForceSample evaluate(const Vec3& hip, const SpringParameters& parameters) {
     return nearestSprings(built_.scene, hip, parameters, memory_);
   }
   const ReferenceCamera& camera() const { return camera_; }
@@ -128,11 +128,11 @@ TEST_P(NeighbourChoice, GivesNoForceBelowNMinPointsAndOneFromNMinOn) {
   for (const int min_points : {1, 2, 10, 37}) {
     const SpringParameters parameters{500, 0.04, min_points, 100};
     few.showPixels(min_points - 1);
-    const ForceSample too_few = few.feel(hip, parameters);
+    const ForceSample too_few = few.evaluate(hip, parameters);
     EXPECT_EQ(too_few.points_used, 0U);
     EXPECT_EQ(too_few.force_n_in_world, Vec3{});
     few.showPixels(min_points);
-    const ForceSample enough = few.feel(hip, parameters);
+    const ForceSample enough = few.evaluate(hip, parameters);
     EXPECT_EQ(enough.points_used, static_cast<std::uint32_t>(min_points));
     EXPECT_GT(enough.force_n_in_world.z, 5);
   }
@@ -151,12 +151,12 @@ TEST_P(NeighbourChoice, CountsForNMinOnlyThePointsWithinTheRadius) {
             {323, 239},
             {324, 239},
             {340, 239}});
-  EXPECT_EQ(few.feel({0, 0, -0.99}, {500, 0.04, 10, 100}).points_used, 0U);
-  EXPECT_EQ(few.feel({0, 0, -0.99}, {500, 0.04, 9, 100}).points_used, 9U);
-  EXPECT_EQ(few.feel({0, 0, -0.99}, {500, 0.043, 10, 100}).points_used, 10U);
+  EXPECT_EQ(few.evaluate({0, 0, -0.99}, {500, 0.04, 10, 100}).points_used, 0U);
+  EXPECT_EQ(few.evaluate({0, 0, -0.99}, {500, 0.04, 9, 100}).points_used, 9U);
+  EXPECT_EQ(few.evaluate({0, 0, -0.99}, {500, 0.043, 10, 100}).points_used, 10U);
 }
 
-TEST_P(NeighbourChoice, TakesAllPointsUpToNMaxAndLeavesOutTheFarthestBeyond) {
+TEST_P(NeighbourChoice, UsesAllPointsUpToNMaxAndDropsTheFarthestBeyond) {
   FewPoints few;
   const Vec3 hip{0.0001, 0.0003, -0.99};
   const SpringParameters parameters{500, 0.04, 1, 50};
@@ -172,7 +172,7 @@ TEST_P(NeighbourChoice, TakesAllPointsUpToNMaxAndLeavesOutTheFarthestBeyond) {
       return norm(hip - a.position) < norm(hip - b.position);
     });
     const std::size_t used = std::min<std::size_t>(points.size(), 50);
-    const ForceSample sample = few.feel(hip, parameters);
+    const ForceSample sample = few.evaluate(hip, parameters);
     EXPECT_EQ(sample.points_used, used);
     EXPECT_LT(norm(sample.force_n_in_world - meanSpring(hip, points, used, parameters)),
               test::roundingTolerance_n(parameters));
@@ -186,29 +186,32 @@ TEST_P(NeighbourChoice, LetsAPointThatCoincidesWithTheHipCountWithoutForce) {
   const SpringParameters parameters{500, 0.04, 1, 100};
   // The other point is 20 mm to the right: 500 * (0.04 - 0.02) = 10 N to the left, halved by N = 2.
   for (const double off_m : {0.0, 0.5e-9}) {
-    const ForceSample sample = few.feel(point + Vec3{0, 0, off_m}, parameters);
+    const ForceSample sample = few.evaluate(point + Vec3{0, 0, off_m}, parameters);
     EXPECT_EQ(sample.points_used, 2U);
-    EXPECT_NEAR(sample.force_n_in_world.x, -5, 1e-6);  // 0.5 nm * 500 N/m and the direction by as little
+    // 0.5 nm * 500 N/m, and a similarly small change of direction.
+    EXPECT_NEAR(sample.force_n_in_world.x, -5, 1e-6);
     EXPECT_NEAR(sample.force_n_in_world.y, 0, 1e-6);
     EXPECT_NEAR(sample.force_n_in_world.z, 0, 1e-6);
   }
-  // Just farther off its spring pushes with all of k D / N = 10 N; positions are rounded to 1e-16 m of 4e-9.
-  const ForceSample sample = few.feel(point + Vec3{0, 0, 4e-9}, parameters);
+  // Slightly farther away, its spring contributes the full k D / N = 10 N; positions are rounded to 1e-16 m
+  // of 4e-9.
+  const ForceSample sample = few.evaluate(point + Vec3{0, 0, 4e-9}, parameters);
   EXPECT_NEAR(sample.force_n_in_world.z, 10, 1e-5);
 }
 
 TEST_P(NeighbourChoice, GivesZeroForceOnASinglePoint) {
   FewPoints few;
   few.show({{320, 239}});
-  const ForceSample sample = few.feel(few.camera().pointInWorld(320, 239, kOneMetre), {500, 0.04, 1, 100});
+  const ForceSample sample =
+      few.evaluate(few.camera().pointInWorld(320, 239, kOneMetre), {500, 0.04, 1, 100});
   EXPECT_EQ(sample.points_used, 1U);
   EXPECT_EQ(sample.force_n_in_world, Vec3{});
 }
 
-TEST_P(NeighbourChoice, FeelsNothingWhereNothingIsModelled) {
+TEST_P(NeighbourChoice, GivesNoForceWhereNothingIsModelled) {
   FewPoints few;
   few.show({});
-  EXPECT_EQ(few.feel({0, 0, -1}, {500, 0.04, 1, 100}).points_used, 0U);
+  EXPECT_EQ(few.evaluate({0, 0, -1}, {500, 0.04, 1, 100}).points_used, 0U);
   SearchMemory memory(16);
   const ForceSample sample = nearestSprings(Scene{}, {0, 0, -1}, {}, memory);
   EXPECT_EQ(sample.points_used, 0U);

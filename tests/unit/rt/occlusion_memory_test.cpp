@@ -17,9 +17,9 @@ namespace {
 constexpr int kNone = rt::kRawNoMeasurement;
 constexpr int kWall = 759;     // 1.000 m
 constexpr int kArm = 722;      // 0.898 m
-constexpr int kBox = 740;      // 0.945 m: 0.055 m before the wall
+constexpr int kBox = 740;      // 0.945 m: 0.055 m in front of the wall
 constexpr int kHand = 600;     // 0.672 m
-constexpr int kInShell = 745;  // 0.959 m: 0.041 m before the wall
+constexpr int kInShell = 745;  // 0.959 m: 0.041 m in front of the wall
 constexpr std::int64_t kFrame_ns = 33'333'333;
 
 using Image = std::function<int(int row, int column)>;
@@ -28,7 +28,7 @@ Image everywhere(int raw) {
   return [raw](int, int) { return raw; };
 }
 
-/// `raw` in the columns from `first` on, the wall beside them.
+/// `raw` in the columns from `first` on, and the wall elsewhere.
 Image fromColumn(int first, int raw, int width = 40) {
   return [=](int, int column) { return column >= first && column < first + width ? raw : kWall; };
 }
@@ -43,14 +43,14 @@ class OcclusionMemoryOf : public EachSimdTarget {
     }
     ++frame_->sequence;
     frame_->arrival_ns += after_ns;
-    memory.see(*frame_, window);
+    memory.update(*frame_, window);
   }
   void show(const Image& raw, int frames) {
     for (int i = 0; i < frames; ++i) show(raw);
   }
   int hiddenAt(int row, int column) const { return memory.hidden()[row * rt::kFrameWidth + column]; }
   int hidden() const { return hiddenAt(kRow, kColumn); }
-  void seeAgain(const rt::PixelWindow& other) { memory.see(*frame_, other); }
+  void seeAgain(const rt::PixelWindow& other) { memory.update(*frame_, other); }
 
   static constexpr int kRow = 240;
   static constexpr int kColumn = 320;
@@ -61,7 +61,7 @@ class OcclusionMemoryOf : public EachSimdTarget {
   std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();
 };
 
-TEST_P(OcclusionMemoryOf, KeepsTheWallBehindAnArmThatPassesAndLetsGoOfItWhenItIsSeenAgain) {
+TEST_P(OcclusionMemoryOf, KeepsTheWallBehindAPassingArmUntilItIsSeenAgain) {
   show(everywhere(kWall), 3);
   EXPECT_FALSE(memory.hidesAnything(window));
   for (int first = 200; first < 560; first += 20) {
@@ -76,7 +76,7 @@ TEST_P(OcclusionMemoryOf, KeepsTheWallBehindAnArmThatPassesAndLetsGoOfItWhenItIs
   EXPECT_TRUE(memory.hidesAnything(window));
 }
 
-TEST_P(OcclusionMemoryOf, LetsGoOfWhatIsHiddenWhenSomethingBehindItIsSeen) {
+TEST_P(OcclusionMemoryOf, ForgetsAHiddenSurfaceWhenSomethingBehindItIsSeen) {
   show(everywhere(kWall), 3);
   show(fromColumn(300, kArm));
   ASSERT_EQ(hidden(), kWall);
@@ -84,7 +84,7 @@ TEST_P(OcclusionMemoryOf, LetsGoOfWhatIsHiddenWhenSomethingBehindItIsSeen) {
   EXPECT_EQ(hidden(), kNone);
 }
 
-TEST_P(OcclusionMemoryOf, TakesNothingWithinTheShellForAnOccluder) {
+TEST_P(OcclusionMemoryOf, DoesNotTreatSurfacesWithinTheShellAsOccluders) {
   show(everywhere(kWall), 3);
   show(fromColumn(300, kInShell));
   EXPECT_EQ(hidden(), kNone);
@@ -93,7 +93,7 @@ TEST_P(OcclusionMemoryOf, TakesNothingWithinTheShellForAnOccluder) {
   EXPECT_EQ(hidden(), kWall);
 }
 
-TEST_P(OcclusionMemoryOf, KeepsTheFartherOfTwoThatPassOneAfterTheOther) {
+TEST_P(OcclusionMemoryOf, KeepsTheFartherOfTwoSurfacesHiddenInSequence) {
   show(everywhere(kWall), 3);
   show(fromColumn(300, kArm), 5);
   show(fromColumn(300, kHand), 5);
@@ -102,7 +102,7 @@ TEST_P(OcclusionMemoryOf, KeepsTheFartherOfTwoThatPassOneAfterTheOther) {
   EXPECT_EQ(hidden(), kWall);
 }
 
-TEST_P(OcclusionMemoryOf, KeepsWhatHasStoodThereForTwoSecondsInsteadOfWhatIsBehindIt) {
+TEST_P(OcclusionMemoryOf, KeepsASurfaceVisibleForTwoSecondsInsteadOfTheOneBehindIt) {
   show(everywhere(kWall), 3);
   show(fromColumn(300, kArm), rt::OcclusionMemory::kSettledFrames + 1);
   ASSERT_EQ(hidden(), kWall);
@@ -112,7 +112,7 @@ TEST_P(OcclusionMemoryOf, KeepsWhatHasStoodThereForTwoSecondsInsteadOfWhatIsBehi
   EXPECT_EQ(hidden(), kNone);
 }
 
-TEST_P(OcclusionMemoryOf, OffersAPixelThatFlickersUntilItsTimeIsOver) {
+TEST_P(OcclusionMemoryOf, OffersTheLastValueOfAFlickeringPixelForALimitedTime) {
   show(everywhere(kWall), 3);
   for (int frame = 0; frame < rt::OcclusionMemory::kHoldFrames; ++frame) {
     show(fromColumn(300, kNone));
@@ -128,7 +128,7 @@ TEST_P(OcclusionMemoryOf, OffersAPixelThatFlickersUntilItsTimeIsOver) {
   EXPECT_EQ(hidden(), kNone) << "the same surface, a little nearer";
 }
 
-TEST_P(OcclusionMemoryOf, KeepsWhatIsInTheShadowOfAnOccluderAsLongAsThatStays) {
+TEST_P(OcclusionMemoryOf, KeepsSurfacesInTheShadowOfAnOccluderWhileItStays) {
   const Image arm_and_shadow = [](int, int column) {
     return column >= 300 && column < 330 ? kNone : column >= 330 && column < 400 ? kArm : kWall;
   };
@@ -145,7 +145,7 @@ TEST_P(OcclusionMemoryOf, FollowsAPlateThatMovesHalfAMetrePerSecond) {
       const double depth = 1.2 + direction * (frame - 20) * kPerFrame_m;
       const rt::DepthModelParameters camera;
       const int raw = static_cast<int>(std::lround((1 / depth - camera.b_per_m) / camera.a_per_m));
-      show([raw](int row, int column) {  // before a wall at 2 m
+      show([raw](int row, int column) {  // in front of a wall at 2 m
         return std::abs(row - kRow) < 100 && std::abs(column - kColumn) < 100 ? raw : 922;
       });
       for (int column = window.column_first; column <= window.column_last; ++column) {
@@ -155,7 +155,7 @@ TEST_P(OcclusionMemoryOf, FollowsAPlateThatMovesHalfAMetrePerSecond) {
   }
 }
 
-TEST_P(OcclusionMemoryOf, RemembersWhatTheHandHasNotBeenNear) {
+TEST_P(OcclusionMemoryOf, RemembersSurfacesAwayFromTheHand) {
   show(everywhere(kWall), rt::OcclusionMemory::kStripPeriod);
   show(fromColumn(40, kArm), 1);
   const rt::PixelWindow elsewhere{.column_first = 30, .column_last = 90, .row_first = 0, .row_last = 60};
@@ -164,7 +164,7 @@ TEST_P(OcclusionMemoryOf, RemembersWhatTheHandHasNotBeenNear) {
 }
 
 TEST_P(OcclusionMemoryOf, ForgetsWithinHalfASecondWhenTheCameraTurns) {
-  // a slanted wall, 0.1 raw units per column, on which an arm lies in the image's middle; then 3 columns per
+  // a slanted wall, 0.1 raw units per column, with an arm in the middle of the image; then 3 columns per
   // frame, which is 8 degrees per second
   int turned = 0;
   bool arm = false;
@@ -205,7 +205,7 @@ TEST_P(OcclusionMemoryOf, ForgetsWhenFramesAreLostForHalfASecond) {
   EXPECT_EQ(hidden(), kNone);
 }
 
-TEST_P(OcclusionMemoryOf, ForgetsWhenItIsTold) {
+TEST_P(OcclusionMemoryOf, ForgetsOnRequest) {
   show(everywhere(kWall), 3);
   show(fromColumn(300, kArm));
   memory.forget();
@@ -215,7 +215,7 @@ TEST_P(OcclusionMemoryOf, ForgetsWhenItIsTold) {
 }
 
 TEST_P(OcclusionMemoryOf, HidesNothingInTheNoiseOfAStillScene) {
-  // sensor noise of 0.57 raw units, the harshest temporal part measured
+  // sensor noise of 0.57 raw units, the largest temporal noise measured
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0, 0.57);
   const Image room = [&](int row, int column) {
@@ -234,7 +234,7 @@ TEST_P(OcclusionMemoryOf, SortsRawValuesByDepthWhereDepthFallsWithThem) {
   const auto seen = [&](std::uint16_t raw) {
     std::fill_n(frame->raw, rt::kFramePixels, raw);
     ++frame->sequence;
-    other.see(*frame, window);
+    other.update(*frame, window);
     return other.hidden()[kRow * rt::kFrameWidth + kColumn];
   };
   EXPECT_EQ(seen(1400), kNone);

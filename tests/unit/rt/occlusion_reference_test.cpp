@@ -12,7 +12,7 @@
 #include "rt/occlusion_memory.h"
 #include "tests/unit/rt/simd_targets.h"
 
-// The oracle states OcclusionMemory's rules pixel by pixel, without vectors, tables and flags.
+// The oracle implements OcclusionMemory's rules pixel by pixel, without vectors, tables and flags.
 namespace hapticd::test {
 namespace {
 
@@ -24,7 +24,7 @@ constexpr int kUnmeasured = rt::kRawNoMeasurement;
 constexpr int kBeyondAll_m = 10;
 constexpr int kSceneNoise_raw = 2;
 constexpr int kOccluderFrom_raw = 3;
-constexpr int kSeenTogether = 32;  // columns that are seen together
+constexpr int kSeenTogether = 32;  // columns that are processed together
 
 struct PixelHistory {
   std::optional<int> visible;
@@ -39,7 +39,7 @@ class ReferenceMemory {
   explicit ReferenceMemory(const rt::DepthModelParameters& camera)
       : camera_(camera), pixels_(rt::kFramePixels) {}
 
-  void see(const rt::DepthFrame& frame, const rt::PixelWindow& window) {
+  void update(const rt::DepthFrame& frame, const rt::PixelWindow& window) {
     ++now_;
     const int strip_rows = kFrameHeight / OcclusionMemory::kStripPeriod;
     const int strip = static_cast<int>(frame.sequence % OcclusionMemory::kStripPeriod);
@@ -130,10 +130,10 @@ class ReferenceMemory {
   int now_ = 0;
 };
 
-/// Frames in which stretches of rows come and go at random: surfaces at all distances, noise, and pixels
-/// without measurement; in every 4th row only the latter, at most one stretch. In every 3rd row what is
-/// before or behind the wall moves towards it. Every 64th column rests, so that the camera is not taken to
-/// move.
+/// Frames in which ranges of rows change at random: surfaces at all distances, noise, and pixels without
+/// measurement; in every 4th row only the latter, at most one range. In every 3rd row, surfaces in
+/// front of or behind the wall approach it. Every 64th column is at rest, so that no camera motion is
+/// detected.
 class FlickeringFrames {
  public:
   explicit FlickeringFrames(int wall) : wall_(wall), scene_(rt::kFramePixels, wall) {}
@@ -155,8 +155,9 @@ class FlickeringFrames {
   int upTo(int end) { return static_cast<int>(random_() % static_cast<unsigned>(end)); }
 
  private:
-  int noisy(int raw, int most) {
-    return raw < kUnmeasured ? std::clamp(raw + upTo(2 * most + 1) - most, 0, kUnmeasured - 1) : raw;
+  int noisy(int raw, int max_change) {
+    return raw < kUnmeasured ? std::clamp(raw + upTo(2 * max_change + 1) - max_change, 0, kUnmeasured - 1)
+                             : raw;
   }
   void changeStretch(int row) {
     const int first = upTo(kFrameWidth);
@@ -187,7 +188,7 @@ class OcclusionReference : public EachSimdTarget {
     ReferenceMemory reference(camera);
     FlickeringFrames frames(wall);
     const auto frame = std::make_unique<rt::DepthFrame>();
-    frame->sequence = 0xFFFF - 40;  // the memory's own count of frames wraps around
+    frame->sequence = 0xFFFF - 40;  // the memory's own frame counter wraps around
     for (int i = 0; i < 120; ++i) {
       frames.next(*frame);
       const int column = frames.upTo(kFrameWidth - 100);
@@ -196,8 +197,8 @@ class OcclusionReference : public EachSimdTarget {
                                    .column_last = column + frames.upTo(100),
                                    .row_first = row,
                                    .row_last = row + 40};
-      memory.see(*frame, window);
-      reference.see(*frame, window);
+      memory.update(*frame, window);
+      reference.update(*frame, window);
       ASSERT_NO_FATAL_FAILURE(compare(memory, reference, window)) << "frame " << i;
     }
   }

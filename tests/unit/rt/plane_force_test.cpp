@@ -25,8 +25,8 @@ constexpr double k = 500;
 constexpr double D = 0.04;
 constexpr int kAllPoints = kFramePixels;
 
-/// A plane at right angles to the optical axis: every pixel has the same raw value, whose depth is exactly
-/// `depth_m`, so the points are an exact square lattice (or nearly square, with different fx and fy).
+/// A plane perpendicular to the optical axis: every pixel has the same raw value, whose depth is exactly
+/// `depth_m`, so the points form an exact square lattice (or nearly square if fx and fy differ).
 class LatticePlane {
  public:
   LatticePlane(double depth_m, double fx_px, double fy_px)
@@ -39,14 +39,15 @@ class LatticePlane {
     built_.build(*test::frameOf(kRaw));
   }
 
-  /// The force at height h above the plane, `x` and `y` pitches from a point near the middle of the image.
+  /// Returns the force at height h above the plane, `x` and `y` pitches from a point near the middle of the
+  /// image.
   ForceSample force(double h, double x, double y, const SpringParameters& parameters) {
     return nearestSprings(built_.scene, {(x + 0.5) * pitch_x_m, (y + 0.5) * pitch_y_m, h - depth_m_},
                           parameters, memory_);
   }
 
-  /// Its normal component, mean over `count` x `count` places between four points: the mean over many places
-  /// is nearer to a plane without grain.
+  /// Returns its normal component averaged over `count` x `count` places between four points, which
+  /// approximates a plane without grain.
   double meanNormalForce(double h, int count, const SpringParameters& parameters) {
     double sum = 0;
     for (int i = 0; i < count * count; ++i) {
@@ -58,7 +59,7 @@ class LatticePlane {
   }
 
   double density_per_m2() const { return 1 / (pitch_x_m * pitch_y_m); }
-  /// Radius of the disc that holds `points` points.
+  /// Returns the radius of the disc that holds `points` points.
   double discRadius_m(double points) const {
     return std::sqrt(points / (std::numbers::pi * density_per_m2()));
   }
@@ -93,18 +94,19 @@ class LatticePlane {
   const double pitch_x_m, pitch_y_m;
 };
 
-/// 0.175 mm between points, 84 mm of plane: the ball of D_thresh fits, with up to 164 000 points in it.
+/// 0.175 mm between points, 84 mm of plane: the ball of radius D_thresh fits, with up to 164 000 points in
+/// it.
 LatticePlane densePlane() {
   return {1.0, 1 / 0.175e-3, 1 / 0.175e-3};
 }
 
-/// How far the mean over lattice points can be from the mean over the disc of radius `disc_m` that they
-/// stand for (newtons):
-/// - inside, each point stands for its cell; its own value differs from the cell's mean by the curvature of
-///   f = k h (D/s - 1), which is nowhere above k D / h^2: p^2/12 * k D / h^2;
-/// - at the border, the cells cover the disc except for a ring that reaches half a cell's diagonal e in and
-///   out; this part 4 e / disc of the area may hold a force that differs by 2 e * |df/dr|, |df/dr| being
-///   k h D r / s^3 at r = disc.
+/// Returns the largest difference in newtons between the mean over lattice points and the mean over the disc
+/// of radius `disc_m` that they represent:
+/// - inside, each point represents its cell; its own value differs from the cell's mean by the curvature of f
+/// = k h (D/s - 1), which is nowhere above k D / h^2: p^2/12 * k D / h^2;
+/// - at the border, the cells cover the disc except for a ring of half a cell's diagonal e inwards and
+/// outwards; this fraction 4 e / disc of the area may have a force that differs by 2 e * |df/dr|, with
+/// |df/dr| = k h D r / s^3 at r = disc.
 double latticeTolerance_n(double h, double disc_m, double pitch_m) {
   const double e = pitch_m / std::numbers::sqrt2;
   const double s = std::hypot(h, disc_m);
@@ -118,14 +120,14 @@ TEST(PlaneForce, IsTheClosedFormOfAllPoints) {
   for (const double h : {0.002, 0.005, 0.010, 0.0165685, 0.020, 0.030, 0.039}) {
     const ForceSample sample = plane.force(h, 0.3, 0.2, all);
     const double disc = std::sqrt(D * D - h * h);
-    // A lattice has a few points more or less than its density promises, and N divides the force. How many is
-    // known: it was counted. The ring at the border holds next to no force (f = 0 at s = D), so the rest is
-    // the lattice's tolerance.
+    // A lattice has a few points more or fewer than its density predicts, and the force is divided by N. The
+    // difference is known, because N was counted. The ring at the border contributes almost no force (f = 0
+    // at s = D), so the rest is the lattice's tolerance.
     const double promised = std::numbers::pi * disc * disc * plane.density_per_m2();
     const double expected = planeForceOfAll(k, D, h);
     const double tolerance =
         expected * std::abs(sample.points_used / promised - 1) + latticeTolerance_n(h, disc, plane.pitch_x_m);
-    EXPECT_LT(tolerance, 0.01 * expected + 0.02) << "no oracle any more";
+    EXPECT_LT(tolerance, 0.01 * expected + 0.02) << "the oracle is too inaccurate";
     EXPECT_NEAR(sample.force_n_in_world.z, expected, tolerance) << h;
   }
 }
@@ -165,7 +167,7 @@ TEST(PlaneForce, SwitchesFromTheNNearestToAllPointsWhereTheBallHoldsNoMoreThanN)
   }
 }
 
-TEST(PlaneForce, IsOddInTheHeightAndSoPullsTheHandOnBehindTheSurface) {
+TEST(PlaneForce, IsOddInTheHeightAndThereforePullsTheHandOnBehindTheSurface) {
   LatticePlane plane = densePlane();
   const SpringParameters nearest{k, D, 10, 2000};
   for (const double h : {0.0001, 0.001, 0.005, 0.02, 0.039}) {
@@ -179,7 +181,7 @@ TEST(PlaneForce, IsOddInTheHeightAndSoPullsTheHandOnBehindTheSurface) {
   }
 }
 
-/// Highest value of a curve that is smooth and has one summit in [from, to], by ternary search.
+/// Returns the highest value of a smooth curve with one maximum in [from, to], by ternary search.
 test::Peak summitOf(double from, double to, const std::function<double(double)>& curve) {
   while (to - from > 0.00005) {
     const double left = from + (to - from) / 3;
@@ -195,8 +197,8 @@ test::Peak summitOf(double from, double to, const std::function<double(double)>&
 
 struct PeakRow {
   double depth_m;
-  double peak_n;   // column F_pt (fx fy)
-  double peak_mm;  // column h* (fx fy)
+  double peak_n;   // column F_pt (fx fy) of the table
+  double peak_mm;  // column h* (fx fy) of the table
 };
 
 class PlanePeak : public testing::TestWithParam<PeakRow> {};
@@ -209,13 +211,13 @@ TEST_P(PlanePeak, IsThatOfTheTableForTheRealLattice) {
   const test::Peak peak = summitOf(expected_h - 0.003, expected_h + 0.003,
                                    [&](double h) { return plane.meanNormalForce(h, 8, paper); });
   // The table has two decimals. Averaged over 64 places, the border ring of latticeTolerance_n() cancels and
-  // the curvature term is left, which near the peak is p^2/12 * f'' with f'' = k D / s^2 at most; s is at
-  // least h*.
+  // the curvature term remains, which near the peak is p^2/12 * f'' with f'' at most k D / s^2; s is at least
+  // h*.
   const double pitch = plane.pitch_x_m;
   const double grain = pitch * pitch / 12 * k * D / (expected_h * expected_h);
   EXPECT_NEAR(peak.force_n, GetParam().peak_n, 0.005 + grain);
-  // Where a curve is flat, forces that differ by g belong to heights that differ by sqrt(2 g / F''), twice if
-  // g may raise one side and lower the other; F'' comes from the closed form.
+  // Where a curve is flat, forces that differ by g belong to heights that differ by sqrt(2 g / F''), twice
+  // that if g may raise one side and lower the other; F'' comes from the closed form.
   const double a_N = plane.discRadius_m(paper.max_points);
   const double step = 0.0005;
   const double bend = (2 * planeForce(k, D, a_N, expected_h) - planeForce(k, D, a_N, expected_h - step) -
@@ -235,15 +237,15 @@ INSTANTIATE_TEST_SUITE_P(AtDepth, PlanePeak,
                          });
 
 TEST(PlaneForce, IsThatOfAllPointsInTheFarRange) {
-  // From 4.20 m on fewer than N_max points of the real lattice fit into the ball.
+  // From 4.20 m on, fewer than N_max points of the real lattice fit into the ball.
   const DepthModelParameters kinect;
   LatticePlane plane(4.3, kinect.fx_px, kinect.fy_px);
   const SpringParameters paper;
   constexpr int kPlaces = 16;  // per axis
   for (const double h : {0.005, 0.010, 0.016569, 0.025, 0.033}) {
     // Averaged over a cell of the lattice, the sum of forces is exactly the integral times the density, and
-    // the number of points exactly the area times the density. What is left is that N varies from place to
-    // place together with the sum: at most F * (spread of N / N)^2, and the places' own grid.
+    // the number of points exactly the area times the density. What remains is that N varies from place to
+    // place together with the sum: at most F * (spread of N / N)^2, and the grid of places.
     double sum = 0;
     double points = 0;
     double points_squared = 0;
@@ -261,7 +263,7 @@ TEST(PlaneForce, IsThatOfAllPointsInTheFarRange) {
     const double promised = std::numbers::pi * (D * D - h * h) * plane.density_per_m2();
     const double expected = planeForceOfAll(k, D, h);
     const double tolerance = expected * (2 * variance / (mean * mean) + std::abs(mean / promised - 1));
-    EXPECT_LT(tolerance, 0.02 * expected) << "no oracle any more";
+    EXPECT_LT(tolerance, 0.02 * expected) << "the oracle is too inaccurate";
     EXPECT_NEAR(sum / kCount, expected, tolerance) << h;
   }
 }
@@ -270,7 +272,7 @@ TEST(PlaneForce, BeginsWhereTheBallHoldsNMinPoints) {
   LatticePlane plane = densePlane();
   for (const int min_points : {10, 100, 1000}) {
     const SpringParameters parameters{k, D, min_points, kAllPoints};
-    // The disc of N_min points has this radius, give or take half a cell's diagonal.
+    // The disc of N_min points has this radius within half a cell's diagonal.
     const double disc = plane.discRadius_m(min_points);
     const double e = plane.pitch_x_m / std::numbers::sqrt2;
     const double surely_above = std::sqrt(D * D - (disc - e) * (disc - e));
@@ -282,7 +284,7 @@ TEST(PlaneForce, BeginsWhereTheBallHoldsNMinPoints) {
       const ForceSample below = plane.force(surely_below, place, 0.3, parameters);
       EXPECT_GE(below.points_used, static_cast<std::uint32_t>(min_points));
       // The onset jumps to F_all there; its ring has the force k h (D/s - 1) between 0 at s = D and twice the
-      // mean at the middle, so however the few points lie in it, the mean lies between 0 and twice F_all.
+      // mean in the middle, so for any distribution of the few points the mean is between 0 and twice F_all.
       EXPECT_GT(below.force_n_in_world.z, 0);
       EXPECT_LT(below.force_n_in_world.z, 2 * planeForceOfAll(k, D, surely_below));
     }

@@ -17,7 +17,7 @@ namespace {
 
 using test::FramePointer;
 
-/// An array that a scene gets, and after it words that nobody may write.
+/// An array for a scene, followed by words that must not be written.
 template <typename T>
 class GuardedArray {
  public:
@@ -34,10 +34,10 @@ class GuardedArray {
   static constexpr std::size_t kGuardBytes = 4096;
   static constexpr unsigned char kGuard = 0xA5;
   std::size_t count_;
-  std::vector<unsigned char> bytes_;  // from operator new: aligned to 16 bytes, as a GridPoint asks for
+  std::vector<unsigned char> bytes_;  // from operator new: aligned to 16 bytes, as required by GridPoint
 };
 
-/// A scene in memory of exactly the documented size, with guards behind.
+/// A scene in memory of exactly the documented size, followed by guards.
 struct GuardedScene {
   GuardedScene(const GridShape& shape, std::size_t capacity)
       : occupancy(shape.words()),
@@ -63,7 +63,7 @@ struct GuardedScene {
   Scene scene;
 };
 
-/// A long lens: the whole image lies within 8 cm of the point 1 m ahead.
+/// A long lens: the whole image is within 8 cm of the point 1 m ahead.
 DepthModelParameters longLens() {
   DepthModelParameters parameters;
   parameters.fx_px = parameters.fy_px = 5000;

@@ -11,11 +11,11 @@
 
 namespace hapticd::test {
 
-/// Eq. (1)-(2) as the paper prints them: the row vector (u v d 1) times the 4x4 matrix, divided by w. Camera
-/// frame. Extended precision.
+/// Eq. (1)-(2) as printed in the paper: the row vector (u v d 1) times the 4x4 matrix, divided by w. Camera
+/// frame, extended precision.
 rt::Vec3 pointByPrintedMatrix(const rt::DepthModelParameters& parameters, double u, double v, double d);
 
-/// Points of one frame in the order of the image, as arrays that a brute-force search reads fast.
+/// Points of one frame in image order, as arrays for a fast brute-force search.
 struct PointCloud {
   std::vector<double> x_m, y_m, z_m;  ///< world frame
   std::vector<std::uint32_t> column, row, raw;
@@ -24,15 +24,15 @@ struct PointCloud {
   rt::Vec3 position(std::size_t i) const { return {x_m[i], y_m[i], z_m[i]}; }
 };
 
-/// What the camera sees by eq. (1)-(2) and its pose, in extended precision. Shares no code with rt/.
+/// A camera according to eq. (1)-(2) and its pose, in extended precision. Shares no code with rt/.
 class ReferenceCamera {
  public:
   explicit ReferenceCamera(const rt::DepthModelParameters& parameters, const rt::PoseParameters& pose = {});
 
-  /// True if the raw value is a measurement between the limits.
+  /// Returns whether the raw value is a measurement within the limits.
   bool accepts(std::uint32_t raw) const;
   rt::Vec3 pointInWorld(std::uint32_t column, std::uint32_t row, std::uint32_t raw) const;
-  /// From camera coordinates to world coordinates.
+  /// Transforms camera coordinates to world coordinates.
   rt::Vec3 toWorld(const rt::Vec3& p_m_in_camera) const;
   PointCloud pointsOf(const rt::DepthFrame& frame) const;
 

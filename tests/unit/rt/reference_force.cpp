@@ -14,7 +14,7 @@ constexpr double kIndistinguishable_m = 1e-12;
 
 struct Neighbour {
   double distance_m;
-  std::size_t index;  // in the cloud, so in the order of the image
+  std::size_t index;  // in the cloud, therefore in image order
 };
 
 std::vector<Neighbour> neighboursWithin(const PointCloud& cloud, const rt::Vec3& hip, double radius_m) {
@@ -48,10 +48,11 @@ ReferenceForce bruteForce(const PointCloud& cloud, const rt::Vec3& hip_m_in_worl
   std::sort(near.begin(), near.end(), [](const Neighbour& a, const Neighbour& b) {
     return std::pair(a.distance_m, a.index) < std::pair(b.distance_m, b.index);
   });
-  const auto most = static_cast<std::size_t>(parameters.max_points);
-  if (near.size() > most) {
-    if (near[most].distance_m - near[most - 1].distance_m < kIndistinguishable_m) result.undecided = true;
-    near.resize(most);
+  const auto max_points = static_cast<std::size_t>(parameters.max_points);
+  if (near.size() > max_points) {
+    if (near[max_points].distance_m - near[max_points - 1].distance_m < kIndistinguishable_m)
+      result.undecided = true;
+    near.resize(max_points);
   }
   rt::Vec3 sum;
   for (const Neighbour& n : near) {

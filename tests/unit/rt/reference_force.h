@@ -13,21 +13,21 @@ namespace hapticd::test {
 struct ReferenceForce {
   rt::Vec3 force_n_in_world;
   std::uint32_t points_used = 0;
-  /// Distances that decide about a point differ by less than rounding can tell (1e-12 m): another choice of
-  /// points is as right.
+  /// The choice of points depends on distances that differ by less than rounding (1e-12 m): another choice is
+  /// equally correct.
   bool undecided = false;
 };
 
-/// Eq. (6)-(11) by looking at every point of the cloud, in double precision.
+/// Evaluates eq. (6)-(11) by examining every point of the cloud, in double precision.
 ReferenceForce bruteForce(const PointCloud& cloud, const rt::Vec3& hip_m_in_world,
                           const rt::SpringParameters& parameters);
 
-/// Distance from the HIP to the n-th nearest point, n = 1 for the nearest; metres.
+/// Returns the distance in metres from the HIP to the n-th nearest point; n = 1 for the nearest.
 double distanceOfRank(const PointCloud& cloud, const rt::Vec3& hip_m_in_world, std::size_t n);
 
-/// How far the law's force may be from bruteForce() by rounding alone, newtons. Positions of a few metres
-/// are rounded to about 1e-15 m, which turns the direction of a spring of length s by 1e-15 / s; s is at
-/// least 1e-6 m here (1e-8 N for k D = 20 N; no other rounding comes near).
+/// Returns how far the law's force may deviate from bruteForce() by rounding alone, in newtons. Positions of
+/// a few metres are rounded to about 1e-15 m, which changes the direction of a spring of length s by 1e-15 /
+/// s; s is at least 1e-6 m here (1e-8 N for k D = 20 N; all other rounding is much smaller).
 inline double roundingTolerance_n(const rt::SpringParameters& parameters) {
   return 1e-9 * parameters.stiffness_n_per_m * parameters.radius_m;
 }

@@ -30,7 +30,7 @@ FramePointer steppedFrame() {
   });
 }
 
-/// Few and lonely measurements, so that fewer than N_min and fewer than N_max points are common.
+/// Few and isolated measurements, so that fewer than N_min and fewer than N_max points are common.
 FramePointer sparseFrame(std::uint32_t seed) {
   std::mt19937 random(seed);
   return test::frameOf([&random](int, int) -> std::uint16_t {
@@ -38,11 +38,11 @@ FramePointer sparseFrame(std::uint32_t seed) {
   });
 }
 
-/// The law on a frame, modelled both ways, against all points of the frame.
+/// Compares the law on a frame, modelled in both ways, with brute force over all points of the frame.
 class Comparison {
  public:
-  /// `largest_radius_m`: of those to be compared; the window is just large enough for it, so that searches
-  /// go to its last voxels.
+  /// `largest_radius_m`: largest radius to be compared; the window is just large enough for it, so that
+  /// searches reach its last voxels.
   Comparison(const DepthFrame& frame, const PoseParameters& pose, std::uint32_t seed,
              double largest_radius_m = 0.04)
       : frame_(frame),
@@ -59,7 +59,7 @@ class Comparison {
 
   double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
 
-  /// Somewhere up to `reach_m` on each axis from some point of the frame.
+  /// Returns a random position up to `reach_m` on each axis from a random point of the frame.
   Vec3 randomHip(double reach_m) {
     const Vec3 point = cloud_.position(random_() % cloud_.size());
     return point + Vec3{between(-reach_m, reach_m), between(-reach_m, reach_m), between(-reach_m, reach_m)};
@@ -92,7 +92,7 @@ class Comparison {
   static GridParameters tightGrid(double largest_radius_m) {
     GridParameters grid;
     grid.cells_per_axis = 8;
-    grid.voxel_edge_m = (largest_radius_m + kMaxAway_m) / 3.49;  // the ball has 3.5 voxels less rounding
+    grid.voxel_edge_m = (largest_radius_m + kMaxAway_m) / 3.49;  // the ball has 3.5 voxels minus rounding
     grid.point_capacity = kFramePixels;
     return grid;
   }
@@ -110,7 +110,7 @@ class Comparison {
   int undecided_ = 0;
 };
 
-constexpr int kHips = 70;  // per frame, pose and SIMD target: some thousand in all
+constexpr int kHips = 70;  // per frame, pose and SIMD target; some thousand in total
 
 const PoseParameters kTurned{{0.3, -1.2, 2.5}, 0.3, -1.1, 2.4};
 
@@ -167,9 +167,10 @@ TEST_P(AgainstBruteForce, IsThePapersLawWhereAPointLiesAtALimitCloserThanSingleP
     const Vec3 hip = comparison.randomHip(0.005);
     const double rank = comparison.distanceOfRank(hip, 60);
     for (const double off_m : {-1e-6, -1e-10, 1e-10, 1e-6}) {
-      comparison.compare(hip, {500, rank + off_m, 60, 100});      // whether N_min is reached
-      comparison.compare(hip, {500, rank + off_m, 1, 60});        // whether N_max is
-      comparison.compare(hip, {500, 3 * (rank + off_m), 1, 60});  // the N_max-th is at the first radius tried
+      comparison.compare(hip, {500, rank + off_m, 60, 100});  // whether N_min is reached
+      comparison.compare(hip, {500, rank + off_m, 1, 60});    // whether N_max is reached
+      // The N_max-th point is at the first radius tried.
+      comparison.compare(hip, {500, 3 * (rank + off_m), 1, 60});
       comparison.compare(hip, {500, 2 * (rank + off_m), 1, 60});  // and at the second
       if (HasFatalFailure()) return;
     }

@@ -130,7 +130,7 @@ TEST_P(SceneOfFrame, HoldsThePointsNextToEachFaceOfTheWindow) {
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   const FramePointer frame = test::planeAndSphereFrame(7, parameters);
   BuiltScene built(*model, GridParameters{});
-  // The ball's poles come nearest to the window's faces: as near as a few rounding errors, now and then.
+  // The ball's poles come nearest to the window's faces, occasionally within a few rounding errors.
   const double reach = built.builder.largestBall_m() * (1 - 1e-9);
   const Vec3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   for (std::uint32_t i = 0; i < 50; ++i) {

@@ -16,7 +16,7 @@ namespace {
 using test::BuiltScene;
 using test::FramePointer;
 
-/// One builder and one scene used again and again, next to fresh ones.
+/// One builder and one scene that are reused repeatedly, next to fresh ones.
 class ReusedSceneMemory : public test::EachSimdTarget {};
 
 TEST_P(ReusedSceneMemory, HoldsNothingOfTheScenesBefore) {
@@ -30,7 +30,7 @@ TEST_P(ReusedSceneMemory, HoldsNothingOfTheScenesBefore) {
   for (const ModelExtent extent : {ModelExtent::reach, ModelExtent::frame}) {
     GridParameters grid;
     grid.extent = extent;
-    grid.point_capacity = 20000;  // now and then too few
+    grid.point_capacity = 20000;  // occasionally too few
     BuiltScene reused(*model, grid);
     std::mt19937 random(4);
     std::uniform_real_distribution<double> shift(-0.4, 0.4);

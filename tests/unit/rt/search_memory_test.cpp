@@ -17,7 +17,7 @@ using test::BuiltScene;
 
 constexpr std::size_t kCapacity = 20000;
 
-/// The same forces asked for with a memory that remembers all that went before, and with a new one each time.
+/// Computes the same forces with a memory that keeps all history and with a new one each time.
 class MemoryComparison {
  public:
   MemoryComparison() : remembering_(kCapacity) {}
@@ -29,7 +29,7 @@ class MemoryComparison {
     touching_ += without.points_used != 0 ? 1 : 0;
     free_ += without.points_used == 0 ? 1 : 0;
     ASSERT_EQ(with.points_used, without.points_used);
-    // The same points, added up in another order: at most 1000 roundings of 2^-53, relative to k D.
+    // The same points summed in another order: at most 1000 roundings of 2^-53, relative to k D.
     ASSERT_LE(norm(with.force_n_in_world - without.force_n_in_world),
               1e-13 * parameters.stiffness_n_per_m * parameters.radius_m);
   }
@@ -43,7 +43,7 @@ class MemoryComparison {
   int free_ = 0;
 };
 
-/// A hand's way: small steps, with now and then a leap, in front of and behind the surfaces.
+/// A path of a hand: small steps with occasional jumps, in front of and behind the surfaces.
 class Wandering {
  public:
   explicit Wandering(std::uint32_t seed) : random_(seed) {}
@@ -64,7 +64,7 @@ class Wandering {
   Vec3 hip_{0, 0, -1};
 };
 
-/// Scenes of one camera whose ball follows the hand, each built anew now and then.
+/// Scenes of one camera whose ball follows the hand; each is rebuilt occasionally.
 class Scenes {
  public:
   Scenes() : model_(std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{})) {
@@ -76,7 +76,7 @@ class Scenes {
     grid.point_capacity = kCapacity;
     for (int i = 0; i < 3; ++i) built_.push_back(std::make_unique<BuiltScene>(*model_, grid));
   }
-  /// One of the scenes that covers the ball around `hip`; some frame's.
+  /// Returns a scene, of some frame, that covers the ball around `hip`.
   const Scene& around(const Vec3& hip, double radius_m, Wandering& hand) {
     BuiltScene& built = *built_[static_cast<std::size_t>(hand.below(100) < 97 ? 0 : 1 + hand.below(2))];
     if (!built.scene.covers(hip, radius_m) || hand.below(33) == 0) {
@@ -92,7 +92,7 @@ class Scenes {
   std::vector<std::unique_ptr<BuiltScene>> built_;
 };
 
-TEST(SearchMemory, NeverChangesTheForceOnAHandsWay) {
+TEST(SearchMemory, NeverChangesTheForceAlongAHandsPath) {
   for (const double step_m : {0.0003, 0.003}) {
     Scenes scenes;
     Wandering hand(4);
@@ -143,15 +143,15 @@ TEST(SearchMemory, ForgetsFreeSpaceWhenTheSceneChanges) {
   }
 }
 
-TEST(SearchMemory, FeelsTheWallWhenTheHandComesOutOfFreeSpace) {
+TEST(SearchMemory, FindsTheWallWhenTheHandLeavesFreeSpace) {
   const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
   BuiltScene built(*model, GridParameters{});
   built.build(*test::frameOf(760), {0, 0, -0.95});
   const double wall_z = -1 / (760 * -0.003071102 + 3.330949516);
   const SpringParameters parameters{500, 0.04, 1, 100};
-  // Inwards in steps of 0.1 mm, from places where the free space that the search remembers ends before the
-  // wall, just short of it, or would go beyond: the first force comes when the nearest of the points, 1.7 mm
-  // apart, is within 40 mm, at a height between sqrt(40^2 - 1.2^2) = 39.98 and 40 mm.
+  // Moves inwards in steps of 0.1 mm, starting where the remembered free space ends in front of the wall,
+  // just in front of it, or would extend beyond: the first force occurs when the nearest of the points, 1.7
+  // mm apart, is within 40 mm, at a height between sqrt(40^2 - 1.2^2) = 39.98 and 40 mm.
   for (const double start_m : {0.0402, 0.0450, 0.0499, 0.0501, 0.0503, 0.0510, 0.0600}) {
     SearchMemory memory(65536);
     double first_contact_m = 0;

@@ -12,7 +12,7 @@
 
 namespace hapticd::test {
 
-/// Runs each test once with every SIMD target that is built in and that this machine has.
+/// Runs each test once with every SIMD target that is built in and supported by this machine.
 class EachSimdTarget : public ::testing::TestWithParam<std::int64_t> {
  protected:
   EachSimdTarget() {
@@ -25,8 +25,8 @@ class EachSimdTarget : public ::testing::TestWithParam<std::int64_t> {
   }
 };
 
-/// The thread sanitizer has little to find in tests of one thread and takes ten times as long: it gets the
-/// best target only.
+/// ThreadSanitizer finds little in single-threaded tests and takes ten times as long, so it runs the best
+/// target only.
 inline std::vector<std::int64_t> simdTargetsToTest() {
   std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
   if (kThreadSanitizer) targets.resize(1);

@@ -38,7 +38,7 @@ const Setting kSettings[] = {
     farAndWide(),
 };
 
-/// Largest distance between the positions that the grid holds and those of eq. (1)-(2).
+/// Returns the largest distance between the grid's positions and those of eq. (1)-(2).
 double largestError_m(const Scene& scene, const ReferenceCamera& camera) {
   double largest = 0;
   for (std::uint32_t i = 0; i < scene.points; ++i) {
@@ -60,7 +60,8 @@ TEST_P(SinglePrecision, ErrsLessThanItsBoundWhereTheWholeFrameIsModelled) {
     const double largest = std::max(largestError_m(built.build(*test::randomFrame(1, 271, 1060)), camera),
                                     largestError_m(built.build(*test::frameOf(1003)), camera));
     EXPECT_LE(largest, model->singlePrecisionError_m());
-    // A bound far above the truth would cost speed: every point nearer than it to a limit is looked at twice.
+    // A bound far above the true error would cost speed: every point closer than it to a limit is evaluated
+    // twice.
     EXPECT_GE(largest, model->singlePrecisionError_m() / 50);
   }
 }

@@ -53,7 +53,7 @@ TEST(SmoothSprings, MatchTheClosedFormAboveADensePlane) {
   }
 }
 
-TEST(SmoothSprings, HaveTheirLargestForceWhereTheClosedFormSays) {
+TEST(SmoothSprings, HaveTheirLargestForceWhereTheClosedFormHasIt) {
   SmoothSpringsOnAWall wall;
   // (2 - sqrt 3) k D at (sqrt 3 - 1) D / 2
   double largest = 0;

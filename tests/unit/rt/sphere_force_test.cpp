@@ -22,17 +22,17 @@ using test::FramePointer;
 constexpr double k = 500;
 constexpr double D = 0.04;
 constexpr double R = 0.05;
-constexpr double kDiscRadius_m = 0.00976;  // a_N of the tables in haptics.md 1.9
+constexpr double kDiscRadius_m = 0.00976;  // a_N of the tabulated closed forms
 constexpr int kNearest = 800;
 constexpr double kCentreDepth_m = 2;
 constexpr double kPixelPitch_m = 0.175e-3;  // at the sphere's centre
 constexpr int kOutside = +1;
 constexpr int kInside = -1;
 
-/// Points spread evenly over a sphere on the optical axis: a spiral about the axis whose rings between one
-/// point and the next all have the same area, so that the number of points within any distance of the axis is
-/// exact. Each point is seen by the nearest pixel, at the depth where that pixel's ray meets the sphere.
-/// Outside, the camera looks at the near side; inside, into the bowl of the far side.
+/// Points spread evenly over a sphere on the optical axis: a spiral about the axis in which the rings between
+/// consecutive points have equal areas, so that the number of points within any distance of the axis is
+/// exact. Each point is represented by the nearest pixel, at the depth where that pixel's ray meets the
+/// sphere. Outside, the camera looks at the near side; inside, into the bowl of the far side.
 class SpiralSphere {
  public:
   explicit SpiralSphere(int side) : side_(side), parameters_(intrinsics(side)), memory_(kFramePixels) {
@@ -55,8 +55,8 @@ class SpiralSphere {
     built_->build(*test::frameOfDepth(parameters_, [this](int u, int v) { return depthAt(u, v); }));
   }
 
-  /// The force at the height h above the wall, outwards from it: away from the centre outside, towards it
-  /// inside, which is towards the camera in both cases.
+  /// Returns the force at the height h above the wall, positive outwards from it: away from the centre
+  /// outside, towards it inside, which is towards the camera in both cases.
   ForceSample force(double h, const SpringParameters& parameters) {
     const double wall_m = kCentreDepth_m - side_ * R;
     return nearestSprings(built_->scene, {0, 0, h - wall_m}, parameters, memory_);
@@ -100,12 +100,12 @@ class SpiralSphere {
   SearchMemory memory_;
 };
 
-/// How far the mean of N springs can be from the closed form (newtons). Each point was moved to a pixel: up
-/// to half a pitch p on two axes, p / sqrt(6) root mean square, more by 1/cos(tilt) <= 1.5 along the surface.
-/// A spring's force follows by at most k D / s times that; s^2 = r^2 + h^2 averaged over the disc of radius a
-/// gives (k D)^2 / a^2 * ln(1 + a^2/h^2), where h is no less than the spacing of the points. The moves are
-/// independent, so the mean of N has 1/sqrt(N) of it; four standard deviations. One point more or less at the
-/// border makes k D / N.
+/// Returns how far the mean of N springs may deviate from the closed form, in newtons. Each point was moved
+/// to a pixel: up to half a pitch p on two axes, p / sqrt(6) root mean square, more by 1/cos(tilt) <= 1.5
+/// along the surface. A spring's force changes by at most k D / s times that; s^2 = r^2 + h^2 averaged over
+/// the disc of radius a gives (k D)^2 / a^2 * ln(1 + a^2/h^2), where h is at least the spacing of the points.
+/// The moves are independent, so the mean of N has 1/sqrt(N) of it; four standard deviations are allowed. One
+/// point more or fewer at the border contributes k D / N.
 double snappingTolerance_n(double h, double disc_m, double points) {
   const double spacing = kDiscRadius_m * std::sqrt(std::numbers::pi / kNearest);
   const double nearest = std::max(h, spacing / 2);

@@ -18,7 +18,7 @@ using rt::SurfaceView;
 using rt::Vec3;
 
 /// A surface given by its inverse depth on the ray (x, y, -1), and the visible surface of its image. The
-/// camera's unit is 0.1 mm at 1 m, so that rounding is next to nothing.
+/// camera's raw unit is 0.1 mm at 1 m, so that rounding is negligible.
 class Built {
  public:
   explicit Built(const std::function<double(double, double)>& inverse_depth)
@@ -78,7 +78,7 @@ class Built {
   std::unique_ptr<rt::DepthFrame> frame_;
 };
 
-/// Half a raw unit of rounding, at 1 m.
+/// Half a raw unit of rounding at 1 m.
 constexpr double kRounding_m = 1e-4;
 
 double degrees(double value) {
@@ -126,7 +126,7 @@ TEST(VisibleSurface, GivesTheDistanceFromASphere) {
       EXPECT_LE(norm(place.sheet.normal_in_camera - normal), 0.07) << angle << " " << polar;
     }
   }
-  // the least difference that a hand notices of 4 N, 0.28 N, at 500 N/m
+  // the just noticeable difference at 4 N is 0.28 N, at 500 N/m
   EXPECT_LE(std::sqrt(squares / places), 0.56e-3);
 }
 
@@ -147,7 +147,7 @@ TEST(VisibleSurface, ClosesHolesInASurface) {
   EXPECT_NEAR(wall.view().look({0, 0, -1.01}).distance_m, -0.01, kRounding_m);
 }
 
-TEST(VisibleSurface, IsSolidOnlyAsDeepAsTheShell) {
+TEST(VisibleSurface, IsSolidOnlyWithinTheShell) {
   Built wall([](double, double) { return 1.0; });
   wall.build({0, 0, -1});
   EXPECT_EQ(wall.view().look({0, 0, -1.034}).where, SurfaceView::Where::inside);
@@ -155,7 +155,7 @@ TEST(VisibleSurface, IsSolidOnlyAsDeepAsTheShell) {
   EXPECT_EQ(wall.view().look({0, 0, -0.9}).where, SurfaceView::Where::free);
 }
 
-TEST(VisibleSurface, OfARestingSceneIsAMeanOverFrames) {
+TEST(VisibleSurface, OfASceneAtRestIsAveragedOverFrames) {
   Built wall([](double, double) { return 1.0; });
   const rt::SurfaceParameters parameters{.fusion_frames = 4};
   wall.build({0, 0, -1}, parameters);
@@ -163,11 +163,11 @@ TEST(VisibleSurface, OfARestingSceneIsAMeanOverFrames) {
   wall.build({0, 0, -1}, parameters);
   const double half_m = 0.5 * 0.0002;
   EXPECT_NEAR(wall.view().look({0, 0, -1}).distance_m, half_m, half_m / 2);
-  wall.again({0.01, 0, -1}, parameters);  // around another place: no second time
+  wall.again({0.01, 0, -1}, parameters);  // another place in the same frame does not count twice
   EXPECT_NEAR(wall.view().look({0, 0, -1}).distance_m, half_m, half_m / 2);
 }
 
-TEST(VisibleSurface, GoesOnMovingBetweenFrames) {
+TEST(VisibleSurface, ContinuesToMoveBetweenFrames) {
   Built wall([](double, double) { return 1.0; });
   for (int frame = 0; frame < 6; ++frame) {
     wall.shift(-20);  // 4 mm towards the camera
@@ -179,7 +179,7 @@ TEST(VisibleSurface, GoesOnMovingBetweenFrames) {
   EXPECT_NEAR(later_m - now_m, -0.002, 3e-4);
 }
 
-TEST(VisibleSurfaceView, SaysHowFastTheSurfaceMovesAlongItsNormal) {
+TEST(VisibleSurfaceView, GivesTheSpeedOfTheSurfaceAlongItsNormal) {
   const double tilt = 0.5;
   Built built([tilt](double x, double) { return 1.0 - tilt * x; });
   constexpr int kPerFrame_raw = -10;

@@ -212,7 +212,7 @@ TEST(ChildProcess, ThatIsNotInstalledIsAnErrorWithItsRemedy) {
 TEST(ChildProcess, TellsHowItEnded) {
   auto child = ChildProcess::start({"sh", "-c", "exit 7"}, {}, "");
   ASSERT_TRUE(child);
-  const auto ending = child->waitFor(test::kMostPatience);
+  const auto ending = child->waitFor(test::kMaxPatience);
   ASSERT_TRUE(ending);
   EXPECT_EQ(ending->text(), "exit status 7");
   EXPECT_FALSE(ending->good());
@@ -238,7 +238,7 @@ TEST(ChildProcess, SeesTheVariablesGivenBesideThoseOfItsParent) {
   auto child = ChildProcess::start({"sh", "-c", "test \"$HAPTICD_TEST\" = given && test -n \"$PATH\""},
                                    {.environment = {"HAPTICD_TEST=given"}}, "");
   ASSERT_TRUE(child);
-  const auto ending = child->waitFor(test::kMostPatience);
+  const auto ending = child->waitFor(test::kMaxPatience);
   ASSERT_TRUE(ending);
   EXPECT_TRUE(ending->good()) << ending->text();
 }

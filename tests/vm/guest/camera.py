@@ -215,7 +215,7 @@ def mute():
     reaches("the camera is lost", lambda now: now["camera"]["state"] == "lost")
     kinect.tell("mute")
     kinect.tell("replug")
-    now = reaches("it says so", lambda now: "does not answer" in now["camera"]["detail"], 30)
+    now = reaches("it says so", lambda now: "does not respond" in now["camera"]["detail"], 30)
     ticks = now["loop"]["counters"]["ticks"]
     time.sleep(4.5)  # more than twice the watchdog's patience
     expect(is_active() and main_pid() == pid, "the daemon was restarted")
@@ -232,7 +232,7 @@ def stop_while_mute():
     kinect.tell("unplug")
     kinect.tell("mute")
     kinect.tell("replug")
-    reaches("it hangs", lambda now: "does not answer" in now["camera"]["detail"], 30)
+    reaches("it hangs", lambda now: "does not respond" in now["camera"]["detail"], 30)
     must("systemctl", "stop", "hapticd.service")
     expect("timeout" not in must("systemctl", "show", "-p", "Result", "hapticd.service"), "it had to be killed")
     kinect.tell("unplug")

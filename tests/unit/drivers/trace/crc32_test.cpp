@@ -17,7 +17,7 @@ std::uint32_t crcOf(std::string_view text, std::uint32_t before = 0) {
   return crc32Of<kPolynomial>(std::as_bytes(std::span(text)), before);
 }
 
-/// Bit by bit, as the polynomial division is defined.
+/// Bit by bit, following the definition as polynomial division.
 std::uint32_t divided(std::string_view text, std::uint32_t polynomial) {
   std::uint32_t crc = 0xFFFFFFFF;
   for (const char c : text) {

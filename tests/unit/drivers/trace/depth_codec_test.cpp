@@ -41,7 +41,7 @@ void expectSameBack(const DepthRecord& record, const Image& image) {
   EXPECT_EQ(std::memcmp(bytes.data(), image.data(), bytes.size()), 0);
 }
 
-TEST(DepthCodec, GivesRandomImagesOfAnySizeBackBitByBit) {
+TEST(DepthCodec, RestoresRandomImagesOfAnySizeBitByBit) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 300; ++i) {
     const auto width = 1 + static_cast<std::uint32_t>(random() % 200);
@@ -58,7 +58,7 @@ TEST(DepthCodec, GivesRandomImagesOfAnySizeBackBitByBit) {
   }
 }
 
-TEST(DepthCodec, KeepsWhatCannotBeCompressedAsItIs) {
+TEST(DepthCodec, StoresIncompressibleImagesUncompressed) {
   std::mt19937_64 random(4);
   Image image(640 * 480);
   for (std::uint16_t& raw : image) raw = static_cast<std::uint16_t>(random());
@@ -68,7 +68,7 @@ TEST(DepthCodec, KeepsWhatCannotBeCompressedAsItIs) {
   expectSameBack(record, image);
 }
 
-TEST(DepthCodec, KeepsWhatRowsHaveBehindTheirPixels) {
+TEST(DepthCodec, KeepsThePaddingOfRows) {
   rt::DepthFrameHeader header = headerFor(100, 50);
   header.stride_bytes = 256;
   Image image(128 * 50, 0);
@@ -81,7 +81,7 @@ TEST(DepthCodec, KeepsWhatRowsHaveBehindTheirPixels) {
   expectSameBack(encoded(header, image), image);
 }
 
-TEST(DepthCodec, GivesEveryFrameOfTheRecordingsBackBitByBit) {
+TEST(DepthCodec, RestoresEveryFrameOfTheRecordingsBitByBit) {
   for (const char* archive :
        {"01_raw11_room_gesture/room_gesture.tar.xz", "02_raw11_desk_near/desk_near.tar.xz",
         "03_raw11_room_static/room_static.tar.xz"}) {
@@ -103,13 +103,13 @@ TEST(DepthCodec, GivesEveryFrameOfTheRecordingsBackBitByBit) {
       EXPECT_EQ(back->device_ticks, frame->device_ticks);
       bytes += record.image.bytes.size();
     }
-    // zstd alone makes a sixth to an eighth of it; with the prediction it is a tenth
+    // zstd alone reduces it to a sixth or an eighth; with the prediction to a tenth
     if (!recording.isReal()) continue;
     EXPECT_LT(bytes, reader->frames().size() * sizeof frame->raw / 9) << archive;
   }
 }
 
-TEST(DepthCodec, NoticesEveryFlippedBitOfTheImage) {
+TEST(DepthCodec, DetectsEveryFlippedBitOfTheImage) {
   std::mt19937_64 random(5);
   Image image(640 * 480);
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -123,7 +123,7 @@ TEST(DepthCodec, NoticesEveryFlippedBitOfTheImage) {
     char& byte = flipped.image.bytes[random() % flipped.image.bytes.size()];
     byte = static_cast<char>(byte ^ (1 << random() % 8));
     const std::string wrong = decoder.decode(flipped, bytes);
-    // a bit of zstd's frame that says nothing of the content may change without harm
+    // a bit of zstd's frame without meaning may change without harm
     const bool harmless = wrong.empty() && std::memcmp(bytes.data(), image.data(), bytes.size()) == 0;
     EXPECT_TRUE(!wrong.empty() || harmless) << flip;
   }
@@ -133,11 +133,11 @@ TEST(DepthCodec, RefusesHeadersOfOtherVersionsByName) {
   rt::DepthFrameHeader header = headerFor(2, 1);
   EXPECT_EQ(depthHeaderFault(header), "");
   header.version = 7;
-  header.width_px = 0;  // whatever else it says
+  header.width_px = 0;  // whatever the other fields are
   EXPECT_EQ(depthHeaderFault(header), "a depth frame of header version 7; this hapticd reads 1");
 }
 
-TEST(DepthCodec, RefusesImpossibleHeadersBeforeItTakesMemory) {
+TEST(DepthCodec, RefusesImpossibleHeadersBeforeAllocating) {
   const auto faultWith = [](auto change) {
     rt::DepthFrameHeader header = headerFor(640, 480);
     change(header);
@@ -164,7 +164,7 @@ TEST(DepthCodec, RefusesImpossibleHeadersBeforeItTakesMemory) {
   EXPECT_EQ(faultWith([](Header& h) { h.noise = rt::DepthNoiseKind{2}; }), Fault::unknown_type);
 }
 
-TEST(DepthCodec, AMessageHoldsTheHeaderByteByByteAsItIsInMemory) {
+TEST(DepthCodec, AMessageContainsTheHeaderAsInMemory) {
   std::mt19937_64 random(6);
   const DepthRecord record = test::madeUpDepth(random);
   std::string message;
@@ -174,7 +174,7 @@ TEST(DepthCodec, AMessageHoldsTheHeaderByteByByteAsItIsInMemory) {
   EXPECT_EQ(std::memcmp(message.data() + kHeadAndStamp, &record.header, sizeof record.header), 0);
 }
 
-TEST(DepthCodec, AFrameOfAnotherSizeIsNoneThatCanBeModelled) {
+TEST(DepthCodec, AFrameOfAnotherSizeCannotBeModelled) {
   const Image image(848 * 480, 1200);
   const auto frame = std::make_unique<rt::DepthFrame>();
   EXPECT_EQ(DepthDecoder().decode(encoded(headerFor(848, 480, 0), image), *frame),

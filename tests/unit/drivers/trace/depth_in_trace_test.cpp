@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raw depth in the channel of a trace.
+// Raw depth in a channel of a trace.
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST(DepthInTrace, EveryFrameReadsBackBitByBit) {
   for (std::size_t i = 0; i < read.size(); ++i) EXPECT_EQ(bitsOf(read[i]), bitsOf(written.depth[i])) << i;
 }
 
-TEST(DepthInTrace, AnyFlippedBitOfItIsNoticed) {
+TEST(DepthInTrace, AnyFlippedBitIsDetected) {
   const test::TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.path() / "a.mcap";
   test::writeTrace(file, recordsWithDepth(60), 20, {.compress = false});
@@ -60,7 +60,7 @@ TEST(DepthInTrace, AnyFlippedBitOfItIsNoticed) {
   }
 }
 
-TEST(DepthInTrace, OtherVersionsOfTheHeaderAreRefusedByNameWhereTheImageIsWanted) {
+TEST(DepthInTrace, OtherHeaderVersionsAreRefusedByNameWhereImagesAreRequested) {
   const test::TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.path() / "a.mcap";
   test::MadeUpRecords records = recordsWithDepth(1);
@@ -75,7 +75,7 @@ TEST(DepthInTrace, OtherVersionsOfTheHeaderAreRefusedByNameWhereTheImageIsWanted
   EXPECT_TRUE(readTrace(file)) << "the ticks can be read";
 }
 
-TEST(DepthInTrace, IsToldFromTheBeginOfTheFileAlsoWhileItIsWritten) {
+TEST(DepthInTrace, IsDetectedFromTheBeginningOfAFileEvenWhileItIsWritten) {
   const test::TemporaryFolder folder(test::memoryFolder());
   const auto with = TraceWriter::create(folder.path() / "with.mcap", {.depth = true});
   const auto without = TraceWriter::create(folder.path() / "without.mcap", {});
@@ -104,7 +104,7 @@ TEST(DepthInTrace, LargeFramesCloseTheirChunkEarlyAndSurviveACrash) {
     const auto writer = TraceWriter::create(folder.path() / "a.mcap", {.depth = true});
     ASSERT_TRUE(writer);
     for (int frame = 0; frame < 30; ++frame) {
-      record.header.arrival_ns = frame * std::int64_t{1'000'000};  // all within one chunk's time
+      record.header.arrival_ns = frame * std::int64_t{1'000'000};  // all within the duration of one chunk
       ASSERT_TRUE((*writer)->write(record));
     }
   }

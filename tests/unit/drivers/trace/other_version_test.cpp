@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces of older and newer versions of hapticd: their messages have other fields than this version's.
+// Traces of older and newer versions of hapticd, whose messages have other fields than this version's.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ bool contains(const std::string& text, std::string_view part) {
 
 constexpr std::uint64_t kWrittenAt_ns = 1'700'000'000'000'000'000;
 
-/// This version's schema with `from` replaced by `to`.
+/// Returns this version's schema with `from` replaced by `to`.
 template <typename Record>
 std::string changedSchema(const std::string& from, const std::string& to) {
   std::string schema = schemaOf<Record>();
@@ -36,7 +36,7 @@ std::string changedSchema(const std::string& from, const std::string& to) {
   return place == std::string::npos ? schema : schema.replace(place, from.size(), to);
 }
 
-/// A model as a version wrote it that had no `radius_m` yet, and two fields that this one does not know.
+/// A model as written by a version without `radius_m` and with two fields unknown to this one.
 const char* const kOlderSchema =
     "builtin_interfaces/Time stamp\n"
     "uint64 model\n"
@@ -64,7 +64,7 @@ std::string olderMessage() {
   return message;
 }
 
-TEST(OtherVersion, FieldsAreFoundByTheirNamesAndOthersAreSteppedOver) {
+TEST(OtherVersion, FieldsAreFoundByTheirNamesAndOthersAreSkipped) {
   auto decoder = MessageDecoder<ModelRecord>::forSchema(kOlderSchema);
   ASSERT_TRUE(decoder) << decoder.error();
   ModelRecord record;
@@ -82,7 +82,7 @@ TEST(OtherVersion, FieldsAreFoundByTheirNamesAndOthersAreSteppedOver) {
   EXPECT_EQ(std::ranges::count(decoder->missing(), "radius_m"), 1);
 }
 
-TEST(OtherVersion, AMessageThatIsNotWholeIsNone) {
+TEST(OtherVersion, AnIncompleteMessageIsRefused) {
   auto decoder = MessageDecoder<ModelRecord>::forSchema(kOlderSchema);
   ASSERT_TRUE(decoder) << decoder.error();
   const std::string whole = olderMessage();
@@ -93,8 +93,8 @@ TEST(OtherVersion, AMessageThatIsNotWholeIsNone) {
   EXPECT_FALSE(decoder->decode(whole + "x", record));
 }
 
-TEST(OtherVersion, EnumeratorsGoByTheirNames) {
-  // a version with another order of laws and one law that this version does not know
+TEST(OtherVersion, EnumeratorsAreMatchedByName) {
+  // a version with another order of laws and one unknown law
   const std::string schema = changedSchema<rt::Tick>(
       "uint8 LAW_NEAREST_SPRINGS=0\nuint8 LAW_SMOOTH_SPRINGS=1\nuint8 LAW_PROXY=2\nuint8 LAW_SURFACE=3\n",
       "uint8 LAW_PROXY=0\nuint8 LAW_NEAREST_SPRINGS=1\nuint8 LAW_SURFACE=2\nuint8 LAW_MAGNETIC=3\n");
@@ -170,7 +170,7 @@ class OtherVersionFile : public testing::Test {
  protected:
   using Pairs = std::vector<std::pair<std::string, std::string>>;
 
-  /// A finished file with one channel and one message.
+  /// Writes a finished file with one channel and one message.
   void write(const std::string& topic, const std::string& schema_name, const std::string& schema,
              const std::string& message, const std::string& format = std::string(kTraceVersion)) {
     const fs::path part = partOf(file_);
@@ -195,7 +195,7 @@ class OtherVersionFile : public testing::Test {
   const fs::path file_ = folder_.path() / "a.mcap";
 };
 
-TEST_F(OtherVersionFile, IsReadAndSaysWhatItLacks) {
+TEST_F(OtherVersionFile, IsReadAndReportsMissingFields) {
   write("/hapticd/model", "hapticd_msgs/msg/Model", kOlderSchema, olderMessage());
   std::uint64_t model = 0;
   const auto info = readTrace(file_, {.model = [&](const ModelRecord& record) {
@@ -210,7 +210,7 @@ TEST_F(OtherVersionFile, IsReadAndSaysWhatItLacks) {
   EXPECT_FALSE(info->lacks("/hapticd/tick", "radius_m"));
 }
 
-TEST_F(OtherVersionFile, IsRefusedWithTheVersionAndWithoutTalkOfDamageWhereItCannotBeRead) {
+TEST_F(OtherVersionFile, IsRefusedWithItsVersionAndWithoutMentionOfDamageWhereItCannotBeRead) {
   write("/hapticd/tick", "hapticd_msgs/msg/Tick",
         changedSchema<rt::Tick>("uint32 points_used", "uint64 points_used"), "");
   for (const char* part : {"/hapticd/tick", "points_used", "0.0.7", "Foxglove"}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that other programs make of traces, in every form that the specification of MCAP allows: their bytes
-// are put together here, with nothing of the writer.
+// Traces rewritten by other programs, in every form that the specification of MCAP allows; their bytes are
+// assembled here without the writer's code.
 
 #include <gtest/gtest.h>
 #include <lz4frame.h>
@@ -92,7 +92,7 @@ class OtherWriters : public testing::Test {
     encode(ticks_[i], time_ns(i), data);
     return messageOf(channel, time_ns(i), data);
   }
-  /// Ticks from `begin` to `end` that `wanted` names.
+  /// Returns a chunk with the records `before` and the ticks from `begin` to `end`.
   std::string tickChunk(std::size_t begin, std::size_t end, const std::string& compression = "",
                         const std::string& before = "") const {
     std::string records = before;
@@ -100,7 +100,7 @@ class OtherWriters : public testing::Test {
     return chunkOf(time_ns(begin), time_ns(end - 1), records, compression);
   }
 
-  /// Reads the file, which is whole, and finds every tick in its order.
+  /// Reads an intact file and finds every tick in order.
   void expectAllTicks(const std::string& content) const {
     const fs::path file = folder_.write("a.mcap", content);
     std::vector<rt::Tick> read;
@@ -124,7 +124,7 @@ class OtherWriters : public testing::Test {
   const std::vector<rt::Tick> ticks_ = test::madeUpRecords(1, kTickCount).ticks;
 };
 
-TEST_F(OtherWriters, DefinitionsMayBeInChunksAndMetadataBehindThem) {
+TEST_F(OtherWriters, DefinitionsMayBeInChunksAndMetadataAfterThem) {
   expectAllTicks(kMcapMagic + headerOf("ros2") + tickChunk(0, 30, "", tickDefinitions()) +
                  tickChunk(30, 60, "", tickDefinitions()) + traceMetadata() + endOf());
 }
@@ -134,7 +134,7 @@ TEST_F(OtherWriters, ChunksMayBeCompressedByLz4) {
                  tickChunk(40, 60, "lz4") + endOf());
 }
 
-TEST_F(OtherWriters, MessagesMayBeOutsideOfChunksAlsoBesideThem) {
+TEST_F(OtherWriters, MessagesMayBeOutsideOfChunksEvenInAdditionToThem) {
   std::string some, all;
   for (std::size_t i = 0; i < 20; ++i) some += tick(i);
   for (std::size_t i = 0; i < kTickCount; ++i) all += tick(i);
@@ -181,27 +181,28 @@ TEST_F(OtherWriters, ATopicMayHaveSeveralChannelsOfOneRun) {
   }
 }
 
-TEST_F(OtherWriters, WhatIsWrongIsSaid) {
+TEST_F(OtherWriters, FaultsAreReported) {
   const std::string head = kMcapMagic + headerOf("") + traceMetadata();
   const auto expectError = [&](const std::string& content, const char* part) {
     const std::string error = errorOf(content);
     EXPECT_NE(error.find(part), std::string::npos) << error << " instead of " << part;
   };
   expectError(head + tickChunk(0, 5) + endOf(), "channel 700, which is not defined");
-  expectError(head + channelRecordOf(1, 2, "/x") + endOf(), "the schema of channel 1 is not there");
-  expectError(head + channelRecordOf(1, 0, "/x") + channelRecordOf(1, 0, "/y") + endOf(), "defined twice");
+  expectError(head + channelRecordOf(1, 2, "/x") + endOf(), "the schema of channel 1 is missing");
+  expectError(head + channelRecordOf(1, 0, "/x") + channelRecordOf(1, 0, "/y") + endOf(),
+              "two different definitions");
   expectError(head + tickDefinitions() + chunkOf(time_ns(2), time_ns(3), tick(1)) + endOf(),
-              "not within those of its chunk");
+              "outside the range of its chunk");
   expectError(head + chunkOf(0, 0, "x", "lz5") + endOf(), "only lz4 and zstd");
-  expectError(head + chunkOf(0, 0, recordOf(12, "")) + endOf(), "does not belong there");
+  expectError(head + chunkOf(0, 0, recordOf(12, "")) + endOf(), "a record type that a chunk may not contain");
   expectError(head +
                   recordOf(6, little(0, 16) + little(std::uint64_t{1} << 40, 8) + little(0, 4) +
                                   sizedText("zstd") + little(0, 8)) +
                   endOf(),
-              "at most 268435456 are read");
+              "at most 268435456 are accepted");
 }
 
-TEST_F(OtherWriters, AFilteredTraceSaysWhichChannelItLacks) {
+TEST_F(OtherWriters, AFilteredTraceReportsItsMissingChannel) {
   const auto info = readTrace(folder_.write(
       "a.mcap", kMcapMagic + headerOf("") + traceMetadata() + channelRecordOf(3, 0, "/camera") + endOf()));
   ASSERT_TRUE(info) << info.error().text();

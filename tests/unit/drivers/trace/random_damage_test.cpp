@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thousand traces, each damaged in its own way: bits flipped, bytes overwritten, the end cut off, a piece
-// taken out, chunks changed in their places, repeated and removed. Nothing that is whole is lost, and all
-// damage is named.
+// A thousand traces with different damage: bits flipped, bytes overwritten, the end truncated, a piece
+// removed, chunks swapped, repeated and removed. Nothing intact is lost, and all damage is reported.
 
 #include <gtest/gtest.h>
 
@@ -52,7 +51,7 @@ class Damaging {
       if (whole_[at] == 6) pieces_.push_back({whole_.substr(at, 9 + length), at, {}});
       at += 9 + length;
     }
-    // all but those of the first chunk are ticks
+    // all except those of the first chunk are ticks
     const std::size_t first = message.size() - (pieces_.size() - 1) * kDamagedTicksPerChunk;
     for (std::size_t i = 0; i < message.size(); ++i) {
       const std::size_t chunk = i < first ? 0 : 1 + (i - first) / kDamagedTicksPerChunk;
@@ -86,7 +85,7 @@ class Damaging {
     }
   }
 
-  /// The messages of the chunks whose records are still there, byte by byte.
+  /// Returns the messages of the chunks whose records are still intact.
   std::vector<StrictMcap::Message> intactMessages(const std::string& bytes) const {
     std::vector<StrictMcap::Message> messages;
     for (const Piece& piece : pieces_) {
@@ -136,11 +135,11 @@ class Damaging {
   std::vector<Piece> pieces_;
 };
 
-/// All of `wanted` are among `found`.
-bool includes(std::vector<StrictMcap::Message> found, std::vector<StrictMcap::Message> wanted) {
+/// Returns whether all of `expected` are among `found`.
+bool includes(std::vector<StrictMcap::Message> found, std::vector<StrictMcap::Message> expected) {
   std::ranges::sort(found);
-  std::ranges::sort(wanted);
-  return std::ranges::includes(found, wanted);
+  std::ranges::sort(expected);
+  return std::ranges::includes(found, expected);
 }
 
 std::string damagesOf(const RecoveredTrace& recovered) {
@@ -152,7 +151,7 @@ std::string damagesOf(const RecoveredTrace& recovered) {
   return text;
 }
 
-/// Recovers a file that is not whole, and checks what came of it. True if there was something to recover.
+/// Recovers a damaged file and checks the result. Returns true if there was something to recover.
 bool recoverAndCheck(const Damaging& damaging, const std::string& bytes) {
   const fs::path file = damaging.temporary().write("damaged.mcap", bytes),
                  out = damaging.folder() / "out.mcap";
@@ -185,7 +184,7 @@ TEST(RandomDamage, LosesNothingThatIsIntactAndIsNamed) {
     const Damaging& damaging = seed % 2 == 0 ? compressed : plain;
     std::string how;
     const std::string bytes = damaging.damaged(random, how);
-    if (bytes == damaging.whole()) continue;  // a piece of no length
+    if (bytes == damaging.whole()) continue;  // a piece of length zero
     SCOPED_TRACE(testing::Message() << "seed " << seed << ": " << how);
     recovered[how] += recoverAndCheck(damaging, bytes);
     if (testing::Test::HasFailure()) return;

@@ -13,7 +13,7 @@
 namespace hapticd::test {
 namespace {
 
-/// The oracle of other tests must find what is wrong: errors are planted where no other checksum tells them.
+/// The oracle of other tests must find faults: they are planted where no other checksum reveals them.
 class StrictReader : public testing::Test {
  protected:
   StrictReader() {
@@ -31,7 +31,7 @@ class StrictReader : public testing::Test {
   std::string faults(const std::string& bytes) const {
     return readStrictly(folder_.write("b.mcap", bytes)).text();
   }
-  /// The n-th record of that opcode with a byte of its content changed.
+  /// Returns the file with a byte of the content of the n-th record of that opcode changed.
   std::string changed(char opcode, std::size_t n, std::size_t at) const {
     std::string bytes = whole_;
     bytes[records_.at(opcode).at(n) + 9 + at] ^= 1;
@@ -47,7 +47,7 @@ class StrictReader : public testing::Test {
   std::map<char, std::vector<std::size_t>> records_;  ///< where they begin, by opcode
 };
 
-TEST_F(StrictReader, FindsNothingInAFileThatIsRight) {
+TEST_F(StrictReader, FindsNothingInAValidFile) {
   EXPECT_EQ(faults(whole_), "");
 }
 
@@ -59,20 +59,20 @@ TEST_F(StrictReader, FindsABitFlippedAnywhere) {
   }
 }
 
-TEST_F(StrictReader, NamesWhatDoesNotFit) {
+TEST_F(StrictReader, NamesMismatches) {
   expectFound(changed(6, 1, 0), "the times of a chunk");
   expectFound(changed(6, 1, 24), "the checksum of a chunk");
-  expectFound(changed(7, 0, 6), "a message index does not fit its chunk");
-  expectFound(changed(8, 2, 0), "a chunk index does not fit its chunk");
-  expectFound(changed(8, 2, 16), "of a chunk that is not there");
-  expectFound(changed(10, 0, 16), "an attachment index does not fit");
+  expectFound(changed(7, 0, 6), "a message index does not match its chunk");
+  expectFound(changed(8, 2, 0), "a chunk index does not match its chunk");
+  expectFound(changed(8, 2, 16), "of a missing chunk");
+  expectFound(changed(10, 0, 16), "an attachment index does not match");
   expectFound(changed(11, 0, 0), "the statistics count other messages");
   expectFound(changed(11, 0, 26), "the statistics have other times");
-  expectFound(changed(13, 0, 0), "a metadata index does not fit");
-  expectFound(changed(14, 0, 1), "a summary offset does not fit");
+  expectFound(changed(13, 0, 0), "a metadata index does not match");
+  expectFound(changed(14, 0, 1), "a summary offset does not match");
   expectFound(changed(15, 0, 0), "the checksum of the data");
   expectFound(changed(2, 0, 16), "the checksum of the summary");
-  expectFound(changed(2, 0, 8), "not where the footer says");
+  expectFound(changed(2, 0, 8), "not at the position given in the footer");
   expectFound(changed(9, 0, 0), "the checksum of an attachment");
 }
 
@@ -94,7 +94,7 @@ TEST_F(StrictReader, FindsRecordsThatAreMissingOrMoved) {
 }
 
 TEST_F(StrictReader, FindsMessagesThatAreNotInTheOrderOfTime) {
-  // the first two ticks of the second chunk change places; they are of the same length
+  // the first two ticks of the second chunk are swapped; they have the same length
   const std::size_t first = whole_.find('\x05', records_.at(6)[1] + 40);
   std::uint64_t length = 0;
   std::memcpy(&length, &whole_[first + 1], sizeof length);

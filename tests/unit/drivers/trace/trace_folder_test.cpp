@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 
 constexpr std::int64_t kTime_ns = 1'772'600'767'999'999'999;  // 2026-03-04T05:06:07.999999999Z
 
-/// A file of `bytes` bytes that was changed `age` ago.
+/// Adds a file of `bytes` bytes that was changed `age` ago.
 void addFile(const TemporaryFolder& folder, const std::string& name, std::size_t bytes,
              std::chrono::hours age) {
   const fs::path file = folder.write(name, std::string(bytes, 'x'));
@@ -79,7 +79,7 @@ TEST(TraceFolder, ListsTheOldestFirstWithTheirDepth) {
   EXPECT_LT((*traces)[0].time_ns, (*traces)[1].time_ns);
 }
 
-TEST(TraceFolder, SaysWhichTracesHaveTheirDepthInside) {
+TEST(TraceFolder, ReportsWhichTracesContainDepth) {
   const TemporaryFolder folder;
   for (const bool depth : {true, false}) {
     const auto writer =
@@ -96,13 +96,13 @@ TEST(TraceFolder, SaysWhichTracesHaveTheirDepthInside) {
   }
 }
 
-TEST(TraceFolder, SortsByTheBeginThatNamesTellAndNotByTheLastChange) {
+TEST(TraceFolder, SortsByTheTimeInTheNameAndNotByTheLastChange) {
   const TemporaryFolder folder;
   addFile(folder, "2026-03-04T05-06-07Z-2.mcap", 1, std::chrono::hours(1));
   addFile(folder, "2026-03-04T05-06-07Z.mcap", 1, std::chrono::hours(2));
   addFile(folder, "2026-03-04T05-06-08Z-a.mcap", 1, std::chrono::hours(5));
   addFile(folder, "2026-03-04T05-06-06Z-b.mcap.part", 1, std::chrono::hours(0));
-  addFile(folder, "9999-99-99T05-06-06Z.mcap", 1, std::chrono::hours(3));  // no time
+  addFile(folder, "9999-99-99T05-06-06Z.mcap", 1, std::chrono::hours(3));  // not a time
   EXPECT_EQ(namesIn(folder), (std::vector<std::string>{"2026-03-04T05-06-06Z-b", "2026-03-04T05-06-07Z",
                                                        "2026-03-04T05-06-07Z-2", "2026-03-04T05-06-08Z-a",
                                                        "9999-99-99T05-06-06Z"}));
@@ -111,7 +111,7 @@ TEST(TraceFolder, SortsByTheBeginThatNamesTellAndNotByTheLastChange) {
   EXPECT_EQ((*traces)[4].begin_ns, (*traces)[4].time_ns);
 }
 
-TEST(TraceFolder, KnowsWhatTheFlightRecorderHasWritten) {
+TEST(TraceFolder, RecognisesTracesOfTheFlightRecorder) {
   const std::string time = "2026-03-04T05-06-07Z";
   for (const char* dump : {"-dump", "-fault", "-overrun-burst", "-fault-2", "-overrun-burst-17"}) {
     EXPECT_TRUE(isDumpName(time + dump)) << dump;
@@ -131,7 +131,7 @@ TEST(TraceFolder, FindsOpenTraces) {
   EXPECT_TRUE(openTraces(folder.path() / "nowhere").empty());
 }
 
-TEST(TraceFolder, WhatIsMarkedToBeKeptIsDeletedOnlyWhenTheMarkIsGone) {
+TEST(TraceFolder, AKeptTraceIsDeletedOnlyAfterTheMarkIsRemoved) {
   const TemporaryFolder folder;
   addFile(folder, "a.mcap", 1, {});
   addFile(folder, "b.mcap.part", 1, {});
@@ -152,7 +152,7 @@ TEST(TraceFolder, WhatIsMarkedToBeKeptIsDeletedOnlyWhenTheMarkIsGone) {
   EXPECT_FALSE(fs::exists(folder.path() / "a.keep"));
 }
 
-TEST(TraceFolder, AFolderThatIsNotThereIsEmptyAndAFileIsNone) {
+TEST(TraceFolder, AMissingFolderIsEmptyAndAFileIsRefused) {
   const TemporaryFolder folder;
   const auto none = listTraces(folder.path() / "nowhere");
   ASSERT_TRUE(none);

@@ -36,7 +36,7 @@ struct WholeTrace {
     test::writeTrace(folder.path() / "a.mcap", records, kTicksPerChunk,
                      {.attachments = {{"name", "type", "data"}}});
     bytes = contentOf(folder.path() / "a.mcap");
-    for (std::size_t at = 8; at + 8 < bytes.size();) {  // behind the magic, in front of the other
+    for (std::size_t at = 8; at + 8 < bytes.size();) {  // after the magic, before the closing one
       std::uint64_t length = 0;
       std::memcpy(&length, &bytes[at + 1], sizeof length);
       const char opcode = bytes[at];
@@ -59,7 +59,7 @@ const WholeTrace& wholeTrace() {
   return trace;
 }
 
-/// The file is complete and holds exactly the first `chunks` chunks.
+/// Expects that the file is complete and holds exactly the first `chunks` chunks.
 void expectChunks(const fs::path& file, std::size_t chunks) {
   std::vector<rt::Tick> ticks;
   const auto info = readTrace(file, {.tick = [&](const rt::Tick& tick) {
@@ -78,7 +78,7 @@ void expectChunks(const fs::path& file, std::size_t chunks) {
 
 using Outcome = RecoveredTrace::Outcome;
 
-TEST(TraceRecovery, KeepsExactlyTheWholeChunksOfAFileCutAnywhere) {
+TEST(TraceRecovery, KeepsExactlyTheCompleteChunksOfAFileTruncatedAnywhere) {
   const WholeTrace& whole = wholeTrace();
   ASSERT_EQ(whole.chunk_ends.size(), kChunks);
   const TemporaryFolder folder(test::memoryFolder());
@@ -102,7 +102,7 @@ TEST(TraceRecovery, KeepsExactlyTheWholeChunksOfAFileCutAnywhere) {
     ASSERT_FALSE(finished->damages.empty());
     ASSERT_EQ(test::readStrictly(file).text(), "");
     const std::string bytes = contentOf(file);
-    // what follows from the whole chunks does not depend on where the file was cut
+    // what follows from the intact chunks does not depend on where the file was truncated
     if (chunks == kChunks) {
       ASSERT_EQ(bytes, whole.bytes);
     }
@@ -115,7 +115,7 @@ TEST(TraceRecovery, KeepsExactlyTheWholeChunksOfAFileCutAnywhere) {
   }
 }
 
-TEST(TraceRecovery, LeavesACompleteFileAloneAndTakesPartOffItsName) {
+TEST(TraceRecovery, KeepsACompleteFileAndRemovesPartFromItsName) {
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.write("a.mcap", wholeTrace().bytes), out = folder.path() / "out.mcap";
   const auto recovered = recoverTrace(file, out);
@@ -199,7 +199,7 @@ TEST(TraceRecovery, WritesDamagedIndexesAgain) {
   }
 }
 
-TEST(TraceRecovery, CutsOffWhatFollowsTheWholeChunks) {
+TEST(TraceRecovery, TruncatesWhatFollowsTheIntactChunks) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
   for (const std::string& tail :
@@ -214,7 +214,7 @@ TEST(TraceRecovery, CutsOffWhatFollowsTheWholeChunks) {
   }
 }
 
-TEST(TraceRecovery, RefusesWhatItCannotRecoverAndLeavesItAlone) {
+TEST(TraceRecovery, RefusesAndKeepsWhatItCannotRecover) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
   std::string foreign = whole.bytes.substr(0, whole.data_end);
@@ -267,16 +267,17 @@ TEST(TraceRecovery, NamesItsFilesAfterTheTrace) {
   }
 }
 
-TEST(TraceRecovery, IsTheSameWhenItWasCutShortItself) {
+TEST(TraceRecovery, GivesTheSameResultAfterAnInterruption) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
-  // two chunks without the indexes of the second: cut at any state of the mending in between
+  // two chunks without the indexes of the second: interrupted at any state of the repair in between
   const std::size_t cut = whole.chunk_ends[1];
   folder.write("b.mcap.part", whole.bytes.substr(0, cut));
   ASSERT_TRUE(finishTrace(folder.path() / "b.mcap.part"));
   const std::string expected = contentOf(folder.path() / "b.mcap");
   for (std::size_t written = cut; written < expected.size(); written += 97) {
-    for (const std::size_t hole : {cut, written}) {  // bytes that were not on the disk yet, in front or none
+    // Bytes that had not reached the disk, with or without earlier ones.
+    for (const std::size_t hole : {cut, written}) {
       std::string state = expected.substr(0, written);
       std::fill(state.begin() + static_cast<std::ptrdiff_t>(cut),
                 state.begin() + static_cast<std::ptrdiff_t>(written - (hole - cut)), '\0');

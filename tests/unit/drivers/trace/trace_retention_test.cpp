@@ -40,7 +40,7 @@ TEST(TraceRetention, DeletesTheOldestFirstAndNeverWhatIsProtected) {
   EXPECT_EQ(plan.dumps, 2U);
 }
 
-TEST(TraceRetention, TheTraceJustFinishedStaysAlsoWhenTheClockWasSetBack) {
+TEST(TraceRetention, TheTraceJustFinishedStaysEvenIfTheClockWasSetBack) {
   const std::vector<TraceEntry> traces{trace("finished", 1), trace("middle", 2), trace("newest by name", 4)};
   EXPECT_EQ(namesOf(planRetention(traces, "finished").deletable), std::vector<std::string>{"middle"});
 }

@@ -28,7 +28,7 @@ using test::contentOf;
 using test::MadeUpRecords;
 using test::TemporaryFolder;
 
-/// Everything that a trace holds.
+/// Returns everything that a trace contains.
 MadeUpRecords recordsOf(const fs::path& file) {
   MadeUpRecords records;
   const auto into = [](auto& several) {
@@ -57,7 +57,7 @@ std::string errorOf(const fs::path& file) {
   return info ? "" : info.error().text();
 }
 
-/// A tick of a loop at 1 kHz that begins at zero.
+/// Returns a tick of a loop at 1 kHz that begins at zero.
 rt::Tick tickOf(std::uint64_t number) {
   rt::Tick tick;
   tick.number = number;
@@ -94,7 +94,7 @@ TEST_P(TraceWriterCompression, AFlippedBitInAnyByteOfTheFileIsFound) {
   }
 }
 
-TEST(TraceWriter, SaysWhatTheTraceIs) {
+TEST(TraceWriter, RecordsInformationAboutTheTrace) {
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.path() / "a.mcap";
   const TraceOptions options{.realtime_offset_ns = 1'700'000'000'000'000'000,
@@ -120,7 +120,7 @@ TEST(TraceWriter, SaysWhatTheTraceIs) {
   EXPECT_EQ(info->attachments[0].data, "a: 1\n");
 }
 
-TEST(TraceWriter, CountsTicksThatAreMissingAndTakesTimesOfTheWallClock) {
+TEST(TraceWriter, CountsMissingTicksAndUsesWallClockTimes) {
   const TemporaryFolder folder(test::memoryFolder());
   auto writer = TraceWriter::create(folder.path() / "a.mcap", {.realtime_offset_ns = 1'000});
   ASSERT_TRUE(writer) << writer.error().text();
@@ -145,7 +145,7 @@ TEST(TraceWriter, BeginsAChunkWhenTheOneBeforeIsLongEnough) {
   for (std::uint64_t number = 1; number <= 25; ++number) {
     ASSERT_TRUE((*writer)->write(tickOf(number)));
   }
-  // after 10 ms, and then after 9 ms: the last one is held for what may come late
+  // after 10 ms, and then after 9 ms: the last one is held back for late records
   EXPECT_EQ((*writer)->ticks(), 18U);
   EXPECT_EQ((*writer)->ticksPending(), 7U);
   EXPECT_EQ((*writer)->bytes(), fs::file_size(folder.path() / "a.mcap.part"));
@@ -156,7 +156,7 @@ TEST(TraceWriter, BeginsAChunkWhenTheOneBeforeIsLongEnough) {
   EXPECT_EQ(readTrace(folder.path() / "a.mcap")->chunks, 3U);
 }
 
-TEST(TraceWriter, KeepsChunksShortAlsoWhenTicksLagBehindOtherRecords) {
+TEST(TraceWriter, KeepsChunksShortEvenWhenTicksLagBehindOtherRecords) {
   const TemporaryFolder folder(test::memoryFolder());
   auto writer = TraceWriter::create(folder.path() / "a.mcap", {.chunk_ns = 10'000'000});
   ASSERT_TRUE(writer);
@@ -168,8 +168,8 @@ TEST(TraceWriter, KeepsChunksShortAlsoWhenTicksLagBehindOtherRecords) {
   EXPECT_EQ((*writer)->ticks(), 9U);
 }
 
-/// Records as they come in: other records up to 20 ms earlier or later than the ticks beside them.
-TEST(TraceWriter, PutsMessagesInTheOrderOfTimeAcrossChunks) {
+/// Records in order of arrival: other records are up to 20 ms earlier or later than the ticks next to them.
+TEST(TraceWriter, SortsMessagesByTimeAcrossChunks) {
   const TemporaryFolder folder(test::memoryFolder());
   std::mt19937_64 random(5);
   auto writer = TraceWriter::create(folder.path() / "a.mcap", {.chunk_ns = 300'000'000});
@@ -242,7 +242,7 @@ TEST(TraceWriter, OverwritesNoFile) {
   EXPECT_EQ(errorOf(folder.path() / "c.mcap"), "");
 }
 
-TEST(TraceWriter, SaysThatTheFolderIsMissingOrHasVanished) {
+TEST(TraceWriter, ReportsAFolderThatIsMissingOrHasVanished) {
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.path() / "nowhere" / "a.mcap";
   const auto missing = TraceWriter::create(file, {});
@@ -259,7 +259,7 @@ TEST(TraceWriter, SaysThatTheFolderIsMissingOrHasVanished) {
   EXPECT_NE(closed.error().text().find("nowhere"), std::string::npos) << closed.error().text();
 }
 
-TEST(TraceWriter, RefusesAMessageThatNoReaderWouldTakeAndGoesOn) {
+TEST(TraceWriter, RefusesAMessageTooLargeForReadersAndContinues) {
   const TemporaryFolder folder(test::memoryFolder());
   auto writer = TraceWriter::create(folder.path() / "a.mcap", {});
   ASSERT_TRUE(writer);
@@ -271,7 +271,7 @@ TEST(TraceWriter, RefusesAMessageThatNoReaderWouldTakeAndGoesOn) {
 
 constexpr std::uint64_t kTicksThatFit = 270;
 
-/// In a child whose files may not grow beyond a limit: writes until that fails, then closes.
+/// Runs in a child whose files may not exceed a limit: writes until that fails, then closes.
 void writeUntilTheDiskIsFull(const fs::path& file) {
   std::signal(SIGXFSZ, SIG_IGN);
   auto writer = TraceWriter::create(file, {.compress = false, .chunk_ns = 100'000'000});
@@ -304,7 +304,7 @@ TEST(TraceWriter, EndsWithItsLastWholeChunkWhenTheDiskIsFull) {
   if (!test::rerunPart().empty()) return writeUntilTheDiskIsFull(test::rerunPart());
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path with_room = folder.path() / "room.mcap", without = folder.path() / "none.mcap";
-  fillTheDisk(with_room, 175'000);  // 9 kB in front of the chunks, 47 kB of each, 10 kB behind them
+  fillTheDisk(with_room, 175'000);  // 9 kB before the chunks, 47 kB each, 10 kB after them
   ASSERT_EQ(errorOf(with_room), "");
   EXPECT_EQ(readTrace(with_room)->ticks, kTicksThatFit);
 
@@ -314,7 +314,7 @@ TEST(TraceWriter, EndsWithItsLastWholeChunkWhenTheDiskIsFull) {
   EXPECT_EQ(contentOf(without), contentOf(with_room));
 }
 
-TEST(TraceReader, StopsWhenNoMoreIsWanted) {
+TEST(TraceReader, StopsWhenAVisitorReturnsFalse) {
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path file = folder.path() / "a.mcap";
   test::writeTrace(file, test::madeUpRecords(3, 5), 5);
@@ -326,15 +326,15 @@ TEST(TraceReader, StopsWhenNoMoreIsWanted) {
   EXPECT_FALSE(info->complete);
 }
 
-TEST(TraceReader, SaysWhatAFileIsInstead) {
+TEST(TraceReader, ReportsWhatAFileIsInstead) {
   const TemporaryFolder folder(test::memoryFolder());
   EXPECT_NE(errorOf(folder.path() / "none.mcap").find("none.mcap"), std::string::npos);
   EXPECT_NE(errorOf(folder.path()).find("no file"), std::string::npos) << errorOf(folder.path());
-  EXPECT_NE(errorOf(folder.write("text.mcap", "hello, world")).find("no MCAP file"), std::string::npos);
-  EXPECT_NE(errorOf(folder.write("empty.mcap", "")).find("cut off"), std::string::npos);
+  EXPECT_NE(errorOf(folder.write("text.mcap", "hello, world")).find("not an MCAP file"), std::string::npos);
+  EXPECT_NE(errorOf(folder.write("empty.mcap", "")).find("truncated"), std::string::npos);
 }
 
-TEST(TraceReader, RefusesLengthsBeyondAnyFileWithoutTakingMemoryForThem) {
+TEST(TraceReader, RefusesLengthsBeyondAnyFileWithoutAllocating) {
   const TemporaryFolder folder(test::memoryFolder());
   const std::string magic = "\x89MCAP0\r\n";
   for (const char last : {'\x7f', '\x00'}) {

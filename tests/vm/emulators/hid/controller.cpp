@@ -101,7 +101,7 @@ std::string Controller::command(std::string_view line) {
   words >> verb;
   unsigned number = 0;
   Vec3 aim;
-  if (verb == "aim" && words >> aim.x >> aim.y >> aim.z && norm(aim) < drivers::kMostPositionM) {
+  if (verb == "aim" && words >> aim.x >> aim.y >> aim.z && norm(aim) < drivers::kMaxPositionM) {
     target_m_ = aim;
   } else if (verb == "button" && words >> number && number < kButtons) {
     input_.buttons ^= 1U << number;

@@ -28,7 +28,7 @@ constexpr std::uint8_t high(std::uint16_t value) {
 
 /// Two transactions of half the packet per microframe.
 void addEndpoint(std::vector<std::uint8_t>& configuration, std::uint8_t address) {
-  constexpr std::uint16_t kPacketSize = kinect::kMostPacketBytes / 2 | 1U << 11;
+  constexpr std::uint16_t kPacketSize = kinect::kMaxPacketBytes / 2 | 1U << 11;
   configuration.insert(configuration.end(), {USB_DT_ENDPOINT_SIZE, USB_DT_ENDPOINT, address,
                                              USB_ENDPOINT_XFER_ISOC, low(kPacketSize), high(kPacketSize), 1});
 }
@@ -131,7 +131,7 @@ std::size_t KinectDevice::isoPacket(std::uint8_t endpoint, usbip::IsoPacketBuffe
   ++microframe_;
   if (packets_.done()) return 0;
   const std::size_t index = packets_.index();
-  const std::size_t bytes = packets_.next(out.first<kinect::kMostPacketBytes>());
+  const std::size_t bytes = packets_.next(out.first<kinect::kMaxPacketBytes>());
   if (packets_.done()) ++frames_sent_;
   return faults_.apply(index, out.first(bytes));
 }

@@ -37,7 +37,7 @@ bool becomesReadable(int socket, int timeout_ms) {
   return ::poll(&waiting, 1, timeout_ms) == 1;
 }
 
-constexpr int kPatienceMs = static_cast<int>(std::chrono::milliseconds(kMostPatience).count());
+constexpr int kPatienceMs = static_cast<int>(std::chrono::milliseconds(kMaxPatience).count());
 
 }  // namespace
 
