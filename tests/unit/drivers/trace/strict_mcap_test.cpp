@@ -90,7 +90,7 @@ TEST_F(StrictReader, FindsRecordsThatAreMissingOrMoved) {
   expectFound(without(11), "there are no statistics");
   expectFound(without(15), "in the data section");
   expectFound(without(2), "there is no footer");
-  expectFound(whole_.substr(0, whole_.size() / 2), "the magic at the end");
+  expectFound(whole_.substr(0, whole_.size() / 2), "the closing magic is missing");
 }
 
 TEST_F(StrictReader, FindsMessagesThatAreNotInTheOrderOfTime) {

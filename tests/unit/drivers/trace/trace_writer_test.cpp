@@ -329,7 +329,7 @@ TEST(TraceReader, StopsWhenAVisitorReturnsFalse) {
 TEST(TraceReader, ReportsWhatAFileIsInstead) {
   const TemporaryFolder folder(test::memoryFolder());
   EXPECT_NE(errorOf(folder.path() / "none.mcap").find("none.mcap"), std::string::npos);
-  EXPECT_NE(errorOf(folder.path()).find("no file"), std::string::npos) << errorOf(folder.path());
+  EXPECT_NE(errorOf(folder.path()).find("not a regular file"), std::string::npos) << errorOf(folder.path());
   EXPECT_NE(errorOf(folder.write("text.mcap", "hello, world")).find("not an MCAP file"), std::string::npos);
   EXPECT_NE(errorOf(folder.write("empty.mcap", "")).find("truncated"), std::string::npos);
 }
