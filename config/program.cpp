@@ -15,18 +15,18 @@
 namespace hapticd::config {
 namespace {
 
-/// errno of the first write to standard output that failed; 0: none has.
+/// errno of the first write to standard output that failed; 0: none failed.
 int output_error = 0;
 
 void noteOutputError(int error) {
   if (output_error == 0) output_error = error;
 }
 
-/// A closed standard stream gets a descriptor that refuses what the stream is for.
+/// Gives each closed standard stream a descriptor that refuses the direction in which the stream is used.
 void occupyStandardStreams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(stream, F_GETFD) >= 0 || errno != EBADF) continue;
-    // takes the lowest number that is free, which is that of the stream
+    // open() takes the lowest free descriptor, which is the stream's
     if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
   }
 }
@@ -43,7 +43,7 @@ int statusOf(const std::function<int()>& work) {
   }
 }
 
-/// Also what the disk says only at the end, as over a network.
+/// Also catches errors that a disk reports only at the end, as over a network.
 bool closeOutput() {
   if (!flushOutput()) return false;
   if (::close(STDOUT_FILENO) == 0 || errno == EBADF) return true;
