@@ -6,7 +6,7 @@
 namespace hapticd::daemon {
 namespace {
 
-/// As traces have it.
+/// The name that traces use for the enumerator.
 template <typename Enumeration>
 const char* wordOf(Enumeration value) {
   return drivers::kNames<Enumeration>.at(static_cast<std::size_t>(value)).data();  // a string literal

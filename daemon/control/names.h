@@ -3,7 +3,7 @@
 
 #include "daemon/box.h"
 
-/// The enumerators' own names ("engaged", "depth_stale"), as both interfaces and the journal use them.
+/// The names of enumerators ("engaged", "depth_stale") as both interfaces and the journal use them.
 namespace hapticd::daemon {
 
 const char* nameOf(drivers::CameraState state);

@@ -11,7 +11,7 @@
 #include "daemon/control/names.h"
 #include "rt/force_law.h"
 
-// Structures are taken apart with structured bindings: a counter added to one of them does not compile here
+// Structured bindings take the structures apart, so that a field added to one of them does not compile here
 // until it is shown.
 namespace hapticd::daemon {
 namespace {
@@ -181,7 +181,7 @@ OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
           {"cpu", cpu >= 0 ? OrderedJson(cpu) : OrderedJson()}};
 }
 
-/// Version of the kernel, which does not change.
+/// The version of the kernel, which cannot change while the daemon runs.
 const std::string& kernelRelease() {
   static const std::string release = [] {
     utsname names{};
@@ -192,7 +192,7 @@ const std::string& kernelRelease() {
 
 }  // namespace
 
-/// Mode and cause are shown at the top.
+/// Without mode and cause, which are fields of the status itself.
 OrderedJson tickJson(const rt::Tick& tick) {
   const bool has_proxy = rt::hasProxy(tick.law);
   return {{"number", tick.number},
