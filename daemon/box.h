@@ -189,6 +189,8 @@ class Box {
   virtual std::future<config::Result<void>> deleteTrace(const std::string& name) = 0;
   /// Marks a trace to be kept, or takes the mark away. Errors: no such trace, the disk's.
   virtual std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) = 0;
+  /// Notes a line of text about a trace; an empty text removes the note.
+  virtual std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) = 0;
   /// The newest frame. Errors: there is none yet.
   virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
 };

@@ -20,6 +20,7 @@ struct TraceEntry {
   bool open = false;         ///< being written, or left by a crash (".part")
   bool depth = false;        ///< raw depth is in it, or in NAME.depth beside it, as of older versions
   bool kept = false;         ///< somebody has marked it to be kept, by an empty file NAME.keep
+  std::string note;          ///< what somebody has noted about it, the text in NAME.note; empty: nothing
   /// CLOCK_REALTIME of its begin, in whole seconds, as its name says; of a name without a time that of its
   /// last change.
   std::int64_t begin_ns = 0;
@@ -49,12 +50,24 @@ config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& 
 /// so it is quick in large folders too.
 std::vector<std::string> openTraces(const std::filesystem::path& folder);
 
-/// Deletes a finished trace and its depth recording.
+/// The longest note of a trace, in bytes: a list of many traces has room for their notes.
+inline constexpr std::size_t kLongestNote = 200;
+
+/// The note beside a trace file, finished or not; empty: there is none.
+std::string noteOf(const std::filesystem::path& trace_file);
+
+/// Deletes a finished trace, its depth recording and its note.
 /// Errors: no such trace, it is being written, it is marked to be kept, no permission.
 config::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
 
 /// Marks a trace, finished or not, to be kept, or takes the mark away. The mark survives a crash.
 /// Errors: no such trace, no permission, no space.
 config::Result<void> keepTrace(const std::filesystem::path& folder, std::string_view name, bool keep);
+
+/// Notes a line of text about a trace, finished or not, in NAME.note; it replaces an earlier note, and an
+/// empty text removes it. The note survives a crash. Errors: no such trace, a text that is too long or no
+/// printable UTF-8, no permission, no space.
+config::Result<void> noteTrace(const std::filesystem::path& folder, std::string_view name,
+                               const std::string& text);
 
 }  // namespace hapticd::drivers

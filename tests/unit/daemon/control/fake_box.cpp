@@ -112,12 +112,13 @@ bool FakeBox::waitForJobs(int jobs, std::chrono::seconds patience) {
   return changed_.wait_for(lock, patience, [&] { return jobs_begun_ >= jobs; });
 }
 
-void FakeBox::setTraces(int count) {
+void FakeBox::setTraces(int count, const std::string& note) {
   const std::lock_guard lock(mutex_);
   traces_.clear();
   for (int i = 0; i < count; ++i) {
     traces_.push_back(
         {"trace-" + std::to_string(i), 1000U + static_cast<unsigned>(i), 5'000 + i, false, false});
+    traces_.back().note = note;
   }
 }
 
@@ -190,6 +191,17 @@ std::future<config::Result<void>> FakeBox::keepTrace(const std::string& name, bo
     for (drivers::TraceEntry& trace : traces_) {
       if (trace.name != name) continue;
       trace.kept = keep;
+      return {};
+    }
+    return std::unexpected(config::Error{"trace " + name, "there is no such trace", "list them"});
+  });
+}
+
+std::future<config::Result<void>> FakeBox::noteTrace(const std::string& name, const std::string& text) {
+  return begin<void>([this, name, text]() -> config::Result<void> {
+    for (drivers::TraceEntry& trace : traces_) {
+      if (trace.name != name) continue;
+      trace.note = text;
       return {};
     }
     return std::unexpected(config::Error{"trace " + name, "there is no such trace", "list them"});
