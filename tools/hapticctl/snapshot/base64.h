@@ -7,7 +7,7 @@
 
 namespace hapticd::tools {
 
-/// The bytes that base64 text with padding stands for; nothing when it is none. Source: RFC 4648, section 4.
+/// Decodes base64 with padding; nothing if the text is not base64. Source: RFC 4648, section 4.
 std::optional<std::string> base64Decoded(std::string_view text);
 
 }  // namespace hapticd::tools
