@@ -9,7 +9,7 @@ namespace hapticd::tools {
 
 void WatchSummary::add(const Json& reply) {
   if (const Json* status = fieldAt(reply, "status")) status_ = *status;
-  // fmin and fmax pass over what is not a number: a window without ticks
+  // fmin and fmax ignore NaN, which a window without ticks gives
   min_force_n_ = std::fmin(min_force_n_, numberAt(reply, "window.minForceN"));
   max_force_n_ = std::fmax(max_force_n_, numberAt(reply, "window.maxForceN"));
 }
