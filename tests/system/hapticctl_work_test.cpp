@@ -65,7 +65,7 @@ TEST_F(HapticctlWork, TraceListShowsNamesSizesAndWhatIsOpen) {
       has(home.run({"trace", "list", "--state", "writing"}).output, "\n1 trace, 1 B of 2 traces, 12.3 MB"));
   const Finished bad = home.run({"trace", "list", "--since", "yesterday"});
   EXPECT_EQ(bad.ending, exitedWith(2));
-  EXPECT_TRUE(has(bad.errors, "hapticctl: --since: 'yesterday' is no time in UTC")) << bad.errors;
+  EXPECT_TRUE(has(bad.errors, "hapticctl: --since: \"yesterday\" is no time in UTC")) << bad.errors;
   EXPECT_TRUE(has(bad.errors, "Run 'hapticctl trace list --help' for more information.")) << bad.errors;
 }
 
@@ -149,7 +149,7 @@ TEST_F(HapticctlWork, TraceFilesAreLookedForByNameInTheFolderOfTheDaemon) {
 
 TEST_F(HapticctlWork, ProfilesAreSavedLoadedDeletedAndChosen) {
   EXPECT_EQ(home.run({"save", "soft"}).output, "saved soft\n");
-  EXPECT_EQ(home.run({"load", "soft"}).output, "loaded, changed:\n  force.radius_m\n");
+  EXPECT_EQ(home.run({"load", "soft"}).output, "loaded; changed:\n  force.radius_m\n");
   EXPECT_TRUE(has(home.run({"profiles"}).output, "loaded at each start\n"));
   home.run({"profiles", "--boot", "soft"});
   EXPECT_EQ(newest("Control.SetBootProfile"), (json{{"name", "soft"}}));

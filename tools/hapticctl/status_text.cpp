@@ -276,7 +276,7 @@ std::string traceText(const Json& status) {
   } else if (state == "waiting") {
     text += ": " + textAt(status, "trace.detail");
   }
-  text += fmt::format(", {} traces", countAt(status, "trace.traces"));
+  text += fmt::format(", {} finished since the start", countAt(status, "trace.traces"));
   text += folderText(status);
   const double free_bytes = numberAt(status, "trace.freeBytes");
   if (!std::isnan(free_bytes)) text += fmt::format(", {} free", bytesText(free_bytes));

@@ -27,7 +27,7 @@ std::vector<std::string> complaints(const Json& status, double nominal_rate_hz =
 /// "57 s", "12 min", "3.4 h": how long something has lasted.
 std::string uptimeText(double seconds);
 
-/// "writing NAME, 12.0 MB in 57 s", "off, 3 traces": the state of the trace.
+/// "writing NAME, 12.0 MB in 57 s", "off, 3 finished since the start": the state of the trace.
 std::string traceText(const Json& status);
 
 /// "present, gpiod box: power on, camera off"; empty for a box without LEDs, or a daemon that reports none.

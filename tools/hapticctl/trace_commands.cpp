@@ -18,8 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// For what waits for a disk, which may take long to write the end of a file.
-constexpr std::chrono::seconds kDiskLimit{15};
 constexpr double kLongestTrace_s = 1e9;  // nanoseconds of it fit into 64 bits
 
 /// The daemon's folder of traces; the default one if it does not report it.

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -19,8 +18,6 @@
 namespace hapticd::tools {
 namespace {
 
-/// For what waits for a disk.
-constexpr std::chrono::seconds kDiskLimit{15};
 const Call kListTraces{"io.hapticd.Status.ListTraces"};
 
 struct ListWords {
@@ -44,7 +41,7 @@ CLI::Validator isTime() {
         return config::inQuotes(text) +
                " is no time in UTC (2026-03-04, \"2026-03-04 05:06\") and no age (90s, 45min, 12h, 30d, 2w)";
       },
-      "TIME"};
+      ""};
 }
 
 CLI::Validator isAge() {

@@ -23,6 +23,7 @@ constexpr int kStrip = 30;
 constexpr int kPanel = 240;
 constexpr int kGap = 46;  // room for the legend of the panel below
 constexpr int kAxis = 60;
+constexpr int kLegendGap = 4;
 
 constexpr std::string_view kMarkColour = "#1060d0";
 constexpr std::string_view kFaultColour = "#d02020";
@@ -96,13 +97,16 @@ class Script {
     }
   }
 
+  /// Places a panel, with its legend in a row above its right end.
   void addBorders(int top, int height) {
     add("set tmargin at screen {}\nset bmargin at screen {}\n", screen(top), screen(top + height));
+    add("set key at screen 0.97,screen {} right bottom horizontal maxrows 1 samplen 2 noenhanced\n",
+        screen(top - kLegendGap));
   }
 
   void addStrip() {
     addBorders(kTitle, kStrip);
-    add("set yrange [0:1]\nunset ytics\nset format x ''\nset key outside above right horizontal samplen 2\n"
+    add("set yrange [0:1]\nunset ytics\nset format x ''\n"
         "set ylabel 'mode' rotate by 0 offset -1,0\n");
     int object = 1;
     for (const PlotSpan& span : plot_.spans) {
@@ -137,7 +141,7 @@ class Script {
   void addPanel(std::size_t number, int top) {
     const PlotPanel& panel = plot_.panels[number];
     addBorders(top, kPanel);
-    add("set ytics\nset grid lc rgb '#e0e0e0'\nset key outside above right horizontal samplen 2 noenhanced\n"
+    add("set ytics\nset grid back lt 1 lw 1 lc rgb '#e0e0e0'\n"
         "set ylabel '{} ({})' rotate by 90 offset 0,0\n{}\n",
         panel.name, panel.unit, rangeOf(panel));
     if (number + 1 == plot_.panels.size())
@@ -183,7 +187,7 @@ class Script {
       }
     }
     return least == largest ? fmt::format("set yrange [{}:{}]", least, least + 1)
-                            : "unset yrange\nset autoscale y\nset offsets 0,0,graph 0.05,graph 0.05";
+                            : "unset yrange\nset autoscale y\nset offsets 0,0,graph 0.05,0";
   }
 
   const Plot& plot_;

@@ -55,9 +55,9 @@ TEST(TraceList, ShowsAgeSizeStateAndNoteAndSumsUp) {
   const std::string text = traceListText(kReply["traces"], kReply, kNow_ns, TerminalSize::kNoLimit);
   EXPECT_EQ(
       text,
-      "NAME                        BEGIN                  AGE    SIZE  STATE                       NOTE\n"
-      "2026-03-03T05-06-07Z-left   2026-03-03 05:06:07Z  24 h  5.0 MB  finished, kept, with depth  the good "
-      "one\n"
+      "NAME                        BEGIN                    AGE    SIZE  STATE                       NOTE\n"
+      "2026-03-03T05-06-07Z-left   2026-03-03 05:06:07Z    24 h  5.0 MB  finished, kept, with depth  the "
+      "good one\n"
       "2026-03-04T04-06-07Z-right  2026-03-04 04:06:07Z  60 min  1.0 kB  finished\n"
       "2026-03-04T05-06-00Z        2026-03-04 05:06:00Z     7 s  2.0 GB  being written\n"
       "3 traces, 2.0 GB\n");

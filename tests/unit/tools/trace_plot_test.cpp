@@ -14,10 +14,10 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr std::int64_t kStart_ns = 5'000'000'000;
+constexpr std::int64_t kFirstTick_ns = 5'000'000'000;
 
 std::int64_t after_ns(double seconds) {
-  return kStart_ns + static_cast<std::int64_t>(seconds * 1e9);
+  return kFirstTick_ns + static_cast<std::int64_t>(seconds * 1e9);
 }
 
 /// Two seconds: idle for one, then engaged with 3 N along x; a mark, a fault and a limit of 4 N.
@@ -26,12 +26,12 @@ test::MadeUpRecords experiment() {
   for (std::uint64_t number = 1; number <= 2000; ++number) {
     rt::Tick tick;
     tick.number = number;
-    tick.planned_ns = kStart_ns + static_cast<std::int64_t>(number - 1) * 1'000'000;
+    tick.planned_ns = kFirstTick_ns + static_cast<std::int64_t>(number - 1) * 1'000'000;
     tick.mode = number <= 1000 ? rt::Mode::idle : rt::Mode::engaged;
     if (number > 1000) tick.command_force_n_in_world = {3, 0, 0};
     records.ticks.push_back(tick);
   }
-  records.directives.push_back({.time_ns = kStart_ns - 1, .parameters = {{"safety.max_force_n", "4"}}});
+  records.directives.push_back({.time_ns = kFirstTick_ns - 1, .parameters = {{"safety.max_force_n", "4"}}});
   records.events.push_back({after_ns(-0.5), "mark", "too early", {{"MARK", "before the first tick"}}});
   records.events.push_back({after_ns(0.5), "mark", "uid 0 marks", {{"MARK", "trial 3: it's on"}}});
   records.events.push_back({after_ns(1.5), "mode", "faulted (handle_stale)", {{"MODE", "faulted"}}});

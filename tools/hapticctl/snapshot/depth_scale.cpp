@@ -135,7 +135,9 @@ std::vector<Rgb> depthScale(const DepthRange& range, int height) {
     strip.line(kBarLeft, kBarWidth, row, colourOfDepth(depth_m, range.near_m, range.far_m));
   }
   const double step_m = tickStep_m(range);
-  for (double number = std::ceil(range.near_m / step_m); number * step_m <= range.far_m; ++number) {
+  constexpr double kRounding_m = 1e-9;  // so that a tick at an end of the range is not lost
+  const double first = std::ceil((range.near_m - kRounding_m) / step_m);
+  for (double number = first; number * step_m <= range.far_m + kRounding_m; ++number) {
     const int row = rowOf(number * step_m);
     strip.line(kBarLeft + kBarWidth, kTickLength, row, kInk);
     strip.text(fmt::format("{:.2f}", number * step_m) + "m", kTextLeft, row - kGlyphHeight * kEnlarged / 2);
