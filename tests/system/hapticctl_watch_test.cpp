@@ -94,7 +94,7 @@ TEST_F(HapticctlWatch, LeavesTheTerminalCleanAndSaysSoWhenTheDaemonDies) {
                  .endless = true,
                  .hangs_up = true});
   TerminalProgram watch(home.command({"watch"}), kUtf8, 24, 80);
-  ASSERT_TRUE(watch.prints("the connection was closed without an answer; trying again until Ctrl-C"));
+  ASSERT_TRUE(watch.prints("! the connection is lost, trying again until Ctrl-C"));
   watch.press('\3');
   EXPECT_EQ(watch.wait(), exitedWith(0));
   EXPECT_TRUE(leavesCleanly(watch.output()));
@@ -117,7 +117,7 @@ TEST_F(HapticctlWatch, LinesGoOnAfterARestartAndStandardErrorSaysSo) {
   restart({{"mode", "idle"}});
   ASSERT_TRUE(becomesTrue([&] { return has(watch.output(), "idle"); })) << watch.errors();
   EXPECT_TRUE(has(watch.errors(), "hapticctl: ")) << watch.errors();
-  EXPECT_TRUE(has(watch.errors(), "trying again until Ctrl-C\n")) << watch.errors();
+  EXPECT_TRUE(has(watch.errors(), "the connection is lost, trying again until Ctrl-C (")) << watch.errors();
   EXPECT_TRUE(has(watch.errors(), "hapticctl: connected to hapticd again\n")) << watch.errors();
   watch.signal(SIGTERM);
   EXPECT_EQ(watch.wait(), exitedWith(0));

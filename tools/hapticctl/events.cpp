@@ -162,7 +162,7 @@ int follow(const CommandOptions& options, const EventOptions& events, VarlinkCli
     if (!failure) return kOk;
     if (!mayPass(*failure)) return report(*failure, options.json);
     stream.reset();
-    fmt::print(stderr, "hapticctl: {}; trying again until Ctrl-C\n", failure->what);
+    fmt::print(stderr, "hapticctl: the connection is lost, trying again until Ctrl-C ({})\n", failure->what);
     Reconnection reconnection(
         signals, [signals] { return goesOnAfterSignal(signals); }, Reconnection::Clock::time_point::max());
     auto again = reconnection.retry<VarlinkClient>([&] { return openStream(options, events, signals); });

@@ -236,7 +236,7 @@ std::optional<ClientError> followAcrossRestarts(const CommandOptions& options, c
     const auto failure = follow(*stream, display, watch, signals, so_far);
     if (!failure || so_far.states == 0 || !mayPass(*failure)) return failure;
     stream.reset();
-    display.note(failure->what + "; trying again until Ctrl-C");
+    display.note("the connection is lost, trying again until Ctrl-C (" + failure->what + ")");
     Reconnection reconnection(
         signals, [&] { return handleSignal(display, signals); }, so_far.end);
     auto again = reconnection.retry<Stream>([&]() -> ClientResult<Stream> {

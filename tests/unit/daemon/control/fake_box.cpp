@@ -116,9 +116,11 @@ void FakeBox::setTraces(int count, const std::string& note) {
   const std::lock_guard lock(mutex_);
   traces_.clear();
   for (int i = 0; i < count; ++i) {
-    traces_.push_back(
-        {"trace-" + std::to_string(i), 1000U + static_cast<unsigned>(i), 5'000 + i, false, false});
-    traces_.back().note = note;
+    drivers::TraceEntry& trace = traces_.emplace_back();
+    trace.name = "trace-" + std::to_string(i);
+    trace.bytes = 1000U + static_cast<unsigned>(i);
+    trace.time_ns = 5'000 + i;
+    trace.note = note;
   }
 }
 
@@ -144,7 +146,12 @@ std::future<config::Result<T>> FakeBox::begin(std::function<config::Result<T>()>
 config::Result<std::string> FakeBox::newTrace(const std::string& label, bool open, bool depth) {
   std::string name = "trace-" + std::to_string(traces_.size());
   if (!label.empty()) name += "-" + label;
-  traces_.push_back({name, 0, 5'000 + static_cast<std::int64_t>(traces_.size()), open, depth});
+  const auto time_ns = 5'000 + static_cast<std::int64_t>(traces_.size());
+  drivers::TraceEntry& trace = traces_.emplace_back();
+  trace.name = name;
+  trace.time_ns = time_ns;
+  trace.open = open;
+  trace.depth = depth;
   return name;
 }
 
