@@ -164,13 +164,14 @@ void TraceMethods::keepTrace(const Call& call, const Caller& caller, Replies& re
 }
 
 void TraceMethods::noteTrace(const Call& call, const Caller& caller, Replies& replies) {
+  const auto note = textField(call, "text");
+  if (!note) return replies.finish(caller.connection, note.error());
   const auto name = requiredText(call, "name");
   if (!name) return replies.finish(caller.connection, name.error());
-  const auto text = requiredText(call, "text");
-  if (!text) return replies.finish(caller.connection, text.error());
   if (refused(caller, replies)) return;
-  answerWhenDone(call, caller, replies, context_.box.noteTrace(*name, *text), *name, "note",
-                 text->empty() ? "removes the note of trace" : "changes the note of trace");
+  const std::string text = note->value_or("");
+  answerWhenDone(call, caller, replies, context_.box.noteTrace(*name, text), *name, "note",
+                 text.empty() ? "removes the note of trace" : "changes the note of trace");
 }
 
 /// The event reaches the trace as every other one does, with the time at which it is logged.

@@ -67,10 +67,12 @@ TEST_F(TraceMethodsTest, NotesAreListedAndLogged) {
             ask("NoteTrace", {{"name", "trace-0"}, {"text", "good one"}}));
   EXPECT_EQ("good one", askStatus("io.hapticd.Status.ListTraces")["parameters"]["traces"][0]["note"]);
   EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("NoteTrace", {{"name", "x"}, {"text", "y"}})["error"]);
-  EXPECT_EQ(invalidParameter("text"), ask("NoteTrace", {{"name", "trace-0"}}));
+  EXPECT_EQ(invalidParameter("text"), ask("NoteTrace", {{"name", "trace-0"}, {"text", 7}}));
   EXPECT_EQ(invalidParameter("name"), ask("NoteTrace", {{"text", "y"}}));
+  ask("NoteTrace", {{"name", "trace-0"}});
+  EXPECT_EQ("", askStatus("io.hapticd.Status.ListTraces")["parameters"]["traces"][0]["note"]);
   const auto entries = logged("trace");
-  ASSERT_EQ(1U, entries.size());
+  ASSERT_EQ(2U, entries.size());
   EXPECT_EQ("note", entries[0].at("ACTION"));
 }
 
