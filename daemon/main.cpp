@@ -21,7 +21,7 @@
 namespace hapticd::daemon {
 namespace {
 
-// State of the signal handler; the flag remembers a signal that arrives before the service exists.
+// What the signal handler works on; the flag remembers a signal that arrives before the service exists.
 std::atomic<bool> stop_requested{false};
 std::atomic<Service*> service_to_signal{nullptr};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<Service*>::is_always_lock_free);
@@ -37,19 +37,20 @@ void onReloadSignal(int) {
   if (Service* const service = service_to_signal) service->requestReload();
 }
 
-/// Passes signals to `service` during its lifetime, and at once a signal to stop that arrived earlier.
-class SteeredBySignals {
+/// While it lives, signals reach `service`; a request to stop that arrived earlier is passed on at once.
+class SignalRouting {
  public:
-  explicit SteeredBySignals(Service& service) {
+  explicit SignalRouting(Service& service) {
     service_to_signal = &service;
     if (stop_requested) service.requestStop();
   }
-  ~SteeredBySignals() { service_to_signal = nullptr; }
-  SteeredBySignals(const SteeredBySignals&) = delete;
-  SteeredBySignals& operator=(const SteeredBySignals&) = delete;
+  ~SignalRouting() { service_to_signal = nullptr; }
+  SignalRouting(const SignalRouting&) = delete;
+  SignalRouting& operator=(const SignalRouting&) = delete;
 };
 
-/// Handles a signal, unless it is ignored at the start (in a background job of a script).
+/// Installs a handler. A signal that is ignored at the start, as in a background job of a script, stays
+/// ignored.
 void handle(int signal, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -58,8 +59,8 @@ void handle(int signal, void (*handler)(int)) {
   if (current.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
 }
 
-/// SIGHUP requests a reload, except in a terminal, where it means that the terminal has closed and that
-/// nobody can end the daemon any more.
+/// SIGHUP reloads the configuration. Of a daemon on a terminal it means that the terminal is gone: the daemon
+/// then stops, for nobody could press Ctrl-C any more.
 void catchSignals() {
   handle(SIGTERM, onStopSignal);
   handle(SIGINT, onStopSignal);
@@ -70,17 +71,20 @@ void catchSignals() {
 int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
   catchSignals();  // before there is a socket file that a signal could leave behind
   Service service(start, std::move(source), std::move(faults));
-  const SteeredBySignals steered(service);
+  const SignalRouting routing(service);
   return service.run();
 }
 
-/// Reads the script of faults; null if none is given.
+/// The configuration that hapticd takes where the command line names none.
+constexpr const char* kStandardConfiguration = "/etc/hapticd/hapticd.yaml";
+
+/// Null where no script is given.
 config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
                                                            const config::Settings& settings) {
   if (script.empty()) return nullptr;
   if (!settings.control.allow_fault_injection) {
     return std::unexpected(
-        config::Error{"--inject", "faults may not be injected into this box",
+        config::Error{"--inject", "the configuration does not allow fault injection",
                       "set control.allow_fault_injection to true where nobody holds the handle"});
   }
   auto faults = readFaultScript(script);
@@ -98,33 +102,40 @@ void report(const std::string& file, const StartSettings& start) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"hapticd: feels a depth camera's scene through a haptic handle"};
+  CLI::App app{"hapticd: lets a person feel the scene in front of a depth camera through a haptic handle"};
   app.footer(
-      "SIGHUP has the file read again: live parameters are applied, the others are reported.\n"
+      "On SIGHUP it reads the file again: live parameters are applied, the others are reported.\n"
       "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable or the state folder in\n"
       "use by another hapticd, 70 a part hung while it stopped, 71 a thread cannot be started,\n"
       "78 configuration.");
-  std::string file;
+  std::string file = kStandardConfiguration;
   std::string script;
   std::vector<std::string> overrides;
   bool check_only = false;
-  app.add_option("-c,--config", file, "configuration file (YAML)")->required()->type_name("FILE");
-  app.add_option("-s,--set", overrides, "set a parameter after the file is read; may be repeated")
+  CLI::Option* const config =
+      app.add_option("-c,--config", file,
+                     std::string("configuration file, YAML (default: ") + kStandardConfiguration + ")")
+          ->type_name("FILE");
+  app.add_option("-s,--set", overrides, "set a parameter after the file was read; may be repeated")
       ->type_name("NAME=VALUE")
       ->take_all()
       ->allow_extra_args(false);
   app.add_option("--inject", script,
-                 "make up the faults of a script, lines of BEGIN_S DURATION_S FAULT; needs "
+                 "simulate the faults that a script lists, one a line as BEGIN_S DURATION_S FAULT; needs "
                  "control.allow_fault_injection")
       ->type_name("FILE");
-  app.add_flag("--check", check_only, "check the configuration, say what it changes, and end");
-  app.set_version_flag("--version", std::string("hapticd ") + HAPTICD_VERSION);
+  app.add_flag("--check", check_only, "check the configuration, print what it changes, and exit");
+  app.set_version_flag("-V,--version", std::string("hapticd ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return config::endWithoutWork(app, error, EX_USAGE);
   }
 
+  if (config->count() == 0) {
+    writeToJournal({JournalEntry::Priority::info,
+                    fmt::format("takes the standard configuration {} (--config names another one)", file)});
+  }
   const auto start = startSettings(file, overrides);
   if (!start) {
     for (const config::Error& error : start.error()) {

@@ -371,6 +371,10 @@ std::future<config::Result<void>> RunningBox::keepTrace(const std::string& name,
   return trace_.keepTrace(name, keep);
 }
 
+std::future<config::Result<void>> RunningBox::noteTrace(const std::string& name, const std::string& text) {
+  return trace_.noteTrace(name, text);
+}
+
 std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
   auto promise = std::make_shared<std::promise<config::Result<SceneSnapshot>>>();
   auto future = promise->get_future();

@@ -73,6 +73,7 @@ class RunningBox final : public Box {
   std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
   std::future<config::Result<void>> deleteTrace(const std::string& name) override;
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
+  std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
   std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
   /// Records the event in the trace.
   void onEvent(const JournalEntry& entry);

@@ -192,6 +192,8 @@ class Box {
   virtual std::future<config::Result<void>> deleteTrace(const std::string& name) = 0;
   /// Marks a trace to be kept, or removes the mark. Errors: no such trace, a failure of the disk.
   virtual std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) = 0;
+  /// Writes a line of text about a trace beside it; an empty text removes it.
+  virtual std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) = 0;
   /// Copies the newest depth frame and its state. Errors: there is none yet.
   virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
 };

@@ -22,7 +22,7 @@ std::string utcNow() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
-/// The registration that a call asks for; nothing: none.
+/// The registration that a call requests; nothing if it requests none.
 Field<Registration> registrationOf(const Call& call) {
   const Json* const pose = field(call, "cameraPose");
   const Json* const residual = field(call, "residualM");

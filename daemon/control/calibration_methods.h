@@ -12,27 +12,27 @@
 
 namespace hapticd::daemon {
 
-/// What the camera's pose was at the start.
+/// The camera's pose at the start of the daemon.
 struct CalibrationAtStart {
   rt::PoseParameters configured_T_world_camera;
-  std::optional<Registration> registration;  ///< that is in use in its place
+  std::optional<Registration> registration;  ///< the registration in use instead of the configured pose
 };
 
-/// The camera's pose: what is in use, and what will be from the next start on.
+/// Methods for the camera's pose: the one in use, and the one that takes effect at the next start.
 /// Thread: control thread only; the file is written by the worker.
 class CalibrationMethods {
  public:
   CalibrationMethods(MethodContext& context, StateWorker& worker, const CalibrationAtStart& at_start);
   std::vector<Method> methods();
 
-  /// That a pose waits for the next start, and what to do.
+  /// A warning that a pose waits for the next start, with its remedy.
   std::vector<std::string> warnings() const;
 
  private:
   void getCalibration(const Call&, const Caller&, Replies&);
   void setCalibration(const Call&, const Caller&, Replies&);
   void write(const Call&, const Caller&, Replies&, const std::optional<Registration>& registration);
-  /// Takes note of what has been written.
+  /// Remembers what was written.
   Reply written(const Caller& caller, const std::optional<Registration>& registration);
 
   const rt::PoseParameters& poseOf(const std::optional<Registration>& registration) const;
@@ -41,7 +41,7 @@ class CalibrationMethods {
   MethodContext& context_;
   StateWorker& worker_;
   const CalibrationAtStart at_start_;
-  std::optional<Registration> registered_;  ///< on the disk
+  std::optional<Registration> registered_;  ///< as it is on the disk
 };
 
 }  // namespace hapticd::daemon

@@ -13,22 +13,22 @@
 
 namespace hapticd::daemon {
 
-/// org.varlink.service.InvalidParameter.
+/// The error org.varlink.service.InvalidParameter for that field.
 Reply invalidParameter(std::string_view field);
-/// An error with a text for people in its field `reason`.
+/// An error whose field `reason` holds a text for people.
 Reply failed(std::string_view error, std::string reason);
 
-/// The field of the call's parameters; null when it is absent or null, which Varlink takes for the same.
+/// A field of the call's parameters; a null pointer if it is absent or null, which Varlink treats alike.
 const Json* field(const Call& call, const char* name);
 
-/// A field that may be absent. Errors: InvalidParameter where it is of another type.
+/// A field that may be absent. Errors: InvalidParameter if it has another type.
 template <typename T>
 using Field = std::expected<std::optional<T>, Reply>;
 Field<std::string> textField(const Call& call, const char* name);
 Field<bool> flagField(const Call& call, const char* name);
-/// Errors: also more than `most` texts.
+/// A list of texts. Errors: InvalidParameter, also for more than `most` texts.
 Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most);
-/// A field that has to be there. Errors: InvalidParameter also where it is not.
+/// A required field. Errors: InvalidParameter, also if it is absent.
 std::expected<std::string, Reply> requiredText(const Call& call, const char* name);
 
 }  // namespace hapticd::daemon

@@ -11,7 +11,7 @@
 namespace hapticd::daemon {
 namespace {
 
-/// The first field that the method does not know.
+/// The first field of the call that the method does not know.
 std::optional<std::string> unknownField(const Call& call, const std::vector<std::string_view>& known) {
   for (auto given = call.parameters.begin(); given != call.parameters.end(); ++given) {
     if (std::ranges::find(known, given.key()) == known.end()) return given.key();
@@ -40,7 +40,7 @@ void ControlService::handle(const Call& call, const Caller& caller, Replies& rep
   const ConnectionId id = caller.connection;
   const auto method = std::ranges::find(methods_, call.method, &Method::name);
   if (method == methods_.end()) return replies.finish(id, unknownMethod(call.method));
-  // Nobody gets what a oneway call reads, so nothing is done for it.
+  // Nobody receives what a oneway call reads, so it is not carried out.
   if (call.oneway && method->access == Access::read) return;
   if (!mayCall(*method, caller)) return replies.finish(id, {"org.varlink.service.PermissionDenied"});
   if (call.upgrade) {

@@ -23,19 +23,19 @@
 namespace hapticd::daemon {
 
 struct ControlServiceOptions {
-  /// How long the force loop may take to take over a change before the caller is told that it has not.
+  /// How long the force loop may take to take over a change before the caller gets NotApplied.
   std::chrono::milliseconds apply_timeout{1000};
-  /// Gets an entry for each change, with the uid of who made it. May be empty.
+  /// Called with an entry for each change, which names the uid of the caller. May be empty.
   std::function<void(const JournalEntry&)> log;
   CalibrationAtStart calibration = {};
 };
 
 /// The interfaces io.hapticd.Status, io.hapticd.Control and org.varlink.service, as the .varlink files of
-/// this folder describe them: finds who answers a call, and says what is wrong with one that nobody does.
-/// Thread: control thread only.
+/// this folder describe them. It dispatches each call to its method, and answers calls of unknown methods
+/// with the fitting error. Thread: control thread only.
 class ControlService final : public CallHandler {
  public:
-  /// `box` outlives the service. Files are below its settings' state.folder.
+  /// `box` must outlive the service. Files are kept below its setting state.folder.
   ControlService(Box& box, const ControlServiceOptions& options);
   ControlService(const ControlService&) = delete;
   ControlService& operator=(const ControlService&) = delete;
@@ -50,10 +50,10 @@ class ControlService final : public CallHandler {
   }
   /// To be called with every entry of the journal, for the streams of events.
   void onEvent(const JournalEntry& entry) { events_.add(entry); }
-  /// To be called every few milliseconds: answers what has waited, and feeds the streams.
+  /// To be called every few milliseconds: sends answers that have become known, and feeds the streams.
   void periodic(Replies& replies);
 
-  /// What the status is to warn of because of what was asked for here, each with its remedy.
+  /// Warnings for the status that come from calls of this service, each with its remedy.
   std::vector<std::string> warnings() const { return calibration_.warnings(); }
   const std::vector<Method>& methods() const { return methods_; }
 

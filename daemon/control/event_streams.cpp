@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kKept = 256;
 constexpr std::size_t kShownAtTheStart = 64;
 constexpr std::size_t kMostKinds = 32;
-/// So that an event is far from the largest reply.
+/// Keeps an event far below the size of the largest reply.
 constexpr std::size_t kLongestText = 4096;
 
 const char* priorityName(JournalEntry::Priority priority) {
@@ -76,7 +76,7 @@ void EventStreams::events(const Call& call, const Caller& caller, Replies& repli
   feed(streams_.back(), replies);
 }
 
-/// The number of the oldest event to show at the start.
+/// The number of the oldest event that a new stream begins with.
 std::uint64_t EventStreams::firstFor(const Stream& stream) const {
   std::uint64_t first = count_ + 1;
   std::size_t shown = 0;

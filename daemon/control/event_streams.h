@@ -11,14 +11,13 @@
 
 namespace hapticd::daemon {
 
-/// The newest events, and the streams of Events that show them. A stream that is not read loses those that
-/// are forgotten meanwhile.
-/// Thread: control thread only.
+/// Keeps the newest events, and sends them to the streams of Events. A client that does not read its stream
+/// loses the events that are dropped meanwhile. Thread: control thread only.
 class EventStreams {
  public:
   std::vector<Method> methods();
 
-  /// An entry with a field EVENT, which names its kind, is an event.
+  /// Adds a journal entry if it is an event: events have a field EVENT, which names their kind.
   void add(const JournalEntry& entry);
   void feed(Replies& replies);
   void closed(ConnectionId connection);
@@ -33,7 +32,7 @@ class EventStreams {
   struct Stream {
     ConnectionId connection = 0;
     std::vector<std::string> kinds;  ///< empty: all
-    std::uint64_t next_number = 0;   ///< of the first event that was not sent
+    std::uint64_t next_number = 0;   ///< number of the first event that was not sent
     std::uint64_t dropped = 0;
     bool wants(const Event& event) const;
   };
@@ -41,11 +40,11 @@ class EventStreams {
   void events(const Call&, const Caller&, Replies&);
   void forgetOldest();
   std::uint64_t firstFor(const Stream& stream) const;
-  /// Sends what it takes.
+  /// Sends as many events as the connection takes.
   void feed(Stream& stream, Replies& replies) const;
 
   std::deque<Event> events_;
-  std::uint64_t count_ = 0;  ///< since the start
+  std::uint64_t count_ = 0;  ///< events since the start
   std::vector<Stream> streams_;
 };
 

@@ -10,7 +10,7 @@ extern const std::string_view kServiceInterfaceText;
 extern const std::string_view kStatusInterfaceText;
 extern const std::string_view kControlInterfaceText;
 
-/// Of the CMake project.
+/// The version of the CMake project.
 extern const std::string_view kProductVersion;
 extern const std::string_view kProductUrl;
 

@@ -10,18 +10,18 @@
 
 namespace hapticd::daemon {
 
-/// Connections whose clients have been told the last word. Each stays open until its client leaves, for a
-/// while at most, and what still comes in is thrown away: closed with unread input, or while its client is
-/// still sending, it would give that client a broken pipe instead of the last word. Thread: one.
+/// Connections that got their final reply. Each stays open for a while, until its client leaves, and further
+/// input is discarded: if it were closed with unread input, or while its client is still sending, the client
+/// would see a broken pipe instead of the final reply. Thread: one.
 class LingeringSockets {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kMost = 32;  ///< then the oldest is closed
+  static constexpr std::size_t kMost = 32;  ///< beyond that the oldest is closed
   static constexpr std::chrono::seconds kLongest{30};
 
-  /// Tells the client that nothing more comes. `id`: by which drain() knows it.
+  /// Shuts down sending to the client, and takes the socket. `id`: names it in drain().
   void add(ConnectionId id, config::Descriptor socket, Clock::time_point now);
-  /// Throws away some of what has come in; closes the socket when its client has left.
+  /// Discards some of the input; closes the socket when its client has left.
   void drain(ConnectionId id);
   void closeOld(Clock::time_point now);
 

@@ -39,7 +39,7 @@ config::Result<sockaddr_un> addressOf(const std::string& path) {
   return address;
 }
 
-/// What connect() to the address says: 0 when somebody accepts, else errno.
+/// The result of connect() to the address: 0 if somebody accepts, else errno.
 int probe(const sockaddr_un& address) {
   const config::Descriptor client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!client) return errno;
@@ -49,7 +49,7 @@ int probe(const sockaddr_un& address) {
 
 config::Result<void> removeStale(const std::string& path, const sockaddr_un& address) {
   struct stat file {};
-  if (::lstat(path.c_str(), &file) != 0) return {};  // bind() tells what is wrong, if anything is
+  if (::lstat(path.c_str(), &file) != 0) return {};  // bind() reports what is wrong, if anything is
   if (!S_ISSOCK(file.st_mode)) {
     return failure(path, "there is a file that is not a socket", "move it away or choose another path");
   }
@@ -87,8 +87,8 @@ config::Result<void> bindTo(int descriptor, const std::string& path, const socka
   }
 }
 
-/// Best effort: without the group the socket stays with the process's own, which is what an unprivileged user
-/// wants.
+/// Best effort: if the group cannot be set, the socket keeps the group of the process, which suits an
+/// unprivileged user.
 void giveToGroup(const std::string& path, const std::string& group) {
   const auto number = group.empty() ? std::nullopt : groupNamed(group);
   if (!number) return;
@@ -123,7 +123,7 @@ config::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& op
   return listener;
 }
 
-/// Empty for a socket without a file.
+/// The path of the socket; empty for a socket without a file.
 void ListeningSocket::rememberGroup(const char* path) {
   struct stat file {};
   if (::stat(path, &file) == 0) group_ = file.st_gid;
@@ -148,7 +148,7 @@ config::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& o
   listener.device_ = file.st_dev;
   listener.inode_ = file.st_ino;
 
-  // Nobody can connect before listen(), so nobody slips in before the mode is right.
+  // Nobody can connect before listen(), so nobody connects before the mode is right.
   giveToGroup(options.path, options.group);
   if (::chmod(options.path.c_str(), options.mode) != 0) {
     return failure(options.path, "cannot set the socket's mode: " + reason(errno), "");

@@ -20,19 +20,20 @@ enum class Access {
 
 struct ListenerOptions {
   Access access = Access::read;
-  std::string path;     ///< of the socket file to create
-  mode_t mode = 0660;   ///< of that file, whatever the umask
-  std::string group;    ///< of that file, if it exists and may be given; empty: the process's own
+  std::string path;    ///< path of the socket file to create
+  mode_t mode = 0660;  ///< mode of that file, regardless of the umask
+  std::string
+      group;  ///< group of that file, if the group exists and may be set; empty: the group of the process
   int descriptor = -1;  ///< an open listening socket (systemd's) to take over instead of creating one
 };
 
-/// A listening AF_UNIX stream socket. The file that it created is removed with it, unless it is by then
-/// another's.
+/// A listening AF_UNIX stream socket. Its destructor removes the socket file that it created, unless another
+/// process has replaced that file.
 class ListeningSocket {
  public:
-  /// Removes what a dead daemon left at the path. On failure a descriptor in `options` stays the caller's.
-  /// Errors: a live daemon at the path, something else than a socket at the path, no such folder, no
-  /// permission.
+  /// Opens the socket; a socket file that a dead daemon left at the path is removed. On failure a descriptor
+  /// in `options` stays the caller's. Errors: a live daemon at the path, something other than a socket at the
+  /// path, no such folder, no permission.
   static config::Result<ListeningSocket> open(const ListenerOptions& options);
 
   ListeningSocket(ListeningSocket&&) noexcept = default;
@@ -41,7 +42,7 @@ class ListeningSocket {
 
   int descriptor() const noexcept { return descriptor_.get(); }
   Access access() const noexcept { return access_; }
-  /// Of the socket file; nothing where there is none.
+  /// The group of the socket file; nothing if there is no file.
   std::optional<gid_t> group() const noexcept { return group_; }
 
  private:

@@ -10,13 +10,13 @@
 
 namespace hapticd::daemon {
 
-/// A method of an interface, and who answers it.
+/// A method of an interface, and the function that answers it.
 struct Method {
-  std::string_view name;  ///< full
+  std::string_view name;  ///< with the interface, "io.hapticd.Status.GetStatus"
   Access access = Access::read;
-  bool streams = false;                           ///< to be called with the flag "more"
-  bool shows_depth = false;                       ///< not for everybody (Caller::sees_depth)
-  std::vector<std::string_view> parameters = {};  ///< that it knows
+  bool streams = false;                           ///< whether it must be called with the flag "more"
+  bool shows_depth = false;                       ///< whether it needs Caller::sees_depth
+  std::vector<std::string_view> parameters = {};  ///< names of the parameters that it knows
   std::function<void(const Call&, const Caller&, Replies&)> answer;
 };
 

@@ -13,7 +13,7 @@
 
 namespace hapticd::daemon {
 
-/// What the methods of all themes work with.
+/// What the methods of all themes share.
 /// Thread: control thread only.
 struct MethodContext {
   Box& box;
@@ -22,18 +22,18 @@ struct MethodContext {
   PendingAnswers pending = {};
 };
 
-/// Logs a change; `fields`: of the entry, beside those that say who it was.
+/// Logs a change; `fields`: of the entry, in addition to those that identify the caller.
 void logChange(const MethodContext& context, const Caller& caller, const std::string& change,
                JournalFields fields);
 
-/// Logs each live parameter that `after` has otherwise than `before`, and returns their names. `change`:
-/// what happens to them ("sets", "profile soft sets").
+/// Logs each live parameter whose value in `after` differs from that in `before`, and returns their names.
+/// `change`: the verb of the log entry ("sets", "profile soft sets").
 std::vector<std::string> logParameters(const MethodContext& context, const Caller& caller,
                                        const std::string& change, const config::Settings& before,
                                        const config::Settings& after);
 
-/// Waits until the force loop has taken over `generation`, then gives `reply()`. After the time-out gives
-/// io.hapticd.Control.NotApplied.
+/// Waits until the force loop has taken over `generation`, then answers with `reply()`; after the time-out
+/// with io.hapticd.Control.NotApplied.
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
                                  std::move_only_function<Reply()> reply);
 

@@ -16,7 +16,7 @@ constexpr std::int64_t kLongestIntervalMs = 60'000;
 constexpr std::int64_t kDefaultIntervalMs = 200;
 constexpr std::size_t kMostFields = 256;
 
-/// Milliseconds; nothing when the call's value is not acceptable.
+/// The requested interval in milliseconds; nothing if its value is not acceptable.
 std::optional<std::int64_t> intervalOf(const Call& call) {
   const Json* interval = field(call, "intervalMs");
   if (!interval) return kDefaultIntervalMs;

@@ -12,7 +12,7 @@
 
 namespace hapticd::daemon {
 
-/// GetStatus and the streams of Monitor.
+/// The method GetStatus and the streams of Monitor.
 /// Thread: control thread only.
 class MonitorStreams {
  public:

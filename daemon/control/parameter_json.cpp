@@ -11,7 +11,7 @@
 namespace hapticd::daemon {
 namespace {
 
-/// More than that and the reply would not fit; who sends more nonsense than that learns little from the rest.
+/// The most problems that a reply lists: with more it would be too long, and they would hardly be of use.
 constexpr std::size_t kMostProblems = 100;
 
 const char* kindName(config::Kind kind) {
@@ -34,14 +34,14 @@ OrderedJson toJson(const config::Value& value) {
   return std::visit([](const auto& held) { return OrderedJson(held); }, value);
 }
 
-/// Nothing for null, objects and arrays.
+/// A JSON value as a parameter's value; nothing for null, objects and arrays.
 std::optional<config::Value> fromJson(const Json& json) {
   if (json.is_boolean()) return json.get<bool>();
   if (json.is_string()) return json.get<std::string>();
   if (json.is_number_float()) return json.get<double>();
   if (json.is_number_unsigned() &&
       json.get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
-    return json.get<double>();  // out of every range, and said so there
+    return json.get<double>();  // out of every range, and refused for that
   }
   if (json.is_number_integer()) return json.get<std::int64_t>();
   return std::nullopt;
@@ -55,7 +55,7 @@ OrderedJson problem(const std::string& name, const Json& value, const config::Er
           {"allowed", parameter ? OrderedJson(parameter->range()) : OrderedJson()}};
 }
 
-/// The value for `parameter`, or why there is none.
+/// The value for `parameter`, or the reason why it is refused.
 config::Result<config::Value> checked(const config::Parameter& parameter, const Json& json) {
   const auto value = fromJson(json);
   if (!value)
@@ -63,7 +63,7 @@ config::Result<config::Value> checked(const config::Parameter& parameter, const 
   return parameter.check(*value);
 }
 
-/// One SetParameters call while it is looked through.
+/// One call of SetParameters while it is checked.
 class Change {
  public:
   explicit Change(const config::Settings& settings) : settings_(settings) {}

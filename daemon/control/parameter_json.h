@@ -10,15 +10,15 @@
 
 namespace hapticd::daemon {
 
-/// What an error says of the parameter that is named beside it.
+/// The text of an error without the name of its parameter, which stands in a field of its own.
 std::string reasonOf(const config::Error& error);
 
-/// The type `Parameter` of io.hapticd.Status with its value in `settings`.
+/// A parameter as the type `Parameter` of io.hapticd.Status, with its value in `settings`.
 OrderedJson parameterJson(const config::Parameter& parameter, const config::Settings& settings);
 
-/// `changes` (names and values, an object) applied to `settings`, which take effect at once.
-/// Errors: a reply io.hapticd.Control.InvalidValue with all problems, or RestartRequired when it is only
-/// that.
+/// Returns `settings` with `changes` (an object of names and values of live parameters) applied.
+/// Errors: a reply io.hapticd.Control.InvalidValue with all problems, or RestartRequired if the only problem
+/// is that parameters are not live.
 std::expected<config::Settings, Reply> changedSettings(const config::Settings& settings, const Json& changes);
 
 }  // namespace hapticd::daemon

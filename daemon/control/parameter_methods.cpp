@@ -34,7 +34,7 @@ std::vector<Method> ParameterMethods::methods() {
 }
 
 void ParameterMethods::getParameters(const Call& call, const Caller& caller, Replies& replies) {
-  // More names than rows are repetitions, which nobody needs and which would make the reply arbitrarily long.
+  // More names than there are parameters must be repetitions, which would make the reply arbitrarily long.
   const auto names = textsField(call, "names", config::parameterTable().size());
   if (!names) return replies.finish(caller.connection, names.error());
   OrderedJson rows = OrderedJson::array();

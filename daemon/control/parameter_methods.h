@@ -9,7 +9,7 @@
 
 namespace hapticd::daemon {
 
-/// Parameters, engaging and disengaging.
+/// Methods for parameters, engaging and disengaging.
 /// Thread: control thread only.
 class ParameterMethods {
  public:
@@ -25,7 +25,8 @@ class ParameterMethods {
 
   void answerWhenApplied(const Call& call, const Caller& caller, Replies& replies, std::uint64_t generation,
                          std::move_only_function<Reply()> reply);
-  /// The mode at the time of the reply. `engaged`: it was asked for, so idle means that it was refused.
+  /// The mode at the time of the reply. `engaged`: the call requested force, so idle means that it was
+  /// refused.
   Reply modeReply(bool engaged);
 
   MethodContext& context_;

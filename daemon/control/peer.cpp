@@ -12,7 +12,7 @@
 namespace hapticd::daemon {
 namespace {
 
-/// socket(7), SO_PEERGROUPS: of another size than the list, the buffer is refused and the size told.
+/// Reads SO_PEERGROUPS, socket(7): the kernel refuses a buffer that is too small and reports the size needed.
 std::optional<std::vector<gid_t>> supplementaryGroupsOf(int socket) {
   std::vector<gid_t> groups(64);
   auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
@@ -33,7 +33,7 @@ std::optional<Peer> peerOf(int socket) {
   socklen_t size = sizeof credentials;
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return std::nullopt;
   Peer peer{credentials.uid, credentials.pid, {}};
-  // Without the list nobody is a member of more than the primary group: less is permitted, not more.
+  // Without the list the peer counts as a member of its primary group only: it may do less, never more.
   if (auto groups = supplementaryGroupsOf(socket)) peer.groups = std::move(*groups);
   peer.groups.push_back(credentials.gid);
   return peer;

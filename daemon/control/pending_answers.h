@@ -18,26 +18,27 @@ bool isReady(const std::future<T>& future) {
   return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-/// Calls whose answers are not known yet.
+/// The calls whose answers are not known yet.
 /// Thread: control thread only.
 class PendingAnswers {
  public:
-  /// The answer, or nothing until it is known. Asked again and again; never after it has answered.
+  /// Returns the answer, or nothing until it is known. It is called repeatedly, but not again once it
+  /// answered.
   using Poll = std::move_only_function<std::optional<Reply>()>;
 
-  /// What becomes of a Poll that nobody waits for, because the call was oneway or its client has left.
+  /// What to do with a Poll for which nobody waits, because the call was oneway or its client has left.
   enum class Unawaited {
-    forget,     ///< it only watches
-    bring_end,  ///< something is still to be done when the answer is known
+    forget,     ///< drop it: it only reads
+    bring_end,  ///< go on: something has to be done when the answer is known
   };
 
-  /// How many calls may wait; a few places are kept for those who change something.
+  /// How many calls may wait; some places are reserved for calls that change something.
   static constexpr std::size_t kMostReads = 32;
   static constexpr std::size_t kMost = 64;
-  /// What a call that must not wait is told.
+  /// The reason given to a call that is refused because too many wait.
   static constexpr const char* kFullReason =
       "too many requests wait for the disk or the camera (try again later)";
-  /// Whether another call must not wait.
+  /// Whether there is no place for another waiting call.
   bool full(Access access) const noexcept {
     return entries_.size() >= (access == Access::read ? kMostReads : kMost);
   }
@@ -58,7 +59,7 @@ class PendingAnswers {
   std::list<Entry> entries_;
 };
 
-/// Waits for `future`, then makes the reply of its value.
+/// Waits for `future`, then makes the reply from its value.
 template <typename T>
 PendingAnswers::Poll whenReady(std::future<T> future, std::move_only_function<Reply(T)> replyTo) {
   return [future = std::move(future), replyTo = std::move(replyTo)]() mutable -> std::optional<Reply> {

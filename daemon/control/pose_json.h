@@ -8,9 +8,9 @@
 
 namespace hapticd::daemon {
 
-/// The type `Pose` of both interfaces.
+/// A pose as the type `Pose` of both interfaces.
 OrderedJson poseJson(const rt::PoseParameters& pose);
-/// Nothing where `json` is not that: another field, one missing, no number.
+/// The pose in `json`; nothing if a field is missing, unknown or not a number.
 std::optional<rt::PoseParameters> poseFrom(const Json& json);
 
 }  // namespace hapticd::daemon

@@ -27,8 +27,8 @@ Reply listReply(const config::Result<std::vector<ProfileEntry>>& entries) {
   return {"", {{"profiles", std::move(profiles)}}};
 }
 
-/// "name=value, name=value" of those in `some` that `others` does not have alike; nothing for a profile that
-/// could not be read.
+/// "name=value, name=value" of the parameters in `some` whose values in `others` differ or are absent; empty
+/// for a profile that could not be read.
 std::string differences(const ProfileMethods::Loaded& some, const ProfileMethods::Loaded& others) {
   std::vector<std::string> texts;
   if (!some) return {};
@@ -155,7 +155,7 @@ void ProfileMethods::loadProfile(const Call& call, const Caller& caller, Replies
   if (!name) return replies.finish(caller.connection, name.error());
   if (refused(caller, replies)) return;
   auto loading = worker_.run([folder = folder_, name = *name] { return folder.load(name); });
-  // First for the file, then for the force loop.
+  // It waits for the file first, then for the force loop.
   auto poll = [this, caller, name = *name, loading = std::move(loading),
                applied = PendingAnswers::Poll()]() mutable -> std::optional<Reply> {
     if (applied) return applied();

@@ -13,7 +13,7 @@
 
 namespace hapticd::daemon {
 
-/// Sets of live parameters by name.
+/// Methods for profiles, which are named sets of live parameters.
 /// Thread: control thread only; files are read and written by the worker.
 class ProfileMethods {
  public:
@@ -23,7 +23,7 @@ class ProfileMethods {
   using Loaded = std::expected<std::vector<config::Assignment>, std::vector<config::Error>>;
 
  private:
-  /// What the journal says of a job that is done.
+  /// The log entry for a finished job.
   using Done = config::Result<JournalFields>;
 
   void listProfiles(const Call&, const Caller&, Replies&);
@@ -32,13 +32,13 @@ class ProfileMethods {
   void deleteProfile(const Call&, const Caller&, Replies&);
   void setBootProfile(const Call&, const Caller&, Replies&);
 
-  /// Whether the call was refused because too many wait already.
+  /// Refuses the call where too many wait already; true if it did.
   bool refused(const Caller& caller, Replies& replies);
-  /// Has `job` done, then logs `change` with the fields of both and answers with `parameters`.
+  /// Waits for `job`, then logs `change` with the fields of both and answers with `parameters`.
   void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, std::function<Done()> job,
                       const std::string& change, const JournalFields& fields,
                       const OrderedJson& parameters = OrderedJson::object());
-  /// Sets what a profile names. Returns what to wait for.
+  /// Sets the parameters of a profile. Returns the Poll that waits for the force loop.
   std::expected<PendingAnswers::Poll, Reply> apply(const Caller& caller, const std::string& name,
                                                    const Loaded& loaded);
 

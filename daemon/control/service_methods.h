@@ -11,7 +11,7 @@ namespace hapticd::daemon {
 /// The methods of org.varlink.service.
 std::vector<Method> serviceMethods();
 
-/// What a call of a method that nobody offers is answered with: its interface may be the unknown part.
+/// The error for a call of an unknown method; its interface may be what is unknown.
 Reply unknownMethod(const std::string& method);
 
 }  // namespace hapticd::daemon

@@ -17,9 +17,9 @@ namespace hapticd::daemon {
 namespace {
 
 constexpr const char* kNoFrame = "io.hapticd.Status.NoFrame";
-/// As many as are less than 64 KiB in base64.
+/// Rows in one reply: as many as take less than 64 KiB in base64.
 constexpr int kRowsAtATime = 38;
-/// Of 600 KiB each.
+/// The most streams at once; each holds a frame of 600 KiB.
 constexpr std::size_t kMostStreams = 8;
 
 OrderedJson depthModelJson(const rt::DepthModelParameters& model) {
@@ -103,8 +103,8 @@ bool SnapshotStreams::feed(Stream& stream, Replies& replies) {
 }
 
 void SnapshotStreams::closed(ConnectionId connection) {
-  // One that is being taken keeps its place until then: who calls and leaves again and again fills them all,
-  // not the box's list of what is to be done.
+  // A stream whose frame is still being taken keeps its place until the frame is there. So a client that
+  // calls and hangs up repeatedly uses up these places, but does not fill the box's queue of work.
   for (Stream& stream : streams_) {
     if (stream.connection == connection) stream.connection = kNoConnection;
   }

@@ -10,7 +10,7 @@
 
 namespace hapticd::daemon {
 
-/// The streams of GetSnapshot: a depth frame, some rows at a time.
+/// The streams of GetSnapshot, each of which sends a depth frame a few rows at a time.
 /// Thread: control thread only.
 class SnapshotStreams {
  public:
@@ -26,12 +26,12 @@ class SnapshotStreams {
   struct Stream {
     ConnectionId connection = 0;
     std::future<Taken> taking;
-    std::optional<SceneSnapshot> snapshot;  ///< once it is taken
+    std::optional<SceneSnapshot> snapshot;  ///< the frame, once it is taken
     int next_row = 0;
   };
 
   void getSnapshot(const Call&, const Caller&, Replies&);
-  /// Sends what it takes; true when the stream has ended.
+  /// Sends as much as the connection takes; true when the stream has ended.
   static bool feed(Stream& stream, Replies& replies);
 
   Box& box_;

@@ -10,15 +10,16 @@
 
 namespace hapticd::daemon {
 
-/// A choice of fields of the status, by dotted paths: "mode", "loop.rateHz".
+/// A selection of fields of the status by their paths, such as "mode" and "loop.rateHz".
 class StatusFields {
  public:
-  /// The whole status.
+  /// Selects the whole status.
   StatusFields() = default;
-  /// Errors: a reply io.hapticd.Status.UnknownField with the first path that is none.
+  /// Errors: a reply io.hapticd.Status.UnknownField with the first unknown path.
   static std::expected<StatusFields, Reply> from(std::span<const std::string> paths);
 
-  /// What is chosen of `status`, nested as there. A field of an object that is null is shown by that null.
+  /// The selected fields of `status`, nested as there. If an object is null, its fields are shown by that
+  /// null.
   OrderedJson of(const OrderedJson& status) const;
 
  private:

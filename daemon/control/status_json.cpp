@@ -11,7 +11,7 @@
 #include "daemon/control/interface_texts.h"
 #include "rt/law_table.h"
 
-// Structures are taken apart with structured bindings: a counter added to one of them does not compile here
+// Structured bindings take the structures apart, so that a field added to one of them does not compile here
 // until it is shown.
 namespace hapticd::daemon {
 namespace {
@@ -177,7 +177,7 @@ OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
           {"cpu", cpu >= 0 ? OrderedJson(cpu) : OrderedJson()}};
 }
 
-/// Version of the kernel, which does not change.
+/// The version of the kernel, which cannot change while the daemon runs.
 const std::string& kernelRelease() {
   static const std::string release = [] {
     utsname names{};

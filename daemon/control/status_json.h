@@ -7,11 +7,11 @@
 
 namespace hapticd::daemon {
 
-/// The types `Status` and `Window` of io.hapticd.Status. Field names are those of the C++ structures in
-/// camelCase.
+/// The state as the types `Status` and `Window` of io.hapticd.Status. Field names are those of the C++
+/// structures in camelCase.
 OrderedJson statusJson(const BoxStatus& status);
 OrderedJson windowJson(const TickWindow& window);
-/// The type `Tick`.
+/// A tick as the type `Tick` of io.hapticd.Status.
 OrderedJson tickJson(const rt::Tick& tick);
 
 }  // namespace hapticd::daemon

@@ -8,7 +8,7 @@
 
 namespace hapticd::daemon {
 
-/// Sums up ticks until somebody has read the sum.
+/// Summarises ticks until the summary has been read.
 /// Thread: one.
 class TickWindow {
  public:
@@ -26,7 +26,7 @@ class TickWindow {
   };
 
   WindowSummary summary_;
-  std::unique_ptr<Times> times_ = std::make_unique<Times>();  // 8 KiB, and not to be moved
+  std::unique_ptr<Times> times_ = std::make_unique<Times>();  // 8 KiB, too much to be moved
 };
 
 }  // namespace hapticd::daemon

@@ -6,14 +6,14 @@
 
 namespace hapticd::daemon {
 
-/// How much of a thread's time one kind of work may take: so much in each period. What it took beyond that is
-/// taken off the periods behind. Thread: one.
+/// Limits the time of a thread that one kind of work may take in each period. Time taken beyond the limit is
+/// deducted from the following periods. Thread: one.
 class TimeShare {
  public:
   explicit TimeShare(std::chrono::nanoseconds per_period) noexcept
       : per_period_(per_period), left_(per_period) {}
 
-  /// To be called once in a period. What was left over is not saved.
+  /// To be called once in a period. Unused time is not saved for later periods.
   void beginPeriod() noexcept { left_ = std::min(per_period_, left_ + per_period_); }
   void spend(std::chrono::nanoseconds time) noexcept { left_ -= time; }
   /// Whether more work may begin in this period.

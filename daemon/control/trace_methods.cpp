@@ -3,11 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <utility>
 
+#include "config/value_text.h"
 #include "daemon/control/call_fields.h"
 
 namespace hapticd::daemon {
@@ -17,8 +18,10 @@ using Unawaited = PendingAnswers::Unawaited;
 
 constexpr const char* kFailed = "io.hapticd.Control.TraceFailed";
 constexpr std::size_t kLongestLabel = 64;
-/// The rest would make the reply too long.
 constexpr std::size_t kMostListed = 1000;
+/// Of the traces of a list, so that the reply keeps below kMaxReplyBytes.
+constexpr std::size_t kMostListedBytes = kMaxReplyBytes - 16 * 1024;
+constexpr std::size_t kLongestMark = 200;
 
 bool isLabel(std::string_view text) {
   return text.size() <= kLongestLabel &&
@@ -26,21 +29,24 @@ bool isLabel(std::string_view text) {
              std::string_view::npos;
 }
 
+OrderedJson entryJson(const drivers::TraceEntry& entry) {
+  const auto& [name, bytes, time_ns, open, depth, kept, note, begin_ns] = entry;
+  return {{"name", name},   {"bytes", bytes}, {"timeNs", time_ns}, {"open", open},
+          {"depth", depth}, {"kept", kept},   {"note", note},      {"beginNs", begin_ns}};
+}
+
 Reply listReply(const config::Result<std::vector<drivers::TraceEntry>>& entries, const std::string& folder) {
   if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
-  const std::size_t omitted = entries->size() - std::min(entries->size(), kMostListed);
-  OrderedJson traces = OrderedJson::array();
-  for (std::size_t i = omitted; i < entries->size(); ++i) {
-    const auto& [name, bytes, time_ns, open, depth, kept, begin_ns] = (*entries)[i];
-    traces.push_back({{"name", name},
-                      {"bytes", bytes},
-                      {"timeNs", time_ns},
-                      {"open", open},
-                      {"depth", depth},
-                      {"kept", kept},
-                      {"beginNs", begin_ns}});
+  std::deque<OrderedJson> newest;
+  std::size_t length = 0;
+  for (auto entry = entries->rbegin(); entry != entries->rend() && newest.size() < kMostListed; ++entry) {
+    OrderedJson trace = entryJson(*entry);
+    length += trace.dump(-1, ' ', false, OrderedJson::error_handler_t::replace).size() + 1;
+    if (length > kMostListedBytes) break;
+    newest.push_front(std::move(trace));
   }
-  return {"", {{"traces", std::move(traces)}, {"folder", folder}, {"omitted", omitted}}};
+  const std::size_t omitted = entries->size() - newest.size();
+  return {"", {{"traces", OrderedJson(newest)}, {"folder", folder}, {"omitted", omitted}}};
 }
 
 }  // namespace
@@ -68,6 +74,14 @@ std::vector<Method> TraceMethods::methods() {
        .access = control,
        .parameters = {"name", "keep"},
        .answer = std::bind_front(&Self::keepTrace, this)},
+      {.name = "io.hapticd.Control.NoteTrace",
+       .access = control,
+       .parameters = {"name", "text"},
+       .answer = std::bind_front(&Self::noteTrace, this)},
+      {.name = "io.hapticd.Control.MarkTrace",
+       .access = control,
+       .parameters = {"text"},
+       .answer = std::bind_front(&Self::markTrace, this)},
   };
 }
 
@@ -147,6 +161,36 @@ void TraceMethods::keepTrace(const Call& call, const Caller& caller, Replies& re
   const bool mark = keep->value_or(true);
   answerWhenDone(call, caller, replies, context_.box.keepTrace(*name, mark), *name, mark ? "keep" : "unkeep",
                  mark ? "marks to be kept: trace" : "takes the mark to be kept from trace");
+}
+
+void TraceMethods::noteTrace(const Call& call, const Caller& caller, Replies& replies) {
+  const auto note = textField(call, "text");
+  if (!note) return replies.finish(caller.connection, note.error());
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
+  if (refused(caller, replies)) return;
+  const std::string text = note->value_or("");
+  answerWhenDone(call, caller, replies, context_.box.noteTrace(*name, text), *name, "note",
+                 text.empty() ? "removes the note of trace" : "changes the note of trace");
+}
+
+/// The event reaches the trace as every other one does, with the time at which it is logged.
+void TraceMethods::markTrace(const Call& call, const Caller& caller, Replies& replies) {
+  const auto text = requiredText(call, "text");
+  if (!text) return replies.finish(caller.connection, text.error());
+  if (text->empty() || text->size() > kLongestMark || config::printable(*text) != *text) {
+    return replies.finish(
+        caller.connection,
+        failed(kFailed, fmt::format("a mark takes one line of 1 to {} bytes", kLongestMark)));
+  }
+  const TraceStatus trace = context_.box.status().trace;
+  if (trace.state != TraceState::writing) {
+    return replies.finish(
+        caller.connection,
+        failed(kFailed, "there is nothing to mark: no trace is being written (hapticctl trace start)"));
+  }
+  logChange(context_, caller, "marks: " + *text, {{"EVENT", "mark"}, {"MARK", *text}, {"TRACE", trace.name}});
+  replies.finish(caller.connection, {"", {{"name", trace.name}}});
 }
 
 void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,

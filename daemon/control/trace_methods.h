@@ -10,7 +10,7 @@
 
 namespace hapticd::daemon {
 
-/// Starting, finishing, listing, keeping and deleting traces.
+/// Starting, finishing, listing, keeping, noting, marking and deleting traces.
 /// Thread: control thread only.
 class TraceMethods {
  public:
@@ -27,13 +27,15 @@ class TraceMethods {
   void dumpTrace(const Call&, const Caller&, Replies&);
   void deleteTrace(const Call&, const Caller&, Replies&);
   void keepTrace(const Call&, const Caller&, Replies&);
+  void noteTrace(const Call&, const Caller&, Replies&);
+  void markTrace(const Call&, const Caller&, Replies&);
 
-  /// Whether the call was refused because too many wait already.
+  /// Refuses the call where too many wait already; true if it did.
   bool refused(const Caller& caller, Replies& replies);
   /// Logs what was done and answers with the trace's name.
   void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
                       const char* action, const char* change);
-  /// The same for what has no answer; `name`: of the trace.
+  /// Logs what was done and answers without fields; `name`: of the trace.
   void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,
                       const std::string& name, const char* action, const char* change);
 

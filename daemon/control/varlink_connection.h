@@ -15,12 +15,12 @@
 
 namespace hapticd::daemon {
 
-/// Never used twice in the life of a server.
+/// Identifies a connection; never used twice in the life of a server.
 using ConnectionId = std::uint64_t;
-/// Of none: a reply to it goes nowhere.
+/// The id of no connection: a reply to it is discarded.
 inline constexpr ConnectionId kNoConnection = 0;
 
-/// Who is at the other end, as the kernel knows it from the moment of connecting.
+/// The client of a connection, as the kernel recorded it when it connected.
 struct Caller {
   ConnectionId connection = 0;
   Access access = Access::read;
@@ -29,9 +29,9 @@ struct Caller {
   bool sees_depth = false;  ///< may take the depth image (peer.h)
 };
 
-/// The bytes of one client: cuts what comes in into messages and keeps what could not be sent yet. Both
-/// buffers are bounded: input by kMaxCallBytes, output by one reply and the end of a stream, because the next
-/// call is looked at only when the previous reply is with the kernel. Thread: control thread only. Nothing
+/// The bytes of one client: it splits the input into messages and keeps output that could not be sent yet.
+/// Both buffers are bounded: input by kMaxCallBytes, output by one reply and the end of a stream, because the
+/// next call is read only when the kernel has taken the previous reply. Thread: control thread only. Nothing
 /// here blocks or raises SIGPIPE.
 class VarlinkConnection {
  public:
@@ -42,40 +42,40 @@ class VarlinkConnection {
 
   /// A call is being answered; the next one waits.
   bool call_open = false;
-  /// To be removed; nothing more is read or sent.
+  /// The connection is to be removed; nothing more is read or sent.
   bool dead = false;
-  /// Gets its last word; nothing more is read.
+  /// The client gets its final reply; nothing more is read.
   bool closing = false;
-  /// Its client has left; what it sent before may still count.
+  /// The client has left; calls that it sent before may still be carried out.
   bool gone = false;
-  /// Something has come in since the last receive().
+  /// There is input that receive() has not taken yet.
   bool input_waits = false;
-  /// In the server's line of those whose turn is to come.
+  /// The connection is in the server's queue of those that wait for their turn.
   bool queued = false;
-  /// The events of epoll that are waited for.
+  /// The epoll events that the server waits for.
   std::uint32_t interest = 0;
 
-  /// Whether the next call may be taken: none is open and its predecessor's reply is gone.
+  /// Whether the next call may be taken: no call is open, and the previous reply has been sent.
   bool readyForCall() const noexcept { return !dead && !closing && !call_open && outputEmpty(); }
-  /// Whether there is something to do with what has come in.
+  /// Whether there is input to process.
   bool wantsTurn() noexcept;
   bool outputEmpty() const noexcept { return outputBytes() == 0; }
-  /// What the client has not taken yet, without what the kernel holds.
+  /// The size of the output that the client has not taken yet, without what the kernel holds.
   std::size_t outputBytes() const noexcept { return output_.size() - sent_; }
-  /// The client sends no more (it may still read).
+  /// Whether the client sends no more; it may still read.
   bool inputEnded() const noexcept { return input_ended_; }
 
-  /// Takes in what there is, up to the bound. False when there was nothing.
+  /// Reads the available input, up to the bound. False if there was none.
   bool receive();
   /// The next whole message without its NUL; valid until the next receive().
   std::optional<std::string_view> takeMessage();
-  /// No whole message fits into the bound: the client does not speak the protocol.
+  /// Whether a message is longer than the bound: the client does not speak the protocol.
   bool overfull() const noexcept;
-  /// Sends what the kernel takes and keeps the rest. Marks itself dead when the client is gone.
+  /// Sends as much as the kernel takes and keeps the rest. Marks the connection dead if the client is gone.
   void send(std::string_view message);
-  /// Tries again with the rest.
+  /// Tries again to send the rest.
   void flush();
-  /// Gives the socket away; the connection is of no more use.
+  /// Gives up the socket; the connection cannot be used any more.
   config::Descriptor release() noexcept { return std::move(socket_); }
 
  private:

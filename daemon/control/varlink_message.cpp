@@ -8,7 +8,7 @@
 namespace hapticd::daemon {
 namespace {
 
-/// Refuses what the parser would accept: deep nesting and names that appear twice in one object.
+/// Refuses what the parser alone would accept: deep nesting, and names that appear twice in one object.
 class StructureCheck final : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return true; }

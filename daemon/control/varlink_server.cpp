@@ -19,14 +19,14 @@
 namespace hapticd::daemon {
 namespace {
 
-// Keys of the epoll events: these, then the listeners, then the connections and those that linger.
+// Keys of the epoll events: these, then the listeners, then the connections, including lingering ones.
 constexpr std::uint64_t kStopKey = 0;
 constexpr std::uint64_t kTimerKey = 1;
 constexpr std::uint64_t kReadsKey = 2;
 constexpr std::uint64_t kFirstListenerKey = 3;
 
 /// Kernel memory for replies that a client has not read; small, so that a slow reader of a stream gets few
-/// old states before it gets the newest.
+/// outdated states before the newest one.
 constexpr int kSendBufferBytes = 32 * 1024;
 
 config::Descriptor openReserve() {
@@ -125,7 +125,7 @@ void VarlinkServer::requestStop() noexcept {
   [[maybe_unused]] const ssize_t written = ::write(stop_.get(), &one, sizeof one);
 }
 
-/// How long epoll may wait: not at all while somebody is in line.
+/// How long epoll may wait: not at all while a connection waits for its turn.
 int VarlinkServer::patience_ms() const {
   return control_line_.empty() && (read_line_.empty() || reads_held_) ? -1 : 0;
 }
@@ -201,7 +201,7 @@ void VarlinkServer::accept(ListeningSocket& listener) {
   connections_.emplace(caller->connection, std::move(connection));
 }
 
-/// Who has connected; nothing where the kernel does not tell.
+/// The client of a new connection; nothing if the kernel does not report it.
 std::optional<Caller> VarlinkServer::callerAt(const config::Descriptor& socket,
                                               const ListeningSocket& listener) const {
   const auto peer = peerOf(socket.get());
@@ -223,7 +223,7 @@ void VarlinkServer::refuse(config::Descriptor socket, const Reply& reason) {
   linger(std::move(socket));
 }
 
-/// The client has been told its last word.
+/// Keeps a connection that got its final reply until its client has read it.
 void VarlinkServer::linger(config::Descriptor socket) {
   const ConnectionId id = next_id_++;
   if (watch(reads_, socket.get(), id, EPOLLIN, EPOLL_CTL_ADD)) {
@@ -231,7 +231,7 @@ void VarlinkServer::linger(config::Descriptor socket) {
   }
 }
 
-/// Refuses the waiting client, who would otherwise keep the listener readable and the loop spinning.
+/// Refuses the waiting client, which would otherwise keep the listener readable and the loop busy.
 void VarlinkServer::shedOne(ListeningSocket& listener) {
   reserve_.close();
   config::Descriptor refused(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
@@ -241,7 +241,7 @@ void VarlinkServer::shedOne(ListeningSocket& listener) {
   } else {
     pauseListening(true);
   }
-  refused.close();  // before the reserve takes its place again
+  refused.close();  // before the reserve is opened again in its place
   reserve_ = openReserve();
 }
 
@@ -282,16 +282,16 @@ void VarlinkServer::onEvents(VarlinkConnection& connection, std::uint32_t events
   if (events & (EPOLLHUP | EPOLLERR)) hangUp(connection);
 }
 
-/// A client that has left may have sent calls before, oneway ones above all; where they may change something
-/// they count.
+/// A client that has left may have sent calls before, above all oneway calls; they are carried out if they
+/// may change something.
 void VarlinkServer::hangUp(VarlinkConnection& connection) {
   connection.gone = true;
   connection.dead = connection.caller().access == Access::read || !connection.readyForCall();
-  // epoll would tell of it in every round.
+  // epoll would report it in every round.
   watch(epollOf(connection.caller().access), connection.descriptor(), 0, 0, EPOLL_CTL_DEL);
 }
 
-/// Lets the connection at the head of the line make its turn.
+/// Handles one call of the connection at the head of the queue.
 void VarlinkServer::serveNext(Line& line) {
   const ConnectionId id = line.front();
   line.pop_front();
@@ -317,7 +317,7 @@ void VarlinkServer::serveOneCall(VarlinkConnection& connection) {
 void VarlinkServer::answer(VarlinkConnection& connection, std::string_view message) {
   const auto call = parseCall(message);
   if (!call) return reject(connection, call.error());
-  // The replies to a oneway call find no open call and are thrown away.
+  // The replies to a oneway call find no open call and are discarded.
   connection.call_open = !call->oneway;
   handler_.handle(*call, connection.caller(), *this);
 }
@@ -349,8 +349,8 @@ bool VarlinkServer::offer(ConnectionId id, const Reply& reply) {
   return true;
 }
 
-/// Brings each connection that something happened to into a state that epoll or a line can wait for, and
-/// removes the dead.
+/// Prepares each connection that was touched for the next round: its epoll events, its place in the queue, or
+/// its removal.
 void VarlinkServer::settle() {
   for (const ConnectionId id : touched_) {
     VarlinkConnection* connection = find(id);
@@ -386,7 +386,7 @@ void VarlinkServer::standInLine(VarlinkConnection& connection) {
 
 void VarlinkServer::updateInterest(VarlinkConnection& connection) {
   if (connection.gone) return;
-  std::uint32_t events = 0;  // EPOLLHUP and EPOLLERR are always told
+  std::uint32_t events = 0;  // EPOLLHUP and EPOLLERR are always reported
   if (connection.readyForCall() && !connection.queued) events |= EPOLLIN;
   if (!connection.outputEmpty()) events |= EPOLLOUT;
   if (events == std::exchange(connection.interest, events)) return;

@@ -22,31 +22,31 @@
 
 namespace hapticd::daemon {
 
-/// Where the answers to calls go.
+/// Takes the replies to calls.
 /// Thread: control thread only.
 class Replies {
  public:
   virtual ~Replies() = default;
-  /// The last reply to the connection's open call. Ignored when there is none, because the client has left.
+  /// Sends the last reply to the open call of a connection. Ignored if the client has left.
   virtual void finish(ConnectionId connection, const Reply& reply) = 0;
-  /// One more reply of a stream. False, and nothing happens, while the client has not taken the previous one:
-  /// offer a newer one later.
+  /// Sends another reply of a stream. False, and nothing is sent, while the client has not taken the previous
+  /// one: offer a newer one later.
   virtual bool offer(ConnectionId connection, const Reply& reply) = 0;
 };
 
-/// What the server serves.
+/// What a server offers to its clients.
 /// Thread: control thread only.
 class CallHandler {
  public:
   virtual ~CallHandler() = default;
-  /// Answers at once, or keeps `caller.connection` and answers later. A `oneway` call is done when this
-  /// returns: what is answered is thrown away, and it must not be answered later.
+  /// Answers at once, or remembers `caller.connection` and answers later. A `oneway` call is finished when
+  /// this returns: its replies are discarded, and it must not be answered later.
   virtual void handle(const Call& call, const Caller& caller, Replies& replies) = 0;
-  /// The client has left; forget its open call.
+  /// The client has left; its open call is to be forgotten.
   virtual void closed(ConnectionId connection) = 0;
 };
 
-/// How many connections there may be at once.
+/// Limits on the number of simultaneous connections.
 struct ConnectionLimits {
   std::size_t all = 0;
   std::size_t per_user = 0;
@@ -57,40 +57,41 @@ std::chrono::nanoseconds threadTime();
 
 struct ServerOptions {
   std::vector<ListenerOptions> listeners;
-  /// Counted apart, so that those who only read, however many, take no place from those who may control.
+  /// Connections that only read are counted separately, so that however many there are, they take no place
+  /// from connections that may control.
   ConnectionLimits read_limits{48, 40};
   ConnectionLimits control_limits{32, 24};
-  /// Of replies that clients have not read, over all connections; beyond it streams leave replies out.
+  /// Limit of the unread replies of all connections; beyond it streams skip replies.
   std::size_t max_output_bytes = std::size_t{2} << 20;
-  /// Of the thread's time, for the connections that only read, 0..1.
+  /// The share of the thread's time for connections that only read, 0..1.
   double read_share = 0.5;
-  /// Its members may see the depth image, as may those who may control.
+  /// The group whose members may see the depth image, in addition to those who may control.
   std::optional<gid_t> view_group = std::nullopt;
-  /// What read_share is measured by.
+  /// The clock by which read_share is measured.
   std::chrono::nanoseconds (*thread_time)() = threadTime;
 };
 
-/// Varlink over Unix sockets: one epoll loop in the thread that calls run(). Nothing a client does or leaves
-/// undone blocks it. In each round come first the request to stop, the timer, new connections for control and
-/// one call of each connection for control, then one call of one connection that only reads; these take
-/// turns, and together they get a share of the thread's time. Replies keep the order of the calls. What is no
-/// call is answered io.hapticd.Status.MalformedCall and ends its connection. Who connects beyond a limit is
-/// told io.hapticd.Status.TooManyConnections and closed. On a socket for control, who is no member of its
-/// file's group may only read (peer.h). Calls that a client sent before it left are still obeyed where they
-/// may change something.
+/// A Varlink server on Unix sockets: one epoll loop in the thread that calls run(). No client can block it,
+/// whatever it does or fails to do. Each round handles first the request to stop, the timer, new connections
+/// for control and one call of each connection for control, then one call of one connection that only reads;
+/// those take turns, and together they get a share of the thread's time. Replies keep the order of the calls.
+/// A message that is not a call is answered with io.hapticd.Status.MalformedCall and ends its connection. A
+/// connection beyond a limit gets io.hapticd.Status.TooManyConnections and is closed. On a socket for control
+/// a caller who is not a member of the group of its file may only read (peer.h). Calls that a client sent
+/// before it left are still carried out if they may change something.
 class VarlinkServer final : public Replies {
  public:
-  /// Opens the sockets. `handler` outlives the server.
+  /// Opens the sockets. `handler` must outlive the server.
   /// Errors: those of ListeningSocket::open(); descriptors in `options` are then partly taken over.
   static config::Result<std::unique_ptr<VarlinkServer>> create(const ServerOptions& options,
                                                                CallHandler& handler);
   /// Closes all connections and removes the socket files that it created.
   ~VarlinkServer() override;
 
-  /// Serves until requestStop(); calls `periodic` every `period` in between.
+  /// Serves until requestStop() is called, and calls `periodic` every `period`.
   /// Thread: control thread.
   void run(std::chrono::milliseconds period, const std::function<void()>& periodic);
-  /// Ends run(), also one that has not begun yet.
+  /// Ends run(), also if it has not begun yet.
   /// Thread: any, and signal handlers.
   void requestStop() noexcept;
 
@@ -98,12 +99,12 @@ class VarlinkServer final : public Replies {
   bool offer(ConnectionId connection, const Reply& reply) override;
 
   std::size_t connections() const noexcept { return connections_.size(); }
-  /// Connections that there was no room for, since the start.
+  /// The number of connections refused because of a limit, since the start.
   std::uint64_t refused() const noexcept { return refused_; }
 
  private:
   using Periodic = std::function<void()>;
-  using Line = std::deque<ConnectionId>;  // of connections that wait for their turn
+  using Line = std::deque<ConnectionId>;  // connections that wait for their turn
 
   VarlinkServer(const ServerOptions& options, CallHandler& handler);
   config::Result<void> open();
@@ -124,7 +125,7 @@ class VarlinkServer final : public Replies {
   void linger(config::Descriptor socket);
   void shedOne(ListeningSocket& listener);
   void pauseListening(bool paused);
-  /// The error for a client that is one too many; nothing for others.
+  /// The error for a client beyond a limit; nothing for others.
   std::optional<Reply> refusalOf(const Caller& caller) const;
   std::size_t outputBytes() const;
 
@@ -146,21 +147,21 @@ class VarlinkServer final : public Replies {
   ServerOptions options_;
   CallHandler& handler_;
   std::vector<ListeningSocket> listeners_;
-  config::Descriptor epoll_;    // of what comes first, and of reads_
-  config::Descriptor reads_;    // epoll of what is for reading, and of lingering_
+  config::Descriptor epoll_;    // of what is handled first, and of reads_
+  config::Descriptor reads_;    // epoll of the connections that only read, and of lingering_
   config::Descriptor stop_;     // eventfd
   config::Descriptor timer_;    // timerfd
-  config::Descriptor reserve_;  // given up to refuse a client when descriptors run out
+  config::Descriptor reserve_;  // closed to accept and refuse a client when descriptors run out
   std::unordered_map<ConnectionId, std::unique_ptr<VarlinkConnection>> connections_;
   LingeringSockets lingering_;
   Line control_line_;
   Line read_line_;
   TimeShare read_time_;
-  std::vector<ConnectionId> touched_;  // looked at again by settle()
+  std::vector<ConnectionId> touched_;  // to be looked at by settle()
   ConnectionId next_id_;
   std::uint64_t refused_ = 0;
   bool reads_wait_ = false;  // reads_ has events
-  bool reads_held_ = false;  // until the next period, because their time is used up
+  bool reads_held_ = false;  // reads wait for the next period, because their time is used up
   bool stopping_ = false;
   bool listening_paused_ = false;
 };

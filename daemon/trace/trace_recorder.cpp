@@ -208,6 +208,10 @@ std::future<config::Result<void>> TraceRecorder::keepTrace(const std::string& na
   });
 }
 
+std::future<config::Result<void>> TraceRecorder::noteTrace(const std::string& name, const std::string& text) {
+  return lists_.run([this, name, text] { return drivers::noteTrace(folder_, name, text); });
+}
+
 TraceStatus TraceRecorder::status() const {
   Published published;
   {

@@ -74,6 +74,7 @@ class TraceRecorder {
   std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces();
   std::future<config::Result<void>> deleteTrace(const std::string& name);
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep);
+  std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text);
 
   /// The current state. Never waits for the disk; ticks that are lost while the disk stalls are counted at
   /// once.

@@ -12,9 +12,12 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <fstream>
 #include <limits>
 #include <optional>
 
+#include "config/file_content.h"
+#include "config/value_text.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_head.h"
 #include "rt/clock.h"
@@ -28,6 +31,7 @@ constexpr std::string_view kEnding = ".mcap";
 constexpr std::string_view kPartEnding = ".mcap.part";
 constexpr std::string_view kDepthEnding = ".depth";
 constexpr std::string_view kKeepEnding = ".keep";
+constexpr std::string_view kNoteEnding = ".note";
 /// Length of the time at the beginning of a name, "2026-03-04T05-06-07Z" (UTC).
 constexpr std::size_t kTimeLength = 20;
 constexpr std::size_t kLongestName = 100;
@@ -99,6 +103,7 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   if (beside) entry.bytes += bytesIn(depth);
   entry.depth = beside || hasDepthChannel(file);
   entry.kept = has(file.parent_path(), entry.name, kKeepEnding);
+  entry.note = noteOf(file);
   entry.begin_ns = beginOf(entry.name).value_or(entry.time_ns);
   return true;
 }
@@ -140,7 +145,7 @@ std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::
   std::ranges::replace_if(
       name, [](char c) { return !isNameCharacter(c); }, '-');
   const auto taken = [&folder](const std::string& candidate) {
-    return std::ranges::any_of(std::array{kEnding, kPartEnding, kDepthEnding, kKeepEnding},
+    return std::ranges::any_of(std::array{kEnding, kPartEnding, kDepthEnding, kKeepEnding, kNoteEnding},
                                [&](std::string_view ending) { return has(folder, candidate, ending); });
   };
   std::string candidate = name;
@@ -190,10 +195,23 @@ config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) 
   // the trace goes first: its depth recording alone would not be listed, but a trace without its recording
   // would be
   if (!failure) fs::remove_all(fileOf(folder, name, kDepthEnding), failure);
+  if (!failure) fs::remove(fileOf(folder, name, kNoteEnding), failure);
   if (failure) {
     return refuse(file, "cannot be deleted: " + failure.message(), "check the permissions of the folder");
   }
   return {};
+}
+
+std::string noteOf(const fs::path& trace_file) {
+  std::string name = trace_file.filename().string();
+  for (const std::string_view ending : {kPartEnding, kEnding}) {
+    if (!name.ends_with(ending)) continue;
+    name.resize(name.size() - ending.size());
+    break;
+  }
+  const auto text =
+      config::fileContent(fileOf(trace_file.parent_path(), name, kNoteEnding), {.longest = kLongestNote + 1});
+  return text ? config::printable(text->substr(0, text->find('\n'))) : "";
 }
 
 config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bool keep) {
@@ -212,6 +230,35 @@ config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bo
     ::close(descriptor);
   } else if (::unlink(mark.c_str()) != 0 && errno != ENOENT) {
     return failed();
+  }
+  return synchroniseFolder(folder);
+}
+
+config::Result<void> noteTrace(const fs::path& folder, std::string_view name, const std::string& text) {
+  if (auto named = checkName(name); !named) return named;
+  const fs::path note = fileOf(folder, name, kNoteEnding);
+  if (!has(folder, name, kEnding) && !has(folder, name, kPartEnding)) {
+    return noSuchTrace(fileOf(folder, name, kEnding));
+  }
+  if (text.size() > kLongestNote || config::printable(text) != text) {
+    return refuse(note, "cannot hold that note",
+                  fmt::format("give one line of at most {} bytes", kLongestNote));
+  }
+  const fs::path part = note.string() + ".part";
+  std::error_code failure;
+  if (text.empty()) {
+    fs::remove(note, failure);
+  } else {
+    if (std::ofstream file(part, std::ios::trunc); !(file << text << '\n').flush()) {
+      failure = std::error_code(errno, std::generic_category());
+    }
+    if (!failure) fs::rename(part, note, failure);
+  }
+  if (failure) {
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    return refuse(note, "cannot be changed: " + failure.message(),
+                  "check the space on the disk and the permissions of the folder");
   }
   return synchroniseFolder(folder);
 }

@@ -20,6 +20,7 @@ struct TraceEntry {
   bool open = false;         ///< being written, or left by a crash (".part")
   bool depth = false;        ///< has raw depth in it, or in NAME.depth next to it (older versions)
   bool kept = false;         ///< marked to be kept, by an empty file NAME.keep
+  std::string note;          ///< a line of text about it, from NAME.note; empty: there is none
   /// CLOCK_REALTIME of its beginning, in whole seconds, from its name; if the name has no time, that of its
   /// last change.
   std::int64_t begin_ns = 0;
@@ -50,12 +51,24 @@ config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& 
 /// it is fast in large folders as well.
 std::vector<std::string> openTraces(const std::filesystem::path& folder);
 
-/// Deletes a finished trace and its depth recording.
+/// The longest note of a trace, in bytes: a list of many traces has room for their notes.
+inline constexpr std::size_t kLongestNote = 200;
+
+/// The note beside a trace file, finished or not; empty: there is none.
+std::string noteOf(const std::filesystem::path& trace_file);
+
+/// Deletes a finished trace, its depth recording and its note.
 /// Errors: no such trace, it is being written, it is marked to be kept, no permission.
 config::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
 
 /// Marks a trace, finished or not, to be kept, or removes the mark. The mark survives a crash.
 /// Errors: no such trace, no permission, no space.
 config::Result<void> keepTrace(const std::filesystem::path& folder, std::string_view name, bool keep);
+
+/// Notes a line of text about a trace, finished or not, in NAME.note; it replaces an earlier note, and an
+/// empty text removes it. The note survives a crash. Errors: no such trace, a text that is too long or no
+/// printable UTF-8, no permission, no space.
+config::Result<void> noteTrace(const std::filesystem::path& folder, std::string_view name,
+                               const std::string& text);
 
 }  // namespace hapticd::drivers

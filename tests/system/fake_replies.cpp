@@ -158,10 +158,10 @@ void answerEverything(FakeDaemon& daemon) {
                 FakeAnswer{.replies = {{{"event", event}, {"droppedCount", 0}}}, .endless = true});
   daemon.answer("io.hapticd.Control.ClearFault", json{{"mode", "idle"}, {"cause", "requested"}});
   const json name{{"name", "2026-03-04T05-06-07Z"}};
-  for (const char* method : {"StartTrace", "StopTrace", "DumpTrace"}) {
+  for (const char* method : {"StartTrace", "StopTrace", "DumpTrace", "MarkTrace"}) {
     daemon.answer(std::string("io.hapticd.Control.") + method, name);
   }
-  for (const char* method : {"DeleteTrace", "KeepTrace", "DeleteProfile", "SetBootProfile"}) {
+  for (const char* method : {"DeleteTrace", "KeepTrace", "NoteTrace", "DeleteProfile", "SetBootProfile"}) {
     daemon.answer(std::string("io.hapticd.Control.") + method, json::object());
   }
   daemon.answer("io.hapticd.Status.ListTraces",

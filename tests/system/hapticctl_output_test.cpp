@@ -40,6 +40,8 @@ const std::map<std::string, Words> kArguments{{"status", {"--all"}},
                                               {"trace dump", {}},
                                               {"trace list", {}},
                                               {"trace keep", {"old"}},
+                                              {"trace note", {"old", "good"}},
+                                              {"trace mark", {"begin"}},
                                               {"trace delete", {"old"}},
                                               {"trace info", {"FOLDER/a.mcap"}},
                                               {"trace export", {"FOLDER/a.mcap", "--out", "FOLDER/b.csv"}},
@@ -48,7 +50,8 @@ const std::map<std::string, Words> kArguments{{"status", {"--all"}},
                                               {"snapshot", {}},
                                               {"register", {"--show"}},
                                               {"doctor", {}},
-                                              {"completion", {"bash"}}};
+                                              {"completion", {"bash"}},
+                                              {"help", {"trace", "list"}}};
 
 class HapticctlOutput : public testing::Test {
  protected:

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <functional>
+#include <memory>
+
 #include "tests/system/fake_daemon.h"
 #include "tests/system/fake_replies.h"
 #include "tests/system/hapticctl_home.h"
@@ -20,10 +23,26 @@ const std::vector<std::string> kAscii{"PATH=/usr/bin:/bin", "TERM=xterm", "LANG=
 
 class HapticctlWatch : public testing::Test {
  protected:
-  HapticctlWatch() : daemon(home.socket()) { answerEverything(daemon); }
+  HapticctlWatch() : daemon(std::make_unique<FakeDaemon>(home.socket())) { answerEverything(*daemon); }
+
+  /// The daemon ends, and another one takes its place, with that in its status.
+  void restart(const json& patch, const std::function<void(FakeDaemon&)>& prepare = {}) {
+    daemon.reset();
+    std::filesystem::remove(home.socket());
+    const json status = statusWith(patch);
+    auto again = std::make_unique<FakeDaemon>(home.path() / "next");
+    answerEverything(*again);
+    again->answer(
+        "io.hapticd.Status.Monitor",
+        FakeAnswer{.replies = {{{"status", status}, {"window", json::object()}, {"droppedCount", 0}}},
+                   .endless = true});
+    if (prepare) prepare(*again);
+    std::filesystem::rename(home.path() / "next", home.socket());  // only now it can be reached
+    daemon = std::move(again);
+  }
 
   HapticctlHome home;
-  FakeDaemon daemon;
+  std::unique_ptr<FakeDaemon> daemon;
 };
 
 /// The terminal is as before: the last thing that is printed leaves the other screen and shows the cursor.
@@ -68,16 +87,73 @@ TEST_F(HapticctlWatch, LeavesTheTerminalCleanOnSigterm) {
 }
 
 TEST_F(HapticctlWatch, LeavesTheTerminalCleanAndSaysSoWhenTheDaemonDies) {
-  daemon.answer(
+  daemon->answer(
       "io.hapticd.Status.Monitor",
       FakeAnswer{.replies = {{{"status", goodStatus()}, {"window", json::object()}, {"droppedCount", 0}},
                              {{"status", goodStatus()}, {"window", json::object()}, {"droppedCount", 0}}},
                  .endless = true,
                  .hangs_up = true});
   TerminalProgram watch(home.command({"watch"}), kUtf8, 24, 80);
-  EXPECT_EQ(watch.wait(), exitedWith(3));
+  ASSERT_TRUE(watch.prints("! the connection is lost, trying again until Ctrl-C"));
+  watch.press('\3');
+  EXPECT_EQ(watch.wait(), exitedWith(0));
   EXPECT_TRUE(leavesCleanly(watch.output()));
-  EXPECT_GT(watch.output().rfind("the connection was closed"), watch.output().rfind(kLeave));
+}
+
+TEST_F(HapticctlWatch, SurvivesARestartOfTheDaemonAndSaysSo) {
+  TerminalProgram watch(home.command({"watch"}), kUtf8, 24, 120);
+  ASSERT_TRUE(watch.prints("Ctrl-C ends"));
+  restart({{"mode", "idle"}});
+  ASSERT_TRUE(watch.prints("mode          idle"));
+  EXPECT_TRUE(has(watch.output(), "trying again until Ctrl-C"));
+  watch.press('\3');
+  EXPECT_EQ(watch.wait(), exitedWith(0));
+  EXPECT_TRUE(leavesCleanly(watch.output()));
+}
+
+TEST_F(HapticctlWatch, LinesGoOnAfterARestartAndStandardErrorSaysSo) {
+  Program watch(home.command({"watch"}));
+  ASSERT_TRUE(becomesTrue([&] { return has(watch.output(), "engaged"); }));
+  restart({{"mode", "idle"}});
+  ASSERT_TRUE(becomesTrue([&] { return has(watch.output(), "idle"); })) << watch.errors();
+  EXPECT_TRUE(has(watch.errors(), "hapticctl: ")) << watch.errors();
+  EXPECT_TRUE(has(watch.errors(), "the connection is lost, trying again until Ctrl-C (")) << watch.errors();
+  EXPECT_TRUE(has(watch.errors(), "hapticctl: connected to hapticd again\n")) << watch.errors();
+  watch.signal(SIGTERM);
+  EXPECT_EQ(watch.wait(), exitedWith(0));
+}
+
+TEST_F(HapticctlWatch, EventsGoOnAfterARestartWithoutRepeatingOldOnes) {
+  const auto event = [](int number, std::int64_t time_ns, const char* text) {
+    return json{{"event", {{"number", number}, {"timeNs", time_ns}, {"kind", "mode"}, {"text", text}}},
+                {"droppedCount", 0}};
+  };
+  const auto answer = [&](FakeDaemon& events, std::vector<json> replies) {
+    events.answer("io.hapticd.Status.Events", FakeAnswer{.replies = std::move(replies), .endless = true});
+  };
+  answer(*daemon, {event(1, 1000, "the first"), event(2, 2000, "the second")});
+  Program events(home.command({"events", "--follow"}));
+  ASSERT_TRUE(becomesTrue([&] { return has(events.output(), "the second"); }));
+  restart({}, [&](FakeDaemon& again) {
+    answer(again, {event(2, 2000, "the second"), event(1, 3000, "after the restart")});
+  });
+  ASSERT_TRUE(becomesTrue([&] { return has(events.output(), "after the restart"); })) << events.errors();
+  EXPECT_TRUE(has(events.errors(), "hapticctl: connected to hapticd again\n")) << events.errors();
+  const std::string output = events.output();
+  EXPECT_EQ(output.find("the second"), output.rfind("the second")) << output;
+  events.signal(SIGTERM);
+  EXPECT_EQ(events.wait(), exitedWith(0));
+}
+
+TEST_F(HapticctlWatch, TheFirstLineShowsTheNewestTickWhereNoWindowIsFullYet) {
+  const json empty{{"ticks", 0}, {"contactTicks", 0}, {"minForceN", nullptr}, {"maxForceN", nullptr}};
+  daemon->answer("io.hapticd.Status.Monitor",
+                 FakeAnswer{.replies = {{{"status", statusWith({{"tick", {{"wakeupLatencyNs", 4000}}}})},
+                                         {"window", empty},
+                                         {"droppedCount", 0}}},
+                            .endless = true});
+  const std::string line = home.run({"watch", "--count", "1"}).output;
+  EXPECT_TRUE(has(line, "contact 100 %  force 5.00..5.00 N  wake-up max 4.0 us")) << line;
 }
 
 TEST_F(HapticctlWatch, EndsWhenItsTerminalIsGone) {
@@ -124,12 +200,12 @@ TEST_F(HapticctlWatch, EndsQuietlyWhenNobodyReadsItsLines) {
 
 TEST_F(HapticctlWatch, AsksOnlyForTheFieldsThatItsLinesShow) {
   EXPECT_EQ(home.run({"watch", "--count", "1"}).ending, exitedWith(0));
-  const json fields = daemon.newestCall("io.hapticd.Status.Monitor")["fields"];
+  const json fields = daemon->newestCall("io.hapticd.Status.Monitor")["fields"];
   EXPECT_TRUE(fields.is_array() && fields.front() == "mode") << fields;
   home.run({"--json", "watch", "--count", "1"});
-  EXPECT_FALSE(daemon.newestCall("io.hapticd.Status.Monitor").contains("fields"));
+  EXPECT_FALSE(daemon->newestCall("io.hapticd.Status.Monitor").contains("fields"));
   home.run({"--json", "watch", "--count", "1", "--fields", "mode,loop.rateHz"});
-  EXPECT_EQ(daemon.newestCall("io.hapticd.Status.Monitor")["fields"], (json{"mode", "loop.rateHz"}));
+  EXPECT_EQ(daemon->newestCall("io.hapticd.Status.Monitor")["fields"], (json{"mode", "loop.rateHz"}));
 }
 
 TEST_F(HapticctlWatch, StatusHasColoursOnATerminalUnlessToldOtherwise) {

@@ -55,8 +55,85 @@ TEST_F(HapticctlWork, TraceListShowsNamesSizesAndWhatIsOpen) {
             {{{"name", "a"}, {"bytes", 12'300'000}, {"timeNs", 0}, {"open", false}, {"depth", true}},
              {{"name", "b\033"}, {"bytes", 1}, {"timeNs", 0}, {"open", true}, {"depth", false}}}}});
   const std::string output = home.run({"trace", "list"}).output;
-  EXPECT_TRUE(has(output, "12.3 MB  a, with depth\n")) << output;
-  EXPECT_TRUE(has(output, "b\\x1b, being written\n")) << output;
+  EXPECT_TRUE(output.starts_with("NAME")) << output;
+  EXPECT_TRUE(has(output, "12.3 MB  finished, with depth\n")) << output;
+  EXPECT_TRUE(has(output, "b\\x1b")) << output;
+  EXPECT_TRUE(has(output, "1 B  being written\n")) << output;
+  EXPECT_TRUE(has(output, "\n2 traces, 12.3 MB\n")) << output;
+  EXPECT_EQ(home.run({"trace", "list", "--names", "--sort", "name", "--reverse"}).output, "b\\x1b\na\n");
+  EXPECT_TRUE(
+      has(home.run({"trace", "list", "--state", "writing"}).output, "\n1 trace, 1 B of 2 traces, 12.3 MB"));
+  const Finished bad = home.run({"trace", "list", "--since", "yesterday"});
+  EXPECT_EQ(bad.ending, exitedWith(2));
+  EXPECT_TRUE(has(bad.errors, "hapticctl: --since: \"yesterday\" is no time in UTC")) << bad.errors;
+  EXPECT_TRUE(has(bad.errors, "Run 'hapticctl trace list --help' for more information.")) << bad.errors;
+}
+
+TEST_F(HapticctlWork, SeveralTracesAreDeletedOnlyWhenConfirmed) {
+  const auto trace = [](const char* name, std::int64_t begin_ns, bool open, bool kept) {
+    return json{{"name", name},   {"bytes", 1'000'000}, {"timeNs", begin_ns}, {"open", open},
+                {"depth", false}, {"kept", kept},       {"note", ""},         {"beginNs", begin_ns}};
+  };
+  constexpr std::int64_t kOld = 1'700'000'000'000'000'000;  // November 2023
+  daemon.answer("io.hapticd.Status.ListTraces",
+                json{{"folder", "/x"},
+                     {"traces",
+                      {trace("old", kOld, false, false), trace("older", kOld - 1, false, false),
+                       trace("mine", kOld, false, true), trace("now", kOld, true, false)}}});
+  const Finished refused = home.runWithInput("n\n", {"trace", "delete", "--older-than", "30d"});
+  EXPECT_EQ(refused.ending, exitedWith(1));
+  for (const char* said :
+       {"mine stays", "now stays", "2 traces, 2.0 MB", "delete them? [y/N]", "nothing was deleted"}) {
+    EXPECT_TRUE(has(refused.errors, said)) << refused.errors << " lacks " << said;
+  }
+  EXPECT_FALSE(wasCalled("Control.DeleteTrace"));
+  EXPECT_EQ(home.runWithInput("", {"trace", "delete", "old", "older"}).ending, exitedWith(1));
+  EXPECT_FALSE(wasCalled("Control.DeleteTrace"));
+
+  const Finished kept = home.run({"trace", "delete", "--yes", "old", "mine", "now", "none"});
+  EXPECT_EQ(kept.ending, exitedWith(1));
+  for (const char* said : {"mine is kept (hapticctl trace keep --undo mine)", "now is being written",
+                           "none: there is no such trace"}) {
+    EXPECT_TRUE(has(kept.errors, said)) << kept.errors << " lacks " << said;
+  }
+  EXPECT_FALSE(wasCalled("Control.DeleteTrace"));
+
+  const Finished done = home.run({"trace", "delete", "--older-than", "30d", "--yes"});
+  EXPECT_EQ(done.ending, exitedWith(0)) << done.errors;
+  EXPECT_EQ(done.output, "deleted old\ndeleted older\ndeleted 2 traces, 2.0 MB\n");
+  EXPECT_EQ(newest("Control.DeleteTrace"), (json{{"name", "older"}}));
+  EXPECT_EQ(home.runWithInput("y\n", {"trace", "delete", "old", "older"}).ending, exitedWith(0));
+  EXPECT_EQ(home.run({"trace", "delete"}).ending, exitedWith(2));
+  EXPECT_EQ(home.run({"trace", "delete", "old", "--older-than", "1d"}).ending, exitedWith(2));
+}
+
+TEST_F(HapticctlWork, NotesAndMarksAreSentAsTheyAre) {
+  EXPECT_EQ(home.run({"trace", "note", "old", "participant 7"}).output, "noted for old: participant 7\n");
+  EXPECT_EQ(newest("Control.NoteTrace"), (json{{"name", "old"}, {"text", "participant 7"}}));
+  EXPECT_EQ(home.run({"trace", "note", "old", ""}).output, "removed the note of old\n");
+  EXPECT_EQ(home.run({"trace", "mark", "trial 3"}).output, "marked 2026-03-04T05-06-07Z: trial 3\n");
+  EXPECT_EQ(newest("Control.MarkTrace"), (json{{"text", "trial 3"}}));
+}
+
+// --- parameters
+
+TEST_F(HapticctlWork, GetAndParamsTakeNamesAndGroups) {
+  json rows = json::array();
+  for (const char* name : {"camera.near_m", "force.radius_m", "force.law", "forces.x"}) {
+    rows.push_back({{"name", name}, {"value", 1}, {"unit", ""}, {"effect", "live"}, {"help", "one thing"}});
+  }
+  daemon.answer("io.hapticd.Status.GetParameters", json{{"parameters", rows}});
+  const std::string force = "force.radius_m = 1\nforce.law = 1\n";
+  EXPECT_EQ(home.run({"get", "force"}).output, force);
+  EXPECT_EQ(home.run({"get", "force."}).output, force);
+  EXPECT_EQ(home.run({"get", "force.law", "camera", "force"}).output,
+            "force.law = 1\ncamera.near_m = 1\nforce.radius_m = 1\n");
+  const std::string table = home.run({"params", "camera"}).output;
+  EXPECT_TRUE(table.starts_with("NAME")) << table;
+  EXPECT_EQ(std::ranges::count(table, '\n'), 2) << table;
+  EXPECT_EQ(json::parse(home.run({"--json", "get", "camera"}).output)["parameters"].size(), 1U);
+  home.run({"get", "force", "forc"});
+  EXPECT_EQ(newest("Status.GetParameters"), (json{{"names", {"forc"}}})) << "the daemon knows what is near";
 }
 
 TEST_F(HapticctlWork, TraceFilesAreLookedForByNameInTheFolderOfTheDaemon) {
@@ -72,7 +149,7 @@ TEST_F(HapticctlWork, TraceFilesAreLookedForByNameInTheFolderOfTheDaemon) {
 
 TEST_F(HapticctlWork, ProfilesAreSavedLoadedDeletedAndChosen) {
   EXPECT_EQ(home.run({"save", "soft"}).output, "saved soft\n");
-  EXPECT_EQ(home.run({"load", "soft"}).output, "loaded, changed:\n  force.radius_m\n");
+  EXPECT_EQ(home.run({"load", "soft"}).output, "loaded; changed:\n  force.radius_m\n");
   EXPECT_TRUE(has(home.run({"profiles"}).output, "loaded at each start\n"));
   home.run({"profiles", "--boot", "soft"});
   EXPECT_EQ(newest("Control.SetBootProfile"), (json{{"name", "soft"}}));
@@ -100,6 +177,9 @@ TEST_F(HapticctlWork, EventsShowsTheNewestOfThePast) {
   EXPECT_TRUE(has(output, "info     mode        number 4\n")) << output;
   EXPECT_TRUE(has(output, "number 5\n")) << output;
   EXPECT_EQ(newest("Status.Events"), (json{{"kinds", {"mode", "camera"}}}));
+  const Finished unknown = home.run({"events", "--kind", "mode,kamera"});
+  EXPECT_EQ(unknown.ending, exitedWith(2));
+  EXPECT_TRUE(has(unknown.errors, "kamera not in {mode,camera,")) << unknown.errors;
 }
 
 TEST_F(HapticctlWork, EventsFollowsUntilTheDaemonEndsAndSaysWhatWasLost) {
@@ -119,11 +199,17 @@ TEST(HapticctlWithoutADaemon, AMistypedCommandIsNamedWithTheOneThatWasMeant) {
   const HapticctlHome home;
   const Finished mistyped = home.run({"statsu"});
   EXPECT_EQ(mistyped.ending, exitedWith(2));
-  EXPECT_TRUE(has(mistyped.errors, "there is no command 'statsu' (did you mean status?)")) << mistyped.errors;
+  EXPECT_EQ(mistyped.errors,
+            "hapticctl: there is no command 'hapticctl statsu' (did you mean status?)\n"
+            "Run 'hapticctl --help' for more information.\n");
   const Finished below = home.run({"trace", "exprot", "a.mcap"});
   EXPECT_EQ(below.ending, exitedWith(2));
-  EXPECT_TRUE(has(below.errors, "hapticctl trace: there is no command 'exprot' (did you mean export?)"))
-      << below.errors;
+  EXPECT_EQ(below.errors,
+            "hapticctl: there is no command 'hapticctl trace exprot' (did you mean export?)\n"
+            "Run 'hapticctl trace --help' for more information.\n");
+  EXPECT_EQ(home.run({"help", "trace", "exprot"}).errors, below.errors);
+  EXPECT_EQ(home.run({"help", "trace", "list"}).output,
+            runToEnd({HAPTICCTL_PROGRAM, "trace", "list", "--help"}).output);
   EXPECT_TRUE(has(home.run({"trace"}).errors, "required"));
   EXPECT_EQ(home.run({"profiles", "--names", "--boot", "a"}).ending, exitedWith(2));
   EXPECT_TRUE(has(home.run({"trace", "info"}).errors, "TRACE is required"));
@@ -139,6 +225,23 @@ TEST_F(HapticctlWork, MetricsAnswersOneHttpRequest) {
   EXPECT_TRUE(has(got.output, "\nhapticd_loop_ticks_total 61500\n"));
   EXPECT_TRUE(got.output.ends_with("# EOF\n"));
   EXPECT_TRUE(home.runWithInput("", {"metrics", "--http"}).output.starts_with("HTTP/1.1 400 "));
+  const Finished older = home.runWithInput(
+      "GET /metrics HTTP/1.1\r\nAccept: text/plain;version=0.0.4\r\n\r\n", {"metrics", "--http"});
+  EXPECT_TRUE(has(older.output, "Content-Type: text/plain; version=0.0.4")) << older.output;
+  EXPECT_TRUE(has(older.output, "# TYPE hapticd_loop_ticks_total counter\n")) << older.output;
+}
+
+// The checker of the Debian package prometheus; tools/install-dependencies installs it.
+TEST_F(HapticctlWork, PromtoolFindsNothingToComplainAboutInTheMetrics) {
+  if (runToEnd({"/bin/sh", "-c", "command -v promtool"}).ending != exitedWith(0)) {
+    GTEST_SKIP() << "no promtool here (Debian package prometheus)";
+  }
+  const Finished metrics = home.run({"metrics", "--prometheus"});
+  ASSERT_EQ(metrics.ending, exitedWith(0)) << metrics.errors;
+  const std::string text = write("metrics", metrics.output);
+  const Finished checked = runToEnd({"/bin/sh", "-c", "promtool check metrics < '" + text + "'"});
+  EXPECT_EQ(checked.ending, exitedWith(0));
+  EXPECT_EQ(checked.output + checked.errors, "");
 }
 
 TEST(HapticctlWithoutADaemon, MetricsSaysOverHttpThatTheDaemonIsDown) {

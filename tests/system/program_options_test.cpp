@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <regex>
 #include <set>
 #include <string>
@@ -30,10 +31,11 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// What else options take, by the word that help shows; all of it is text.
-const std::set<std::string> kTexts{
-    "ADDRESS:PORT", "CHANNEL",  "CMD",     "CSV",    "DIR_OR_PGM", "FIELD ...", "FILE",
-    "FILE ...",     "FILE.svg", "FOLDER",  "FORMAT", "KIND ...",   "LABEL",     "NAME=VALUE ...",
-    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...",   "i/n"};
+const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",       "CHANNEL",  "CMD",      "CSV",
+                                   "DIR_OR_PGM",   "FIELD ...", "FILE",     "FILE ...", "FILE.svg",
+                                   "FOLDER",       "FORMAT",    "KIND ...", "LABEL",    "NAME=VALUE ...",
+                                   "NAME=VALUE",   "PATH",      "PROFILE",  "TEXT",     "TEXT ...",
+                                   "TIME",         "i/n"};
 
 struct Option {
   std::string name;
@@ -110,6 +112,35 @@ TEST(ProgramOptions, NumericOptionsTakeNumbersWithinTheirRangeOnly) {
     });
   }
   EXPECT_GT(options, 30);
+}
+
+TEST(ProgramOptions, EveryProgramSaysItsVersionAndReportsWrongUsageInTheSameForm) {
+  for (const Subject& program : kPrograms) {
+    const Finished version = runToEnd({program.path, "-V"});
+    EXPECT_EQ(version.ending, exitedWith(0)) << program.name;
+    EXPECT_TRUE(version.output.starts_with(std::string(program.name) + " ")) << version.output;
+    EXPECT_EQ(version.output, runToEnd({program.path, "--version"}).output) << program.name;
+    const Finished wrong = runToEnd({program.path, "--no-such-option"});
+    EXPECT_EQ(wrong.ending, exitedWith(program.usage_status)) << program.name;
+    const std::string name = program.name;
+    EXPECT_TRUE(wrong.errors.starts_with(name + ": ")) << wrong.errors;
+    EXPECT_TRUE(wrong.errors.ends_with("\nRun '" + name + " --help' for more information.\n"))
+        << wrong.errors;
+  }
+}
+
+TEST(ProgramOptions, TheDaemonTakesTheStandardConfigurationAndSaysSo) {
+  const std::string standard = "/etc/hapticd/hapticd.yaml";
+  const Finished checked = runToEnd({HAPTICD_PROGRAM, "--check"});
+  EXPECT_NE(checked.errors.find("hapticd: takes the standard configuration " + standard), std::string::npos)
+      << checked.errors;
+  if (std::filesystem::exists(standard)) {
+    EXPECT_NE(checked.output.find(standard + ": "), std::string::npos) << checked.output;
+  } else {
+    EXPECT_EQ(checked.ending, exitedWith(78));
+    EXPECT_NE(checked.errors.find(standard + ": cannot be read: No such file"), std::string::npos)
+        << checked.errors;
+  }
 }
 
 /// With standard output there.

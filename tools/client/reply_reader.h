@@ -9,24 +9,24 @@
 
 namespace hapticd::tools {
 
-/// The field at `path` ("loop.counters.ticks"); null when it is not there. Nothing in a reply is taken for
-/// granted: the daemon may be older or newer than this program.
+/// The field at `path` ("loop.counters.ticks"); a null pointer if it is absent. No field of a reply is taken
+/// for granted: the daemon may be older or newer than this program.
 const Json* fieldAt(const Json& json, std::string_view path);
 
-/// NaN when it is not a number.
+/// The number at `path`; NaN if there is none.
 double numberAt(const Json& json, std::string_view path);
-/// "-" when it is not a string.
+/// The string at `path`, made printable; "-" if there is none.
 std::string textAt(const Json& json, std::string_view path);
 bool flagAt(const Json& json, std::string_view path);
-/// An empty array when it is not one.
+/// The array at `path`; an empty one if there is none.
 const Json& listAt(const Json& json, std::string_view path);
 
-/// The field "name" of each that is listed at `path`, a line each.
+/// The field "name" of each object of the array at `path`, a line each.
 std::string namesText(const Json& json, std::string_view path);
 
-/// "42", or "-" when it is not a number.
+/// The number at `path` without decimals, "42"; "-" if there is none.
 std::string countAt(const Json& json, std::string_view path);
-/// Length of the vector {x, y, z}; NaN when it is none.
+/// The length of the vector {x, y, z} at `path`; NaN if there is none.
 double lengthAt(const Json& json, std::string_view path);
 
 /// A number with `digits` after the point; "-" for NaN.
@@ -34,7 +34,7 @@ std::string fixed(double value, int digits);
 /// "850 ns", "12.3 us", "4.56 ms", "1.20 s"; "-" for NaN.
 std::string duration(double nanoseconds);
 
-/// "500", "true", "paper": a parameter's value as people write it.
+/// A parameter's value as people write it: "500", "true", "surface".
 std::string valueText(const Json& value);
 
 using config::printable;

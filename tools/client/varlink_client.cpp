@@ -22,10 +22,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Four times what the daemon ever sends.
+/// Four times the longest reply of the daemon.
 constexpr std::size_t kMaxReplyBytes = 1024 * 1024;
 
-/// The group that may use the socket, as far as it can be seen from outside.
+/// The group of the socket file; haptic if it cannot be read.
 std::string groupOf(const std::string& path) {
   struct stat file {};
   if (::stat(path.c_str(), &file) != 0) return "haptic";
@@ -129,7 +129,7 @@ ClientResult<void> VarlinkClient::send(const Json& call) {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const int error = errno;
-      // Whoever closes a connection may have said why before.
+      // a service that closes the connection may have sent the reason before
       if (takeWhatHasCome()) return {};
       return std::unexpected(broken(fmt::format("the call was not taken: {}", std::strerror(error))));
     }
@@ -138,7 +138,7 @@ ClientResult<void> VarlinkClient::send(const Json& call) {
   return {};
 }
 
-/// True when there is something that next() can give.
+/// Reads what has arrived; true if there is something for next().
 bool VarlinkClient::takeWhatHasCome() {
   std::array<char, 4096> chunk;
   const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT);

@@ -14,22 +14,22 @@ using Json = nlohmann::ordered_json;
 /// Why there is no result.
 struct ClientError {
   enum class Kind {
-    no_connection,  ///< nobody there, no permission, or no sense in the answer
-    no_answer,      ///< none within the limit; the connection is as it was
+    no_connection,  ///< nobody there, no permission, or a reply that is not Varlink
+    no_answer,      ///< no reply within the limit; the connection is still usable
     error_reply,    ///< the service answered with an error
     interrupted,    ///< the interrupt descriptor became readable
   };
   Kind kind = Kind::no_connection;
-  std::string what;    ///< for people; of an error reply, the error's name
-  std::string remedy;  ///< what to do about it; may be empty. Of an error reply: what it means for this call
-  Json parameters;     ///< of an error reply
-  int system_error = 0;  ///< errno of a connection that could not be made
+  std::string what;      ///< for people; the name of an error reply
+  std::string remedy;    ///< what to do about it; may be empty
+  Json parameters;       ///< the parameters of an error reply
+  int system_error = 0;  ///< errno of a failed connect()
 };
 
 template <typename T>
 using ClientResult = std::expected<T, ClientError>;
 
-/// One connection to a Varlink service. Every wait has an end.
+/// A connection to a Varlink service. Every wait has a time limit.
 /// Thread: one at a time.
 class VarlinkClient {
  public:
@@ -41,17 +41,17 @@ class VarlinkClient {
   VarlinkClient& operator=(VarlinkClient&&) = delete;
   ~VarlinkClient();
 
-  /// The reply's parameters.
+  /// Calls a method and returns the parameters of the reply.
   ClientResult<Json> call(const std::string& method, const Json& parameters = Json::object(),
                           std::chrono::milliseconds limit = kTimeLimit);
 
-  /// Begins a stream of replies; next() takes them. There is no way back but to drop the client.
+  /// Begins a stream of replies, which next() returns. The connection cannot be used for other calls then.
   ClientResult<void> subscribe(const std::string& method, const Json& parameters);
-  /// The next reply's parameters, waited for at most `limit`.
+  /// Waits at most `limit` for the next reply and returns its parameters.
   ClientResult<Json> next(std::chrono::milliseconds limit);
-  /// Whether the reply that next() gave last promised another one.
+  /// Whether another reply follows the last one that next() returned.
   bool promisesMore() const noexcept { return promises_more_; }
-  /// Makes next() give up when `descriptor` becomes readable.
+  /// Makes next() return `interrupted` when `descriptor` becomes readable.
   void interruptBy(int descriptor) noexcept { interrupt_ = descriptor; }
 
  private:

@@ -172,7 +172,7 @@ int run(int argc, char** argv) {
       ->check(within(0.001, 1e6));
   addHand(app, options);
   addImpairments(app, options.bridge.impairments);
-  app.set_version_flag("--version", std::string("haptic-bridge ") + HAPTICD_VERSION);
+  app.set_version_flag("-V,--version", std::string("haptic-bridge ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -221,7 +221,7 @@ int run(int argc, char** argv) {
       ->type_name("MS")
       ->check(within(0.0, 1000.0));
   app.add_flag("--full-model", options.full_model, "model whole frames, not only the HIP's reach");
-  app.set_version_flag("--version", std::string("haptic-replay ") + HAPTICD_VERSION);
+  app.set_version_flag("-V,--version", std::string("haptic-replay ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -57,7 +57,7 @@ int run(int argc, char** argv) {
   CLI::App app{
       "hapticbench: hapticd's core measured beside other ways to do the same, speed and error together"};
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("hapticbench ") + HAPTICD_VERSION);
+  app.set_version_flag("-V,--version", std::string("hapticbench ") + HAPTICD_VERSION);
   SpeedOptions options;
   int cpu = -1;
   std::string recordings = defaultRecordings();

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 #include "config/settings.h"
+#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 
 namespace hapticd::tools {
@@ -32,6 +34,13 @@ ClientResult<Json> callOnce(const CommandOptions& options, const Call& call) {
   auto client = connectTo(options, call.may_change);
   if (!client) return std::unexpected(client.error());
   return client->call(call.method, call.parameters, call.limit);
+}
+
+double nominalRate_hz(const CommandOptions& options) {
+  const auto reply = callOnce(options, {"io.hapticd.Status.GetParameters", {{"names", {"loop.rate_hz"}}}});
+  const Json rows = reply ? listAt(*reply, "parameters") : Json::array();
+  const bool is_it = rows.size() == 1 && textAt(rows.front(), "name") == "loop.rate_hz";
+  return is_it ? numberAt(rows.front(), "value") : std::nan("");
 }
 
 void printJson(const Json& document) {

@@ -9,10 +9,10 @@
 
 namespace hapticd::tools {
 
-/// What holds for every command.
+/// The options that hold for every command.
 struct CommandOptions {
   bool json = false;
-  std::string socket;          ///< empty: the environment's, else the default ones
+  std::string socket;          ///< empty: the one of the environment, else the default ones
   std::string color = "auto";  ///< auto, always, never
 };
 
@@ -20,17 +20,21 @@ struct CommandOptions {
 struct Call {
   std::string method;  ///< with its interface
   Json parameters = Json::object();
-  /// It changes something or waits for the disk, for which only the control socket serves.
+  /// It changes something or waits for the disk, which only the control socket offers.
   bool may_change = false;
   std::chrono::milliseconds limit = VarlinkClient::kTimeLimit;
 };
 
-/// The default control socket, and the status socket where that one will not do.
-/// `may_change`: the command changes something, for which only the control socket serves.
+/// Connects to the socket that is named, or to the default control socket, or, where that does not open and a
+/// command only reads, to the status socket. `may_change`: the command changes something, which only the
+/// control socket offers.
 ClientResult<VarlinkClient> connectTo(const CommandOptions& options, bool may_change);
 
 /// The reply's parameters.
 ClientResult<Json> callOnce(const CommandOptions& options, const Call& call);
+
+/// The rate that the force loop is to have, the parameter loop.rate_hz; NaN where the daemon does not say.
+double nominalRate_hz(const CommandOptions& options);
 
 /// A document as `--json` shows it.
 void printJson(const Json& document);

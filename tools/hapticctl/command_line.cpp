@@ -16,35 +16,43 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kFooter =
+    "Times are in UTC, as in the names of traces. On a terminal tables are fitted to its width; piped into "
+    "a\n"
+    "file or a program they are whole.\n"
     "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no connection to the daemon.\n"
-    "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control, for commands that only "
-    "read\n"
-    "also /run/hapticd/io.hapticd.Status.\n";
+    "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control; commands that only read\n"
+    "also try /run/hapticd/io.hapticd.Status.\n";
 
-/// "hapticctl: there is no command 'statsu' (did you mean status?)" and where to look them up; empty where
-/// something else is missing than a command.
-std::string unknownCommandText(const CLI::App& app) {
+/// Reports a word that stands where a command was expected; false where the command line lacks something
+/// else.
+bool reportUnknownCommand(const CLI::App& app) {
   const std::vector<std::string> words = app.remaining(true);
   const auto word =
       std::ranges::find_if(words, [](const std::string& text) { return !text.starts_with('-'); });
   const CLI::App* group = &app;
   while (!group->get_subcommands().empty()) group = group->get_subcommands().front();
-  std::vector<std::string_view> names;
-  for (const CLI::App* command : group->get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(command->get_name());
-  }
-  if (word == words.end() || names.empty()) return {};
-  const std::string meant = config::didYouMean(*word, names);
-  const std::string path = group == &app ? "hapticctl" : "hapticctl " + group->get_name();
-  return fmt::format("{}: there is no command '{}'{}\nRun '{} --help' for all commands.\n", path,
-                     printable(*word), meant.empty() ? "" : " (" + meant + ")", path);
+  const bool has_commands = !group->get_subcommands([](const CLI::App*) { return true; }).empty();
+  if (word == words.end() || !has_commands) return false;
+  const std::string path = config::commandPath(app);
+  config::printUsageError(path, unknownCommand(*group, path, *word));
+  return true;
 }
 
 }  // namespace
 
+std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word) {
+  std::vector<std::string_view> names;
+  for (const CLI::App* command : group.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  const std::string meant = config::didYouMean(word, names);
+  return fmt::format("there is no command '{} {}'{}", path, printable(word),
+                     meant.empty() ? "" : " (" + meant + ")");
+}
+
 CommandLine::CommandLine() : app_("Queries and tunes a running hapticd", "hapticctl") {
-  app_.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
-  app_.add_flag("--json", options_.json, "Print what the daemon answered, as JSON");
+  app_.set_version_flag("-V,--version", "hapticctl " HAPTICD_VERSION);
+  app_.add_flag("--json", options_.json, "Print the daemon's reply as JSON");
   app_.add_option("--socket", options_.socket, "Socket of the daemon")->type_name("PATH");
   app_.add_option("--color", options_.color,
                   "Colours: auto (on a terminal, unless NO_COLOR is set), always or never")
@@ -77,10 +85,7 @@ int CommandLine::run(int argc, char** argv) {
   try {
     app_.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
-    const std::string text = unknownCommandText(app_);
-    if (text.empty()) return config::endWithoutWork(app_, error, kUsage);
-    fmt::print(stderr, "{}", text);
-    return kUsage;
+    return reportUnknownCommand(app_) ? kUsage : config::endWithoutWork(app_, error, kUsage);
   } catch (const CLI::ParseError& error) {
     return config::endWithoutWork(app_, error, kUsage);
   }
@@ -93,7 +98,7 @@ void addForce(CLI::App& command, IfExists& if_exists) {
 }
 
 CLI::Option* addNames(CLI::App& command, bool& names_only) {
-  return command.add_flag("--names", names_only, "Print the names only, one a line");
+  return command.add_flag("--names", names_only, "Print only the names, one a line");
 }
 
 }  // namespace hapticd::tools

@@ -10,28 +10,28 @@
 
 namespace hapticd::tools {
 
-/// What a subcommand does; returns the exit code.
+/// The work of a command; returns the exit code.
 using Action = std::function<int()>;
 
-/// What hapticctl can be asked for on the command line.
+/// The command line of hapticctl: its commands, and the options that hold for all of them.
 class CommandLine {
  public:
   CommandLine();
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// A subcommand of hapticctl.
+  /// Adds a command of hapticctl.
   CLI::App& add(const std::string& name, const std::string& help, Action action);
-  /// A subcommand that only has subcommands of its own.
+  /// Adds a command that only holds commands of its own.
   CLI::App& addGroup(const std::string& name, const std::string& help);
-  /// A subcommand of a group.
+  /// Adds a command of a group.
   CLI::App& add(CLI::App& group, const std::string& name, const std::string& help, Action action);
 
-  /// Valid while the command line lives; filled in by run().
+  /// The options of all commands, filled in by run(); the reference is valid while the command line lives.
   const CommandOptions& options() const { return options_; }
   const CLI::App& app() const { return app_; }
 
-  /// Parses the arguments and does what they say; returns the exit code.
+  /// Parses the arguments and runs the action of the command; returns the exit code.
   int run(int argc, char** argv);
 
  private:
@@ -40,13 +40,17 @@ class CommandLine {
   Action action_;
 };
 
-/// --force, for a subcommand that writes files.
+/// "there is no command 'hapticctl statsu' (did you mean status?)". group: where the command was looked for;
+/// path: the name of the group with those around it.
+std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word);
+
+/// Adds --force to a command that writes files.
 void addForce(CLI::App& command, IfExists& if_exists);
 
-/// --names, for a subcommand that lists what has names.
+/// Adds --names to a command that lists things with names.
 CLI::Option* addNames(CLI::App& command, bool& names_only);
 
-// Each theme's subcommands, with their options and what they do.
+// Each function adds the commands of one theme, with their options and actions.
 void addStateCommands(CommandLine& line);      ///< status, watch, events, metrics, version
 void addControlCommands(CommandLine& line);    ///< get, set, params, engage, disengage, clear-fault
 void addProfileCommands(CommandLine& line);    ///< save, load, profiles
@@ -55,5 +59,6 @@ void addSnapshotCommand(CommandLine& line);    ///< snapshot
 void addRegisterCommand(CommandLine& line);    ///< register
 void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion
+void addHelpCommand(CommandLine& line);        ///< help
 
 }  // namespace hapticd::tools

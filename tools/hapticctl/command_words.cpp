@@ -26,6 +26,7 @@ Takes takenBy(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   std::vector<std::string> words = wordsIn(type);
   if (!words.empty()) return {Kind::words, std::move(words)};
+  if (type == "COMMAND") return {Kind::words, {}};  // filled in by commandWordsOf()
   if (type == "PARAMETER") return {Kind::parameters, {}};
   if (type == "PARAMETER=VALUE") return {Kind::assignments, {}};
   if (type == "PROFILE") return {Kind::profiles, {}};
@@ -35,7 +36,7 @@ Takes takenBy(const CLI::Option& option) {
   return {file ? Kind::files : Kind::anything, {}};
 }
 
-/// Shells show a help beside a word: it is broken into lines for people only.
+/// Shells show a help in one line beside the word.
 std::string inOneLine(std::string help) {
   std::ranges::replace(help, '\n', ' ');
   return help;
@@ -45,7 +46,7 @@ void addWords(const CLI::App& app, const std::string& path, std::vector<CommandW
   CommandWords own{path, inOneLine(app.get_description()), {}, {}, {}};
   for (const CLI::Option* option : app.get_options({})) {
     const Takes takes = takenBy(*option);
-    if (option->get_positional()) own.argument = takes;
+    if (option->get_positional() && own.argument.kind == Takes::Kind::nothing) own.argument = takes;
     for (const std::string& name : option->get_lnames()) {
       own.options.push_back({"--" + name, inOneLine(option->get_description()), takes});
     }
@@ -66,6 +67,10 @@ void addWords(const CLI::App& app, const std::string& path, std::vector<CommandW
 std::vector<CommandWords> commandWordsOf(const CLI::App& app) {
   std::vector<CommandWords> all;
   addWords(app, "", all);
+  for (CommandWords& command : all) {
+    const bool takes_command = command.argument.kind == Takes::Kind::words && command.argument.words.empty();
+    if (takes_command) command.argument.words = all.front().subcommands;
+  }
   return all;
 }
 

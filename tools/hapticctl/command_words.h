@@ -7,7 +7,8 @@
 
 namespace hapticd::tools {
 
-/// What a shell can offer for an option's value or an argument. Profiles and traces are those of the daemon.
+/// What a shell can offer for the value of an option or for an argument. Profiles and traces are those of the
+/// daemon.
 struct Takes {
   enum class Kind {
     nothing,
@@ -25,7 +26,7 @@ struct Takes {
 };
 
 struct OptionWord {
-  std::string name;  ///< "--interval" or "-n"
+  std::string name;  ///< such as "--interval" or "-n"
   std::string help;
   Takes takes;
 };
@@ -35,11 +36,11 @@ struct CommandWords {
   std::string path;  ///< "trace start"; empty for the program
   std::string help;
   std::vector<std::string> subcommands;
-  std::vector<OptionWord> options;  ///< its own
-  Takes argument;
+  std::vector<OptionWord> options;  ///< without those of the commands around it
+  Takes argument;                   ///< the first one
 };
 
-/// The program and all that is below it, each before what it holds.
+/// The program and all its commands, each group before its commands.
 std::vector<CommandWords> commandWordsOf(const CLI::App& app);
 
 }  // namespace hapticd::tools

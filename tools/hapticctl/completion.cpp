@@ -21,7 +21,7 @@ using Commands = std::vector<CommandWords>;
 
 // --- parameters
 
-/// Names separated by blanks, with `suffix` behind each.
+/// The names of parameters, separated by blanks, each with `suffix`.
 std::string parameterNames(bool live_only, std::string_view suffix) {
   std::string names;
   for (const config::Parameter& parameter : config::parameterTable()) {
@@ -36,7 +36,7 @@ std::vector<std::string> wordsOf(const config::Parameter& parameter) {
   return {parameter.choices.begin(), parameter.choices.end()};
 }
 
-/// For each live parameter that takes words, `line` with its name and them.
+/// `line` for each live parameter that takes words, with its name and its words.
 std::string choiceLines(const char* line) {
   std::string lines;
   for (const config::Parameter& parameter : config::parameterTable()) {
@@ -50,7 +50,7 @@ std::string choiceLines(const char* line) {
 
 // --- commands
 
-/// What each option takes, by its name; no two commands mean different things by one name.
+/// What each option takes, by its name; options of the same name take the same in all commands.
 std::map<std::string, Takes> valueOptions(const Commands& commands) {
   std::map<std::string, Takes> options;
   for (const CommandWords& command : commands) {
@@ -61,7 +61,7 @@ std::map<std::string, Takes> valueOptions(const Commands& commands) {
   return options;
 }
 
-/// "--interval|--count", of the options that take such a value.
+/// The options that take such a value, as a shell pattern: "--interval|--count".
 std::string optionPattern(const Commands& commands, bool (*chosen)(Kind)) {
   std::vector<std::string> names;
   for (const auto& [name, takes] : valueOptions(commands)) {
@@ -80,7 +80,7 @@ bool isValue(Kind kind) {
   return kind != Kind::nothing;
 }
 
-/// In single quotes of a shell.
+/// Quotes a text for a shell, in single quotes.
 std::string quoted(std::string text) {
   for (std::size_t place = 0; (place = text.find('\'', place)) != std::string::npos; place += 4) {
     text.replace(place, 1, "'\\''");
@@ -98,7 +98,7 @@ std::string below(const CommandWords& command, const std::string& name) {
 
 // --- bash
 
-/// Lines of a `case` over the command, with `words` of each.
+/// Lines of a shell's `case` over the command, with the words of each.
 template <typename Words>
 std::string bashCases(const Commands& commands, Words words) {
   std::string lines;
@@ -170,7 +170,7 @@ _hapticctl_values() {{
 {values}    *) ;;
   esac
 }}
-# What the daemon has of that; knows the socket from the caller.
+# The names that the daemon has; the caller sets the socket.
 _hapticctl_names() {{
   hapticctl "${{socket[@]}}" "$@" --names 2>/dev/null
 }}
@@ -237,7 +237,7 @@ std::string bashScript(const Commands& commands) {
 
 // --- zsh
 
-/// "'name:help'", with the colons of the help escaped.
+/// A word with its help for zsh: "'name:help'", with the colons of the help escaped.
 std::string zshWord(const std::string& name, std::string help) {
   for (std::size_t place = 0; (place = help.find(':', place)) != std::string::npos; place += 2) {
     help.insert(place, "\\");
@@ -300,7 +300,7 @@ std::string zshOptionWords(const Commands& commands) {
   return lines;
 }
 
-/// "':status'|'trace:start'": a command and what may follow it.
+/// The steps from a command to a command below it, as a pattern: "':status'|'trace:start'".
 std::string zshSteps(const Commands& commands) {
   std::vector<std::string> steps;
   for (const CommandWords& command : commands) {
@@ -317,7 +317,7 @@ _hapticctl_assignments() {{
 {values}    (*) compadd -S '' -- {assignments} ;;
   esac
 }}
-# What the daemon has of that; knows the socket from the caller.
+# The names that the daemon has; the caller sets the socket.
 _hapticctl_names() {{
   compadd -- ${{(f)"$(hapticctl $socket "$@" --names 2>/dev/null)"}}
 }}
@@ -351,7 +351,7 @@ _hapticctl() {{
   case "$command" in
 {arguments}  esac
 }}
-# zsh calls the file itself, as a function, when it finds it in fpath
+# zsh calls this file as a function when it finds it in fpath
 if [[ "${{funcstack[1]}}" == _hapticctl ]]; then
   _hapticctl "$@"
 elif (( $+functions[compdef] )); then
@@ -372,7 +372,7 @@ std::string zshScript(const Commands& commands) {
 
 // --- fish
 
-/// When fish is to offer what belongs to a command: each word of its path has been typed.
+/// The condition under which fish offers the words of a command: each word of its path has been typed.
 std::string fishCondition(const CommandWords& command) {
   if (command.path.empty()) return "";
   std::string condition = "__fish_seen_subcommand_from " + command.path;
@@ -458,7 +458,7 @@ std::string fishSubcommands(const Commands& commands, const CommandWords& comman
 std::string fishScript(const Commands& commands) {
   std::string script =
       "# fish completion of hapticctl. Load it with: hapticctl completion fish | source\n"
-      "# What the daemon has of that, at the socket of the command line.\n"
+      "# The names that the daemon has, at the socket of the command line.\n"
       "function __hapticctl_names\n"
       "  set -l typed (commandline -opc)\n"
       "  set -l socket\n"

@@ -9,10 +9,13 @@
 #include <memory>
 
 #include "config/parameter_table.h"
+#include "config/program.h"
 #include "config/value_text.h"
 #include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/parameter_text.h"
 #include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -20,7 +23,7 @@ namespace {
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
 int usageError(const std::string& text) {
-  fmt::print(stderr, "hapticctl: {}\nRun 'hapticctl set --help' for more.\n", text);
+  config::printUsageError("hapticctl set", text);
   return kUsage;
 }
 
@@ -46,11 +49,11 @@ bool reads(const std::string& text, T& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// `text` as the JSON type that the parameter takes. What does not read as that goes as text: the daemon
-/// refuses it and says what is allowed.
+/// `text` as a JSON value of the type that the parameter has. A text that cannot be read as that type is sent
+/// as it is: the daemon refuses it and says what is allowed.
 Json typedValue(const std::string& name, const std::string& text) {
   const config::Parameter* parameter = config::findParameter(name);
-  // The daemon may know parameters that this program does not; for those the form of the text decides.
+  // A newer daemon has parameters that this program does not know; the form of the text decides their type.
   const auto mayBe = [&](config::Kind kind) { return !parameter || parameter->kind == kind; };
   std::int64_t integer = 0;
   double number = 0;
@@ -70,8 +73,8 @@ ClientResult<Json> getRows(VarlinkClient& client, const Assignments& assignments
   const Json rows = listAt(*reply, "parameters");
   if (rows.size() == assignments.size()) return rows;
   return std::unexpected(ClientError{ClientError::Kind::no_connection,
-                                     "the answer does not fit the question",
-                                     "is hapticd of another version than hapticctl? See --version",
+                                     "the reply does not fit the call",
+                                     "is hapticd of another version than hapticctl? See 'hapticctl version'",
                                      {},
                                      0});
 }
@@ -108,7 +111,7 @@ int runSet(const CommandOptions& options, const std::vector<std::string>& texts)
   const auto before = getRows(*client, *assignments);
   if (!before && !isUnknownParameter(before.error())) return report(before.error(), options.json);
 
-  // Unknown names are sent too: the refusal then lists all that is wrong, not the names alone.
+  // Unknown names are sent too, so that the refusal lists everything that is wrong, not only the names.
   Json values = Json::object();
   for (const auto& [name, text] : *assignments) values[name] = typedValue(name, text);
   const auto reply = client->call("io.hapticd.Control.SetParameters", {{"parameters", values}});
@@ -121,18 +124,50 @@ int runSet(const CommandOptions& options, const std::vector<std::string>& texts)
   return kOk;
 }
 
-std::string parameterLines(const Json& reply) {
+std::string parameterLines(const Json& parameters) {
   std::string lines;
-  for (const Json& parameter : listAt(reply, "parameters")) lines += parameterLine(parameter) + "\n";
+  for (const Json& parameter : parameters) lines += parameterLine(parameter) + "\n";
   return lines;
+}
+
+/// The rows of the parameters that the words name, by their names or by their groups. The daemon is asked
+/// about words that name nothing: its refusal lists the names that are near.
+ClientResult<Json> rowsNamed(const CommandOptions& options, const std::vector<std::string>& words) {
+  auto client = connectTo(options, false);
+  if (!client) return std::unexpected(client.error());
+  auto all = client->call("io.hapticd.Status.GetParameters");
+  if (!all) return all;
+  auto named = parametersNamed(words, listAt(*all, "parameters"));
+  if (named) return std::move(*named);
+  const auto refused = client->call("io.hapticd.Status.GetParameters", {{"names", Json(named.error())}});
+  if (!refused) return std::unexpected(refused.error());
+  return listAt(*refused, "parameters");
+}
+
+int showParameters(const CommandOptions& options, const std::vector<std::string>& words,
+                   const std::function<std::string(const Json& parameters)>& text) {
+  const auto parameters = rowsNamed(options, words);
+  if (!parameters) return report(parameters.error(), options.json);
+  if (options.json) {
+    printJson({{"parameters", *parameters}});
+  } else {
+    fmt::print("{}", text(*parameters));
+  }
+  return kOk;
+}
+
+/// Adds the argument that names parameters.
+void addParameterWords(CLI::App& command, std::vector<std::string>& words) {
+  command.add_option("NAME", words, "Names of parameters, or of groups of them such as force; none: all")
+      ->type_name("PARAMETER");
 }
 
 std::string modeLine(const Json& reply) {
   return modeText(reply) + "\n";
 }
 
-/// A mode in which there will be no force until a person has done something is no success.
-bool comesToForce(const Json& reply) {
+/// Whether force comes without anything more done by a person; otherwise engaging did not succeed.
+bool bringsForce(const Json& reply) {
   const std::string mode = textAt(reply, "mode");
   return mode == "engaged" || mode == "holding";
 }
@@ -141,7 +176,7 @@ int runEngage(const CommandOptions& options, bool inside) {
   const Json parameters = inside ? Json{{"insideSurface", true}} : Json::object();
   const auto reply = callOnce(options, {"io.hapticd.Control.Engage", parameters, true});
   if (!reply) return report(reply.error(), options.json);
-  if (!options.json && !comesToForce(*reply)) {
+  if (!options.json && !bringsForce(*reply)) {
     return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status says what to do"},
                   false);
   }
@@ -149,44 +184,41 @@ int runEngage(const CommandOptions& options, bool inside) {
     printJson(*reply);
   } else {
     fmt::print("{}{}", modeLine(*reply),
-               flagAt(*reply, "already") ? "it was before; nothing has changed\n" : "");
+               flagAt(*reply, "already") ? "it was engaged already; nothing has changed\n" : "");
   }
-  return comesToForce(*reply) ? kOk : kFailed;
+  return bringsForce(*reply) ? kOk : kFailed;
 }
 
 }  // namespace
 
 void addControlCommands(CommandLine& line) {
   const CommandOptions& options = line.options();
-  const auto names = std::make_shared<std::vector<std::string>>();
-  line.add("get", "Show values of parameters",
-           [=, &options] {
-             const Json parameters = names->empty() ? Json::object() : Json{{"names", Json(*names)}};
-             return callAndPrint(options, {"io.hapticd.Status.GetParameters", parameters}, parameterLines);
-           })
-      .add_option("NAME", *names, "Names of parameters; none: all")
-      ->type_name("PARAMETER");
+  const auto to_get = std::make_shared<std::vector<std::string>>();
+  addParameterWords(line.add("get", "Show the values of parameters",
+                             [=, &options] { return showParameters(options, *to_get, parameterLines); }),
+                    *to_get);
 
   const auto assignments = std::make_shared<std::vector<std::string>>();
-  line.add("set", "Change parameters that are live: all of them, or none if one is refused",
+  line.add("set", "Change live parameters: all that are named, or none if one is refused",
            [=, &options] { return runSet(options, *assignments); })
       .add_option("ASSIGNMENT", *assignments, "New values, NAME=VALUE each")
       ->required()
       ->type_name("PARAMETER=VALUE");
 
   const auto inside = std::make_shared<bool>(false);
-  line.add("engage", "Ask for force", [=, &options] { return runEngage(options, *inside); })
-      .add_flag("--inside", *inside, "Also where something is felt at once");
-  line.add("disengage", "End all force, clear a fault", [&] {
+  line.add("engage", "Request force on the handle", [=, &options] { return runEngage(options, *inside); })
+      .add_flag("--inside", *inside, "Engage although the handle is in contact already");
+  line.add("disengage", "Release the handle: end all force, and clear a fault", [&] {
     return callAndPrint(options, {"io.hapticd.Control.Disengage", Json::object(), true}, modeLine);
   });
-  line.add("clear-fault", "Clear a fault; refused where there is none", [&] {
+  line.add("clear-fault", "Clear a fault; refused if there is none", [&] {
     return callAndPrint(options, {"io.hapticd.Control.ClearFault", Json::object(), true}, modeLine);
   });
-  line.add("params", "Show the table of parameters", [&] {
-    return callAndPrint(options, {"io.hapticd.Status.GetParameters"},
-                        [](const Json& reply) { return parameterTableText(listAt(reply, "parameters")); });
-  });
+  const auto to_show = std::make_shared<std::vector<std::string>>();
+  const auto table = [](const Json& rows) { return parameterTableText(rows, terminalSize().columns); };
+  addParameterWords(line.add("params", "Show what parameters mean, and what is allowed",
+                             [=, &options] { return showParameters(options, *to_show, table); }),
+                    *to_show);
 }
 
 }  // namespace hapticd::tools

@@ -12,12 +12,12 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kDoctorFooter =
-    "Each line is 'ok', 'warn' or 'fail', what was looked at, what was found, and what to do about it.\n"
+    "Each line has 'ok', 'warn' or 'fail', what was examined, what was found, and what to do about it.\n"
     "Exit status: 0 done, nothing fails, 1 something fails, 2 wrong usage.\n";
 
 struct DoctorOptions {
-  /// Folder that stands for "/"; with another the service manager is not asked, and the daemon only where the
-  /// socket is named.
+  /// The folder that stands for "/"; with another one the service manager is not queried, and the daemon only
+  /// if its socket is named.
   std::string root = "/";
 };
 
@@ -46,14 +46,14 @@ DaemonView askDaemon(const CommandOptions& options) {
   return viewOf(status ? *status : Json());
 }
 
-/// A call would start a stopped service, by its sockets.
+/// Whether a call would start a stopped service, through its socket units.
 bool wouldStartTheService(const std::optional<UnitProperties>& unit) {
   if (!isInstalled(unit)) return false;
   const auto state = unit->find("ActiveState");
   return state != unit->end() && (state->second == "inactive" || state->second == "failed");
 }
 
-/// The daemon's own view of itself, unless asking would change something or mean another machine.
+/// What the daemon reports of itself, unless asking would start it or reach another machine.
 DaemonView daemonView(const CommandOptions& options, const Examination& box, bool this_machine) {
   DaemonView silent;
   if (options.socket.empty() && !this_machine) {

@@ -22,12 +22,12 @@ std::string problemLines(const Json& problems) {
 }
 
 std::string restartText(const Json& parameters) {
-  std::string text = "nothing was changed: these parameters take effect at the next start only";
+  std::string text = "nothing was changed: these parameters take effect only at the next start";
   for (const Json& name : listAt(parameters, "parameters")) text += "\n  " + valueText(name);
   return text + "\nset them in hapticd's configuration file, then 'systemctl restart hapticd'";
 }
 
-/// What the refusals of the daemon that say no more than their name mean.
+/// The meaning of errors of the daemon that carry no text of their own.
 struct Meaning {
   std::string_view error;
   std::string_view text;
@@ -35,18 +35,18 @@ struct Meaning {
 constexpr std::array<Meaning, 3> kMeanings{{
     {"io.hapticd.Control.NotApplied",
      "the force loop has not taken over the change in time; it will when it runs again\n"
-     "'hapticctl status' shows what holds it up"},
+     "'hapticctl status' shows why it does not run"},
     {"io.hapticd.Control.NotFaulted",
      "there is no fault to clear\n'hapticctl disengage' ends force, 'hapticctl status' shows the mode"},
     {"org.varlink.service.PermissionDenied",
-     "this socket is read only\n"
+     "this socket is read-only\n"
      "use the control socket (--socket /run/hapticd/io.hapticd.Control); members of the group haptic may"},
 }};
 
 std::string refusalText(const Json& parameters) {
   const std::string cause = textAt(parameters, "cause");
   if (cause == "inside_surface") {
-    return "not engaged: something would be felt at once\n"
+    return "not engaged: the handle would be in contact at once\n"
            "take the handle out of the surface, or allow it: hapticctl engage --inside";
   }
   return "not engaged: " + cause + "\n'hapticctl status' shows what to do about it";
@@ -59,7 +59,7 @@ std::string connectionsText(const Json& parameters) {
       countAt(parameters, "limit"), flagAt(parameters, "perUser") ? "of each user " : "");
 }
 
-/// An older daemon lacks methods and fields that this program knows.
+/// The error of an older daemon, which lacks methods and fields that this program knows.
 std::string olderDaemonText(const std::string& what) {
   return fmt::format(
       "this hapticd does not know {}: it is older than hapticctl\n"
@@ -93,7 +93,7 @@ std::string replyText(const ClientError& error) {
   if (name == "org.varlink.service.InvalidParameter") {
     return olderDaemonText(fmt::format("the field '{}' of this call", textAt(parameters, "parameter")));
   }
-  // NoFrame, MalformedCall, TraceFailed, ProfileFailed, CalibrationFailed: the daemon says what is to be said
+  // NoFrame, MalformedCall, TraceFailed, ProfileFailed, CalibrationFailed carry a text of the daemon
   if (fieldAt(parameters, "reason")) return textAt(parameters, "reason");
   const std::string shown = parameters.dump(-1, ' ', false, Json::error_handler_t::replace);
   return fmt::format(

@@ -8,7 +8,7 @@
 
 namespace hapticd::tools {
 
-/// What hapticctl exits with.
+/// The exit status of hapticctl.
 enum ExitCode {
   kOk = 0,
   kFailed = 1,  ///< refused by the daemon, or failed
@@ -16,14 +16,14 @@ enum ExitCode {
   kNoConnection = 3,
 };
 
-/// The error in plain words and what to do about it, one or more lines.
+/// The error and what to do about it, in one or more lines.
 std::string errorText(const ClientError& error);
 
-/// Prints the error on stderr, with `json` as an object that holds an error reply as it came; returns the
-/// exit code that it stands for.
+/// Prints the error on stderr; with `json` as an object, which contains an error reply as it was received.
+/// Returns the exit code for the error.
 int report(const ClientError& error, bool json);
 
-/// The same for what failed without the daemon, a file or a computation.
+/// Reports an error of this program, such as a file that cannot be written.
 int report(const config::Error& error, bool json);
 
 }  // namespace hapticd::tools

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticctl/events.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <signal.h>
 
@@ -14,16 +13,19 @@
 #include "config/program.h"
 #include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/reconnection.h"
 #include "tools/hapticctl/signals.h"
 #include "tools/hapticctl/terminal_text.h"
+#include "tools/hapticctl/time_text.h"
 
 namespace hapticd::tools {
 namespace {
 
-/// The past comes at once and has no end mark: it is over when nothing comes for that long.
+/// Past events come at once, but nothing marks the last one: the past is over when no event came for this
+/// long.
 constexpr std::chrono::milliseconds kPastIsOver{300};
 constexpr std::chrono::hours kForEver{24};
-/// The daemon sends no more of them.
+/// The daemon sends at most this many.
 constexpr std::size_t kMostPastEvents = 64;
 
 Colour colourOf(const std::string& priority) {
@@ -38,20 +40,40 @@ class EventPrinter {
 
   /// False when nobody reads any more.
   bool print(const Json& reply) {
+    if (wasPrinted(reply)) return true;
     if (json_) {
       printJsonLine(reply);
     } else {
       noteLosses(reply);
       const std::string priority = textAt(reply, "event.priority");
       fmt::print("{}\n",
-                 painted(fmt::format("{}  {:<7}  {:<10}  {}", localTime(numberAt(reply, "event.timeNs")),
-                                     priority, textAt(reply, "event.kind"), textAt(reply, "event.text")),
+                 painted(fmt::format("{}  {:<7}  {:<10}  {}",
+                                     utcTimeWithMilliseconds(numberAt(reply, "event.timeNs")), priority,
+                                     textAt(reply, "event.kind"), textAt(reply, "event.text")),
                          colourOf(priority), colours_));
     }
     return config::flushOutput();
   }
 
+  /// To be called after the daemon was reached again: its stream begins with events that may be printed
+  /// already.
+  void beginAgain() {
+    dropped_ = 0;
+    last_number_before_ = last_number_;
+    last_time_before_ns_ = last_time_ns_;
+  }
+
  private:
+  /// A daemon that was restarted counts its events from 1 again, so that one with a low number may be new.
+  bool wasPrinted(const Json& reply) {
+    const double number = numberAt(reply, "event.number");
+    const double time_ns = numberAt(reply, "event.timeNs");
+    if (number <= last_number_before_ && time_ns <= last_time_before_ns_) return true;
+    last_number_ = number;
+    last_time_ns_ = time_ns;
+    return false;
+  }
+
   void noteLosses(const Json& reply) {
     const double dropped = numberAt(reply, "droppedCount");
     if (dropped > dropped_)
@@ -62,16 +84,24 @@ class EventPrinter {
   bool json_;
   bool colours_;
   double dropped_ = 0;
+  // NaN: none was printed, or none before the connection was lost; no comparison holds then
+  double last_number_ = std::nan(""), last_time_ns_ = std::nan("");
+  double last_number_before_ = std::nan(""), last_time_before_ns_ = std::nan("");
 };
 
-/// The next event, past signals that do not end the program; null at the end that a person asked for.
+/// Takes a signal; false when the program is to end.
+bool goesOnAfterSignal(int signals) {
+  const int signal = nextSignal(signals);
+  if (signal == SIGTSTP) ::raise(SIGSTOP);
+  return signal == SIGTSTP || signal == SIGWINCH;
+}
+
+/// The next event, whatever signals come that do not end the program; null when one ends it.
 ClientResult<Json> nextEvent(VarlinkClient& client, int signals, std::chrono::milliseconds limit) {
   for (;;) {
     auto reply = client.next(limit);
     if (reply || reply.error().kind != ClientError::Kind::interrupted) return reply;
-    const int signal = nextSignal(signals);
-    if (signal == SIGTSTP) ::raise(SIGSTOP);
-    if (signal != SIGTSTP && signal != SIGWINCH) return Json();
+    if (!goesOnAfterSignal(signals)) return Json();
   }
 }
 
@@ -79,7 +109,8 @@ bool isSilence(const ClientResult<Json>& reply) {
   return !reply && reply.error().kind == ClientError::Kind::no_answer;
 }
 
-/// Prints the newest of what has happened; returns the exit code when that is all, nothing when it may go on.
+/// Prints the newest past events; returns the exit code when that is the end, nothing when new ones may
+/// follow.
 std::optional<int> printPast(VarlinkClient& client, int signals, std::size_t count, EventPrinter& printer,
                              bool json) {
   std::deque<Json> past;
@@ -97,48 +128,63 @@ std::optional<int> printPast(VarlinkClient& client, int signals, std::size_t cou
   return std::nullopt;
 }
 
-int printNew(VarlinkClient& client, int signals, EventPrinter& printer, bool json) {
+/// Prints new events until the stream ends. Nothing: ended as asked for.
+std::optional<ClientError> printNew(VarlinkClient& client, int signals, EventPrinter& printer) {
   for (;;) {
     const auto reply = nextEvent(client, signals, kForEver);
     if (isSilence(reply)) continue;
-    if (!reply) return report(reply.error(), json);
-    if (reply->is_null()) return kOk;
-    if (!printer.print(*reply)) return kFailed;
+    if (!reply) return reply.error();
+    if (reply->is_null() || !printer.print(*reply)) return std::nullopt;
+  }
+}
+
+ClientResult<VarlinkClient> openStream(const CommandOptions& options, const EventOptions& events,
+                                       int signals) {
+  auto client = connectTo(options, false);
+  if (!client) return client;
+  client->interruptBy(signals);
+  const Json parameters = events.kinds.empty() ? Json::object() : Json{{"kinds", Json(events.kinds)}};
+  const auto subscribed = client->subscribe("io.hapticd.Status.Events", parameters);
+  if (!subscribed) return std::unexpected(subscribed.error());
+  // A daemon to which nothing has happened is as silent as one that does not answer. So it is asked something
+  // on another connection: when it has answered that, it has taken the call above too.
+  const auto info = callOnce(options, {"org.varlink.service.GetInfo"});
+  if (!info) return std::unexpected(info.error());
+  return client;
+}
+
+/// Prints new events until Ctrl-C, and connects again where the connection is lost.
+int follow(const CommandOptions& options, const EventOptions& events, VarlinkClient client, int signals,
+           EventPrinter& printer) {
+  std::optional<VarlinkClient> stream(std::move(client));
+  for (;;) {
+    const auto failure = printNew(*stream, signals, printer);
+    if (!failure) return kOk;
+    if (!mayPass(*failure)) return report(*failure, options.json);
+    stream.reset();
+    fmt::print(stderr, "hapticctl: the connection is lost, trying again until Ctrl-C ({})\n", failure->what);
+    Reconnection reconnection(
+        signals, [signals] { return goesOnAfterSignal(signals); }, Reconnection::Clock::time_point::max());
+    auto again = reconnection.retry<VarlinkClient>([&] { return openStream(options, events, signals); });
+    if (!again) return kOk;
+    if (!*again) return report(again->error(), options.json);
+    fmt::print(stderr, "hapticctl: connected to hapticd again\n");
+    printer.beginAgain();
+    stream.emplace(std::move(**again));
   }
 }
 
 }  // namespace
 
-std::string localTime(double realtime_ns) {
-  if (std::isnan(realtime_ns)) return "-";
-  const auto milliseconds = static_cast<std::int64_t>(realtime_ns / 1e6);
-  const auto seconds = static_cast<std::time_t>(milliseconds / 1000);
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03}", fmt::localtime(seconds), milliseconds % 1000);
-}
-
-std::string utcTime(double realtime_ns) {
-  if (std::isnan(realtime_ns)) return "-";
-  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(realtime_ns / 1e9)));
-}
-
 int runEvents(const CommandOptions& options, const EventOptions& events) {
-  auto client = connectTo(options, false);
-  if (!client) return report(client.error(), options.json);
   const int signals = takeSignals();
-  client->interruptBy(signals);
-  const Json parameters = events.kinds.empty() ? Json::object() : Json{{"kinds", Json(events.kinds)}};
-  const auto subscribed = client->subscribe("io.hapticd.Status.Events", parameters);
-  if (!subscribed) return report(subscribed.error(), options.json);
-  // A daemon to which nothing has happened says as little as one that does not answer; and once it has
-  // answered this it has taken the call above.
-  const auto info = callOnce(options, {"org.varlink.service.GetInfo"});
-  if (!info) return report(info.error(), options.json);
-
+  auto client = openStream(options, events, signals);
+  if (!client) return report(client.error(), options.json);
   EventPrinter printer(options);
   const auto ended =
       printPast(*client, signals, static_cast<std::size_t>(events.count), printer, options.json);
   if (ended) return *ended;
-  return events.follow ? printNew(*client, signals, printer, options.json) : kOk;
+  return events.follow ? follow(options, events, std::move(*client), signals, printer) : kOk;
 }
 
 }  // namespace hapticd::tools

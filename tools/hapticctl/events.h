@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -8,19 +9,19 @@
 
 namespace hapticd::tools {
 
+/// The kinds of events of a daemon of this version, as io.hapticd.Status names them.
+inline constexpr std::array kEventKinds{"mode",      "camera",      "handle",        "warning", "engage",
+                                        "disengage", "clear_fault", "parameter",     "profile", "calibration",
+                                        "trace",     "mark",        "configuration", "reload",  "stop"};
+
 struct EventOptions {
-  bool follow = false;             ///< go on with what happens from now on
-  int count = 20;                  ///< most past events to show
+  bool follow = false;             ///< go on with new events
+  int count = 20;                  ///< the number of past events to show at most
   std::vector<std::string> kinds;  ///< empty: all
 };
 
-/// Prints what has happened, a line for each event; returns the exit code.
+/// Prints past events, and with `follow` new ones until Ctrl-C, a line each. While it follows it survives a
+/// restart of the daemon: it connects again, and says so on standard error. Returns the exit code.
 int runEvents(const CommandOptions& options, const EventOptions& events);
-
-/// "2026-03-04 05:06:07.123" in the caller's time zone; "-" for NaN. `realtime_ns`: CLOCK_REALTIME.
-std::string localTime(double realtime_ns);
-
-/// "2026-03-04 05:06:07 UTC", as names of traces have it; "-" for NaN.
-std::string utcTime(double realtime_ns);
 
 }  // namespace hapticd::tools

@@ -11,13 +11,28 @@ namespace hapticd::tools {
 namespace {
 
 constexpr std::size_t kFewestColumns = 40;
-/// Complaints take at most that many rows of a screen, so that the state keeps its place below them.
+/// Complaints take at most this many rows of a screen, so that there is room for the state below them.
 constexpr std::size_t kComplaintRows = 8;
 
-Colour colourOfMode(const std::string& mode) {
+Colour colourOfMode(const Json& status, double nominal_rate_hz) {
+  const std::string mode = textAt(status, "mode");
   if (mode == "faulted") return Colour::red;
-  if (mode == "engaged") return Colour::green;
-  return mode == "holding" || mode == "starting" ? Colour::yellow : Colour::plain;
+  if (mode == "holding" || mode == "starting") return Colour::yellow;
+  if (mode != "engaged") return Colour::plain;
+  return complaints(status, nominal_rate_hz).empty() ? Colour::green : Colour::yellow;
+}
+
+Colour colourOfLoop(const Json& status, double nominal_rate_hz) {
+  switch (punctualityOf(status, nominal_rate_hz)) {
+    case Punctuality::very_late:
+      return Colour::red;
+    case Punctuality::late:
+      return Colour::yellow;
+    case Punctuality::good:
+    case Punctuality::unknown:
+      break;
+  }
+  return Colour::plain;
 }
 
 void addLinesOf(std::vector<std::string>& lines, const std::string& text) {
@@ -29,10 +44,11 @@ void addLinesOf(std::vector<std::string>& lines, const std::string& text) {
   }
 }
 
-/// All complaints, wrapped; with a note where they take too much of the screen.
-std::vector<std::string> complaintLines(const Json& status, std::size_t columns, std::size_t most_rows) {
+/// The complaints, wrapped; those that take too much of the screen are only counted.
+std::vector<std::string> complaintLines(const Json& status, const GlanceStyle& style, std::size_t columns,
+                                        std::size_t most_rows) {
   std::vector<std::string> lines;
-  const std::vector<std::string> all = complaints(status);
+  const std::vector<std::string> all = complaints(status, style.nominal_rate_hz);
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::vector<std::string> own;
     addLinesOf(own, wrapped("! " + all[i], columns, "  "));
@@ -78,10 +94,10 @@ std::string cameraRow(const Json& status) {
 }
 
 std::string sceneRow(const Json& status) {
-  return statusRow(
-      "scene", fmt::format("{} points, modelled in {}, felt at an age of {}", countAt(status, "scene.points"),
-                           duration(numberAt(status, "scene.lastModelNs")),
-                           duration(numberAt(status, "tick.sceneAgeNs"))));
+  return statusRow("scene",
+                   fmt::format("{}, modelled in {}, in use at an age of {}", sceneContentText(status),
+                               duration(numberAt(status, "scene.lastModelNs")),
+                               duration(numberAt(status, "tick.sceneAgeNs"))));
 }
 
 std::string handleRow(const Json& status) {
@@ -91,10 +107,9 @@ std::string handleRow(const Json& status) {
                                countAt(status, "handle.measurements"), textAt(status, "handle.identity")));
 }
 
-/// The rows below the complaints, the most important first.
+/// The rows below the one of the force loop, the most important first.
 std::vector<std::string> rows(const Json& status) {
   std::vector<std::string> lines{
-      loopRow(status),
       statusRow("wake-up", latencyText(status, "loop.wakeupLatency")),
       forceRow(status),
       cameraRow(status),
@@ -119,12 +134,14 @@ std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& styl
   std::vector<std::string> lines;
   const bool has_limit = style.size.rows != TerminalSize::kNoLimit;
   for (const std::string& line :
-       complaintLines(status, columns, has_limit ? kComplaintRows : TerminalSize::kNoLimit)) {
+       complaintLines(status, style, columns, has_limit ? kComplaintRows : TerminalSize::kNoLimit)) {
     lines.push_back(painted(line, Colour::red, style.colours));
   }
   const std::string mode =
       statusRow("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
-  lines.push_back(painted(cutTo(mode, columns), colourOfMode(textAt(status, "mode")), style.colours));
+  lines.push_back(painted(cutTo(mode, columns), colourOfMode(status, style.nominal_rate_hz), style.colours));
+  const Colour loop = colourOfLoop(status, style.nominal_rate_hz);
+  lines.push_back(painted(cutTo(loopRow(status), columns), loop, style.colours));
   for (const std::string& line : rows(status)) lines.push_back(cutTo(line, columns));
   const std::size_t most = std::max<std::size_t>(style.size.rows, 2) - 1;
   if (lines.size() > most) lines.resize(most);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,12 @@ namespace hapticd::tools {
 struct GlanceStyle {
   TerminalSize size;  ///< nothing is wider, and it takes one row less, for the prompt
   bool colours = false;
+  double nominal_rate_hz = std::nan("");  ///< of the force loop, the parameter loop.rate_hz; NaN: not known
 };
 
 /// The state on one screen: what is wrong and what to do about it, then the most important of each part. What
-/// does not fit is left out, the complaints last; statusText() has all of it.
+/// does not fit is left out from the end; statusText() has all of it. The line of the mode is green only if
+/// the force loop is engaged and nothing is wrong.
 std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style);
 
 }  // namespace hapticd::tools

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+
 #include "tools/hapticctl/open_metrics.h"
 
 namespace hapticd::tools {
@@ -13,7 +16,7 @@ struct Request {
   std::string_view path;
 };
 
-/// What the first line asks for; an empty method when it is no HTTP.
+/// The request in the first line; an empty method if it is not HTTP.
 Request requestIn(std::string_view received) {
   const std::string_view line = received.substr(0, received.find_first_of("\r\n"));
   const std::size_t path_begin = line.find(' ');
@@ -25,6 +28,19 @@ Request requestIn(std::string_view received) {
   std::string_view path = line.substr(path_begin + 1, path_end - path_begin - 1);
   path = path.substr(0, path.find('?'));
   return {line.substr(0, path_begin), path};
+}
+
+/// By the header Accept.
+MetricsFormat acceptedFormat(std::string_view received) {
+  std::string head(received);
+  std::ranges::transform(head, head.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::size_t begin = head.find("\naccept:");
+  if (begin == std::string::npos) return MetricsFormat::open_metrics;
+  const std::string accepted = head.substr(begin, head.find('\n', begin + 1) - begin);
+  const bool any =
+      accepted.find("openmetrics") != std::string::npos || accepted.find("*/*") != std::string::npos;
+  return any ? MetricsFormat::open_metrics : MetricsFormat::prometheus;
 }
 
 std::string reply(std::string_view status, std::string_view type, std::string_view body, bool with_body,
@@ -44,16 +60,19 @@ bool isWholeRequest(std::string_view received) {
          received.find("\n\n") != std::string_view::npos;
 }
 
-std::string httpReply(std::string_view received, const std::function<std::string()>& metrics) {
+std::string httpReply(std::string_view received,
+                      const std::function<std::string(MetricsFormat format)>& metrics) {
   const Request request = requestIn(received);
   if (request.method.empty() || !isWholeRequest(received)) {
-    return refusal("400 Bad Request", "this is no HTTP/1 request\n");
+    return refusal("400 Bad Request", "this is not an HTTP/1 request\n");
   }
   if (request.method != "GET" && request.method != "HEAD") {
     return refusal("405 Method Not Allowed", "only GET and HEAD\n", "Allow: GET, HEAD\r\n");
   }
-  if (request.path != "/metrics") return refusal("404 Not Found", "only /metrics is here\n");
-  return reply("200 OK", kOpenMetricsType, metrics(), request.method == "GET");
+  if (request.path != "/metrics") return refusal("404 Not Found", "there is only /metrics\n");
+  const MetricsFormat format = acceptedFormat(received);
+  const char* const type = format == MetricsFormat::prometheus ? kPrometheusType : kOpenMetricsType;
+  return reply("200 OK", type, metrics(format), request.method == "GET");
 }
 
 }  // namespace hapticd::tools

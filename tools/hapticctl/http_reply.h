@@ -7,14 +7,20 @@
 
 namespace hapticd::tools {
 
-/// Most bytes of a request's head that are read.
+/// The longest head of a request, in bytes, that is read.
 inline constexpr std::size_t kMaxRequestBytes = 8192;
 
-/// Whether `received` holds a whole head of a request.
+/// Whether `received` contains the whole head of a request.
 bool isWholeRequest(std::string_view received);
 
+/// The forms in which metrics are given.
+enum class MetricsFormat { open_metrics, prometheus };
+
 /// The reply to one HTTP/1 request of which `received` is the head: GET or HEAD of /metrics get what
-/// `metrics` makes, all else gets the fitting error. The connection is closed behind it.
-std::string httpReply(std::string_view received, const std::function<std::string()>& metrics);
+/// `metrics` returns, everything else gets the fitting error. The form is OpenMetrics unless the request
+/// names the media types that it accepts and none of them is OpenMetrics or any at all. The connection is
+/// closed after the reply.
+std::string httpReply(std::string_view received,
+                      const std::function<std::string(MetricsFormat format)>& metrics);
 
 }  // namespace hapticd::tools

@@ -15,6 +15,7 @@ int run(int argc, char** argv) {
   addRegisterCommand(line);
   addDoctorCommand(line);
   addCompletionCommand(line);
+  addHelpCommand(line);
   return line.run(argc, argv);
 }
 

@@ -26,7 +26,11 @@ Json statusIn(const Json& reply) {
   return status ? *status : Json::object();
 }
 
-/// The head of a request, as far as it comes in time.
+std::string metricsText(const Json& status, MetricsFormat format) {
+  return format == MetricsFormat::prometheus ? prometheusTextOf(status) : openMetricsOf(status);
+}
+
+/// Reads the head of a request, as much of it as arrives in time.
 std::string receiveRequest() {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + kRequestLimit;
@@ -45,15 +49,16 @@ std::string receiveRequest() {
 
 }  // namespace
 
-int runMetrics(const CommandOptions& options) {
-  return callAndPrint(options, kGetStatus, [](const Json& reply) { return openMetricsOf(statusIn(reply)); });
+int runMetrics(const CommandOptions& options, MetricsFormat format) {
+  return callAndPrint(options, kGetStatus,
+                      [format](const Json& reply) { return metricsText(statusIn(reply), format); });
 }
 
 int runMetricsOverHttp(const CommandOptions& options) {
-  ::signal(SIGPIPE, SIG_IGN);  // who asked may be gone
-  const std::string answer = httpReply(receiveRequest(), [&] {
+  ::signal(SIGPIPE, SIG_IGN);  // the client may be gone
+  const std::string answer = httpReply(receiveRequest(), [&](MetricsFormat format) {
     const auto reply = callOnce(options, kGetStatus);
-    return openMetricsOf(reply ? statusIn(*reply) : Json());
+    return metricsText(reply ? statusIn(*reply) : Json(), format);
   });
   fmt::print("{}", answer);
   return kOk;

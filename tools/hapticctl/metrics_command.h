@@ -2,11 +2,12 @@
 #pragma once
 
 #include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/http_reply.h"
 
 namespace hapticd::tools {
 
-/// Prints the state as OpenMetrics text; returns the exit code.
-int runMetrics(const CommandOptions& options);
+/// Prints the state as metrics; returns the exit code.
+int runMetrics(const CommandOptions& options, MetricsFormat format);
 
 /// Reads one HTTP request on stdin and answers it on stdout. A daemon that does not answer is no error:
 /// hapticd_up is 0. Returns the exit code.

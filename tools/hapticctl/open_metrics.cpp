@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <sstream>
 
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
@@ -39,20 +40,19 @@ constexpr std::array kNumbers{
            "Ticks that ended after the next one was due."},
     Number{"loop_skipped_periods", Type::counter, "", "loop.counters.skippedPeriods",
            "Whole periods left out because of overruns."},
-    Number{"loop_contact_ticks", Type::counter, "", "loop.counters.contactTicks",
-           "Ticks with something to feel."},
+    Number{"loop_contact_ticks", Type::counter, "", "loop.counters.contactTicks", "Ticks in contact."},
     Number{"loop_outside_model_ticks", Type::counter, "", "loop.counters.outsideModelTicks",
-           "Ticks with a neighbourhood that was not modelled completely."},
+           "Ticks whose neighbourhood was not modelled completely."},
     Number{"loop_slew_limited_ticks", Type::counter, "", "loop.counters.slewLimitedTicks",
-           "Ticks with a force kept from stepping."},
+           "Ticks whose force was kept from changing too fast."},
     Number{"loop_magnitude_clamped_ticks", Type::counter, "", "loop.counters.magnitudeClampedTicks",
-           "Ticks with a force kept below the largest permitted one."},
+           "Ticks whose force was reduced to the largest permitted one."},
     Number{"loop_not_finite_ticks", Type::counter, "", "loop.counters.notFiniteTicks",
-           "Ticks with a force that was not finite."},
+           "Ticks whose force was not finite."},
     Number{"loop_depth_stale_ticks", Type::counter, "", "loop.counters.depthStaleTicks",
-           "Ticks with depth that was too old."},
+           "Ticks with stale depth."},
     Number{"loop_handle_stale_ticks", Type::counter, "", "loop.counters.handleStaleTicks",
-           "Ticks with a measurement of the handle that was too old."},
+           "Ticks with a stale measurement of the handle."},
     Number{"loop_handle_invalid_ticks", Type::counter, "", "loop.counters.handleInvalidTicks",
            "Ticks with an impossible position of the handle."},
     Number{"loop_passivity_ticks", Type::counter, "", "loop.counters.passivityTicks",
@@ -62,25 +62,25 @@ constexpr std::array kNumbers{
     Number{"loop_stiffness_limited_ticks", Type::counter, "", "loop.counters.stiffnessLimitedTicks",
            "Ticks with a force reduced for the delay of the handle."},
     Number{"loop_releases", Type::counter, "", "loop.counters.releases",
-           "Times that the force was dropped for a fault of the handle."},
+           "Releases of the force because of a fault of the handle."},
     Number{"loop_page_faults", Type::counter, "", "loop.pageFaults",
-           "Pages that the force loop had to wait for."},
+           "Page faults that the force loop had to wait for."},
     Number{"loop_trace_ticks_dropped", Type::counter, "", "loop.traceTicksDropped",
-           "Ticks lost on their way out of the loop."},
+           "Ticks that no reader took out of the loop in time."},
     Number{"loop_transitions", Type::counter, "", "loop.transitions.count",
            "Changes of the mode or its cause."},
     Number{"tick_energy_joules", Type::gauge, "joules", "tick.energyJ",
-           "Energy that the hand has given to the box more than it got back."},
+           "Energy that the hand has put in, less what it got back."},
     Number{"tick_stiffness_limit_newtons_per_metre", Type::gauge, "newtons_per_metre",
            "tick.stiffnessLimitNPerM",
            "Largest stiffness that the delay of the handle and the device allow."},
     Number{"tick_stiffness_gain_ratio", Type::gauge, "ratio", "tick.stiffnessGain",
-           "Share of the law's force that this limit leaves."},
+           "Share of the force of the law that this limit leaves."},
     Number{"tick_contact_damping_newton_seconds_per_metre", Type::gauge, "newton_seconds_per_metre",
-           "tick.contactDampingNSPerM", "Damping in contact that the delay asks for."},
+           "tick.contactDampingNSPerM", "Damping in contact that the delay calls for."},
     Number{"tick_points", Type::gauge, "", "tick.pointsUsed", "Points that the newest force comes from."},
-    Number{"tick_scene_age_seconds", Type::gauge, "seconds", "tick.sceneAgeNs",
-           "Age of the depth that is felt.", kPerNanosecond},
+    Number{"tick_scene_age_seconds", Type::gauge, "seconds", "tick.sceneAgeNs", "Age of the depth in use.",
+           kPerNanosecond},
     Number{"camera_frames", Type::counter, "", "camera.frames", "Frames that the camera has delivered."},
     Number{"camera_damaged_frames", Type::counter, "", "camera.damagedFrames",
            "Frames not delivered because their data could not be trusted."},
@@ -92,39 +92,40 @@ constexpr std::array kNumbers{
            "Points that did not fit into the model."},
     Number{"scene_skipped_frames", Type::counter, "", "scene.skippedFrames",
            "Frames that a newer one replaced before they were modelled."},
-    Number{"scene_points", Type::gauge, "", "scene.points", "Points in the newest model."},
+    Number{"scene_points", Type::gauge, "", "scene.points",
+           "Points in the newest model; 0 under the law surface, which works on pixels."},
     Number{"scene_model_seconds", Type::gauge, "seconds", "scene.lastModelNs",
-           "Time it took to build the newest model.", kPerNanosecond},
+           "Time taken to build the newest model.", kPerNanosecond},
     Number{"handle_measurements", Type::counter, "", "handle.measurements", "Measurements of the handle."},
     Number{"handle_thread_priority", Type::gauge, "", "handle.threadPriority",
            "SCHED_FIFO priority of the handle's thread, 0 for none."},
     Number{"handle_rejected", Type::counter, "", "handle.rejected",
            "Measurements of the handle that could not be trusted."},
     Number{"link_sent_messages", Type::counter, "", "handle.link.sent", "Messages sent to the handle."},
-    Number{"link_received_messages", Type::counter, "", "handle.link.received", "Messages of the handle."},
+    Number{"link_received_messages", Type::counter, "", "handle.link.received",
+           "Messages received from the handle."},
     Number{"link_lost_messages", Type::counter, "", "handle.link.lost", "Messages that never came."},
     Number{"link_duplicated_messages", Type::counter, "", "handle.link.duplicated",
            "Messages that came twice."},
     Number{"link_reordered_messages", Type::counter, "", "handle.link.reordered",
            "Messages that came after a newer one."},
     Number{"link_rejected_messages", Type::counter, "", "handle.link.rejected",
-           "Messages that were damaged, forged or of somebody else."},
+           "Messages that were damaged, forged or from somebody else."},
     Number{"trace_ticks_lost", Type::counter, "", "trace.ticksLost",
-           "Ticks that are in no file though a trace was wanted."},
+           "Ticks that are in no file though a trace was requested."},
     Number{"trace_records_lost", Type::counter, "", "trace.recordsLost",
            "Models and events that a trace had no room for."},
     Number{"trace_depth_frames_lost", Type::counter, "", "trace.depthFramesLost",
            "Depth frames not recorded because the disk was too slow."},
     Number{"traces_recovered", Type::counter, "", "trace.recovered",
            "Traces that a crash left open and that were finished at the start."},
-    Number{"trace_dumps", Type::counter, "", "trace.dumps",
-           "Times that the flight recorder was written out."},
+    Number{"trace_dumps", Type::counter, "", "trace.dumps", "Dumps of the flight recorder."},
     Number{"traces_finished", Type::counter, "", "trace.traces", "Finished traces."},
     Number{"trace_folder_bytes", Type::gauge, "bytes", "trace.folderBytes", "Size of all traces."},
     Number{"trace_folder_limit_bytes", Type::gauge, "bytes", "trace.folderLimitBytes",
            "Size of all traces above which the oldest are deleted."},
     Number{"traces_deleted", Type::counter, "", "trace.deleted",
-           "Traces deleted because all of them were larger than the limit."},
+           "Traces deleted because all of them together exceeded the limit."},
     Number{"trace_free_bytes", Type::gauge, "bytes", "trace.freeBytes",
            "Free space on the disk of the traces."},
     Number{"control_connections", Type::gauge, "", "control.connections", "Clients that are connected."},
@@ -167,11 +168,12 @@ struct States {
   std::span<const std::string_view> known;
 };
 constexpr std::array kStates{
-    States{"mode", "mode", "What the force loop does.", rt::kWords<rt::Mode>},
+    States{"mode", "mode", "Mode of the force loop.", rt::kWords<rt::Mode>},
     States{"camera_state", "camera.state", "State of the depth camera.", rt::kWords<drivers::CameraState>},
     States{"handle_state", "handle.state", "State of the haptic handle.",
            rt::kWords<drivers::HandlePresence>},
     States{"trace_state", "trace.state", "State of the trace.", rt::kWords<drivers::TraceState>},
+    States{"force_law", "law.chosen", "Force law in use.", rt::kWords<rt::ForceLaw>},
 };
 
 std::string head(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
@@ -249,15 +251,16 @@ std::string hip(const Json& status) {
   return head("tick_hip_metres", "gauge", "metres", "The haptic interaction point in the world.") + samples;
 }
 
+/// What identifies the daemon. Its labels change with an update only: a label whose value changed while the
+/// daemon runs would begin another time series.
 std::string information(const Json& status) {
-  return head("build", "info", "", "Versions and force law in use.") +
-         fmt::format("hapticd_build_info{{version=\"{}\",kernel=\"{}\",law=\"{}\"}} 1\n",
-                     labelValue(textAt(status, "version")), labelValue(textAt(status, "kernel")),
-                     labelValue(textAt(status, "law.chosen")));
+  return head("build", "info", "", "Versions of hapticd and of the kernel.") +
+         fmt::format("hapticd_build_info{{version=\"{}\",kernel=\"{}\"}} 1\n",
+                     labelValue(textAt(status, "version")), labelValue(textAt(status, "kernel")));
 }
 
 std::string warnings(const Json& status) {
-  return head("warnings", "gauge", "", "Things that are not as they should be.") +
+  return head("warnings", "gauge", "", "Warnings of the daemon at this moment.") +
          fmt::format("hapticd_warnings {}\n", listAt(status, "warnings").size());
 }
 
@@ -284,6 +287,28 @@ std::string openMetricsOf(const Json& status) {
     text += transitionCauses(status) + forces(status) + hip(status);
   }
   return text + "# EOF\n";
+}
+
+std::string prometheusTextOf(const Json& status) {
+  std::istringstream lines(openMetricsOf(status));
+  std::string text;
+  std::string family, name;  // of the family being read, and with the ending that its samples have
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string hash, kind, of, type;
+    words >> hash >> kind >> of >> type;
+    if (hash != "#") {
+      text += line + "\n";
+    } else if (kind == "TYPE") {
+      family = of;
+      name = family + (type == "counter" ? "_total" : type == "info" ? "_info" : "");
+      const bool known = type == "counter" || type == "gauge" || type == "summary";
+      text += fmt::format("# TYPE {} {}\n", name, known ? type : "gauge");
+    } else if (kind == "HELP") {
+      text += fmt::format("# HELP {}{}\n", name, line.substr(std::string("# HELP ").size() + family.size()));
+    }  // this format has neither units nor an end mark
+  }
+  return text;
 }
 
 }  // namespace hapticd::tools

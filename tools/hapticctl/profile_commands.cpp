@@ -6,7 +6,9 @@
 #include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/events.h"
+#include "tools/hapticctl/table.h"
+#include "tools/hapticctl/terminal_text.h"
+#include "tools/hapticctl/time_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -19,18 +21,19 @@ struct ProfileOptions {
 };
 
 std::string profilesText(const Json& reply) {
-  std::string text;
+  Table table({{"NAME"}, {"SAVED"}, {"NOTE"}});
   for (const Json& profile : listAt(reply, "profiles")) {
-    text += fmt::format("{:<30}  {}{}\n", textAt(profile, "name"), localTime(numberAt(profile, "timeNs")),
-                        flagAt(profile, "boot") ? "  loaded at each start" : "");
+    table.add({textAt(profile, "name"), utcTime(numberAt(profile, "timeNs")),
+               flagAt(profile, "boot") ? "loaded at each start" : ""});
   }
-  return text.empty() ? "there are none; 'hapticctl save NAME' makes one\n" : text;
+  if (listAt(reply, "profiles").empty()) return "there are no profiles; 'hapticctl save NAME' makes one\n";
+  return table.text(terminalSize().columns);
 }
 
 std::string loadedText(const Json& reply) {
   const Json& changed = listAt(reply, "changed");
-  if (changed.empty()) return "loaded, nothing differed\n";
-  std::string text = "loaded, changed:\n";
+  if (changed.empty()) return "loaded; no parameter has changed\n";
+  std::string text = "loaded; changed:\n";
   for (const Json& name : changed) text += "  " + valueText(name) + "\n";
   return text;
 }
@@ -53,7 +56,7 @@ int runProfiles(const CommandOptions& options, const ProfileOptions& wanted) {
   });
 }
 
-/// A subcommand with one name that must be given.
+/// Adds a command that takes the name of a profile.
 void addNamed(CommandLine& line, const char* command, const char* help, const char* method,
               std::function<std::string(const Json&)> text) {
   const CommandOptions& options = line.options();

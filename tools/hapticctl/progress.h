@@ -5,7 +5,8 @@
 
 namespace hapticd::tools {
 
-/// "reading 42 %" on stderr, written over; nothing where stderr is no terminal.
+/// A line such as "reading 42 %" on stderr that is overwritten as work goes on; nothing if stderr is not a
+/// terminal.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string doing);
@@ -15,7 +16,7 @@ class ProgressLine {
 
   /// `share`: 0..1.
   void show(double share);
-  /// Takes the line away.
+  /// Erases the line.
   void end();
 
  private:

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <thread>
 
+#include "config/program.h"
 #include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
@@ -238,9 +239,8 @@ int runRegister(const CommandOptions& options, const RegisterOptions& wanted) {
   if (wanted.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
   if (wanted.reset) return sendPose(options, Json::object(), Json::object());
   if (!wanted.points.empty() || !wanted.landmarks.empty()) return registerCamera(options, wanted);
-  fmt::print(stderr,
-             "hapticctl: one of --points, --landmarks, --show and --reset is needed\n"
-             "Run 'hapticctl register --help' for more.\n");
+  config::printUsageError("hapticctl register",
+                          "one of --points, --landmarks, --show and --reset is required");
   return kUsage;
 }
 
@@ -250,26 +250,26 @@ void addRegisterCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto wanted = std::make_shared<RegisterOptions>();
   CLI::App& command =
-      line.add("register", "Find out where the camera stands, from points known to it and to the world",
+      line.add("register", "Find the pose of the camera from points that are known to it and in the world",
                [&options, wanted] { return runRegister(options, *wanted); });
-  auto* points =
-      command
-          .add_option("--points", wanted->points,
-                      fmt::format("Points in the camera's and in the world's frame; CSV: {}", kPairsHeader))
-          ->type_name("FILE");
+  auto* points = command
+                     .add_option("--points", wanted->points,
+                                 fmt::format("Points in the frames of the camera and of the world; CSV: {}",
+                                             kPairsHeader))
+                     ->type_name("FILE");
   auto* landmarks =
       command
           .add_option("--landmarks", wanted->landmarks,
-                      fmt::format("Pixels of a snapshot, each to be touched with the handle; CSV: {}",
+                      fmt::format("Pixels of a snapshot, which are then touched with the handle; CSV: {}",
                                   kLandmarksHeader))
           ->type_name("FILE");
   command
       .add_option("--max-residual", wanted->max_residual_m,
-                  "Refuse a pose that leaves a point farther off (default 0.01)")
+                  "Refuse a pose that leaves a residual larger than this (default 0.01)")
       ->type_name("M")
       ->check(within(0.0, 1.0));
-  command.add_flag("--force", wanted->force, "Take the pose, however far off the points are");
-  command.add_flag("--dry-run", wanted->dry_run, "Show the pose and do not send it");
+  command.add_flag("--force", wanted->force, "Accept the pose, however large the residuals are");
+  command.add_flag("--dry-run", wanted->dry_run, "Only show the pose, without sending it");
   auto* show = command.add_flag("--show", wanted->show, "Show the pose in use and the one that waits");
   auto* reset = command.add_flag("--reset", wanted->reset, "Go back to the pose of the configuration file");
   points->excludes(landmarks)->excludes(show)->excludes(reset);

@@ -6,8 +6,8 @@
 
 namespace hapticd::tools {
 
-/// The terminal's other screen, without a cursor, while the object lives; plain ANSI sequences, as xterm and
-/// all that follow it know them. stdout must be a terminal.
+/// Uses the alternate screen of the terminal, with a hidden cursor, while the object lives. It writes the
+/// ANSI sequences of xterm, which all common terminals understand. stdout must be a terminal.
 class Screen {
  public:
   Screen() { enter(); }
@@ -15,9 +15,10 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Writes over what is shown, without the flicker of clearing it first. False when the terminal is gone.
+  /// Replaces the shown lines without clearing the screen first, which would flicker. False if the terminal
+  /// is gone.
   bool show(const std::vector<std::string>& lines);
-  /// Gives the terminal back while the program is stopped, and takes it again.
+  /// Gives the terminal back while the program is stopped (Ctrl-Z), and takes it again.
   void stop();
 
  private:

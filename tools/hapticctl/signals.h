@@ -3,12 +3,12 @@
 
 namespace hapticd::tools {
 
-/// A descriptor that becomes readable when the program is to end (SIGINT, SIGTERM, SIGHUP, SIGQUIT), the
-/// terminal changes its size (SIGWINCH) or the program is to stop for a while (SIGTSTP). From then on these
-/// signals do nothing else, and a broken pipe is an error of the write. -1: there is none.
+/// Blocks the signals that end the program (SIGINT, SIGTERM, SIGHUP, SIGQUIT), report a new size of the
+/// terminal (SIGWINCH) or stop the program for a while (SIGTSTP), and returns a descriptor that becomes
+/// readable when one arrives; -1 on failure. From then on a broken pipe is an error of the write.
 int takeSignals();
 
-/// The number of the next signal; 0 if none has come.
+/// Takes the next signal from the descriptor; 0 if there is none.
 int nextSignal(int descriptor);
 
 }  // namespace hapticd::tools

@@ -24,7 +24,7 @@ struct SnapshotOptions {
   IfExists if_exists = IfExists::refuse;
 };
 
-/// Radius of the HIP's neighbourhood; the default one where the daemon does not say.
+/// The radius of the HIP's neighbourhood; the default if the daemon does not report it.
 double neighbourhood_m(const CommandOptions& options) {
   const auto reply = callOnce(options, {"io.hapticd.Status.GetParameters", {{"names", {"force.radius_m"}}}});
   const Json rows = reply ? listAt(*reply, "parameters") : Json::array();
@@ -74,12 +74,12 @@ int runSnapshot(const CommandOptions& options, const SnapshotOptions& wanted) {
 void addSnapshotCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto wanted = std::make_shared<SnapshotOptions>();
-  CLI::App& command = line.add("snapshot", "Save what the camera sees now, with the HIP marked",
+  CLI::App& command = line.add("snapshot", "Save the depth image of this moment, with the HIP marked",
                                [&options, wanted] { return runSnapshot(options, *wanted); });
-  command.add_option("--ply", wanted->ply, "Points in the world, in metres, for MeshLab and others")
+  command.add_option("--ply", wanted->ply, "The points in the world, in metres, for MeshLab and others")
       ->type_name("FILE")
       ->check(endsIn(".ply"));
-  command.add_option("--png", wanted->png, "The depth image, light where it is near")
+  command.add_option("--png", wanted->png, "The depth image, light where it is near, with a scale in metres")
       ->type_name("FILE")
       ->check(endsIn(".png"));
   addForce(command, wanted->if_exists);

@@ -20,9 +20,10 @@ int runStatus(const CommandOptions& options, bool all) {
   return callAndPrint(options, {"io.hapticd.Status.GetStatus"}, [&](const Json& reply) {
     const Json* field = fieldAt(reply, "status");
     const Json status = field ? *field : Json();
-    if (all) return statusText(status);
+    const double rate_hz = nominalRate_hz(options);
+    if (all) return statusText(status, rate_hz);
     std::string text;
-    const GlanceStyle style{terminalSize(), wantsColours(options.color)};
+    const GlanceStyle style{terminalSize(), wantsColours(options.color), rate_hz};
     for (const std::string& line : glanceLines(status, style)) text += line + "\n";
     return text;
   });
@@ -64,8 +65,9 @@ int runVersion(const CommandOptions& options) {
 void addWatch(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto watch = std::make_shared<WatchOptions>();
-  CLI::App& command = line.add("watch", "Show the state again and again, until Ctrl-C",
-                               [&options, watch] { return runWatch(options, *watch); });
+  CLI::App& command =
+      line.add("watch", "Show the state again and again until Ctrl-C, also across restarts of hapticd",
+               [&options, watch] { return runWatch(options, *watch); });
   command
       .add_option("--interval", watch->interval_ms, "Time between two states, 20 to 60000 ms (default 200)")
       ->type_name("MS")
@@ -78,25 +80,27 @@ void addWatch(CommandLine& line) {
       ->check(within(1, 1'000'000));
   command
       .add_option("--fields", watch->fields,
-                  "With --json: these fields of the status only, such as loop.rateHz")
+                  "With --json: only these fields of the status, such as loop.rateHz")
       ->type_name("FIELD")
       ->delimiter(',');
-  command.add_flag("--line", watch->line, "One short line instead of the table");
-  command.add_flag("--summary", watch->summary, "Close with a summary, also after Ctrl-C");
+  command.add_flag("--line", watch->line, "Print one short line instead of the table");
+  command.add_flag("--summary", watch->summary, "Print a summary at the end, also after Ctrl-C");
 }
 
 void addEvents(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto events = std::make_shared<EventOptions>();
-  CLI::App& command = line.add("events", "Show what has happened: changes of mode, devices, parameters",
+  CLI::App& command = line.add("events", "Show events: changes of the mode, the devices, the parameters, ...",
                                [&options, events] { return runEvents(options, *events); });
-  command.add_flag("-f,--follow", events->follow, "Go on with what happens, until Ctrl-C");
+  command.add_flag("-f,--follow", events->follow,
+                   "Go on with new events until Ctrl-C, also across restarts of hapticd");
   command.add_option("-n,--number", events->count, "Past events to show, 0 to 64 (default 20)")
       ->type_name("N")
       ->check(within(0, 64));
-  command.add_option("--kind", events->kinds, "Only these kinds, such as mode, camera, handle or parameter")
+  command.add_option("--kind", events->kinds, "Only events of these kinds")
       ->type_name("KIND")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(kEventKinds.begin(), kEventKinds.end())));
 }
 
 }  // namespace
@@ -104,15 +108,25 @@ void addEvents(CommandLine& line) {
 void addStateCommands(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto all = std::make_shared<bool>(false);
-  line.add("status", "Show the state on one screen, what is wrong first",
+  line.add("status", "Show the state on one screen, with what is wrong first",
            [&options, all] { return runStatus(options, *all); })
-      .add_flag("--all", *all, "Every counter, on more than one screen");
+      .add_flag("--all", *all, "Show every counter, on more than one screen");
   addWatch(line);
   addEvents(line);
   const auto http = std::make_shared<bool>(false);
-  line.add("metrics", "Print the state as OpenMetrics text, for Prometheus and others",
-           [&options, http] { return *http ? runMetricsOverHttp(options) : runMetrics(options); })
-      .add_flag("--http", *http, "Answer one HTTP request on stdin and stdout, for a socket unit");
+  const auto prometheus = std::make_shared<bool>(false);
+  CLI::App& metrics = line.add(
+      "metrics", "Print the state as OpenMetrics text, for Prometheus and others",
+      [&options, http, prometheus] {
+        if (*http) return runMetricsOverHttp(options);
+        return runMetrics(options, *prometheus ? MetricsFormat::prometheus : MetricsFormat::open_metrics);
+      });
+  auto* over_http =
+      metrics.add_flag("--http", *http, "Answer one HTTP request on stdin and stdout, for a socket unit");
+  metrics
+      .add_flag("--prometheus", *prometheus,
+                "Prometheus' older text format, which promtool check metrics reads")
+      ->excludes(over_http);
   line.add("version", "Show the versions of hapticctl, of the daemon and of the kernel",
            [&options] { return runVersion(options); });
 }

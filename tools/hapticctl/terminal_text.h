@@ -8,13 +8,14 @@
 
 namespace hapticd::tools {
 
-/// Columns that UTF-8 text takes on a terminal, one for each character.
+/// The columns that UTF-8 text takes on a terminal, counted as one for each character.
 std::size_t columnsOf(std::string_view text);
 
 /// `text` cut to `columns`, with "..." in place of what is left out.
 std::string cutTo(std::string text, std::size_t columns);
 
-/// Lines of at most `columns`, broken at blanks where there are any; all but the first begin with `indent`.
+/// Wraps a text into lines of at most `columns`, at blanks if possible; all lines but the first begin with
+/// `indent`.
 std::string wrapped(const std::string& text, std::size_t columns, const std::string& indent);
 
 enum class Colour { plain, red, yellow, green, dim };
@@ -22,11 +23,11 @@ enum class Colour { plain, red, yellow, green, dim };
 /// `text` in a colour, as ANSI terminals understand it; unchanged when `on` is false.
 std::string painted(const std::string& text, Colour colour, bool on);
 
-/// Whether to colour. `when`: auto, always or never; auto: on a terminal that is not "dumb", unless NO_COLOR
-/// is set (no-color.org).
+/// Whether to use colours. `when`: auto, always or never; auto: if stdout is a terminal that is not "dumb",
+/// unless NO_COLOR is set (no-color.org).
 bool wantsColours(std::string_view when);
 
-/// Whether the environment's locale says that the terminal shows UTF-8.
+/// Whether the locale of the environment uses UTF-8.
 bool showsUtf8();
 
 struct TerminalSize {
@@ -34,7 +35,7 @@ struct TerminalSize {
   std::size_t columns = 80;
   std::size_t rows = 24;
 };
-/// Of the terminal that stdout is; 80x24 where it does not say. What goes to a file or a program is not cut.
+/// The size of the terminal on stdout; 80x24 if it is not known; no limit if stdout is a file or a pipe.
 TerminalSize terminalSize();
 
 }  // namespace hapticd::tools

@@ -13,10 +13,10 @@
 #include "drivers/trace/trace_recovery.h"
 #include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/events.h"
 #include "tools/hapticctl/progress.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/terminal_text.h"
+#include "tools/hapticctl/time_text.h"
 #include "tools/trace/csv_export.h"
 #include "tools/trace/hdf5_program.h"
 #include "tools/trace/recording_export.h"
@@ -33,7 +33,7 @@ Json durationsJson(const TraceDurations& durations) {
 
 constexpr const char* kFinishFirst = "finish it first: hapticctl trace stop";
 
-/// What went wrong with a trace. One that is being written has no end yet, and needs no recovery.
+/// What is wrong with a trace. One that is being written has no end yet, but needs no recovery.
 config::Error errorOf(const std::filesystem::path& file, const config::Error& error) {
   if (!error.where.starts_with(file.string()) || !drivers::isBeingWritten(file)) return error;
   return {file.string(), "is being written", kFinishFirst};
@@ -93,13 +93,14 @@ Json infoJson(const TraceSummary& summary, bool being_written) {
           {"snapshots", info.snapshots},
           {"depthFrames", info.depth_frames},
           {"chunks", info.chunks},
+          {"note", summary.note},
           {"metadata", metadata},
           {"attachments", attachments},
           {"missingFields", Json(info.missing)}};
 }
 
 void showDurations(const char* name, const TraceDurations& durations) {
-  fmt::print("{:<12} p50 {} us, p99 {} us, p99.9 {} us, longest {} us\n", name, fixed(durations.median_us, 1),
+  fmt::print("{:<12} p50 {} us, p99 {} us, p99.9 {} us, max {} us\n", name, fixed(durations.median_us, 1),
              fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
 }
 
@@ -115,7 +116,7 @@ void showPeriods(const TraceSummary& summary) {
   fmt::print("\n");
 }
 
-/// What a file says of itself: it may be anything.
+/// A text from a file, which may contain anything, as it is shown.
 std::string shown(const std::string& text) {
   constexpr std::size_t kMostColumns = 200;
   return cutTo(printable(text), kMostColumns);
@@ -133,6 +134,7 @@ void showLaws(const TraceSummary& summary) {
 
 void showInfo(const TraceSummary& summary, bool being_written) {
   const drivers::TraceInfo& info = summary.info;
+  if (!summary.note.empty()) fmt::print("note         {}\n", summary.note);
   fmt::print("time         {}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
              fixed(summary.duration_s, 3));
   fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
@@ -142,8 +144,8 @@ void showInfo(const TraceSummary& summary, bool being_written) {
     fmt::print("gap          {} ticks after tick {}, at {} s\n", gap.ticks, gap.after_tick,
                fixed(gap.time_s, 3));
   }
-  showDurations("woken late", summary.wakeup_latency);
-  showDurations("computing", summary.compute_time);
+  showDurations("wake-up", summary.wakeup_latency);
+  showDurations("compute", summary.compute_time);
   fmt::print("force        at most {} N, at {} s; in contact {} % of the time\n",
              fixed(summary.largest_force_n, 3), fixed(summary.largest_force_time_s, 3),
              fixed(100 * summary.contact_share, 1));
@@ -163,7 +165,8 @@ void showInfo(const TraceSummary& summary, bool being_written) {
                shown(fmt::format("{}", fmt::join(fields, ", "))), topic);
   }
   for (const drivers::TraceAttachment& attachment : info.attachments) {
-    fmt::print("holds        {} ({} bytes)\n", shown(attachment.name), attachment.data.size());
+    fmt::print("contains     {} ({})\n", shown(attachment.name),
+               bytesText(static_cast<double>(attachment.data.size())));
   }
 }
 
@@ -191,10 +194,12 @@ Json recoveryJson(const drivers::RecoveredTrace& recovered) {
   return json;
 }
 
-/// Which messages may be lost by it, as far as the whole ones around it tell.
+/// Which messages may be lost, as far as the intact ones around the damage show.
 std::string whenText(const drivers::mcap::Damage& damage) {
-  if (!damage.loses) return "; nothing is lost by that";
-  const auto time = [](std::uint64_t time_ns) { return localTime(static_cast<double>(time_ns)); };
+  if (!damage.loses) return "; no message is lost by that";
+  const auto time = [](std::uint64_t time_ns) {
+    return utcTimeWithMilliseconds(static_cast<double>(time_ns));
+  };
   if (damage.after_ns != 0 && damage.before_ns > damage.after_ns) {
     const auto gap_s = static_cast<double>(damage.before_ns - damage.after_ns) * 1e-9;
     return fmt::format("; {} s after {} are missing there", fixed(gap_s, 3), time(damage.after_ns));
@@ -223,7 +228,7 @@ void showRecovery(const drivers::RecoveredTrace& recovered) {
              recovered.bytes_lost, printable(recovered.original.string()));
 }
 
-/// The trace's name with that ending, here.
+/// The name of the trace with another ending, in the current folder.
 std::filesystem::path besideHere(const std::filesystem::path& trace, const std::string& ending) {
   return trace.filename().replace_extension(ending);
 }
@@ -246,7 +251,7 @@ TraceChannel channelOf(const std::string& name) {
   return TraceChannel::ticks;
 }
 
-/// The depth as a folder.
+/// Exports the depth as a folder.
 int exportDepth(const CommandOptions& options, const std::filesystem::path& file,
                 const ExportOptions& wanted) {
   const std::filesystem::path folder =
@@ -264,7 +269,7 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   return kOk;
 }
 
-/// A form that traces are exported in, by the ending of a file's name.
+/// A format that traces are exported in, with the ending of its files.
 struct ExportFormat {
   std::string_view name;
   std::string_view ending;
@@ -272,7 +277,7 @@ struct ExportFormat {
 constexpr std::string_view kHdf5 = "hdf5";
 constexpr std::array<ExportFormat, 3> kFormats{{{"csv", ".csv"}, {kHdf5, ".h5"}, {kHdf5, ".hdf5"}}};
 
-/// What the ending of --out says, else --format, else CSV.
+/// The format that the ending of --out stands for, else the one of --format, else CSV.
 config::Result<ExportFormat> formatFor(const ExportOptions& wanted) {
   if (wanted.out.empty()) {
     const auto named = std::ranges::find(kFormats, wanted.format, &ExportFormat::name);

@@ -16,6 +16,7 @@
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/force_history.h"
 #include "tools/hapticctl/glance_text.h"
+#include "tools/hapticctl/reconnection.h"
 #include "tools/hapticctl/screen.h"
 #include "tools/hapticctl/signals.h"
 #include "tools/hapticctl/status_text.h"
@@ -24,11 +25,28 @@
 namespace hapticd::tools {
 namespace {
 
-/// What lines and their summary show of the status; the table shows nearly all of it.
+/// The fields of the status that lines and their summary show; the table shows nearly all of them.
 const std::vector<std::string> kLineFields{
     "mode",         "uptimeS",       "loop.rateHz", "loop.counters", "loop.wakeupLatency", "loop.computeTime",
-    "camera.state", "camera.frames", "scene"};
+    "camera.state", "camera.frames", "scene",       "tick"};
 constexpr std::size_t kHistoryRows = 4;
+
+/// The reply with a window of the newest tick where no tick has come yet: the first reply of a stream comes
+/// at once, and would have gaps where the others have forces.
+Json withTicks(Json reply) {
+  if (numberAt(reply, "window.ticks") > 0 || !fieldAt(reply, "status.tick")) return reply;
+  const double force_n = lengthAt(reply, "status.tick.commandForceNInWorld");
+  const std::string contact = textAt(reply, "status.tick.contact");
+  const bool in_contact =
+      numberAt(reply, "status.tick.pointsUsed") > 0 || contact == "contact" || contact == "entrenched";
+  const Json* latency = fieldAt(reply, "status.tick.wakeupLatencyNs");
+  reply["window"] = {{"ticks", 1},
+                     {"contactTicks", in_contact ? 1 : 0},
+                     {"minForceN", force_n},
+                     {"maxForceN", force_n},
+                     {"maxWakeupLatencyNs", latency ? *latency : Json()}};
+  return reply;
+}
 
 /// How states are shown.
 class Display {
@@ -36,6 +54,8 @@ class Display {
   virtual ~Display() = default;
   /// False when nobody can see it any more.
   virtual bool show(const Json& reply) = 0;
+  /// Says something beside the states, on standard error.
+  virtual void note(const std::string& text) { fmt::print(stderr, "hapticctl: {}\n", text); }
   /// The terminal has another size.
   virtual void resize() {}
   /// The program is to stop for a while.
@@ -54,7 +74,8 @@ class Lines : public Display {
  public:
   explicit Lines(bool short_lines) : short_lines_(short_lines) {}
   bool show(const Json& reply) override {
-    fmt::print("{}\n", short_lines_ ? liveLine(reply) : monitorLine(reply));
+    const Json complete = withTicks(reply);
+    fmt::print("{}\n", short_lines_ ? liveLine(complete) : monitorLine(complete));
     return config::flushOutput();
   }
 
@@ -67,20 +88,33 @@ class StandingLine : public Display {
  public:
   ~StandingLine() override { fmt::print("\n"); }
   bool show(const Json& reply) override {
-    fmt::print("\r{}\033[K", cutTo(liveLine(reply), terminalSize().columns - 1));
+    fmt::print("\r{}\033[K", cutTo(liveLine(withTicks(reply)), terminalSize().columns - 1));
     return config::flushOutput();
+  }
+  void note(const std::string& text) override {
+    fmt::print("\n");
+    config::flushOutput();
+    Display::note(text);
   }
 };
 
 /// The whole terminal: the state at a glance, and the forces of the last windows.
-class Table : public Display {
+class WholeScreen : public Display {
  public:
-  explicit Table(bool colours) : colours_(colours), utf8_(showsUtf8()) {}
+  WholeScreen(bool colours, double nominal_rate_hz)
+      : nominal_rate_hz_(nominal_rate_hz), colours_(colours), utf8_(showsUtf8()) {}
 
   bool show(const Json& reply) override {
-    history_.add(numberAt(reply, "window.maxForceN"));
-    newest_ = reply;
+    newest_ = withTicks(reply);
+    history_.add(numberAt(newest_, "window.maxForceN"));
+    note_.clear();
     return draw();
+  }
+  /// On the screen too, which standard error would spoil where it is the same terminal.
+  void note(const std::string& text) override {
+    note_ = text;
+    draw();
+    if (::isatty(STDERR_FILENO) != 1) Display::note(text);
   }
   void resize() override { draw(); }
   void stop() override {
@@ -94,23 +128,26 @@ class Table : public Display {
     const std::size_t below = kHistoryRows + 1;
     const bool has_room = size.rows > 2 * below;
     const Json* status = fieldAt(newest_, "status");
-    std::vector<std::string> lines = glanceLines(
-        status ? *status : Json(), {{size.columns, has_room ? size.rows - below : size.rows}, colours_});
+    std::vector<std::string> lines =
+        glanceLines(status ? *status : Json(),
+                    {{size.columns, has_room ? size.rows - below : size.rows}, colours_, nominal_rate_hz_});
     if (has_room) {
       for (std::string& line : history_.lines(kHistoryRows, size.columns, utf8_)) lines.push_back(line);
     }
-    lines.push_back(cutTo(fmt::format("force {}..{} N, wake-up max {}, {} states dropped   Ctrl-C ends",
-                                      fixed(numberAt(newest_, "window.minForceN"), 2),
-                                      fixed(numberAt(newest_, "window.maxForceN"), 2),
-                                      duration(numberAt(newest_, "window.maxWakeupLatencyNs")),
-                                      countAt(newest_, "droppedCount")),
-                          size.columns));
+    const std::string last_line = fmt::format(
+        "force {}..{} N, wake-up max {}, {} states dropped   Ctrl-C ends",
+        fixed(numberAt(newest_, "window.minForceN"), 2), fixed(numberAt(newest_, "window.maxForceN"), 2),
+        duration(numberAt(newest_, "window.maxWakeupLatencyNs")), countAt(newest_, "droppedCount"));
+    lines.push_back(painted(cutTo(note_.empty() ? last_line : "! " + note_, size.columns),
+                            note_.empty() ? Colour::plain : Colour::red, colours_));
     return screen_.show(lines);
   }
 
   Screen screen_;
   ForceHistory history_;
   Json newest_;
+  std::string note_;  ///< in place of the last line until the next state
+  double nominal_rate_hz_;
   bool colours_;
   bool utf8_;
 };
@@ -119,17 +156,17 @@ std::unique_ptr<Display> makeDisplay(const CommandOptions& options, const WatchO
   if (options.json) return std::make_unique<JsonLines>();
   if (::isatty(STDOUT_FILENO) != 1) return std::make_unique<Lines>(watch.line);
   if (watch.line) return std::make_unique<StandingLine>();
-  return std::make_unique<Table>(wantsColours(options.color));
+  return std::make_unique<WholeScreen>(wantsColours(options.color), nominalRate_hz(options));
 }
 
-/// The fields to ask for; none: the whole status.
+/// The fields to request; none: the whole status.
 std::vector<std::string> fieldsFor(const CommandOptions& options, const WatchOptions& watch) {
   if (options.json) return watch.fields;
   const bool table = ::isatty(STDOUT_FILENO) == 1 && !watch.line;
   return table ? std::vector<std::string>{} : kLineFields;
 }
 
-/// Whether a daemon refuses to send single fields because it is too old for that.
+/// Whether a daemon refused because it is too old to send single fields.
 bool knowsNoFields(const ClientError& error) {
   return error.kind == ClientError::Kind::error_reply &&
          error.what == "org.varlink.service.InvalidParameter" &&
@@ -158,7 +195,7 @@ ClientResult<Stream> open(const CommandOptions& options, const WatchOptions& wat
   return Stream{std::move(*client), std::move(first)};
 }
 
-/// Does what a signal asks for; false when the program is to end.
+/// Acts on a signal; false when the program is to end.
 bool handleSignal(Display& display, int signals) {
   const int signal = nextSignal(signals);
   if (signal == SIGWINCH) display.resize();
@@ -166,22 +203,51 @@ bool handleSignal(Display& display, int signals) {
   return signal == SIGWINCH || signal == SIGTSTP;
 }
 
-/// Shows what the stream brings until its end. Nothing: ended as asked for.
+/// What has been shown, and when to end.
+struct Shown {
+  int states = 0;
+  Reconnection::Clock::time_point end = Reconnection::Clock::time_point::max();
+  WatchSummary summary;
+};
+
+/// Shows the states of a stream until its end. Nothing: ended as asked for.
 std::optional<ClientError> follow(Stream& stream, Display& display, const WatchOptions& watch, int signals,
-                                  WatchSummary& summary) {
+                                  Shown& so_far) {
   const auto limit = VarlinkClient::kTimeLimit + std::chrono::milliseconds(watch.interval_ms);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(watch.seconds);
-  auto reply = std::move(stream.first);
-  for (int shown = 0;; reply = stream.client.next(limit)) {
+  for (auto reply = std::move(stream.first);; reply = stream.client.next(limit)) {
     if (!reply && reply.error().kind == ClientError::Kind::interrupted) {
       if (handleSignal(display, signals)) continue;
       return std::nullopt;
     }
     if (!reply) return reply.error();
     if (!display.show(*reply)) return std::nullopt;
-    summary.add(*reply);
-    if (++shown == watch.count) return std::nullopt;
-    if (watch.seconds != 0 && std::chrono::steady_clock::now() >= end) return std::nullopt;
+    so_far.summary.add(*reply);
+    if (++so_far.states == watch.count) return std::nullopt;
+    if (Reconnection::Clock::now() >= so_far.end) return std::nullopt;
+  }
+}
+
+/// Shows states, and connects again where the connection is lost once a state was shown. Nothing: ended as
+/// asked for.
+std::optional<ClientError> followAcrossRestarts(const CommandOptions& options, const WatchOptions& watch,
+                                                Stream first, Display& display, int signals, Shown& so_far) {
+  std::optional<Stream> stream(std::move(first));
+  for (;;) {
+    const auto failure = follow(*stream, display, watch, signals, so_far);
+    if (!failure || so_far.states == 0 || !mayPass(*failure)) return failure;
+    stream.reset();
+    display.note("the connection is lost, trying again until Ctrl-C (" + failure->what + ")");
+    Reconnection reconnection(
+        signals, [&] { return handleSignal(display, signals); }, so_far.end);
+    auto again = reconnection.retry<Stream>([&]() -> ClientResult<Stream> {
+      auto opened = open(options, watch, fieldsFor(options, watch), signals);
+      if (opened && !opened->first) return std::unexpected(opened->first.error());
+      return opened;
+    });
+    if (!again) return std::nullopt;
+    if (!*again) return again->error();
+    display.note("connected to hapticd again");
+    stream.emplace(std::move(**again));
   }
 }
 
@@ -194,11 +260,12 @@ int runWatch(const CommandOptions& options, const WatchOptions& watch) {
   if (!stream->first && stream->first.error().kind == ClientError::Kind::error_reply) {
     return report(stream->first.error(), options.json);
   }
-  WatchSummary summary;
+  Shown so_far;
+  if (watch.seconds != 0) so_far.end = Reconnection::Clock::now() + std::chrono::seconds(watch.seconds);
   auto display = makeDisplay(options, watch);
-  const auto failure = follow(*stream, *display, watch, signals, summary);
-  display.reset();  // the terminal is the shell's again before anything else is said
-  if (watch.summary && !options.json) fmt::print("\n{}", summary.text());
+  const auto failure = followAcrossRestarts(options, watch, std::move(*stream), *display, signals, so_far);
+  display.reset();  // gives the terminal back to the shell before anything else is printed
+  if (watch.summary && !options.json) fmt::print("\n{}", so_far.summary.text());
   return failure ? report(*failure, options.json) : kOk;
 }
 

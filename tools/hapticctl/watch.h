@@ -13,13 +13,13 @@ struct WatchOptions {
   int count = 0;                    ///< end after that many states; 0: no end
   int seconds = 0;                  ///< end after that time; 0: no end
   bool line = false;                ///< one line that is written over, instead of the table
-  bool summary = false;             ///< close with a summary, also after Ctrl-C
+  bool summary = false;             ///< print a summary at the end, also after Ctrl-C
   std::vector<std::string> fields;  ///< of the status, for JSON; empty: all
 };
 
 /// Prints the state again and again until Ctrl-C or the end that `watch` sets: on a terminal as a table or a
-/// line that stands still, else line by line. The terminal is as before at the end, whatever ends it. Returns
-/// the exit code.
+/// line that stands still, else line by line. It survives a restart of the daemon: it connects again, and
+/// says so on standard error. The terminal is as before at the end, whatever ends it. Returns the exit code.
 int runWatch(const CommandOptions& options, const WatchOptions& watch);
 
 }  // namespace hapticd::tools

@@ -8,12 +8,13 @@
 
 namespace hapticd::tools {
 
-/// What a stream of Monitor replies amounts to.
+/// Summarises a stream of Monitor replies.
 class WatchSummary {
  public:
   void add(const Json& reply);
-  /// Several lines for people: ticks, overruns, frames, points, force range and percentiles. Counters and
-  /// percentiles are the daemon's since its start, the force range is that of the replies added.
+  /// The summary in several lines for people: ticks, overruns, frames, points, force range and percentiles.
+  /// Counters and percentiles are those of the daemon since its start, the force range is that of the added
+  /// replies.
   std::string text() const;
 
  private:

@@ -31,7 +31,7 @@ struct HeaderOfFields {
   void operator()(std::string_view name, const auto&) {
     fmt::format_to(std::back_inserter(line), ",{}", name);
   }
-  /// The parameters of a directive get a column each.
+  /// Each parameter of a directive has a column of its own.
   void operator()(std::string_view name, const Pairs&) {
     if (name != kParameters) fmt::format_to(std::back_inserter(line), ",{}", name);
   }
@@ -71,7 +71,7 @@ struct CsvRow {
   }
 };
 
-/// Nanoseconds as decimal seconds, exactly.
+/// Formats nanoseconds as decimal seconds without rounding.
 std::string secondsText(std::int64_t time_ns) {
   const std::uint64_t size_ns =
       time_ns < 0 ? -static_cast<std::uint64_t>(time_ns) : static_cast<std::uint64_t>(time_ns);
@@ -87,7 +87,7 @@ class CsvFile {
  public:
   CsvFile(WholeFile file, const SelectedTrace& trace) : file_(std::move(file)), trace_(trace) {}
 
-  /// more: names of columns behind those of the fields.
+  /// more: names of columns after those of the fields.
   template <typename Record>
   void addHeader(const std::vector<std::string>& more = {}) {
     text_ += "time_s,realtime_s";
@@ -97,7 +97,7 @@ class CsvFile {
     text_ += '\n';
   }
 
-  /// more: their cells as they are to stand there.
+  /// more: the cells of these columns, already formatted.
   template <typename Record>
   bool addRow(const Record& record, const std::vector<std::string>& more = {}) {
     const std::int64_t time_ns = drivers::timeOf(record);
@@ -131,13 +131,13 @@ class CsvFile {
   config::Result<void> written_;
 };
 
-/// Gives up at what cannot be read.
+/// Stops at the first record that cannot be read.
 class CsvExport {
  public:
   CsvExport(const SelectedTrace& trace, WholeFile file, const Progress& progress)
       : trace_(trace), csv_(std::move(file), trace), progress_(progress) {}
 
-  /// `visit`: what the channel's records go to.
+  /// `visit`: takes the records of the channel.
   template <typename Record>
   config::Result<drivers::TraceInfo> write(std::function<bool(const Record&)> drivers::TraceVisitor::*visit) {
     csv_.addHeader<Record>();
@@ -146,7 +146,8 @@ class CsvExport {
     return read<Record>(visitor);
   }
 
-  /// The names of their parameters are known only when all have been read; there are few of them.
+  /// Directives are kept, because the names of their parameters are known only at the end; there are few
+  /// directives.
   config::Result<drivers::TraceInfo> writeDirectives() {
     std::vector<drivers::DirectiveRecord> directives;
     std::vector<std::string> names;
@@ -168,7 +169,7 @@ class CsvExport {
   config::Result<std::uint64_t> finish() { return csv_.finish(); }
 
  private:
-  /// Errors: also a trace without that channel, of which another program has left it out.
+  /// Errors: also a trace without that channel, which another program removed.
   template <typename Record>
   config::Result<drivers::TraceInfo> read(const drivers::TraceVisitor& visitor) {
     auto info = trace_.read(visitor, progress_);
@@ -178,7 +179,7 @@ class CsvExport {
     return info;
   }
 
-  /// Numbers as they are, texts in quotes, nothing for what the record lacks.
+  /// Numbers as they are, texts in quotes, an empty cell for what the record lacks.
   static std::vector<std::string> cellsOf(const drivers::DirectiveRecord& directive,
                                           const std::vector<std::string>& names) {
     std::vector<std::string> cells(names.size());
@@ -210,7 +211,7 @@ config::Result<drivers::TraceInfo> writeChannel(CsvExport& csv, TraceChannel cha
   return csv.write<drivers::EventRecord>(&Visitor::event);
 }
 
-/// The trace's configuration, with what it says of itself as comments.
+/// The configuration of the trace, with its metadata as comments.
 std::string settingsFile(const drivers::TraceInfo& trace) {
   std::string text;
   for (const auto& [name, value] : trace.metadata) {

@@ -9,7 +9,7 @@ namespace hapticd::tools {
 void EmptyPeriodCount::add(const rt::Tick& tick) {
   if (last_) {
     const auto [time_ns, number] = *last_;
-    // times as they come from a file: their difference may not fit
+    // times from a file may be anything: their difference may overflow
     std::int64_t taken_ns = 0;
     const bool fits = !__builtin_sub_overflow(tick.planned_ns, time_ns, &taken_ns);
     if (fits && taken_ns > 0 && tick.number > number) {

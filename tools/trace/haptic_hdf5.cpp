@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// haptic-hdf5: `hapticctl trace export` in HDF5. hapticctl runs it and reads its answer, lines of JSON on
-// stdout.
+// haptic-hdf5 exports a trace as HDF5 for `hapticctl trace export`, which runs it and reads its results,
+// lines of JSON on stdout.
 
 #include <fmt/format.h>
 #include <sysexits.h>
@@ -28,7 +28,7 @@ void answer(const nlohmann::json& line) {
 
 int run(int argc, char** argv) {
   CLI::App app{"haptic-hdf5: writes a trace of hapticd as HDF5, for hapticctl trace export"};
-  app.set_version_flag("--version", std::string("haptic-hdf5 ") + HAPTICD_VERSION);
+  app.set_version_flag("-V,--version", std::string("haptic-hdf5 ") + HAPTICD_VERSION);
   std::string trace;
   std::string out;
   bool replace = false;

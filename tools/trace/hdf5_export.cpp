@@ -32,7 +32,7 @@ hid_t numberType() {
   if constexpr (sizeof(Number) == 1) return H5T_NATIVE_UINT8;
 }
 
-/// Makes a column for each field that it visits.
+/// Creates a column for each field that it visits.
 struct ColumnsOfFields {
   hid_t group;
   std::vector<Hdf5Column>& columns;
@@ -62,7 +62,7 @@ struct ColumnsOfFields {
     good = good && addAttribute(added.dataset(), "applies_to", std::string("the laws proxy and surface"));
   }
   void operator()(std::string_view name, const std::string&) { column(name, hdf5TextType()); }
-  /// The parameters of a directive are columns of their own.
+  /// Each parameter of a directive has a column of its own.
   void operator()(std::string_view name, const Pairs&) {
     if (name != kParameters) column(name, hdf5TextType());
   }
@@ -78,7 +78,7 @@ struct Hdf5Row {
   template <typename Value>
   requires std::is_arithmetic_v<Value>
   void operator()(std::string_view, const Value& value) { column().add(&value, sizeof value); }
-  /// Behind the enumerators where the field does not apply.
+  /// The value after the last enumerator, for a field that does not apply.
   template <rt::Worded Value>
   void operator()(std::string_view name, const Value& value) {
     const auto none = static_cast<std::uint8_t>(rt::kWords<Value>.size());
@@ -99,7 +99,7 @@ struct Hdf5Row {
   Hdf5Column& column() { return columns[next++]; }
 };
 
-/// A channel: a group of columns.
+/// A channel as a group of columns.
 class Table {
  public:
   template <typename Record>
@@ -144,7 +144,7 @@ class Table {
   bool good_;
 };
 
-/// The whole configuration as attributes, and as the text that it was.
+/// Writes the whole configuration, as attributes and as the original text.
 bool addSettings(hid_t file, const drivers::TraceInfo& trace) {
   const std::string text(settingsText(trace));
   if (text.empty()) return true;
@@ -162,7 +162,7 @@ bool addMetadata(hid_t file, const drivers::TraceInfo& trace, std::int64_t start
   bool good = addAttribute(file, "start_ns", start_ns) &&
               addAttribute(file, "realtime_offset_ns", trace.realtime_offset_ns);
   for (const auto& [name, value] : trace.metadata) {
-    // a kernel "6.10" and a serial number "007" are no numbers
+    // a kernel version "6.10" and a serial number "007" are not numbers
     const std::optional<double> number = name == "force_thread_cpu" ? numberIn(value) : std::nullopt;
     good = good && (number ? addAttribute(file, name, static_cast<std::int64_t>(*number))
                            : addAttribute(file, name, value));
@@ -175,7 +175,7 @@ config::Error fillError(const std::filesystem::path& file) {
           "is there memory for the whole file? Or export a stretch: --from, --to"};
 }
 
-/// Everything into an open file. Nothing: it could not be written.
+/// Writes all channels into an open file; nothing if they could not be written.
 config::Result<std::optional<std::uint64_t>> fill(hid_t file, const SelectedTrace& trace,
                                                   const Progress& progress) {
   Table ticks(file, "ticks", rt::Tick{}, trace), models(file, "models", drivers::ModelRecord{}, trace),
@@ -210,7 +210,7 @@ config::Result<std::uint64_t> exportHdf5(const std::filesystem::path& trace_file
   if (!trace) return std::unexpected(trace.error());
   auto whole = WholeFile::create(hdf5_file, if_exists);
   if (!whole) return std::unexpected(whole.error());
-  ::H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // it would print what we say ourselves
+  ::H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // it would print errors that are reported here
   Hdf5Memory file;
   if (!file.good()) return std::unexpected(fillError(hdf5_file));
   const auto rows = fill(file.id(), *trace, progress);

@@ -8,7 +8,7 @@ namespace hapticd::tools {
 namespace {
 
 constexpr hsize_t kRowsAtOnce = 4096;
-constexpr unsigned kCompression = 4;  // of 9: beyond it files hardly get smaller
+constexpr unsigned kCompression = 4;  // of 9: with more, files hardly get smaller
 
 Hdf5Handle createDataset(hid_t group, const std::string& name, hid_t type, std::size_t width) {
   const int dimensions = width > 1 ? 2 : 1;
@@ -61,7 +61,7 @@ Hdf5Memory::Hdf5Memory()
 std::optional<std::string_view> Hdf5Memory::content() {
   void* memory = nullptr;
   hsize_t bytes = 0;
-  // of the core driver, what it calls a handle is the place of the pointer to its memory
+  // what the core driver calls a handle is the address of the pointer to its memory
   const bool found = ::H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0 && ::H5Fget_filesize(file_, &bytes) >= 0 &&
                      ::H5Fget_vfd_handle(file_, access_, &memory) >= 0 && memory != nullptr;
   if (!found) return std::nullopt;

@@ -13,7 +13,7 @@
 
 namespace hapticd::tools {
 
-/// What HDF5 calls an identifier, closed with the object.
+/// An HDF5 identifier, which is closed with the object.
 class Hdf5Handle {
  public:
   Hdf5Handle(hid_t id, herr_t (*closing)(hid_t)) : id_(id), close_(closing) {}
@@ -27,7 +27,7 @@ class Hdf5Handle {
     close();
     id_ = id;
   }
-  /// False: what was written is not in the file.
+  /// False if what was written did not reach the file.
   bool close();
 
  private:
@@ -35,14 +35,15 @@ class Hdf5Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// A new HDF5 file in memory. libhdf5 crashes where a disk takes no more, so that the disk is left to others.
+/// A new HDF5 file in memory. libhdf5 itself must not write to the disk, because it crashes if the disk is
+/// full.
 class Hdf5Memory {
  public:
   Hdf5Memory();
 
   bool good() const { return file_.good(); }
   hid_t id() const { return file_; }
-  /// The whole file, as long as this object lives and nothing is added.  Nothing: it could not be finished.
+  /// The whole file, valid while this object lives and nothing is added; nothing if it could not be finished.
   std::optional<std::string_view> content();
 
  private:
@@ -50,29 +51,29 @@ class Hdf5Memory {
   Hdf5Handle file_;
 };
 
-/// The type of texts of any length.
+/// The HDF5 type of texts of variable length.
 Hdf5Handle hdf5TextType();
 
-// Attributes of an object.  False: they cannot be written.
+// Each function adds an attribute to an object; false if it cannot be written.
 bool addAttribute(hid_t object, const std::string& name, const std::string& value);
 bool addAttribute(hid_t object, const std::string& name, double value);
 bool addAttribute(hid_t object, const std::string& name, std::int64_t value);
 bool addAttribute(hid_t object, const std::string& name, std::span<const std::string_view> values);
 
-/// A dataset of one text of any length.  False: it cannot be written.
+/// Adds a dataset that holds one text; false if it cannot be written.
 bool addText(hid_t group, const std::string& name, const std::string& text);
 
-/// A dataset that grows by rows of `width` numbers, or of one text.
+/// A dataset that grows by rows, each of `width` numbers or of one text.
 class Hdf5Column {
  public:
-  /// `type`: of a value in memory and in the file.
+  /// `type`: type of a value, in memory and in the file.
   Hdf5Column(hid_t group, const std::string& name, hid_t type, std::size_t width);
 
-  /// One value of a row.
+  /// Adds a value to the current row.
   void add(const void* value, std::size_t bytes);
   void add(const std::string& text) { texts_.push_back(text); }
   void endRow();
-  /// Writes what is left.  False: something could not be written.
+  /// Writes the remaining rows; false if something could not be written.
   bool finish();
   hid_t dataset() const { return dataset_; }
 
@@ -82,8 +83,8 @@ class Hdf5Column {
   std::size_t width_;
   Hdf5Handle type_;
   Hdf5Handle dataset_;
-  std::vector<unsigned char> values_;  ///< of the rows that are not written yet
-  std::vector<std::string> texts_;     ///< or these
+  std::vector<unsigned char> values_;  ///< the rows that are not written yet
+  std::vector<std::string> texts_;     ///< the same, of a dataset of texts
   hsize_t pending_ = 0;
   hsize_t rows_ = 0;
   bool good_;

@@ -52,7 +52,8 @@ std::vector<std::string> commandFor(const fs::path& program, const fs::path& tra
   return command;
 }
 
-/// One line of the program's output: {"share": 0..1}, {"rows": n} or {"error": {"where", "what", "remedy"}}.
+/// Reads a line of the program's output: {"share": 0..1}, {"rows": n} or {"error": {"where", "what",
+/// "remedy"}}.
 struct Answers {
   const Progress& progress;
   config::Result<std::uint64_t> result =
@@ -70,7 +71,7 @@ struct Answers {
   }
 };
 
-/// What the child prints until it closes its output.
+/// Reads what the child prints until it closes its output.
 void readLines(std::FILE* from, const std::function<void(const std::string&)>& take) {
   std::string line;
   for (int byte = std::fgetc(from); byte != EOF; byte = std::fgetc(from)) {

@@ -10,10 +10,9 @@
 
 namespace hapticd::tools {
 
-/// exportHdf5() in a program of its own, haptic-hdf5, which the package hapticd-tools brings: whoever only
-/// runs the box needs no libhdf5. It is looked for beside this program and in ../libexec/hapticd. Errors:
-/// those of exportHdf5(), and that the program is not installed or ended without an answer. Thread: any.  RT:
-/// not safe.
+/// Runs exportHdf5() in a separate program, haptic-hdf5 of the package hapticd-tools, so that a box needs no
+/// libhdf5. The program is looked for beside this one and in ../libexec/hapticd. Errors: those of
+/// exportHdf5(), and that the program is not installed or ended without a result. Thread: any.  RT: not safe.
 config::Result<std::uint64_t> exportHdf5ByProgram(const std::filesystem::path& trace,
                                                   const std::filesystem::path& hdf5,
                                                   const TraceSelection& selection = {},

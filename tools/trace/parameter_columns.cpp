@@ -11,7 +11,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// HDF5 takes slashes for the way through groups, and points alone for groups.
+/// A name that HDF5 accepts: it takes slashes for paths through groups, and "." and ".." for groups.
 std::string datasetName(std::string name) {
   std::ranges::replace(name, '/', '_');
   std::ranges::replace(name, '\0', '_');

@@ -11,14 +11,14 @@
 
 namespace hapticd::tools {
 
-/// The parameters of directives as datasets of a group, one each: numbers as numbers, truth values as 1 and
-/// 0, others as texts. A record that lacks a parameter leaves NaN or an empty text.
+/// Writes the parameters of directives as datasets of a group, one for each parameter: numbers as numbers,
+/// booleans as 1 and 0, others as texts. A record that lacks a parameter gives NaN or an empty text.
 class ParameterColumns {
  public:
   ParameterColumns(hid_t group, const std::string& name);
 
   void addRow(const std::vector<std::pair<std::string, std::string>>& parameters);
-  /// Writes what is left.  False: something could not be written.
+  /// Writes the remaining rows; false if something could not be written.
   bool finish();
 
  private:

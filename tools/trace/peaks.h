@@ -12,9 +12,9 @@
 
 namespace hapticd::tools {
 
-/// Leaves at most `most` of `count` items, in their order: of each stretch the one of the least and the one
-/// of the largest value. A value that is no number counts as the largest. All where there are no more than
-/// that.
+/// Reduces `count` items to at most `most`, in their order: of each stretch it keeps the items with the least
+/// and the largest value. NaN counts as the largest value. If there are no more than `most` items, it keeps
+/// all.
 template <typename Item>
 class Peaks {
  public:
@@ -27,8 +27,7 @@ class Peaks {
   void add(double value, const Item& item) {
     const std::uint64_t index = index_++;
     if (stretches_ == 0) return emit_(item);
-    // in floating point, for the product may be larger than any integer; a rounding moves a border by one
-    // item
+    // in floating point, because the product may exceed any integer; rounding may move a border by one item
     const auto stretch = static_cast<std::uint64_t>(static_cast<double>(index) / static_cast<double>(count_) *
                                                     static_cast<double>(stretches_));
     if (stretch != stretch_) finish();
@@ -38,7 +37,7 @@ class Peaks {
     if (!largest_ || key > largest_->value) largest_ = {index, key, item};
   }
 
-  /// After the last item.
+  /// To be called after the last item.
   void finish() {
     if (least_) {
       const auto& [first, second] = std::minmax(*least_, *largest_, earlier);

@@ -40,7 +40,7 @@ config::Result<void> mayBegin(const fs::path& trace, const fs::path& folder) {
   return refuse(trace, "holds no depth", "write it with depth: hapticctl trace start --depth");
 }
 
-/// Everything but the folder's name.
+/// Writes the content of the folder.
 config::Result<std::uint64_t> writeFrames(const SelectedTrace& trace, const fs::path& file,
                                           const fs::path& draft, const Progress& progress) {
   auto writer = drivers::RecordingWriter::create(draft, trace.realtimeOffset_ns());

@@ -64,7 +64,7 @@ double SelectedTrace::realtimeSeconds(std::int64_t time_ns) const {
 
 bool SelectedTrace::holds(std::int64_t time_ns) const {
   const double time_s = seconds(time_ns);
-  // what is in front of the first tick belongs to the begin
+  // records before the first tick belong to the beginning
   return (selection_.from_s <= time_s || selection_.from_s <= 0) && time_s <= selection_.to_s;
 }
 

@@ -14,19 +14,19 @@
 
 namespace hapticd::tools {
 
-/// What a selection leaves of a trace.
+/// The records of a trace within a selected time.
 class SelectedTrace {
  public:
-  /// Errors: those of readTrace(), a selection that is none.
+  /// Errors: those of readTrace(), a selection that is empty or impossible.
   static config::Result<SelectedTrace> open(const std::filesystem::path& file,
                                             const TraceSelection& selection);
 
   const std::filesystem::path& file() const { return file_; }
-  /// Errors: the trace has no channel of ticks, as one that was filtered.
+  /// Errors: the trace has no channel of ticks, because another program filtered it.
   config::Result<void> requireTicks() const {
     return info_.require(file_, drivers::kChannelName<rt::Tick>.topic);
   }
-  /// CLOCK_MONOTONIC that times in seconds count from.
+  /// The time, CLOCK_MONOTONIC, from which seconds() counts.
   std::int64_t start_ns() const { return start_ns_; }
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC.
   std::int64_t realtimeOffset_ns() const { return info_.realtime_offset_ns; }
@@ -34,7 +34,7 @@ class SelectedTrace {
   bool lacks(std::string_view field) const {
     return info_.lacks(drivers::kChannelName<Record>.topic, field);
   }
-  /// visitFields() without the fields that the trace lacks.
+  /// Like visitFields(), but without the fields that the trace lacks.
   template <typename Record>
   void visitKnown(const Record& record, auto&& visit) const {
     if (info_.missing.empty()) return drivers::visitFields(record, visit);
@@ -42,31 +42,33 @@ class SelectedTrace {
       if (!lacks<Record>(name)) visit(name, field);
     });
   }
-  /// applies(); of ticks that do not say their law, every field does.
+  /// Like applies(); if the trace does not record the law of its ticks, every field applies.
   template <typename Record>
   bool says(const Record& record, std::string_view field) const {
     return applies(record, field) || lacks<Record>("law");
   }
   double seconds(std::int64_t time_ns) const;
-  /// UTC since 1970; a floating-point number tells tenths of microseconds apart.
+  /// Seconds since 1970 in UTC; a double resolves tenths of microseconds.
   double realtimeSeconds(std::int64_t time_ns) const;
 
-  /// Ticks in the selected time, whatever their number.
+  /// The number of ticks in the selected time.
   config::Result<std::uint64_t> countTicks(const Progress& progress) const;
-  /// What is in the selected time, and no more ticks than are wanted.
+  /// Reads the records in the selected time, with at most as many ticks as are selected.
   config::Result<drivers::TraceInfo> read(drivers::TraceVisitor visitor, const Progress& progress) const;
-  /// The same with all ticks of that time.
+  /// Reads the records in the selected time, with all ticks.
   config::Result<drivers::TraceInfo> readAll(drivers::TraceVisitor visitor, const Progress& progress) const;
+
+  /// Whether that time, CLOCK_MONOTONIC, is selected.
+  bool holds(std::int64_t time_ns) const;
 
  private:
   SelectedTrace(std::filesystem::path file, const TraceSelection& selection)
       : file_(std::move(file)), selection_(selection) {}
-  bool holds(std::int64_t time_ns) const;
 
   std::filesystem::path file_;
   TraceSelection selection_;
   std::int64_t start_ns_ = 0;
-  drivers::TraceInfo info_;  ///< up to the first tick; of all of a trace without ticks
+  drivers::TraceInfo info_;  ///< of the part up to the first tick; of the whole trace if it has no ticks
 };
 
 }  // namespace hapticd::tools

@@ -7,16 +7,16 @@
 
 namespace hapticd::tools {
 
-/// What of a trace is wanted.
+/// The part of a trace to use.
 struct TraceSelection {
-  double from_s = 0;  ///< since the first tick, or the first message of a trace without ticks
+  double from_s = 0;  ///< since the first tick; in a trace without ticks since its first message
   double to_s = std::numeric_limits<double>::infinity();
-  /// At most that many ticks, 0: all. The ticks then fall into stretches of the same length, each of which
-  /// gives the tick of least and the tick of largest |command force|: no peak is lost. At least 2.
+  /// Use at most that many ticks, at least 2; 0: all. The ticks are divided into stretches of equal length,
+  /// and of each the ticks with the least and the largest |command force| are used, so that no peak is lost.
   std::size_t most_ticks = 0;
 };
 
-/// Gets the share of the work that is done, 0..1, now and then; may be empty.
+/// Called now and then with the share of the work that is done, 0..1; may be empty.
 using Progress = std::function<void(double)>;
 
 }  // namespace hapticd::tools

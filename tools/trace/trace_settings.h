@@ -11,24 +11,25 @@
 
 namespace hapticd::tools {
 
-/// A parameter as a trace's settings have it.
+/// A parameter in the settings of a trace.
 struct TraceSetting {
   std::string name;   ///< "force.radius_m"
-  std::string value;  ///< as it is written there
-  bool text = false;  ///< stood in quotes, so that it is no number whatever it looks like
+  std::string value;  ///< as it is written in the settings
+  bool text = false;  ///< whether it is in quotes, so that it is a text even if it looks like a number
 };
 
-/// The file settings.yaml in the trace: the whole configuration at its begin, in the form of hapticd's own
-/// file. Empty: the trace has none.
+/// The file settings.yaml in the trace: the whole configuration at its beginning, in the form of hapticd's
+/// own file. Empty if the trace has none.
 std::string_view settingsText(const drivers::TraceInfo& trace);
 
-/// Its parameters, in its order; what is not of the form `group: {name: value}` is left out.
+/// The parameters in such a file, in its order; what does not have the form `group: {name: value}` is left
+/// out.
 std::vector<TraceSetting> settingsIn(std::string_view text);
 
-/// The value as a number, 1 and 0 for true and false; nothing where it is a text.
+/// The value as a number, with 1 and 0 for true and false; nothing if it is a text.
 std::optional<double> numberIn(std::string_view value);
 
-/// Period of the force loop by the settings, nanoseconds; nothing where they do not say.
+/// The period of the force loop in the settings, in nanoseconds; nothing if they do not contain it.
 std::optional<std::int64_t> periodIn(const drivers::TraceInfo& trace);
 
 }  // namespace hapticd::tools

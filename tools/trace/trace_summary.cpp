@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drivers/trace/messages.h"
+#include "drivers/trace/trace_folder.h"
 #include "rt/clock.h"
 #include "rt/law_table.h"
 #include "rt/words.h"
@@ -17,7 +18,7 @@ namespace {
 constexpr std::size_t kMostGaps = 20;
 constexpr std::size_t kMostEvents = 1000;
 
-/// The nearest sample that at least `share` of all do not exceed, microseconds.
+/// The smallest sample that at least that share of all samples do not exceed, in microseconds.
 double percentile_us(std::vector<std::int64_t>& samples_ns, double share) {
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(samples_ns.size())));
   const auto at = samples_ns.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
@@ -83,7 +84,7 @@ class Summing {
   }
 
  private:
-  /// Those that occur, and how long.
+  /// The enumerators that occur, and for how long.
   template <typename Enumeration>
   static std::vector<std::pair<std::string, double>> timesOf(const auto& ticks, double period_s) {
     std::vector<std::pair<std::string, double>> times;
@@ -124,7 +125,9 @@ config::Result<TraceSummary> summariseTrace(const std::filesystem::path& trace, 
                                  .event = [&](const drivers::EventRecord& e) { return summing.addEvent(e); },
                                  .progress = progress});
   if (!info) return std::unexpected(info.error());
-  return std::move(summing).finish(std::move(*info));
+  TraceSummary summary = std::move(summing).finish(std::move(*info));
+  summary.note = drivers::noteOf(trace);
+  return summary;
 }
 
 }  // namespace hapticd::tools

@@ -3,6 +3,7 @@
 
 #include "tools/hapticctl/force_history.h"
 #include "tools/hapticctl/glance_text.h"
+#include "tools/hapticctl/status_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -53,6 +54,55 @@ TEST(Glance, KeepsToASmallScreen) {
 TEST(Glance, ColoursOnlyWhenAskedTo) {
   for (const std::string& line : glanceLines(status(1), {})) EXPECT_EQ(line.find('\033'), std::string::npos);
   EXPECT_TRUE(glanceLines(status(1), {{}, true}).front().starts_with("\033[31m! faulted"));
+}
+
+/// An engaged loop of that rate, with that many late ticks of a million.
+Json loopStatus(double rate_hz, int overruns, double uptime_s = 60) {
+  return {{"mode", "engaged"},
+          {"uptimeS", uptime_s},
+          {"loop", {{"rateHz", rate_hz}, {"counters", {{"ticks", 1'000'000}, {"overruns", overruns}}}}},
+          {"camera", {{"state", "streaming"}}},
+          {"handle", {{"state", "present"}}},
+          {"law", {{"chosen", "surface"}}},
+          {"scene", {{"points", 0}}}};
+}
+
+TEST(Glance, IsGreenOnlyForAForceLoopThatKeepsTime) {
+  const auto modeLine = [](const Json& status) {
+    for (const std::string& line : glanceLines(status, {{}, true, 1000})) {
+      if (line.find("mode    ") != std::string::npos) return line;
+    }
+    return std::string();
+  };
+  EXPECT_TRUE(modeLine(loopStatus(999, 100)).starts_with("\033[32m"));
+  EXPECT_TRUE(modeLine(loopStatus(981, 70)).starts_with("\033[33m")) << modeLine(loopStatus(981, 70));
+  EXPECT_TRUE(modeLine(loopStatus(1000, 101)).starts_with("\033[33m"));
+  Json warned = loopStatus(1000, 0);
+  warned["warnings"] = {"something"};
+  EXPECT_TRUE(modeLine(warned).starts_with("\033[33m"));
+}
+
+TEST(Glance, JudgesTheForceLoopByItsRateAndItsLateTicks) {
+  EXPECT_EQ(punctualityOf(loopStatus(999, 100), 1000), Punctuality::good);
+  EXPECT_EQ(punctualityOf(loopStatus(994, 0), 1000), Punctuality::late);
+  EXPECT_EQ(punctualityOf(loopStatus(994, 0), std::nan("")), Punctuality::good) << "no rate to compare with";
+  EXPECT_EQ(punctualityOf(loopStatus(994, 0, 1), 1000), Punctuality::good) << "the rate is still coming up";
+  EXPECT_EQ(punctualityOf(loopStatus(899, 0), 1000), Punctuality::very_late);
+  EXPECT_EQ(punctualityOf(loopStatus(1000, 101), 1000), Punctuality::late);
+  EXPECT_EQ(punctualityOf(loopStatus(1000, 10'001), 1000), Punctuality::very_late);
+  EXPECT_EQ(punctualityOf(Json(), 1000), Punctuality::unknown);
+  const auto said = complaints(loopStatus(981, 70), 1000);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_TRUE(
+      said[0].starts_with("the force loop is late: 981.0 of 1000 Hz in the last second, 70 of 1000000 "))
+      << said[0];
+}
+
+TEST(Glance, ExplainsASceneWithoutPointsUnderTheLawThatNeedsNone) {
+  EXPECT_EQ(sceneContentText(loopStatus(1000, 0)),
+            "all pixels (the law surface works on the depth image and models no points)");
+  EXPECT_EQ(sceneContentText(Json::parse(R"({"law": {"chosen": "proxy"}, "scene": {"points": 7}})")),
+            "7 points");
 }
 
 TEST(TerminalText, CutsBetweenCharacters) {

@@ -40,7 +40,7 @@ TEST(OpenMetrics, GivesValuesInBaseUnits) {
                            "hapticd_loop_overruns_total 2", "hapticd_tick_force_newtons{stage=\"command\"} 5",
                            "hapticd_tick_hip_metres{axis=\"x\"} 0.1",
                            "hapticd_loop_transitions_by_cause_total{cause=\"requested\"} 2",
-                           "hapticd_build_info{version=\"1.2\\\"3\",kernel=\"6.1\",law=\"-\"} 1"}) {
+                           "hapticd_build_info{version=\"1.2\\\"3\",kernel=\"6.1\"} 1"}) {
     EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
   }
   const std::regex median("hapticd_loop_wakeup_latency_seconds\\{quantile=\"0.5\"\\} (\\S+)\n");
@@ -66,6 +66,40 @@ TEST(OpenMetrics, LeavesOutWhatTheDaemonDoesNotKnow) {
   EXPECT_EQ(text.find("free_bytes"), std::string::npos);
   EXPECT_EQ(text.find("axis=\"z\""), std::string::npos);
   EXPECT_EQ(text.find("nan"), std::string::npos);
+}
+
+TEST(OpenMetrics, TheLabelsOfTheBuildDoNotChangeWithTheLaw) {
+  Json status = kStatus;
+  const auto build = [&] {
+    const std::string text = openMetricsOf(status);
+    const std::size_t begin = text.find("\nhapticd_build_info{");
+    return text.substr(begin, text.find('\n', begin + 1) - begin);
+  };
+  const std::string before = build();
+  status["law"] = {{"chosen", "proxy"}};
+  EXPECT_EQ(build(), before);
+  EXPECT_TRUE(has(openMetricsOf(status), "hapticd_force_law{hapticd_force_law=\"proxy\"} 1"));
+  EXPECT_TRUE(has(openMetricsOf(status), "hapticd_force_law{hapticd_force_law=\"surface\"} 0"));
+}
+
+TEST(PrometheusText, HasTheSameSamplesUnderTypesThatTheFormatKnows) {
+  const std::string text = prometheusTextOf(kStatus);
+  std::vector<std::string> samples, known;
+  for (const std::string& line : linesOf(text)) {
+    if (!line.starts_with('#')) samples.push_back(line);
+  }
+  for (const std::string& line : linesOf(openMetricsOf(kStatus))) {
+    if (!line.starts_with('#')) known.push_back(line);
+  }
+  EXPECT_EQ(samples, known);
+  for (const char* line :
+       {"# TYPE hapticd_loop_ticks_total counter", "# TYPE hapticd_mode gauge",
+        "# HELP hapticd_loop_ticks_total Ticks of the force loop.", "# TYPE hapticd_build_info gauge",
+        "# TYPE hapticd_loop_wakeup_latency_seconds summary"}) {
+    EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
+  }
+  for (const char* word : {"# UNIT", "# EOF", "stateset"})
+    EXPECT_EQ(text.find(word), std::string::npos) << word;
 }
 
 TEST(OpenMetrics, SaysThatADaemonIsDown) {
@@ -110,7 +144,7 @@ TEST(OpenMetrics, KeepsTheRulesOfTheStandard) {
 }
 
 TEST(HttpReply, GivesMetricsToGetAndTheirHeadToHead) {
-  const auto metrics = [] { return std::string("# EOF\n"); };
+  const auto metrics = [](MetricsFormat) { return std::string("# EOF\n"); };
   const std::string got = httpReply("GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n", metrics);
   EXPECT_TRUE(
       got.starts_with("HTTP/1.1 200 OK\r\nContent-Type: application/openmetrics-text; version=1.0.0"));
@@ -121,8 +155,22 @@ TEST(HttpReply, GivesMetricsToGetAndTheirHeadToHead) {
   EXPECT_TRUE(head.ends_with("\r\n\r\n"));
 }
 
+TEST(HttpReply, GivesTheFormThatIsAccepted) {
+  const auto metrics = [](MetricsFormat format) {
+    return std::string(format == MetricsFormat::prometheus ? "older" : "newer");
+  };
+  const auto body = [&](const std::string& header) {
+    const std::string got = httpReply("GET /metrics HTTP/1.1\r\n" + header + "\r\n", metrics);
+    return got.substr(got.find("\r\n\r\n") + 4);
+  };
+  EXPECT_EQ(body(""), "newer");
+  EXPECT_EQ(body("Accept: */*\r\n"), "newer");
+  EXPECT_EQ(body("ACCEPT: application/openmetrics-text;version=1.0.0,text/plain;q=0.5\r\n"), "newer");
+  EXPECT_EQ(body("accept: text/plain;version=0.0.4\r\nX: openmetrics\r\n"), "older");
+}
+
 TEST(HttpReply, RefusesAllElseWithoutAskingTheDaemon) {
-  const auto never = []() -> std::string {
+  const auto never = [](MetricsFormat) -> std::string {
     ADD_FAILURE() << "asked";
     return "";
   };

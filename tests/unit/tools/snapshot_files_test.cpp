@@ -7,6 +7,7 @@
 
 #include "config/base64.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
+#include "tools/hapticctl/snapshot/depth_scale.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 
@@ -83,6 +84,53 @@ TEST(DepthPicture, IsBlackWithoutDepthAndHasACrossAtTheHip) {
   EXPECT_EQ(std::ranges::count(depthPicture(snapshot), kHipColour), 0);
 }
 
+/// A wall from `near_m` at the left to `far_m` at the right, raw values by the depth model.
+Snapshot slope(double near_m, double far_m) {
+  Snapshot snapshot = onePixel();
+  const rt::DepthModelParameters m;
+  for (std::size_t i = 0; i < snapshot.raw.size(); ++i) {
+    const double share = static_cast<double>(i % rt::kFrameWidth) / (rt::kFrameWidth - 1);
+    const double depth_m = near_m + share * (far_m - near_m);
+    snapshot.raw[i] = static_cast<std::uint16_t>(std::lround((1 / depth_m - m.b_per_m) / m.a_per_m));
+  }
+  return snapshot;
+}
+
+TEST(DepthPicture, SpreadsItsColoursOverTheDepthsThatThereAre) {
+  Snapshot snapshot = slope(0.8, 1.2);
+  const DepthRange range = contrastRange(snapshot);
+  EXPECT_NEAR(range.near_m, 0.8, 0.02);  // a percent of 0.4 m, and a step of the disparity
+  EXPECT_NEAR(range.far_m, 1.2, 0.02);
+  const std::vector<Rgb> picture = depthPicture(snapshot);
+  EXPECT_EQ(picture[0], colourOfDepth(range.near_m, range.near_m, range.far_m));
+  EXPECT_EQ(picture[rt::kFrameWidth - 1], colourOfDepth(range.far_m, range.near_m, range.far_m));
+  // half a percent of the pixels, nearer and farther: they take no contrast away
+  for (std::size_t i = 0; i < rt::kFramePixels / 200; ++i) snapshot.raw[i] = i % 2 == 0 ? 400 : 1000;
+  EXPECT_NEAR(contrastRange(snapshot).near_m, range.near_m, 0.01);
+  EXPECT_NEAR(contrastRange(snapshot).far_m, range.far_m, 0.01);
+}
+
+TEST(DepthPicture, AFlatWallHasARangeOfFiveCentimetresAndNothingTheCameras) {
+  Snapshot snapshot = slope(1, 1);
+  EXPECT_NEAR(contrastRange(snapshot).far_m - contrastRange(snapshot).near_m, 0.05, 1e-9);
+  snapshot.raw.assign(rt::kFramePixels, rt::kRawNoMeasurement);
+  EXPECT_EQ(contrastRange(snapshot).near_m, snapshot.depth_model.near_m);
+  EXPECT_EQ(contrastRange(snapshot).far_m, snapshot.depth_model.far_m);
+}
+
+TEST(DepthScale, ShowsTheColoursOfTheRangeFromNearToFarWithTicks) {
+  const DepthRange range{0.8, 1.2};
+  const std::vector<Rgb> scale = depthScale(range, 480);
+  ASSERT_EQ(scale.size(), 480U * kScaleWidth);
+  const auto at = [&](std::size_t column, std::size_t row) { return scale[row * kScaleWidth + column]; };
+  EXPECT_EQ(at(20, 16), colourOfDepth(0.8, 0.8, 1.2));
+  EXPECT_EQ(at(20, 464), colourOfDepth(1.2, 0.8, 1.2));
+  // 0.80, 0.85 ... 1.20: nine ticks right of the bar
+  int ticks = 0;
+  for (std::size_t row = 0; row < 480; ++row) ticks += at(33, row) == Rgb{0, 0, 0};
+  EXPECT_EQ(ticks, 9);
+}
+
 TEST(DepthPicture, ReadsBackFromPng) {
   const Snapshot snapshot = onePixel();
   const auto png = pngOf(snapshot);
@@ -90,12 +138,16 @@ TEST(DepthPicture, ReadsBackFromPng) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   ASSERT_TRUE(png_image_begin_read_from_memory(&image, png->data(), png->size()));
-  EXPECT_EQ(image.width, 640U);
+  EXPECT_EQ(image.width, 640U + kScaleWidth);
   EXPECT_EQ(image.height, 480U);
   image.format = PNG_FORMAT_RGB;
-  std::vector<Rgb> pixels(rt::kFramePixels);
+  std::vector<Rgb> pixels(std::size_t{image.width} * image.height);
   ASSERT_TRUE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
-  EXPECT_EQ(pixels, depthPicture(snapshot));
+  // the pixels of the camera are those of the file, and the scale stands at the right of them
+  std::vector<Rgb> seen, scale;
+  for (std::size_t i = 0; i < pixels.size(); ++i) (i % image.width < 640 ? seen : scale).push_back(pixels[i]);
+  EXPECT_EQ(seen, depthPicture(snapshot));
+  EXPECT_EQ(scale, depthScale(contrastRange(snapshot), 480));
 }
 
 // Source: the test vectors of RFC 4648, section 10.

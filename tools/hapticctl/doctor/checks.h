@@ -6,7 +6,7 @@
 
 namespace hapticd::tools {
 
-// Each check looks at one thing and says at least one finding, whatever it can or cannot read.
+// Each check examines one thing and returns at least one finding, whatever it can or cannot read.
 
 // kernel_checks.cpp
 Findings checkKernel(const Examination& box);
@@ -46,7 +46,7 @@ Findings checkGnuplot(const Examination& box);
 Findings checkService(const Examination& box);
 Findings checkDaemon(const Examination& box);
 
-/// All of them, in the order in which they are shown.
+/// The findings of all checks, in the order in which they are shown.
 Findings examine(const Examination& box);
 
 }  // namespace hapticd::tools

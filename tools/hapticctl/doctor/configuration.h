@@ -8,13 +8,13 @@
 
 namespace hapticd::tools {
 
-/// What hapticd is configured to do, as far as it can be read.
+/// The configuration of hapticd, as far as it can be read.
 struct Configuration {
-  config::Settings settings;  ///< the defaults where there is no file, or one that cannot be used
-  std::string problem;        ///< why a file that is there cannot be used; empty: nothing is wrong
+  config::Settings settings;  ///< the defaults if there is no file, or one that cannot be used
+  std::string problem;        ///< why an existing file cannot be used; empty: nothing is wrong
 };
 
-/// Reads etc/hapticd/hapticd.yaml below `root`.
+/// Reads etc/hapticd/hapticd.yaml below the folder `root`.
 Configuration readConfiguration(const std::filesystem::path& root);
 
 }  // namespace hapticd::tools

@@ -15,7 +15,7 @@ const std::string kCpus = "sys/devices/system/cpu/";
 constexpr const char* kSetACpuAside = "hapticd-realtime-setup apply, then reboot";
 constexpr std::int64_t kSlowWakeUs = 10;
 
-/// CPUs that a file lists; none when it is absent, or holds something else.
+/// The CPUs listed in a file; none if it is absent or holds something else.
 Reading<CpuSet> cpusIn(const Machine& machine, const std::string& path) {
   const Reading<std::string> text = machine.read(path);
   if (!text && text.error().absent()) return CpuSet{};
@@ -31,12 +31,13 @@ CpuSet isolatedCpus(const Machine& machine) {
   return cpusIn(machine, kCpus + "isolated").value_or(CpuSet{});
 }
 
-/// CPUs that the force loop has or may get: its own, else those that are isolated.
+/// The CPUs on which the force loop runs or may run: its own, else the isolated ones.
 CpuSet forceCpus(const Examination& box) {
   return box.daemon.cpu ? CpuSet{*box.daemon.cpu} : isolatedCpus(box.machine);
 }
 
-/// The same, or all where nobody knows: what every one of them has, the force loop's has too.
+/// forceCpus(), or all CPUs if those are not known: what holds for all of them holds for the force loop's
+/// too.
 CpuSet forceCpusOrAll(const Examination& box) {
   const CpuSet cpus = forceCpus(box);
   return cpus.empty() ? onlineCpus(box.machine) : cpus;
@@ -55,7 +56,7 @@ bool isFolder(const Machine& machine, const std::string& path) {
   return machine.list(path).has_value();
 }
 
-/// "24 (xhci_hcd)"; empty when no driver takes this interrupt, so that it never comes.
+/// "24 (xhci_hcd)"; empty if no driver handles this interrupt, so that it never occurs.
 Reading<std::string> interruptName(const Machine& machine, const std::string& number) {
   const std::string folder = "proc/irq/" + number;
   const Reading<Names> entries = machine.list(folder);
@@ -66,8 +67,8 @@ Reading<std::string> interruptName(const Machine& machine, const std::string& nu
   return std::string();
 }
 
-/// Whether an interrupt may come to one of `cpus`. With managed_irq the kernel keeps those away that it
-/// places itself, whatever they are allowed: then it counts where they go.
+/// Whether an interrupt may occur on one of `cpus`. With managed_irq the kernel places some interrupts
+/// itself, regardless of their permitted CPUs: for those their actual CPUs count.
 Reading<bool> mayCome(const Machine& machine, const std::string& number, const CpuSet& cpus,
                       bool kernel_keeps_away) {
   const std::string folder = "proc/irq/" + number + "/";
@@ -83,7 +84,7 @@ struct IdleState {
   std::int64_t latency_us = 0;
 };
 
-/// The state of a CPU that takes longest to wake up from, of those in use.
+/// The enabled idle state of a CPU from which it takes longest to wake up.
 Reading<IdleState> deepestIdleState(const Machine& machine, int cpu) {
   IdleState deepest;
   const std::string folder = cpuFolder(cpu) + "cpuidle/";
@@ -101,7 +102,7 @@ Reading<IdleState> deepestIdleState(const Machine& machine, int cpu) {
   return deepest;
 }
 
-/// Those of the interrupts that may come to one of `cpus`, by number and name.
+/// The interrupts that may occur on one of `cpus`, by number and name.
 Reading<Names> interruptsOn(const Machine& machine, const CpuSet& cpus) {
   const Reading<Names> entries = machine.list("proc/irq");
   if (!entries) return std::unexpected(entries.error());
@@ -109,7 +110,7 @@ Reading<Names> interruptsOn(const Machine& machine, const CpuSet& cpus) {
       machine.read("proc/cmdline").value_or("").find("managed_irq") != std::string::npos;
   Names coming;
   for (const std::string& number : *entries) {
-    // 0 is the timer of the boot: it cannot be moved, and does not come later
+    // 0 is the timer used at boot: it cannot be moved, and does not occur later
     if (!isNumber(number) || number == "0") continue;
     const Reading<std::string> name = interruptName(machine, number);
     if (!name) return std::unexpected(name.error());
@@ -225,7 +226,7 @@ Findings checkIdleStates(const Examination& box) {
   if (findings.empty()) {
     return {good("idle states", fact + "; hapticd may forbid it while it runs (/dev/cpu_dma_latency)")};
   }
-  // a late wake-up, not a box that does not work
+  // only a warning: wake-ups are late, but the box works
   for (Finding& finding : findings) finding.verdict = Verdict::warn;
   return findings;
 }

@@ -10,14 +10,14 @@ namespace hapticd::tools {
 
 using CpuSet = std::set<int>;
 
-/// CPUs in the kernel's form ("0-2,5"; "" for none); nothing when the text is not of that form or names a CPU
-/// above 65535.
+/// Parses a list of CPUs in the kernel's form ("0-2,5"; "" for none); nothing if the text does not have that
+/// form or names a CPU above 65535.
 std::optional<CpuSet> parseCpuList(std::string_view text);
 
-/// The same form back: "0-2,5".
+/// Formats a list of CPUs in the kernel's form: "0-2,5".
 std::string cpuListText(const CpuSet& cpus);
 
-/// The CPUs in both.
+/// The CPUs that are in both lists.
 CpuSet common(const CpuSet& a, const CpuSet& b);
 
 }  // namespace hapticd::tools

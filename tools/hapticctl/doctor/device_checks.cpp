@@ -39,7 +39,7 @@ Findings checkOtherRules(const Examination& box) {
   for (const RulesFile& file : *files) {
     if (file.name == kOwnRules) continue;
     for (const OpenRule& rule : openKinectRules(box.machine, file)) {
-      // an earlier rule is overruled by ours, unless it is final
+      // our rule overrides an earlier one, unless that is final
       if (file.name < kOwnRules && !rule.final) continue;
       findings.push_back(
           doubtful("other udev rules",
@@ -54,7 +54,8 @@ Findings checkOtherRules(const Examination& box) {
   return findings;
 }
 
-/// Of all HID devices those that a udev rule gives to the group hapticd: what is a handle is said there only.
+/// The HID devices that a udev rule gives to the group hapticd: only these rules say which devices are
+/// handles.
 Findings checkHid(const Examination& box) {
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
   if (!names && !names.error().absent()) return {unreadable("hid", "sys/class/hidraw", names.error())};
@@ -87,7 +88,7 @@ Findings checkGpio(const Examination& box) {
     findings.insert(findings.end(), wrong.begin(), wrong.end());
     if (wrong.empty()) usable.push_back(name);
   }
-  // a box without LEDs works too
+  // only a warning: a box works without LEDs
   for (Finding& finding : findings) finding.verdict = Verdict::warn;
   if (!usable.empty()) findings.push_back(good("gpio", "for the group hapticd: " + someOf(usable)));
   if (findings.empty()) findings.push_back(good("gpio", "there are no GPIO chips, so no LEDs on them"));

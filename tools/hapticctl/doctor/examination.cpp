@@ -36,7 +36,7 @@ std::vector<gid_t> ownGroups() {
   return groups;
 }
 
-/// What comes out of `pipe` until its end; nothing when that takes longer than allowed.
+/// Reads `pipe` to its end; nothing if that takes longer than allowed.
 std::optional<std::string> readUntilEnd(int pipe, Clock::time_point deadline) {
   std::string text;
   std::array<char, 4096> part{};
@@ -51,7 +51,7 @@ std::optional<std::string> readUntilEnd(int pipe, Clock::time_point deadline) {
   }
 }
 
-/// The process, with its stdout in `pipe` and its stderr nowhere; -1 if it does not start.
+/// Starts a process with its stdout in `pipe` and its stderr discarded; -1 if it does not start.
 pid_t spawn(const std::vector<std::string>& command, int pipe) {
   std::vector<char*> arguments;
   for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -67,7 +67,7 @@ pid_t spawn(const std::vector<std::string>& command, int pipe) {
   return error == 0 ? process : -1;
 }
 
-/// What a command that ends well prints; nothing if it does not, or not within 5 seconds.
+/// The output of a command; nothing if it fails or takes longer than 5 seconds.
 std::optional<std::string> outputOf(const std::vector<std::string>& command) {
   const auto deadline = Clock::now() + std::chrono::seconds(5);
   std::array<int, 2> ends{};

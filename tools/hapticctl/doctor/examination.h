@@ -17,43 +17,43 @@ namespace hapticd::tools {
 
 inline constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
-/// The user who asks.
+/// The user who runs the examination.
 struct Caller {
-  std::string name;  ///< or the number, where it has no name
+  std::string name;  ///< or the number, if the user has no name
   uid_t user = 0;
-  std::vector<gid_t> groups;        ///< all it is in
-  std::uint64_t rtprio = 0;         ///< highest real-time priority it may take
-  std::uint64_t memlock_bytes = 0;  ///< most memory it may lock
+  std::vector<gid_t> groups;        ///< all groups of the user
+  std::uint64_t rtprio = 0;         ///< the highest real-time priority the user may set
+  std::uint64_t memlock_bytes = 0;  ///< how much memory the user may lock
 };
 
-/// What `systemctl show` says about hapticd.service: property and value.
+/// The properties of hapticd.service and their values, as `systemctl show` prints them.
 using UnitProperties = std::map<std::string, std::string>;
 
-/// What is to be told of a running daemon.
+/// What a running daemon reports of itself.
 struct DaemonView {
   bool answers = false;
   std::string problem;     ///< why it does not answer
-  std::optional<int> cpu;  ///< that its force thread is pinned to
+  std::optional<int> cpu;  ///< the CPU to which its force thread is pinned
   bool memory_locked = false;
-  std::vector<std::string> complaints;  ///< what it says is wrong
+  std::vector<std::string> complaints;  ///< what it reports as wrong
 };
 
-/// All that the checks look at.
+/// Everything that the checks examine.
 struct Examination {
   Machine machine;
   Caller caller;
-  std::optional<UnitProperties> unit;  ///< nothing: the service manager cannot be asked
+  std::optional<UnitProperties> unit;  ///< nothing: the service manager cannot be queried
   DaemonView daemon;
   Configuration configuration = {};
 };
 
-/// The process's own user.
+/// The user of this process.
 Caller thisCaller();
 
-/// Takes the output of `systemctl show` apart, "Name=value" a line.
+/// Parses the output of `systemctl show`, which has lines "Name=value".
 UnitProperties parseProperties(const std::string& shown);
 
-/// Asks the service manager, for at most 5 seconds; nothing if there is none or it does not answer.
+/// Queries the service manager for at most 5 seconds; nothing if there is none or it does not answer.
 std::optional<UnitProperties> askServiceManager();
 
 /// Whether the service manager knows hapticd.service.

@@ -18,18 +18,18 @@ constexpr const char* kName = "handle";
 constexpr const char* kFalconVendor = "0403";
 constexpr const char* kFalconProduct = "cb48";
 
-/// Paths of the configuration begin with '/', those of a Machine do not.
+/// Turns a path of the configuration, which begins with '/', into one of a Machine, which does not.
 std::string belowRoot(const std::string& path) {
   return path.starts_with('/') ? path.substr(1) : path;
 }
 
 // --- a device on another computer
 
-/// The local ports of /proc/net/udp, whose second column is "address:port" in hexadecimal.
+/// The local ports in /proc/net/udp, whose second column is "address:port" in hexadecimal.
 bool isPortInUse(const std::string& table, int port) {
   std::istringstream lines(table);
   std::string line;
-  std::getline(lines, line);  // the heads of the columns
+  std::getline(lines, line);  // the titles of the columns
   while (std::getline(lines, line)) {
     std::istringstream columns(line);
     std::string number, local;

@@ -16,11 +16,12 @@ constexpr const char* kRelease = "proc/sys/kernel/osrelease";
 constexpr const char* kThrottling = "proc/sys/kernel/sched_rt_runtime_us";
 constexpr const char* kClocks = "sys/devices/system/clocksource/clocksource0/";
 constexpr std::int64_t kUsualRuntimeUs = 950'000;
-constexpr std::int64_t kLeastRuntimeUs = 500'000;  // half of each second: twice what the dearest tick needs
+constexpr std::int64_t kLeastRuntimeUs =
+    500'000;  // half of each second: twice what the most expensive tick needs
 constexpr std::int64_t kLittleMemoryMib = 256;
 constexpr std::int64_t kTooLittleMemoryMib = 64;
 
-/// The Debian package that brings the newest real-time kernel for this kind of machine.
+/// The Debian package of the newest real-time kernel for this architecture.
 std::string realtimePackage(const Machine& machine) {
   const std::string arch = machine.read("proc/sys/kernel/arch").value_or("x86_64");
   if (arch == "aarch64") return "linux-image-rt-arm64";
@@ -28,7 +29,7 @@ std::string realtimePackage(const Machine& machine) {
   return "linux-image-rt-amd64";
 }
 
-/// "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64", where dpkg knows that.
+/// "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64"; without the package if dpkg does not know it.
 std::string kernelText(const Machine& machine, const std::string& release) {
   const std::string package = "linux-image-" + release;
   const bool known = machine.exists("var/lib/dpkg/info/" + package + ".list") ||
@@ -36,7 +37,7 @@ std::string kernelText(const Machine& machine, const std::string& release) {
   return known ? release + " from " + package : release;
 }
 
-/// A real-time kernel that lies in /boot.
+/// A real-time kernel that is installed in /boot.
 std::optional<std::string> installedRealtimeKernel(const Machine& machine) {
   for (const std::string& name : machine.list("boot").value_or(Names{})) {
     if (name.starts_with("vmlinuz-") && name.find("-rt") != std::string::npos) return name.substr(8);
@@ -44,7 +45,7 @@ std::optional<std::string> installedRealtimeKernel(const Machine& machine) {
   return std::nullopt;
 }
 
-/// A row of /proc/meminfo in MiB.
+/// The value of a row of /proc/meminfo, in MiB.
 std::optional<std::int64_t> memoryMib(const std::string& table, const std::string& row) {
   std::istringstream lines(table);
   std::string title;

@@ -51,7 +51,7 @@ bool Unread::denied() const {
 }
 
 Reading<std::string> Machine::read(const std::string& path) const {
-  // not to wait for the other end, should somebody have put a pipe there
+  // so that opening a pipe that somebody put there does not wait for its other end
   const int file = ::open((root_ / path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (file < 0) return unread(errno);
   Reading<std::string> content = contentOf(file);

@@ -11,14 +11,14 @@
 namespace hapticd::tools {
 namespace {
 
-/// What a unit's or a user's limits permit.
+/// The limits of a unit or a user.
 struct Limits {
   std::string whose;
   std::uint64_t rtprio = 0;
   std::uint64_t memlock_bytes = 0;
 };
 
-/// A limit as systemctl shows it; 0 for what it does not show.
+/// A limit as systemctl shows it; 0 if it does not show it.
 std::uint64_t limitIn(const UnitProperties& unit, const std::string& name) {
   const auto property = unit.find(name);
   if (property == unit.end()) return 0;

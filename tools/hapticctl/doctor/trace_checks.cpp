@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kName = "traces";
 
-/// Without the leading slash.
+/// The folder of the traces, without the leading slash.
 std::string stateFolder(const Examination& box) {
   const std::string& folder = box.configuration.settings.state.folder;
   return folder.starts_with('/') ? folder.substr(1) : folder;

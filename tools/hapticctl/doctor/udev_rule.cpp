@@ -12,11 +12,11 @@
 namespace hapticd::tools {
 namespace {
 
-/// Those whose files win first.
+/// The folders of rules, the one with the highest precedence first.
 constexpr std::array kFolders{"etc/udev/rules.d/", "run/udev/rules.d/", "usr/local/lib/udev/rules.d/",
                               "usr/lib/udev/rules.d/", "lib/udev/rules.d/"};
 
-/// Whole rules in lower case: lines that end with a backslash go on in the next.
+/// The rules in lower case; a line that ends with a backslash is joined to the next one.
 std::vector<std::string> rulesIn(const std::string& content) {
   std::vector<std::string> rules;
   std::string rule;
@@ -32,7 +32,7 @@ std::vector<std::string> rulesIn(const std::string& content) {
   return rules;
 }
 
-/// What stands in quotation marks behind `key`; nothing without it.
+/// The quoted value after `key`; nothing if the rule does not have that key.
 std::optional<std::string> valueOf(const std::string& rule, const std::string& key) {
   const std::size_t begin = rule.find(key);
   if (begin == std::string::npos) return std::nullopt;
@@ -54,7 +54,7 @@ bool namesAKinect(const std::string& rule) {
   });
 }
 
-/// "0003:046d:c626.", how the name on the HID bus begins; empty for what is no id.
+/// "0003:046d:c626.", with which the name on the HID bus begins; empty if the text is not an id.
 std::string busNameFrom(const std::string& id) {
   constexpr std::size_t kLength = 22;  // bus, vendor, product: 4, 8 and 8 digits
   if (id.size() != kLength) return {};

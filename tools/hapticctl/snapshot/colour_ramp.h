@@ -17,7 +17,7 @@ inline constexpr Rgb kHipColour{255, 0, 0};
 inline constexpr Rgb kProxyColour{255, 255, 255};
 inline constexpr Rgb kNeighbourColour{255, 140, 0};
 
-/// A colour that grows lighter with nearness, evenly to the eye: yellow at near, dark violet at far.
+/// The colour of a depth, in perceptually even steps: yellow at near_m, dark violet at far_m.
 /// Source: samples of the colour map viridis (van der Walt, Smith, 2015, public domain), linear in between.
 Rgb colourOfDepth(double depth_m, double near_m, double far_m);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "rt/depth_model.h"
+#include "tools/hapticctl/snapshot/depth_scale.h"
 
 namespace hapticd::tools {
 namespace {
@@ -35,15 +36,27 @@ void markHip(std::vector<Rgb>& picture, const Snapshot& snapshot, const rt::Dept
   drawCross(picture, static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
 }
 
+std::vector<Rgb> sideBySide(const std::vector<Rgb>& picture, const std::vector<Rgb>& scale) {
+  std::vector<Rgb> both;
+  both.reserve(picture.size() + scale.size());
+  for (std::ptrdiff_t row = 0; row < rt::kFrameHeight; ++row) {
+    both.insert(both.end(), picture.begin() + row * rt::kFrameWidth,
+                picture.begin() + (row + 1) * rt::kFrameWidth);
+    both.insert(both.end(), scale.begin() + row * kScaleWidth, scale.begin() + (row + 1) * kScaleWidth);
+  }
+  return both;
+}
+
 }  // namespace
 
 std::vector<Rgb> depthPicture(const Snapshot& snapshot) {
   const rt::DepthModel model(snapshot.depth_model, snapshot.T_world_camera);
+  const DepthRange range = contrastRange(snapshot);
   std::vector<Rgb> picture(rt::kFramePixels, kNoDepthColour);
   for (std::size_t i = 0; i < picture.size(); ++i) {
     const std::uint16_t raw = snapshot.raw[i];
     if (raw >= rt::kRawValues || model.depth_m(raw) <= 0) continue;
-    picture[i] = colourOfDepth(model.depth_m(raw), snapshot.depth_model.near_m, snapshot.depth_model.far_m);
+    picture[i] = colourOfDepth(model.depth_m(raw), range.near_m, range.far_m);
   }
   markHip(picture, snapshot, model);
   return picture;
@@ -51,10 +64,11 @@ std::vector<Rgb> depthPicture(const Snapshot& snapshot) {
 
 config::Result<std::string> pngOf(const Snapshot& snapshot) {
   static_assert(sizeof(Rgb) == 3, "rows are handed to libpng as they are");
-  const std::vector<Rgb> picture = depthPicture(snapshot);
+  const std::vector<Rgb> picture =
+      sideBySide(depthPicture(snapshot), depthScale(contrastRange(snapshot), rt::kFrameHeight));
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = rt::kFrameWidth;
+  image.width = rt::kFrameWidth + kScaleWidth;
   image.height = rt::kFrameHeight;
   image.format = PNG_FORMAT_RGB;
   png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);

@@ -32,7 +32,7 @@ rt::PoseParameters poseAt(const Json& header) {
 }
 
 bool isFinite(const rt::DepthModelParameters& m) {
-  // one number that is none makes the sum none
+  // one NaN makes the sum NaN
   return std::isfinite(m.a_per_m + m.b_per_m + m.fx_px + m.fy_px + m.cx_px + m.cy_px + m.near_m + m.far_m);
 }
 
@@ -52,7 +52,7 @@ Result<void> SnapshotAssembler::addHeader(const Json& header) {
   snapshot_.frame = std::isnan(frame) ? 0 : static_cast<std::int64_t>(frame);
   snapshot_.depth_model = depthModelAt(header);
   snapshot_.T_world_camera = poseAt(header);
-  // null where the core knows none: a mark that is not drawn
+  // null if the core knows none: the mark is not drawn then
   snapshot_.hip_m_in_world = vectorAt(header, "tick.hipMInWorld");
   snapshot_.proxy_m_in_world = vectorAt(header, "tick.proxyMInWorld");
   if (!isFinite(snapshot_.depth_model) || !isFinite(snapshot_.T_world_camera)) {

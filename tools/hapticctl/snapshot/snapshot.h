@@ -14,7 +14,7 @@
 
 namespace hapticd::tools {
 
-/// One depth frame, the camera that saw it, and where the hand was then.
+/// A depth frame, the parameters of the camera that took it, and where HIP and proxy were at that time.
 struct Snapshot {
   std::int64_t frame = 0;          ///< number of the frame
   std::vector<std::uint16_t> raw;  ///< kFramePixels raw disparities, row by row
@@ -24,12 +24,12 @@ struct Snapshot {
   rt::Vec3 proxy_m_in_world;
 };
 
-/// Puts a frame together from the replies of GetSnapshot.
-/// Errors: what the replies lack, or that does not fit a Kinect's frame.
+/// Assembles a frame from the replies of GetSnapshot.
+/// Errors: what the replies lack, or what does not fit a Kinect's frame.
 class SnapshotAssembler {
  public:
   config::Result<void> add(const Json& reply);
-  /// Rows that have come so far, of kFrameHeight.
+  /// The number of rows received so far, of kFrameHeight.
   int rows() const noexcept { return rows_; }
   config::Result<Snapshot> finish();
 

@@ -173,6 +173,16 @@ TEST_P(Completion, OffersWhatAnOptionTakes) {
   EXPECT_EQ((Words{}), completions({"hapticctl", "watch", "--interval", ""}));
 }
 
+TEST_P(Completion, OffersTheKindsOfEventsAndWhatAListIsSortedBy) {
+  EXPECT_EQ(4U,  // camera, calibration, clear_fault, configuration
+            completions({"hapticctl", "events", "--kind", "c"}).size());
+  EXPECT_EQ((Words{"name", "size", "time"}), completions({"hapticctl", "trace", "list", "--sort", ""}));
+}
+
+TEST_P(Completion, OffersTheCommandsThatThereIsHelpFor) {
+  EXPECT_EQ((Words{"status"}), completions({"hapticctl", "help", "stat"}));
+}
+
 TEST_P(Completion, OffersFiles) {
   std::ofstream(folder.path("view.png")) << "";
   const Words offered = completions({"hapticctl", "snapshot", "--png", folder.path("vi")});
@@ -213,6 +223,7 @@ TEST_P(Completion, OffersTheTracesOfTheDaemon) {
   const std::string begin = name.substr(0, 2);
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "delete", begin}));
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "info", begin}));
+  EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "note", begin}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Shells, Completion, testing::Values(kBash, kZsh, kFish),

@@ -112,12 +112,15 @@ bool FakeBox::waitForJobs(int jobs, std::chrono::seconds patience) {
   return changed_.wait_for(lock, patience, [&] { return jobs_begun_ >= jobs; });
 }
 
-void FakeBox::setTraces(int count) {
+void FakeBox::setTraces(int count, const std::string& note) {
   const std::lock_guard lock(mutex_);
   traces_.clear();
   for (int i = 0; i < count; ++i) {
-    traces_.push_back(
-        {"trace-" + std::to_string(i), 1000U + static_cast<unsigned>(i), 5'000 + i, false, false});
+    drivers::TraceEntry& trace = traces_.emplace_back();
+    trace.name = "trace-" + std::to_string(i);
+    trace.bytes = 1000U + static_cast<unsigned>(i);
+    trace.time_ns = 5'000 + i;
+    trace.note = note;
   }
 }
 
@@ -143,7 +146,12 @@ std::future<config::Result<T>> FakeBox::begin(std::function<config::Result<T>()>
 config::Result<std::string> FakeBox::newTrace(const std::string& label, bool open, bool depth) {
   std::string name = "trace-" + std::to_string(traces_.size());
   if (!label.empty()) name += "-" + label;
-  traces_.push_back({name, 0, 5'000 + static_cast<std::int64_t>(traces_.size()), open, depth});
+  const auto time_ns = 5'000 + static_cast<std::int64_t>(traces_.size());
+  drivers::TraceEntry& trace = traces_.emplace_back();
+  trace.name = name;
+  trace.time_ns = time_ns;
+  trace.open = open;
+  trace.depth = depth;
   return name;
 }
 
@@ -190,6 +198,17 @@ std::future<config::Result<void>> FakeBox::keepTrace(const std::string& name, bo
     for (drivers::TraceEntry& trace : traces_) {
       if (trace.name != name) continue;
       trace.kept = keep;
+      return {};
+    }
+    return std::unexpected(config::Error{"trace " + name, "there is no such trace", "list them"});
+  });
+}
+
+std::future<config::Result<void>> FakeBox::noteTrace(const std::string& name, const std::string& text) {
+  return begin<void>([this, name, text]() -> config::Result<void> {
+    for (drivers::TraceEntry& trace : traces_) {
+      if (trace.name != name) continue;
+      trace.note = text;
       return {};
     }
     return std::unexpected(config::Error{"trace " + name, "there is no such trace", "list them"});

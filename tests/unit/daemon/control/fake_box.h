@@ -29,6 +29,7 @@ class FakeBox final : public Box {
   std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
   std::future<config::Result<void>> deleteTrace(const std::string& name) override;
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
+  std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
   std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
 
   /// From now on changes wait for acknowledge().
@@ -51,7 +52,7 @@ class FakeBox final : public Box {
   /// Before the service is made.
   void setSettings(const config::Settings& settings) { settings_ = settings; }
   /// So many finished traces in place of those that there are.
-  void setTraces(int count);
+  void setTraces(int count, const std::string& note = "");
   /// Whether the camera has delivered a frame.
   void setFrame(bool there);
   /// A pixel of the frame that it has delivered.

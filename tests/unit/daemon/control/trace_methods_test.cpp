@@ -27,7 +27,7 @@ TEST_F(TraceMethodsTest, StartsStopsListsAndDeletes) {
   EXPECT_EQ("trace-0-grip", ask("StartTrace", {{"label", "grip"}, {"depth", true}})["parameters"]["name"]);
   const json listed = askStatus("io.hapticd.Status.ListTraces")["parameters"];
   EXPECT_EQ(R"([{"name":"trace-0-grip","bytes":0,"timeNs":5000,"open":true,"depth":true,"kept":false,
-                 "beginNs":0}])"_json,
+                 "note":"","beginNs":0}])"_json,
             listed["traces"]);
   EXPECT_EQ(json(folder.path("state/traces")), listed["folder"]);
   EXPECT_EQ(0, listed["omitted"]);
@@ -58,6 +58,50 @@ TEST_F(TraceMethodsTest, MarksTracesToBeKeptAndLogsIt) {
   EXPECT_EQ("keep", entries[0].at("ACTION"));
   EXPECT_EQ("unkeep", entries[1].at("ACTION"));
   EXPECT_EQ("trace-1", entries[1].at("TRACE"));
+}
+
+TEST_F(TraceMethodsTest, NotesAreListedAndLogged) {
+  start();
+  box.setTraces(1);
+  EXPECT_EQ(json({{"parameters", json::object()}}),
+            ask("NoteTrace", {{"name", "trace-0"}, {"text", "good one"}}));
+  EXPECT_EQ("good one", askStatus("io.hapticd.Status.ListTraces")["parameters"]["traces"][0]["note"]);
+  EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("NoteTrace", {{"name", "x"}, {"text", "y"}})["error"]);
+  EXPECT_EQ(invalidParameter("text"), ask("NoteTrace", {{"name", "trace-0"}, {"text", 7}}));
+  EXPECT_EQ(invalidParameter("name"), ask("NoteTrace", {{"text", "y"}}));
+  ask("NoteTrace", {{"name", "trace-0"}});
+  EXPECT_EQ("", askStatus("io.hapticd.Status.ListTraces")["parameters"]["traces"][0]["note"]);
+  const auto entries = logged("trace");
+  ASSERT_EQ(2U, entries.size());
+  EXPECT_EQ("note", entries[0].at("ACTION"));
+}
+
+TEST_F(TraceMethodsTest, MarksGoIntoTheLogWhileATraceIsWritten) {
+  start();
+  EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("MarkTrace", {{"text", "too early"}})["error"]);
+  BoxStatus status = box.status();
+  status.trace.state = TraceState::writing;
+  status.trace.name = "trace-0";
+  box.setStatus(status);
+  EXPECT_EQ("trace-0", ask("MarkTrace", {{"text", "begin of trial 3"}})["parameters"]["name"]);
+  const auto entries = logged("mark");
+  ASSERT_EQ(1U, entries.size());
+  EXPECT_EQ("begin of trial 3", entries[0].at("MARK"));
+  EXPECT_EQ("trace-0", entries[0].at("TRACE"));
+  for (const std::string& text : {std::string(), std::string("two\nlines"), std::string(201, 'a')}) {
+    EXPECT_EQ("io.hapticd.Control.TraceFailed", ask("MarkTrace", {{"text", text}})["error"]) << text;
+  }
+  EXPECT_EQ(invalidParameter("text"), ask("MarkTrace"));
+}
+
+TEST_F(TraceMethodsTest, ManyLongNotesLeaveOutTheOldestTracesNotTheReply) {
+  start();
+  box.setTraces(1000, std::string(200, '"'));
+  const json reply = askStatus("io.hapticd.Status.ListTraces")["parameters"];
+  const std::size_t listed = reply["traces"].size();
+  EXPECT_LT(listed, 1000U);
+  EXPECT_EQ(1000U, listed + reply["omitted"].get<std::size_t>());
+  EXPECT_EQ("trace-999", reply["traces"].back()["name"]);
 }
 
 TEST_F(TraceMethodsTest, TakesDepthFromTheConfigurationWhereNothingIsSaid) {

@@ -152,6 +152,37 @@ TEST(TraceFolder, AKeptTraceIsDeletedOnlyAfterTheMarkIsRemoved) {
   EXPECT_FALSE(fs::exists(folder.path() / "a.keep"));
 }
 
+TEST(TraceFolder, ANoteIsListedReplacedAndGoesWithItsTrace) {
+  const TemporaryFolder folder;
+  addFile(folder, "a.mcap", 1, {});
+  addFile(folder, "b.mcap.part", 1, {});
+  ASSERT_TRUE(noteTrace(folder.path(), "a", "first"));
+  ASSERT_TRUE(noteTrace(folder.path(), "a", "participant 7, left hand \u00fc"));
+  ASSERT_TRUE(noteTrace(folder.path(), "b", "also while it is written"));
+  const auto traces = *listTraces(folder.path());
+  ASSERT_EQ(traces.size(), 2U) << "notes are no traces";
+  EXPECT_EQ(traces[0].note, "participant 7, left hand \u00fc");
+  EXPECT_EQ(noteOf(folder.path() / "b.mcap.part"), "also while it is written");
+  ASSERT_TRUE(noteTrace(folder.path(), "b", ""));
+  EXPECT_EQ(noteOf(folder.path() / "b.mcap.part"), "");
+  EXPECT_FALSE(fs::exists(folder.path() / "b.note"));
+  ASSERT_TRUE(deleteTrace(folder.path(), "a"));
+  EXPECT_EQ(namesIn(folder).size(), 1U) << "only b is left";
+}
+
+TEST(TraceFolder, ANoteIsOneLineOfLimitedLength) {
+  const TemporaryFolder folder;
+  addFile(folder, "a.mcap", 1, {});
+  for (const std::string& text :
+       {std::string("two\nlines"), std::string("\033[31m"), std::string(201, 'a')}) {
+    EXPECT_FALSE(noteTrace(folder.path(), "a", text)) << text;
+  }
+  EXPECT_TRUE(noteTrace(folder.path(), "a", std::string(200, 'a')));
+  for (const char* name : {"nowhere", "../a", ""}) EXPECT_FALSE(noteTrace(folder.path(), name, "x")) << name;
+  folder.write("a.note", std::string(5000, 'x'));
+  EXPECT_EQ(noteOf(folder.path() / "a.mcap"), "") << "a file that is no note";
+}
+
 TEST(TraceFolder, AMissingFolderIsEmptyAndAFileIsRefused) {
   const TemporaryFolder folder;
   const auto none = listTraces(folder.path() / "nowhere");

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/trace_list.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/table.h"
+#include "tools/hapticctl/time_text.h"
+
+namespace hapticd::tools {
+namespace {
+
+/// "2026-03-04T05-06-07Z-", what names of traces begin with in front of their label.
+constexpr std::size_t kTimeLength = 21;
+
+/// The part of a name that a person has chosen; the whole name where it does not begin with a time.
+std::string labelOf(const std::string& name) {
+  const bool timed = name.size() >= kTimeLength - 1 && name[kTimeLength - 2] == 'Z' && name[10] == 'T';
+  if (!timed) return name;
+  return name.size() > kTimeLength ? name.substr(kTimeLength) : "";
+}
+
+bool isChosen(const Json& trace, const TraceListOptions& options) {
+  const double begin_ns = traceBegin_ns(trace);
+  if (options.since_ns && !(begin_ns >= static_cast<double>(*options.since_ns))) return false;
+  if (options.until_ns && !(begin_ns <= static_cast<double>(*options.until_ns))) return false;
+  if (options.state == "writing" && !flagAt(trace, "open")) return false;
+  if (options.state == "finished" && flagAt(trace, "open")) return false;
+  if (options.state == "kept" && !flagAt(trace, "kept")) return false;
+  return labelOf(textAt(trace, "name")).find(options.label) != std::string::npos;
+}
+
+std::string stateText(const Json& trace) {
+  std::string text = flagAt(trace, "open") ? "being written" : "finished";
+  if (flagAt(trace, "kept")) text += ", kept";
+  if (flagAt(trace, "depth")) text += ", with depth";
+  return text;
+}
+
+double bytesOf(const Json& traces) {
+  double bytes = 0;
+  for (const Json& trace : traces) bytes += std::max(numberAt(trace, "bytes"), 0.0);
+  return bytes;
+}
+
+}  // namespace
+
+double traceBegin_ns(const Json& trace) {
+  return numberAt(trace, fieldAt(trace, "beginNs") ? "beginNs" : "timeNs");
+}
+
+Json chosenTraces(const Json& reply, const TraceListOptions& options) {
+  std::vector<Json> traces;
+  for (const Json& trace : listAt(reply, "traces")) {
+    if (isChosen(trace, options)) traces.push_back(trace);
+  }
+  // the reply is in the order of time, which traces of the same size or name keep
+  if (options.sort == "name") {
+    std::ranges::stable_sort(traces, {}, [](const Json& trace) { return textAt(trace, "name"); });
+  } else if (options.sort == "size") {
+    std::ranges::stable_sort(traces, {}, [](const Json& trace) { return numberAt(trace, "bytes"); });
+  }
+  if (options.reverse) std::ranges::reverse(traces);
+  Json chosen = Json::array();
+  for (Json& trace : traces) chosen.push_back(std::move(trace));
+  return chosen;
+}
+
+std::string traceSumText(const Json& traces) {
+  return fmt::format("{} {}, {}", traces.size(), traces.size() == 1 ? "trace" : "traces",
+                     bytesText(bytesOf(traces)));
+}
+
+std::string traceListText(const Json& traces, const Json& reply, std::int64_t now_ns, std::size_t columns) {
+  const Json& all = listAt(reply, "traces");
+  if (all.empty()) return fmt::format("there are no traces in {}\n", textAt(reply, "folder"));
+  Table table({{"NAME"}, {"BEGIN"}, {"AGE", true}, {"SIZE", true}, {"STATE"}, {"NOTE"}});
+  for (const Json& trace : traces) {
+    const double begin_ns = traceBegin_ns(trace);
+    const std::string note = textAt(trace, "note");
+    table.add({textAt(trace, "name"), utcTime(begin_ns),
+               ageText((static_cast<double>(now_ns) - begin_ns) / 1e9), bytesText(numberAt(trace, "bytes")),
+               stateText(trace), note == "-" ? "" : note});
+  }
+  std::string text = (traces.empty() ? "" : table.text(columns)) + traceSumText(traces);
+  if (traces.size() != all.size()) text += fmt::format(" of {}", traceSumText(all));
+  if (const double omitted = numberAt(reply, "omitted"); omitted > 0) {
+    text += fmt::format("; hapticd lists the newest only and left out {:.0f}", omitted);
+  }
+  return text + "\n";
+}
+
+TraceDeletion deletionOf(const std::vector<std::string>& names, const Json& reply) {
+  TraceDeletion deletion;
+  const Json& traces = listAt(reply, "traces");
+  for (const std::string& name : names) {
+    const auto found =
+        std::ranges::find_if(traces, [&](const Json& trace) { return textAt(trace, "name") == name; });
+    if (found == traces.end()) {
+      deletion.problems.push_back(printable(name) + ": there is no such trace");
+    } else if (flagAt(*found, "open")) {
+      deletion.problems.push_back(name + " is being written (hapticctl trace stop)");
+    } else if (flagAt(*found, "kept")) {
+      deletion.problems.push_back(fmt::format("{0} is kept (hapticctl trace keep --undo {0})", name));
+    } else if (std::ranges::find(deletion.to_delete, *found) == deletion.to_delete.end()) {
+      deletion.to_delete.push_back(*found);
+    }
+  }
+  return deletion;
+}
+
+TraceDeletion deletionBefore(std::int64_t time_ns, const Json& reply) {
+  TraceDeletion deletion;
+  for (const Json& trace : listAt(reply, "traces")) {
+    if (!(traceBegin_ns(trace) < static_cast<double>(time_ns))) continue;
+    if (flagAt(trace, "open") || flagAt(trace, "kept")) {
+      deletion.staying.push_back(textAt(trace, "name"));
+    } else {
+      deletion.to_delete.push_back(trace);
+    }
+  }
+  return deletion;
+}
+
+}  // namespace hapticd::tools

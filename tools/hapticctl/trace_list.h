@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/client/reply_reader.h"
+
+namespace hapticd::tools {
+
+/// What `trace list` shows of the traces of a folder, and in which order.
+struct TraceListOptions {
+  std::string label = {};                     ///< part of the name; empty: any
+  std::optional<std::int64_t> since_ns = {};  ///< begun at that time or later, CLOCK_REALTIME
+  std::optional<std::int64_t> until_ns = {};  ///< begun at that time or before
+  std::string state = {};                     ///< writing, finished or kept; empty: any
+  std::string sort = "time";                  ///< time: of the begin; name; size
+  bool reverse = false;
+};
+
+/// The traces of a reply of ListTraces that the options choose, in their order.
+Json chosenTraces(const Json& reply, const TraceListOptions& options);
+
+/// When a trace began, CLOCK_REALTIME in nanoseconds; of an older hapticd the time of its last change.
+double traceBegin_ns(const Json& trace);
+
+/// The traces as a table, with their number and size below. reply: the whole reply they were chosen from,
+/// which says how many there are; columns: of the terminal.
+std::string traceListText(const Json& traces, const Json& reply, std::int64_t now_ns, std::size_t columns);
+
+/// "3 traces, 1.2 GB".
+std::string traceSumText(const Json& traces);
+
+/// What `trace delete` will do.
+struct TraceDeletion {
+  Json to_delete = Json::array();     ///< as in the reply
+  std::vector<std::string> problems;  ///< of named traces that cannot be deleted: name and reason
+  std::vector<std::string> staying;   ///< names of old traces that stay: kept or being written
+};
+
+/// Plans the deletion of named traces. Problems: there is no such trace, it is kept or is being written.
+TraceDeletion deletionOf(const std::vector<std::string>& names, const Json& reply);
+
+/// Plans the deletion of all finished traces that began before then, without those that are kept.
+TraceDeletion deletionBefore(std::int64_t time_ns, const Json& reply);
+
+}  // namespace hapticd::tools
