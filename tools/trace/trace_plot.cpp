@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "config/value_text.h"
-#include "tools/hapticbench/gnuplot.h"
+#include "tools/gnuplot/gnuplot.h"
 #include "tools/trace/columns.h"
 #include "tools/trace/peaks.h"
 #include "tools/trace/selected_trace.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/pareto/pareto_plot.h"
+#include "tools/hapticbench/pareto/pareto_report.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
 
-#include "tools/hapticbench/gnuplot.h"
+#include "tools/gnuplot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {
@@ -28,7 +28,7 @@ Series seriesOf(const ContenderKind& kind) {
   return {nameOf(setting), kFirstMark + static_cast<int>(setting.law), colour, ""};
 }
 
-/// What tells a point from the others of its series.
+/// What distinguishes a point from the others of its series.
 std::string labelOf(const ContenderKind& kind) {
   return kind.is_ours ? "" : kind.name;
 }

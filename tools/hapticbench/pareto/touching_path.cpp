@@ -4,18 +4,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/truth/rigid_frame.h"
+
 namespace hapticd::tools {
 namespace {
 
 /// Any unit vector at a right angle to `direction`.
-rt::Vec3 acrossOf(const rt::Vec3& direction) {
+rt::Vec3 perpendicularTo(const rt::Vec3& direction) {
   const rt::Vec3 other = std::abs(direction.x) < 0.5 ? rt::Vec3{1, 0, 0} : rt::Vec3{0, 1, 0};
   const rt::Vec3 across = other - dot(other, direction) * direction;
-  return (1 / norm(across)) * across;
-}
-
-rt::Vec3 crossOf(const rt::Vec3& a, const rt::Vec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  return unitOf(across);
 }
 
 }  // namespace
@@ -27,8 +25,8 @@ std::vector<rt::Vec3> touchingPath(const rt::Vec3& surface_m, const rt::Vec3& in
   constexpr double kStroke_m = 0.025;
   constexpr double kStroke_hz = 2;
   constexpr double kMiddle_m = -0.01;
-  const rt::Vec3 across = acrossOf(inward);
-  const rt::Vec3 along = crossOf(inward, across);
+  const rt::Vec3 across = perpendicularTo(inward);
+  const rt::Vec3 along = cross(inward, across);
   std::vector<rt::Vec3> path;
   for (int tick = 0; tick < ticks; ++tick) {
     const double turns = speed_up * 2 * std::numbers::pi * tick / 1000.0;
