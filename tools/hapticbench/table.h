@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 /// A figure that a row does not have: a blank cell in text, no member in JSON.
 inline Json noFigure() {
-  return {Json::value_t::discarded};
+  return Json(Json::value_t::discarded);
 }
 
 /// One figure of a row.

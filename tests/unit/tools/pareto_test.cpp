@@ -109,6 +109,7 @@ TEST(LawsTable, HasOneSortedInitialiserPerLineUnderItsCommand) {
                                        {springs, 1, 0.03364, costs(2.26)}},
                                       "tools/figures");
   EXPECT_EQ(table,
+            "// SPDX-License-Identifier: Apache-2.0\n"
             "// Written by `tools/figures`.\n"
             "// law, filtered, distance m, RMS force error over stiffness m, CPU ms per second of use\n"
             "{rt::ForceLaw::nearest_springs, false, 1.0, 0.033640, 2.26},\n"
