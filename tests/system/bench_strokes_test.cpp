@@ -22,7 +22,7 @@ TEST(BenchStrokes, ReportsEveryFigureForPeopleAndForPrograms) {
       test::runToEnd({HAPTICBENCH_PROGRAM, "strokes", "--quick", "--json", report});
   ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
   EXPECT_EQ(finished.errors, "");
-  for (const char* part : {"proxy", "surface", "auto", "plane0", "rod40", "over_edge", "bounds"}) {
+  for (const char* part : {"proxy", "surface", "auto", "plane0", "rod40", "over_edge", "requirements"}) {
     EXPECT_NE(finished.output.find(part), std::string::npos) << part;
   }
 
@@ -42,24 +42,7 @@ TEST(BenchStrokes, ReportsEveryFigureForPeopleAndForPrograms) {
   EXPECT_FALSE(document.at("requirements").empty());
 }
 
-TEST(BenchStrokes, TakesRandomStrokesOverSmoothBodies) {
-  const test::TemporaryFolder folder;
-  const std::string report = (folder.path() / "strokes.json").string();
-  const test::Finished finished =
-      test::runToEnd({HAPTICBENCH_PROGRAM, "strokes", "--count", "3", "--laws", "proxy", "--scenes",
-                      "plane0,rod80", "--noises", "none", "--json", report});
-  ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
-  std::ifstream file(report);
-  int strokes = 0;
-  const json document = json::parse(file);
-  for (const json& row : document.at("rows")) {
-    EXPECT_EQ(row.at("scene").get<std::string>().substr(0, 7), "random_");
-    strokes += row.at("strokes").get<int>();
-  }
-  EXPECT_EQ(strokes, 3);
-}
-
-TEST(BenchStrokes, EndsWithAStatusOfItsOwnWhereABoundIsNotKeptAndThatIsAsked) {
+TEST(BenchStrokes, EndsWithAStatusOfItsOwnWhereARequirementIsNotKeptAndThatIsRequested) {
   // No law looks farther ahead than 0.1 s; what a camera shows 0.2 s late is 30 mm or 15 N away at 0.3 m/s.
   std::vector<std::string> words{
       HAPTICBENCH_PROGRAM, "strokes", "--scenes", "moving0.3", "--laws",    "proxy",

@@ -34,7 +34,7 @@ TEST_F(Soak, OfAFewSecondsKeepsAllLimitsAndShowsThem) {
   const Finished finished = soak({"--seconds", "6", "--set", "trace.flight_recorder_s=2", "--json", report});
   EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
   EXPECT_TRUE(contains(finished.output, "--seed 1\n"));
-  EXPECT_TRUE(contains(finished.output, "ticks lost on their way out of the loop"));
+  EXPECT_TRUE(contains(finished.output, "ticks lost between the loop and the trace"));
   EXPECT_TRUE(contains(finished.output, "all limits kept"));
 
   std::ifstream file(report);

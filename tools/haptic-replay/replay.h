@@ -24,7 +24,7 @@ enum class Stage {
 struct ReplayedForce {
   rt::Vec3 force_n_in_world;
   std::uint32_t points_used = 0;
-  std::size_t frame = 0;  ///< index of the frame felt, from 0
+  std::size_t frame = 0;  ///< index of the frame that the force is of, from 0
 };
 
 /// The daemon's core without its clock: the same model, law and safety chain, at given times.

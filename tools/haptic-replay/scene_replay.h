@@ -20,7 +20,7 @@ namespace hapticd::tools {
 /// Why a tick cannot be computed again.
 enum class LeftOut {
   start,      ///< the scene is from before the first depth frame that is recorded
-  frame,      ///< the depth frame that was felt is not recorded
+  frame,      ///< the depth frame of a force is not recorded
   history,    ///< filter or fusion remember a frame that is not recorded, or a scene that is not in the trace
   model,      ///< the scene is not in the trace
   directive,  ///< the parameters are not in the trace
@@ -44,12 +44,12 @@ class SceneReplay {
 
   /// Whether all frames up to that scene have been read, or are missing.
   bool ready(std::uint64_t model) const;
-  /// Goes on to that scene, which then is scene(). Scenes are asked for in their order.
+  /// Goes on to that scene, which then is scene(). Scenes are requested in their order.
   /// Returns why it is not known; nothing: it is.
   /// Errors: a frame that cannot be read, parameters that are none.
   config::Result<std::optional<LeftOut>> goTo(std::uint64_t model, const ParametersOf& parameters_of);
 
-  /// Goes on to the next scene, as if a tick had asked for it. Without effect where there is none.
+  /// Goes on to the next scene, as if a tick had requested it. No effect where there is none.
   config::Result<void> goOn(const ParametersOf& parameters_of);
   /// Frames that arrived before are not needed any more.
   std::int64_t neededFrom_ns() const;

@@ -26,7 +26,7 @@ class TraceFrames {
 
   virtual ~TraceFrames() = default;
   virtual State stateOf(std::int64_t arrival_ns) const = 0;
-  /// Only where stateOf() says `here`. Frames that arrived before it are not asked for any more.
+  /// Only where stateOf() is `here`. Frames that arrived before it are not requested any more.
   virtual config::Result<void> read(std::int64_t arrival_ns, rt::DepthFrame& frame) = 0;
 };
 

@@ -19,7 +19,7 @@ constexpr std::size_t kMostWaitingTicks = 60'000;
 constexpr const char* kSettingsAttachment = "settings.yaml";
 constexpr const char* kOtherVersion = "is of another version of hapticd, whose core may compute otherwise";
 constexpr const char* kSameVersion =
-    "take haptic-replay of the version that wrote it; hapticctl trace info says which";
+    "take haptic-replay of the version that wrote it; hapticctl trace info shows which";
 
 std::unexpected<config::Error> refuse(const std::filesystem::path& where, std::string what,
                                       std::string remedy) {
@@ -145,14 +145,15 @@ SceneReplay::ParametersOf TraceReplay::parametersOf() {
   };
 }
 
-/// Where no ticks are for long, scenes are built without being felt, so that their frames need not be kept.
+/// Where there are no ticks for long, scenes are built without a force, so that their frames need not be
+/// kept.
 config::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
   frames_in_trace_->add(record, scenes_->neededFrom_ns());
   if (!frames_in_trace_->full()) return {};
   return scenes_->goOn(parametersOf());
 }
 
-/// Frames may come a little later in the file than the ticks that felt them.
+/// Frames may come a little later in the file than the ticks that used them.
 config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
   while (!waiting_.empty() && (all || scenes_->ready(waiting_.front().scene_model))) {
     if (auto replayed = replay(waiting_.front(), on_tick); !replayed) return replayed;
@@ -160,7 +161,7 @@ config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all)
   }
   if (waiting_.size() <= kMostWaitingTicks) return {};
   return refuse(
-      trace_, fmt::format("has more than {} ticks before the depth frame that they felt", kMostWaitingTicks),
+      trace_, fmt::format("has more than {} ticks before the depth frame that they used", kMostWaitingTicks),
       "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
 }
 

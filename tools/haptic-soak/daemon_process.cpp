@@ -78,7 +78,7 @@ config::Result<void> DaemonProcess::waitUntilItAnswers() {
     if (client && client->call("io.hapticd.Status.GetStatus")) return {};
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  return std::unexpected(config::Error{"hapticd", "does not start", "it said: " + lastWords()});
+  return std::unexpected(config::Error{"hapticd", "does not start", "its last output: " + lastWords()});
 }
 
 void DaemonProcess::reload(ReloadKind kind) {

@@ -32,7 +32,7 @@ enum class ReloadKind { same, damaged, wrong_name };
 class DaemonProcess {
  public:
   /// `program`: hapticd; `config_file`: copied; `assignments`: further `NAME=VALUE`.
-  /// Errors: a file cannot be read, hapticd does not answer within 30 s or ends (with what it said).
+  /// Errors: a file cannot be read, hapticd does not answer within 30 s or ends (with its last output).
   static config::Result<DaemonProcess> start(const ScratchFolder& folder,
                                              const std::filesystem::path& program,
                                              const std::filesystem::path& config_file,
@@ -46,7 +46,7 @@ class DaemonProcess {
   void reload(ReloadKind kind);
   /// SIGTERM, and how it ended; nothing when it does not within 30 s.
   std::optional<ChildEnding> stop();
-  /// The end of what it said.
+  /// The end of its output.
   std::string lastWords() const;
 
  private:

@@ -97,7 +97,7 @@ std::vector<SoakFinding> findingsOf(const FloodResult& result, const FloodOption
           {"longest hapticctl disengage, s", longest(result.disengage_s), options.max_disengage_s},
           {"median of hapticctl disengage, s", middleOf(result.disengage_s), {}},
           {"hapticctl disengage that failed", static_cast<double>(result.failed), 0},
-          {"ticks lost on their way out of the loop",
+          {"ticks lost between the loop and the trace",
            ifKnown(numberAt(result.status, "loop.traceTicksDropped")), 0},
           {"ticks that the control thread came too late for",
            ifKnown(numberAt(result.status, "control.ticksLost")), 0},

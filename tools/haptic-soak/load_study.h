@@ -15,7 +15,7 @@ namespace hapticd::tools {
 /// What the daemon is burdened with.
 enum class Load {
   none,       ///< one stream, which measures
-  hammering,  ///< as many clients as wanted, each asking for the status again and again without a pause
+  hammering,  ///< as many clients as requested, each asking for the status again and again without a pause
   tracing,    ///< a trace is written, and each of these clients watches at 20 ms
 };
 inline constexpr std::size_t kLoads = 3;

@@ -85,7 +85,7 @@ int report(const SoakResult& result, const SoakLimits& limits, const std::string
 
 int run(int argc, char** argv) {
   CLI::App app{
-      "haptic-soak: runs hapticd with many clients, changes and reloads, and tells what was lost or grew"};
+      "haptic-soak: runs hapticd with many clients, changes and reloads, and reports what was lost or grew"};
   app.set_version_flag("-V,--version", std::string("haptic-soak ") + HAPTICD_VERSION);
   SoakOptions options;
   options.daemon = ownProgram("hapticd");

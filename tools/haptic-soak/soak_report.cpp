@@ -23,7 +23,7 @@ struct Counter {
 };
 
 constexpr Counter kCounters[] = {
-    {"ticks lost on their way out of the loop", "loop.traceTicksDropped", MustBeZero::always},
+    {"ticks lost between the loop and the trace", "loop.traceTicksDropped", MustBeZero::always},
     {"page faults of the force thread since its first tick", "loop.pageFaults", MustBeZero::when_locked},
     {"points over capacity", "scene.pointsOverCapacity", MustBeZero::always},
     {"ticks with a force that was not finite", "loop.counters.notFiniteTicks", MustBeZero::always},
@@ -169,7 +169,7 @@ std::string soakTable(const SoakResult& result, const std::vector<SoakFinding>& 
     fmt::format_to(std::back_inserter(text), "\nhapticd ended by itself: {}\n", result.early_ending->text());
   }
   if (!result.last_words.empty()) {
-    fmt::format_to(std::back_inserter(text), "hapticd said last:\n{}\n", result.last_words);
+    fmt::format_to(std::back_inserter(text), "last output of hapticd:\n{}\n", result.last_words);
   }
   return fmt::to_string(text);
 }

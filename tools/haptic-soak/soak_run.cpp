@@ -116,7 +116,7 @@ class Soak {
     }
   }
 
-  /// Once nothing is on its way out any more: the fewest descriptors within a while.
+  /// Once all connections are closed: the fewest descriptors within a while.
   ProcessSample settled() const {
     ProcessSample best;
     const auto begin = Clock::now();

@@ -44,7 +44,7 @@ struct SoakResult {
   std::string status_error;                 ///< why there is no `status`
 };
 
-/// Runs the daemon and everything around it. `progress` is told the time, s.
+/// Runs the daemon and everything around it. `progress` is given the time, s.
 /// Errors: hapticd does not start.
 config::Result<SoakResult> runSoak(const SoakOptions& options, const Interrupt& interrupt,
                                    const std::function<void(double)>& progress);

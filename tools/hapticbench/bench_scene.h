@@ -12,27 +12,18 @@
 
 namespace hapticd::tools {
 
-/// A named depth image to measure on.
-struct BenchScene {
-  std::string name;
-  std::unique_ptr<rt::DepthFrame> frame;
-};
-
-/// Consecutive depth images of one recording.
+/// Consecutive depth images of one recording, or of a scene.
 struct BenchSequence {
   std::string name;
   std::vector<std::unique_ptr<rt::DepthFrame>> frames;
 };
 
-/// A tilted table and a sphere, 0.8-1.5 m away, with sensor noise.
-BenchScene syntheticScene();
+/// One image of a tilted table and a sphere, 0.8-1.5 m away, with sensor noise.
+BenchSequence syntheticScene();
 
-/// The middle frame of each recording in `folder`: subfolders with INDEX.txt, or with one .tar.xz that holds
-/// such a folder (unpacked to a temporary folder and removed again). None when the folder is not there.
-/// Errors: a recording that cannot be read.
-config::Result<std::vector<BenchScene>> recordedScenes(const std::filesystem::path& folder);
-
-/// The first `most_frames` frames of each recording in `folder`, likewise.
+/// The first `most_frames` frames of each recording in `folder`, in the order of their names: subfolders with
+/// INDEX.txt, or with one .tar.xz that holds such a folder (unpacked to a temporary folder and removed
+/// again). None when the folder is not there. Errors: a recording that cannot be read.
 config::Result<std::vector<BenchSequence>> recordedSequences(const std::filesystem::path& folder,
                                                              std::size_t most_frames);
 

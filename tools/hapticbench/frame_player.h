@@ -10,9 +10,9 @@
 
 namespace hapticd::tools {
 
-/// Frames in the order of their arrival, as many as are asked for.
+/// Frames in the order of their arrival, as many as are requested.
 struct FrameStream {
-  /// Its arrival_ns is that of arrival_tick. Stays valid until the next but one is asked for.
+  /// Its arrival_ns is that of arrival_tick. Stays valid until the next but one is requested.
   std::function<const rt::DepthFrame&(int index)> frame;
   std::function<long(int index)> arrival_tick;  ///< 0 for the first, strictly increasing
 };
@@ -21,6 +21,11 @@ struct FrameStream {
 constexpr long tickOfRegularFrame(int index) {
   return (static_cast<long>(index) * 100 + 2) / 3;
 }
+
+/// Frames of a camera with 30 frames per second: `render` fills frame `number`, from 1 on, which shows the
+/// scene at `tick`.
+FrameStream renderedStream(
+    const std::function<void(long tick, std::uint64_t number, rt::DepthFrame& frame)>& render);
 
 /// Ticks of one millisecond, with each frame shown at the tick that it arrives at; ticks know its age.
 /// Thread: one.  RT: not safe.

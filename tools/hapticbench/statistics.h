@@ -2,28 +2,61 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
-#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace hapticd::tools {
 
-/// Spread of repeated measurements of one duration, microseconds.
-struct Durations {
-  std::size_t count = 0;
-  double median_us = 0;
-  double p99_us = 0;
-  double max_us = 0;
-
-  static Durations of(std::vector<std::int64_t> nanoseconds) {
-    if (nanoseconds.empty()) return {};
-    std::sort(nanoseconds.begin(), nanoseconds.end());
-    const auto at = [&nanoseconds](double quantile) {
-      const auto last = static_cast<double>(nanoseconds.size() - 1);
-      return static_cast<double>(nanoseconds[static_cast<std::size_t>(quantile * last)]) / 1000;
-    };
-    return {nanoseconds.size(), at(0.5), at(0.99), at(1)};
+/// Root mean square and maximum of values, none of them negative.
+class Spread {
+ public:
+  void add(double value) {
+    ++count_;
+    sum_of_squares_ += value * value;
+    max_ = std::max(max_, value);
   }
+  void add(const Spread& other) {
+    count_ += other.count_;
+    sum_of_squares_ += other.sum_of_squares_;
+    max_ = std::max(max_, other.max_);
+  }
+  std::size_t count() const { return count_; }
+  /// 0 when nothing was added.
+  double rms() const { return count_ == 0 ? 0 : std::sqrt(sum_of_squares_ / static_cast<double>(count_)); }
+  double max() const { return max_; }
+
+ private:
+  std::size_t count_ = 0;
+  double sum_of_squares_ = 0;
+  double max_ = 0;
 };
+
+/// How much of a series of values, one per tick of a millisecond, is above a limit.
+struct Exceedance {
+  std::size_t ticks = 0;    ///< of the series
+  std::size_t above = 0;    ///< of these, above the limit
+  std::size_t longest = 0;  ///< the longest run of ticks above the limit without a gap
+  double largest = 0;
+
+  double percent() const;
+  /// As if the two series had been one with a gap between them.
+  void add(const Exceedance& other);
+};
+Exceedance exceedance(std::span<const double> values, double limit);
+
+/// `part` of `whole` in percent; 0 of nothing.
+double percentOf(std::size_t part, std::size_t whole);
+
+/// The quantile `share` (0..1) of `values`, by the nearest rank; 0 for none.
+double quantile(std::vector<double> values, double share);
+
+/// Standard deviation of normally distributed residuals by the median of their magnitudes, which few outliers
+/// do not change.
+double robustDeviation(std::vector<double> residuals);
+
+/// Root of the mean square; 0 for none.
+double rootMeanSquare(std::span<const double> values);
 
 }  // namespace hapticd::tools

@@ -11,8 +11,8 @@
 
 namespace hapticd::tools {
 
-/// The way from depth frames to forces without threads, devices and a clock: what a benchmark measures, a
-/// replay computes and a test checks. Time is what the caller says, by the periods of the ticks or by
+/// From depth frames to forces without threads, devices and a clock: what a benchmark measures, a replay
+/// computes and a test checks. The caller sets the time, by the periods of the ticks or by
 /// setTime(); the same calls give the same forces. Thread: one.
 class OfflineBox {
  public:

@@ -6,17 +6,16 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "tools/truth/rigid_frame.h"
+#include "tools/truth/scene_camera.h"
 #include "tools/truth/true_body.h"
-#include "tools/truth/true_scene.h"
 
 namespace hapticd::tools {
 
-/// How the bodies of a scene move in the camera's frame; a moving camera is bodies that move the other way.
-/// Before `start_s` they rest.
+/// How the bodies of a scene move in the camera's frame; a moving camera is bodies that move in the opposite
+/// direction. Before `start_s` they rest.
 struct BodyMotion {
   double start_s = 0;
   rt::Vec3 velocity_m_per_s;
@@ -39,7 +38,7 @@ class BodyScene {
   BodyScene(std::vector<TrueBody> bodies, const RigidFrame& T_camera_bodies, const BodyMotion& motion,
             const rt::DepthModelParameters& depth_model, std::uint32_t seed);
 
-  const rt::DepthModelParameters& depthModel() const noexcept { return model_; }
+  const rt::DepthModelParameters& depthModel() const noexcept { return camera_.model(); }
   const std::vector<TrueBody>& bodies() const noexcept { return bodies_; }
   bool rests() const { return motion_.rests(); }
   /// T_camera_bodies at that time.
@@ -48,7 +47,7 @@ class BodyScene {
   /// Metres to the nearest body's surface, negative inside.
   double signedDistance(const rt::Vec3& p_m_in_world, double t_s) const;
 
-  /// Depth Z in metres of the first surface on the ray through the place (column, row) of the image, which
+  /// Depth Z in metres of the first surface on the ray through the point (column, row) of the image, which
   /// need not be a pixel's middle; infinite where it meets nothing.
   double trueDepth(double column, double row, double t_s) const;
 
@@ -57,18 +56,10 @@ class BodyScene {
   void render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame);
 
  private:
-  void measure(double t_s);
-  const drivers::SensorNoise& sensorNoise(SceneNoise noise);
-  void removeOutsideLimits(std::uint16_t* raw) const;
-
   std::vector<TrueBody> bodies_;
   RigidFrame T_camera_bodies_;
   BodyMotion motion_;
-  rt::DepthModelParameters model_;
-  std::uint32_t seed_;
-  std::optional<drivers::SensorNoise> sensor_noise_;  // made when it is first needed
-  SceneNoise made_for_ = SceneNoise::none;
-  std::vector<float> exact_;  // disparities at `measured_at_s_`
+  SceneCamera camera_;
   std::optional<double> measured_at_s_;
 };
 

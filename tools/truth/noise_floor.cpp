@@ -115,7 +115,7 @@ MatrixXd coefficientCovariance(const Axis& axis, const FrameModes& frames, doubl
     }
   }
   std::vector<MatrixXd> shapes;    // of the coefficients
-  std::vector<MatrixXd> weighted;  // what a pixel adds to them, before they are told from each other
+  std::vector<MatrixXd> weighted;  // what a pixel adds to them, before they are separated
   for (std::size_t i = 0; i < coefficients; ++i) {
     shapes.emplace_back(axis.powers[kPowers[i].y] * axis.powers[kPowers[i].x].transpose());
     weighted.emplace_back(weights.cwiseProduct(shapes.back()));

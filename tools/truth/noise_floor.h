@@ -8,7 +8,7 @@
 
 namespace hapticd::tools {
 
-/// What is fitted to a patch of depth.
+/// The model that is fitted to a patch of depth.
 enum class FloorModel : std::uint8_t {
   plane,      ///< offset and tilt are unknown
   quadratic,  ///< offset, tilt and curvature are unknown
@@ -19,21 +19,20 @@ struct FloorPatch {
   double side_m = 0.04;
   double distance_m = 1;
   int frames = 8;
-  /// The surface moves by one raw unit from frame to frame, with a known velocity: of the standing part as
-  /// much stays as NoisePattern::standingCorrelation() says.
+  /// The surface moves by one raw unit from frame to frame, with a known velocity: the standing
+  /// part decays by NoisePattern::standingCorrelation().
   bool moving = false;
   FloorModel model = FloorModel::plane;
 };
 
 /// Smallest RMS error of a force at the middle of a patch that an unbiased estimate can have.
 struct FloorError {
-  double depth_m = 0;    ///< of the surface's depth
-  double slope = 0;      ///< of the surface's tilt along one axis of the patch, metres per metre
-  double force_n = 0;    ///< of the force along the normal
-  double force_jnd = 0;  ///< the same in just noticeable differences, kForceJnd_n
-  double tilt_force_n =
-      0;            ///< of the force in one direction along the surface that the error of the tilt makes
-  int side_px = 0;  ///< pixels along the patch's side
+  double depth_m = 0;       ///< of the surface's depth
+  double slope = 0;         ///< of the surface's tilt along one axis of the patch, metres per metre
+  double force_n = 0;       ///< of the force along the normal
+  double force_jnd = 0;     ///< the same in just noticeable differences, kForceJnd_n
+  double tilt_force_n = 0;  ///< of the force in one direction along the surface, by the error of the tilt
+  int side_px = 0;          ///< pixels along the patch's side
   bool determined = false;  ///< false: too few pixels for the model; all errors are infinite
 };
 

@@ -7,14 +7,14 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr double kMissed = 2;  // a share beyond the end of the way
+constexpr double kMissed = 2;  // a share beyond the end of the segment
 // The projector of a Kinect is that far to the right of its camera, so that shadows lie to the left of
 // bodies.
 constexpr double kProjector_m = 0.075;
 constexpr PlanPoint kCamera{0, 0};
 constexpr double kFarAway_m = 100;
 
-/// The share of the way at which it enters lowest..highest along one axis, and at which it leaves.
+/// The shares of a segment at which it enters and leaves lowest..highest along one axis.
 struct Stretch {
   double first;
   double last;
@@ -41,22 +41,14 @@ double meetsEllipse(const PlanPoint& from, const PlanPoint& to, const PlanPoint&
                     double half_thickness) {
   const PlanPoint start{(from.x_m - middle.x_m) / half_width,
                         (from.depth_m - middle.depth_m) / half_thickness};
-  const PlanPoint way{(to.x_m - from.x_m) / half_width, (to.depth_m - from.depth_m) / half_thickness};
-  const double a = way.x_m * way.x_m + way.depth_m * way.depth_m;
-  const double b = start.x_m * way.x_m + start.depth_m * way.depth_m;
+  const PlanPoint segment{(to.x_m - from.x_m) / half_width, (to.depth_m - from.depth_m) / half_thickness};
+  const double a = segment.x_m * segment.x_m + segment.depth_m * segment.depth_m;
+  const double b = start.x_m * segment.x_m + start.depth_m * segment.depth_m;
   const double c = start.x_m * start.x_m + start.depth_m * start.depth_m - 1;
   const double discriminant = b * b - a * c;
   if (discriminant < 0) return kMissed;
   const double share = (-b - std::sqrt(discriminant)) / a;
   return share >= 0 && share <= 1 ? share : kMissed;
-}
-
-/// Shadows come from the rays themselves.
-drivers::SensorNoise::Parameters sensorWithoutShadow(SceneNoise noise) {
-  auto parameters =
-      noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded();
-  parameters.shadow_side = drivers::ShadowSide::none;
-  return parameters;
 }
 
 }  // namespace
@@ -80,13 +72,11 @@ double meetsOccluder(const OccludedSceneParameters& p, double occluder_x_m, cons
 OccludedScene::OccludedScene(const OccludedSceneParameters& parameters,
                              const rt::DepthModelParameters& camera, SceneNoise noise, std::uint32_t seed)
     : parameters_(parameters),
-      camera_(camera),
       noise_(noise),
-      sensor_(seed, sensorWithoutShadow(noise)),
-      exact_(rt::kFramePixels) {}
+      camera_(camera, seed, /*leaves_shadows=*/false) {}  // shadows come from the rays themselves
 
 double OccludedScene::depth_m(int column, const OccludedMoment& moment) const {
-  const double slope = (column - camera_.cx_px) / camera_.fx_px;  // x per depth
+  const double slope = camera_.rayThrough(column, 0).x;  // x per depth
   double depth = kFarAway_m;
   // the block: its front, or the side of it that faces the optical axis
   const double at_front = slope * moment.wall_m;
@@ -114,23 +104,13 @@ void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_num
   std::array<float, rt::kFrameWidth> of_column;
   for (int column = 0; column < rt::kFrameWidth; ++column) {
     const double depth = depth_m(column, moment);
-    const double disparity = depth > 0 ? (1 / depth - camera_.b_per_m) / camera_.a_per_m : -1;
-    const bool measured = depth >= camera_.near_m && depth <= camera_.far_m && disparity > -0.5 &&
-                          disparity < rt::kRawNoMeasurement - 0.5;
     of_column[static_cast<std::size_t>(column)] =
-        measured ? static_cast<float>(std::max(disparity, 0.0)) : drivers::kNothingSeen;
+        depth > 0 ? camera_.exactDisparity(depth) : drivers::kNothingSeen;
   }
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel)
-    exact_[pixel] = of_column[pixel % rt::kFrameWidth];
-  if (noise_ == SceneNoise::none || noise_ == SceneNoise::quantised) {
-    std::transform(exact_.begin(), exact_.end(), frame.raw, [](float exact) {
-      return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;
-    });
-  } else {
-    sensor_.applySensor(frame_number, exact_, frame.raw);
+  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+    camera_.exact()[pixel] = of_column[pixel % rt::kFrameWidth];
   }
-  frame.sequence = frame_number;
-  frame.device_ticks = 0;
+  camera_.deliver(frame_number, noise_, frame);
 }
 
 }  // namespace hapticd::tools

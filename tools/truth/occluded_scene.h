@@ -6,23 +6,22 @@
 #include <limits>
 #include <vector>
 
-#include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
-#include "tools/truth/true_scene.h"
+#include "tools/truth/scene_camera.h"
 
 namespace hapticd::tools {
 
 /// Cross-section of the body in front of the wall; all of them are endless along y.
 enum class OccluderShape : std::uint8_t { none, box, elliptic_cylinder };
 
-/// A body that faces the camera, and maybe one that moves in front of it. Camera at the world's origin,
+/// A body that faces the camera, and optionally one that moves in front of it. Camera at the world's origin,
 /// looking along -z; metres; depths count along -z.
 struct OccludedSceneParameters {
-  double left_m =
-      -std::numeric_limits<double>::infinity();  ///< x where the wall begins: it is solid from its
-  double right_m = std::numeric_limits<double>::infinity();  ///< front on, and ends at `right_m`
-  double background_m = 0;                                   ///< depth of a wall behind it all; 0: none
+  /// x where the wall begins and ends; it is solid from its front on.
+  double left_m = -std::numeric_limits<double>::infinity();
+  double right_m = std::numeric_limits<double>::infinity();
+  double background_m = 0;  ///< depth of a wall behind it all; 0: none
   OccluderShape occluder = OccluderShape::none;
   double width_m = 0.08;
   double thickness_m = 0.08;
@@ -30,7 +29,7 @@ struct OccludedSceneParameters {
   bool projector_shadow = false;  ///< what the occluder hides from the projector is not measured
 };
 
-/// Where things are in one image.
+/// The positions of wall and occluder in one image.
 struct OccludedMoment {
   double wall_m = 1;        ///< depth of the wall's front
   double occluder_x_m = 0;  ///< of its middle
@@ -52,14 +51,12 @@ class OccludedScene {
   void render(const OccludedMoment& moment, std::uint64_t frame_number, rt::DepthFrame& frame);
 
   const OccludedSceneParameters& parameters() const noexcept { return parameters_; }
-  const rt::DepthModelParameters& camera() const noexcept { return camera_; }
+  const rt::DepthModelParameters& camera() const noexcept { return camera_.model(); }
 
  private:
   OccludedSceneParameters parameters_;
-  rt::DepthModelParameters camera_;
   SceneNoise noise_;
-  drivers::SensorNoise sensor_;
-  std::vector<float> exact_;
+  SceneCamera camera_;
 };
 
 /// A point of the plane y = 0: x to the right, `depth_m` along -z.
@@ -68,8 +65,8 @@ struct PlanPoint {
   double depth_m;
 };
 
-/// Where the way from `from` to `to` first meets the occluder with its middle at `occluder_x_m`, as a share
-/// of the way, 0 to 1; above 1 where it does not.
+/// Where the segment from `from` to `to` first meets the occluder with its middle at `occluder_x_m`, as a
+/// share of the segment, 0 to 1; above 1 where it does not.
 double meetsOccluder(const OccludedSceneParameters& parameters, double occluder_x_m, const PlanPoint& from,
                      const PlanPoint& to);
 

@@ -132,7 +132,7 @@ double ConvexBody::rayEntry(const Vec3& origin, const Vec3& direction) const {
 
 namespace {
 
-/// The face that a HIP on its way from `before` to `p` inside came through last. A HIP that was inside all
+/// The last face that a HIP that moved from `before` to `p` inside came through. A HIP that was inside all
 /// along counts as come through the nearest face.
 int faceEntered(const std::vector<Face>& faces, const Vec3& before, const Vec3& p) {
   int entered = -1;

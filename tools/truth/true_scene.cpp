@@ -28,7 +28,7 @@ Strip facing(double distance, double left, double right) {
   return {{0, 0, -distance}, {0, 0, 1}, {1, 0, 0}, left, right};
 }
 
-/// At the place `x`, seen edge-on, from `distance` to `farther`; `outward_x` is +1 or -1.
+/// At `x`, seen edge-on, from `distance` to `farther`; `outward_x` is +1 or -1.
 Strip edgeOn(double x, double outward_x, double distance, double farther) {
   return {{x, 0, 0}, {outward_x, 0, 0}, {0, 0, -1}, distance, farther};
 }
@@ -37,22 +37,7 @@ Strip edgeOn(double x, double outward_x, double distance, double farther) {
 
 TrueScene::TrueScene(const TrueSceneParameters& parameters, const rt::DepthModelParameters& depth_model,
                      std::uint32_t seed)
-    : parameters_(parameters), model_(depth_model), seed_(seed), exact_(rt::kFramePixels) {
-  for (int column = 0; column < rt::kFrameWidth; ++column) {
-    ray_x_[static_cast<std::size_t>(column)] = (column - model_.cx_px) / model_.fx_px;
-  }
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    ray_y_[static_cast<std::size_t>(row)] = -(row - model_.cy_px) / model_.fy_px;
-  }
-  for (std::uint16_t raw = 0; raw < rt::kRawNoMeasurement; ++raw) {
-    const double inverse_depth = model_.a_per_m * raw + model_.b_per_m;
-    const bool within =
-        inverse_depth > 0 && 1 / inverse_depth >= model_.near_m && 1 / inverse_depth <= model_.far_m;
-    if (!within) continue;
-    if (raw_first_ > raw_last_) raw_first_ = raw;
-    raw_last_ = raw;
-  }
-}
+    : parameters_(parameters), camera_(depth_model, seed) {}
 
 TrueScene::Surface TrueScene::surfaceAt(double t_s) const {
   const double distance = distanceAt(t_s);
@@ -216,66 +201,26 @@ TrueScene::Approach TrueScene::approach(double t_s) const {
   return {{0, 0, -distance}, {0, 0, -1}};
 }
 
-double TrueScene::trueDepth(int column, int row, double t_s) const {
-  const Vec3 ray{ray_x_.at(static_cast<std::size_t>(column)), ray_y_.at(static_cast<std::size_t>(row)), -1};
+double TrueScene::firstDepth(const Surface& surface, const Vec3& ray) const {
   double depth = kInfinity;
-  for (const VisiblePatch& seen : surfaceAt(t_s).visible) depth = std::min(depth, depthOf(seen.patch, ray));
+  for (const VisiblePatch& seen : surface.visible) depth = std::min(depth, depthOf(seen.patch, ray));
+  return depth;
+}
+
+double TrueScene::trueDepth(int column, int row, double t_s) const {
+  const double depth = firstDepth(surfaceAt(t_s), camera_.rayThrough(column, row));
   return std::isfinite(depth) ? depth : 0;
 }
 
-float TrueScene::exactDisparity(double depth_m) const {
-  const double disparity = (1 / depth_m - model_.b_per_m) / model_.a_per_m;
-  const bool measured = depth_m >= model_.near_m && depth_m <= model_.far_m && disparity > -0.5 &&
-                        disparity < rt::kRawNoMeasurement - 0.5;
-  return measured ? static_cast<float>(std::max(disparity, 0.0)) : drivers::kNothingSeen;
-}
-
-/// Fills `exact_`; a scene that does not move is measured once.
-void TrueScene::measure(double t_s) {
-  const bool known = measured_at_s_ >= 0 && (parameters_.speed_m_per_s == 0 || measured_at_s_ == t_s);
-  if (known) return;
-  const Surface surface = surfaceAt(t_s);
-  float* exact = exact_.data();
-  for (const double y : ray_y_) {
-    for (const double x : ray_x_) {
-      double depth = kInfinity;
-      for (const VisiblePatch& seen : surface.visible)
-        depth = std::min(depth, depthOf(seen.patch, {x, y, -1}));
-      *exact++ = exactDisparity(depth);
-    }
-  }
-  measured_at_s_ = t_s;
-}
-
-void TrueScene::removeOutsideLimits(std::uint16_t* raw) const {
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
-    const bool outside = raw[pixel] < raw_first_ || raw[pixel] > raw_last_;
-    raw[pixel] = outside ? rt::kRawNoMeasurement : raw[pixel];
-  }
-}
-
-const drivers::SensorNoise& TrueScene::sensorNoise(SceneNoise noise) {
-  const bool is_harsh = noise == SceneNoise::harsh;
-  std::optional<drivers::SensorNoise>& made = is_harsh ? harsh_ : sensor_;
-  if (!made) {
-    made.emplace(seed_, is_harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded());
-  }
-  return *made;
-}
-
 void TrueScene::render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame) {
-  measure(t_s);
-  if (noise == SceneNoise::sensor || noise == SceneNoise::harsh) {
-    sensorNoise(noise).applySensor(frame_number, exact_, frame.raw);
-  } else {
-    std::transform(exact_.begin(), exact_.end(), frame.raw, [](float exact) {
-      return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;
-    });
+  const bool measured = measured_at_s_ >= 0 && (parameters_.speed_m_per_s == 0 || measured_at_s_ == t_s);
+  if (!measured) {
+    camera_.measure([this, surface = surfaceAt(t_s)](const Vec3& ray) { return firstDepth(surface, ray); });
+    measured_at_s_ = t_s;
   }
-  removeOutsideLimits(frame.raw);
-  frame.sequence = frame_number;
+  camera_.deliver(frame_number, noise, frame);
+  camera_.removeOutsideLimits(frame);
   frame.arrival_ns = std::llround(t_s * 1e9);
-  frame.device_ticks = 0;
 }
 
 }  // namespace hapticd::tools

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "rt/vec3.h"
+#include "tools/truth/scene_camera.h"
 #include "tools/truth/surface_patch.h"
 
 namespace hapticd::tools {
@@ -41,13 +41,6 @@ struct TrueSceneParameters {
   double speed_m_per_s = 0;  ///< towards the camera
 };
 
-enum class SceneNoise : std::uint8_t {
-  none,       ///< rounded to the camera's unit; the camera of fineDepthModel() makes that next to nothing
-  quantised,  ///< rounded to the camera's unit
-  sensor,     ///< SensorNoise::recorded(): the noise of the resting room 03_raw11_room_static
-  harsh,      ///< SensorNoise::harsh(): two other devices, whose pattern hardly changes between frames
-};
-
 /// A scene whose surface is known, and its image in a camera at the world's origin that looks along -z (x
 /// right, y up). Times in seconds.
 /// Thread: one at a time (render uses a buffer of the object).  RT: not safe.
@@ -58,7 +51,7 @@ class TrueScene {
                      std::uint32_t seed = 1);
 
   const TrueSceneParameters& parameters() const noexcept { return parameters_; }
-  const rt::DepthModelParameters& depthModel() const noexcept { return model_; }
+  const rt::DepthModelParameters& depthModel() const noexcept { return camera_.model(); }
 
   /// Metres to the solid's surface, the sides that the camera does not see included: positive in free space,
   /// negative inside.
@@ -105,21 +98,10 @@ class TrueScene {
   double distanceAt(double t_s) const { return parameters_.distance_m - parameters_.speed_m_per_s * t_s; }
   Surface surfaceAt(double t_s) const;
   bool isSolid(const rt::Vec3& p, double distance_m) const;
-  void measure(double t_s);
-  float exactDisparity(double depth_m) const;
-  const drivers::SensorNoise& sensorNoise(SceneNoise noise);
-  void removeOutsideLimits(std::uint16_t* raw) const;
+  double firstDepth(const Surface& surface, const rt::Vec3& ray) const;
 
   TrueSceneParameters parameters_;
-  rt::DepthModelParameters model_;
-  std::uint32_t seed_;
-  std::optional<drivers::SensorNoise> sensor_;  // each is made when it is first needed
-  std::optional<drivers::SensorNoise> harsh_;
-  std::array<double, rt::kFrameWidth> ray_x_;   // of the rays (x, y, -1) through each column
-  std::array<double, rt::kFrameHeight> ray_y_;  // and each row
-  std::uint16_t raw_first_ = 1;                 // raw values that stand for depths from near to far
-  std::uint16_t raw_last_ = 0;
-  std::vector<float> exact_;  // disparities at `measured_at_s_`
+  SceneCamera camera_;
   double measured_at_s_ = -1;
 };
 

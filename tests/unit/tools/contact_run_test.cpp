@@ -127,16 +127,6 @@ TEST(CoreWall, GivesThePapersForceOfTheClosedFormOnAPlane) {
   }
 }
 
-TEST(MapRegion, IsStableBelowTheEigenvalueLimitAndUnstableAbove) {
-  LoopCase loop{"reference", allGrips().at(1), allDevices().at(0), 1};
-  const auto points = mapRegion(loop, {500, 2000, 8000}, {0, 4});
-  ASSERT_EQ(points.size(), 6U);
-  for (const RegionPoint& point : points) {
-    EXPECT_EQ(point.stable, point.stiffness_n_per_m < point.eigenvalue_n_per_m)
-        << point.stiffness_n_per_m << " " << point.damping_n_s_per_m;
-  }
-}
-
 TEST(ExplanationOf, IsEmptyWithinTenPercentAndSaysWhatWasFeltElsewhere) {
   LoopLimit limit;
   limit.eigenvalue_n_per_m = 1000;

@@ -148,7 +148,7 @@ EntryTick insideTick(const Vec3& force_n, rt::ContactState state) {
           .through_side_n = {2, 0, 0}};
 }
 
-TEST(JudgeEntry, AcceptsTheBodysForceOrNoneThatIsSaid) {
+TEST(JudgeEntry, AcceptsTheBodysForceOrNoneThatIsReported) {
   const std::vector<EntryTick> ticks{
       insideTick({0, 0, 10}, rt::ContactState::contact), insideTick({2, 0, 0}, rt::ContactState::contact),
       insideTick({}, rt::ContactState::behind), insideTick({}, rt::ContactState::free),
@@ -156,8 +156,8 @@ TEST(JudgeEntry, AcceptsTheBodysForceOrNoneThatIsSaid) {
   const EntryResult result = judgeEntry(ticks);
   EXPECT_EQ(result.inside, 5U);
   EXPECT_EQ(result.of_body, 2U);
-  EXPECT_EQ(result.none_said, 1U);
-  EXPECT_EQ(result.none_unsaid, 1U);
+  EXPECT_EQ(result.none_reported, 1U);
+  EXPECT_EQ(result.none_silent, 1U);
   EXPECT_EQ(result.wrong, 1U);
   EXPECT_EQ(result.sideways_n, 0);  // there is a side to come through
 }

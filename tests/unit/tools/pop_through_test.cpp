@@ -88,5 +88,14 @@ TEST(PopThrough, IsThatBeforeTheLossThatLasts) {
   EXPECT_NEAR(push.largest_n, 8, kStep_n / 2);
 }
 
+// The closed form, against values of a brute-force computation.
+TEST(PopThroughForceOnPlane, MatchesTheTable) {
+  const auto pop_n = [](double depth_m) { return popThroughForceOnPlane_n({}, {}, depth_m); };
+  EXPECT_NEAR(pop_n(0.8), 12.82, 0.006);
+  EXPECT_NEAR(pop_n(1.0), 11.81, 0.006);
+  EXPECT_NEAR(pop_n(2.0), 7.92, 0.006);
+  EXPECT_NEAR(pop_n(3.5), 4.17, 0.006);
+}
+
 }  // namespace
 }  // namespace hapticd::tools

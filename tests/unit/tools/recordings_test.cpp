@@ -103,7 +103,7 @@ TEST(RobustFit, FindsAQuadraticBelowATenthOfOutliers) {
       samples.push_back({300.0 + u, 200.0 + v, truth(u, v) + noise(random) + outlier});
     }
   }
-  const auto fit = fitQuadratic(samples, 300, 200, 50);
+  const auto fit = fitDisparity(samples, 300, 200, 50);
   ASSERT_TRUE(fit);
   // standard error of six terms from 9000 samples of 0.3 raw: 0.3 sqrt(6 / 9000) = 0.008, at corners three
   // times that; four of these
@@ -121,7 +121,7 @@ TEST(RobustFit, KnowsTheNormalOfAPlane) {
     for (int u = 300; u < 360; u += 2)
       samples.push_back({static_cast<double>(u), static_cast<double>(v), wallRaw(camera, u)});
   }
-  const auto fit = fitQuadratic(samples, 330, 230, 30);
+  const auto fit = fitDisparity(samples, 330, 230, 30);
   ASSERT_TRUE(fit);
   const SurfacePoint point = surfacePoint(camera, fit->quadratic, 345, 215);
   // Z = 1.1 / (1 - 0.2 x / Z), so Z - 0.2 x = 1.1; outward is towards smaller Z and larger x
@@ -155,7 +155,7 @@ TEST(FitError, IsWhatFitsToAStandingPatternErrBy) {
         samples.push_back({static_cast<double>(u), static_cast<double>(v), sum / kBox});
       }
     }
-    const auto fit = fitQuadratic(samples, kSide / 2.0, kSide / 2.0, kSide / 2.0);
+    const auto fit = fitDisparity(samples, kSide / 2.0, kSide / 2.0, kSide / 2.0);
     ASSERT_TRUE(fit);
     double trial_squares = 0;
     for (const DisparitySample& sample : samples)

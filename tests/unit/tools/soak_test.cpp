@@ -189,7 +189,7 @@ TEST(SoakFindings, ShowEachLossThatMustNotBe) {
     std::string what;
     void (*spoil)(SoakResult&);
   } losses[] = {
-      {"ticks lost on their way out of the loop",
+      {"ticks lost between the loop and the trace",
        [](SoakResult& r) { r.status["loop"]["traceTicksDropped"] = 1; }},
       {"page faults of the force thread since its first tick",
        [](SoakResult& r) { r.status["loop"]["pageFaults"] = 1; }},

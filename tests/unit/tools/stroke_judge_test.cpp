@@ -9,7 +9,7 @@
 #include <functional>
 #include <random>
 
-#include "tools/hapticbench/strokes/strokes_requirements.h"
+#include "tools/hapticbench/strokes/strokes_report.h"
 #include "tools/hapticbench/strokes/strokes_study.h"
 
 namespace hapticd::tools {
@@ -43,16 +43,16 @@ std::vector<TrueTick> madeUpStroke() {
   return ticks;
 }
 
-FeltTick ideal(const TrueTick& truth) {
+LawTick ideal(const TrueTick& truth) {
   if (!truth.hold) return {{}, {}, truth.hip_m, rt::ContactState::free, false};
   return {truth.force_n, truth.force_n, truth.hold->proxy_m, rt::ContactState::contact, false};
 }
 
-StrokeFigures judged(const std::function<FeltTick(const TrueTick&)>& law) {
+StrokeFigures judged(const std::function<LawTick(const TrueTick&)>& law) {
   const std::vector<TrueTick> truth = madeUpStroke();
-  std::vector<FeltTick> felt;
-  for (const TrueTick& tick : truth) felt.push_back(law(tick));
-  return judgeStroke(truth, felt, kLimits);
+  std::vector<LawTick> output;
+  for (const TrueTick& tick : truth) output.push_back(law(tick));
+  return judgeStroke(truth, output, kLimits);
 }
 
 TEST(StrokeJudge, FindsNothingWrongWithAnIdealLaw) {
@@ -71,11 +71,11 @@ TEST(StrokeJudge, FindsNothingWrongWithAnIdealLaw) {
 TEST(StrokeJudge, FindsAProxyThatStops) {
   static constexpr double kStuck_m = 0.03;
   const StrokeFigures figures = judged([](const TrueTick& truth) {
-    FeltTick felt = ideal(truth);
-    felt.proxy_m.x = std::min(felt.proxy_m.x, kStuck_m);
-    felt.state = rt::ContactState::contact;
-    felt.law_force_n = kStiffness_n_per_m * (felt.proxy_m - truth.hip_m);
-    return felt;
+    LawTick output = ideal(truth);
+    output.proxy_m.x = std::min(output.proxy_m.x, kStuck_m);
+    output.state = rt::ContactState::contact;
+    output.law_force_n = kStiffness_n_per_m * (output.proxy_m - truth.hip_m);
+    return output;
   });
   EXPECT_EQ(figures.stopped, 1);
   EXPECT_EQ(figures.lagged, 1);
@@ -86,10 +86,10 @@ TEST(StrokeJudge, FindsAProxyThatStops) {
 
 TEST(StrokeJudge, TellsAProxyThatCatchesUpFromOneThatStops) {
   const StrokeFigures figures = judged([](const TrueTick& truth) {
-    FeltTick felt = ideal(truth);
+    LawTick output = ideal(truth);
     const double place = truth.hip_m.x;
-    if (place > 0.02 && place < 0.03) felt.proxy_m.x = 0.02;
-    return felt;
+    if (place > 0.02 && place < 0.03) output.proxy_m.x = 0.02;
+    return output;
   });
   EXPECT_EQ(figures.lagged, 1);
   EXPECT_EQ(figures.stopped, 0);
@@ -98,11 +98,11 @@ TEST(StrokeJudge, TellsAProxyThatCatchesUpFromOneThatStops) {
 
 TEST(StrokeJudge, CountsTheTicksWithoutForceAndThoseWithForceIntoTheBody) {
   const StrokeFigures figures = judged([](const TrueTick& truth) {
-    FeltTick felt = ideal(truth);
+    LawTick output = ideal(truth);
     const double place = truth.hip_m.x;
-    if (place > 0.01 - kTick_m / 2 && place < 0.02 - kTick_m / 2) felt.law_force_n = {};
-    if (place > 0.04 - kTick_m / 2 && place < 0.06 - kTick_m / 2) felt.law_force_n = {0, 0, -1};
-    return felt;
+    if (place > 0.01 - kTick_m / 2 && place < 0.02 - kTick_m / 2) output.law_force_n = {};
+    if (place > 0.04 - kTick_m / 2 && place < 0.06 - kTick_m / 2) output.law_force_n = {0, 0, -1};
+    return output;
   });
   EXPECT_EQ(figures.lost_ticks, 100);
   EXPECT_EQ(figures.wrong_side_ticks, 200);
@@ -110,9 +110,9 @@ TEST(StrokeJudge, CountsTheTicksWithoutForceAndThoseWithForceIntoTheBody) {
 
 TEST(StrokeJudge, CountsForceOnlyWhereTheHipIsClearOfEverything) {
   const StrokeFigures figures = judged([](const TrueTick& truth) {
-    FeltTick felt = ideal(truth);
-    if (!truth.hold && truth.clearance_m < 0.005) felt.law_force_n = {0, 0, 3};
-    return felt;
+    LawTick output = ideal(truth);
+    if (!truth.hold && truth.clearance_m < 0.005) output.law_force_n = {0, 0, 3};
+    return output;
   });
   EXPECT_NEAR(static_cast<double>(figures.ghost_ticks), 30, 1);  // from 2 to 5 mm beside the body
   EXPECT_EQ(figures.ghost_n, 3);
@@ -122,9 +122,9 @@ TEST(StrokeJudge, CountsForceOnlyWhereTheHipIsClearOfEverything) {
 
 TEST(StrokeJudge, SaysHowFarBeforeTheEndContactWasLost) {
   const StrokeFigures figures = judged([](const TrueTick& truth) {
-    FeltTick felt = ideal(truth);
-    if (truth.past_end_m > -0.012) felt.law_force_n = {};
-    return felt;
+    LawTick output = ideal(truth);
+    if (truth.past_end_m > -0.012) output.law_force_n = {};
+    return output;
   });
   EXPECT_NEAR(figures.end.earliest_m, -0.012, 1.001 * kTick_m);
 }
@@ -186,16 +186,16 @@ StrokesRow rowOf(const char* law, int lagged) {
 
 TEST(StrokesRequirements, CountTheRowsThatBreakABoundForEachLaw) {
   const auto requirements =
-      strokesRequirements({rowOf("surface", 0), rowOf("surface", 2), rowOf("proxy", 0)});
+      requirementsOf(std::vector{rowOf("surface", 0), rowOf("surface", 2), rowOf("proxy", 0)});
   const auto of = [&requirements](const char* law) {
-    return *std::ranges::find_if(requirements, [law](const StrokesRequirement& one) {
+    return *std::ranges::find_if(requirements, [law](const Requirement& one) {
       return one.law == law && one.text.find("stop or lag") != std::string::npos;
     });
   };
-  EXPECT_EQ(of("surface").rows, 2);
-  EXPECT_EQ(of("surface").violated, 1);
-  EXPECT_EQ(of("proxy").rows, 1);
-  EXPECT_EQ(of("proxy").violated, 0);
+  EXPECT_EQ(of("surface").cases, 2U);
+  EXPECT_EQ(of("surface").violated, 1U);
+  EXPECT_EQ(of("proxy").cases, 1U);
+  EXPECT_EQ(of("proxy").violated, 0U);
 }
 
 }  // namespace

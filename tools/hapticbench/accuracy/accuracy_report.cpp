@@ -4,175 +4,144 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
-#include <nlohmann/json.hpp>
+#include <cmath>
 
-#include "tools/hapticbench/accuracy/accuracy_summary.h"
+#include "tools/hapticbench/accuracy/pop_through.h"
 
 namespace hapticd::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using rt::ForceLaw;
 
 constexpr const char* kExplanation =
-    "surface: error of the force against a spring of k_s = 500 N/m from the HIP to an ideal constraint on "
-    "the true\n"
-    "  surface, 5 to 20 mm behind it. law: against the law itself in double precision: the springs on the "
-    "surface\n"
-    "  without noise (also 5 to 20 mm in front of it), proxy on the closest point of the filtered image; "
-    "none for\n"
-    "  the law surface, which fits planes to many pixels of many frames.\n"
-    "  rms and max in N, % of the true force, multiples of the just noticeable difference max(7 % of F, 0.1 "
-    "N).\n"
-    "proxy: its distance from the true surface (less the ball's radius for the law proxy).\n"
-    "pop: smallest force over the pushes at which the surface gave way, or the largest reached (the push "
-    "ends 45 mm\n"
-    "  deep, or where a body lets an ideal constraint go), the HIP's depth there, and how many pushes "
-    "popped\n"
-    "  through under 3, 10 and 20 N. drop: how far the force fell back while a surface came nearer.\n"
-    "step: largest change at a new frame with the HIP held still 10 mm behind the surface (springs: in "
-    "front), of\n"
-    "  the law and of the blended command in that tick; slew: of the command at any tick.\n";
+    "Errors of the law's force against a spring of 500 N/m from the HIP to an ideal constraint on the\n"
+    "true surface, 5 to 20 mm behind it: N, % of the true force, multiples of the just noticeable\n"
+    "difference max(7 % of F, 0.1 N), and degrees. proxy: its distance from the true surface. pop: the\n"
+    "smallest force over the pushes at which the surface gave way, or the largest that was reached (a\n"
+    "push ends 45 mm deep, or where a body lets an ideal constraint go), the penetration of the HIP\n"
+    "there, and how many pushes popped through below 3, 10 and 20 N. step: the largest change at a new\n"
+    "frame with the HIP held still 10 mm behind the surface (spring laws: in front of it), of the law and\n"
+    "of the blended command; slew: of the command at any tick.\n\n";
 
-void addErrorHeads(fmt::memory_buffer& text, const char* first) {
-  fmt::format_to(std::back_inserter(text),
-                 "{} |{:>8}{:>8}{:>8}{:>7}{:>7}{:>7}{:>7} |{:>8}{:>8}{:>6} |{:>6}{:>6} |{:>7}{:>7}{:>10} "
-                 "|{:>6} |{:>6}{:>6}{:>8}\n",
-                 first, "rms N", "max N", "rms %", "JND", "maxJND", "deg", "maxdeg", "law rms", "max N",
-                 "deg", "prox", "mm max", "pop N", "at mm", "3/10/20 dip of", "drop", "step N", "blend",
-                 "slew N/s");
+using Row = AccuracyRow;
+
+const std::vector<Column<Row>>& columns() {
+  static const std::vector<Column<Row>> all = [] {
+    std::vector<Column<Row>> list{
+        {"/scene", "scene", 0, &Row::scene},
+        {"/distance_m", "m", 1, &Row::distance_m},
+        {"/law", "law", 0, [](const Row& r) { return nameOf(r.setting.law); }},
+        {"/noise", "noise", 0, [](const Row& r) { return nameOf(r.noise); }},
+        {"/filtered", "filter", 0, [](const Row& r) { return r.setting.filtered; }},
+        {"/against_surface/samples", "", 0, [](const Row& r) { return r.error.error_n.count(); }}};
+    addSpread(list, "/against_surface/error_n", "rms N", "max N",
+              [](const Row& r) { return r.error.error_n; });
+    addSpread(list, "/against_surface/error_percent", "rms %", "",
+              [](const Row& r) { return r.error.error_percent; });
+    addSpread(list, "/against_surface/error_jnd", "JND", "max JND",
+              [](const Row& r) { return r.error.error_jnd; });
+    addSpread(list, "/against_surface/direction_deg", "deg", "max deg",
+              [](const Row& r) { return r.error.direction_deg; });
+    addSpread(list, "/proxy_to_surface_mm", "proxy mm", "max mm",
+              [](const Row& r) { return r.proxy_to_surface_mm; });
+    const std::vector<Column<Row>> pushes{
+        {"/pushes", "pushes", 0, [](const Row& r) { return r.pops.pushes; }},
+        {"/popped", "popped", 0, [](const Row& r) { return r.pops.popped; }},
+        {"/popped_under_3_n", "<3 N", 0, [](const Row& r) { return r.pops.popped_under[0]; }},
+        {"/popped_under_10_n", "<10 N", 0, [](const Row& r) { return r.pops.popped_under[1]; }},
+        {"/popped_under_20_n", "<20 N", 0, [](const Row& r) { return r.pops.popped_under[2]; }},
+        {"/dipped", "dipped", 0, [](const Row& r) { return r.pops.dipped; }},
+        {"/pop_through_n", "pop N", 2, [](const Row& r) { return r.pops.least_force_n; }},
+        {"/depth_at_pop_through_mm", "at mm", 1, [](const Row& r) { return r.pops.depth_at_least_force_mm; }},
+        {"/law_step_n", "step N", 2, &Row::law_step_n},
+        {"/blended_step_n", "blended N", 2, &Row::blended_step_n},
+        {"/slew_n_per_s", "slew N/s", 1, &Row::slew_n_per_s},
+        {"/ticks_outside_model", "not modelled", 0, &Row::outside_model}};
+    list.insert(list.end(), pushes.begin(), pushes.end());
+    return list;
+  }();
+  return all;
 }
 
-template <typename Result>
-void addFigures(fmt::memory_buffer& text, const Result& r) {
-  const ForceErrors& s = r.against_surface;
-  const ForceErrors& l = r.against_law;
-  const PopThroughs& p = r.pops;
-  fmt::format_to(std::back_inserter(text),
-                 " |{:>8.3f}{:>8.3f}{:>8.2f}{:>7.2f}{:>7.2f}{:>7.2f}{:>7.2f} |{:>8.3f}{:>8.3f}{:>6.2f} "
-                 "|{:>6.2f}{:>6.2f} |{:>7.2f}{:>7.1f}{:>15} |{:>6.2f} |{:>6.2f}{:>6.2f}{:>8.1f}{}\n",
-                 s.error_n.rms(), s.error_n.max(), s.error_percent.rms(), s.error_jnd.rms(),
-                 s.error_jnd.max(), s.direction_deg.rms(), s.direction_deg.max(), l.error_n.rms(),
-                 l.error_n.max(), l.direction_deg.rms(), r.proxy_to_surface_mm.rms(),
-                 r.proxy_to_surface_mm.max(), p.least_force_n, p.depth_at_least_force_mm,
-                 fmt::format("{}/{}/{} {} {}", p.popped_under[0], p.popped_under[1], p.popped_under[2],
-                             p.dipped, p.pushes),
-                 r.largest_drop_n, r.law_step_n, r.blended_step_n, r.slew_n_per_s,
-                 r.outside_model > 0 ? fmt::format("  {} ticks outside the model", r.outside_model) : "");
+std::string describe(const Row& row) {
+  return fmt::format("{} at {} m, noise {}, {}", row.scene, row.distance_m, nameOf(row.noise),
+                     nameOf(row.setting));
 }
 
-void addRows(fmt::memory_buffer& text, rt::ForceLaw law, const std::vector<AccuracyRow>& rows) {
-  const auto of_law = [law](const AccuracyRow& row) { return row.law == law && row.pops.pushes > 0; };
-  if (std::none_of(rows.begin(), rows.end(), of_law)) return;
-  fmt::format_to(std::back_inserter(text), "\n{}\n", nameOf(law));
-  addErrorHeads(text, "scene         dist m  noise  filter");
-  for (const AccuracyRow& row : rows) {
-    if (!of_law(row)) continue;
-    fmt::format_to(std::back_inserter(text), "{:<14}{:>6.1f}  {:<7}{:<6}", row.scene, row.distance_m,
-                   nameOf(row.noise), row.filtered ? "on" : "off");
-    addFigures(text, row);
-  }
+bool isPlane(const Row& row) {
+  return row.scene.starts_with("plane");
 }
 
-void addSummary(fmt::memory_buffer& text, const std::vector<AccuracyRow>& rows) {
-  fmt::format_to(std::back_inserter(text), "\nall scenes and distances together\n");
-  addErrorHeads(text, "law               noise  filter    ");
-  for (const AccuracySummary& summary : summaryOf(rows)) {
-    fmt::format_to(std::back_inserter(text), "{:<18}{:<7}{:<10}", nameOf(summary.law), nameOf(summary.noise),
-                   summary.filtered ? "on" : "off");
-    addFigures(text, summary);
-  }
+/// Of the paper's springs on a plane that faces the camera without noise.
+std::optional<LimitedFigure> popThroughDifference_percent(const Row& row) {
+  const rt::SpringParameters springs;
+  const double expected_n = popThroughForceOnPlane_n(springs, {}, row.distance_m);
+  return figureIf(row.scene == "plane" && row.noise == SceneNoise::none,
+                  100 * std::abs(row.pops.least_force_n / expected_n - 1), 3);
 }
 
-void addRequirements(fmt::memory_buffer& text, const std::vector<AccuracyRow>& rows) {
-  constexpr std::size_t kShown = 12;
-  fmt::format_to(std::back_inserter(text), "\nwhat must hold\n");
-  for (const Requirement& requirement : requirementsOf(rows)) {
-    const char* verdict = requirement.rows == 0            ? "not measured"
-                          : requirement.violations.empty() ? "holds"
-                                                           : "VIOLATED";
-    fmt::format_to(std::back_inserter(text), "{:<13}{} ({} of {} cases)\n", verdict, requirement.text,
-                   requirement.rows - requirement.violations.size(), requirement.rows);
-    for (std::size_t i = 0; i < std::min(kShown, requirement.violations.size()); ++i) {
-      fmt::format_to(std::back_inserter(text), "    {}\n", requirement.violations[i]);
-    }
-    if (requirement.violations.size() > kShown) {
-      fmt::format_to(std::back_inserter(text), "    and {} more\n", requirement.violations.size() - kShown);
-    }
-  }
-}
-
-Json spreadOf(const Spread& spread) {
-  return {{"rms", spread.rms()}, {"max", spread.max()}};
-}
-
-Json errorsOf(const ForceErrors& errors) {
-  return {{"samples", errors.error_n.count()},
-          {"error_n", spreadOf(errors.error_n)},
-          {"error_percent", spreadOf(errors.error_percent)},
-          {"error_jnd", spreadOf(errors.error_jnd)},
-          {"direction_deg", spreadOf(errors.direction_deg)}};
-}
-
-/// What rows and summaries have in common.
-template <typename Result>
-void addCommon(Json& json, const Result& r) {
-  json["law"] = nameOf(r.law);
-  json["noise"] = nameOf(r.noise);
-  json["filtered"] = r.filtered;
-  json["against_surface"] = errorsOf(r.against_surface);
-  json["against_law"] = errorsOf(r.against_law);
-  if (rt::hasProxy(r.law)) json["proxy_to_surface_mm"] = spreadOf(r.proxy_to_surface_mm);
-  json["pushes"] = r.pops.pushes;
-  json["popped"] = r.pops.popped;
-  json["slid_around"] = r.pops.around;
-  json["dipped"] = r.pops.dipped;
-  for (std::size_t i = 0; i < kPopLimits_n.size(); ++i) {
-    json[fmt::format("popped_under_{:.0f}_n", kPopLimits_n[i])] = r.pops.popped_under[i];
-  }
-  json["pop_through_n"] = r.pops.least_force_n;
-  json["depth_at_pop_through_mm"] = r.pops.depth_at_least_force_mm;
-  json["largest_drop_n"] = r.largest_drop_n;
-  json["law_step_n"] = r.law_step_n;
-  json["blended_step_n"] = r.blended_step_n;
-  json["slew_n_per_s"] = r.slew_n_per_s;
-  json["ticks_outside_model"] = r.outside_model;
+const std::vector<std::pair<ForceLaw, RowRequirement<Row>>>& rowRequirements() {
+  const RowRequirement<Row> no_pop_through{"pushes that pop through below 20 N", [](const Row& r) {
+                                             return figureIf(true, r.pops.popped_under.back(), 0);
+                                           }};
+  static const std::vector<std::pair<ForceLaw, RowRequirement<Row>>> all{
+      {ForceLaw::proxy, no_pop_through},
+      {ForceLaw::surface, no_pop_through},
+      {ForceLaw::nearest_springs,
+       {"pop-through force on the plane without noise beside the closed form, %",
+        popThroughDifference_percent}},
+      {ForceLaw::surface,
+       {"RMS error on planes to 1.2 m with a sensor's noise, JND",
+        [](const Row& r) {
+          return figureIf(isSensorNoise(r.noise) && r.distance_m <= 1.2 && isPlane(r),
+                          r.error.error_jnd.rms(), 1);
+        }}},
+      {ForceLaw::surface, {"error on planes without noise, % or degrees", [](const Row& r) {
+                             return figureIf(
+                                 r.noise == SceneNoise::none && isPlane(r),
+                                 std::max(r.error.error_percent.max(), r.error.direction_deg.max()), 1);
+                           }}}};
+  return all;
 }
 
 }  // namespace
 
-std::string accuracyTable(const std::vector<AccuracyRow>& rows) {
-  fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "{}", kExplanation);
-  for (const rt::ForceLaw law : kAllLaws) addRows(text, law, rows);
-  addSummary(text, rows);
-  addRequirements(text, rows);
-  return fmt::to_string(text);
+std::vector<AccuracyRow> summaryOf(const std::vector<AccuracyRow>& rows) {
+  std::vector<AccuracyRow> summaries;
+  for (const AccuracyRow& row : rows) {
+    auto summary = std::ranges::find_if(summaries, [&row](const AccuracyRow& other) {
+      return other.setting == row.setting && other.noise == row.noise;
+    });
+    if (summary == summaries.end()) {
+      summary = summaries.insert(summaries.end(), AccuracyRow{.scene = "all"});
+      summary->setting = row.setting;
+      summary->noise = row.noise;
+    }
+    summary->add(row);
+  }
+  std::ranges::stable_sort(summaries, {}, [](const AccuracyRow& row) { return row.setting.law; });
+  return summaries;
+}
+
+std::vector<Requirement> requirementsOf(const std::vector<AccuracyRow>& rows) {
+  std::vector<Requirement> requirements;
+  for (const auto& [law, requirement] : rowRequirements()) {
+    const auto of_law = [law = law](const AccuracyRow& row) { return row.setting.law == law; };
+    requirements.push_back(checked(std::string(nameOf(law)), requirement, rows, of_law, describe));
+  }
+  return requirements;
+}
+
+std::string accuracyText(const std::vector<AccuracyRow>& rows) {
+  return kExplanation + tableText(columns(), rows) + "\nall scenes and distances together\n" +
+         tableText(columns(), summaryOf(rows)) + requirementsText(requirementsOf(rows));
 }
 
 std::string accuracyJson(const std::vector<AccuracyRow>& rows) {
-  Json document{{"benchmark", "accuracy"}};
-  Json& list = document["rows"] = Json::array();
-  for (const AccuracyRow& row : rows) {
-    Json json{{"scene", row.scene}, {"distance_m", row.distance_m}};
-    if (row.grid_difference_n >= 0) {
-      json["law"] = nameOf(row.law);
-      json["noise"] = nameOf(row.noise);
-      json["voxel_edge_m"] = row.voxel_edge_m;
-      json["grid_difference_n"] = row.grid_difference_n;
-    } else {
-      addCommon(json, row);
-    }
-    list.push_back(json);
-  }
-  Json& summaries = document["summary"] = Json::array();
-  for (const AccuracySummary& summary : summaryOf(rows))
-    addCommon(summaries.emplace_back(Json::object()), summary);
-  Json& requirements = document["requirements"] = Json::array();
-  for (const Requirement& requirement : requirementsOf(rows)) {
-    requirements.push_back(
-        {{"text", requirement.text}, {"cases", requirement.rows}, {"violations", requirement.violations}});
-  }
+  const Json document{{"benchmark", "accuracy"},
+                      {"rows", tableJson(columns(), rows)},
+                      {"summary", tableJson(columns(), summaryOf(rows))},
+                      {"requirements", requirementsJson(requirementsOf(rows))}};
   return document.dump(2) + "\n";
 }
 

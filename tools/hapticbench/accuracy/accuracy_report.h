@@ -5,13 +5,18 @@
 #include <vector>
 
 #include "tools/hapticbench/accuracy/accuracy_study.h"
+#include "tools/hapticbench/requirement.h"
 
 namespace hapticd::tools {
 
-/// The tables for people: one per law, a summary, and what must hold.
-std::string accuracyTable(const std::vector<AccuracyRow>& rows);
+/// All scenes and distances of one law, setting and noise as one row each, in the order of the laws.
+std::vector<AccuracyRow> summaryOf(const std::vector<AccuracyRow>& rows);
 
-/// The same for programs, as JSON.
+/// What the laws must keep, checked on `rows`.
+std::vector<Requirement> requirementsOf(const std::vector<AccuracyRow>& rows);
+
+/// The rows, their summary and the requirements, for people and for programs.
+std::string accuracyText(const std::vector<AccuracyRow>& rows);
 std::string accuracyJson(const std::vector<AccuracyRow>& rows);
 
 }  // namespace hapticd::tools

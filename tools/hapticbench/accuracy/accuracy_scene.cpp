@@ -10,14 +10,10 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// What of depth behind and in front of the scene's distance the camera is to resolve, so that all is seen
-/// that a law can reach.
+/// A camera of fine depth steps that covers everything in front of and behind the scene that a law can reach.
 rt::DepthModelParameters fineCameraFor(const TrueSceneParameters& shape, double distance_m) {
   constexpr double kBehind_m = 0.1;
   constexpr double kMargin_m = 0.02;
-  if (shape.speed_m_per_s > 0) {
-    return fineDepthModel(distance_m - kAdvance_m - kMargin_m, distance_m + kMargin_m);
-  }
   const bool has_wall = shape.kind == SceneKind::thin_plate;
   return fineDepthModelAround(distance_m, has_wall ? shape.wall_behind_m + kMargin_m : kBehind_m);
 }
@@ -37,9 +33,6 @@ const std::vector<AccuracyScene>& accuracyScenes() {
       {"corner", {.kind = SceneKind::inner_corner}},
       {"plate", {.kind = SceneKind::thin_plate}},
       {"step", {.kind = SceneKind::step}},
-      {"moving_0.01", {.kind = SceneKind::plane, .speed_m_per_s = 0.01}},
-      {"moving_0.1", {.kind = SceneKind::plane, .speed_m_per_s = 0.1}},
-      {"moving_0.5", {.kind = SceneKind::plane, .speed_m_per_s = 0.5}},
   };
   return scenes;
 }
@@ -52,17 +45,15 @@ TrueScene AccuracyScene::at(double distance_m, SceneNoise noise, std::uint32_t s
 }
 
 const rt::DepthFrame& FrameReel::frame(int index) {
-  // A still scene's noise repeats after 1.3 s, long after any law has forgotten it.
-  constexpr int kStillFrames = 40;
-  const bool moves = scene_.parameters().speed_m_per_s > 0;
-  const bool changes = moves || noise_ == SceneNoise::sensor || noise_ == SceneNoise::harsh;
-  const int place = moves ? index : changes ? index % kStillFrames : 0;
+  // The noise repeats after 1.3 s, long after any law has forgotten it.
+  constexpr int kFrames = 40;
+  const int place = isSensorNoise(noise_) ? index % kFrames : 0;
   if (place >= static_cast<int>(rendered_.size())) rendered_.resize(static_cast<std::size_t>(place) + 1);
   auto& frame = rendered_[static_cast<std::size_t>(place)];
   const auto number = static_cast<std::uint64_t>(index) + 1;
   if (!frame) {
     frame = std::make_unique<rt::DepthFrame>();
-    scene_.render(time_s(index, first_moving_frame_), number, noise_, *frame);
+    scene_.render(0, number, noise_, *frame);
   }
   frame->sequence = number;
   return *frame;

@@ -6,7 +6,7 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr double kNoDirection_n = 0.05;  // half the smallest force that is felt
+constexpr double kNoDirection_n = 0.05;  // half the smallest force that a person notices
 
 double angle_deg(const rt::Vec3& a, const rt::Vec3& b) {
   // by the chord between the unit vectors, which is exact for small angles where the cosine is not

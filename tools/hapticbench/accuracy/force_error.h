@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-
 #include "rt/vec3.h"
+#include "tools/hapticbench/statistics.h"
 
 namespace hapticd::tools {
 
@@ -13,31 +10,7 @@ namespace hapticd::tools {
 /// (Pang, Tan and Durlach: about 7 % between 2.5 and 10 N.)  Newtons.
 double justNoticeableDifference_n(double force_n);
 
-/// Root mean square and largest of some values, none of them negative.
-class Spread {
- public:
-  void add(double value) {
-    ++count_;
-    sum_of_squares_ += value * value;
-    max_ = std::max(max_, value);
-  }
-  void add(const Spread& other) {
-    count_ += other.count_;
-    sum_of_squares_ += other.sum_of_squares_;
-    max_ = std::max(max_, other.max_);
-  }
-  std::size_t count() const { return count_; }
-  /// 0 when nothing was added.
-  double rms() const { return count_ == 0 ? 0 : std::sqrt(sum_of_squares_ / static_cast<double>(count_)); }
-  double max() const { return max_; }
-
- private:
-  std::size_t count_ = 0;
-  double sum_of_squares_ = 0;
-  double max_ = 0;
-};
-
-/// How far forces are from what they should be, in the field's terms.
+/// Errors of forces against the true ones, in the measures of the field.
 struct ForceErrors {
   Spread error_n;
   Spread error_percent;  ///< of the true force; where that is zero it does not count

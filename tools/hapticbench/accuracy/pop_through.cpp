@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/accuracy/pop_through.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 namespace hapticd::tools {
 namespace {
 
@@ -25,6 +29,21 @@ PopThrough judgePush(std::span<const double> outward_n, std::span<const double> 
     push.popped = push.popped || gives_way || holds_nothing;
   }
   return push;
+}
+
+double popThroughForceOnPlane_n(const rt::SpringParameters& springs, const rt::DepthModelParameters& camera,
+                                double depth_m) {
+  constexpr int kHeights = 4000;
+  const double points_per_m2 = camera.fx_px * camera.fy_px / (depth_m * depth_m);
+  const double disc_radius_m = std::sqrt(springs.max_points / (std::numbers::pi * points_per_m2));
+  double largest_n = 0;
+  for (int i = 1; i < kHeights; ++i) {
+    const double height_m = springs.radius_m * i / kHeights;
+    const double farthest_m = std::min(std::hypot(height_m, disc_radius_m), springs.radius_m);
+    largest_n = std::max(largest_n, springs.stiffness_n_per_m * height_m *
+                                        (2 * springs.radius_m / (height_m + farthest_m) - 1));
+  }
+  return largest_n;
 }
 
 }  // namespace hapticd::tools

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/jitter/cpus.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sched.h>
 
 #include <cstddef>
@@ -39,6 +41,17 @@ KeptToCpus::KeptToCpus(const std::vector<int>& cpus) : before_(usableCpus()) {
 
 KeptToCpus::~KeptToCpus() {
   keepTo(before_);
+}
+
+std::vector<std::string> stressCommand(const std::vector<int>& usable_cpus, int measured_cpu) {
+  const std::vector<int> others = otherCpus(usable_cpus, measured_cpu);
+  return {"stress-ng",
+          "--quiet",
+          fmt::format("--cpu={}", others.size()),
+          fmt::format("--vm={}", others.size()),
+          "--vm-bytes=64m",
+          "--timeout=0",
+          fmt::format("--taskset={}", fmt::join(others, ","))};
 }
 
 }  // namespace hapticd::tools

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace hapticd::tools {
@@ -23,5 +24,9 @@ class KeptToCpus {
  private:
   std::vector<int> before_;
 };
+
+/// The command line of stress-ng: arithmetic and memory on all `usable_cpus` but `measured_cpu`; on that one
+/// too when there is no other.
+std::vector<std::string> stressCommand(const std::vector<int>& usable_cpus, int measured_cpu);
 
 }  // namespace hapticd::tools

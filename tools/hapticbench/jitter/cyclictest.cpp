@@ -16,11 +16,11 @@
 #include "config/value_text.h"
 #include "tools/child/child_process.h"
 #include "tools/hapticbench/jitter/cpus.h"
+#include "tools/hapticbench/temporary_folder.h"
 
 namespace hapticd::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Longer than any wake-up on a machine that is of use.
@@ -50,30 +50,6 @@ std::optional<std::int64_t> latencyOf(const std::string& key) {
   if (error != std::errc() || end != key.data() + key.size() || latency_us < 0) return std::nullopt;
   return latency_us;
 }
-
-/// A file in a folder of its own that goes with the object.
-class ScratchFile {
- public:
-  ScratchFile() {
-    std::string name = (fs::temp_directory_path() / "hapticbench-XXXXXX").string();
-    if (::mkdtemp(name.data()) != nullptr) folder_ = name;
-  }
-  ~ScratchFile() {
-    std::error_code ignored;
-    if (!folder_.empty()) fs::remove_all(folder_, ignored);
-  }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-
-  std::string name() const { return (folder_ / "cyclictest.json").string(); }
-  std::string content() const {
-    std::ifstream file(name());
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-
- private:
-  fs::path folder_;
-};
 
 /// Waits for the end, at most several times as long as it should take.
 config::Result<void> finish(ChildProcess& child, const LoopSetting& setting, const Interrupt& interrupt) {
@@ -139,12 +115,14 @@ config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std:
 }
 
 config::Result<WakeupCounts> runCyclictest(const LoopSetting& setting, const Interrupt& interrupt) {
-  const ScratchFile file;
-  auto child = ChildProcess::start(
-      cyclictestCommand(setting, otherCpus(usableCpus(), setting.cpu), file.name()), {}, kInstall);
+  const TemporaryFolder folder;
+  const std::string report = (folder.path() / "cyclictest.json").string();
+  auto child = ChildProcess::start(cyclictestCommand(setting, otherCpus(usableCpus(), setting.cpu), report),
+                                   {}, kInstall);
   if (!child) return std::unexpected(child.error());
   if (auto finished = finish(*child, setting, interrupt); !finished) return std::unexpected(finished.error());
-  return parseCyclictest(file.name(), file.content());
+  std::ifstream file(report);
+  return parseCyclictest(report, {std::istreambuf_iterator<char>(file), {}});
 }
 
 }  // namespace hapticd::tools

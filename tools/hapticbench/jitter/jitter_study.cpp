@@ -11,18 +11,18 @@
 
 #include "drivers/base/idle_latency.h"
 #include "rt/realtime_thread.h"
-#include "tools/hapticbench/jitter/background_load.h"
+#include "tools/child/child_process.h"
 #include "tools/hapticbench/jitter/cpus.h"
 
 namespace hapticd::tools {
 namespace {
 
-config::Result<int> cpuOf(int wanted) {
+config::Result<int> cpuOf(int requested) {
   const std::vector<int> usable = usableCpus();
   if (usable.empty()) return std::unexpected(config::Error{"--cpu", "no usable CPU is known", ""});
-  if (wanted < 0) return usable.back();
-  if (std::ranges::find(usable, wanted) != usable.end()) return wanted;
-  return std::unexpected(config::Error{"--cpu", fmt::format("{} is not one of this process", wanted),
+  if (requested < 0) return usable.back();
+  if (std::ranges::find(usable, requested) != usable.end()) return requested;
+  return std::unexpected(config::Error{"--cpu", fmt::format("{} is not one of this process", requested),
                                        fmt::format("allowed are {}", fmt::join(usable, ", "))});
 }
 
@@ -61,7 +61,7 @@ config::Result<LoadJitter> measureLoad(const std::string& load, const JitterOpti
                                 static_cast<std::uint64_t>(options.period_us)};
   std::optional<ChildProcess> stress;
   if (load == "stress") {
-    auto started = startLoad(options.cpu);
+    auto started = ChildProcess::start(stressCommand(usableCpus(), options.cpu), {}, "apt install stress-ng");
     if (!started) return std::unexpected(started.error());
     stress.emplace(std::move(*started));
     settle(interrupt);

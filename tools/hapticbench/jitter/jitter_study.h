@@ -52,9 +52,13 @@ struct JitterResult {
 
 /// Measures both loops in turn, each load for all its rounds; every second round begins with cyclictest, so
 /// that a drift of the machine falls on both alike. The whole run holds /dev/cpu_dma_latency at 0, and locks
-/// memory. `progress` is told what begins. Errors: a program or a permission is missing, a phase failed,
+/// memory. `progress` is given what begins. Errors: a program or a permission is missing, a phase failed,
 /// interrupted.
 config::Result<JitterResult> measureJitter(const JitterOptions& options, const Interrupt& interrupt,
                                            const std::function<void(const std::string&)>& progress);
+
+/// Percentiles of both loops and their ratio beside the limit, for people; with all histograms, for programs.
+std::string jitterText(const JitterResult& result);
+std::string jitterJson(const JitterResult& result);
 
 }  // namespace hapticd::tools

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/hapticbench/noise/window_residuals.h"
+#include "tools/hapticbench/statistics.h"
 
 namespace hapticd::tools {
 namespace {
@@ -27,7 +28,7 @@ struct Mean {
   double value() const { return count > 0 ? sum / count : kUnknown; }
 };
 
-/// What the figures of one window are made from.
+/// The sums that the figures of one window are computed from.
 struct Sums {
   Mean temporal;
   Mean first_half;
@@ -96,22 +97,15 @@ Sums sumsOf(const NoiseSession& session, const WindowResiduals& residuals) {
   return sums;
 }
 
-double medianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Of the values that are known.
 Estimate estimate(std::vector<double> values) {
   std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty()) return {kUnknown, kUnknown, kUnknown};
   Estimate result;
-  result.value = medianOf(values);
-  for (double& value : values) value = std::abs(value - result.value);
-  constexpr double kNormalDeviation = 1.4826;    // of a normal distribution whose median distance is one
+  result.value = quantile(values, 0.5);
+  for (double& value : values) value -= result.value;
   constexpr double kMedianAgainstMean = 1.2533;  // sqrt(pi / 2): the median's error of a normal distribution
-  result.spread = kNormalDeviation * medianOf(values);
+  result.spread = robustDeviation(values);
   result.standard_error = kMedianAgainstMean * result.spread / std::sqrt(static_cast<double>(values.size()));
   return result;
 }

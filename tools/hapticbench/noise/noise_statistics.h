@@ -45,4 +45,11 @@ NoiseStatistics measureNoise(const NoiseSession& session, int window_px);
 /// windows: how much of the pattern of one is seen in the other. Sessions of unlike length are allowed.
 Estimate patternCorrelation(const NoiseSession& a, const NoiseSession& b, int window_px);
 
+/// For people: one line per window size.
+std::string noiseText(const std::string& source, const std::vector<NoiseStatistics>& statistics);
+
+/// For programs, with the autocovariances; figures that could not be measured are null.
+std::string noiseJson(const std::string& source, std::size_t frames,
+                      const std::vector<NoiseStatistics>& statistics);
+
 }  // namespace hapticd::tools

@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "tools/hapticbench/noise/noise_statistics.h"
-#include "tools/hapticbench/noise/smooth_fit.h"
+#include "tools/hapticbench/quadratic_fit.h"
+#include "tools/hapticbench/statistics.h"
 
 namespace hapticd::tools {
 namespace {
@@ -24,9 +25,10 @@ double placeIn(const Window& window, int pixel) {
 }
 
 /// The mean over frames first..end-1 at every steady pixel.
-std::vector<FitSample> meanSamples(const NoiseSession& session, const Window& window,
-                                   const std::vector<bool>& steady, std::size_t first, std::size_t end) {
-  std::vector<FitSample> samples;
+std::vector<QuadraticSample> meanSamples(const NoiseSession& session, const Window& window,
+                                         const std::vector<bool>& steady, std::size_t first,
+                                         std::size_t end) {
+  std::vector<QuadraticSample> samples;
   for (int y = 0; y < window.side_px; ++y) {
     for (int x = 0; x < window.side_px; ++x) {
       if (!steady[static_cast<std::size_t>(y * window.side_px + x)]) continue;
@@ -51,21 +53,16 @@ std::vector<bool> steadyPixels(const NoiseSession& session, const Window& window
   return steady;
 }
 
-/// Whether the mean of the first half and that of the second half lie apart.
-bool moves(const std::vector<FitSample>& before, const std::vector<FitSample>& after) {
+/// Whether the mean of the first half and that of the second half differ by a motion of the surface.
+bool moves(const std::vector<QuadraticSample>& before, const std::vector<QuadraticSample>& after) {
   std::vector<double> changes(before.size());
-  for (std::size_t i = 0; i < before.size(); ++i) changes[i] = after[i].disparity - before[i].disparity;
-  const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
-  std::nth_element(changes.begin(), middle, changes.end());
-  double squares = 0;
-  for (const double change : changes) squares += change * change;
+  for (std::size_t i = 0; i < before.size(); ++i) changes[i] = after[i].value - before[i].value;
   // a body that passes through a part of the window leaves the median alone
   constexpr double kLargestDeviation = 1.5;
-  return std::abs(*middle) > kMotionRaw ||
-         std::sqrt(squares / static_cast<double>(changes.size())) > kLargestDeviation;
+  return std::abs(quantile(changes, 0.5)) > kMotionRaw || rootMeanSquare(changes) > kLargestDeviation;
 }
 
-void subtract(const SmoothSurface& surface, const NoiseSession& session, const Window& window,
+void subtract(const Quadratic& surface, const NoiseSession& session, const Window& window,
               WindowResiduals& residuals) {
   const auto pixels = static_cast<std::size_t>(window.side_px) * static_cast<std::size_t>(window.side_px);
   residuals.frames.assign(session.frames.size(), std::vector<float>(pixels));
@@ -97,22 +94,23 @@ WindowResiduals residualsOf(const NoiseSession& session, const Window& window) {
   WindowResiduals residuals;
   residuals.side_px = window.side_px;
   residuals.steady = steadyPixels(session, window);
-  const auto wanted = kSteadyShare * static_cast<double>(residuals.steady.size());
-  if (static_cast<double>(residuals.count()) < wanted) return residuals;
+  const auto required = kSteadyShare * static_cast<double>(residuals.steady.size());
+  if (static_cast<double>(residuals.count()) < required) return residuals;
   const std::size_t half = session.frames.size() / 2;
   const std::size_t all = session.frames.size();
   const auto mean = meanSamples(session, window, residuals.steady, 0, all);
-  const SmoothSurface surface = fitSmoothSurface(mean);
+  // rounding alone leaves 0.29 raw units
+  const auto fit = fitQuadratic(mean, {.least_deviation = 0.05, .outlier_deviations = 5, .least_outlier = 3});
   if (moves(meanSamples(session, window, residuals.steady, 0, half),
             meanSamples(session, window, residuals.steady, half, all))) {
     residuals.state = WindowState::moving;
     return residuals;
   }
-  if (surface.deviation > kSmoothDeviation || surface.outliers > kSmoothOutliers) {
+  if (!fit || fit->deviation > kSmoothDeviation || fit->outlier_share > kSmoothOutliers) {
     residuals.state = WindowState::not_smooth;
     return residuals;
   }
-  subtract(surface, session, window, residuals);
+  subtract(fit->quadratic, session, window, residuals);
   residuals.state = WindowState::good;
   return residuals;
 }

@@ -9,7 +9,7 @@
 
 #include "tools/hapticbench/accuracy/pop_through.h"
 #include "tools/hapticbench/frame_player.h"
-#include "tools/hapticbench/shipped_law.h"
+#include "tools/hapticbench/law_setting.h"
 #include "tools/truth/fine_depth_model.h"
 #include "tools/truth/occluded_scene.h"
 
@@ -23,7 +23,7 @@ constexpr double kBackgroundBehind_m = 0.35;
 constexpr double kHandFrom_m = 0.03;
 constexpr double kHandTo_m = 0.045;  // 22.5 N at 500 N/m
 constexpr double kStillBefore_m = 0.02;
-constexpr double kSurfaceWay_m = 0.06;
+constexpr double kSurfaceDisplacement_m = 0.06;
 constexpr long kBeforePush_ticks = 700;
 constexpr double kTickOfPush_s = 0.001;
 constexpr double kPopLimit_n = 20;
@@ -55,7 +55,7 @@ Vec3 footOf(const BorderPushCase& push, const rt::DepthModelParameters& camera) 
   }
   // in sight also where a surface that moves has come nearest
   const double border_px = drivers::SensorNoise::kFirstDeadColumn - 0.5;
-  const double border_m = (border_px - camera.cx_px) / camera.fx_px * (push.wall_m - kSurfaceWay_m);
+  const double border_m = (border_px - camera.cx_px) / camera.fx_px * (push.wall_m - kSurfaceDisplacement_m);
   return {border_m - push.beside_m, kRow_m, -push.wall_m};
 }
 
@@ -72,7 +72,7 @@ void BorderPushResult::add(const BorderPushResult& other) {
   least_n = std::min(least_n, other.least_n);
 }
 
-BorderPushResult runBorderPush(config::LawChoice law, const BorderPushCase& push) {
+BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& push) {
   const rt::DepthModelParameters camera = cameraOf(push);
   OccludedScene scene(bodyOf(push), camera, push.noise, push.seed);
   const auto box = shippedBox(law, push.wall_m, camera);
@@ -82,25 +82,19 @@ BorderPushResult runBorderPush(config::LawChoice law, const BorderPushCase& push
     return std::min(most_m, push.speed_m_per_s * kTickOfPush_s * since);
   };
   const auto wallAt = [&](long tick) {
-    return push.wall_m - (push.surface_moves ? movedBy(tick, kSurfaceWay_m) : 0);
+    return push.wall_m - (push.surface_moves ? movedBy(tick, kSurfaceDisplacement_m) : 0);
   };
-  std::array<std::unique_ptr<rt::DepthFrame>, 2> frames{std::make_unique<rt::DepthFrame>(),
-                                                        std::make_unique<rt::DepthFrame>()};
-  FramePlayer player(*box, {[&](int index) -> const rt::DepthFrame& {
-                              rt::DepthFrame& frame = *frames[static_cast<std::size_t>(index % 2)];
-                              scene.render({.wall_m = wallAt(tickOfRegularFrame(index))},
-                                           static_cast<std::uint64_t>(index) + 1, frame);
-                              frame.arrival_ns = tickOfRegularFrame(index) * 1'000'000;
-                              return frame;
-                            },
-                            tickOfRegularFrame});
+  FramePlayer player(*box, renderedStream([&](long tick, std::uint64_t number, rt::DepthFrame& frame) {
+    scene.render({.wall_m = wallAt(tick)}, number, frame);
+  }));
   const Vec3 foot = footOf(push, camera);
-  const double way_m = push.surface_moves ? kSurfaceWay_m : kHandFrom_m + kHandTo_m;
-  const long end = kBeforePush_ticks + std::lround(way_m / push.speed_m_per_s / kTickOfPush_s);
+  const double displacement_m = push.surface_moves ? kSurfaceDisplacement_m : kHandFrom_m + kHandTo_m;
+  const long end = kBeforePush_ticks + std::lround(displacement_m / push.speed_m_per_s / kTickOfPush_s);
   std::vector<double> outward_n;
   std::vector<double> ideal_n;
   for (long tick = 0; tick < end; ++tick) {
-    const double in_front_m = push.surface_moves ? kStillBefore_m : kHandFrom_m - movedBy(tick, way_m);
+    const double in_front_m =
+        push.surface_moves ? kStillBefore_m : kHandFrom_m - movedBy(tick, displacement_m);
     const Vec3 hip = foot + Vec3{0, 0, in_front_m};
     const double force_n = player.tick(hip).law_force_n_in_world.z;
     if (tick < kBeforePush_ticks) continue;

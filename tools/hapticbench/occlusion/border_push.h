@@ -3,12 +3,11 @@
 
 #include <string_view>
 
-#include "config/settings.h"
-#include "tools/truth/true_scene.h"
+#include "tools/truth/scene_camera.h"
 
 namespace hapticd::tools {
 
-/// Where a surface ends that is pushed into.
+/// The border of the surface that a push is next to.
 enum class BorderKind : std::uint8_t {
   silhouette_hidden,   ///< a body's edge whose side the camera does not see
   silhouette_visible,  ///< a body's edge whose side it sees
@@ -35,6 +34,6 @@ struct BorderPushResult {
   void add(const BorderPushResult& other);
 };
 
-BorderPushResult runBorderPush(config::LawChoice law, const BorderPushCase& push);
+BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& push);
 
 }  // namespace hapticd::tools

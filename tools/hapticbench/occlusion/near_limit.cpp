@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "tools/hapticbench/frame_player.h"
-#include "tools/hapticbench/shipped_law.h"
+#include "tools/hapticbench/law_setting.h"
 #include "tools/truth/occluded_scene.h"
 
 namespace hapticd::tools {
@@ -69,23 +69,16 @@ NearLimitResult judgeNearLimit(const std::vector<NearLimitTick>& ticks, std::siz
   return result;
 }
 
-NearLimitResult runNearLimit(config::LawChoice law, double speed_m_per_s) {
+NearLimitResult runNearLimit(const std::string& law, double speed_m_per_s) {
   const rt::DepthModelParameters camera;
   OccludedScene scene({}, camera, SceneNoise::quantised, 1);
   const WallMotion wall(camera.near_m, speed_m_per_s);
   const auto box = shippedBox(law, camera.near_m, camera);
-  std::array<std::unique_ptr<rt::DepthFrame>, 2> frames{std::make_unique<rt::DepthFrame>(),
-                                                        std::make_unique<rt::DepthFrame>()};
   bool measured = true;
-  FramePlayer player(*box, {[&](int index) -> const rt::DepthFrame& {
-                              rt::DepthFrame& frame = *frames[static_cast<std::size_t>(index % 2)];
-                              const double depth_m = wall.depth_m(tickOfRegularFrame(index));
-                              scene.render({.wall_m = depth_m}, static_cast<std::uint64_t>(index) + 1, frame);
-                              frame.arrival_ns = tickOfRegularFrame(index) * 1'000'000;
-                              measured = depth_m >= camera.near_m;
-                              return frame;
-                            },
-                            tickOfRegularFrame});
+  FramePlayer player(*box, renderedStream([&](long tick, std::uint64_t number, rt::DepthFrame& frame) {
+    scene.render({.wall_m = wall.depth_m(tick)}, number, frame);
+    measured = wall.depth_m(tick) >= camera.near_m;
+  }));
   const rt::Vec3 hip{0.0213, 0.0117, -(camera.near_m + kPressed_m)};
   std::vector<NearLimitTick> ticks;
   std::size_t too_near = 0;

@@ -3,13 +3,11 @@
 
 #include <vector>
 
-#include "config/settings.h"
 #include "rt/loop_state.h"
 
 namespace hapticd::tools {
 
-/// What happened to the force on a HIP when the surface that it presses on came nearer than the camera
-/// measures.
+/// The force on a HIP while the surface that it presses on comes nearer than the camera measures.
 struct NearLimitResult {
   double force_n = 0;         ///< at the last tick before the surface was too near
   double held_ms = 0;         ///< from then on until the force was below half of that
@@ -22,18 +20,18 @@ struct NearLimitResult {
   static NearLimitResult none() { return {.released_ms = -1}; }
 };
 
-/// One tick of it: the command along the surface's normal, and the cause.
+/// One tick of such a run: the command along the normal of the surface, and the cause.
 struct NearLimitTick {
   double outward_n = 0;
   rt::Cause cause = rt::Cause::none;
 };
 
-/// `too_near`: the tick from which on the surface is not measured; `back`: from which on it is again.
+/// `too_near`: the first tick at which the surface is not measured; `back`: the first at which it is again.
 NearLimitResult judgeNearLimit(const std::vector<NearLimitTick>& ticks, std::size_t too_near,
                                std::size_t back);
 
-/// A wall comes at that speed, passes the HIP, which ends 6 mm behind it at the camera's near limit, goes on
-/// 30 mm, waits for two seconds and goes back.
-NearLimitResult runNearLimit(config::LawChoice law, double speed_m_per_s);
+/// A wall approaches at that speed and passes the HIP, which is 6 mm behind it when it reaches the near limit
+/// of the camera; it goes on for 30 mm, waits for two seconds and goes back.
+NearLimitResult runNearLimit(const std::string& law, double speed_m_per_s);
 
 }  // namespace hapticd::tools

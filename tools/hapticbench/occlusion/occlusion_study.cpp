@@ -38,23 +38,18 @@ bool isMeasured(const PassageRow& row) {
   return front_m > rt::DepthModelParameters{}.near_m + kBeyondNear_m;
 }
 
-/// A law's rows under `law`; those of the other laws differ in that alone.
-std::vector<PassageRow> rowsOf(config::LawChoice law, const OcclusionOptions& options) {
+/// The rows of one law; those of the other laws differ in the law alone.
+std::vector<PassageRow> rowsOf(const std::string& law, const OcclusionOptions& options) {
   std::vector<PassageRow> rows;
-  const auto add = [&](SceneNoise noise, double wall_m, HandDuringPassage hand, double thickness_m,
-                       double gap_m) {
-    PassageRow row{.law = law, .wall_m = wall_m, .noise = noise, .hand = hand, .result = {}};
-    row.thickness_m = thickness_m;
-    row.gap_m = gap_m;
-    if (isMeasured(row)) rows.push_back(row);
-  };
   for (const SceneNoise noise : options.noises) {
     for (const double wall_m : options.distances_m) {
       for (const HandDuringPassage hand : options.hands) {
         const bool all_gaps = hand == HandDuringPassage::free || hand == HandDuringPassage::pressing;
         for (const double thickness_m : options.thicknesses_m) {
-          for (const double gap_m : all_gaps ? options.gaps_m : options.few_gaps_m)
-            add(noise, wall_m, hand, thickness_m, gap_m);
+          for (const double gap_m : all_gaps ? options.gaps_m : options.few_gaps_m) {
+            const PassageRow row{law, wall_m, noise, hand, thickness_m, gap_m};
+            if (isMeasured(row)) rows.push_back(row);
+          }
         }
       }
     }
@@ -71,7 +66,7 @@ bool isChosen(const OcclusionOptions& options, OcclusionPart part) {
 /// Each passage is rendered once for all laws.
 std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const Progress& progress) {
   std::vector<std::vector<PassageRow>> rows_of_law;
-  for (const config::LawChoice law : options.laws) rows_of_law.push_back(rowsOf(law, options));
+  for (const std::string& law : options.laws) rows_of_law.push_back(rowsOf(law, options));
   const std::size_t rows = rows_of_law.empty() ? 0 : rows_of_law.front().size();
   for (std::size_t i = 0; i < rows; ++i) {
     const PassageRow& usual = rows_of_law.front()[i];
@@ -93,7 +88,7 @@ std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const P
 /// Calls `measure(law, noise, wall_m)` for each.
 template <typename Measure>
 void forEachSetting(const OcclusionOptions& options, const Measure& measure) {
-  for (const config::LawChoice law : options.laws) {
+  for (const std::string& law : options.laws) {
     for (const SceneNoise noise : options.noises) {
       for (const double wall_m : options.distances_m) measure(law, noise, wall_m);
     }
@@ -105,8 +100,8 @@ std::vector<EntryRow> measureEntries(const OcclusionOptions& options, const Prog
                                   EntryKind::into_image, EntryKind::out_of_image};
   constexpr double kBelow_m[] = {0.008, 0.02, 0.06};
   std::vector<EntryRow> rows;
-  forEachSetting(options, [&](config::LawChoice law, SceneNoise noise, double wall_m) {
-    progress(fmt::format("{}: entries from the side at {} m", nameOf(law), wall_m));
+  forEachSetting(options, [&](const std::string& law, SceneNoise noise, double wall_m) {
+    progress(fmt::format("{}: entries from the side at {} m", law, wall_m));
     for (const EntryKind kind : kKinds) {
       for (const double below_m : kBelow_m) {
         // from behind there is no level to be below of, and 60 mm is deeper than a hand presses
@@ -126,7 +121,7 @@ std::vector<EntryRow> measureEntries(const OcclusionOptions& options, const Prog
 
 std::vector<NearRow> measureNear(const OcclusionOptions& options) {
   std::vector<NearRow> rows;
-  for (const config::LawChoice law : options.laws) {
+  for (const std::string& law : options.laws) {
     for (const double speed_m_per_s : {0.03, 0.1, 0.3})
       rows.push_back({law, speed_m_per_s, runNearLimit(law, speed_m_per_s)});
   }
@@ -141,10 +136,10 @@ std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progre
   constexpr double kNoisyEdge_px = 3;  // with noise, a body may let go that near to its edge
   const double fx_px = rt::DepthModelParameters{}.fx_px;
   std::vector<PushRow> rows;
-  forEachSetting(options, [&](config::LawChoice law, SceneNoise noise, double wall_m) {
-    progress(fmt::format("{}: pushes beside borders at {} m", nameOf(law), wall_m));
+  forEachSetting(options, [&](const std::string& law, SceneNoise noise, double wall_m) {
+    progress(fmt::format("{}: pushes beside borders at {} m", law, wall_m));
     for (const BorderKind kind : kKinds) {
-      PushRow hand_moves{.law = law, .wall_m = wall_m, .noise = noise, .kind = kind, .result = {}};
+      PushRow hand_moves{.law = law, .wall_m = wall_m, .noise = noise, .kind = kind};
       PushRow surface_moves = hand_moves;
       surface_moves.surface_moves = true;
       for (const double beside_m : kBeside_m) {
@@ -152,7 +147,7 @@ std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progre
         if (noise != SceneNoise::none) push.beside_m = std::max(beside_m, kNoisyEdge_px * wall_m / fx_px);
         push.seed = options.seed;
         hand_moves.result.add(runBorderPush(law, push));
-        // half of the places for surfaces that move, each with all speeds
+        // half of the positions for surfaces that move, each with all speeds
         if (beside_m == kBeside_m[1] || beside_m == kBeside_m[3]) continue;
         push.surface_moves = true;
         for (const double speed_m_per_s : kSpeeds_m_per_s) {
@@ -175,7 +170,7 @@ std::string_view nameOf(OcclusionPart part) {
 }
 
 OcclusionResult measureOcclusion(const OcclusionOptions& options, const Progress& progress) {
-  OcclusionResult result;
+  OcclusionResult result{.options = options};
   if (isChosen(options, OcclusionPart::passages)) result.passages = measurePassages(options, progress);
   if (isChosen(options, OcclusionPart::entries)) result.entries = measureEntries(options, progress);
   if (isChosen(options, OcclusionPart::near)) result.near = measureNear(options);

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "tools/hapticbench/frame_player.h"
-#include "tools/hapticbench/shipped_law.h"
+#include "tools/hapticbench/law_setting.h"
 #include "tools/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
@@ -52,10 +52,10 @@ OccludedScene sceneFor(const PassageCase& passage) {
           passage.seed};
 }
 
-/// On its way from one place to another since that many ticks.
+/// Where a hand is that set out `ticks` ago from one position to another.
 double movedSince(long ticks, double from_m, double to_m) {
-  const double way_m = kHand_m_per_tick * static_cast<double>(std::max(ticks, 0L));
-  return from_m < to_m ? std::min(from_m + way_m, to_m) : std::max(from_m - way_m, to_m);
+  const double displacement_m = kHand_m_per_tick * static_cast<double>(std::max(ticks, 0L));
+  return from_m < to_m ? std::min(from_m + displacement_m, to_m) : std::max(from_m - displacement_m, to_m);
 }
 
 }  // namespace
@@ -63,11 +63,6 @@ double movedSince(long ticks, double from_m, double to_m) {
 std::string_view nameOf(HandDuringPassage hand) {
   constexpr std::array<std::string_view, 5> kNames{"free", "pressing", "stroking", "entering", "leaving"};
   return kNames.at(static_cast<std::size_t>(hand));
-}
-
-std::string_view nameOf(OccluderShape shape) {
-  constexpr std::array<std::string_view, 3> kNames{"none", "box", "cylinder"};
-  return kNames.at(static_cast<std::size_t>(shape));
 }
 
 void PassageResult::add(const PassageResult& other) {
@@ -110,11 +105,11 @@ PassageResult judgePassage(const std::vector<PassageTick>& before, const std::ve
 Passage::Passage(const PassageCase& passage)
     : case_(passage), back_m_(backOf(passage)), scene_(sceneFor(passage)) {
   const double hip_depth_m = passage.wall_m - kFree_m;
-  const double way_s = kStart_m / std::abs(passage.speed_m_per_s);
+  const double approach_s = kStart_m / std::abs(passage.speed_m_per_s);
   sight_x_m_ = kHandPlace_m.x * (back_m_ - passage.thickness_m / 2) / hip_depth_m;
-  arrives_ = kSettleTicks + std::lround(way_s / kTick_s);
+  arrives_ = kSettleTicks + std::lround(approach_s / kTick_s);
   leaves_ = arrives_ + std::lround(passage.pause_s / kTick_s);
-  end_ = leaves_ + std::lround(way_s / kTick_s) + kAfterTicks;
+  end_ = leaves_ + std::lround(approach_s / kTick_s) + kAfterTicks;
 }
 
 double Passage::bodyX_m(long tick) const {
@@ -162,7 +157,7 @@ const rt::DepthFrame& Passage::frame(int index) {
   return *frames_[place];
 }
 
-PassageResult Passage::run(config::LawChoice law) {
+PassageResult Passage::run(const std::string& law) {
   const auto box = shippedBox(law, case_.wall_m, scene_.camera());
   const double stiffness = box->parameters().springs.stiffness_n_per_m;
   FramePlayer player(

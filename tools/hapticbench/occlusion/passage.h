@@ -5,10 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "config/settings.h"
 #include "rt/depth_frame.h"
 #include "rt/vec3.h"
-#include "tools/hapticbench/force_series.h"
+#include "tools/hapticbench/statistics.h"
 #include "tools/truth/occluded_scene.h"
 
 namespace hapticd::tools {
@@ -21,10 +20,12 @@ enum class HandDuringPassage : std::uint8_t {
   entering,  ///< free; is pushed in 6 mm while it is hidden
   leaving,   ///< presses; is pulled back to 30 mm while it is hidden
 };
+inline constexpr std::array kAllHands{HandDuringPassage::free, HandDuringPassage::pressing,
+                                      HandDuringPassage::stroking, HandDuringPassage::entering,
+                                      HandDuringPassage::leaving};
 std::string_view nameOf(HandDuringPassage hand);
-std::string_view nameOf(OccluderShape shape);
 
-/// A body passes a hand at a wall.
+/// A body that passes in front of a hand at a wall.
 struct PassageCase {
   double wall_m = 1;
   HandDuringPassage hand = HandDuringPassage::free;
@@ -38,7 +39,7 @@ struct PassageCase {
   std::uint32_t seed = 1;
 };
 
-/// What a law did from when the body set out until half a second after it is gone.
+/// Errors of a law from when the body sets out until half a second after it is gone.
 struct PassageResult {
   Exceedance ghost;   ///< force, over 0.1 N, at ticks where the HIP is in front of the wall
   Exceedance error;   ///< error against the true force, over 0.5 N, where it presses
@@ -50,13 +51,13 @@ struct PassageResult {
   void add(const PassageResult& other);
 };
 
-/// Force and truth of one tick.
+/// The law's force and the true force at one tick.
 struct PassageTick {
   rt::Vec3 force_n;
   rt::Vec3 true_n;  ///< zero where the HIP is in front of the wall
 };
 
-/// `before`: of the time before the body set out, where the hand is already as it will be.
+/// `before`: ticks before the body sets out, when the hand has already settled.
 PassageResult judgePassage(const std::vector<PassageTick>& before, const std::vector<PassageTick>& during);
 
 /// Where the body is and what the hand does, tick by tick, and what the camera sees of it, rendered once for
@@ -65,14 +66,14 @@ class Passage {
  public:
   explicit Passage(const PassageCase& passage);
 
-  PassageResult run(config::LawChoice law);
+  PassageResult run(const std::string& law);
 
   /// Ticks from the start to half a second after the body is gone.
   long end() const { return end_; }
   /// The middle of the body.
   double bodyX_m(long tick) const;
   rt::Vec3 hip_m(long tick) const;
-  /// Of the HIP behind the wall's front; negative in front of it.
+  /// Penetration of the HIP into the wall; negative in front of it.
   double depth_m(long tick) const;
 
  private:

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "tools/hapticbench/frame_player.h"
-#include "tools/hapticbench/shipped_law.h"
+#include "tools/hapticbench/law_setting.h"
 #include "tools/truth/fine_depth_model.h"
 #include "tools/truth/occluded_scene.h"
 
@@ -49,12 +49,12 @@ OccludedSceneParameters bodyOf(const EntryCase& entry) {
   return body;
 }
 
-/// The straight way of the hand.
-struct EntryWay {
+/// The straight path of the hand.
+struct EntryPath {
   Vec3 from_m;
   Vec3 to_m;
 };
-EntryWay wayOf(const EntryCase& entry, const rt::DepthModelParameters& camera) {
+EntryPath pathOf(const EntryCase& entry, const rt::DepthModelParameters& camera) {
   const double level = -(entry.wall_m + entry.below_m);
   const auto at = [level](double x) { return Vec3{x, kHandRow_m, level}; };
   const double border = borderAt(camera, entry.wall_m + entry.below_m);
@@ -81,7 +81,7 @@ double toSide_m(const EntryCase& entry, const Vec3& hip) {
   return std::numeric_limits<double>::infinity();
 }
 
-/// `pitch_m`: of a pixel; the image says no better where the body ends.
+/// `pitch_m`: of a pixel; the image shows no better where the body ends.
 EntryTick truthAt(const EntryCase& entry, const Vec3& hip, double stiffness, double pitch_m) {
   const double to_front = -hip.z - entry.wall_m;
   const double to_side = toSide_m(entry, hip);
@@ -116,8 +116,8 @@ std::string_view nameOf(EntryKind kind) {
 void EntryResult::add(const EntryResult& other) {
   inside += other.inside;
   of_body += other.of_body;
-  none_said += other.none_said;
-  none_unsaid += other.none_unsaid;
+  none_reported += other.none_reported;
+  none_silent += other.none_silent;
   wrong += other.wrong;
   ghost_n = std::max(ghost_n, other.ghost_n);
   sideways_n = std::max(sideways_n, other.sideways_n);
@@ -132,7 +132,7 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks) {
     if (!tick.inside) continue;
     ++result.inside;
     if (norm(tick.force_n) <= kNone_n) {
-      ++(tick.state == rt::ContactState::behind ? result.none_said : result.none_unsaid);
+      ++(tick.state == rt::ContactState::behind ? result.none_reported : result.none_silent);
     } else if (isAbout(tick.force_n, tick.through_front_n) || isAbout(tick.force_n, tick.through_side_n)) {
       ++result.of_body;
     } else {
@@ -142,34 +142,27 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks) {
   return result;
 }
 
-EntryResult runEntry(config::LawChoice law, const EntryCase& entry) {
+EntryResult runEntry(const std::string& law, const EntryCase& entry) {
   const rt::DepthModelParameters camera = cameraOf(entry);
   OccludedScene scene(bodyOf(entry), camera, entry.noise, entry.seed);
   const auto box = shippedBox(law, entry.wall_m, camera);
   const double stiffness = box->parameters().springs.stiffness_n_per_m;
-  std::array<std::unique_ptr<rt::DepthFrame>, 2> frames{std::make_unique<rt::DepthFrame>(),
-                                                        std::make_unique<rt::DepthFrame>()};
-  FramePlayer player(*box, {[&](int index) -> const rt::DepthFrame& {
-                              rt::DepthFrame& frame = *frames[static_cast<std::size_t>(index % 2)];
-                              scene.render({.wall_m = entry.wall_m}, static_cast<std::uint64_t>(index) + 1,
-                                           frame);
-                              frame.arrival_ns = tickOfRegularFrame(index) * 1'000'000;
-                              return frame;
-                            },
-                            tickOfRegularFrame});
-  const EntryWay way = wayOf(entry, camera);
-  const double length_m = norm(way.to_m - way.from_m);
+  FramePlayer player(*box, renderedStream([&](long, std::uint64_t number, rt::DepthFrame& frame) {
+    scene.render({.wall_m = entry.wall_m}, number, frame);
+  }));
+  const EntryPath path = pathOf(entry, camera);
+  const double length_m = norm(path.to_m - path.from_m);
   const auto moving = std::lround(length_m / kHandStep_m);
-  // who leaves the image presses from the front before
+  // a hand that leaves the image presses from the front first
   const bool presses = entry.kind == EntryKind::out_of_image;
   std::vector<EntryTick> ticks;
   for (long tick = 0; tick < kWait_ticks + moving; ++tick) {
     const double share =
         std::clamp(static_cast<double>(tick - kWait_ticks) / static_cast<double>(moving), 0.0, 1.0);
-    Vec3 hip = way.from_m + share * (way.to_m - way.from_m);
+    Vec3 hip = path.from_m + share * (path.to_m - path.from_m);
     if (presses) {
-      const double still_to_go_m = kHandStep_m * static_cast<double>(kWait_ticks - 100 - tick);
-      hip.z += std::clamp(still_to_go_m, 0.0, kFront_m + entry.below_m);
+      const double remaining_m = kHandStep_m * static_cast<double>(kWait_ticks - 100 - tick);
+      hip.z += std::clamp(remaining_m, 0.0, kFront_m + entry.below_m);
     }
     EntryTick judged = truthAt(entry, hip, stiffness, entry.wall_m / camera.fx_px);
     const rt::Tick now = player.tick(hip);

@@ -4,14 +4,13 @@
 #include <string_view>
 #include <vector>
 
-#include "config/settings.h"
 #include "rt/force_law.h"
 #include "rt/vec3.h"
-#include "tools/truth/true_scene.h"
+#include "tools/truth/scene_camera.h"
 
 namespace hapticd::tools {
 
-/// Where a hand comes into a body from, or leaves it to, other than through what the camera sees of it.
+/// How a hand enters or leaves a body other than through the surface that the camera sees.
 enum class EntryKind : std::uint8_t {
   visible_side,  ///< through a side that faces the optical axis and is seen at a grazing angle
   hidden_side,   ///< through a side that the camera does not see
@@ -29,7 +28,7 @@ struct EntryCase {
   std::uint32_t seed = 1;
 };
 
-/// What a hand in or beside a body got, and what it should.
+/// The force on a hand in or beside a body, and the true ones.
 struct EntryTick {
   rt::Vec3 force_n;
   rt::ContactState state = rt::ContactState::free;
@@ -39,20 +38,20 @@ struct EntryTick {
   rt::Vec3 through_side_n;   ///< the spring to the side, or zero where there is none to come through
 };
 
-/// Shares of the ticks inside, percent, and the largest of what must not be.
+/// Ticks inside the body by the force that they got, and the largest forces that should not exist.
 struct EntryResult {
   std::size_t inside = 0;
-  std::size_t of_body = 0;      ///< ticks with the force of the body that was entered
-  std::size_t none_said = 0;    ///< with no force, and the state says that the HIP is behind what is seen
-  std::size_t none_unsaid = 0;  ///< with no force, and nothing says so
-  std::size_t wrong = 0;        ///< with another force
-  double ghost_n = 0;           ///< largest force outside
-  double sideways_n = 0;        ///< largest force along the motion where there is no side to come through
+  std::size_t of_body = 0;        ///< ticks with the force of the body that was entered
+  std::size_t none_reported = 0;  ///< with no force, and the contact state is `behind`
+  std::size_t none_silent = 0;    ///< with no force, and no report of it
+  std::size_t wrong = 0;          ///< with another force
+  double ghost_n = 0;             ///< largest force outside
+  double sideways_n = 0;          ///< largest force along the motion where there is no side to come through
 
   void add(const EntryResult& other);
 };
 EntryResult judgeEntry(const std::vector<EntryTick>& ticks);
 
-EntryResult runEntry(config::LawChoice law, const EntryCase& entry);
+EntryResult runEntry(const std::string& law, const EntryCase& entry);
 
 }  // namespace hapticd::tools

@@ -9,11 +9,11 @@
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
 #include "rt/vec3.h"
-#include "tools/hapticbench/pareto/law_setting.h"
+#include "tools/hapticbench/law_setting.h"
 
 namespace hapticd::tools {
 
-/// One way from depth frames to forces, to be timed.
+/// A method to compute forces from depth frames, to be timed.
 class Contender {
  public:
   Contender() = default;
@@ -21,11 +21,11 @@ class Contender {
   Contender& operator=(const Contender&) = delete;
   virtual ~Contender() = default;
 
-  /// Models a frame, which stays as it is until the next one, for a HIP there.
+  /// Models a frame for a HIP at that position; the frame stays valid until the next one.
   virtual void model(const rt::DepthFrame& frame, const rt::Vec3& hip_m) = 0;
-  /// True if the model does not reach so far that a force at that HIP can be computed.
+  /// True if the model does not reach far enough to compute a force at that HIP.
   virtual bool needsModel(const rt::Vec3&) const { return false; }
-  /// The next HIP has nothing to do with the one before.
+  /// The next HIP is unrelated to the previous one.
   virtual void release() {}
   /// Newtons.
   virtual rt::Vec3 force_n(const rt::Vec3& hip_m) = 0;
@@ -42,8 +42,8 @@ struct ContenderKind {
 
 ContenderKind ours(const LawSetting& setting);
 
-/// Brute force, nanoflann's tree of the whole frame and of the points that the HIP can reach, and PCL's
-/// OrganizedNeighbor where it was there to be built with: all with the paper's law and its parameters.
+/// Brute force, and nanoflann's tree of the whole frame and of the points that the HIP can reach: all with
+/// the paper's law and its parameters.
 std::vector<ContenderKind> libraries();
 
 }  // namespace hapticd::tools

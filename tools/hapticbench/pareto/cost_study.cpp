@@ -9,8 +9,8 @@
 #include "rt/periodic_clock.h"
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
 #include "tools/hapticbench/bench_scene.h"
+#include "tools/hapticbench/pareto/reference_force.h"
 #include "tools/hapticbench/pareto/touching_path.h"
-#include "tools/hapticbench/reference_force.h"
 #include "tools/truth/true_scene.h"
 
 namespace hapticd::tools {
@@ -21,7 +21,7 @@ using rt::Vec3;
 /// Where the N_max-th and the next point are nearer to each other than this, either choice is right.
 constexpr double kAmbiguous_m = 1e-6;
 
-/// The place that the pixel nearest to the middle of the image with a depth in easy reach sees.
+/// The point seen by the pixel that is nearest to the middle of the image and has a depth in easy reach.
 void placeInMiddle(TimedScene& scene) {
   constexpr double kEasyReach_m = 2;
   const rt::DepthModel model(scene.camera, {});
@@ -127,12 +127,11 @@ class CostRun {
 config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings) {
   constexpr std::size_t kMostFrames = 60;
   std::vector<TimedScene> scenes;
-  BenchScene synthetic = syntheticScene();
-  scenes.push_back({synthetic.name, {}, {std::move(synthetic.frame)}, {}, {}, {}});
   auto sequences = recordedSequences(recordings, kMostFrames);
   if (!sequences) return std::unexpected(sequences.error());
+  sequences->insert(sequences->begin(), syntheticScene());
   for (BenchSequence& sequence : *sequences) {
-    TimedScene scene{sequence.name, {}, {}, {}, {}, {}};
+    TimedScene scene{.name = sequence.name};
     for (auto& frame : sequence.frames) scene.frames.push_back(std::move(frame));
     scenes.push_back(std::move(scene));
   }
@@ -146,7 +145,7 @@ TimedScene slopeAt(double distance_m) {
   const auto slope = std::find_if(all.begin(), all.end(),
                                   [](const AccuracyScene& scene) { return scene.name == "plane30"; });
   TrueScene truth = slope->at(distance_m, SceneNoise::harsh, 1);
-  TimedScene scene{slope->name, truth.depthModel(), {}, {}, {}, {}};
+  TimedScene scene{.name = slope->name, .camera = truth.depthModel()};
   for (int i = 1; i <= kFrames; ++i) {
     const auto frame = std::make_shared<rt::DepthFrame>();
     truth.render(0, static_cast<std::uint64_t>(i), SceneNoise::harsh, *frame);

@@ -13,19 +13,19 @@
 
 namespace hapticd::tools {
 
-/// Depth frames to be shown one after the other, over and over, and where the HIP touches what they show.
+/// Depth frames that are shown in a loop, and the path of a HIP that touches what they show.
 struct TimedScene {
   std::string name;
-  rt::DepthModelParameters camera;
-  std::vector<std::shared_ptr<const rt::DepthFrame>> frames;
-  rt::Vec3 surface_m;
-  rt::Vec3 inward;
-  std::vector<rt::Vec3> path;  ///< of the HIP, at 1 kHz; empty: touchingPath()
-  bool unrelated = false;      ///< each place of the path has nothing to do with the one before
+  rt::DepthModelParameters camera{};
+  std::vector<std::shared_ptr<const rt::DepthFrame>> frames{};
+  rt::Vec3 surface_m{};
+  rt::Vec3 inward{};
+  std::vector<rt::Vec3> path{};  ///< of the HIP, at 1 kHz; empty: touchingPath()
+  bool unrelated = false;        ///< consecutive positions of the path are unrelated
 };
 
-/// The table and the sphere of bench_scene.h, and the recordings in `recordings`, as far as there are some.
-/// Errors: a recording that cannot be read.
+/// The table and the sphere of bench_scene.h, and the recordings in the folder `recordings`, if there are
+/// any. Errors: a recording that cannot be read.
 config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings);
 
 /// A plane turned by 30 degrees with the harsher noise.
@@ -37,7 +37,7 @@ struct CostOptions {
   int checks = 40;     ///< positions at which forces are compared with the reference; 0: none
 };
 
-/// What one contender took on one scene or on several.
+/// The times of one contender on one scene or on several.
 struct ContenderCost {
   ContenderKind kind;
   CostSamples samples;
@@ -47,7 +47,7 @@ struct ContenderCost {
 };
 
 /// The contenders in turn, frame by frame: each models the frame and computes the forces until the next one,
-/// so that what disturbs one disturbs all, and what one leaves in the caches helps none.
+/// so that disturbances fall on all of them and none profits from what another left in the caches.
 std::vector<ContenderCost> measureCosts(const TimedScene& scene, const std::vector<ContenderKind>& kinds,
                                         const CostOptions& options);
 

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "rt/periodic_clock.h"
+#include "tools/hapticbench/statistics.h"
 
 namespace hapticd::tools {
 namespace {
@@ -15,17 +16,15 @@ void keepLeast(std::vector<std::int64_t>& kept, const std::vector<std::int64_t>&
   for (std::size_t i = 0; i < std::min(kept.size(), again.size()); ++i) kept[i] = std::min(kept[i], again[i]);
 }
 
-double mean_us(const std::vector<std::int64_t>& ns) {
-  if (ns.empty()) return 0;
-  return static_cast<double>(std::accumulate(ns.begin(), ns.end(), std::int64_t{0})) /
-         static_cast<double>(ns.size()) / 1000;
+std::vector<double> inMicroseconds(const std::vector<std::int64_t>& ns) {
+  std::vector<double> us;
+  for (const std::int64_t value : ns) us.push_back(static_cast<double>(value) / 1000);
+  return us;
 }
 
-/// `sorted` in ascending order.
-double quantile_us(const std::vector<std::int64_t>& sorted, double quantile) {
-  if (sorted.empty()) return 0;
-  const double last = static_cast<double>(sorted.size() - 1);
-  return static_cast<double>(sorted[static_cast<std::size_t>(quantile * last)]) / 1000;
+double mean(const std::vector<double>& values) {
+  if (values.empty()) return 0;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -41,19 +40,15 @@ void CostSamples::append(const CostSamples& more) {
 }
 
 CpuCost CpuCost::of(const CostSamples& samples) {
-  CpuCost cost;
-  cost.model_mean_us = mean_us(samples.model_ns);
-  cost.force_mean_us = mean_us(samples.force_ns);
-  std::vector<std::int64_t> sorted = samples.model_ns;
-  std::sort(sorted.begin(), sorted.end());
-  cost.model_median_us = quantile_us(sorted, 0.5);
-  cost.model_max_us = quantile_us(sorted, 1);
-  sorted = samples.force_ns;
-  std::sort(sorted.begin(), sorted.end());
-  cost.force_median_us = quantile_us(sorted, 0.5);
-  cost.force_p999_us = quantile_us(sorted, 0.999);
-  cost.force_max_us = quantile_us(sorted, 1);
-  return cost;
+  const std::vector<double> model_us = inMicroseconds(samples.model_ns);
+  const std::vector<double> force_us = inMicroseconds(samples.force_ns);
+  return {.model_median_us = quantile(model_us, 0.5),
+          .model_mean_us = mean(model_us),
+          .model_max_us = quantile(model_us, 1),
+          .force_median_us = quantile(force_us, 0.5),
+          .force_mean_us = mean(force_us),
+          .force_p999_us = quantile(force_us, 0.999),
+          .force_max_us = quantile(force_us, 1)};
 }
 
 std::int64_t clockCost_ns() {

@@ -14,13 +14,13 @@ struct CostSamples {
   std::vector<std::int64_t> model_ns;  ///< all modelling that a frame caused
   std::vector<std::int64_t> force_ns;
 
-  /// Takes over what was faster in `again`, the same run once more: what came between in one of them (another
-  /// program, an interrupt) is left out.
+  /// Keeps the faster time of each sample of two equal runs, which leaves out interruptions by other
+  /// programs.
   void keepLeast(const CostSamples& again);
   void append(const CostSamples& more);
 };
 
-/// What using a law costs, microseconds of one core. All 0 where nothing was measured.
+/// CPU cost of a law, microseconds of one core. All 0 where nothing was measured.
 struct CpuCost {
   double model_median_us = 0;
   double model_mean_us = 0;
@@ -37,7 +37,7 @@ struct CpuCost {
   }
 };
 
-/// What a timed call seems to take that does nothing: the clock's own cost, nanoseconds.
+/// The time that the clock measures for an empty call: its own cost, nanoseconds.
 std::int64_t clockCost_ns();
 
 }  // namespace hapticd::tools

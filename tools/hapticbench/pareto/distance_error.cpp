@@ -40,9 +40,7 @@ DistanceError summed(const std::vector<StrokesRow>& rows, const DistanceError& l
 }
 
 double floor_jnd(SceneNoise noise, double distance_m, double side_m, FloorModel model) {
-  const auto parameters =
-      noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded();
-  return noiseFloor(parameters, {}, {.side_m = side_m, .distance_m = distance_m, .model = model},
+  return noiseFloor(sensorParameters(noise), {}, {.side_m = side_m, .distance_m = distance_m, .model = model},
                     rt::SpringParameters{}.stiffness_n_per_m)
       .force_jnd;
 }

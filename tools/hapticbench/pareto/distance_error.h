@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/truth/true_scene.h"
+#include "tools/truth/scene_camera.h"
 
 namespace hapticd::tools {
 
-/// What is stroked.
+/// The kind of surface that is stroked.
 enum class SurfaceKind : std::uint8_t {
   flat,    ///< planes, facing the camera and turned by 30 degrees
   curved,  ///< a ball of 100 mm and a rod of 80 mm
@@ -21,7 +21,7 @@ enum class SurfaceKind : std::uint8_t {
 inline constexpr std::array kSurfaceKinds{SurfaceKind::flat, SurfaceKind::curved, SurfaceKind::moving};
 std::string_view nameOf(SurfaceKind kind);
 
-/// What a user may expect of a law as shipped: strokes 8 mm deep over one kind of surface.
+/// Error of a law as shipped in strokes 8 mm deep over one kind of surface.
 struct DistanceError {
   std::string law;
   SceneNoise noise = SceneNoise::sensor;
@@ -44,7 +44,7 @@ struct DistanceErrorOptions {
 std::vector<DistanceError> measureDistanceErrors(
     const DistanceErrorOptions& options, const std::function<void(const std::string&)>& progress = {});
 
-/// What the sensor's noise and pixels allow at a distance, whatever the law. Errors in just noticeable
+/// Limits by the sensor's noise and pixels at a distance, for any law. Errors in just noticeable
 /// differences of 4 N at 500 N/m.
 struct SensorLimit {
   SceneNoise noise = SceneNoise::sensor;

@@ -44,7 +44,7 @@ TimedScene hard(const char* name, const rt::DepthModelParameters& camera, double
                                                 : far_raw;
     }
   }
-  TimedScene scene{name, camera, {frame}, {0, 0, -middle_m}, {0, 0, -1}, {}};
+  TimedScene scene{name, camera, {frame}, {0, 0, -middle_m}, {0, 0, -1}};
   scene.path = touchingPath(scene.surface_m, scene.inward, kTicks, radius_m);
   std::uniform_real_distribution<double> jump_m(-kJump_m, kJump_m);
   for (int i = 0; i < kTicks; ++i) {

@@ -7,13 +7,13 @@
 #include <iterator>
 #include <tuple>
 
+#include "tools/hapticbench/accuracy/accuracy_study.h"
 #include "tools/hapticbench/pareto/cost_study.h"
-#include "tools/hapticbench/pareto/setting_error.h"
 
 namespace hapticd::tools {
 namespace {
 
-/// The places of decimals that the table keeps: what is measured again differs in the later ones.
+/// As many decimals as repeated measurements have in common.
 std::string lineOf(const LawAtDistance& row) {
   return fmt::format("{{rt::ForceLaw::{}, {}, {:.1f}, {:.6f}, {:.2f}}},\n", nameOf(row.setting.law),
                      row.setting.filtered, row.distance_m, row.error_m, row.cost.cpu_ms_per_s());
@@ -33,6 +33,20 @@ std::string lawsTable(std::vector<LawAtDistance> rows, const std::string& comman
   return fmt::to_string(text);
 }
 
+std::map<LawSetting, ForceErrors> errorsOf(const std::vector<LawSetting>& settings, double distance_m,
+                                           int pushes) {
+  AccuracyOptions options;
+  options.scenes = {"plane", "sphere", "plane30"};
+  options.settings = settings;
+  options.distances_m = {distance_m};
+  options.noises = {SceneNoise::harsh};
+  options.pushes = pushes;
+  options.hold_frames = 0;
+  std::map<LawSetting, ForceErrors> errors;
+  for (const AccuracyRow& row : measureAccuracy(options)) errors[row.setting].add(row.error);
+  return errors;
+}
+
 std::vector<LawAtDistance> measureLaws(const LawsTableOptions& options,
                                        const std::function<void(const std::string&)>& progress) {
   const std::vector<LawSetting> settings = shippedSettings();
@@ -41,8 +55,7 @@ std::vector<LawAtDistance> measureLaws(const LawsTableOptions& options,
   std::vector<LawAtDistance> rows;
   for (const double distance_m : options.distances_m) {
     if (progress) progress(fmt::format("laws at {} m", distance_m));
-    const ErrorsOfSettings errors =
-        errorsOf(settings, {"plane", "sphere", "plane30"}, distance_m, options.pushes, SceneNoise::harsh);
+    const auto errors = errorsOf(settings, distance_m, options.pushes);
     const std::vector<ContenderCost> costs =
         measureCosts(slopeAt(distance_m), kinds, {options.seconds, options.repeats, 0});
     for (std::size_t i = 0; i < settings.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/pareto/pareto_plot.h"
+#include "tools/hapticbench/pareto/pareto_report.h"
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ Series seriesOf(const ContenderKind& kind) {
   return {nameOf(setting), kFirstMark + static_cast<int>(setting.law), colour, ""};
 }
 
-/// What tells a point from the others of its series.
+/// What distinguishes a point from the others of its series.
 std::string labelOf(const ContenderKind& kind) {
   return kind.is_ours ? "" : kind.name;
 }

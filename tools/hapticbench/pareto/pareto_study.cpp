@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "tools/hapticbench/pareto/hard_frames.h"
-#include "tools/hapticbench/pareto/setting_error.h"
 
 namespace hapticd::tools {
 namespace {
@@ -13,7 +12,7 @@ using rt::ForceLaw;
 
 using Progress = std::function<void(const std::string&)>;
 
-void tell(const Progress& progress, const std::string& what) {
+void report(const Progress& progress, const std::string& what) {
   if (progress) progress(what);
 }
 
@@ -24,15 +23,15 @@ std::vector<ParetoPoint> pointsOf(const std::vector<TimedScene>& scenes, const P
   for (const ContenderKind& library : libraries()) kinds.push_back(library);
   std::vector<ContenderCost> sum;
   for (const TimedScene& scene : scenes) {
-    tell(progress, "times on " + scene.name);
+    report(progress, "times on " + scene.name);
     addCosts(sum, measureCosts(scene, kinds, options.cost));
   }
   constexpr double kDistance_m = 1;
-  tell(progress, "errors");
+  report(progress, "errors");
   std::vector<LawSetting> settings = options.settings;
-  settings.push_back({});  // the paper's law, for the libraries
-  const ErrorsOfSettings errors =
-      errorsOf(settings, {"plane", "sphere", "plane30"}, kDistance_m, options.pushes, SceneNoise::harsh);
+  // the paper's law, for the libraries
+  if (std::ranges::find(settings, LawSetting{}) == settings.end()) settings.push_back({});
+  const auto errors = errorsOf(settings, kDistance_m, options.pushes);
   std::vector<ParetoPoint> points;
   for (ContenderCost& run : sum) {
     const CpuCost cost = CpuCost::of(run.samples);
@@ -50,7 +49,7 @@ std::vector<EvaluationRow> evaluationsOf(const std::vector<TimedScene>& scenes, 
   const std::vector<ContenderKind> kinds{*nanoflann, ours({}), ours({.law = ForceLaw::surface})};
   std::vector<EvaluationRow> rows;
   for (const TimedScene& scene : scenes) {
-    tell(progress, "single forces on " + scene.name);
+    report(progress, "single forces on " + scene.name);
     for (const bool along_path : {false, true}) {
       const TimedScene moved =
           along_path ? fast(scene, options.evaluations) : scattered(scene, options.evaluations);
@@ -69,7 +68,7 @@ std::vector<HardFrameRow> hardFrameRows(const ParetoOptions& options, const Prog
   for (const LawSetting& setting : shippedSettings()) kinds.push_back(ours(setting));
   std::vector<HardFrameRow> rows;
   for (const TimedScene& scene : hardFrames()) {
-    tell(progress, "hard frame: " + scene.name);
+    report(progress, "hard frame: " + scene.name);
     // the largest of many is what an interruption changes most: twice the runs
     for (const ContenderCost& cost : measureCosts(scene, kinds, {0, 2 * options.cost.repeats, 0})) {
       const CpuCost worst = CpuCost::of(cost.samples);
@@ -80,6 +79,12 @@ std::vector<HardFrameRow> hardFrameRows(const ParetoOptions& options, const Prog
 }
 
 }  // namespace
+
+std::vector<LawSetting> allSettings() {
+  std::vector<LawSetting> settings = shippedSettings();
+  settings.push_back({.law = ForceLaw::surface, .fusion_frames = 1});
+  return settings;
+}
 
 config::Result<ParetoResult> measurePareto(const ParetoOptions& options, const Progress& progress) {
   const auto scenes = timedScenes(options.recordings);

@@ -9,35 +9,39 @@
 #include "tools/hapticbench/pareto/cost_study.h"
 #include "tools/hapticbench/pareto/distance_error.h"
 #include "tools/hapticbench/pareto/laws_table.h"
+#include "tools/hapticbench/requirement.h"
 
 namespace hapticd::tools {
 
-/// One way to a force: what it costs and how far off it is.
+/// A law or a library: its cost and its error.
 struct ParetoPoint {
   ContenderCost run;  ///< over all scenes
   CpuCost cost;
   ForceErrors error;  ///< against the true surface; the libraries compute the paper's law and have its error
 
-  /// RMS error over the stiffness: how far off a constraint would have to be to give it.
+  /// RMS error over the stiffness: the displacement of an ideal constraint that would cause it.
   double error_mm() const { return 1000 * error.error_n.rms() / rt::SpringParameters{}.stiffness_n_per_m; }
 };
 
 /// A single force beside nanoflann's 100 nearest on the whole frame, microseconds: medians.
 struct EvaluationRow {
   std::string scene;
-  bool along_path = false;  ///< else each at another place
+  bool along_path = false;  ///< else each at an unrelated position
   double nanoflann_us = 0;
   double nearest_springs_us = 0;
   double surface_us = 0;
 };
 
-/// The dearest force and the dearest frame of a law on a hard frame, microseconds.
+/// The most expensive force and frame of a law on a hard frame, microseconds.
 struct HardFrameRow {
   std::string frame;
   std::string law;
   double force_max_us = 0;
   double model_max_us = 0;
 };
+
+/// shippedSettings(), and `surface` without its mean over frames.
+std::vector<LawSetting> allSettings();
 
 struct ParetoOptions {
   std::string recordings;
@@ -64,15 +68,7 @@ struct ParetoResult {
 config::Result<ParetoResult> measurePareto(const ParetoOptions& options,
                                            const std::function<void(const std::string&)>& progress = {});
 
-/// Something that the figures must keep.
-struct ParetoRequirement {
-  std::string text;
-  double measured = 0;
-  double limit = 0;
-  bool at_least = true;  ///< else at most
-  bool kept() const { return at_least ? measured >= limit : measured <= limit; }
-};
-/// Those that `result` has the figures for.
-std::vector<ParetoRequirement> requirementsOf(const ParetoResult& result);
+/// The requirements on the figures that `result` has.
+std::vector<Requirement> requirementsOf(const ParetoResult& result);
 
 }  // namespace hapticd::tools

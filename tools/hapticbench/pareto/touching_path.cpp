@@ -4,14 +4,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/truth/rigid_frame.h"
+
 namespace hapticd::tools {
 namespace {
 
 /// Any unit vector at a right angle to `direction`.
-rt::Vec3 acrossOf(const rt::Vec3& direction) {
+rt::Vec3 perpendicularTo(const rt::Vec3& direction) {
   const rt::Vec3 other = std::abs(direction.x) < 0.5 ? rt::Vec3{1, 0, 0} : rt::Vec3{0, 1, 0};
   const rt::Vec3 across = other - dot(other, direction) * direction;
-  return (1 / norm(across)) * across;
+  return unitOf(across);
 }
 
 }  // namespace
@@ -23,7 +25,7 @@ std::vector<rt::Vec3> touchingPath(const rt::Vec3& surface_m, const rt::Vec3& in
   constexpr double kStroke_m = 0.025;
   constexpr double kStroke_hz = 2;
   constexpr double kMiddle_m = -0.01;
-  const rt::Vec3 across = across(inward);
+  const rt::Vec3 across = perpendicularTo(inward);
   const rt::Vec3 along = cross(inward, across);
   std::vector<rt::Vec3> path;
   for (int tick = 0; tick < ticks; ++tick) {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "rt/parameters.h"
 #include "rt/vec3.h"
+#include "tools/hapticbench/quadratic_fit.h"
 
 namespace hapticd::tools {
 
@@ -22,22 +21,23 @@ struct DisparitySample {
 struct DisparityQuadratic {
   double middle_column = 0;
   double middle_row = 0;
-  double half_px = 1;                    ///< the unit that columns and rows are counted in from the middle
-  std::array<double, 6> coefficients{};  ///< of 1, x, y, x^2, x y, y^2, raw units
+  double half_px = 1;     ///< the unit of columns and rows, counted from the middle
+  Quadratic quadratic{};  ///< raw units
 
-  double at(double column, double row) const;
+  double at(double column, double row) const {
+    return quadratic.at((column - middle_column) / half_px, (row - middle_row) / half_px);
+  }
 };
 
-/// A quadratic through samples that few outliers do not move, and how well it is known.
+/// A quadratic through samples, and how well it is known.
 struct RobustFit {
   DisparityQuadratic quadratic;
   double residual_raw = 0;   ///< robust standard deviation of the samples about it
   double outlier_share = 0;  ///< of samples more than 4 of these away
 };
 
-/// By reweighted least squares with Tukey's weights. Nothing for fewer than 30 samples or such that do not
-/// determine it.
-std::optional<RobustFit> fitQuadratic(std::span<const DisparitySample> samples, double middle_column,
+/// Nothing for fewer than 30 samples, or for samples that do not determine it.
+std::optional<RobustFit> fitDisparity(std::span<const DisparitySample> samples, double middle_column,
                                       double middle_row, double half_px);
 
 /// The camera-frame point on the ray of (column, row) with disparity `raw`: x right, y up, -z ahead, metres.

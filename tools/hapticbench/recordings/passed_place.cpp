@@ -30,7 +30,7 @@ double nearerRaw(const rt::DepthModelParameters& camera, double raw, double befo
   return (1 / (depthOf(camera, raw) - before_m) - camera.b_per_m) / camera.a_per_m;
 }
 
-/// What a frame shows in the square around a place.
+/// What a frame shows in the square around a position.
 struct SquareContent {
   int pixels = 0;
   int nearer = 0;  ///< than the surface, by so much that it is another body
@@ -58,17 +58,6 @@ SquareContent contentOf(const rt::DepthFrame& frame, const PassedPlace& place, d
   return content;
 }
 
-/// The longest run of frames that are not covered.
-std::size_t longestInSight(const std::vector<bool>& covered) {
-  std::size_t longest = 0;
-  std::size_t run = 0;
-  for (const bool is_covered : covered) {
-    run = is_covered ? 0 : run + 1;
-    longest = std::max(longest, run);
-  }
-  return longest;
-}
-
 std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& session,
                                    std::span<const float> background,
                                    const rt::DepthModelParameters& camera) {
@@ -76,7 +65,7 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
   constexpr double kFitted_m = 0.12;
   constexpr int kLeastHalf_px = 8;
   constexpr double kMostResidual_raw = 1;
-  constexpr std::size_t kLeastFramesInSight = 15;
+  constexpr int kLeastFramesInSight = 15;
   constexpr int kLeastFramesPassed = 2;
   const float raw = background[placeOf(column, row)];
   if (!std::isfinite(raw)) return std::nullopt;
@@ -97,7 +86,7 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
     }
   }
   if (10 * samples.size() < 9 * static_cast<std::size_t>(pixels)) return std::nullopt;
-  const auto fit = fitQuadratic(samples, column, row, fitted_px);
+  const auto fit = fitDisparity(samples, column, row, fitted_px);
   if (!fit || fit->residual_raw > kMostResidual_raw || fit->outlier_share > 0.02) return std::nullopt;
   PassedPlace place{.surface = fit->quadratic,
                     .column = static_cast<double>(column),
@@ -113,11 +102,22 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
     place.covered.push_back(content.covered());
     if (content.passed()) ++passed;
   }
-  if (passed < kLeastFramesPassed || longestInSight(place.covered) < kLeastFramesInSight) return std::nullopt;
+  if (passed < kLeastFramesPassed || longestInSight(place.covered).frames < kLeastFramesInSight)
+    return std::nullopt;
   return place;
 }
 
 }  // namespace
+
+InSight longestInSight(const std::vector<bool>& covered) {
+  InSight longest;
+  int run = 0;
+  for (int frame = 0; frame < static_cast<int>(covered.size()); ++frame) {
+    run = covered[static_cast<std::size_t>(frame)] ? 0 : run + 1;
+    if (run > longest.frames) longest = {frame + 1 - run, run};
+  }
+  return longest;
+}
 
 std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels) {
   std::vector<float> background(rt::kFramePixels, std::numeric_limits<float>::quiet_NaN());

@@ -12,11 +12,11 @@
 
 namespace hapticd::tools {
 
-/// What rests behind everything that moves, pixel by pixel: the mean of the measurements that are about the
-/// farthest, raw units; NaN where fewer than three tenths of the frames show it.
+/// The background at rest, pixel by pixel: the mean of the measurements that are about the farthest, raw
+/// units; NaN where fewer than three tenths of the frames show it.
 std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels);
 
-/// A place on a resting surface that something passes in front of.
+/// A position on a resting surface in front of which something passes.
 struct PassedPlace {
   DisparityQuadratic surface;  ///< of the background around it
   double column = 0;
@@ -28,13 +28,20 @@ struct PassedPlace {
                               ///< measured in most of it
 };
 
-/// Up to `most` places, spread over the image, that something passes in two frames or more and that are in
+/// Up to `most` positions, spread over the image, that something passes in two frames or more and that are in
 /// sight for half a second.
 std::vector<PassedPlace> passedPlaces(const BenchSequence& session, std::span<const float> background,
                                       const rt::DepthModelParameters& camera, int most);
 
+/// The longest run of frames in which a position is not covered, the first of equal ones.
+struct InSight {
+  int first = 0;
+  int frames = 0;
+};
+InSight longestInSight(const std::vector<bool>& covered);
+
 /// True if a measured point of the frame is within `radius_m` of `centre_m` and more than `before_m` before
-/// the place's surface.
+/// the surface there.
 bool measuresNear(const rt::DepthFrame& frame, const rt::DepthModelParameters& camera,
                   const PassedPlace& place, const rt::Vec3& centre_m, double radius_m, double before_m);
 

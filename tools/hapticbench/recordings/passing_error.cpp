@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tools/hapticbench/frame_player.h"
-#include "tools/hapticbench/shipped_law.h"
+#include "tools/hapticbench/law_setting.h"
 
 namespace hapticd::tools {
 namespace {
@@ -20,20 +20,6 @@ constexpr double kEnter_m_per_tick = 2e-4;
 constexpr double kWaitBefore_m = 0.03;
 constexpr long kCountFromTick = 450;  // in sight until then
 constexpr long kAfterCover_ticks = 200;
-
-/// The frame from which on the place stays in sight for longest, going forwards.
-int firstInSight(const std::vector<bool>& covered) {
-  int best = 0;
-  int longest = 0;
-  int run = 0;
-  for (int frame = 0; frame < static_cast<int>(covered.size()); ++frame) {
-    run = covered[static_cast<std::size_t>(frame)] ? 0 : run + 1;
-    if (run <= longest) continue;
-    longest = run;
-    best = frame + 1 - run;
-  }
-  return best;
-}
 
 }  // namespace
 
@@ -85,11 +71,11 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks) {
   return result;
 }
 
-PassingError passPlace(config::LawChoice law, const BenchSequence& session, const PassedPlace& place,
+PassingError passPlace(const std::string& law, const BenchSequence& session, const PassedPlace& place,
                        const rt::DepthModelParameters& camera, double before_m) {
   const auto box = shippedBox(law, place.distance_m, camera);
   const double stiffness = box->parameters().springs.stiffness_n_per_m;
-  const int first = firstInSight(place.covered);
+  const int first = longestInSight(place.covered).first;
   PlayedSession played(session, first);
   FramePlayer player(*box, played.stream());
   const long end = played.arrivalTick(2 * static_cast<int>(session.frames.size()) - 2);
@@ -100,8 +86,8 @@ PassingError passPlace(config::LawChoice law, const BenchSequence& session, cons
   long covered_until = -1;
   bool near = false;
   for (long tick = 0; tick < end; ++tick) {
-    const double way_m = kEnter_m_per_tick * static_cast<double>(std::max(0L, tick - kEnterTick));
-    const double front_m = std::max(before_m, kWaitBefore_m - way_m);
+    const double displacement_m = kEnter_m_per_tick * static_cast<double>(std::max(0L, tick - kEnterTick));
+    const double front_m = std::max(before_m, kWaitBefore_m - displacement_m);
     const Vec3 hip = place.point.position_m + front_m * place.point.normal;
     PassingTick now{.force_n = player.tick(hip).law_force_n_in_world,
                     .true_n = stiffness * std::max(0.0, -front_m) * place.point.normal};

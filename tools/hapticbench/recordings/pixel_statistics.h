@@ -8,7 +8,7 @@
 
 namespace hapticd::tools {
 
-/// What a pixel measured over a session, raw units.
+/// Statistics of a pixel over a session, raw units.
 struct PixelStatistics {
   float mean = 0;
   float deviation = 0;         ///< standard deviation over the frames
@@ -20,7 +20,7 @@ struct PixelStatistics {
 /// Row by row, kFramePixels of them.
 std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session);
 
-/// A surface that rests was seen there: nearly always measured, never away from its mean by more than noise.
+/// True where the pixel saw a surface at rest: nearly always measured, and within noise of its mean.
 bool rests(const PixelStatistics& pixel, std::size_t frames);
 
 }  // namespace hapticd::tools

@@ -1,195 +1,230 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/recordings/recordings_report.h"
+#include "tools/hapticbench/recordings/recordings_study.h"
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <iterator>
-#include <nlohmann/json.hpp>
-
 #include "tools/hapticbench/accuracy/force_error.h"
-#include "tools/hapticbench/force_series.h"
-#include "tools/hapticbench/recordings/recordings_bounds.h"
+#include "tools/hapticbench/requirement.h"
 
 namespace hapticd::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kExplanation =
-    "Resting surfaces, known by a robust quadratic in disparity through the mean of the whole session: the\n"
-    "hand presses 8 mm deep and strokes up to 100 mm at 0.1 m/s, along row and column, or stays for two\n"
-    "seconds. raw: what the mean image deviates from the fit. fit N: standard error of the fit itself, "
-    "times\n"
-    "k_s; an error below it says nothing. lost: ticks with less than a tenth of the true force; zero: with\n"
-    "none. along: force along the stroke, RMS. step: change of the law's force at a new frame while the HIP\n"
-    "is still, before any blend.\n";
+    "Resting surfaces, known by a robust quadratic in disparity through the mean of the whole session:\n"
+    "the hand presses 8 mm deep and strokes up to 100 mm at 0.1 m/s, along row and column, or stays for\n"
+    "two seconds. raw: residual of the mean image about the fit. fit N: standard error of the fit itself,\n"
+    "times k_s; an error below it says nothing. lost: ticks with less than a tenth of the true force;\n"
+    "zero: with none. along: force along the stroke, RMS. step: change of the law's force at a new frame\n"
+    "while the HIP is still, before any blend.\n\n";
 
 constexpr const char* kPassingExplanation =
-    "Places on what rests that something passes, the session played forwards and backwards. free: a HIP\n"
-    "30 mm in front; force above 0.1 N, of all ticks and of those while something passes. pressing: a HIP\n"
-    "6 mm behind; the longest time above 0.5 N while something passes, of the error and of the change from\n"
-    "the mean while nothing passes; calm: of that change while nothing passes, the sensor's own noise.\n"
-    "left out: ticks with something measured within 20 mm of the HIP.\n";
+    "\nPositions on resting surfaces in front of which something passes; the session is played forwards and\n"
+    "backwards. free: a HIP 30 mm in front; force above 0.1 N, of all ticks and of those while something\n"
+    "passes. pressing: a HIP 6 mm deep; the longest time above 0.5 N while something passes, of the error\n"
+    "and of the change from the mean while nothing passes; calm: of that change while nothing passes, the\n"
+    "sensor's own noise. left out: ticks with something measured within 20 mm of the HIP.\n\n";
 
-double percentOf(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
-}
+constexpr double kFlatSize_m = 0.16;
 
-/// The figures of an error on surfaces.
-struct ErrorFigures {
-  double rms_n;
-  double jnd;
-  double lost_percent;
-  double zero_percent;
-  double along_n;
-  double step_n;
-  double step_p99_n;
-
-  static ErrorFigures of(const SurfaceError& error) {
-    const double rms_n = rootMeanSquare(error.error_n);
-    return {.rms_n = rms_n,
-            .jnd = rms_n / justNoticeableDifference_n(error.largest_true_n),
-            .lost_percent = percentOf(error.lost, error.error_n.size()),
-            .zero_percent = percentOf(error.zero, error.error_n.size()),
-            .along_n = rootMeanSquare(error.along_n),
-            .step_n = quantile(error.new_frame_n, 0.5),
-            .step_p99_n = quantile(error.new_frame_n, 0.99)};
-  }
+/// The surfaces of one law together.
+struct PooledSurfaces {
+  int surfaces = 0;
+  SurfaceError stroke{};
+  SurfaceError still{};
 };
 
-void addFigureHeads(fmt::memory_buffer& text) {
-  fmt::format_to(std::back_inserter(text), " |{:>8}{:>7}{:>7}{:>7}{:>7} |{:>8}{:>7}{:>7} |{:>8}{:>8}\n",
-                 "rms N", "JND", "lost %", "zero %", "along", "still N", "JND", "lost %", "step N", "99 %");
-}
+/// A limit on the surfaces of a range of distances and at least a size.
+struct SurfaceLimit {
+  const char* text;
+  double from_m, to_m, least_size_m, limit;
+  double (*figure)(const PooledSurfaces&);
+};
 
-void addFigureColumns(fmt::memory_buffer& text, const SurfaceError& stroke, const SurfaceError& still) {
-  const ErrorFigures s = ErrorFigures::of(stroke);
-  const ErrorFigures h = ErrorFigures::of(still);
-  fmt::format_to(std::back_inserter(text),
-                 " |{:>8.2f}{:>7.2f}{:>7.1f}{:>7.1f}{:>7.2f} |{:>8.2f}{:>7.2f}{:>7.1f} |{:>8.3f}{:>8.3f}\n",
-                 s.rms_n, s.jnd, s.lost_percent, s.zero_percent, s.along_n, h.rms_n, h.jnd, h.lost_percent,
-                 h.step_n, h.step_p99_n);
-}
-
-void addSurfaces(fmt::memory_buffer& text, std::span<const SessionResult> sessions) {
-  fmt::format_to(std::back_inserter(text), "{:<24}{:<8}{:>6}{:>6}{:>10}{:>6}{:>7}", "session", "law",
-                 "size m", "at m", "pixel", "raw", "fit N");
-  addFigureHeads(text);
+PooledSurfaces pooled(std::span<const SessionResult> sessions, const std::string& law,
+                      const SurfaceLimit& limit) {
+  PooledSurfaces result;
   for (const SessionResult& session : sessions) {
     for (const SurfaceRow& row : session.surfaces) {
       const RestingSurface& surface = row.surface;
-      fmt::format_to(std::back_inserter(text), "{:<24}{:<8}{:>6.2f}{:>6.2f}{:>6.0f},{:>3.0f}{:>6.2f}{:>7.2f}",
-                     row.session, nameOf(row.law), surface.size_m, surface.distance_m, surface.column,
-                     surface.row, surface.residual_raw, row.stiffness_n_per_m * surface.fit_error_m);
-      addFigureColumns(text, row.stroke, row.still);
+      const bool belongs = row.law == law && surface.distance_m >= limit.from_m &&
+                           surface.distance_m < limit.to_m && surface.size_m >= limit.least_size_m;
+      if (!belongs) continue;
+      ++result.surfaces;
+      result.stroke.add(row.stroke);
+      result.still.add(row.still);
     }
   }
+  return result;
 }
 
-void addDistances(fmt::memory_buffer& text, const std::vector<DistanceClassResult>& results) {
-  fmt::format_to(std::back_inserter(text), "\n{:<8}{:>12}{:>10}{:>7}", "law", "distance m", "surfaces",
-                 "fit N");
-  addFigureHeads(text);
-  for (const DistanceClassResult& result : results) {
-    fmt::format_to(std::back_inserter(text), "{:<8}{:>7.2f}-{:<4.2f}{:>10}{:>7.2f}", nameOf(result.law),
-                   result.from_m, result.to_m, result.surfaces, result.fit_error_n);
-    addFigureColumns(text, result.stroke, result.still);
-  }
+double lostPercent(const SurfaceError& error) {
+  return percentOf(error.lost, error.error_n.size());
 }
 
-void addPassings(fmt::memory_buffer& text, std::span<const SessionResult> sessions) {
-  fmt::format_to(std::back_inserter(text),
-                 "{:<24}{:<8}{:>7}{:>12} |{:>9}{:>8}{:>8}{:>7}{:>9} |{:>9}{:>8}{:>9}{:>8}{:>8}{:>9}\n",
-                 "session", "law", "places", "at m", "free N", "% >0.1", "passed", "ms", "left out",
-                 "press N", "ms>0.5", "change N", "ms>0.5", "calm ms", "left out");
+double jnd(const SurfaceError& error) {
+  return rootMeanSquare(error.error_n) / justNoticeableDifference_n(error.largest_true_n);
+}
+
+/// The figures of a stroke or of a still hand, as members of the object at `key`.
+void addErrors(std::vector<Column<SurfaceRow>>& columns, const std::string& key,
+               SurfaceError SurfaceRow::*error, bool stroke) {
+  const auto add = [&](const char* name, bool shown, const char* heading, int decimals, auto figure) {
+    columns.push_back({key + name, shown ? heading : "", decimals,
+                       [error, figure](const SurfaceRow& row) -> Json { return figure(row.*error); }});
+  };
+  using E = SurfaceError;
+  add("/ticks", false, "", 0, [](const E& e) { return e.error_n.size(); });
+  add("/rms_n", true, stroke ? "rms N" : "still N", 2, [](const E& e) { return rootMeanSquare(e.error_n); });
+  add("/jnd", true, "JND", 2, jnd);
+  add("/lost_percent", true, "lost %", 1, lostPercent);
+  add("/zero_percent", stroke, "zero %", 1, [](const E& e) { return percentOf(e.zero, e.error_n.size()); });
+  add("/along_rms_n", stroke, "along N", 2, [](const E& e) { return rootMeanSquare(e.along_n); });
+  add("/new_frames", false, "", 0, [](const E& e) { return e.new_frame_n.size(); });
+  add("/step_median_n", !stroke, "step N", 3, [](const E& e) { return quantile(e.new_frame_n, 0.5); });
+  add("/step_p99_n", !stroke, "99 %", 3, [](const E& e) { return quantile(e.new_frame_n, 0.99); });
+}
+
+const std::vector<Column<SurfaceRow>>& surfaceColumns() {
+  using Row = SurfaceRow;
+  static const std::vector<Column<Row>> all = [] {
+    std::vector<Column<Row>> columns{
+        {"/law", "law", 0, &Row::law},
+        {"/size_m", "size m", 2, [](const Row& r) { return r.surface.size_m; }},
+        {"/distance_m", "at m", 2, [](const Row& r) { return r.surface.distance_m; }},
+        {"/column", "column", 0, [](const Row& r) { return r.surface.column; }},
+        {"/row", "row", 0, [](const Row& r) { return r.surface.row; }},
+        {"/residual_raw", "raw", 2, [](const Row& r) { return r.surface.residual_raw; }},
+        {"/fit_error_n", "fit N", 2,
+         [](const Row& r) { return r.stiffness_n_per_m * r.surface.fit_error_m; }}};
+    addErrors(columns, "/stroke", &Row::stroke, true);
+    addErrors(columns, "/still", &Row::still, false);
+    return columns;
+  }();
+  return all;
+}
+
+/// The figures of a series above a limit, whose members are in the object at `key`.
+void addExceedance(std::vector<Column<PassingRow>>& columns, const std::string& key, const char* largest,
+                   const char* percent, const char* longest, PassingError PassingRow::*error,
+                   Exceedance PassingError::*series) {
+  const auto add = [&](const char* name, const char* heading, int decimals, auto figure) {
+    columns.push_back({key + name, heading, decimals, [error, series, figure](const PassingRow& r) -> Json {
+                         return figure(r.*error.*series);
+                       }});
+  };
+  add("/ticks", "", 0, [](const Exceedance& e) { return e.ticks; });
+  add("/above_percent", percent, 2, [](const Exceedance& e) { return e.percent(); });
+  add("/longest_ms", longest, 0, [](const Exceedance& e) { return e.longest; });
+  add("/largest_n", largest, 3, [](const Exceedance& e) { return e.largest; });
+}
+
+const std::vector<Column<PassingRow>>& passingColumns() {
+  using Row = PassingRow;
+  static const std::vector<Column<Row>> all = [] {
+    std::vector<Column<Row>> columns{{"/law", "law", 0, &Row::law},
+                                     {"/places", "positions", 0, &Row::places},
+                                     {"/nearest_m", "from m", 2, &Row::nearest_m},
+                                     {"/farthest_m", "to m", 2, &Row::farthest_m}};
+    addExceedance(columns, "/free", "free N", "% >0.1", "ms", &Row::free, &PassingError::ghost);
+    addExceedance(columns, "/free_passed", "", "% passed", "", &Row::free, &PassingError::ghost_covered);
+    columns.push_back({"/free_left_out", "left out", 0, [](const Row& r) { return r.free.left_out; }});
+    addExceedance(columns, "/pressing_error", "press N", "", "ms >0.5", &Row::pressing, &PassingError::error);
+    addExceedance(columns, "/pressing_change", "change N", "", "ms >0.5", &Row::pressing,
+                  &PassingError::change);
+    addExceedance(columns, "/pressing_calm", "", "", "calm ms", &Row::pressing, &PassingError::calm);
+    columns.push_back(
+        {"/pressing_left_out", "left out", 0, [](const Row& r) { return r.pressing.left_out; }});
+    return columns;
+  }();
+  return all;
+}
+
+void addPassing(std::span<const SessionResult> sessions, const std::string& law,
+                std::vector<Requirement>& list) {
+  PassingError free, pressing;
   for (const SessionResult& session : sessions) {
     for (const PassingRow& row : session.passings) {
-      fmt::format_to(std::back_inserter(text),
-                     "{:<24}{:<8}{:>7}{:>7.2f}-{:<4.2f} |{:>9.3f}{:>8.2f}{:>8.2f}{:>7}{:>9} "
-                     "|{:>9.3f}{:>8}{:>9.3f}{:>8}{:>8}{:>9}\n",
-                     row.session, nameOf(row.law), row.places, row.nearest_m, row.farthest_m,
-                     row.free.ghost.largest, row.free.ghost.percent(), row.free.ghost_covered.percent(),
-                     row.free.ghost.longest, row.free.left_out, row.pressing.error.largest,
-                     row.pressing.error.longest, row.pressing.change.largest, row.pressing.change.longest,
-                     row.pressing.calm.longest, row.pressing.left_out);
+      if (row.law != law) continue;
+      free.add(row.free);
+      pressing.add(row.pressing);
     }
   }
+  if (free.ghost.ticks == 0) {
+    list.push_back(Requirement::notMeasured(law, "force on a free HIP that something passes, N"));
+    return;
+  }
+  const auto add = [&](const std::string& text, double limit, double figure) {
+    list.push_back(Requirement::atMost(law, text, limit, figure));
+  };
+  add("force on a HIP 30 mm in front of resting surfaces while people pass, N", 0.1, free.ghost.largest);
+  add("the same, ticks above 0.1 N, %", 0, free.ghost.percent());
+  add("error of a pressing HIP above 0.5 N while something passes, longest, ms", 100,
+      static_cast<double>(pressing.error.longest));
+  add(fmt::format("the same as a change; while nothing passes up to {}, ms", pressing.calm.longest), 100,
+      static_cast<double>(pressing.change.longest));
 }
 
-Json errorJson(const SurfaceError& error) {
-  const ErrorFigures figures = ErrorFigures::of(error);
-  return {{"ticks", error.error_n.size()},
-          {"rms_n", figures.rms_n},
-          {"jnd", figures.jnd},
-          {"lost_percent", figures.lost_percent},
-          {"zero_percent", figures.zero_percent},
-          {"along_rms_n", figures.along_n},
-          {"new_frames", error.new_frame_n.size()},
-          {"step_median_n", figures.step_n},
-          {"step_p99_n", figures.step_p99_n}};
+double stepP99_n(const PooledSurfaces& surfaces) {
+  return quantile(surfaces.still.new_frame_n, 0.99);
 }
 
-Json exceedanceJson(const Exceedance& values) {
-  return {{"ticks", values.ticks},
-          {"above_percent", values.percent()},
-          {"longest_ms", values.longest},
-          {"largest_n", values.largest}};
+double strokeLost_percent(const PooledSurfaces& surfaces) {
+  return lostPercent(surfaces.stroke);
 }
 
-Json surfaceJson(const SurfaceRow& row) {
-  return {{"law", nameOf(row.law)},
-          {"size_m", row.surface.size_m},
-          {"distance_m", row.surface.distance_m},
-          {"column", row.surface.column},
-          {"row", row.surface.row},
-          {"residual_raw", row.surface.residual_raw},
-          {"fit_error_n", row.stiffness_n_per_m * row.surface.fit_error_m},
-          {"stroke", errorJson(row.stroke)},
-          {"still", errorJson(row.still)}};
+double stroke_jnd(const PooledSurfaces& surfaces) {
+  return rootMeanSquare(surfaces.stroke.error_n) / justNoticeableDifference_n(surfaces.still.largest_true_n);
 }
 
-Json passingJson(const PassingRow& row) {
-  return {{"law", nameOf(row.law)},
-          {"places", row.places},
-          {"nearest_m", row.nearest_m},
-          {"farthest_m", row.farthest_m},
-          {"free", exceedanceJson(row.free.ghost)},
-          {"free_passed", exceedanceJson(row.free.ghost_covered)},
-          {"free_left_out", row.free.left_out},
-          {"pressing_error", exceedanceJson(row.pressing.error)},
-          {"pressing_change", exceedanceJson(row.pressing.change)},
-          {"pressing_calm", exceedanceJson(row.pressing.calm)},
-          {"pressing_left_out", row.pressing.left_out}};
+constexpr SurfaceLimit kSurfaceLimits[] = {
+    {"contact lost in strokes on flat surfaces of 160 mm, to 2 m, %", 0, 2, kFlatSize_m, 0,
+     strokeLost_percent},
+    {"contact lost in strokes on flat surfaces of 160 mm, 2 to 3 m, %", 2, 3.05, kFlatSize_m, 5,
+     strokeLost_percent},
+    {"RMS error in strokes on flat surfaces of 160 mm, to 1.2 m, JND", 0, 1.2, kFlatSize_m, 1, stroke_jnd},
+    {"change of the force at a new frame, HIP still, 99 of 100, to 1.2 m, N", 0, 1.2, 0, 0.05, stepP99_n},
+    {"change of the force at a new frame, HIP still, 99 of 100, 1.2 to 2.7 m, N", 1.2, 2.75, 0, 0.2,
+     stepP99_n}};
+
+std::vector<Requirement> requirementsOf(std::span<const SessionResult> sessions,
+                                        const RecordingsOptions& options) {
+  std::vector<Requirement> list;
+  for (const std::string& law : options.laws) {
+    addPassing(sessions, law, list);
+    for (const SurfaceLimit& limit : kSurfaceLimits) {
+      const PooledSurfaces surfaces = pooled(sessions, law, limit);
+      list.push_back(surfaces.surfaces == 0
+                         ? Requirement::notMeasured(law, limit.text)
+                         : Requirement::atMost(law, limit.text, limit.limit, limit.figure(surfaces)));
+    }
+  }
+  return list;
 }
 
 }  // namespace
 
-std::string recordingsTable(std::span<const SessionResult> sessions, const RecordingsOptions& options) {
-  fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "{}\n", kExplanation);
-  addSurfaces(text, sessions);
-  addDistances(text, byDistance(sessions, options, 0));
-  fmt::format_to(std::back_inserter(text), "\n{}\n", kPassingExplanation);
-  addPassings(text, sessions);
-  fmt::format_to(std::back_inserter(text), "\nwhat must hold\n{}",
-                 boundsTable(recordingsBounds(sessions, options)));
-  return fmt::to_string(text);
+std::string recordingsText(std::span<const SessionResult> sessions, const RecordingsOptions& options) {
+  std::string text = kExplanation;
+  for (const SessionResult& session : sessions) {
+    text += session.session + "\n" + tableText(surfaceColumns(), session.surfaces) + "\n";
+  }
+  text += kPassingExplanation;
+  for (const SessionResult& session : sessions) {
+    if (!session.passings.empty())
+      text += session.session + "\n" + tableText(passingColumns(), session.passings);
+  }
+  return text + requirementsText(requirementsOf(sessions, options));
 }
 
 std::string recordingsJson(std::span<const SessionResult> sessions, const RecordingsOptions& options) {
-  Json document;
-  document["sessions"] = Json::array();
+  Json document{{"sessions", Json::array()}};
   for (const SessionResult& session : sessions) {
-    Json of_session{{"session", session.session},
-                    {"frames", session.frames},
-                    {"surfaces", Json::array()},
-                    {"passings", Json::array()}};
-    for (const SurfaceRow& row : session.surfaces) of_session["surfaces"].push_back(surfaceJson(row));
-    for (const PassingRow& row : session.passings) of_session["passings"].push_back(passingJson(row));
-    document["sessions"].push_back(std::move(of_session));
+    document["sessions"].push_back({{"session", session.session},
+                                    {"frames", session.frames},
+                                    {"surfaces", tableJson(surfaceColumns(), session.surfaces)},
+                                    {"passings", tableJson(passingColumns(), session.passings)}});
   }
-  document["bounds"] = Json::parse(boundsJson(recordingsBounds(sessions, options)));
+  document["requirements"] = requirementsJson(requirementsOf(sessions, options));
   return document.dump(2) + "\n";
 }
 

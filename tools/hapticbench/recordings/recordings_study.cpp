@@ -12,9 +12,9 @@ namespace {
 constexpr double kFreeBefore_m = 0.03;
 constexpr double kPressingBefore_m = -0.006;
 
-SurfaceRow measureSurface(config::LawChoice law, const BenchSequence& session, const RestingSurface& surface,
+SurfaceRow measureSurface(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
                           const rt::DepthModelParameters& camera) {
-  SurfaceRow row{.session = session.name, .surface = surface, .law = law, .stroke = {}, .still = {}};
+  SurfaceRow row{.surface = surface, .law = law};
   row.stiffness_n_per_m = shippedParameters(law, surface.distance_m).springs.stiffness_n_per_m;
   row.stroke = handleWith(law, session, surface, camera, Handling::along_row);
   row.stroke.add(handleWith(law, session, surface, camera, Handling::along_column));
@@ -22,9 +22,9 @@ SurfaceRow measureSurface(config::LawChoice law, const BenchSequence& session, c
   return row;
 }
 
-PassingRow measurePassing(config::LawChoice law, const BenchSequence& session,
+PassingRow measurePassing(const std::string& law, const BenchSequence& session,
                           const std::vector<PassedPlace>& places, const rt::DepthModelParameters& camera) {
-  PassingRow row{.session = session.name, .law = law, .free = {}, .pressing = {}};
+  PassingRow row{.law = law};
   for (const PassedPlace& place : places) {
     row.nearest_m = row.places == 0 ? place.distance_m : std::min(row.nearest_m, place.distance_m);
     row.farthest_m = std::max(row.farthest_m, place.distance_m);
@@ -40,20 +40,19 @@ PassingRow measurePassing(config::LawChoice law, const BenchSequence& session,
 SessionResult measureSession(const BenchSequence& session, const RecordingsOptions& options,
                              const std::function<void(const std::string&)>& progress) {
   const rt::DepthModelParameters camera;
-  SessionResult result{
-      .session = session.name, .frames = session.frames.size(), .surfaces = {}, .passings = {}};
+  SessionResult result{.session = session.name, .frames = session.frames.size()};
   progress(fmt::format("{}: resting surfaces", session.name));
   const std::vector<PixelStatistics> pixels = pixelStatistics(session);
   const auto surfaces = restingSurfaces(pixels, session.frames.size(), camera, options.surfaces);
   const auto places =
       passedPlaces(session, restingBackground(session, pixels), camera, options.passed_places);
-  for (const config::LawChoice law : options.laws) {
+  for (const std::string& law : options.laws) {
     for (const RestingSurface& surface : surfaces) {
-      progress(fmt::format("{}: {} on {:.2f} m at {:.2f} m", session.name, nameOf(law), surface.size_m,
+      progress(fmt::format("{}: {} on {:.2f} m at {:.2f} m", session.name, law, surface.size_m,
                            surface.distance_m));
       result.surfaces.push_back(measureSurface(law, session, surface, camera));
     }
-    progress(fmt::format("{}: {} while something passes", session.name, nameOf(law)));
+    progress(fmt::format("{}: {} while something passes", session.name, law));
     if (!places.empty()) result.passings.push_back(measurePassing(law, session, places, camera));
   }
   return result;

@@ -98,7 +98,7 @@ std::optional<RestingSurface> surfaceIn(const Square& square, std::span<const Pi
                                         std::size_t frames, const rt::DepthModelParameters& camera) {
   const int step = std::max(1, square.half_px / 16);
   const auto fit =
-      fitQuadratic(samplesOf(pixels, frames, square, step), square.column, square.row, square.half_px);
+      fitDisparity(samplesOf(pixels, frames, square, step), square.column, square.row, square.half_px);
   if (!fit || fit->residual_raw > kMostResidual_raw || fit->outlier_share > kMostOutliers)
     return std::nullopt;
   RestingSurface surface{.fit = fit->quadratic,

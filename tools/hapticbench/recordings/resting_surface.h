@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// A smooth surface of a recording that rests, known by a fit to the mean of all frames.
+/// A smooth surface at rest in a recording, known by a fit to the mean of all frames.
 struct RestingSurface {
   DisparityQuadratic fit;
   double column = 0;  ///< of the middle

@@ -16,8 +16,8 @@ namespace hapticd::tools {
 /// were lost while recording leave a gap; where it does not count, 30 frames per second.
 std::vector<long> arrivalTicks(const BenchSequence& session);
 
-/// A session that is played forwards and backwards in turn, for as long as somebody looks: what rests goes on
-/// without a jump, what moves turns round. Each frame gets a number of its own.
+/// A session that is played forwards and backwards in turn, without end: what is at rest never
+/// jumps, what moves turns round. Each frame gets a number of its own.
 /// Thread: one.  RT: not safe.
 class PlayedSession {
  public:

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "tools/hapticbench/frame_player.h"
-#include "tools/hapticbench/shipped_law.h"
+#include "tools/hapticbench/law_setting.h"
 
 namespace hapticd::tools {
 namespace {
@@ -45,7 +45,7 @@ SurfaceError judgeSurface(std::span<const StrokeTick> ticks, std::span<const Vec
   return result;
 }
 
-SurfaceError handleWith(config::LawChoice law, const BenchSequence& session, const RestingSurface& surface,
+SurfaceError handleWith(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
                         const rt::DepthModelParameters& camera, Handling handling) {
   const auto box = shippedBox(law, surface.distance_m, camera);
   const auto ticks = handleSurface(surface, camera, handling, box->parameters().springs.stiffness_n_per_m);

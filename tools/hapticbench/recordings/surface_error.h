@@ -4,20 +4,19 @@
 #include <span>
 #include <vector>
 
-#include "config/settings.h"
 #include "tools/hapticbench/recordings/session.h"
 #include "tools/hapticbench/recordings/surface_stroke.h"
 
 namespace hapticd::tools {
 
-/// What a law did while a hand was on a surface that is known; only ticks at full depth count.
+/// Errors of a law while a hand is on a known surface; only ticks at full depth count.
 struct SurfaceError {
   std::vector<double> error_n;      ///< against the true force
   std::vector<double> along_n;      ///< along the stroke, of either sign
   std::vector<double> new_frame_n;  ///< change of the law's force at a new frame, HIP still
   std::size_t lost = 0;             ///< ticks with less than a tenth of the true force
   std::size_t zero = 0;             ///< of these, with no force at all
-  double largest_true_n = 0;
+  double largest_true_n = 0;        ///< true force
 
   void add(const SurfaceError& other);
 };
@@ -27,8 +26,8 @@ struct SurfaceError {
 SurfaceError judgeSurface(std::span<const StrokeTick> ticks, std::span<const rt::Vec3> forces_n,
                           const std::vector<bool>& new_frame);
 
-/// One law handles one surface of a session.
-SurfaceError handleWith(config::LawChoice law, const BenchSequence& session, const RestingSurface& surface,
+/// The errors of one law on one surface of a session.
+SurfaceError handleWith(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
                         const rt::DepthModelParameters& camera, Handling handling);
 
 }  // namespace hapticd::tools

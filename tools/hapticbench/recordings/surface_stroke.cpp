@@ -23,7 +23,7 @@ int strokeTicks(const RestingSurface& surface) {
   return static_cast<int>(std::lround(length_m / kStep_m));
 }
 
-/// A way over a surface in steps of equal length.
+/// A path over a surface in steps of equal length.
 class SurfaceWalk {
  public:
   SurfaceWalk(const RestingSurface& surface, const rt::DepthModelParameters& camera, Handling handling)

@@ -8,7 +8,7 @@
 
 namespace hapticd::tools {
 
-/// One tick of a hand on a surface that is known.
+/// One tick of a hand on a known surface.
 struct StrokeTick {
   rt::Vec3 hip_m;
   rt::Vec3 true_force_n;  ///< of the spring to an ideal constraint; zero in front of the surface

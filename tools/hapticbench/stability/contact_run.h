@@ -21,8 +21,7 @@ struct Rig {
   double quantum_m = 0;  ///< of the measured position; 0: none
   int delay_ticks = 0;   ///< after the law, 0..100
   int sub_steps = 20;
-  bool driver_velocity =
-      false;  ///< the velocity is the drivers' VelocityEstimator's, with the shipped resolution
+  bool driver_velocity = false;  ///< by drivers::VelocityEstimator, with the shipped resolution
 };
 
 /// How contact begins and what holds the device against the wall.
@@ -36,14 +35,13 @@ struct Tap {
 /// What came of a tap.
 struct ContactRun {
   bool stable = false;
-  bool ran_away = false;      ///< left the 0.2 m around the wall, or a number was not finite
-  double peak_to_peak_m = 0;  ///< over the last quarter
-  double mean_m = 0;          ///< over the last quarter
-  double seconds = 0;         ///< simulated
-  double cycles_per_s = 0;    ///< over the last half
-  double energy_per_cycle_j =
-      0;                    ///< that the wall gave in the last half, per whole cycle; 0 where there was none
-  double mean_power_w = 0;  ///< the same per time
+  bool ran_away = false;          ///< left the 0.2 m around the wall, or a number was not finite
+  double peak_to_peak_m = 0;      ///< over the last quarter
+  double mean_m = 0;              ///< over the last quarter
+  double seconds = 0;             ///< simulated
+  double cycles_per_s = 0;        ///< over the last half
+  double energy_per_cycle_j = 0;  ///< that the wall gave in the last half, per whole cycle; 0: no cycle
+  double mean_power_w = 0;        ///< the same per time
   /// The most that the force that acted had given to the device and the hand by any time, from the begin on.
   double most_given_j = 0;
   double most_above_potential_j = 0;  ///< the same beyond what its potential had fallen by

@@ -11,7 +11,14 @@ class EnergyLedger {
  public:
   /// `force_n`: held while the position moved from `from_m` to `to_m`. A cycle ends where the motion passes
   /// `middle_m` upwards.
-  void add(double force_n, double from_m, double to_m, double middle_m) noexcept;
+  void add(double force_n, double from_m, double to_m, double middle_m) noexcept {
+    if (from_m < middle_m && to_m >= middle_m) {
+      const double at_passage_j = total_j_ + force_n * (middle_m - from_m);
+      if (passages_++ == 0) at_first_passage_j_ = at_passage_j;
+      at_last_passage_j_ = at_passage_j;
+    }
+    total_j_ += force_n * (to_m - from_m);
+  }
 
   /// Of all moves.
   double total_j() const noexcept { return total_j_; }

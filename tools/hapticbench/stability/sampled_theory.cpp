@@ -12,7 +12,7 @@ double ruleLimit_n_per_m(const DeviceAndHand& system, const SampledSpring& sprin
 }
 
 double spectralRadius(const DeviceAndHand& system, const SampledSpring& spring) {
-  // the state: position, velocity, the position before, and the forces under way, the newest first
+  // the state: position, velocity, the previous position, and the delayed forces, the newest first
   const drivers::HeldStep step = drivers::heldStep(system, spring.period_s);
   const int delay = spring.delay_ticks;
   Eigen::MatrixXd loop = Eigen::MatrixXd::Zero(3 + delay, 3 + delay);

@@ -5,25 +5,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
+
+#include "tools/hapticbench/table.h"
 
 namespace hapticd::tools {
 namespace {
 
 constexpr double kAllowed = 0.1;
 
+constexpr const char* kExplanation =
+    "Closed loop at 1 kHz, one axis, a plane 1 m away that faces the camera. rule: (b + B)/(T/2 + t_d)\n"
+    "with the hand's damping in b; eigen: limit of the linear two-sided loop; found: largest stable k_s\n"
+    "(2 %); ratio: found by eigen; felt: -dF/dh where the motion rests, by k_s. cycle, gives: motion and\n"
+    "energy that the surface gives at 1.2 times the stiffness that was found.\n\n";
+
+constexpr const char* kDefaultsExplanation =
+    "\nShipped settings (500 N/m) with the whole safety chain; the delay is reported as a driver does.\n"
+    "popped: came through the plane; kept: stiffness that the core leaves; gives: most energy at the hand\n"
+    "at any time; above potential: the same without what the spring had stored.\n\n";
+
 bool isNear(double ratio) {
   return std::abs(ratio - 1) <= kAllowed;
 }
 
-std::string stiffness(double n_per_m) {
-  if (std::isinf(n_per_m)) return "inf";
-  return n_per_m < 100 ? fmt::format("{:.1f}", n_per_m) : fmt::format("{:.0f}", n_per_m);
-}
-
-/// Empty unless the theory's stiffness lies, within 10 %, among those that swings around the place of rest
+/// Empty unless the theory's stiffness lies, within 10 %, among those that swings around the position of rest
 /// meet.
 std::string explainedByStiffness(const LoopLimit& limit) {
   if (isNear(limit.feltRatio())) return fmt::format("felt there: {:.2f} k_s", limit.felt_by_set);
@@ -45,159 +51,115 @@ const LoopLimit* withoutFriction(const LoopLimit& limit, const std::vector<LoopL
   return found == limits.end() ? nullptr : &*found;
 }
 
-void addHeading(fmt::memory_buffer& text) {
-  fmt::format_to(std::back_inserter(text),
-                 "  {:<9}{:<14}{:>5}{:>9}{:>9}{:>10}{:>7}{:>7}{:>7}{:>9}{:>8}{:>10}{:>9}  {}\n", "hand",
-                 "device", "t_d", "rule", "eigen", "found", "ratio", "felt", "ratio", "cycle", "", "gives",
-                 "", "");
-  fmt::format_to(std::back_inserter(text),
-                 "  {:<9}{:<14}{:>5}{:>9}{:>9}{:>10}{:>7}{:>7}{:>7}{:>9}{:>8}{:>10}{:>9}  {}\n", "", "", "ms",
-                 "N/m", "N/m", "N/m", "", "by set", "felt", "mm p-p", "Hz", "mJ/cycle", "mW", "deviation");
+/// The columns that identify the loop of a row.
+template <typename Row>
+std::vector<Column<Row>> loopColumns() {
+  return {{"/law", "law", 0, [](const Row& r) { return r.loop.wall; }},
+          {"/hand", "hand", 0, [](const Row& r) { return r.loop.grip.name; }},
+          {"/hand_stiffness_n_per_m", "", 0, [](const Row& r) { return r.loop.grip.stiffness_n_per_m; }},
+          {"/hand_damping_n_s_per_m", "", 0, [](const Row& r) { return r.loop.grip.damping_n_s_per_m; }},
+          {"/hand_mass_kg", "", 0, [](const Row& r) { return r.loop.grip.mass_kg; }},
+          {"/device", "device", 0, [](const Row& r) { return r.loop.device.name; }},
+          {"/device_mass_kg", "", 0, [](const Row& r) { return r.loop.device.mass_kg; }},
+          {"/device_damping_n_s_per_m", "", 0, [](const Row& r) { return r.loop.device.damping_n_s_per_m; }},
+          {"/device_friction_n", "", 0, [](const Row& r) { return r.loop.device.coulomb_friction_n; }},
+          {"/device_quantum_m", "", 0, [](const Row& r) { return r.loop.device.quantum_m; }},
+          {"/delay_ticks", "t_d ms", 0, [](const Row& r) { return r.loop.delay_ticks; }}};
 }
 
-void addRow(fmt::memory_buffer& text, const LoopLimit& limit, const std::vector<LoopLimit>& limits) {
-  const ContactRun& beyond = limit.beyond;
-  fmt::format_to(
-      std::back_inserter(text),
-      "  {:<9}{:<14}{:>5}{:>9}{:>9}{:>10}{:>7.3f}{:>7.3f}{:>7.3f}{:>9}{:>8.1f}{:>10.4f}{:>9.3f}  {}\n",
-      limit.loop.grip.name, limit.loop.device.name, limit.loop.delay_ticks, stiffness(limit.rule_n_per_m),
-      stiffness(limit.eigenvalue_n_per_m), (limit.capped ? ">" : "") + stiffness(limit.found_n_per_m),
-      limit.ratio(), limit.felt_by_set, limit.feltRatio(),
-      beyond.ran_away ? "away" : fmt::format("{:.2f}", beyond.peak_to_peak_m * 1e3), beyond.cycles_per_s,
-      beyond.energy_per_cycle_j * 1e3, beyond.mean_power_w * 1e3, explanationOf(limit, limits));
-}
-
-/// How many of a wall's limits are where the theory has them.
-void addSummary(fmt::memory_buffer& text, const std::vector<LoopLimit>& limits) {
-  struct Count {
-    int all = 0, set = 0, unexplained = 0, lower = 0;
-    double lowest = 1e9, highest = 0;
+/// The figures of a run, as members of the object at `key`.
+template <typename Row>
+void addRun(std::vector<Column<Row>>& columns, const std::string& key, ContactRun Row::*run) {
+  const auto add = [&](const char* name, const char* heading, int decimals, auto figure, double scale = 1) {
+    columns.push_back({key + name, heading, decimals,
+                       [run, figure](const Row& r) -> Json { return r.*run.*figure; }, scale});
   };
-  std::map<std::pair<std::string, bool>, Count> counts;
-  for (const LoopLimit& limit : limits) {
-    Count& count = counts[{limit.loop.wall, limit.loop.device.coulomb_friction_n > 0}];
-    ++count.all;
-    count.set += isNear(limit.ratio()) ? 1 : 0;
-    count.unexplained += explanationOf(limit, limits).rfind("NOT", 0) == 0 ? 1 : 0;
-    count.lower += limit.ratio() < 1 - kAllowed ? 1 : 0;
-    count.lowest = std::min(count.lowest, limit.ratio());
-    count.highest = std::max(count.highest, limit.ratio());
-  }
-  fmt::format_to(std::back_inserter(text),
-                 "\nFound stiffness by the eigenvalue limit\n  {:<18}{:<10}{:>7}{:>13}{:>11}{:>15}{:>15}\n",
-                 "law", "friction", "loops", "in 10 %", "below", "range", "not explained");
-  for (const auto& [key, count] : counts) {
-    fmt::format_to(std::back_inserter(text), "  {:<18}{:<10}{:>7}{:>13}{:>11}{:>15}{:>15}\n", key.first,
-                   key.second ? "Coulomb" : "none", count.all, count.set, count.lower,
-                   fmt::format("{:.3f}-{:.3f}", count.lowest, count.highest), count.unexplained);
-  }
+  add("/stable", "stable", 0, &ContactRun::stable);
+  add("/ran_away", "ran away", 0, &ContactRun::ran_away);
+  add("/seconds", "", 0, &ContactRun::seconds);
+  add("/peak_to_peak_m", "mm p-p", 3, &ContactRun::peak_to_peak_m, 1e3);
+  add("/mean_h_m", "", 0, &ContactRun::mean_m);
+  add("/cycles_per_s", "Hz", 1, &ContactRun::cycles_per_s);
+  add("/energy_per_cycle_j", "mJ/cycle", 4, &ContactRun::energy_per_cycle_j, 1e3);
+  add("/mean_power_w", "mW", 3, &ContactRun::mean_power_w, 1e3);
+  add("/most_given_j", "gives mJ", 2, &ContactRun::most_given_j, 1e3);
+  add("/deepest_h_m", "", 0, &ContactRun::deepest_m);
 }
 
-bool isGood(const DefaultRun& run) {
-  return run.run.stable && run.run.most_given_j <= kMostGiven_j;
+/// The columns of `limits`, which the explanations look at.
+std::vector<Column<LoopLimit>> limitColumns(const std::vector<LoopLimit>& limits) {
+  using Row = LoopLimit;
+  std::vector<Column<Row>> columns = loopColumns<Row>();
+  const std::vector<Column<Row>> figures{
+      {"/rule_n_per_m", "rule N/m", 0, &Row::rule_n_per_m},
+      {"/eigenvalue_n_per_m", "eigen N/m", 0, &Row::eigenvalue_n_per_m},
+      {"/found_n_per_m", "found N/m", 0, &Row::found_n_per_m},
+      {"/capped", "capped", 0, &Row::capped},
+      {"", "ratio", 3, [](const Row& r) { return r.ratio(); }},
+      {"/felt_by_set", "felt", 3, &Row::felt_by_set},
+      {"/softest_by_set", "softest", 3, &Row::softest_by_set},
+      {"/stiffest_by_set", "stiffest", 3, &Row::stiffest_by_set},
+      {"/rest_h_m", "", 0, &Row::rest_h_m},
+      {"/explanation", "deviation", 0, [&limits](const Row& r) { return explanationOf(r, limits); }}};
+  columns.insert(columns.end(), figures.begin(), figures.end());
+  addRun(columns, "/at_1_2_times_found", &Row::beyond);
+  return columns;
 }
 
-/// What the loops of one law and delay came to.
+const std::vector<Column<DefaultRun>>& defaultColumns() {
+  using Row = DefaultRun;
+  static const std::vector<Column<Row>> all = [] {
+    std::vector<Column<Row>> columns = loopColumns<Row>();
+    addRun(columns, "", &Row::run);
+    columns.push_back({"/most_above_potential_j", "above potential mJ", 2,
+                       [](const Row& r) { return r.run.most_above_potential_j; }, 1e3});
+    columns.push_back({"/stiffness_kept_n_per_m", "kept N/m", 0, &Row::stiffness_kept_n_per_m});
+    columns.push_back({"/popped_through", "popped", 0, &Row::popped_through});
+    return columns;
+  }();
+  return all;
+}
+
+/// The loops of one law and delay with the shipped settings together.
 struct DefaultsSummary {
+  std::string law;
+  int delay_ticks = 0;
   int all = 0, stable = 0, popped = 0, stable_without_pop = 0;
   double most_given_j = 0, most_above_potential_j = 0, least_kept_n_per_m = 1e9;
 };
 
-void addDefaults(fmt::memory_buffer& text, const std::vector<DefaultRun>& runs) {
-  if (runs.empty()) return;
-  std::map<std::pair<std::string, int>, DefaultsSummary> summaries;
+std::string defaultsText(const std::vector<DefaultRun>& runs) {
+  using Row = DefaultsSummary;
+  if (runs.empty()) return "";
+  std::map<std::pair<std::string, int>, Row> summaries;
+  std::vector<DefaultRun> bad;
   for (const DefaultRun& run : runs) {
-    DefaultsSummary& of = summaries[{run.loop.wall, run.loop.delay_ticks}];
-    ++of.all;
-    of.stable += run.run.stable ? 1 : 0;
-    of.popped += run.popped_through ? 1 : 0;
-    of.stable_without_pop += run.run.stable && !run.popped_through ? 1 : 0;
-    of.most_given_j = std::max(of.most_given_j, run.run.most_given_j);
-    of.most_above_potential_j = std::max(of.most_above_potential_j, run.run.most_above_potential_j);
-    of.least_kept_n_per_m = std::min(of.least_kept_n_per_m, run.stiffness_kept_n_per_m);
+    const std::pair key{run.loop.wall, run.loop.delay_ticks};
+    Row& row = summaries.try_emplace(key, Row{key.first, key.second}).first->second;
+    ++row.all;
+    row.stable += run.run.stable ? 1 : 0;
+    row.popped += run.popped_through ? 1 : 0;
+    row.stable_without_pop += run.run.stable && !run.popped_through ? 1 : 0;
+    row.most_given_j = std::max(row.most_given_j, run.run.most_given_j);
+    row.most_above_potential_j = std::max(row.most_above_potential_j, run.run.most_above_potential_j);
+    row.least_kept_n_per_m = std::min(row.least_kept_n_per_m, run.stiffness_kept_n_per_m);
+    if (!run.run.stable || run.run.most_given_j > kMostGiven_j) bad.push_back(run);
   }
-  fmt::format_to(
-      std::back_inserter(text),
-      "\nShipped settings (500 N/m) with the whole safety chain, the delay reported as a driver does. "
-      "pop: loops\nthat came through the plane. kept: least stiffness. gives: most energy at the "
-      "hand at any time; above\npotential: the same without what the spring had stored.\n"
-      "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n"
-      "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10}{:>12}\n",
-      "law", "t_d", "loops", "stable", "pop", "stable of others", "kept", "gives", "above pot.", "", "ms", "",
-      "", "", "", "N/m", "mJ", "mJ");
-  for (const auto& [key, of] : summaries) {
-    fmt::format_to(std::back_inserter(text), "  {:<18}{:>5}{:>7}{:>8}{:>6}{:>17}{:>10}{:>10.2f}{:>12.2f}\n",
-                   key.first, key.second, of.all, of.stable, of.popped,
-                   fmt::format("{} of {}", of.stable_without_pop, of.all - of.popped),
-                   stiffness(of.least_kept_n_per_m), of.most_given_j * 1e3, of.most_above_potential_j * 1e3);
-  }
-  if (std::all_of(runs.begin(), runs.end(), isGood)) return;
-  fmt::format_to(std::back_inserter(text),
-                 "\nThose that are unstable or give more than {:g} mJ\n"
-                 "  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10}{:>8}{:>10}{:>10}{:>12}\n",
-                 kMostGiven_j * 1e3, "law", "hand", "device", "t_d", "", "mm p-p", "Hz", "kept N/m",
-                 "gives mJ", "above pot.");
-  for (const DefaultRun& run : runs) {
-    if (isGood(run)) continue;
-    const char* what = run.run.stable ? "stable" : run.run.ran_away ? "away" : "unstable";
-    fmt::format_to(std::back_inserter(text),
-                   "  {:<18}{:<9}{:<14}{:>5}{:>10}{:>10.3f}{:>8.1f}{:>10}{:>10.2f}{:>12.2f}{}\n",
-                   run.loop.wall, run.loop.grip.name, run.loop.device.name, run.loop.delay_ticks, what,
-                   run.run.peak_to_peak_m * 1e3, run.run.cycles_per_s, stiffness(run.stiffness_kept_n_per_m),
-                   run.run.most_given_j * 1e3, run.run.most_above_potential_j * 1e3,
-                   run.popped_through ? "  popped through" : "");
-  }
-}
-
-void addRegion(fmt::memory_buffer& text, const std::vector<RegionPoint>& points) {
-  if (points.empty()) return;
-  struct Column {
-    double largest = 0, rule = 0, eigenvalue = 0;
-    bool open = true;  // no unstable point so far
-  };
-  std::map<std::pair<std::string, double>, Column> columns;
-  for (const RegionPoint& point : points) {
-    Column& column = columns[{point.wall, point.damping_n_s_per_m}];
-    column.rule = point.rule_n_per_m;
-    column.eigenvalue = point.eigenvalue_n_per_m;
-    column.open = column.open && point.stable;
-    if (column.open) column.largest = point.stiffness_n_per_m;
-  }
-  fmt::format_to(std::back_inserter(text),
-                 "\n(K, B) region: largest stiffness of the grid with all below it stable\n"
-                 "  {:<18}{:>10}{:>10}{:>10}{:>10}\n",
-                 "law", "B N s/m", "K N/m", "rule", "eigen");
-  for (const auto& [key, column] : columns) {
-    fmt::format_to(std::back_inserter(text), "  {:<18}{:>10.2f}{:>10}{:>10}{:>10}\n", key.first, key.second,
-                   stiffness(column.largest), stiffness(column.rule), stiffness(column.eigenvalue));
-  }
-}
-
-nlohmann::ordered_json jsonOf(const LoopCase& loop) {
-  return {{"law", loop.wall},
-          {"hand", loop.grip.name},
-          {"hand_stiffness_n_per_m", loop.grip.stiffness_n_per_m},
-          {"hand_damping_n_s_per_m", loop.grip.damping_n_s_per_m},
-          {"hand_mass_kg", loop.grip.mass_kg},
-          {"device", loop.device.name},
-          {"device_mass_kg", loop.device.mass_kg},
-          {"device_damping_n_s_per_m", loop.device.damping_n_s_per_m},
-          {"device_friction_n", loop.device.coulomb_friction_n},
-          {"device_quantum_m", loop.device.quantum_m},
-          {"delay_ticks", loop.delay_ticks}};
-}
-
-nlohmann::ordered_json jsonOf(const ContactRun& run) {
-  return {{"stable", run.stable},
-          {"ran_away", run.ran_away},
-          {"seconds", run.seconds},
-          {"peak_to_peak_m", run.peak_to_peak_m},
-          {"mean_h_m", run.mean_m},
-          {"cycles_per_s", run.cycles_per_s},
-          {"energy_per_cycle_j", run.energy_per_cycle_j},
-          {"mean_power_w", run.mean_power_w},
-          {"most_given_j", run.most_given_j},
-          {"deepest_h_m", run.deepest_m}};
+  std::vector<Row> rows;
+  for (const auto& [key, row] : summaries) rows.push_back(row);
+  const std::vector<Column<Row>> columns{{"", "law", 0, &Row::law},
+                                         {"", "t_d ms", 0, &Row::delay_ticks},
+                                         {"", "loops", 0, &Row::all},
+                                         {"", "stable", 0, &Row::stable},
+                                         {"", "popped", 0, &Row::popped},
+                                         {"", "stable of the others", 0, &Row::stable_without_pop},
+                                         {"", "kept N/m", 0, &Row::least_kept_n_per_m},
+                                         {"", "gives mJ", 2, &Row::most_given_j, 1e3},
+                                         {"", "above potential mJ", 2, &Row::most_above_potential_j, 1e3}};
+  std::string text = kDefaultsExplanation + tableText(columns, rows);
+  if (bad.empty()) return text;
+  return text + fmt::format("\nunstable, or giving more than {:g} mJ\n", kMostGiven_j * 1e3) +
+         tableText(defaultColumns(), bad);
 }
 
 }  // namespace
@@ -220,64 +182,16 @@ std::string explanationOf(const LoopLimit& limit, const std::vector<LoopLimit>& 
                      limit.stiffest_by_set);
 }
 
-std::string stabilityTable(const StabilityResults& results) {
-  fmt::memory_buffer text;
-  fmt::format_to(
-      std::back_inserter(text),
-      "Closed loop at 1 kHz, one axis, a fronto-parallel plane at 1 m. rule: (b + B)/(T/2 + t_d) with\n"
-      "the hand's damping in b. eigen: limit of the linear two-sided loop. found: largest stable k_s\n"
-      "(2 %), ratio: by eigen. felt by set: -dF/dh where the motion rests, by k_s. cycle, gives: motion\n"
-      "and energy that the surface gives at 1.2 times the found stiffness.\n");
-  std::string wall;
-  for (const LoopLimit& limit : results.limits) {
-    if (limit.loop.wall != wall) {
-      wall = limit.loop.wall;
-      fmt::format_to(std::back_inserter(text), "\n{}\n", wall);
-      addHeading(text);
-    }
-    addRow(text, limit, results.limits);
-  }
-  addSummary(text, results.limits);
-  addDefaults(text, results.defaults);
-  addRegion(text, results.region);
-  return fmt::to_string(text);
+std::string stabilityText(const StabilityResults& results) {
+  return kExplanation + tableText(limitColumns(results.limits), results.limits) +
+         defaultsText(results.defaults);
 }
 
 std::string stabilityJson(const StabilityResults& results) {
-  nlohmann::ordered_json document{{"benchmark", "stability"}, {"period_s", kTick_s}};
-  auto& limits = document["limits"] = nlohmann::ordered_json::array();
-  for (const LoopLimit& limit : results.limits) {
-    nlohmann::ordered_json row = jsonOf(limit.loop);
-    row["rule_n_per_m"] = limit.rule_n_per_m;
-    row["eigenvalue_n_per_m"] = limit.eigenvalue_n_per_m;
-    row["found_n_per_m"] = limit.found_n_per_m;
-    row["capped"] = limit.capped;
-    row["felt_by_set"] = limit.felt_by_set;
-    row["softest_by_set"] = limit.softest_by_set;
-    row["stiffest_by_set"] = limit.stiffest_by_set;
-    row["rest_h_m"] = limit.rest_h_m;
-    row["explanation"] = explanationOf(limit, results.limits);
-    row["at_1_2_times_found"] = jsonOf(limit.beyond);
-    limits.push_back(row);
-  }
-  auto& defaults = document["defaults"] = nlohmann::ordered_json::array();
-  for (const DefaultRun& run : results.defaults) {
-    nlohmann::ordered_json row = jsonOf(run.loop);
-    row.update(jsonOf(run.run));
-    row["most_above_potential_j"] = run.run.most_above_potential_j;
-    row["stiffness_kept_n_per_m"] = run.stiffness_kept_n_per_m;
-    row["popped_through"] = run.popped_through;
-    defaults.push_back(row);
-  }
-  auto& region = document["region"] = nlohmann::ordered_json::array();
-  for (const RegionPoint& point : results.region) {
-    region.push_back({{"law", point.wall},
-                      {"stiffness_n_per_m", point.stiffness_n_per_m},
-                      {"damping_n_s_per_m", point.damping_n_s_per_m},
-                      {"stable", point.stable},
-                      {"rule_n_per_m", point.rule_n_per_m},
-                      {"eigenvalue_n_per_m", point.eigenvalue_n_per_m}});
-  }
+  const Json document{{"benchmark", "stability"},
+                      {"period_s", kTick_s},
+                      {"limits", tableJson(limitColumns(results.limits), results.limits)},
+                      {"defaults", tableJson(defaultColumns(), results.defaults)}};
   return document.dump(2) + "\n";
 }
 

@@ -8,22 +8,19 @@
 
 namespace hapticd::tools {
 
-/// All that the bench found.
+/// Everything that the study measured.
 struct StabilityResults {
   std::vector<LoopLimit> limits;
   std::vector<DefaultRun> defaults;
-  std::vector<RegionPoint> region;
 };
 
-/// Why a limit is not where the theory has it, from what was measured; empty where it is within 10 %, and
-/// beginning with "NOT explained" where neither the felt stiffness nor friction (the same loop without it,
-/// which is looked up in `limits`, being within 10 %) accounts for it.
+/// Why a limit differs from the theory, by measurement; empty where it is within 10 %, and beginning with
+/// "NOT explained" where neither the effective stiffness nor friction (the same loop without it, which is
+/// looked up in `limits`, being within 10 %) accounts for it.
 std::string explanationOf(const LoopLimit& limit, const std::vector<LoopLimit>& limits);
 
-/// The tables for people.
-std::string stabilityTable(const StabilityResults& results);
-
-/// The same for programs, as JSON.
+/// The limits and the loops with the shipped settings, for people and for programs.
+std::string stabilityText(const StabilityResults& results);
 std::string stabilityJson(const StabilityResults& results);
 
 }  // namespace hapticd::tools

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "config/law_choice.h"
+#include "tools/hapticbench/law_setting.h"
 #include "tools/hapticbench/stability/sampled_theory.h"
 
 namespace hapticd::tools {
@@ -28,16 +28,16 @@ DeviceAndHand systemOf(const LoopCase& loop) {
           .hand_mass_kg = loop.grip.mass_kg};
 }
 
-SampledSpring springOf(const LoopCase& loop, double damping_n_s_per_m) {
-  return {.damping_n_s_per_m = damping_n_s_per_m, .period_s = kTick_s, .delay_ticks = loop.delay_ticks};
+SampledSpring springOf(const LoopCase& loop) {
+  return {.period_s = kTick_s, .delay_ticks = loop.delay_ticks};
 }
 
-ContactRun tapAt(Wall& wall, const LoopCase& loop, double stiffness_n_per_m, double damping_n_s_per_m = 0) {
-  wall.set(stiffness_n_per_m, damping_n_s_per_m);
+ContactRun tapAt(Wall& wall, const LoopCase& loop, double stiffness_n_per_m) {
+  wall.set(stiffness_n_per_m, 0);
   return runContact(wall, rigOf(loop), tapOf(wall, loop, stiffness_n_per_m));
 }
 
-/// -dF/dh between two places, both approached from free space.
+/// -dF/dh between two positions, both approached from free space.
 double slope_n_per_m(Wall& wall, double outer_m, double inner_m) {
   wall.approach(outer_m);
   const double outer_n = wall.force_n(outer_m, 0);
@@ -45,7 +45,7 @@ double slope_n_per_m(Wall& wall, double outer_m, double inner_m) {
   return (inner_n - outer_n) / (outer_m - inner_m);
 }
 
-/// The static force around a place, from a slow push inwards.
+/// The static force around a position, from a slow push inwards.
 class StaticCurve {
  public:
   StaticCurve(Wall& wall, double middle_m, double reach_m) : reach_m_(reach_m) {
@@ -81,7 +81,8 @@ class StaticCurve {
   std::vector<double> forces_n_;
 };
 
-/// What is felt around the place where the motion came to rest. `wall` is set to limit.found_n_per_m.
+/// The effective stiffness around the position where the motion came to rest. `wall` is set to
+/// limit.found_n_per_m.
 void measureFelt(Wall& wall, const ContactRun& rest, LoopLimit& limit) {
   const double set_n_per_m = limit.found_n_per_m;
   const double motion_m = std::max(rest.peak_to_peak_m / 2, 1e-4);
@@ -160,9 +161,8 @@ const std::vector<std::string>& allWalls() {
 }
 
 std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output) {
-  for (const rt::ForceLaw law : {rt::ForceLaw::nearest_springs, rt::ForceLaw::smooth_springs,
-                                 rt::ForceLaw::proxy, rt::ForceLaw::surface}) {
-    if (config::nameOf(law) == name) return std::make_unique<CoreWall>(law, rt::LiveParameters{}, output);
+  for (const rt::ForceLaw law : kAllLaws) {
+    if (nameOf(law) == name) return std::make_unique<CoreWall>(law, rt::LiveParameters{}, output);
   }
   return std::make_unique<ReferenceWall>();
 }
@@ -209,8 +209,8 @@ LoopLimit findLimit(const LoopCase& loop) {
   const std::unique_ptr<Wall> wall = makeWall(loop.wall);
   LoopLimit limit;
   limit.loop = loop;
-  limit.rule_n_per_m = ruleLimit_n_per_m(systemOf(loop), springOf(loop, 0));
-  limit.eigenvalue_n_per_m = eigenvalueLimit_n_per_m(systemOf(loop), springOf(loop, 0));
+  limit.rule_n_per_m = ruleLimit_n_per_m(systemOf(loop), springOf(loop));
+  limit.eigenvalue_n_per_m = eigenvalueLimit_n_per_m(systemOf(loop), springOf(loop));
   ContactRun last_stable;
   const auto is_stable = [&](double stiffness_n_per_m) {
     const ContactRun run = tapAt(*wall, loop, stiffness_n_per_m);
@@ -229,22 +229,6 @@ LoopLimit findLimit(const LoopCase& loop) {
     limit.beyond = runContactFor(*wall, rigOf(loop), tapOf(*wall, loop, kFoundBeyond * found.value), 4);
   }
   return limit;
-}
-
-std::vector<RegionPoint> mapRegion(const LoopCase& loop, const std::vector<double>& stiffnesses_n_per_m,
-                                   const std::vector<double>& dampings_n_s_per_m) {
-  const std::unique_ptr<Wall> wall = makeWall(loop.wall);
-  std::vector<RegionPoint> points;
-  for (const double damping : dampings_n_s_per_m) {
-    if (damping > 0 && !wall->isDamped()) continue;
-    const double rule = ruleLimit_n_per_m(systemOf(loop), springOf(loop, damping));
-    const double eigenvalue = eigenvalueLimit_n_per_m(systemOf(loop), springOf(loop, damping));
-    for (const double stiffness : stiffnesses_n_per_m) {
-      const bool stable = tapAt(*wall, loop, stiffness, damping).stable;
-      points.push_back({loop.wall, stiffness, damping, stable, rule, eigenvalue});
-    }
-  }
-  return points;
 }
 
 DefaultRun runDefaults(const LoopCase& loop) {

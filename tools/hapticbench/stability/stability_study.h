@@ -26,6 +26,13 @@ struct DeviceKind {
   double quantum_m = 0;
 };
 
+inline const std::string& nameOf(const Grip& grip) {
+  return grip.name;
+}
+inline const std::string& nameOf(const DeviceKind& device) {
+  return device.name;
+}
+
 /// released, light, damped, firm, and heavy, which is firm with the mass of a hand: haptics.md's range of
 /// hands.
 const std::vector<Grip>& allGrips();
@@ -46,7 +53,7 @@ struct LoopCase {
 };
 
 struct LoopLimit {
-  LoopCase loop;
+  LoopCase loop{};
   double rule_n_per_m = 0;        ///< (b + B) / (T/2 + t_d), with the hand's damping
   double eigenvalue_n_per_m = 0;  ///< of the two-sided linear loop
   double found_n_per_m = 0;       ///< largest stable stiffness that the law was set to
@@ -55,7 +62,7 @@ struct LoopLimit {
   double felt_by_set = 1;         ///< -dF/dh over the motion there, by the stiffness set
   double softest_by_set = 1;      ///< smallest and largest stiffness that swings of 0.03 mm up to the tap's
   double stiffest_by_set = 1;  ///< amplitude (0.5 mm at least) meet there in the mean, by the stiffness set
-  ContactRun beyond;           ///< at 1.2 times `found`
+  ContactRun beyond{};         ///< at 1.2 times `found`
   /// found / eigenvalue limit.
   double ratio() const { return found_n_per_m / eigenvalue_n_per_m; }
   /// The stiffness felt where it rests at the limit / eigenvalue limit.
@@ -80,19 +87,6 @@ Rig rigOf(const LoopCase& loop);
 Tap tapOf(Wall& wall, const LoopCase& loop, double stiffness_n_per_m);
 
 LoopLimit findLimit(const LoopCase& loop);
-
-/// One point of the (K, B) region.
-struct RegionPoint {
-  std::string wall;
-  double stiffness_n_per_m = 0;
-  double damping_n_s_per_m = 0;
-  bool stable = false;
-  double rule_n_per_m = 0;        ///< at this B
-  double eigenvalue_n_per_m = 0;  ///< at this B
-};
-/// `loop.wall`'s region; walls without damping have one column, B = 0.
-std::vector<RegionPoint> mapRegion(const LoopCase& loop, const std::vector<double>& stiffnesses_n_per_m,
-                                   const std::vector<double>& dampings_n_s_per_m);
 
 /// A law with the shipped settings and the whole safety chain, on a device whose driver reports its delay and
 /// estimates its velocity.

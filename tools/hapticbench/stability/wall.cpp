@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/law_choice.h"
-
 namespace hapticd::tools {
 namespace {
 
@@ -60,17 +58,9 @@ CoreWall::CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreO
   box_.show(*frame_);
 }
 
-std::string CoreWall::name() const {
-  return std::string(config::nameOf(box_.parameters().law));
-}
-
 void CoreWall::set(double stiffness_n_per_m, double damping_n_s_per_m) {
   box_.parameters().springs.stiffness_n_per_m = stiffness_n_per_m;
   box_.parameters().contact.damping_n_s_per_m = damping_n_s_per_m;
-}
-
-bool CoreWall::isDamped() const {
-  return onset_m() == 0;
 }
 
 void CoreWall::approach(double h_m) {

@@ -15,15 +15,10 @@ namespace hapticd::tools {
 class Wall {
  public:
   virtual ~Wall() = default;
-  virtual std::string name() const = 0;
-
   /// Stiffness that the wall is set to (k_s) and damping (B).
   virtual void set(double stiffness_n_per_m, double damping_n_s_per_m) = 0;
   /// What the driver of the device reports as the handle's delay; 0 at first.
   virtual void reportDelay_s(double) {}
-  /// Whether B has an effect.
-  virtual bool isDamped() const = 0;
-
   /// Brings the hand from free space to h as a person would, so that what the law remembers is right.
   virtual void approach(double h_m) = 0;
   /// One tick of 1 ms.
@@ -37,12 +32,10 @@ class Wall {
 /// The one-sided spring and damper of the theory, which never pulls.
 class ReferenceWall final : public Wall {
  public:
-  std::string name() const override { return "reference"; }
   void set(double stiffness_n_per_m, double damping_n_s_per_m) override {
     stiffness_ = stiffness_n_per_m;
     damping_ = damping_n_s_per_m;
   }
-  bool isDamped() const override { return true; }
   void approach(double) override {}
   double force_n(double h_m, double velocity_m_per_s) override;
   double onset_m() const override { return 0; }
@@ -53,7 +46,7 @@ class ReferenceWall final : public Wall {
   double damping_ = 0;
 };
 
-/// Which force of the core is felt.
+/// Which force of the core acts on the device.
 enum class CoreOutput {
   law,      ///< the law's alone
   command,  ///< what a device gets: after blend, limits and checks
@@ -67,10 +60,8 @@ class CoreWall final : public Wall {
   /// `output` is the law's.
   CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreOutput output);
 
-  std::string name() const override;
   void set(double stiffness_n_per_m, double damping_n_s_per_m) override;
   void reportDelay_s(double delay_s) override { delay_s_ = delay_s; }
-  bool isDamped() const override;
   void approach(double h_m) override;
   double force_n(double h_m, double velocity_m_per_s) override;
   double onset_m() const override;

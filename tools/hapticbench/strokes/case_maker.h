@@ -18,10 +18,10 @@ inline constexpr double kBlockThickness_m = 0.06;
 inline constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
 inline constexpr double kAfterEnd_m = 0.03;
 // Of a rod's radius: a proxy moves aside by 1 / (1 - this) times what the HIP does, so that nearer to the
-// axis nothing but the error of the rod's place is measured.
+// axis nothing but the error of the rod's position is measured.
 inline constexpr double kDeepestOnRod = 0.6;
 
-/// The ray through a place of the image, at depth 1.
+/// The ray through a point of the image, at depth 1.
 inline rt::Vec3 rayThrough(double column, double row) {
   const rt::DepthModelParameters camera;
   return {(column - camera.cx_px) / camera.fx_px, -(row - camera.cy_px) / camera.fy_px, -1};
@@ -47,7 +47,7 @@ class CaseMaker {
   /// Of a stroke; shorter near the camera, so that one that runs towards it stays in its range.
   double length_m() const { return std::min(kLongest_m, 0.25 * placement_.distance_m); }
 
-  /// The place that the scene is built around.
+  /// The point that the scene is built around.
   rt::Vec3 middle_m() const { return placement_.distance_m * rayThrough(column_, row_); }
   rt::Vec3 at_m(double column, double row) const { return placement_.distance_m * rayThrough(column, row); }
 
@@ -77,6 +77,13 @@ class CaseMaker {
             .depth_m = depth_m()};
   }
 
+  /// How far a stroke goes along the surface z = 0 before the body ends at the origin.
+  double beforeEnd_m() const { return std::min(kBeforeEnd_m, length_m()); }
+  /// A stroke over the surface z = 0 out over its end at the origin.
+  StrokePath outOver(const rt::Vec3& along) const { return toOrigin(along, kAfterEnd_m); }
+  /// A stroke over the surface z = 0 as deep into another one, which it meets at the origin.
+  StrokePath into(const rt::Vec3& along) const { return toOrigin(along, depth_m()); }
+
   /// The wall that faces the camera behind the scene, in the frame of the scene's bodies.
   TrueBody wallBehind(const RigidFrame& bodies) const {
     const rt::Vec3 outward = bodies.directionIn({0, 0, 1});
@@ -85,6 +92,14 @@ class CaseMaker {
   }
 
  private:
+  StrokePath toOrigin(const rt::Vec3& along, double beyond_m) const {
+    return {.start_m = -beforeEnd_m() * along,
+            .outward = {0, 0, 1},
+            .along = along,
+            .length_m = beforeEnd_m() + beyond_m,
+            .depth_m = depth_m()};
+  }
+
   const CasePlacement& placement_;
   std::mt19937& random_;
   double column_;

@@ -17,7 +17,7 @@
 namespace hapticd::tools {
 
 inline constexpr double kStrokeSpeed_m_per_s = 0.1;
-/// Bodies move that long before they count: a law may need so long to notice a motion.
+/// Bodies move for that time before ticks are judged: a law may need it to notice a motion.
 inline constexpr double kSteady_s = 0.2;
 
 /// The HIP's path along a body, metres in the bodies' frame: a straight line, or an arc where the surface
@@ -35,29 +35,29 @@ struct StrokePath {
   rt::Vec3 hip_m(double stroked_m) const;
   /// The direction of the stroke there; zero for one of no length.
   rt::Vec3 direction(double stroked_m) const;
-  /// The HIP on its way in, `before_m` in front of where the stroke starts.
+  /// The HIP as it comes in, `before_m` in front of where the stroke starts.
   rt::Vec3 approach_m(double before_m) const;
 };
 
-/// What the HIP does once it is in contact.
+/// The motion of the HIP once it is in contact.
 enum class HipMotion : std::uint8_t {
   strokes,  ///< along its path, which moves with the bodies
   stays,    ///< moves with the bodies until their motion is steady, then stays where it is in the world
 };
 
-/// One stroke over bodies that are known.
+/// One stroke over known bodies.
 struct StrokeCase {
-  std::string variant;  ///< what tells it from others of the same scene
+  std::string variant;  ///< what distinguishes it from others of the same scene
   std::vector<TrueBody> bodies;
   RigidFrame T_camera_bodies;
-  BodyMotion motion;
+  BodyMotion motion{};
   StrokePath path;
   HipMotion hip = HipMotion::strokes;
   double stays_s = 0.3;  ///< how long a HIP that does not stroke is judged
   double phase_s = 0;    ///< the stroke begins that much later, so that frames come at another moment of it
-  std::optional<double> ends_at_m;  ///< where on the stroke the body or the image ends
-  bool ends_unseen = false;         ///< it is the image: what is beyond nobody knows
-  bool held_in_front = false;  ///< the HIP is so deep that no place on the body is the nearest: what counts
+  std::optional<double> ends_at_m{};  ///< where on the stroke the body or the image ends
+  bool ends_unseen = false;           ///< it is the image: what is beyond nobody knows
+  bool held_in_front = false;  ///< the HIP is so deep that no point of the body is the nearest: what counts
                                ///< is that the side that it came through goes on holding it
   bool curved = false;         ///< needs a quadratic where a plane does for flat faces
   double patch_side_m = 0.04;  ///< of the square that fits on the body there, at most 40 mm
@@ -73,6 +73,10 @@ struct StrokeScene {
   double narrowest_m = std::numeric_limits<double>::infinity();  ///< width of a thin body
   double nearest_m = 0;  ///< distance below which it would leave the camera's range
 };
+
+inline const std::string& nameOf(const StrokeScene& scene) {
+  return scene.name;
+}
 
 /// What the cases of a scene depend on.
 struct CasePlacement {

@@ -28,9 +28,7 @@ Cases planes(CaseMaker& make, double tilt_rad) {
       cases.push_back({.variant = fmt::format("axis {:.0f}, stroke {:.0f} deg", axis_deg, turn_deg),
                        .bodies = {kHalfSpace},
                        .T_camera_bodies = make.tilted(tilt_rad, axis_deg * kDegree + aside),
-                       .motion = {},
-                       .path = make.straight({}, along, make.length_m()),
-                       .ends_at_m = {}});
+                       .path = make.straight({}, along, make.length_m())});
     }
   }
   return cases;
@@ -42,7 +40,7 @@ Cases rods(CaseMaker& make, double diameter_m, bool deep) {
     const char* name;
     double turn_deg;   // of the axis in the image
     double tilt_deg;   // of the axis in depth
-    double round_deg;  // of the place of contact around the axis, from the side that faces the camera
+    double round_deg;  // of the contact around the axis, from the side that faces the camera
   };
   constexpr Orientation kOrientations[] = {{"across", 0, 0, 0},         {"down", 90, 0, 0},
                                            {"oblique", 35, 0, 0},       {"tilted", 20, 30, 0},
@@ -65,9 +63,7 @@ Cases rods(CaseMaker& make, double diameter_m, bool deep) {
     cases.push_back({.variant = o.name,
                      .bodies = {RodBody{radius, 2 * make.distance_m()}, make.wallBehind(frame)},
                      .T_camera_bodies = frame,
-                     .motion = {},
                      .path = path,
-                     .ends_at_m = {},
                      .held_in_front = deep,
                      .curved = true,
                      .patch_side_m = std::min(kLargestPatch_m, 0.8 * diameter_m)});
@@ -93,9 +89,7 @@ Cases balls(CaseMaker& make, double radius_m) {
     cases.push_back({.variant = fmt::format("{:.0f} deg", turn_deg),
                      .bodies = {BallBody{radius_m}, make.wallBehind(frame)},
                      .T_camera_bodies = frame,
-                     .motion = {},
                      .path = path,
-                     .ends_at_m = {},
                      .curved = true,
                      .patch_side_m = std::min(kLargestPatch_m, 0.8 * radius_m)});
   }
@@ -120,9 +114,7 @@ Cases edges(CaseMaker& make, double turn_rad) {
           {.variant = fmt::format("{:.0f} mm beside{}", 1000 * beside_m, opposite ? ", other side" : ""),
            .bodies = {blockLeftOfZero(), make.wallBehind(frame)},
            .T_camera_bodies = frame,
-           .motion = {},
            .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m()),
-           .ends_at_m = {},
            .patch_side_m = kLargestPatch_m});
     }
   }
@@ -144,9 +136,7 @@ Cases ridges(CaseMaker& make) {
       cases.push_back({.variant = fmt::format("{:.0f} mm beside, {:.0f} deg", 1000 * beside_m, turn_deg),
                        .bodies = {kRidge},
                        .T_camera_bodies = ridgeFrame(make, turn),
-                       .motion = {},
-                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m()),
-                       .ends_at_m = {}});
+                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m())});
     }
   }
   return cases;
@@ -155,55 +145,40 @@ Cases ridges(CaseMaker& make) {
 /// Out over the edge of a block, straight and obliquely, and over a ridge.
 Cases leaves(CaseMaker& make) {
   Cases cases;
-  const double before = std::min(kBeforeEnd_m, make.length_m());
-  const auto add = [&](std::string variant, const RigidFrame& frame, TrueBody body, const Vec3& along) {
-    StrokeCase one{.variant = std::move(variant),
-                   .bodies = {std::move(body)},
-                   .T_camera_bodies = frame,
-                   .motion = {},
-                   .path = {.start_m = -before * along,
-                            .outward = {0, 0, 1},
-                            .along = along,
-                            .length_m = before + kAfterEnd_m,
-                            .depth_m = make.depth_m()},
-                   .ends_at_m = before};
-    cases.push_back(std::move(one));
+  const auto add = [&](std::string variant, const RigidFrame& frame, std::vector<TrueBody> bodies,
+                       const Vec3& along) {
+    cases.push_back({.variant = std::move(variant),
+                     .bodies = std::move(bodies),
+                     .T_camera_bodies = frame,
+                     .path = make.outOver(along),
+                     .ends_at_m = make.beforeEnd_m()});
   };
   for (const double turn_deg : {0.0, 90.0, 180.0, 270.0, 45.0, 200.0}) {
     const RigidFrame frame = make.facing((turn_deg + make.uniform(-3, 3)) * kDegree);
-    add(fmt::format("edge {:.0f} deg", turn_deg), frame, blockLeftOfZero(), {1, 0, 0});
-    cases.back().bodies.push_back(make.wallBehind(frame));
+    add(fmt::format("edge {:.0f} deg", turn_deg), frame, {blockLeftOfZero(), make.wallBehind(frame)},
+        {1, 0, 0});
   }
   const RigidFrame frame = make.facing(make.uniform(-3, 3) * kDegree);
-  add("edge, oblique", frame, blockLeftOfZero(), unitOf({1, 1, 0}));
-  cases.back().bodies.push_back(make.wallBehind(frame));
+  add("edge, oblique", frame, {blockLeftOfZero(), make.wallBehind(frame)}, unitOf({1, 1, 0}));
   for (const double turn_deg : {0.0, 90.0}) {
     const double turn = (turn_deg + make.uniform(-3, 3)) * kDegree;
-    add(fmt::format("ridge {:.0f} deg", turn_deg), ridgeFrame(make, turn), kRidge, {1, 0, 0});
+    add(fmt::format("ridge {:.0f} deg", turn_deg), ridgeFrame(make, turn), {kRidge}, {1, 0, 0});
   }
   return cases;
 }
 
 /// Out over the corner of a block that faces the camera.
 Cases leavesCorner(CaseMaker& make) {
+  const TrueBody block =
+      ConvexBody{{{{0, 0, 1}, 0}, {{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, -1}, kBlockThickness_m}}};
   Cases cases;
-  const double before = std::min(kBeforeEnd_m, make.length_m());
   for (const double turn_deg : {0.0, 90.0, 180.0, 225.0}) {
     const RigidFrame frame = make.facing((turn_deg + make.uniform(-3, 3)) * kDegree);
-    const Vec3 along = unitOf({1, 1, 0});
-    cases.push_back(
-        {.variant = fmt::format("{:.0f} deg", turn_deg),
-         .bodies = {ConvexBody{
-                        {{{0, 0, 1}, 0}, {{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, -1}, kBlockThickness_m}}},
-                    make.wallBehind(frame)},
-         .T_camera_bodies = frame,
-         .motion = {},
-         .path = {.start_m = -before * along,
-                  .outward = {0, 0, 1},
-                  .along = along,
-                  .length_m = before + kAfterEnd_m,
-                  .depth_m = make.depth_m()},
-         .ends_at_m = before});
+    cases.push_back({.variant = fmt::format("{:.0f} deg", turn_deg),
+                     .bodies = {block, make.wallBehind(frame)},
+                     .T_camera_bodies = frame,
+                     .path = make.outOver(unitOf({1, 1, 0})),
+                     .ends_at_m = make.beforeEnd_m()});
   }
   return cases;
 }
@@ -225,19 +200,17 @@ const std::vector<Face> kThreeFaces{{{1, 0, 0}, 0}, {{0, 1, 0}, 0}, {{0, 0, 1}, 
 Cases cubeCorner(CaseMaker& make) {
   constexpr double kBeside_m = 0.01;
   Cases cases;
-  const double before = std::min(kBeforeEnd_m, make.length_m());
+  const double before = make.beforeEnd_m();
   for (const double turn_deg : {0.0, 50.0}) {
     const RigidFrame frame = cornerFrame(make, (turn_deg + make.uniform(-3, 3)) * kDegree);
     StrokeCase one{.variant = fmt::format("beside edge, {:.0f} deg", turn_deg),
                    .bodies = {ConvexBody{kThreeFaces}},
                    .T_camera_bodies = frame,
-                   .motion = {},
                    .path = {.start_m = {-kBeside_m, -before, 0},
                             .outward = {0, 0, 1},
                             .along = {0, 1, 0},
                             .length_m = before - kBeside_m,
-                            .depth_m = make.depth_m()},
-                   .ends_at_m = {}};
+                            .depth_m = make.depth_m()}};
     cases.push_back(one);
     one.variant = fmt::format("pressed at the corner, {:.0f} deg", turn_deg);
     one.path = {.start_m = {-0.002, -0.001, 0},
@@ -253,8 +226,6 @@ Cases cubeCorner(CaseMaker& make) {
 
 Cases innerEdge(CaseMaker& make) {
   Cases cases;
-  const double depth = make.depth_m();
-  const double before = std::min(kBeforeEnd_m, make.length_m());
   for (const double turn_deg : {0.0, 45.0, 90.0}) {
     const double turn = (turn_deg + make.uniform(-3, 3)) * kDegree;
     const Vec3 across{std::cos(turn), std::sin(turn), 0};
@@ -262,17 +233,11 @@ Cases innerEdge(CaseMaker& make) {
         .variant = fmt::format("along the crease, {:.0f} deg", turn_deg),
         .bodies = {HollowBody{{{{0, 0, 1}, 0}, {{1, 0, 0}, 0}}}},
         .T_camera_bodies = CaseMaker::frame(make.middle_m(), unitOf(Vec3{0, 0, 1} - across), across),
-        .motion = {},
-        .path = make.straight({}, {0, 1, 0}, make.length_m()),
-        .ends_at_m = {}};
+        .path = make.straight({}, {0, 1, 0}, make.length_m())};
     one.path.outward = unitOf({1, 0, 1});
     cases.push_back(one);
     one.variant = fmt::format("into the crease, {:.0f} deg", turn_deg);
-    one.path = {.start_m = {before, 0, 0},
-                .outward = {0, 0, 1},
-                .along = {-1, 0, 0},
-                .length_m = before + depth,
-                .depth_m = depth};
+    one.path = make.into({-1, 0, 0});
     cases.push_back(one);
   }
   return cases;
@@ -280,28 +245,19 @@ Cases innerEdge(CaseMaker& make) {
 
 Cases innerCorner(CaseMaker& make) {
   Cases cases;
-  const double depth = make.depth_m();
-  const double before = std::min(kBeforeEnd_m, make.length_m());
   for (const double turn_deg : {0.0, 50.0}) {
     const RigidFrame frame = cornerFrame(make, (turn_deg + make.uniform(-3, 3)) * kDegree);
     StrokeCase one{.variant = fmt::format("pressed in, {:.0f} deg", turn_deg),
                    .bodies = {HollowBody{kThreeFaces}},
                    .T_camera_bodies = frame,
-                   .motion = {},
                    .path = {.start_m = {},
                             .outward = unitOf({1, 1, 1}),
                             .along = unitOf({1, -1, 0}),
                             .length_m = 0,
-                            .depth_m = depth},
-                   .ends_at_m = {}};
+                            .depth_m = make.depth_m()}};
     cases.push_back(one);
     one.variant = fmt::format("stroked in, {:.0f} deg", turn_deg);
-    const Vec3 along = unitOf({-1, -1, 0});
-    one.path = {.start_m = -before * along,
-                .outward = {0, 0, 1},
-                .along = along,
-                .length_m = before + depth,
-                .depth_m = depth};
+    one.path = make.into(unitOf({-1, -1, 0}));
     cases.push_back(one);
   }
   return cases;
@@ -330,9 +286,7 @@ Cases alongBorder(CaseMaker& make) {
     cases.push_back({.variant = border.name,
                      .bodies = {kHalfSpace},
                      .T_camera_bodies = CaseMaker::frame(place, {0, 0, 1}, cross(inwards, {0, 0, 1})),
-                     .motion = {},
-                     .path = make.straight({}, {1, 0, 0}, make.length_m()),
-                     .ends_at_m = {}});
+                     .path = make.straight({}, {1, 0, 0}, make.length_m())});
   }
   return cases;
 }
@@ -341,19 +295,13 @@ Cases acrossBorder(CaseMaker& make) {
   Cases cases;
   for (const Border& border : borders(make.deadColumns())) {
     const Vec3 inwards{border.inwards_x, border.inwards_y, 0};
-    // Contact ends where the place on the surface in front of the HIP leaves the image.
+    // Contact ends where the point of the surface in front of the HIP leaves the image.
     const Vec3 place = make.at_m(border.column, border.row);
-    const double before = std::min(kBeforeEnd_m, make.length_m());
     cases.push_back({.variant = border.name,
                      .bodies = {kHalfSpace},
                      .T_camera_bodies = CaseMaker::frame(place, {0, 0, 1}, -inwards),
-                     .motion = {},
-                     .path = {.start_m = {-before, 0, 0},
-                              .outward = {0, 0, 1},
-                              .along = {1, 0, 0},
-                              .length_m = before + kAfterEnd_m,
-                              .depth_m = make.depth_m()},
-                     .ends_at_m = before,
+                     .path = make.outOver({1, 0, 0}),
+                     .ends_at_m = make.beforeEnd_m(),
                      .ends_unseen = true});
   }
   return cases;
@@ -361,35 +309,33 @@ Cases acrossBorder(CaseMaker& make) {
 
 /// The plane moves at that speed: to the camera, away from it, and aside where it is tilted by 30 degrees.
 Cases movingPlanes(CaseMaker& make, double speed_m_per_s) {
-  struct Way {
+  struct Motion {
     const char* name;
     Vec3 direction;
     double tilt_deg;
-    double inwards;  // how fast a HIP that stays gets deeper, by the speed
+    double inwards;  // how fast the penetration of a still HIP grows, over the speed
   };
-  const Way ways[] = {
+  const Motion motions[] = {
       {"approaching", {0, 0, 1}, 0, 1}, {"receding", {0, 0, -1}, 0, -1}, {"sliding", {0, 1, 0}, 30, -0.5}};
   constexpr double kShallow_m = 0.004;  // of a HIP that stays
   constexpr double kDeep_m = 0.02;
   constexpr double kStroke_s = 0.4;
   constexpr double kFramePeriod_s = 1.0 / 30;
   Cases cases;
-  for (const Way& way : ways) {
+  for (const Motion& motion : motions) {
     for (const HipMotion hip : {HipMotion::stays, HipMotion::strokes}) {
       const bool stays = hip == HipMotion::stays;
-      StrokeCase one{.variant = fmt::format("{}, {}", way.name, stays ? "HIP stays" : "stroked"),
+      StrokeCase one{.variant = fmt::format("{}, {}", motion.name, stays ? "HIP stays" : "stroked"),
                      .bodies = {kHalfSpace},
-                     .T_camera_bodies = make.tilted(way.tilt_deg * kDegree, 0),
-                     .motion = {},
+                     .T_camera_bodies = make.tilted(motion.tilt_deg * kDegree, 0),
                      .path = make.straight({}, unitOf({1, 0.3, 0}), kStroke_s * kStrokeSpeed_m_per_s),
-                     .hip = hip,
-                     .ends_at_m = {}};
+                     .hip = hip};
       one.phase_s = make.uniform(0, kFramePeriod_s);
       if (stays) {
-        one.stays_s = (kDeep_m - kShallow_m) / (std::abs(way.inwards) * speed_m_per_s);
-        one.path.depth_m = way.inwards > 0 ? kShallow_m : kDeep_m;
+        one.stays_s = (kDeep_m - kShallow_m) / (std::abs(motion.inwards) * speed_m_per_s);
+        one.path.depth_m = motion.inwards > 0 ? kShallow_m : kDeep_m;
       }
-      one.motion.velocity_m_per_s = speed_m_per_s * way.direction;
+      one.motion.velocity_m_per_s = speed_m_per_s * motion.direction;
       const double moves_s = kSteady_s + (stays ? one.stays_s : kStroke_s);
       one.T_camera_bodies.origin_m += -0.5 * moves_s * one.motion.velocity_m_per_s;
       one.beyond_m += 0.5 * moves_s * speed_m_per_s;
@@ -436,16 +382,14 @@ const std::vector<Entry>& entries() {
       list.push_back({{.name = fmt::format("plane{}", tilt_deg), .flat = true},
                       [tilt_deg](CaseMaker& make) { return planes(make, tilt_deg * kDegree); }});
     }
-    for (const int diameter_mm : {10, 20, 40, 80}) {
+    const auto addRod = [&list](int diameter_mm, bool deep) {
       const double diameter_m = diameter_mm / 1000.0;
-      list.push_back({{.name = fmt::format("rod{}", diameter_mm), .narrowest_m = diameter_m},
-                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m, false); }});
-    }
-    for (const int diameter_mm : {10, 20}) {
-      const double diameter_m = diameter_mm / 1000.0;
-      list.push_back({{.name = fmt::format("rod{}_deep", diameter_mm), .narrowest_m = diameter_m},
-                      [diameter_m](CaseMaker& make) { return rods(make, diameter_m, true); }});
-    }
+      list.push_back(
+          {{.name = fmt::format("rod{}{}", diameter_mm, deep ? "_deep" : ""), .narrowest_m = diameter_m},
+           [diameter_m, deep](CaseMaker& make) { return rods(make, diameter_m, deep); }});
+    };
+    for (const int diameter_mm : {10, 20, 40, 80}) addRod(diameter_mm, false);
+    for (const int diameter_mm : {10, 20}) addRod(diameter_mm, true);
     for (const int diameter_mm : {50, 100}) {
       const double radius_m = diameter_mm / 2000.0;
       list.push_back({{.name = fmt::format("sphere{}", diameter_mm), .narrowest_m = 2 * radius_m},
@@ -464,8 +408,8 @@ const std::vector<Entry>& entries() {
     list.push_back({{.name = "border_along", .flat = true}, alongBorder});
     list.push_back({{.name = "border_across", .smooth = false}, acrossBorder});
     for (const double speed : {0.1, 0.3, 0.5}) {
-      // A plane on its way to the camera is half of 0.6 s nearer at the end.
-      constexpr double kNearest_m = 0.42;
+      constexpr double kNearest_m =
+          0.42;  // a plane that comes nearer is half of 0.6 s of motion nearer at the end
       list.push_back({{.name = fmt::format("moving{:g}", speed),
                        .smooth = false,
                        .moving = true,
@@ -479,6 +423,33 @@ const std::vector<Entry>& entries() {
 }
 
 }  // namespace
+
+Vec3 StrokePath::hip_m(double stroked_m) const {
+  const Vec3 first = approach_m(0);
+  if (bend_radius_m == 0) return first + stroked_m * along;
+  const double radius = bend_radius_m - depth_m;
+  const double angle = stroked_m / radius;
+  const Vec3 centre = start_m - bend_radius_m * outward;
+  return centre + radius * (std::cos(angle) * outward + std::sin(angle) * along);
+}
+
+Vec3 StrokePath::direction(double stroked_m) const {
+  if (length_m == 0) return {};
+  if (bend_radius_m == 0) return along;
+  const double angle = stroked_m / (bend_radius_m - depth_m);
+  return std::cos(angle) * along - std::sin(angle) * outward;
+}
+
+Vec3 StrokePath::approach_m(double before_m) const {
+  const Vec3 from = entry == Vec3{} ? outward : entry;
+  return start_m + (before_m - depth_m) * from;
+}
+
+bool isSeen(const StrokeScene& scene, double distance_m) {
+  constexpr double kFewest_px = 7.9;
+  if (distance_m < scene.nearest_m) return false;
+  return scene.narrowest_m * rt::DepthModelParameters{}.fx_px / distance_m >= kFewest_px;
+}
 
 const std::vector<StrokeScene>& strokeScenes() {
   static const std::vector<StrokeScene> scenes = [] {

@@ -11,8 +11,8 @@ namespace {
 
 using rt::Vec3;
 
-constexpr double kFelt_n = 0.1;     // less than that nobody notices
-constexpr double kPressed_n = 0.5;  // so much must be felt
+constexpr double kNoticed_n = 0.1;  // less than that nobody notices
+constexpr double kPressed_n = 0.5;  // of the true force, from which on a force must be noticed
 
 double percent(long part, long all) {
   return all == 0 ? 0 : 100.0 * static_cast<double>(part) / static_cast<double>(all);
@@ -22,25 +22,25 @@ bool isNearEnd(const TrueTick& tick, const JudgeLimits& limits) {
   return tick.past_end_m && std::abs(*tick.past_end_m) <= limits.end_m;
 }
 
-double lag_m(const TrueTick& truth, const FeltTick& felt) {
-  if (felt.state == rt::ContactState::free) return 0;
-  return dot(truth.hold->proxy_m - felt.proxy_m, truth.along);
+double lag_m(const TrueTick& truth, const LawTick& output) {
+  if (output.state == rt::ContactState::free) return 0;
+  return dot(truth.hold->proxy_m - output.proxy_m, truth.along);
 }
 
-void judgeContact(const TrueTick& truth, const FeltTick& felt, StrokeFigures& figures) {
-  const Vec3 error = felt.law_force_n - truth.force_n;
+void judgeContact(const TrueTick& truth, const LawTick& output, StrokeFigures& figures) {
+  const Vec3 error = output.law_force_n - truth.force_n;
   const bool pressed = norm(truth.force_n) > kPressed_n;
   ++figures.contact_ticks;
-  if (pressed && norm(felt.law_force_n) < kFelt_n) ++figures.lost_ticks;
-  if (pressed && dot(felt.law_force_n, truth.hold->outward) < -kFelt_n) ++figures.wrong_side_ticks;
-  figures.error.add(felt.law_force_n, truth.force_n);
-  figures.blended.add(felt.blended_force_n, truth.force_n);
+  if (pressed && norm(output.law_force_n) < kNoticed_n) ++figures.lost_ticks;
+  if (pressed && dot(output.law_force_n, truth.hold->outward) < -kNoticed_n) ++figures.wrong_side_ticks;
+  figures.error.add(output.law_force_n, truth.force_n);
+  figures.blended.add(output.blended_force_n, truth.force_n);
   figures.along_n.add(std::abs(dot(error, truth.along)));
   figures.normal_n.add(std::abs(dot(error, truth.hold->outward)));
 }
 
 /// Where the force fell for good below half of what the truth is before the end.
-std::optional<double> endOfContact_m(const std::vector<TrueTick>& truth, const std::vector<FeltTick>& felt) {
+std::optional<double> endOfContact_m(const std::vector<TrueTick>& truth, const std::vector<LawTick>& output) {
   double before_n = 0;
   for (const TrueTick& tick : truth) {
     if (tick.past_end_m && *tick.past_end_m < 0) before_n = norm(tick.force_n);
@@ -48,7 +48,7 @@ std::optional<double> endOfContact_m(const std::vector<TrueTick>& truth, const s
   std::optional<double> last;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (!truth[i].past_end_m) continue;
-    if (!last || norm(felt[i].law_force_n) > before_n / 2) last = truth[i].past_end_m;
+    if (!last || norm(output[i].law_force_n) > before_n / 2) last = truth[i].past_end_m;
   }
   return last;
 }
@@ -102,30 +102,30 @@ double StrokeFigures::wrongSidePercent() const {
   return percent(wrong_side_ticks, contact_ticks);
 }
 
-StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<FeltTick>& felt,
+StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<LawTick>& output,
                           const JudgeLimits& limits) {
   StrokeFigures figures;
   figures.strokes = 1;
   bool behind = false;  // now
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const TrueTick& tick = truth[i];
-    if (felt[i].outside_model) ++figures.outside_model_ticks;
+    if (output[i].outside_model) ++figures.outside_model_ticks;
     if (isNearEnd(tick, limits)) continue;
     if (tick.hold && tick.judged) {
-      judgeContact(tick, felt[i], figures);
-      const double lag = limits.has_proxy ? lag_m(tick, felt[i]) : 0;
+      judgeContact(tick, output[i], figures);
+      const double lag = limits.has_proxy ? lag_m(tick, output[i]) : 0;
       behind = lag > limits.lag_m;
       if (behind) figures.lagged = 1;
       figures.lag_m = std::max(figures.lag_m, lag);
     } else if (!tick.hold && tick.clearance_m > limits.clear_m) {
       ++figures.free_ticks;
-      const double force = norm(felt[i].law_force_n);
-      if (force > kFelt_n) ++figures.ghost_ticks;
+      const double force = norm(output[i].law_force_n);
+      if (force > kNoticed_n) ++figures.ghost_ticks;
       figures.ghost_n = std::max(figures.ghost_n, force);
     }
   }
   figures.stopped = behind ? 1 : 0;
-  if (const auto end = endOfContact_m(truth, felt)) figures.end.add(*end, limits.pitch_m);
+  if (const auto end = endOfContact_m(truth, output)) figures.end.add(*end, limits.pitch_m);
   return figures;
 }
 

@@ -4,20 +4,20 @@
 #include <vector>
 
 #include "tools/hapticbench/accuracy/force_error.h"
-#include "tools/hapticbench/strokes/stroke_ticks.h"
+#include "tools/hapticbench/strokes/stroke_run.h"
 
 namespace hapticd::tools {
 
-/// Beyond what a stroke is judged by.
+/// The limits that a stroke is judged by.
 struct JudgeLimits {
-  double lag_m = 0.005;     ///< the proxy's most lag: 5 mm or two pixel pitches, whichever is larger
+  double lag_m = 0.005;     ///< the largest lag of the proxy: 5 mm or two pixel pitches, whichever is larger
   double end_m = 0;         ///< ticks that near to the end of the body are judged by where the contact ends
   double pitch_m = 0.0015;  ///< of the pixels along the stroke
   double clear_m = 0.002;   ///< a HIP farther than that from every body touches nothing
   bool has_proxy = true;
 };
 
-/// The largest and the smallest of where contacts ended, metres beyond where the body did.
+/// Where contacts ended, metres beyond the end of the body: the range over several strokes.
 struct EndSpread {
   int ends = 0;
   double earliest_m = 0;
@@ -28,8 +28,8 @@ struct EndSpread {
   void add(const EndSpread& other);
 };
 
-/// What a law made of some strokes. Ticks that the truth feels and that are judged are "contact ticks", those
-/// of a HIP that touches nothing are "free ticks".
+/// The figures of a law on strokes. Judged ticks in which the true force is not zero are "contact ticks",
+/// those of a HIP that touches nothing are "free ticks".
 struct StrokeFigures {
   int strokes = 0;
   int stopped = 0;  ///< the proxy fell behind by more than the limit and never came back
@@ -55,7 +55,7 @@ struct StrokeFigures {
 };
 
 /// One stroke. The two are of the same length.
-StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<FeltTick>& felt,
+StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<LawTick>& output,
                           const JudgeLimits& limits);
 
 }  // namespace hapticd::tools

@@ -103,20 +103,10 @@ class Camera {
   bool rendered_ = false;
 };
 
-/// Shows the frame at the tick of `now_ns`, with its arrival where the box can take that.
-template <typename Box>
-void show(Box& box, const rt::DepthFrame& frame, std::int64_t now_ns) {
-  if constexpr (requires { box.show(frame, now_ns); }) {
-    box.show(frame, now_ns);
-  } else {
-    box.show(frame);
-  }
-}
-
 /// Metres along `direction` at `p` for one pixel of the image.
 double pitchAlong_m(const rt::DepthModelParameters& camera, const Vec3& p, const Vec3& direction) {
   const double depth = -p.z;
-  // How fast the place in the image moves: the derivative of (f x / Z, f y / Z).
+  // How fast the point moves in the image: the derivative of (f x / Z, f y / Z).
   const double across = camera.fx_px * (direction.x / depth + direction.z * p.x / (depth * depth));
   const double up = camera.fy_px * (direction.y / depth + direction.z * p.y / (depth * depth));
   return 1 / std::hypot(across, up);
@@ -152,7 +142,7 @@ TrueTick trueTick(const StrokeCase& stroke, const Schedule& schedule, const Body
   return tick;
 }
 
-FeltTick feltTick(OfflineBox& box, const Vec3& hip_m, const Vec3& velocity_m_per_s, double period_s) {
+LawTick lawTick(OfflineBox& box, const Vec3& hip_m, const Vec3& velocity_m_per_s, double period_s) {
   const rt::Tick tick = box.tick(hip_m, period_s, velocity_m_per_s);
   return {tick.law_force_n_in_world, tick.blended_force_n_in_world, tick.proxy_m_in_world, tick.contact,
           tick.outside_model};
@@ -172,7 +162,7 @@ StrokeRun runStroke(const StrokeCase& stroke, const StrokeView& view,
   for (const rt::LiveParameters& setting : settings) boxes.push_back(boxFor(setting, view.camera));
 
   StrokeRun run;
-  run.felt.resize(settings.size());
+  run.output.resize(settings.size());
   // The boxes' clock begins at 0, well before the first frame arrives.
   const long first_tick = -std::lround(kSettlingFrames * kFramePeriod_s / kTick_s);
   const std::int64_t start_ns = -first_tick * std::llround(kTick_s * 1e9);
@@ -182,7 +172,7 @@ StrokeRun runStroke(const StrokeCase& stroke, const StrokeView& view,
     const double t_s = static_cast<double>(i) * kTick_s;
     const bool is_new = camera.refresh(t_s, start_ns);
     if (is_new) {
-      for (const auto& box : boxes) show(*box, camera.frame(), start_ns + i * std::llround(kTick_s * 1e9));
+      for (const auto& box : boxes) box->show(camera.frame(), start_ns + i * std::llround(kTick_s * 1e9));
     }
     const bool settling = i < 0;
     if (settling && !is_new) continue;
@@ -191,8 +181,8 @@ StrokeRun runStroke(const StrokeCase& stroke, const StrokeView& view,
     const Vec3 hip = schedule.hip_m(scene, t_s);
     const Vec3 velocity = (1 / kTick_s) * (hip - schedule.hip_m(scene, t_s - kTick_s));
     for (std::size_t box = 0; box < boxes.size(); ++box) {
-      const FeltTick felt = feltTick(*boxes[box], hip, velocity, period_s);
-      if (!settling) run.felt[box].push_back(felt);
+      const LawTick output = lawTick(*boxes[box], hip, velocity, period_s);
+      if (!settling) run.output[box].push_back(output);
     }
     if (settling) continue;
     const double stiffness = settings.front().springs.stiffness_n_per_m;

@@ -3,148 +3,181 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <iterator>
-#include <nlohmann/json.hpp>
-
-#include "tools/hapticbench/accuracy/accuracy_study.h"
-#include "tools/hapticbench/strokes/strokes_requirements.h"
+#include <cmath>
+#include <set>
 
 namespace hapticd::tools {
 namespace {
 
-using Json = nlohmann::json;
+using Row = StrokesRow;
+
+constexpr double kNear_m = 1.2;
 
 constexpr const char* kExplanation =
     "Strokes over bodies that are known exactly, at 0.1 m/s, with 30 frames and 1000 ticks per second;\n"
-    "the truth is an ideal constraint without friction at the time of each tick.\n"
-    "rms N, JND:  error of the law's force, in just noticeable differences too; hand: JND after the blend\n"
-    "floor:       the error over the least that the camera's noise allows\n"
-    "lost:        share of the contact in which no force was felt\n"
-    "along:       the error along the stroke, newtons, and over the floor of the surface's tilt\n"
-    "lag:         of the proxy along the stroke, millimetres; strokes whose proxy stopped or lagged\n"
-    "ghost:       force on a HIP that touches nothing, and share of the ticks above 0.1 N\n"
-    "wrong:       share of the contact in which the force pointed into the body\n"
-    "end:         where contact ended beyond the end of the body, earliest and latest, and in pixel "
-    "pitches\n\n";
+    "the truth is an ideal constraint without friction at the time of each tick. rms N, JND: error of the\n"
+    "law's force, also in just noticeable differences; blended: JND after the blend; floor: the error\n"
+    "over the least that the camera's noise allows; lost: share of the contact without force; along: the\n"
+    "error along the stroke, newtons, and over the floor of the surface's tilt; lag: of the proxy along\n"
+    "the stroke, its limit, and the strokes whose proxy stopped or lagged; ghost: force on a HIP that\n"
+    "touches nothing, and share of the ticks above 0.1 N; wrong: share of the contact in which the force\n"
+    "pointed into the body; end: where contact ended beyond the end of the body, earliest and latest, and\n"
+    "in pixel pitches.\n\n";
 
-std::string endText(const EndSpread& end) {
-  if (end.ends == 0) return "";
-  return fmt::format(" {:+.1f} {:+.1f} mm {:.1f} px", 1000 * end.earliest_m, 1000 * end.latest_m,
-                     end.worst_pitches);
+Json ifKnown(const std::optional<double>& figure) {
+  return figure ? Json(*figure) : Json();
 }
 
-std::string ratioText(const std::optional<double>& ratio) {
-  return ratio ? fmt::format("{:.2f}", *ratio) : "-";
+Json ifEnded(const Row& row, Json figure) {
+  return row.figures.end.ends > 0 ? std::move(figure) : noFigure();
 }
 
-void addLagging(fmt::memory_buffer& text, const std::vector<StrokesRow>& rows) {
-  constexpr std::size_t kShown = 6;
-  for (const StrokesRow& row : rows) {
-    if (row.lagging.empty()) continue;
-    fmt::format_to(std::back_inserter(text), "{} {} {:g} m {}: {} lag\n", row.law, row.scene.name,
-                   row.distance_m, nameOf(row.noise), row.lagging.size());
-    for (std::size_t i = 0; i < std::min(kShown, row.lagging.size()); ++i) {
-      fmt::format_to(std::back_inserter(text), "    {}\n", row.lagging[i]);
-    }
-  }
+std::vector<Column<Row>> makeColumns() {
+  std::vector<Column<Row>> list{{"/law", "law", 0, &Row::law},
+                                {"/scene", "scene", 0, [](const Row& r) { return r.scene.name; }},
+                                {"/variant", "variant", 0, &Row::variant},
+                                {"/distance_m", "m", 2, &Row::distance_m},
+                                {"/noise", "noise", 0, [](const Row& r) { return nameOf(r.noise); }},
+                                {"/strokes", "n", 0, [](const Row& r) { return r.figures.strokes; }}};
+  addSpread(list, "/error_n", "rms N", "", [](const Row& r) { return r.figures.error.error_n; });
+  addSpread(list, "/error_jnd", "JND", "", [](const Row& r) { return r.figures.error.error_jnd; });
+  addSpread(list, "/blended_error_jnd", "blended", "",
+            [](const Row& r) { return r.figures.blended.error_jnd; });
+  addSpread(list, "/normal_n", "", "", [](const Row& r) { return r.figures.normal_n; });
+  addSpread(list, "/along_n", "along N", "max", [](const Row& r) { return r.figures.along_n; });
+  const std::vector<Column<Row>> rest{
+      {"/error_by_floor", "floor", 2, [](const Row& r) { return ifKnown(r.errorByFloor()); }},
+      {"/along_by_floor", "along floor", 2, [](const Row& r) { return ifKnown(r.alongByFloor()); }},
+      {"/contact_ticks", "", 0, [](const Row& r) { return r.figures.contact_ticks; }},
+      {"/lost_percent", "lost %", 2, [](const Row& r) { return r.figures.lostPercent(); }},
+      {"/lag_mm", "lag mm", 1, [](const Row& r) { return 1000 * r.figures.lag_m; }},
+      {"/lag_limit_mm", "limit", 1, [](const Row& r) { return 1000 * r.lag_limit_m; }},
+      {"/stopped", "stopped", 0, [](const Row& r) { return r.figures.stopped; }},
+      {"/lagged", "lagged", 0, [](const Row& r) { return r.figures.lagged; }},
+      {"/free_ticks", "", 0, [](const Row& r) { return r.figures.free_ticks; }},
+      {"/ghost_n", "ghost N", 2, [](const Row& r) { return r.figures.ghost_n; }},
+      {"/ghost_percent", "%", 1, [](const Row& r) { return r.figures.ghostPercent(); }},
+      {"/wrong_side_percent", "wrong %", 2, [](const Row& r) { return r.figures.wrongSidePercent(); }},
+      {"/end_mm/0", "end mm", 1, [](const Row& r) { return ifEnded(r, 1000 * r.figures.end.earliest_m); }},
+      {"/end_mm/1", "to mm", 1, [](const Row& r) { return ifEnded(r, 1000 * r.figures.end.latest_m); }},
+      {"/end_px", "px", 1, [](const Row& r) { return ifEnded(r, r.figures.end.worst_pitches); }},
+      {"/ticks_outside_model", "not modelled", 0,
+       [](const Row& r) { return r.figures.outside_model_ticks; }}};
+  list.insert(list.end(), rest.begin(), rest.end());
+  return list;
 }
 
-void addBounds(fmt::memory_buffer& text, const std::vector<StrokesRow>& rows) {
-  fmt::format_to(std::back_inserter(text), "\nbounds\n");
-  for (const StrokesRequirement& one : strokesRequirements(rows)) {
-    const std::string verdict =
-        one.violated == 0 ? "kept" : fmt::format("NOT KEPT by {} of {}", one.violated, one.rows);
-    fmt::format_to(std::back_inserter(text), "{:<8} {:<86} {:<22} worst {}\n", one.law, one.text, verdict,
-                   one.worst);
-  }
+const std::vector<Column<Row>>& columns() {
+  static const std::vector<Column<Row>> all = makeColumns();
+  return all;
 }
 
-Json ratioJson(const std::optional<double>& ratio) {
-  return ratio ? Json(*ratio) : Json();
+bool isNoisy(const Row& row) {
+  return isSensorNoise(row.noise);
 }
 
-Json spreadJson(const Spread& spread) {
-  return {{"rms", spread.rms()}, {"max", spread.max()}};
+bool isResting(const Row& row) {
+  return !row.scene.moving;
 }
 
-void addRow(fmt::memory_buffer& text, const StrokesRow& row) {
-  const StrokeFigures& f = row.figures;
-  const auto out = std::back_inserter(text);
-  fmt::format_to(out, "{:<15}{:<13}{:>5.2f}  {:<8}{:>3} ", row.law, row.scene.name, row.distance_m,
-                 nameOf(row.noise), f.strokes);
-  fmt::format_to(out, "|{:>6.2f}{:>6.2f}{:>6.2f}{:>6} |{:>7.2f} ", f.error.error_n.rms(),
-                 f.error.error_jnd.rms(), f.blended.error_jnd.rms(), ratioText(row.errorByFloor()),
-                 f.lostPercent());
-  fmt::format_to(out, "|{:>10.2f}{:>6.2f}{:>6} |{:>6.1f}{:>6.1f}{:>5}{:>4} ", f.along_n.max(),
-                 f.along_n.rms(), ratioText(row.alongByFloor()), 1000 * f.lag_m, 1000 * row.lag_limit_m,
-                 f.stopped, f.lagged);
-  fmt::format_to(out, "|{:>8.2f}{:>6.1f} |{:>8.2f} | {}{}", f.ghost_n, f.ghostPercent(), f.wrongSidePercent(),
-                 row.variant, endText(f.end));
-  if (f.outside_model_ticks > 0) fmt::format_to(out, "  {} ticks outside the model", f.outside_model_ticks);
-  fmt::format_to(out, "\n");
+bool isSmooth(const Row& row) {
+  return row.scene.smooth && isResting(row);
+}
+
+bool isNamed(const Row& row, const std::set<std::string>& names) {
+  return names.contains(row.scene.name);
+}
+
+/// The true force is known at each tick, not only the side that it is on.
+bool hasTrueForce(const Row& row) {
+  return !row.scene.name.ends_with("_deep");
+}
+
+bool isCurved(const Row& row) {
+  return isSmooth(row) && std::isfinite(row.scene.narrowest_m);
+}
+
+const std::vector<RowRequirement<Row>>& rowRequirements() {
+  static const std::vector<RowRequirement<Row>> all{
+      {"strokes along smooth bodies that stop or lag",
+       [](const Row& r) { return figureIf(isSmooth(r), r.figures.lagged, 0); }},
+      {"force along the stroke, with noise to 1.2 m, N",
+       [](const Row& r) {
+         return figureIf(isSmooth(r) && (!isNoisy(r) || r.distance_m <= kNear_m), r.figures.along_n.max(),
+                         0.2);
+       }},
+      {"RMS force along the stroke beyond 1.2 m, times the floor of the tilt",
+       [](const Row& r) {
+         return figureIf(isSmooth(r) && isNoisy(r) && r.distance_m > kNear_m && r.alongByFloor(),
+                         r.alongByFloor().value_or(0), 1.3);
+       }},
+      {"contact lost on flat surfaces, to 2 m and beyond, %",
+       [](const Row& r) {
+         return figureIf(isSmooth(r) && r.scene.flat, r.figures.lostPercent(), r.distance_m <= 2 ? 0 : 5);
+       }},
+      {"contact lost on rods and spheres, %",
+       [](const Row& r) { return figureIf(isCurved(r), r.figures.lostPercent(), 5); }},
+      {"RMS error with noise, 0.6 to 2 m, times the floor",
+       [](const Row& r) {
+         const bool applies =
+             isSmooth(r) && hasTrueForce(r) && r.distance_m >= 0.6 && r.distance_m <= 2 && r.errorByFloor();
+         return figureIf(applies, r.errorByFloor().value_or(0), 1.3);
+       }},
+      {"RMS error on flat surfaces with noise to 1.2 m, JND",
+       [](const Row& r) {
+         return figureIf(isSmooth(r) && r.scene.flat && isNoisy(r) && r.distance_m <= kNear_m,
+                         r.figures.error.error_jnd.rms(), 1);
+       }},
+      {"RMS error on surfaces that move at 0.1 and 0.3 m/s, to 1 m, JND",
+       [](const Row& r) {
+         return figureIf(isNamed(r, {"moving0.1", "moving0.3"}) && r.distance_m <= 1,
+                         r.figures.error.error_jnd.rms(), 1);
+       }},
+      {"RMS error in creases, at a cube's corner and on spheres at 0.6 m without noise, JND",
+       [](const Row& r) {
+         const bool applies =
+             isNamed(r, {"inner_edge", "inner_corner", "cube_corner", "sphere50", "sphere100"}) &&
+             r.noise == SceneNoise::none && r.distance_m == 0.6;
+         return figureIf(applies, r.figures.error.error_jnd.rms(), 1);
+       }},
+      {"distance from the end of contact to the end of the body, pixel pitches",
+       [](const Row& r) {
+         return figureIf(r.figures.end.ends > 0, r.figures.end.worst_pitches, isNoisy(r) ? 3 : 1);
+       }},
+      {"force on a HIP that touches nothing, N",
+       [](const Row& r) { return figureIf(r.figures.free_ticks > 0, r.figures.ghost_n, 0.1); }},
+      {"ticks with force into the body, %",
+       [](const Row& r) { return figureIf(hasTrueForce(r), r.figures.wrongSidePercent(), 0); }},
+  };
+  return all;
+}
+
+std::string describe(const Row& row) {
+  return fmt::format("{} {:g} m {} {}", row.scene.name, row.distance_m, nameOf(row.noise), row.variant);
 }
 
 }  // namespace
 
-std::string strokesTable(const std::vector<StrokesRow>& rows) {
-  fmt::memory_buffer text;
-  const auto out = std::back_inserter(text);
-  fmt::format_to(out, "{}", kExplanation);
-  fmt::format_to(
-      out,
-      "law            scene         dist  noise     n | rms N   JND  hand floor | lost % | along max   rms "
-      "|   lag limit stop lag | ghost N     % | wrong % | end\n");
-  for (const StrokesRow& row : rows) addRow(text, row);
-  addLagging(text, rows);
-  addBounds(text, rows);
-  return fmt::to_string(text);
+std::vector<Requirement> requirementsOf(const std::vector<StrokesRow>& rows) {
+  std::vector<Requirement> results;
+  for (const std::string& law : kProxyLawChoices) {
+    const auto of_law = [&law](const StrokesRow& row) { return row.law == law; };
+    for (const RowRequirement<Row>& requirement : rowRequirements()) {
+      Requirement result = checked(law, requirement, rows, of_law, describe);
+      if (result.cases > 0) results.push_back(std::move(result));
+    }
+  }
+  return results;
+}
+
+std::string strokesText(const std::vector<StrokesRow>& rows) {
+  return kExplanation + tableText(columns(), rows) + requirementsText(requirementsOf(rows));
 }
 
 std::string strokesJson(const std::vector<StrokesRow>& rows) {
-  Json document{{"benchmark", "strokes"}};
-  Json& list = document["rows"] = Json::array();
-  for (const StrokesRow& row : rows) {
-    const StrokeFigures& f = row.figures;
-    Json json{{"law", row.law},
-              {"scene", row.scene.name},
-              {"variant", row.variant},
-              {"distance_m", row.distance_m},
-              {"noise", nameOf(row.noise)},
-              {"strokes", f.strokes},
-              {"error_n", spreadJson(f.error.error_n)},
-              {"error_jnd", spreadJson(f.error.error_jnd)},
-              {"blended_error_jnd", spreadJson(f.blended.error_jnd)},
-              {"normal_n", spreadJson(f.normal_n)},
-              {"error_by_floor", ratioJson(row.errorByFloor())},
-              {"along_by_floor", ratioJson(row.alongByFloor())},
-              {"lagging", row.lagging},
-              {"contact_ticks", f.contact_ticks},
-              {"lost_percent", f.lostPercent()},
-              {"along_n", spreadJson(f.along_n)},
-              {"lag_mm", 1000 * f.lag_m},
-              {"lag_limit_mm", 1000 * row.lag_limit_m},
-              {"stopped", f.stopped},
-              {"lagged", f.lagged},
-              {"free_ticks", f.free_ticks},
-              {"ghost_n", f.ghost_n},
-              {"ghost_percent", f.ghostPercent()},
-              {"wrong_side_percent", f.wrongSidePercent()},
-              {"ticks_outside_model", f.outside_model_ticks}};
-    if (f.end.ends > 0) {
-      json["end_mm"] = {1000 * f.end.earliest_m, 1000 * f.end.latest_m};
-      json["end_px"] = f.end.worst_pitches;
-    }
-    list.push_back(std::move(json));
-  }
-  Json& requirements = document["requirements"] = Json::array();
-  for (const StrokesRequirement& one : strokesRequirements(rows)) {
-    requirements.push_back({{"law", one.law},
-                            {"text", one.text},
-                            {"rows", one.rows},
-                            {"violated", one.violated},
-                            {"worst", one.worst}});
-  }
+  const Json document{{"benchmark", "strokes"},
+                      {"rows", tableJson(columns(), rows)},
+                      {"requirements", requirementsJson(requirementsOf(rows))}};
   return document.dump(2) + "\n";
 }
 

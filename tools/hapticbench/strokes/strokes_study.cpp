@@ -8,9 +8,6 @@
 #include <iterator>
 #include <random>
 
-#include "config/law_choice.h"
-#include "config/settings.h"
-#include "tools/hapticbench/accuracy/accuracy_study.h"
 #include "tools/truth/fine_depth_model.h"
 #include "tools/truth/noise_floor.h"
 
@@ -23,7 +20,7 @@ double pixelPitch_m(double distance_m) {
   return distance_m / rt::DepthModelParameters{}.fx_px;
 }
 
-/// With noise a surface may be felt that far in front of where it is: three standard deviations of a
+/// With noise a surface may appear that far in front of where it is: three standard deviations of a
 /// measurement of 0.6 raw units, the harsher camera's.
 double noiseReach_m(SceneNoise noise, double distance_m) {
   constexpr double kSigma_raw = 0.6;
@@ -52,7 +49,7 @@ StrokesRow& rowOf(std::vector<StrokesRow>& rows, const StrokesRow& like) {
   return found != rows.end() ? *found : rows.emplace_back(like);
 }
 
-/// The strokes of a scene, all of them or as many as are wanted.
+/// The strokes of a scene, all of them or as many as are requested.
 std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacement& placement,
                                     const StrokesOptions& options, std::mt19937& random) {
   std::vector<StrokeCase> cases = strokeCases(scene, placement, random);
@@ -82,9 +79,7 @@ FloorError floorOf(const StrokeCase& stroke, SceneNoise noise, double distance_m
                          .frames = moving ? 3 : 8,
                          .moving = moving,
                          .model = stroke.curved ? FloorModel::quadratic : FloorModel::plane};
-  const auto parameters =
-      noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded();
-  FloorError floor = noiseFloor(parameters, {}, patch, stiffness_n_per_m);
+  FloorError floor = noiseFloor(sensorParameters(noise), {}, patch, stiffness_n_per_m);
   floor.force_n *= to_normal;
   return floor;
 }
@@ -99,14 +94,14 @@ class StrokeMeasurement {
   void measure(const StrokeCase& stroke, double distance_m, const StrokesRow& like, std::uint32_t seed) {
     std::vector<rt::LiveParameters> settings;
     for (const std::string& law : options_.laws) {
-      settings.push_back(strokeSetting(law, distance_m));
-      settings.back().camera.latency_s = options_.latency_s;
+      settings.push_back(shippedParameters(law, distance_m));
+      settings.back().camera.latency_s = options_.latency_ms / 1000;
     }
     const StrokeView view{.noise = like.noise,
                           .camera = like.noise == SceneNoise::none
                                         ? fineDepthModelAround(distance_m, stroke.beyond_m)
                                         : rt::DepthModelParameters{},
-                          .latency_s = options_.latency_s,
+                          .latency_s = options_.latency_ms / 1000,
                           .seed = seed};
     const StrokeRun run = runStroke(stroke, view, settings);
     for (std::size_t i = 0; i < settings.size(); ++i) {
@@ -115,7 +110,7 @@ class StrokeMeasurement {
       const JudgeLimits limits = limitsOf(settings[i], like.noise, distance_m, run.pitch_m);
       StrokesRow& row = rowOf(rows_, one);
       row.lag_limit_m = limits.lag_m;
-      add(row, judgeStroke(run.truth, run.felt[i], limits), stroke, distance_m,
+      add(row, judgeStroke(run.truth, run.output[i], limits), stroke, distance_m,
           settings[i].springs.stiffness_n_per_m);
     }
   }
@@ -124,11 +119,7 @@ class StrokeMeasurement {
   static void add(StrokesRow& row, const StrokeFigures& figures, const StrokeCase& stroke, double distance_m,
                   double stiffness_n_per_m) {
     row.figures.add(figures);
-    if (figures.lagged > 0) {
-      row.lagging.push_back(fmt::format("{:.2f} m, {}: {:.1f} mm{}", distance_m, stroke.variant,
-                                        1000 * figures.lag_m, figures.stopped > 0 ? ", stopped" : ""));
-    }
-    if (row.noise <= SceneNoise::quantised) return;
+    if (!isSensorNoise(row.noise)) return;
     const FloorError floor = floorOf(stroke, row.noise, distance_m, stiffness_n_per_m);
     if (!floor.determined) return;
     row.floor_n.add(floor.force_n);
@@ -140,8 +131,7 @@ class StrokeMeasurement {
 };
 
 CasePlacement placementOf(const StrokesOptions& options, double distance_m, SceneNoise noise) {
-  return {
-      .distance_m = distance_m, .depth_m = options.depth_m, .dead_columns = noise > SceneNoise::quantised};
+  return {.distance_m = distance_m, .depth_m = options.depth_m, .dead_columns = isSensorNoise(noise)};
 }
 
 /// All strokes of one scene at one distance, as one camera sees them.
@@ -168,25 +158,6 @@ bool isChosen(const StrokeScene& scene, const StrokesOptions& options) {
 
 }  // namespace
 
-const std::vector<std::string>& strokeLaws() {
-  static const std::vector<std::string> laws{"nearest_springs", "smooth_springs", "proxy", "surface", "auto"};
-  return laws;
-}
-
-rt::LiveParameters strokeSetting(const std::string& law, double distance_m) {
-  const config::Settings shipped;
-  if (law == "auto") {
-    const double allowed_n = shipped.force.effectiveMaxError_n(shipped.live.safety);
-    return config::liveWith(shipped, config::chooseLaw(allowed_n, shipped.live.springs.stiffness_n_per_m,
-                                                       config::distanceClass_m(distance_m, 0)));
-  }
-  rt::LiveParameters live = shipped.live;
-  for (const rt::ForceLaw one : kAllLaws) {
-    if (nameOf(one) == law) live.law = one;
-  }
-  return live;
-}
-
 std::vector<StrokesRow> measureStrokes(const StrokesOptions& options,
                                        const std::function<void(const std::string&)>& progress) {
   std::vector<StrokesRow> rows;
@@ -197,41 +168,6 @@ std::vector<StrokesRow> measureStrokes(const StrokesOptions& options,
       if (progress) progress(fmt::format("{} at {} m", scene.name, distance_m));
       for (const SceneNoise noise : options.noises) measureScene(scene, distance_m, noise, options, rows);
     }
-  }
-  return rows;
-}
-
-std::vector<StrokesRow> measureRandomStrokes(const StrokesOptions& options, int count,
-                                             const std::function<void(const std::string&)>& progress) {
-  constexpr double kNear_m = 1.2;  // to there the bounds know no noise
-  constexpr double kNearest_m = 0.45;
-  constexpr double kFarthest_m = 3;
-  std::vector<StrokeScene> scenes;
-  std::ranges::copy_if(strokeScenes(), std::back_inserter(scenes), [&options](const StrokeScene& scene) {
-    return scene.smooth && !scene.moving && isChosen(scene, options);
-  });
-  std::vector<StrokesRow> rows;
-  if (scenes.empty()) return rows;
-  StrokeMeasurement measurement(options, rows);
-  std::mt19937 random(options.seed);
-  std::uniform_real_distribution<double> log_distance(std::log(kNearest_m), std::log(kFarthest_m));
-  std::uniform_int_distribution<std::size_t> any_scene(0, scenes.size() - 1);
-  for (int i = 0; i < count;) {
-    const StrokeScene& scene = scenes[any_scene(random)];
-    const double distance_m = std::exp(log_distance(random));
-    if (!isSeen(scene, distance_m)) continue;
-    const SceneNoise noise = options.noises[static_cast<std::size_t>(i) % options.noises.size()];
-    ++i;
-    if (progress) progress(fmt::format("stroke {} of {}", i, count));
-    auto cases = strokeCases(scene, placementOf(options, distance_m, noise), random);
-    StrokeCase& stroke = cases[std::uniform_int_distribution<std::size_t>(0, cases.size() - 1)(random)];
-    stroke.variant = fmt::format("{}, {}", scene.name, stroke.variant);
-    StrokesRow like;
-    const bool near = distance_m <= kNear_m;
-    like.scene.name = near ? kRandomNear : kRandomFar;
-    like.distance_m = near ? kNear_m : kFarthest_m;
-    like.noise = noise;
-    measurement.measure(stroke, distance_m, like, static_cast<std::uint32_t>(random()));
   }
   return rows;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "rt/parameters.h"
+#include "tools/hapticbench/law_setting.h"
 #include "tools/hapticbench/strokes/stroke_case.h"
 #include "tools/hapticbench/strokes/stroke_judge.h"
 #include "tools/hapticbench/strokes/stroke_run.h"
@@ -17,36 +18,29 @@ namespace hapticd::tools {
 
 /// What is measured.
 struct StrokesOptions {
-  std::vector<std::string> laws{"proxy", "surface", "auto"};
-  std::vector<std::string> scenes;  ///< empty: all
+  std::vector<std::string> laws = kProxyLawChoices;  ///< of kLawChoices
+  std::vector<std::string> scenes;                   ///< empty: all
   std::vector<double> distances_m{0.6, 1, 2};
   std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::sensor, SceneNoise::harsh};
   double depth_m = 0.008;
-  double latency_s = 0;  ///< of the camera, which `camera.latency_s` is set to
-  int repeats = 1;       ///< of every variant of a scene, each at another place with other noise
-  int variants = 0;      ///< so many of a scene at most; 0: all
+  double latency_ms = 0;  ///< of the camera, which `camera.latency_s` is set to
+  int repeats = 1;        ///< of every variant of a scene, each at another position with other noise
+  int variants = 0;       ///< at most that many of a scene; 0: all
   std::uint32_t seed = 1;
   bool each = false;  ///< one row per variant of a scene
 };
-
-/// What `force.law: name` of the shipped configuration acts with at that distance; names as on the command
-/// line, `auto` included.
-rt::LiveParameters strokeSetting(const std::string& law, double distance_m);
-/// All of those names.
-const std::vector<std::string>& strokeLaws();
 
 /// The strokes of one scene at one distance with one noise and one law.
 struct StrokesRow {
   std::string law;
   StrokeScene scene;
-  std::string variant;    ///< empty: all together
-  double distance_m = 0;  ///< of random strokes the largest
+  std::string variant;  ///< empty: all together
+  double distance_m = 0;
   SceneNoise noise = SceneNoise::none;
   StrokeFigures figures;
   double lag_limit_m = 0;
   Spread floor_n;       ///< of the error that the noise makes unavoidable; nothing where there is none
   Spread tilt_floor_n;  ///< the same of the force along the surface
-  std::vector<std::string> lagging;  ///< which strokes stopped or lagged
 
   /// RMS error over the floor; nothing without noise.
   std::optional<double> errorByFloor() const;
@@ -56,14 +50,5 @@ struct StrokesRow {
 /// `progress` is given what is measured next.
 std::vector<StrokesRow> measureStrokes(const StrokesOptions& options,
                                        const std::function<void(const std::string&)>& progress);
-
-/// The names of the scenes of random strokes: to 1.2 m from the camera, and beyond.
-inline constexpr const char* kRandomNear = "random_near";
-inline constexpr const char* kRandomFar = "random_far";
-
-/// `count` strokes over all smooth scenes at rest, each at a random distance from 0.45 to 3 m with the noises
-/// in turn: rows of kRandomNear and kRandomFar.
-std::vector<StrokesRow> measureRandomStrokes(const StrokesOptions& options, int count,
-                                             const std::function<void(const std::string&)>& progress);
 
 }  // namespace hapticd::tools

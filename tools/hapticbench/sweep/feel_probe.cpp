@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rt/periodic_clock.h"
+#include "tools/hapticbench/accuracy/force_error.h"
 #include "tools/hapticbench/statistics.h"
 #include "tools/truth/fine_depth_model.h"
 
@@ -21,7 +22,7 @@ constexpr double kStrokeDepth_m = 0.005;
 constexpr double kLowestRidge_m = 0.0001;
 constexpr double kHighestRidge_m = 0.04;
 constexpr double kRidgeWidth_m = 0.02;
-constexpr double kFarAside_m = 0.08;  // nothing of the edge or the ridge is felt there, whatever the radius
+constexpr double kFarAside_m = 0.08;  // neither edge nor ridge has an effect there, whatever the radius
 
 bool isSpringLaw(rt::ForceLaw law) {
   return law == rt::ForceLaw::nearest_springs || law == rt::ForceLaw::smooth_springs;
@@ -31,7 +32,7 @@ rt::DepthModelParameters depthModel() {
   return fineDepthModelAround(kDistance_m, kFineRange_m);
 }
 
-/// A law in front of a scene, led to a place from free space.
+/// A law in front of a scene, led to a position from free space.
 class Hand {
  public:
   Hand(const rt::LiveParameters& parameters, const rt::DepthFrame& frame) : box_(depthModel(), {}, {}) {
@@ -103,10 +104,6 @@ PushCurve pushInwards(Hand& hand, double first_m, double last_m) {
 
 }  // namespace
 
-double justNoticeable_n(double force_n) {
-  return std::max(0.07 * force_n, 0.1);
-}
-
 FeelProbe::FeelProbe(double ridge_step) : ridge_step_(ridge_step) {}
 
 Feel FeelProbe::measure(const rt::LiveParameters& parameters) {
@@ -167,7 +164,7 @@ bool FeelProbe::isFelt(const rt::LiveParameters& parameters, double height_m, do
   Hand hand(parameters, ridge(height_m));
   hand.approach(-kFarAside_m, stroke_h_m);
   const Vec3 flat_n = hand.force_n(-kFarAside_m, stroke_h_m);
-  const double noticed_n = justNoticeable_n(norm(flat_n));
+  const double noticed_n = justNoticeableDifference_n(norm(flat_n));
   for (double x = -kFarAside_m + kStep_m; x <= kRidgeWidth_m; x += kStep_m) {
     if (norm(hand.force_n(x, stroke_h_m) - flat_n) > noticed_n) return true;
   }
@@ -178,14 +175,14 @@ void FeelProbe::time(const rt::LiveParameters& parameters, Feel& feel) {
   constexpr int kPositions = 200;
   Hand hand(parameters, plane());
   hand.approach(0, feel.stroke_h_m);
-  std::vector<std::int64_t> durations_ns;
+  std::vector<double> durations_ns;
   for (int i = 0; i < kPositions; ++i) {
     const double x_m = 0.01 * std::sin(0.1 * i);
     const std::int64_t begin_ns = rt::monotonicNow_ns();
     hand.force_n(x_m, feel.stroke_h_m);
-    durations_ns.push_back(rt::monotonicNow_ns() - begin_ns);
+    durations_ns.push_back(static_cast<double>(rt::monotonicNow_ns() - begin_ns));
   }
-  feel.median_force_us = Durations::of(durations_ns).median_us;
+  feel.median_force_us = quantile(durations_ns, 0.5) / 1000;
 }
 
 const rt::DepthFrame& FeelProbe::plane() {

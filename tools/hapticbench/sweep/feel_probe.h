@@ -12,8 +12,8 @@
 
 namespace hapticd::tools {
 
-/// What a law feels like on surfaces that are known exactly, 1 m in front of the camera. h: distance in front
-/// of the surface, metres, negative behind; forces along the outward normal unless said otherwise.
+/// How a law feels on surfaces that are known exactly, 1 m in front of the camera. h: distance in front
+/// of the surface, metres, negative behind; forces along the outward normal unless stated otherwise.
 struct Feel {
   /// -dF/dh: for constraint laws the mean from 5 to 15 mm penetration, for spring laws the mean from the
   /// onset of force to its peak.
@@ -26,7 +26,7 @@ struct Feel {
   /// Distance from the edge of a half-plane, sideways, at which the force has fallen to half of that on the
   /// plane.
   double edge_radius_m = 0;
-  bool edge_is_outside = false;  ///< half the force is felt beyond the edge, not before it
+  bool edge_is_outside = false;  ///< the force is half beyond the edge, not before it
   /// Height of the lowest ridge (20 mm wide, across the stroke) that changes the force by more than one JND;
   /// 0: none of those tried.
   double smallest_ridge_m = 0;
@@ -37,9 +37,6 @@ struct Feel {
 };
 
 inline constexpr double kNoPopThrough_n = 20;
-
-/// The just noticeable difference of a force: 7 % of it, 0.1 N at least.
-double justNoticeable_n(double force_n);
 
 /// Measures laws. Renders each scene once and keeps it.
 /// Thread: one.

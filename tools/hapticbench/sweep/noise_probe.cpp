@@ -16,7 +16,7 @@ namespace {
 using rt::Vec3;
 
 constexpr double kAround_m = 0.05;  // of a site, that must be still and flat
-constexpr int kSpacing_px = 24;     // of the places that are tried
+constexpr int kSpacing_px = 24;     // of the positions that are tried
 constexpr double kFarthest_m = 3.5;
 constexpr double kSmallestCosine = 0.7;  // of incidence: noise along an oblique surface is another matter
 
@@ -177,7 +177,7 @@ ForceNoise NoiseProbe::measure(const rt::LiveParameters& parameters, double h_m)
   return noise;
 }
 
-/// -1 where the law is not felt.
+/// -1 where the law gives no force.
 double NoiseProbe::deviation_n(const rt::LiveParameters& parameters, const StillSite& site,
                                double h_m) const {
   constexpr double kStep_m = 0.001;

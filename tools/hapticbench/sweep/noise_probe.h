@@ -11,28 +11,27 @@ namespace hapticd::tools {
 
 /// How much the force on a still hand on a still surface changes from frame to frame.
 struct ForceNoise {
-  double median_n =
-      0;  ///< over the sites: standard deviation of the force vector over the last 2/3 of the frames
+  double median_n = 0;    ///< standard deviation of the force in the last 2/3 of the frames, over the sites
   double largest_n = 0;   ///< the same, largest
-  std::size_t sites = 0;  ///< where the law was felt at all
+  std::size_t sites = 0;  ///< where the law gave a force at all
   double nearest_m = 0;   ///< depth of the nearest site
   double farthest_m = 0;  ///< and of the farthest
 };
 
-/// A place on a surface that stands still in a sequence.
+/// A position on a surface at rest in a sequence.
 struct StillSite {
   std::size_t sequence = 0;
   rt::Vec3 surface_m_in_world;
   rt::Vec3 normal_in_world;  ///< towards the camera
 };
 
-/// The places of a sequence, the nearest to the camera first, at most `count`: all that a law reads around
+/// The positions of a sequence, the nearest to the camera first, at most `count`: all that a law reads around
 /// them is measured in nearly all frames, hardly changes, is nearly flat and faces the camera within 45
 /// degrees.
 std::vector<StillSite> stillSites(const std::vector<BenchSequence>& sequences, std::size_t sequence,
                                   std::size_t count);
 
-/// FNV-1a over all frames, as 16 hexadecimal digits: tells whether two sweeps saw the same.
+/// FNV-1a over all frames, as 16 hexadecimal digits: shows whether two sweeps used the same.
 std::string digestOf(const std::vector<BenchSequence>& sequences);
 
 /// Thread: one.

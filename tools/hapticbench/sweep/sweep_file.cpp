@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "config/law_choice.h"
-#include "tools/hapticbench/stability/wall.h"
 
 namespace hapticd::tools {
 namespace {
@@ -23,26 +22,32 @@ config::Error error(const std::string& where, const std::string& what, const std
   return {where, what, remedy};
 }
 
+/// Calls `visit(key, figure)` for each figure of a result in a file, to write or to read it.
+template <typename Result, typename Visit>
+void visitFigures(Result& result, const Visit& visit) {
+  visit("felt_stiffness_n_per_m", result.feel.felt_stiffness_n_per_m);
+  visit("steepest_stiffness_n_per_m", result.feel.steepest_stiffness_n_per_m);
+  visit("pop_through_n", result.feel.pop_through_n);
+  visit("edge_radius_m", result.feel.edge_radius_m);
+  visit("edge_is_outside", result.feel.edge_is_outside);
+  visit("smallest_ridge_m", result.feel.smallest_ridge_m);
+  visit("stroke_h_m", result.feel.stroke_h_m);
+  visit("median_force_us", result.feel.median_force_us);
+  visit("noise_median_n", result.noise.median_n);
+  visit("noise_largest_n", result.noise.largest_n);
+  visit("noise_sites", result.noise.sites);
+  visit("noise_nearest_m", result.noise.nearest_m);
+  visit("noise_farthest_m", result.noise.farthest_m);
+}
+
 Json jsonOf(const SweepResult& result) {
   Json row{{"index", result.point.index},
            {"law", config::nameOf(result.point.law)},
            {"stiffness_n_per_m", result.point.springs.stiffness_n_per_m}};
   if (result.point.usesRadius()) row["radius_m"] = result.point.springs.radius_m;
   if (result.point.usesMaxPoints()) row["max_points"] = result.point.springs.max_points;
-  row.update({{"felt_stiffness_n_per_m", result.feel.felt_stiffness_n_per_m},
-              {"steepest_stiffness_n_per_m", result.feel.steepest_stiffness_n_per_m},
-              {"pop_through_n", result.feel.pop_through_n},
-              {"pops_through", result.feel.pop_through_n < kNoPopThrough_n},
-              {"edge_radius_m", result.feel.edge_radius_m},
-              {"edge_is_outside", result.feel.edge_is_outside},
-              {"smallest_ridge_m", result.feel.smallest_ridge_m},
-              {"stroke_h_m", result.feel.stroke_h_m},
-              {"median_force_us", result.feel.median_force_us},
-              {"noise_median_n", result.noise.median_n},
-              {"noise_largest_n", result.noise.largest_n},
-              {"noise_sites", result.noise.sites},
-              {"noise_nearest_m", result.noise.nearest_m},
-              {"noise_farthest_m", result.noise.farthest_m}});
+  visitFigures(result, [&row](const char* key, const auto& figure) { row[key] = figure; });
+  row["pops_through"] = result.feel.pop_through_n < kNoPopThrough_n;
   // JSON has no infinity
   if (std::isfinite(result.stability_margin)) row["stability_margin"] = result.stability_margin;
   return row;
@@ -55,19 +60,7 @@ SweepResult resultOf(const Json& row, const std::vector<SweepPoint>& points) {
       row.at("stiffness_n_per_m") != result.point.springs.stiffness_n_per_m) {
     throw std::out_of_range("point " + row.at("index").dump() + " is another one here");
   }
-  row.at("felt_stiffness_n_per_m").get_to(result.feel.felt_stiffness_n_per_m);
-  row.at("steepest_stiffness_n_per_m").get_to(result.feel.steepest_stiffness_n_per_m);
-  row.at("pop_through_n").get_to(result.feel.pop_through_n);
-  row.at("edge_radius_m").get_to(result.feel.edge_radius_m);
-  row.at("edge_is_outside").get_to(result.feel.edge_is_outside);
-  row.at("smallest_ridge_m").get_to(result.feel.smallest_ridge_m);
-  row.at("stroke_h_m").get_to(result.feel.stroke_h_m);
-  row.at("median_force_us").get_to(result.feel.median_force_us);
-  row.at("noise_median_n").get_to(result.noise.median_n);
-  row.at("noise_largest_n").get_to(result.noise.largest_n);
-  row.at("noise_sites").get_to(result.noise.sites);
-  row.at("noise_nearest_m").get_to(result.noise.nearest_m);
-  row.at("noise_farthest_m").get_to(result.noise.farthest_m);
+  visitFigures(result, [&row](const char* key, auto& figure) { row.at(key).get_to(figure); });
   result.stability_margin = row.value("stability_margin", std::numeric_limits<double>::infinity());
   return result;
 }
@@ -115,7 +108,7 @@ config::Result<SweepPart> parseSweep(const std::string& name, const std::string&
       return std::unexpected(
           error(name, "is no part of a sweep by this version", "write it with --shard and --json"));
     }
-    SweepPart part{.name = name, .settings = {}, .shard = {}, .results = {}};
+    SweepPart part{.name = name};
     document.at("quick").get_to(part.settings.quick);
     document.at("filter").get_to(part.settings.filter);
     document.at("delay_ticks").get_to(part.settings.delay_ticks);
@@ -140,7 +133,7 @@ config::Result<SweepPart> mergeSweep(const std::vector<SweepPart>& parts) {
   const SweepPart& first = parts.front();
   const std::size_t grid_size = pointsOf(gridOf(first.settings)).size();
   std::map<std::size_t, const SweepPart*> by_number;
-  SweepPart whole{.name = "merged", .settings = first.settings, .shard = {}, .results = {}};
+  SweepPart whole{.name = "merged", .settings = first.settings};
   for (const SweepPart& part : parts) {
     if (!(part.settings == first.settings)) {
       return std::unexpected(error(part.name, "is of another sweep than " + first.name,

@@ -9,12 +9,12 @@
 
 namespace hapticd::tools {
 
-/// What one run of a sweep computed; of a whole one the shard is 1/1.
+/// The results of one run of a sweep; the shard of a whole sweep is 1/1.
 struct SweepPart {
-  std::string name;  ///< for messages: the file
-  SweepSettings settings;
-  Shard shard;
-  std::vector<SweepResult> results;
+  std::string name{};  ///< of the file, for messages
+  SweepSettings settings{};
+  Shard shard{};
+  std::vector<SweepResult> results{};
 };
 
 /// As JSON, with the numbers in full.
@@ -28,5 +28,8 @@ config::Result<SweepPart> parseSweep(const std::string& name, const std::string&
 /// Errors: parts of different sweeps or of differently many, the same part twice, a part that is not there, a
 /// part without all its points or with others'.
 config::Result<SweepPart> mergeSweep(const std::vector<SweepPart>& parts);
+
+/// The table for people, in the order of the laws.
+std::string sweepText(const SweepPart& part);
 
 }  // namespace hapticd::tools

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "config/law_choice.h"
 #include "tools/hapticbench/stability/sampled_theory.h"
 
 namespace hapticd::tools {
@@ -12,31 +13,11 @@ SweepGrid gridOf(const SweepSettings& settings) {
   return settings.quick ? SweepGrid::quick() : SweepGrid{};
 }
 
-bool sameButTime(const SweepResult& a, const SweepResult& b) {
-  const auto numbers = [](const SweepResult& r) {
-    return std::array{r.feel.felt_stiffness_n_per_m,
-                      r.feel.steepest_stiffness_n_per_m,
-                      r.feel.pop_through_n,
-                      r.feel.edge_radius_m,
-                      r.feel.smallest_ridge_m,
-                      r.feel.stroke_h_m,
-                      r.noise.median_n,
-                      r.noise.largest_n,
-                      r.stability_margin};
-  };
-  return a.point.index == b.point.index && numbers(a) == numbers(b) && a.noise.sites == b.noise.sites &&
-         a.feel.edge_is_outside == b.feel.edge_is_outside;
-}
-
 rt::LiveParameters parametersOf(const SweepPoint& point) {
   rt::LiveParameters parameters;
   parameters.law = point.law;
   parameters.springs = point.springs;
   return parameters;
-}
-
-rt::FilterParameters sweepFilter() {
-  return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
 }
 
 BenchSequence syntheticSequence(std::size_t frames) {
@@ -59,9 +40,9 @@ std::vector<SweepResult> runSweep(const SweepSettings& settings, const Shard& sh
   std::vector<SweepResult> results;
   for (const SweepPoint& point : points) {
     SweepResult result{point, feel.measure(parametersOf(point)), {}, std::numeric_limits<double>::infinity()};
-    rt::LiveParameters felt = parametersOf(point);
-    if (settings.filter) felt.filter = sweepFilter();
-    result.noise = noise.measure(felt, result.feel.stroke_h_m);
+    rt::LiveParameters filtered = parametersOf(point);
+    if (settings.filter) filtered.filter = config::filterOfChoice();
+    result.noise = noise.measure(filtered, result.feel.stroke_h_m);
     const double steepest = result.feel.steepest_stiffness_n_per_m;
     if (steepest > 0) result.stability_margin = limit_n_per_m / steepest;
     results.push_back(result);

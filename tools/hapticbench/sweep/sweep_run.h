@@ -14,10 +14,10 @@ namespace hapticd::tools {
 /// All that a sweep's results depend on, besides the program and the recordings' content.
 struct SweepSettings {
   bool quick = false;
-  bool filter = false;       ///< depth passes the filter before it is felt, where noise is measured
-  int delay_ticks = 2;       ///< of the loop whose margin is told
-  std::string noise_source;  ///< the recordings' names, or "synthetic"
-  std::string noise_digest;  ///< of their frames
+  bool filter = false;         ///< depth passes the filter before the law, where noise is measured
+  int delay_ticks = 2;         ///< of the loop whose margin is computed
+  std::string noise_source{};  ///< the recordings' names, or "synthetic"
+  std::string noise_digest{};  ///< of their frames
   friend bool operator==(const SweepSettings&, const SweepSettings&) = default;
 };
 
@@ -32,15 +32,8 @@ struct SweepResult {
   double stability_margin = 0;
 };
 
-/// Whether the results are the same in all but the times.
-bool sameButTime(const SweepResult& a, const SweepResult& b);
-
 /// What the law is given at a point: the shipped settings but for the law and the springs.
 rt::LiveParameters parametersOf(const SweepPoint& point);
-
-/// The filter of `SweepSettings::filter`: a mean of 8 frames and of 2 pixels to each side, holes held for 3
-/// frames.
-rt::FilterParameters sweepFilter();
 
 /// A plane at 1.2 m with simulated sensor noise, for where there are no recordings.
 BenchSequence syntheticSequence(std::size_t frames);

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/law_choice.h"
+#include "rt/law_table.h"
+#include "rt/parameters.h"
+#include "rt/words.h"
+#include "tools/offline/offline_box.h"
+
+/// The laws as the studies run them: bare, with a setting, or as shipped.
+namespace hapticd::tools {
+
+using config::nameOf;
+
+inline constexpr auto kAllLaws = [] {
+  std::array<rt::ForceLaw, rt::kForceLaws.size()> laws{};
+  std::ranges::transform(rt::kForceLaws, laws.begin(), &rt::ForceLawRow::law);
+  return laws;
+}();
+
+/// A force law and what of its settings changes its cost or its error. Ordered by its members in turn.
+struct LawSetting {
+  rt::ForceLaw law = rt::ForceLaw::nearest_springs;
+  bool filtered = false;  ///< by config::filterOfChoice(); only the laws on points
+  int fusion_frames = rt::SurfaceParameters{}.fusion_frames;  ///< of the law `surface`
+
+  /// Its force depends on frames before the newest one.
+  bool usesEarlierFrames() const { return filtered || (law == rt::ForceLaw::surface && fusion_frames > 1); }
+  friend auto operator<=>(const LawSetting&, const LawSetting&) = default;
+};
+
+/// The law, and what is not as shipped.
+std::string nameOf(const LawSetting& setting);
+
+/// The laws on points, filtered or not, and `surface` as shipped.
+std::vector<LawSetting> shippedSettings();
+
+/// A box that computes with that setting and whose safety chain limits nothing.
+std::unique_ptr<OfflineBox> boxFor(const LawSetting& setting, const rt::DepthModelParameters& camera);
+
+/// The words of the laws that are `included`, and of the choice among them.
+template <typename Included>
+std::vector<std::string> lawChoices(Included included) {
+  std::vector<std::string> words;
+  for (const rt::ForceLawRow& law : rt::kForceLaws) {
+    if (included(law)) words.emplace_back(rt::wordOf(law.law));
+  }
+  words.emplace_back(config::kAutomaticLaw);
+  return words;
+}
+
+/// The words of force.law: all, and those whose force is a spring to a proxy.
+inline const std::vector<std::string> kLawChoices = lawChoices([](const rt::ForceLawRow&) { return true; });
+inline const std::vector<std::string> kProxyLawChoices =
+    lawChoices([](const rt::ForceLawRow& law) { return law.has_proxy; });
+
+/// What acts under `force.law: choice` of the shipped configuration when the surface is `distance_m` from the
+/// camera.
+rt::LiveParameters shippedParameters(const std::string& choice, double distance_m);
+
+/// A box with these parameters and a camera at the world's origin that looks along -z.
+std::unique_ptr<OfflineBox> shippedBox(const std::string& choice, double distance_m,
+                                       const rt::DepthModelParameters& camera);
+
+}  // namespace hapticd::tools

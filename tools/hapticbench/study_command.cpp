@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticbench/study_command.h"
+
+#include <fmt/format.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+
+#include "tools/options/output_file.h"
+#include "tools/whole_file/whole_file.h"
+
+namespace hapticd::tools {
+
+int fail(const config::Error& error, int status) {
+  fmt::print(stderr, "hapticbench: {}\n", error.text());
+  return status;
+}
+
+int writeReport(const std::string& file, const std::string& text) {
+  if (file.empty()) return EX_OK;
+  const auto written = writeWholeFile(file, text, IfExists::replace);
+  return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
+}
+
+void showProgress(const std::string& what) {
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:<70}\r", what);
+}
+
+StudyCommand::StudyCommand(CLI::App& app, const std::string& name, const std::string& description)
+    : command_(app.add_subcommand(name, description)) {}
+
+void StudyCommand::quick(const std::string& help, const std::function<void()>& change) {
+  command_->add_flag_callback("--quick", change, help);
+}
+
+void StudyCommand::millimetres(const std::string& option, double lowest_mm, double highest_mm,
+                               const std::string& help,
+                               const std::function<void(const std::vector<double>& values_m)>& set) {
+  const auto convert = [set](std::vector<double> values) {
+    for (double& value : values) value /= 1000;
+    set(values);
+  };
+  command_->add_option_function<std::vector<double>>(option, convert, help)
+      ->delimiter(',')
+      ->check(within(lowest_mm, highest_mm));
+}
+
+void StudyCommand::names(const std::string& option, std::vector<std::string>& chosen,
+                         const std::vector<std::string>& all, const std::string& usual) {
+  pick(option, all, usual, [&chosen](const std::vector<std::string>& picked) { chosen = picked; });
+}
+
+void StudyCommand::pick(const std::string& option, const std::vector<std::string>& all,
+                        const std::string& usual,
+                        const std::function<void(const std::vector<std::string>&)>& set) {
+  const std::string help = fmt::format("of {} ({})", fmt::join(all, ", "), usual);
+  command_->add_option_function<std::vector<std::string>>(option, set, help)
+      ->delimiter(',')
+      ->check(CLI::IsMember(all).description(""));  // the help names them already
+}
+
+void StudyCommand::seed(std::uint32_t& seed, const std::string& help) {
+  command_->add_option("--seed", seed, help)
+      ->check(within(std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max()));
+}
+
+void StudyCommand::recordings(std::string& folder) {
+  const char* usual = std::getenv("HAPTICD_RECORDINGS");
+  folder = usual != nullptr ? usual : "../shared/recordings";
+  command_
+      ->add_option("--recordings", folder,
+                   "folder of recordings ($HAPTICD_RECORDINGS, or ../shared/recordings)")
+      ->type_name("FOLDER");
+}
+
+void StudyCommand::json() {
+  command_->add_option("--json", *json_file_, "also write the result there, for programs")
+      ->type_name("FILE")
+      ->check(endsIn(".json"));
+}
+
+int StudyCommand::report(const std::string& text, const std::string& json) const {
+  showProgress("");
+  fmt::print("{}", text);
+  return writeReport(*json_file_, json);
+}
+
+}  // namespace hapticd::tools
