@@ -13,6 +13,7 @@
 #include "config/parameter_table.h"
 #include "config/value_text.h"
 #include "rt/depth_model.h"
+#include "rt/law_table.h"
 #include "rt/scene.h"
 #include "rt/scene_builder.h"
 

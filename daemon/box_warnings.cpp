@@ -65,12 +65,12 @@ void addPrivileges(const drivers::HandleScheduling& handle, const WarningSources
         "force thread without real-time scheduling: wake-ups may be late "
         "(LimitRTPRIO= in the unit, or an rtprio line in limits.conf)");
   }
-  if (handle.wanted_priority > 0 && handle.priority == 0) {
+  if (handle.requested_priority > 0 && handle.priority == 0) {
     list.push_back(
         fmt::format("handle thread without real-time scheduling: forces may reach the handle late "
                     "(LimitRTPRIO={} or more in "
                     "the unit, or an rtprio line in limits.conf)",
-                    handle.wanted_priority));
+                    handle.requested_priority));
   }
   if (sources.settings.loop.lock_memory && !privileges.memory_locked) {
     list.push_back(

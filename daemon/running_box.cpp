@@ -24,6 +24,7 @@
 #include "drivers/make_led_panel.h"
 #include "drivers/trace/trace_format.h"
 #include "rt/haptic_core.h"
+#include "rt/law_table.h"
 #include "rt/periodic_clock.h"
 #include "rt/realtime_thread.h"
 

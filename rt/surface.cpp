@@ -317,7 +317,7 @@ class SurfaceTick {
 
   /// Where a step along one face met another face, slides along their crease.
   bool slideAlongCrease(const Vec3& left) noexcept {
-    constexpr double kLeastTurn = 0.1;
+    constexpr double kMinTurn = 0.1;
     const Vec3 crease = cross(normal_, met_normal_);
     const double turn_squared = dot(crease, crease);
     if (turn_squared < kMinTurn * kMinTurn || !mayLook()) return false;

@@ -23,7 +23,7 @@ constexpr const char* kOtherReaders =
     "use hapticctl of that version, or Foxglove, Lichtblick or PlotJuggler, which read every version";
 
 /// Parts of one run follow each other; meanwhile the wall clock may be set.
-constexpr std::int64_t kMostClockStep_ns = 3600 * rt::kNsPerSecond;
+constexpr std::int64_t kMaxClockStep_ns = 3600 * rt::kNsPerSecond;
 
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);

@@ -34,7 +34,7 @@ config::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
     return refused(path, "others may read or write it",
                    "run chmod o= on it, and make a new key if others had access");
   }
-  key.resize(kMostKeyBytes + 1);
+  key.resize(kMaxKeyBytes + 1);
   const ssize_t size = ::read(file.get(), key.data(), key.size());
   if (size < 0) return refused(path, std::strerror(errno), "");
   key.resize(static_cast<std::size_t>(size));
