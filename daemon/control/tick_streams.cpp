@@ -7,6 +7,7 @@
 #include <concepts>
 #include <expected>
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -64,28 +65,26 @@ Reply unknownField(const std::string& name) {
 std::expected<std::chrono::milliseconds, Reply> intervalOf(const Call& call) {
   const Json* const interval = field(call, "intervalMs");
   if (!interval) return std::chrono::milliseconds(kDefaultIntervalMs);
-  if (interval->is_number_integer()) {
-    const auto milliseconds = interval->get<std::int64_t>();
-    if (milliseconds >= kShortestIntervalMs && milliseconds <= kLongestIntervalMs)
-      return std::chrono::milliseconds(milliseconds);
+  if (!interval->is_number_integer()) return std::unexpected(invalidParameter("intervalMs"));
+  const auto milliseconds = interval->get<std::int64_t>();
+  if (milliseconds < kShortestIntervalMs || milliseconds > kLongestIntervalMs) {
+    return std::unexpected(
+        outOfRange("intervalMs", fmt::format("{}..{} ms", kShortestIntervalMs, kLongestIntervalMs)));
   }
-  return std::unexpected(outOfRange("intervalMs", std::to_string(kShortestIntervalMs) + ".." +
-                                                      std::to_string(kLongestIntervalMs) +
-                                                      ", a whole number of milliseconds"));
+  return std::chrono::milliseconds(milliseconds);
 }
 
 /// Places in tickFields().
 std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
-  const std::string allowed = "1.." + std::to_string(TickStreams::kMostFields) + " names of fields";
-  const Json* const names = field(call, "fields");
-  if (!names || !names->is_array() || names->empty() || names->size() > TickStreams::kMostFields)
-    return std::unexpected(outOfRange("fields", allowed));
+  const auto names = textsField(call, "fields", std::numeric_limits<std::size_t>::max());
+  if (!names) return std::unexpected(names.error());
+  if (!*names) return std::unexpected(invalidParameter("fields"));
+  if ((*names)->empty() || (*names)->size() > TickStreams::kMostFields)
+    return std::unexpected(outOfRange("fields", fmt::format("1..{} names", TickStreams::kMostFields)));
   std::vector<std::size_t> places;
-  for (const Json& name : *names) {
-    if (!name.is_string()) return std::unexpected(outOfRange("fields", allowed));
-    const auto& text = name.get_ref<const std::string&>();
-    const auto known = std::ranges::find(tickFields(), text);
-    if (known == tickFields().end()) return std::unexpected(unknownField(text));
+  for (const std::string& name : **names) {
+    const auto known = std::ranges::find(tickFields(), name);
+    if (known == tickFields().end()) return std::unexpected(unknownField(name));
     const auto place = static_cast<std::size_t>(known - tickFields().begin());
     if (std::ranges::find(places, place) == places.end()) places.push_back(place);
   }

@@ -144,7 +144,7 @@ TEST_F(FakenectDaemon, AParameterThatNeedsARestartIsRefusedAsSuch) {
   ASSERT_TRUE(start());
   const Finished finished = control({"set", "camera.near_m=0.5"});
   EXPECT_EQ(finished.ending, exitedWith(1));
-  EXPECT_TRUE(contains(finished.errors, "at the next start only"));
+  EXPECT_TRUE(contains(finished.errors, "only at the next start"));
   EXPECT_TRUE(contains(finished.errors, "camera.near_m"));
   EXPECT_EQ(value("camera.near_m"), 0.4);
 }

@@ -48,7 +48,7 @@ CameraStatus FreenectWorker::status() const {
   CameraStatus status = board_.snapshot();
   const std::int64_t since_ns = in_libfreenect_since_ns_;
   if (since_ns != 0 && rt::monotonicNow_ns() - since_ns > kHangsAfterNs) {
-    status.detail = "libfreenect: the camera does not answer (unplug its USB cable and its power supply)";
+    status.detail = "libfreenect: the camera does not respond (unplug its USB cable and its power supply)";
   }
   return status;
 }

@@ -46,7 +46,7 @@ class ConformanceTest : public ControlFixture {
 
 bool isStream(const std::string& method) {
   static const std::set<std::string> streams{"io.hapticd.Status.Monitor", "io.hapticd.Status.Events",
-                                             "io.hapticd.Status.GetSnapshot"};
+                                             "io.hapticd.Status.GetSnapshot", "io.hapticd.Status.Ticks"};
   return streams.contains(method);
 }
 
@@ -103,9 +103,10 @@ TEST_F(ConformanceTest, NamesAParameterThatIsMissingOrNullInEveryMethodThatNeeds
   for (const auto& [method, input] : methodsOfTexts()) {
     for (const auto& [name, type] : input.fields) {
       if (type.kind == IdlType::Kind::nullable) continue;
-      EXPECT_EQ(invalidParameter(name), ask(controlClient(), {{"method", method}})) << method;
+      const bool more = isStream(method);
+      EXPECT_EQ(invalidParameter(name), ask(controlClient(), {{"method", method}, {"more", more}})) << method;
       EXPECT_EQ(invalidParameter(name),
-                ask(controlClient(), {{"method", method}, {"parameters", {{name, nullptr}}}}))
+                ask(controlClient(), {{"method", method}, {"parameters", {{name, nullptr}}}, {"more", more}}))
           << method;
       ++checked;
     }

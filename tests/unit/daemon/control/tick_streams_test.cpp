@@ -122,13 +122,15 @@ TEST_F(TickStreamsTest, RefuseWhatTheyDoNotTakeAndNameWhatTheyDo) {
   const auto outOfRange = [](const char* parameter, const char* allowed) {
     return errorReply("io.hapticd.Status.OutOfRange", {{"parameter", parameter}, {"allowed", allowed}});
   };
-  const char* const interval = "5..1000, a whole number of milliseconds";
-  for (const json& value : {json(4), json(1001), json(-5), json(20.5), json("50")})
-    EXPECT_EQ(outOfRange("intervalMs", interval), refusal({{"fields", {"number"}}, {"intervalMs", value}}));
-  const char* const fields = "1..24 names of fields";
-  for (const json& value : {json(nullptr), json::array(), json("number"), json({1}),
-                            json(std::vector<std::string>(25, "number"))})
-    EXPECT_EQ(outOfRange("fields", fields), refusal({{"fields", value}}));
+  for (const json& value : {json(4), json(1001), json(-5)})
+    EXPECT_EQ(outOfRange("intervalMs", "5..1000 ms"),
+              refusal({{"fields", {"number"}}, {"intervalMs", value}}));
+  for (const json& value : {json(20.5), json("50"), json(true)})
+    EXPECT_EQ(invalidParameter("intervalMs"), refusal({{"fields", {"number"}}, {"intervalMs", value}}));
+  for (const json& value : {json::array(), json(std::vector<std::string>(25, "number"))})
+    EXPECT_EQ(outOfRange("fields", "1..24 names"), refusal({{"fields", value}}));
+  for (const json& value : {json(nullptr), json("number"), json({1})})
+    EXPECT_EQ(invalidParameter("fields"), refusal({{"fields", value}}));
   const json unknown = refusal({{"fields", {"number", "comand_force_n_in_world"}}});
   EXPECT_EQ("io.hapticd.Status.UnknownField", unknown["error"]);
   EXPECT_NE(std::string::npos,
