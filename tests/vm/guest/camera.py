@@ -202,7 +202,8 @@ def garbage():
 def stalled():
     kinect.tell("stall")
     now = reaches("the camera is lost", lambda now: now["camera"]["state"] == "lost", 20)
-    expect("no frames" in now["camera"]["detail"] or "answer" in now["camera"]["detail"], now["camera"]["detail"])
+    detail = now["camera"]["detail"]
+    expect("stopped sending frames" in detail or "does not respond" in detail, detail)
     kinect.tell("resume")
     reaches("frames again", streaming, 30)
     return now["camera"]["detail"]
