@@ -95,8 +95,9 @@ std::vector<Requirement> requirementsOf(const ParetoResult& result) {
   double worst_us = 0;
   for (const HardFrameRow& row : result.hard_frames) worst_us = std::max(worst_us, row.force_max_us);
   if (!result.hard_frames.empty()) {
-    list.push_back(Requirement::atMost("", "dearest force on any hard frame, share of the tick in %", 20,
-                                       100 * worst_us / kTick_us));
+    list.push_back(Requirement::atMost("",
+                                       "largest cost of one force on any hard frame, share of the tick in %",
+                                       20, 100 * worst_us / kTick_us));
   }
   return list;
 }
