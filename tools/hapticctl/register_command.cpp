@@ -125,7 +125,7 @@ std::expected<void, int> touchAll(const CommandOptions& options, std::vector<Poi
           stderr,
           "the handle moved by {:.1f} mm within a second, at most {:.0f} mm are allowed: touch it again "
           "and hold still\n",
-          1000 * touch->unrest_m(), 1000 * Touch::kSteady_m);
+          1000 * touch->spread_m(), 1000 * Touch::kSteady_m);
       continue;
     }
     pairs[i++].world_m = touch->mean_m_in_world();

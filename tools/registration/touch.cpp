@@ -11,7 +11,7 @@ rt::Vec3 Touch::mean_m_in_world() const {
   return (1.0 / static_cast<double>(readings_m_.size())) * sum;
 }
 
-double Touch::unrest_m() const {
+double Touch::spread_m() const {
   const rt::Vec3 mean = mean_m_in_world();
   double farthest_m = 0;
   for (const rt::Vec3& reading : readings_m_) farthest_m = std::max(farthest_m, rt::norm(reading - mean));

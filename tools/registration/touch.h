@@ -26,8 +26,8 @@ class Touch {
   /// Of all readings; there is at least one.
   rt::Vec3 mean_m_in_world() const;
   /// Distance of the farthest reading from the mean.
-  double unrest_m() const;
-  bool isSteady() const { return unrest_m() <= kSteady_m; }
+  double spread_m() const;
+  bool isSteady() const { return spread_m() <= kSteady_m; }
 
  private:
   std::vector<rt::Vec3> readings_m_;

@@ -34,20 +34,20 @@ TEST(Touch, OfARestingHandIsTheMeanOfAllReadings) {
     sum += position;
     return position;
   });
-  EXPECT_TRUE(touch.isSteady()) << touch.unrest_m();
+  EXPECT_TRUE(touch.isSteady()) << touch.spread_m();
   EXPECT_LT(norm(touch.mean_m_in_world() - (1.0 / Touch::kReadings) * sum), 1e-12);
 }
 
 TEST(Touch, OfAMovingHandIsNotSteady) {
   // 5 mm/s: within the few milliseconds that twenty answers take it would be 0.1 mm
   const Touch gliding = touchOf([](double t_s) { return kPlace + Vec3{0.005 * t_s, 0, 0}; });
-  EXPECT_NEAR(gliding.unrest_m(), 0.005 * 0.95 / 2, 1e-9);
+  EXPECT_NEAR(gliding.spread_m(), 0.005 * 0.95 / 2, 1e-9);
   EXPECT_FALSE(gliding.isSteady());
   // one reading alone, 4 mm away: the mean moves by a twentieth of it
   const Touch leaping = touchOf([](double t_s) {
     return kPlace + Vec3{0, t_s > 0.49 && t_s < 0.51 ? 0.004 : 0, 0};
   });
-  EXPECT_NEAR(leaping.unrest_m(), 0.004 * 19 / 20, 1e-9);
+  EXPECT_NEAR(leaping.spread_m(), 0.004 * 19 / 20, 1e-9);
   EXPECT_FALSE(leaping.isSteady());
 }
 

@@ -64,8 +64,8 @@ std::optional<Bytes> Controller::tick(std::int64_t now_ns) {
 
 /// By implicit Euler, which is stable whatever is exerted.
 void Controller::moveHand() {
-  const Vec3 way_m = target_m_ - aim_m_;
-  aim_m_ += std::min(1.0, kTickS * kHandSpeedMPerS / std::max(norm(way_m), 1e-9)) * way_m;
+  const Vec3 displacement_m = target_m_ - aim_m_;
+  aim_m_ += std::min(1.0, kTickS * kHandSpeedMPerS / std::max(norm(displacement_m), 1e-9)) * displacement_m;
   const Vec3 pull_n = kHandStiffnessNPerM * (aim_m_ - input_.position_m) + exerted_n_;
   const double inertia = kMassKg + kTickS * kHandDampingNSPerM + kTickS * kTickS * kHandStiffnessNPerM;
   velocity_m_per_s_ = (1 / inertia) * (kMassKg * velocity_m_per_s_ + kTickS * pull_n);
