@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "config/law_choice.h"
-#include "tools/truth/fine_depth_model.h"
+#include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::test {
 

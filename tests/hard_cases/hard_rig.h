@@ -12,8 +12,8 @@
 #include "rt/haptic_core.h"
 #include "rt/law_table.h"
 #include "rt/parameters.h"
-#include "tools/offline/offline_box.h"
-#include "tools/truth/true_scene.h"
+#include "tools/lib/offline/offline_box.h"
+#include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::test {
 

@@ -136,7 +136,7 @@ std::vector<std::string> wrongIncludes(const fs::path& root) {
 const std::vector<GuardedLibrary>& guardedLibraries() {
   static const std::vector<GuardedLibrary> all{
       {"gpiod", {"drivers/led/gpiod"}},
-      {"hdf5", {"tools/trace"}},
+      {"hdf5", {"tools/lib/trace"}},
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
       {"libusb", {"drivers"}},

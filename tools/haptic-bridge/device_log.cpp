@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 

@@ -13,12 +13,12 @@
 #include "config/program.h"
 #include "config/value_text.h"
 #include "drivers/handle/udp/key_file.h"
-#include "tools/child/interrupt.h"
 #include "tools/haptic-bridge/bridge.h"
 #include "tools/haptic-bridge/bridge_report.h"
 #include "tools/haptic-bridge/simulated_device.h"
-#include "tools/options/output_file.h"
-#include "tools/options/within.h"
+#include "tools/lib/child/interrupt.h"
+#include "tools/lib/options/output_file.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::tools {
 namespace {

@@ -17,9 +17,9 @@
 #include "config/yaml_loader.h"
 #include "tools/haptic-replay/replay.h"
 #include "tools/haptic-replay/trace_replay.h"
-#include "tools/options/output_file.h"
-#include "tools/options/within.h"
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/options/output_file.h"
+#include "tools/lib/options/within.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {

@@ -10,7 +10,7 @@
 #include "rt/loop_state.h"
 #include "tools/haptic-replay/depth_source.h"
 #include "tools/haptic-replay/hip_csv.h"
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
 

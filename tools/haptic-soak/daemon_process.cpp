@@ -12,7 +12,7 @@
 #include <iterator>
 #include <thread>
 
-#include "tools/client/varlink_client.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 namespace {

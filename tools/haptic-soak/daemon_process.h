@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/error.h"
-#include "tools/child/child_process.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <thread>
 
-#include "tools/client/reply_reader.h"
 #include "tools/haptic-soak/flood.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

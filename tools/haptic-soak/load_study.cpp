@@ -10,7 +10,7 @@
 #include <memory>
 #include <thread>
 
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

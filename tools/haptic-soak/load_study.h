@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "config/error.h"
-#include "tools/child/interrupt.h"
 #include "tools/haptic-soak/soak_run.h"
+#include "tools/lib/child/interrupt.h"
 
 namespace hapticd::tools {
 

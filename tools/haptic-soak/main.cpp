@@ -16,9 +16,9 @@
 #include "tools/haptic-soak/flood_study.h"
 #include "tools/haptic-soak/load_study.h"
 #include "tools/haptic-soak/soak_report.h"
-#include "tools/options/output_file.h"
-#include "tools/options/within.h"
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/options/output_file.h"
+#include "tools/lib/options/within.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {

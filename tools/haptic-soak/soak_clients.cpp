@@ -13,10 +13,10 @@
 #include <random>
 #include <stop_token>
 
-#include "tools/child/child_process.h"
-#include "tools/client/reply_reader.h"
-#include "tools/client/varlink_client.h"
 #include "tools/haptic-soak/random_changes.h"
+#include "tools/lib/child/child_process.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 namespace {

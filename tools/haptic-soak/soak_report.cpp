@@ -7,8 +7,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "tools/client/reply_reader.h"
 #include "tools/haptic-soak/memory_trend.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "config/error.h"
-#include "tools/child/interrupt.h"
-#include "tools/client/varlink_client.h"
 #include "tools/haptic-soak/daemon_process.h"
 #include "tools/haptic-soak/process_sample.h"
 #include "tools/haptic-soak/soak_clients.h"
+#include "tools/lib/child/interrupt.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 

@@ -6,7 +6,7 @@
 #include "rt/depth_frame.h"
 #include "rt/loop_state.h"
 #include "rt/vec3.h"
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
 

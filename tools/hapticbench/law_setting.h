@@ -11,7 +11,7 @@
 #include "rt/law_table.h"
 #include "rt/parameters.h"
 #include "rt/words.h"
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 /// The laws as the studies run them: bare, with a setting, or as shipped.
 namespace hapticd::tools {

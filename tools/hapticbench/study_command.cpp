@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "tools/options/output_file.h"
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/options/output_file.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 

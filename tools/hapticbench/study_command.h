@@ -11,7 +11,7 @@
 
 #include "config/error.h"
 #include "config/law_choice.h"
-#include "tools/options/within.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::tools {
 

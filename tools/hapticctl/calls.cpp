@@ -9,8 +9,8 @@
 #include <cstdlib>
 
 #include "config/settings.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "config/error.h"
-#include "tools/client/varlink_client.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 

@@ -9,8 +9,8 @@
 
 #include "config/nearest_names.h"
 #include "config/program.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

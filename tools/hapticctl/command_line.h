@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tools/hapticctl/calls.h"
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 

@@ -11,11 +11,11 @@
 #include "config/parameter_table.h"
 #include "config/program.h"
 #include "config/value_text.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/parameter_text.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/terminal_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/status_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "config/error.h"
-#include "tools/client/varlink_client.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 

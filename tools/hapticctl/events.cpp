@@ -11,12 +11,12 @@
 #include <optional>
 
 #include "config/program.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/reconnection.h"
 #include "tools/hapticctl/signals.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/hapticctl/time_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/terminal_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

@@ -10,10 +10,10 @@
 #include <cerrno>
 #include <chrono>
 
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/http_reply.h"
 #include "tools/hapticctl/open_metrics.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

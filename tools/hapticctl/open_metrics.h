@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

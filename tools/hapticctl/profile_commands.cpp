@@ -3,12 +3,12 @@
 
 #include <memory>
 
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/table.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/hapticctl/time_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "tools/client/varlink_client.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 

@@ -9,15 +9,15 @@
 #include <thread>
 
 #include "config/program.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fetch_snapshot.h"
-#include "tools/options/within.h"
-#include "tools/registration/landmark_depth.h"
-#include "tools/registration/point_files.h"
-#include "tools/registration/rigid_fit.h"
-#include "tools/registration/touch.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/within.h"
+#include "tools/lib/registration/landmark_depth.h"
+#include "tools/lib/registration/point_files.h"
+#include "tools/lib/registration/rigid_fit.h"
+#include "tools/lib/registration/touch.h"
 
 namespace hapticd::tools {
 namespace {

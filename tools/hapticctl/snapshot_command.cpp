@@ -6,14 +6,14 @@
 #include <memory>
 
 #include "rt/parameters.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fetch_snapshot.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
-#include "tools/options/output_file.h"
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/output_file.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {

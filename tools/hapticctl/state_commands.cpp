@@ -11,7 +11,7 @@
 #include "tools/hapticctl/metrics_command.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/watch.h"
-#include "tools/options/within.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::tools {
 namespace {

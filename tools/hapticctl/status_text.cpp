@@ -13,7 +13,7 @@
 #include "drivers/led/led_panel.h"
 #include "rt/loop_state.h"
 #include "rt/words.h"
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

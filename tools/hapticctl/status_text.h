@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/client/varlink_client.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
 

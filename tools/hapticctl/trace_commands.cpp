@@ -6,12 +6,12 @@
 
 #include "config/settings.h"
 #include "drivers/trace/trace_file.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/trace_file_commands.h"
 #include "tools/hapticctl/trace_folder_commands.h"
-#include "tools/options/within.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::tools {
 namespace {

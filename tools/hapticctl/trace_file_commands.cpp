@@ -11,17 +11,17 @@
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/progress.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/hapticctl/time_text.h"
-#include "tools/trace/csv_export.h"
-#include "tools/trace/hdf5_program.h"
-#include "tools/trace/recording_export.h"
-#include "tools/trace/trace_plot.h"
-#include "tools/trace/trace_summary.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/trace/csv_export.h"
+#include "tools/lib/trace/hdf5_program.h"
+#include "tools/lib/trace/recording_export.h"
+#include "tools/lib/trace/trace_plot.h"
+#include "tools/lib/trace/trace_summary.h"
 
 namespace hapticd::tools {
 namespace {

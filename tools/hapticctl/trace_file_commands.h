@@ -5,8 +5,8 @@
 #include <string>
 
 #include "tools/hapticctl/calls.h"
-#include "tools/trace/trace_selection.h"
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/trace/trace_selection.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "config/program.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/hapticctl/time_text.h"
 #include "tools/hapticctl/trace_list.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

@@ -12,7 +12,6 @@
 #include <string>
 
 #include "config/program.h"
-#include "tools/client/reply_reader.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/force_history.h"
 #include "tools/hapticctl/glance_text.h"
@@ -21,6 +20,7 @@
 #include "tools/hapticctl/signals.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/hapticctl/watch_summary.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {

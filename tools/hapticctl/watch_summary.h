@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

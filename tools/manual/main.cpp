@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "config/program.h"
+#include "tools/lib/whole_file/whole_file.h"
 #include "tools/manual/page.h"
-#include "tools/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {

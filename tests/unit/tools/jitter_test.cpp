@@ -12,10 +12,10 @@
 #include <random>
 
 #include "tests/support/program.h"
-#include "tools/child/child_process.h"
 #include "tools/hapticbench/jitter/cpus.h"
 #include "tools/hapticbench/jitter/cyclictest.h"
 #include "tools/hapticbench/jitter/jitter_study.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 namespace {

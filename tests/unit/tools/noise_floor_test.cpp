@@ -2,7 +2,7 @@
 // The floor against the fact sheet's table (truth.md, section 2) and against a dense solution of the same
 // problem.
 
-#include "tools/truth/noise_floor.h"
+#include "tools/lib/truth/noise_floor.h"
 
 #include <gtest/gtest.h>
 

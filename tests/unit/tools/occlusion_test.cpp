@@ -11,7 +11,7 @@
 #include "tools/hapticbench/occlusion/near_limit.h"
 #include "tools/hapticbench/occlusion/passage.h"
 #include "tools/hapticbench/occlusion/side_entry.h"
-#include "tools/truth/occluded_scene.h"
+#include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
 namespace {

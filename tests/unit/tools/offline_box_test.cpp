@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The age of a frame as the ticks of an OfflineBox know it.
 
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/registration/point_files.h"
+#include "tools/lib/registration/point_files.h"
 
 #include <gtest/gtest.h>
 
 #include "rt/depth_frame.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/registration/landmark_depth.h"
+#include "tools/lib/registration/landmark_depth.h"
 
 namespace hapticd::tools {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/trace/recording_export.h"
+#include "tools/lib/trace/recording_export.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "rt/pose.h"
-#include "tools/registration/rigid_fit.h"
+#include "tools/lib/registration/rigid_fit.h"
 
 namespace hapticd::tools {
 namespace {

@@ -10,10 +10,10 @@
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/tools/exported_trace.h"
-#include "tools/trace/csv_export.h"
-#include "tools/trace/hdf5_export.h"
-#include "tools/trace/trace_plot.h"
-#include "tools/trace/trace_summary.h"
+#include "tools/lib/trace/csv_export.h"
+#include "tools/lib/trace/hdf5_export.h"
+#include "tools/lib/trace/trace_plot.h"
+#include "tools/lib/trace/trace_summary.h"
 
 namespace hapticd::tools {
 namespace {

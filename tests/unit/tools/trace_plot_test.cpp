@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/trace/trace_plot.h"
+#include "tools/lib/trace/trace_plot.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/trace/plot_script.h"
+#include "tools/lib/trace/plot_script.h"
 
 namespace hapticd::tools {
 namespace {

@@ -2,7 +2,7 @@
 // The exact bodies against what does not share their closed forms: alternating projections, sphere tracing
 // and dense sampling of the surface.
 
-#include "tools/truth/true_body.h"
+#include "tools/lib/truth/true_body.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/truth/body_scene.h"
-#include "tools/truth/rigid_frame.h"
+#include "tools/lib/truth/body_scene.h"
+#include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
 namespace {

@@ -2,7 +2,7 @@
 // The analytic scenes against what does not share their closed forms: rays against distances, closest points
 // against a dense sampling of what the camera sees, normals against finite differences.
 
-#include "tools/truth/true_scene.h"
+#include "tools/lib/truth/true_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/truth/fine_depth_model.h"
+#include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
 namespace {

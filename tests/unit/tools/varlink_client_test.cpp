@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client against a service that does not let it finish.
 
-#include "tools/client/varlink_client.h"
+#include "tools/lib/client/varlink_client.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/whole_file/whole_file.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

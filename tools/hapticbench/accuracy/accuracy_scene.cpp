@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "tools/truth/fine_depth_model.h"
+#include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
 namespace {

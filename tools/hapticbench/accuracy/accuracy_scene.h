@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "rt/depth_frame.h"
-#include "tools/truth/true_scene.h"
+#include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 

@@ -10,7 +10,7 @@
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
 #include "tools/hapticbench/accuracy/course.h"
 #include "tools/hapticbench/accuracy/pop_through.h"
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
-#include "tools/truth/rigid_frame.h"
+#include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
 namespace {

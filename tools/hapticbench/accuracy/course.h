@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "rt/vec3.h"
-#include "tools/truth/true_scene.h"
+#include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 

@@ -14,9 +14,9 @@
 #include <optional>
 
 #include "config/value_text.h"
-#include "tools/child/child_process.h"
 #include "tools/hapticbench/jitter/cpus.h"
 #include "tools/hapticbench/temporary_folder.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 namespace {

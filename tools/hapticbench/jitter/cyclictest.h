@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "config/error.h"
-#include "tools/child/interrupt.h"
 #include "tools/hapticbench/jitter/wakeup_counts.h"
+#include "tools/lib/child/interrupt.h"
 
 namespace hapticd::tools {
 

@@ -11,8 +11,8 @@
 
 #include "drivers/base/idle_latency.h"
 #include "rt/realtime_thread.h"
-#include "tools/child/child_process.h"
 #include "tools/hapticbench/jitter/cpus.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdint>
 
 #include "config/error.h"
-#include "tools/child/interrupt.h"
 #include "tools/hapticbench/jitter/cyclictest.h"
 #include "tools/hapticbench/jitter/wakeup_counts.h"
+#include "tools/lib/child/interrupt.h"
 
 namespace hapticd::tools {
 

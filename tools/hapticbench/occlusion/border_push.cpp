@@ -10,8 +10,8 @@
 #include "tools/hapticbench/accuracy/pop_through.h"
 #include "tools/hapticbench/frame_player.h"
 #include "tools/hapticbench/law_setting.h"
-#include "tools/truth/fine_depth_model.h"
-#include "tools/truth/occluded_scene.h"
+#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
 namespace {

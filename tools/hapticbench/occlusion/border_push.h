@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "tools/truth/scene_camera.h"
+#include "tools/lib/truth/scene_camera.h"
 
 namespace hapticd::tools {
 

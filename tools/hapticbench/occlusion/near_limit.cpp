@@ -8,7 +8,7 @@
 
 #include "tools/hapticbench/frame_player.h"
 #include "tools/hapticbench/law_setting.h"
-#include "tools/truth/occluded_scene.h"
+#include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "tools/hapticbench/frame_player.h"
 #include "tools/hapticbench/law_setting.h"
-#include "tools/truth/fine_depth_model.h"
+#include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
 namespace {

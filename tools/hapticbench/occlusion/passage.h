@@ -8,7 +8,7 @@
 #include "rt/depth_frame.h"
 #include "rt/vec3.h"
 #include "tools/hapticbench/statistics.h"
-#include "tools/truth/occluded_scene.h"
+#include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
 

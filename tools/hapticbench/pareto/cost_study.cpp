@@ -11,7 +11,7 @@
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/pareto/reference_force.h"
 #include "tools/hapticbench/pareto/touching_path.h"
-#include "tools/truth/true_scene.h"
+#include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "rt/parameters.h"
 #include "tools/hapticbench/strokes/strokes_study.h"
-#include "tools/truth/noise_floor.h"
+#include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include "tools/hapticbench/pareto/laws_table.h"
 #include "tools/hapticbench/pareto/pareto_report.h"
 #include "tools/hapticbench/study_command.h"
-#include "tools/options/output_file.h"
+#include "tools/lib/options/output_file.h"
 
 namespace hapticd::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "tools/gnuplot/gnuplot.h"
+#include "tools/lib/gnuplot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {

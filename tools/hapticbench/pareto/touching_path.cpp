@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/truth/rigid_frame.h"
+#include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
 namespace {

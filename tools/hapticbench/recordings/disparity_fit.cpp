@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tools/truth/rigid_frame.h"
+#include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
 

@@ -6,7 +6,7 @@
 
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
 

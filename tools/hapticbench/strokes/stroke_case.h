@@ -10,9 +10,9 @@
 
 #include "rt/parameters.h"
 #include "rt/vec3.h"
-#include "tools/truth/body_scene.h"
-#include "tools/truth/rigid_frame.h"
-#include "tools/truth/true_body.h"
+#include "tools/lib/truth/body_scene.h"
+#include "tools/lib/truth/rigid_frame.h"
+#include "tools/lib/truth/true_body.h"
 
 namespace hapticd::tools {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
 namespace {

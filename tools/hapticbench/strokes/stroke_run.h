@@ -9,8 +9,8 @@
 #include "rt/force_law.h"
 #include "rt/parameters.h"
 #include "tools/hapticbench/strokes/stroke_case.h"
-#include "tools/truth/body_scene.h"
-#include "tools/truth/true_body.h"
+#include "tools/lib/truth/body_scene.h"
+#include "tools/lib/truth/true_body.h"
 
 namespace hapticd::tools {
 

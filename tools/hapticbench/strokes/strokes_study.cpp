@@ -8,8 +8,8 @@
 #include <iterator>
 #include <random>
 
-#include "tools/truth/fine_depth_model.h"
-#include "tools/truth/noise_floor.h"
+#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include "rt/periodic_clock.h"
 #include "tools/hapticbench/accuracy/force_error.h"
 #include "tools/hapticbench/statistics.h"
-#include "tools/truth/fine_depth_model.h"
+#include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
 namespace {

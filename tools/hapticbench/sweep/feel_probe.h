@@ -7,8 +7,8 @@
 
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
-#include "tools/offline/offline_box.h"
-#include "tools/truth/true_scene.h"
+#include "tools/lib/offline/offline_box.h"
+#include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 

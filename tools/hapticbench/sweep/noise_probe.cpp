@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "rt/depth_model.h"
-#include "tools/offline/offline_box.h"
+#include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

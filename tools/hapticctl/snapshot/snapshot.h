@@ -10,7 +10,7 @@
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "rt/vec3.h"
-#include "tools/client/reply_reader.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 

@@ -14,7 +14,7 @@
 #include "tests/vm/emulators/kinect/kinect_device.h"
 #include "tests/vm/emulators/usbip/emulator.h"
 #include "tests/vm/emulators/usbip/vhci_port.h"
-#include "tools/options/within.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::test {
 namespace {

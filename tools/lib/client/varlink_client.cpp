@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lib/client/varlink_client.h"
+
+#include <fmt/format.h>
+#include <grp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "tools/lib/client/reply_reader.h"
+
+namespace hapticd::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Four times the longest reply of the daemon.
+constexpr std::size_t kMaxReplyBytes = 1024 * 1024;
+
+/// The group of the socket file; haptic if it cannot be read.
+std::string groupOf(const std::string& path) {
+  struct stat file {};
+  if (::stat(path.c_str(), &file) != 0) return "haptic";
+  struct group entry {};
+  struct group* found = nullptr;
+  std::array<char, 4096> names;
+  if (::getgrgid_r(file.st_gid, &entry, names.data(), names.size(), &found) != 0 || !found) return "haptic";
+  return entry.gr_name;
+}
+
+ClientError connectError(const std::string& path, int error) {
+  const std::string running =
+      "is hapticd running? Start it with 'systemctl start hapticd', or name its socket with --socket or "
+      "HAPTICD_SOCKET";
+  ClientError result{ClientError::Kind::no_connection, "", running, {}, error};
+  switch (error) {
+    case ENOENT:
+      result.what = fmt::format("there is no socket {}", path);
+      break;
+    case ECONNREFUSED:
+      result.what = fmt::format("nobody listens on {}", path);
+      break;
+    case EACCES:
+    case EPERM:
+      result.what = fmt::format("no permission to use {}", path);
+      result.remedy = fmt::format(
+          "members of the group {} may: 'sudo usermod -aG {} $USER', then log in again; or use sudo",
+          groupOf(path), groupOf(path));
+      break;
+    default:
+      result.what = fmt::format("cannot connect to {}: {}", path, std::strerror(error));
+  }
+  return result;
+}
+
+ClientError errorReply(const Json& reply) {
+  ClientError error{ClientError::Kind::error_reply, reply["error"].get<std::string>(), "", Json::object(), 0};
+  if (reply.contains("parameters") && reply["parameters"].is_object()) error.parameters = reply["parameters"];
+  return error;
+}
+
+}  // namespace
+
+ClientResult<VarlinkClient> VarlinkClient::connect(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path) {
+    return std::unexpected(connectError(path, path.empty() ? ENOENT : ENAMETOOLONG));
+  }
+  path.copy(address.sun_path, path.size());
+
+  VarlinkClient client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0), path);
+  if (client.socket_ < 0) return std::unexpected(connectError(path, errno));
+  // Also limits how long connect() waits for a place in the queue.
+  const timeval limit{kTimeLimit.count(), 0};
+  ::setsockopt(client.socket_, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  if (::connect(client.socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    return std::unexpected(connectError(path, errno));
+  }
+  return client;
+}
+
+VarlinkClient::VarlinkClient(VarlinkClient&& other) noexcept
+    : socket_(std::exchange(other.socket_, -1)),
+      path_(std::move(other.path_)),
+      input_(std::move(other.input_)),
+      interrupt_(other.interrupt_),
+      promises_more_(other.promises_more_) {}
+
+VarlinkClient::~VarlinkClient() {
+  if (socket_ >= 0) ::close(socket_);
+}
+
+ClientResult<Json> VarlinkClient::call(const std::string& method, const Json& parameters,
+                                       std::chrono::milliseconds limit) {
+  auto sent = send({{"method", method}, {"parameters", parameters}});
+  if (!sent) return std::unexpected(sent.error());
+  return next(limit);
+}
+
+ClientResult<void> VarlinkClient::subscribe(const std::string& method, const Json& parameters) {
+  return send({{"method", method}, {"parameters", parameters}, {"more", true}});
+}
+
+ClientResult<Json> VarlinkClient::next(std::chrono::milliseconds limit) {
+  auto message = receiveMessage(limit);
+  if (!message) return std::unexpected(message.error());
+  Json reply = Json::parse(*message, nullptr, /*allow_exceptions=*/false);
+  if (!reply.is_object()) return std::unexpected(broken("the answer is not a Varlink reply"));
+  promises_more_ = flagAt(reply, "continues");
+  if (reply.contains("error") && reply["error"].is_string()) return std::unexpected(errorReply(reply));
+  if (!reply.contains("parameters") || !reply["parameters"].is_object()) return Json::object();
+  return std::move(reply["parameters"]);
+}
+
+ClientResult<void> VarlinkClient::send(const Json& call) {
+  std::string message = call.dump(-1, ' ', false, Json::error_handler_t::replace);
+  message.push_back('\0');
+  for (std::size_t sent = 0; sent < message.size();) {
+    const ssize_t count = ::send(socket_, message.data() + sent, message.size() - sent, MSG_NOSIGNAL);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
+      const int error = errno;
+      // a service that closes the connection may have sent the reason before
+      if (takeWhatHasCome()) return {};
+      return std::unexpected(broken(fmt::format("the call was not taken: {}", std::strerror(error))));
+    }
+    sent += static_cast<std::size_t>(count);
+  }
+  return {};
+}
+
+/// Reads what has arrived; true if there is something for next().
+bool VarlinkClient::takeWhatHasCome() {
+  std::array<char, 4096> chunk;
+  const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT);
+  if (count > 0) input_.append(chunk.data(), static_cast<std::size_t>(count));
+  return !input_.empty();
+}
+
+ClientResult<std::string> VarlinkClient::receiveMessage(std::chrono::milliseconds limit) {
+  const auto deadline = Clock::now() + limit;
+  std::array<char, 65536> chunk;
+  for (;;) {
+    if (const std::size_t end = input_.find('\0'); end != std::string::npos) {
+      std::string message = input_.substr(0, end);
+      input_.erase(0, end + 1);
+      return message;
+    }
+    if (input_.size() > kMaxReplyBytes) return std::unexpected(broken("the answer is too long"));
+    if (auto ready = waitForInput(deadline); !ready) return std::unexpected(ready.error());
+    const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT);
+    if (count > 0) {
+      input_.append(chunk.data(), static_cast<std::size_t>(count));
+    } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
+      return std::unexpected(broken("the connection was closed without an answer"));
+    }
+  }
+}
+
+ClientResult<void> VarlinkClient::waitForInput(Clock::time_point deadline) const {
+  std::array<pollfd, 2> descriptors{{{socket_, POLLIN, 0}, {interrupt_, POLLIN, 0}}};
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+    const int ready = ::poll(descriptors.data(), descriptors.size(),
+                             static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
+    if (ready > 0 && descriptors[1].revents != 0) {
+      return std::unexpected(ClientError{ClientError::Kind::interrupted, "interrupted", "", {}, 0});
+    }
+    if (ready > 0) return {};
+    if (ready == 0) return std::unexpected(noAnswer());
+    if (errno != EINTR) return std::unexpected(broken(std::strerror(errno)));
+  }
+}
+
+ClientError VarlinkClient::noAnswer() const {
+  return {ClientError::Kind::no_answer,
+          fmt::format("{}: no answer in time", path_),
+          "hapticd may be starting or busy: try again, or see 'systemctl status hapticd'",
+          {},
+          0};
+}
+
+ClientError VarlinkClient::broken(std::string what) const {
+  return {
+      ClientError::Kind::no_connection,
+      fmt::format("{}: {}", path_, what),
+      "see 'systemctl status hapticd'; it refuses clients when too many are connected, and the socket may be "
+      "another program's",
+      {},
+      0};
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "config/error.h"
+#include "rt/depth_model.h"
+#include "tools/lib/registration/point_files.h"
+
+namespace hapticd::tools {
+
+/// Pixels about a landmark whose depths count, in each direction: 5 by 5 of them.
+inline constexpr int kLandmarkReach_px = 2;
+
+/// Where the camera sees a landmark, metres, camera frame: along the ray of its pixel, at the median depth of
+/// the pixels about it. `frame`: kFramePixels raw disparities, row by row. Errors: fewer than half of these
+/// pixels have a depth.
+config::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<const std::uint16_t> frame,
+                                          const rt::DepthModelParameters& model);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lib/registration/rigid_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "tools/lib/registration/pose_angles.h"
+
+namespace hapticd::tools {
+namespace {
+
+using config::Error;
+using Points = Eigen::Matrix3Xd;
+
+Eigen::Vector3d eigenOf(const rt::Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+Points pointsOf(std::span<const PointPair> pairs, rt::Vec3 PointPair::*side) {
+  Points points(3, static_cast<Eigen::Index>(pairs.size()));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    points.col(static_cast<Eigen::Index>(i)) = eigenOf(pairs[i].*side);
+  }
+  return points;
+}
+
+/// Root mean square distance of centred points from the line that fits them best.
+double spreadAcrossALine_m(const Points& centred) {
+  const Eigen::Vector3d singular = (centred * centred.transpose()).jacobiSvd().singularValues();
+  return std::sqrt((singular[1] + singular[2]) / static_cast<double>(centred.cols()));
+}
+
+config::Result<void> check(const Points& centred, const char* whose) {
+  const double spread_m = spreadAcrossALine_m(centred);
+  if (spread_m >= kFewestSpread_m) return {};
+  return std::unexpected(
+      Error{"registration",
+            fmt::format("the {} points lie on a line: {:.1f} mm across it, at least {:.0f} mm are needed",
+                        whose, 1000 * spread_m, 1000 * kFewestSpread_m),
+            "take points at the corners of a triangle as large as the scene"});
+}
+
+config::Result<void> check(std::span<const PointPair> pairs) {
+  if (pairs.size() < kFewestPairs) {
+    return std::unexpected(Error{
+        "registration", fmt::format("{} point pairs, at least {} are needed", pairs.size(), kFewestPairs),
+        "add pairs that do not lie on one line"});
+  }
+  for (const PointPair& pair : pairs) {
+    if (!rt::isFinite(pair.camera_m) || !rt::isFinite(pair.world_m)) {
+      return std::unexpected(Error{pair.name, "a coordinate is not finite", "measure that point again"});
+    }
+  }
+  return {};
+}
+
+/// The turn from centred camera points to centred world points.
+Eigen::Matrix3d turnBetween(const Points& camera, const Points& world) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(world * camera.transpose(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, 1);
+  // the best orthogonal matrix may be a reflection; the best turn differs in its weakest direction
+  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs[2] = -1;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+}  // namespace
+
+config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs) {
+  if (const auto good = check(pairs); !good) return std::unexpected(good.error());
+  const Points camera = pointsOf(pairs, &PointPair::camera_m);
+  const Points world = pointsOf(pairs, &PointPair::world_m);
+  const Eigen::Vector3d camera_mean = camera.rowwise().mean();
+  const Eigen::Vector3d world_mean = world.rowwise().mean();
+  const Points camera_centred = camera.colwise() - camera_mean;
+  const Points world_centred = world.colwise() - world_mean;
+  if (const auto good = check(camera_centred, "camera's"); !good) return std::unexpected(good.error());
+  if (const auto good = check(world_centred, "world's"); !good) return std::unexpected(good.error());
+
+  const Eigen::Matrix3d turn = turnBetween(camera_centred, world_centred);
+  const Eigen::Vector3d shift = world_mean - turn * camera_mean;
+  const Eigen::VectorXd residuals = ((turn * camera).colwise() + shift - world).colwise().norm();
+
+  RigidFit fit;
+  fit.T_world_camera = poseOf(turn, shift);
+  fit.residuals_m.assign(residuals.begin(), residuals.end());
+  fit.rms_m = std::sqrt(residuals.squaredNorm() / static_cast<double>(residuals.size()));
+  fit.largest_m = residuals.maxCoeff();
+  return fit;
+}
+
+}  // namespace hapticd::tools

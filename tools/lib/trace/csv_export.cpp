@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lib/trace/csv_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "config/value_text.h"
+#include "drivers/trace/fields.h"
+#include "rt/clock.h"
+#include "rt/words.h"
+#include "tools/lib/trace/columns.h"
+#include "tools/lib/trace/selected_trace.h"
+#include "tools/lib/trace/trace_settings.h"
+
+namespace hapticd::tools {
+namespace {
+
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+
+constexpr std::size_t kWrittenAtOnce = 1 << 20;
+struct HeaderOfFields {
+  std::string& line;
+
+  void operator()(std::string_view name, const auto&) {
+    fmt::format_to(std::back_inserter(line), ",{}", name);
+  }
+  /// Each parameter of a directive has a column of its own.
+  void operator()(std::string_view name, const Pairs&) {
+    if (name != kParameters) fmt::format_to(std::back_inserter(line), ",{}", name);
+  }
+  void operator()(std::string_view name, const rt::Vec3&) {
+    for (const char axis : {'x', 'y', 'z'}) fmt::format_to(std::back_inserter(line), ",{}_{}", name, axis);
+  }
+};
+
+template <typename Record>
+struct CsvRow {
+  std::string& line;
+  const SelectedTrace& trace;
+  const Record& record;
+
+  template <typename Field>
+  void operator()(std::string_view name, const Field& field) {
+    if (trace.says(record, name)) return put(name, field);
+    line += std::is_same_v<Field, rt::Vec3> ? ",,," : ",";
+  }
+
+ private:
+  void put(std::string_view, const std::integral auto& value) {
+    fmt::format_to(std::back_inserter(line), ",{}", +value);
+  }
+  // the shortest number that reads back as the same one
+  void put(std::string_view, double value) { fmt::format_to(std::back_inserter(line), ",{}", value); }
+  template <rt::Worded Enumeration>
+  void put(std::string_view, const Enumeration& value) {
+    line += "," + std::string(rt::wordOf(value));
+  }
+  void put(std::string_view name, const rt::Vec3& vector) {
+    for (const double component : {vector.x, vector.y, vector.z}) put(name, component);
+  }
+  void put(std::string_view, const std::string& text) { line += "," + inCsvQuotes(text); }
+  void put(std::string_view name, const Pairs& pairs) {
+    if (name != kParameters) put(name, joined(pairs));
+  }
+};
+
+/// Formats nanoseconds as decimal seconds without rounding.
+std::string secondsText(std::int64_t time_ns) {
+  const std::uint64_t size_ns =
+      time_ns < 0 ? -static_cast<std::uint64_t>(time_ns) : static_cast<std::uint64_t>(time_ns);
+  constexpr auto kSecond = static_cast<std::uint64_t>(rt::kNsPerSecond);
+  return fmt::format("{}{}.{:09}", time_ns < 0 ? "-" : "", size_ns / kSecond, size_ns % kSecond);
+}
+
+std::int64_t sum(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+class CsvFile {
+ public:
+  CsvFile(WholeFile file, const SelectedTrace& trace) : file_(std::move(file)), trace_(trace) {}
+
+  /// more: names of columns after those of the fields.
+  template <typename Record>
+  void addHeader(const std::vector<std::string>& more = {}) {
+    text_ += "time_s,realtime_s";
+    const Record record{};
+    trace_.visitKnown(record, HeaderOfFields{text_});
+    for (const std::string& name : more) text_ += "," + inCsvQuotes(name);
+    text_ += '\n';
+  }
+
+  /// more: the cells of these columns, already formatted.
+  template <typename Record>
+  bool addRow(const Record& record, const std::vector<std::string>& more = {}) {
+    const std::int64_t time_ns = drivers::timeOf(record);
+    text_ += secondsText(sum(time_ns, sum(0, -trace_.start_ns()))) + "," +
+             secondsText(sum(time_ns, trace_.realtimeOffset_ns()));
+    trace_.visitKnown(record, CsvRow<Record>{text_, trace_, record});
+    for (const std::string& cell : more) text_ += "," + cell;
+    text_ += '\n';
+    ++rows_;
+    if (text_.size() >= kWrittenAtOnce) write();
+    return written_.has_value();
+  }
+
+  config::Result<std::uint64_t> finish() {
+    write();
+    if (written_) written_ = file_.finish();
+    if (!written_) return std::unexpected(written_.error());
+    return rows_;
+  }
+
+ private:
+  void write() {
+    if (written_) written_ = file_.append(text_);
+    text_.clear();
+  }
+
+  WholeFile file_;
+  const SelectedTrace& trace_;
+  std::string text_;
+  std::uint64_t rows_ = 0;
+  config::Result<void> written_;
+};
+
+/// Stops at the first record that cannot be read.
+class CsvExport {
+ public:
+  CsvExport(const SelectedTrace& trace, WholeFile file, const Progress& progress)
+      : trace_(trace), csv_(std::move(file), trace), progress_(progress) {}
+
+  /// `visit`: takes the records of the channel.
+  template <typename Record>
+  config::Result<drivers::TraceInfo> write(std::function<bool(const Record&)> drivers::TraceVisitor::*visit) {
+    csv_.addHeader<Record>();
+    drivers::TraceVisitor visitor;
+    visitor.*visit = [this](const Record& record) { return csv_.addRow(record); };
+    return read<Record>(visitor);
+  }
+
+  /// Directives are kept, because the names of their parameters are known only at the end; there are few
+  /// directives.
+  config::Result<drivers::TraceInfo> writeDirectives() {
+    std::vector<drivers::DirectiveRecord> directives;
+    std::vector<std::string> names;
+    const auto keep = [&](const drivers::DirectiveRecord& directive) {
+      for (const auto& [name, value] : directive.parameters) {
+        if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+      }
+      directives.push_back(directive);
+      return true;
+    };
+    auto info = read<drivers::DirectiveRecord>({.directive = keep});
+    if (!info) return info;
+    csv_.addHeader<drivers::DirectiveRecord>(names);
+    for (const drivers::DirectiveRecord& directive : directives)
+      csv_.addRow(directive, cellsOf(directive, names));
+    return info;
+  }
+
+  config::Result<std::uint64_t> finish() { return csv_.finish(); }
+
+ private:
+  /// Errors: also a trace without that channel, which another program removed.
+  template <typename Record>
+  config::Result<drivers::TraceInfo> read(const drivers::TraceVisitor& visitor) {
+    auto info = trace_.read(visitor, progress_);
+    if (!info) return info;
+    const auto there = info->require(trace_.file(), drivers::kChannelName<Record>.topic);
+    if (!there) return std::unexpected(there.error());
+    return info;
+  }
+
+  /// Numbers as they are, texts in quotes, an empty cell for what the record lacks.
+  static std::vector<std::string> cellsOf(const drivers::DirectiveRecord& directive,
+                                          const std::vector<std::string>& names) {
+    std::vector<std::string> cells(names.size());
+    for (const auto& [name, value] : directive.parameters) {
+      const auto column = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+      const std::optional<double> number = numberIn(value);
+      cells[column] = number ? fmt::format("{}", *number) : inCsvQuotes(value);
+    }
+    return cells;
+  }
+
+  const SelectedTrace& trace_;
+  CsvFile csv_;
+  const Progress& progress_;
+};
+
+config::Result<drivers::TraceInfo> writeChannel(CsvExport& csv, TraceChannel channel) {
+  using Visitor = drivers::TraceVisitor;
+  switch (channel) {
+    case TraceChannel::ticks:
+      return csv.write<rt::Tick>(&Visitor::tick);
+    case TraceChannel::models:
+      return csv.write<drivers::ModelRecord>(&Visitor::model);
+    case TraceChannel::directives:
+      return csv.writeDirectives();
+    case TraceChannel::events:
+      break;
+  }
+  return csv.write<drivers::EventRecord>(&Visitor::event);
+}
+
+/// The configuration of the trace, with its metadata as comments.
+std::string settingsFile(const drivers::TraceInfo& trace) {
+  std::string text;
+  for (const auto& [name, value] : trace.metadata) {
+    text += fmt::format("# {}: {}\n", config::printable(name), config::printable(value));
+  }
+  const std::string_view settings = settingsText(trace);
+  return text + (settings.empty() ? "# the trace holds no settings\n" : std::string(settings));
+}
+
+}  // namespace
+
+std::filesystem::path settingsBeside(const std::filesystem::path& csv) {
+  return std::filesystem::path(csv).replace_extension(".settings.yaml");
+}
+
+config::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace_file,
+                                        const std::filesystem::path& csv_file, TraceChannel channel,
+                                        const TraceSelection& selection, const Progress& progress,
+                                        IfExists if_exists) {
+  const auto trace = SelectedTrace::open(trace_file, selection);
+  if (!trace) return std::unexpected(trace.error());
+  auto file = WholeFile::create(csv_file, if_exists);
+  if (!file) return std::unexpected(file.error());
+  auto settings = WholeFile::create(settingsBeside(csv_file), if_exists);
+  if (!settings) return std::unexpected(settings.error());
+  CsvExport csv(*trace, std::move(*file), progress);
+  const auto info = writeChannel(csv, channel);
+  if (!info) return std::unexpected(info.error());
+  if (auto kept = settings->append(settingsFile(*info)); !kept) return std::unexpected(kept.error());
+  const auto rows = csv.finish();
+  if (!rows) return rows;
+  if (auto kept = settings->finish(); !kept) return std::unexpected(kept.error());
+  return rows;
+}
+
+}  // namespace hapticd::tools

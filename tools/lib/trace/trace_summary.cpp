@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lib/trace/trace_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "drivers/trace/messages.h"
+#include "drivers/trace/trace_folder.h"
+#include "rt/clock.h"
+#include "rt/law_table.h"
+#include "rt/words.h"
+#include "tools/lib/trace/trace_settings.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr std::size_t kMostGaps = 20;
+constexpr std::size_t kMostEvents = 1000;
+
+/// The smallest sample that at least that share of all samples do not exceed, in microseconds.
+double percentile_us(std::vector<std::int64_t>& samples_ns, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(samples_ns.size())));
+  const auto at = samples_ns.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(samples_ns.begin(), at, samples_ns.end());
+  return static_cast<double>(*at) / 1000;
+}
+
+TraceDurations durationsOf(std::vector<std::int64_t> samples_ns) {
+  if (samples_ns.empty()) return {};
+  return {percentile_us(samples_ns, 0.5), percentile_us(samples_ns, 0.99), percentile_us(samples_ns, 0.999),
+          percentile_us(samples_ns, 1)};
+}
+
+class Summing {
+ public:
+  bool addTick(const rt::Tick& tick) {
+    if (ticks_ == 0) {
+      first_ = tick;
+    } else if (tick.number > last_.number + 1) {
+      addGap(tick);
+    }
+    const double force_n = norm(tick.command_force_n_in_world);
+    if (ticks_ == 0 || force_n > summary_.largest_force_n) {
+      summary_.largest_force_n = force_n;
+      summary_.largest_force_time_s = since(tick.planned_ns);
+    }
+    wakeup_ns_.push_back(tick.wakeup_latency_ns);
+    compute_ns_.push_back(tick.compute_ns);
+    empty_periods_.add(tick);
+    ++in_mode_[static_cast<std::size_t>(tick.mode)];
+    ++in_law_[static_cast<std::size_t>(tick.law)];
+    summary_.law_without_proxy |= !rt::hasProxy(tick.law);
+    if (inContact(tick)) ++contacts_;
+    if (tick.after_overrun) ++summary_.overruns;
+    last_ = tick;
+    ++ticks_;
+    return true;
+  }
+
+  bool addEvent(const drivers::EventRecord& event) {
+    if (summary_.events.size() < kMostEvents) summary_.events.push_back(event);
+    return true;
+  }
+
+  TraceSummary finish(drivers::TraceInfo info) && {
+    summary_.info = std::move(info);
+    summary_.wakeup_latency = durationsOf(std::move(wakeup_ns_));
+    summary_.compute_time = durationsOf(std::move(compute_ns_));
+    if (ticks_ == 0) return std::move(summary_);
+    summary_.duration_s = since(last_.planned_ns);
+    summary_.contact_share = static_cast<double>(contacts_) / static_cast<double>(ticks_);
+    const auto periods = static_cast<double>(last_.number - first_.number);
+    if (summary_.duration_s > 0) summary_.rate_hz = periods / summary_.duration_s;
+    const double period_s = summary_.rate_hz > 0 ? 1 / summary_.rate_hz : 0;
+    summary_.modes_s = timesOf<rt::Mode>(in_mode_, period_s);
+    const bool knows_law = !summary_.info.lacks(drivers::kChannelName<rt::Tick>.topic, "law");
+    if (knows_law) summary_.laws_s = timesOf<rt::ForceLaw>(in_law_, period_s);
+    summary_.law_without_proxy &= knows_law;
+    summary_.empty_periods = empty_periods_.finish(periodIn(summary_.info));
+    if (summary_.empty_periods.longest > 0)
+      summary_.longest_empty_time_s = since(summary_.empty_periods.after_ns);
+    return std::move(summary_);
+  }
+
+ private:
+  /// The enumerators that occur, and for how long.
+  template <typename Enumeration>
+  static std::vector<std::pair<std::string, double>> timesOf(const auto& ticks, double period_s) {
+    std::vector<std::pair<std::string, double>> times;
+    for (std::size_t value = 0; value < ticks.size(); ++value) {
+      if (ticks[value] == 0) continue;
+      times.emplace_back(rt::kWords<Enumeration>[value], static_cast<double>(ticks[value]) * period_s);
+    }
+    return times;
+  }
+
+  double since(std::int64_t time_ns) const {
+    return (static_cast<double>(time_ns) - static_cast<double>(first_.planned_ns)) /
+           static_cast<double>(rt::kNsPerSecond);
+  }
+
+  void addGap(const rt::Tick& tick) {
+    ++summary_.gaps;
+    if (summary_.first_gaps.size() >= kMostGaps) return;
+    summary_.first_gaps.push_back({last_.number, tick.number - last_.number - 1, since(last_.planned_ns)});
+  }
+
+  TraceSummary summary_;
+  rt::Tick first_, last_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t contacts_ = 0;
+  EmptyPeriodCount empty_periods_;
+  std::array<std::uint64_t, rt::kModeCount> in_mode_{};
+  std::array<std::uint64_t, rt::kWords<rt::ForceLaw>.size()> in_law_{};
+  std::vector<std::int64_t> wakeup_ns_, compute_ns_;
+};
+
+}  // namespace
+
+config::Result<TraceSummary> summariseTrace(const std::filesystem::path& trace, const Progress& progress) {
+  Summing summing;
+  auto info =
+      drivers::readTrace(trace, {.tick = [&](const rt::Tick& tick) { return summing.addTick(tick); },
+                                 .event = [&](const drivers::EventRecord& e) { return summing.addEvent(e); },
+                                 .progress = progress});
+  if (!info) return std::unexpected(info.error());
+  TraceSummary summary = std::move(summing).finish(std::move(*info));
+  summary.note = drivers::noteOf(trace);
+  return summary;
+}
+
+}  // namespace hapticd::tools
