@@ -21,6 +21,8 @@ constexpr std::chrono::milliseconds kStep = 16ms;
 constexpr std::chrono::milliseconds kStatusInterval = 200ms;
 /// Ticks before a moment that a viewer gets when it comes there.
 constexpr std::int64_t kMoment_ns = rt::kNsPerSecond / 60;
+/// The first depth frame of a recording is expected within this time.
+constexpr std::int64_t kFirstFrame_ns = rt::kNsPerSecond / 10;
 /// The step of a recording without depth frames.
 constexpr double kFrame_s = 1.0 / 30;
 
@@ -177,7 +179,8 @@ void TraceSource::showTicks(std::span<const rt::Tick> ticks) {
 }
 
 void TraceSource::showDepth() {
-  const auto frame = session_.frameAt(position_ns());
+  // until the first frame arrives: that one, rather than nothing
+  const auto frame = session_.frameAt(std::max(position_ns(), session_.begin_ns() + kFirstFrame_ns));
   if (!frame || frame == frame_ || std::ranges::none_of(viewers_, &Viewer::wantsDepth)) return;
   frame_ = frame;
   const auto picture = session_.picture(*frame);
