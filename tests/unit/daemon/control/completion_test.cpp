@@ -89,7 +89,7 @@ const Shell kBash{"bash", {"/bin/bash", "--norc", "-c"}, bashScript};
 const Shell kZsh{"zsh", {"/bin/zsh", "-f", "-c"}, zshScript};
 const Shell kFish{"fish", {"/usr/bin/fish", "--no-config", "-c"}, fishScript, true};
 
-/// What is to be completed of the last word.
+/// Returns the part of the last word that is to be completed.
 std::string typedOf(const Words& words) {
   return words.back().substr(words.back().rfind('=') + 1);
 }

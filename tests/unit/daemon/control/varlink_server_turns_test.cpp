@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose turn it is: the server under more calls than it can answer, with a handler that the test holds up.
+// The order of calls: the server under more calls than it can handle, with a handler that the test delays.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::string repeated(std::string_view call, int times) {
   return calls;
 }
 
-/// The thread's time, which the handler makes up.
+/// The simulated CPU time of the thread, advanced by the handler.
 std::atomic<std::int64_t> made_up_time_ns{0};
 std::chrono::nanoseconds madeUpTime() {
   return std::chrono::nanoseconds(made_up_time_ns.load());

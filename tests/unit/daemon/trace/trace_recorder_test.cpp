@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of every tick when the disk does not take it: written, counted as lost, or still in the ring.
+// Every tick is accounted for when the disk fails: written, counted as lost, or still in the ring.
 #include "daemon/trace/trace_recorder.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,8 @@ using daemon::TraceRecorder;
 using daemon::TraceState;
 using daemon::TraceStatus;
 
-/// For its life no file of this process grows beyond so many bytes: a disk that is full for every trace.
+/// While the object exists, no file of this process grows beyond this size: a disk that is full for every
+/// trace.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -197,11 +198,11 @@ TEST_F(TraceRecorderTest, ShowsTheTicksThatAStalledDiskLosesWhileItStalls) {
     return std::ranges::any_of(status.problems, [](const std::string& problem) {
       return problem.find("the disk has not answered for") != std::string::npos;
     });
-  })) << "a stall is told while it lasts";
+  })) << "a stall is reported while it lasts";
   release.set_value();
   ASSERT_TRUE(dump.get());
   settle();  // the ring has room again
-  push(1);   // tells the recorder of what was dropped
+  push(1);   // notifies the recorder of what was dropped
   settle();
   EXPECT_EQ(recorder->status().ticks_lost, 311U);
   EXPECT_TRUE(recorder->status().problems.empty());
