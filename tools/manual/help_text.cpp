@@ -28,7 +28,7 @@ bool continuesAnEntry(const std::string& line) {
   return line.starts_with("  ") && line.find_first_not_of(' ') >= kTextColumn;
 }
 
-/// `next_line` tells a short name with its text from a long name that has a blank where texts begin.
+/// `next_line` distinguishes a short name with its text from a long name that has a blank where texts begin.
 void addEntryLine(std::vector<HelpEntry>& entries, const std::string& line, const std::string& next_line) {
   if (continuesAnEntry(line)) {
     if (entries.empty()) return;
@@ -61,7 +61,7 @@ std::string sentenceFrom(const std::vector<std::string>& lines, std::size_t firs
   return sentence;
 }
 
-/// "0 done, 64 usage." taken apart: a comma that a number follows begins the next one.
+/// "0 done, 64 usage." split: a comma that a number follows begins the next one.
 std::vector<HelpEntry> exitStatuses(std::string list) {
   if (list.ends_with('.')) list.pop_back();
   std::vector<HelpEntry> statuses;
