@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// tools/realtime-setup over a made-up machine.
+// tools/realtime-setup on a simulated machine.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -74,7 +74,7 @@ class RealtimeSetup : public testing::Test {
     text << std::ifstream(machine.root() / path).rdbuf();
     return text.str();
   }
-  /// What a file holds besides comments.
+  /// Returns the content of a file without comments.
   std::string settings(const std::string& path) const {
     std::istringstream lines(content(path));
     std::string all;
