@@ -21,13 +21,13 @@
 
 namespace hapticd::tools {
 
-/// What computing a trace's ticks again has shown.
+/// The comparison of a trace's ticks with ticks computed again from its depth.
 struct TraceComparison {
   std::uint64_t ticks = 0;                                   ///< computed again
   std::array<std::uint64_t, kLeftOutReasons> left_out = {};  ///< not computed, by LeftOut
   std::set<std::uint64_t> missing_frames;  ///< numbers of the frames that it would have taken
   std::uint64_t different = 0;             ///< with any difference, in any bit of a force
-  std::uint64_t in_contact = 0;            ///< of those computed, with something to feel
+  std::uint64_t in_contact = 0;            ///< of those computed, in contact
   std::uint64_t models = 0;                ///< built again
   double largest_difference_n = 0;         ///< of the commanded force
   std::uint64_t worst_tick = 0;            ///< where that was; 0: nowhere

@@ -10,7 +10,7 @@
 
 namespace hapticd::tools {
 
-/// A new folder that goes with the object; its path is empty when none could be made.
+/// A new folder that is removed with the object; its path is empty if it could not be created.
 class ScratchFolder {
  public:
   ScratchFolder();

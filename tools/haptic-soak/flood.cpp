@@ -87,7 +87,7 @@ Flood::~Flood() {
   }
 }
 
-bool Flood::lives() const {
+bool Flood::isRunning() const {
   return !processes_.empty() && std::ranges::all_of(processes_, [](pid_t process) {
     return ::waitpid(process, nullptr, WNOHANG) == 0;
   });

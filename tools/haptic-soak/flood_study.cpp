@@ -85,7 +85,7 @@ config::Result<FloodResult> studyFlood(const FloodOptions& options, const Interr
       progress(secondsBehind(begin));
       std::this_thread::sleep_for(kBetweenDisengages);
     }
-    result.flooded = flood.lives();
+    result.flooded = flood.isRunning();
     readStatus(*daemon, result);
   }
   return result;

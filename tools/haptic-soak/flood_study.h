@@ -33,12 +33,12 @@ struct FloodResult {
 config::Result<FloodResult> studyFlood(const FloodOptions& options, const Interrupt& interrupt,
                                        const std::function<void(double)>& progress);
 
-/// What is judged, and the limits.
+/// Returns the measured values with their limits.
 std::vector<SoakFinding> findingsOf(const FloodResult& result, const FloodOptions& options);
 
-/// For people.
+/// Returns the result as a table for people.
 std::string floodTable(const FloodResult& result, const std::vector<SoakFinding>& findings);
-/// The same for programs.
+/// Returns the result as JSON.
 std::string floodJson(const FloodResult& result, const std::vector<SoakFinding>& findings);
 
 }  // namespace hapticd::tools

@@ -33,7 +33,7 @@ class Spread {
   double max_ = 0;
 };
 
-/// How much of a series of values, one per tick of a millisecond, is above a limit.
+/// Statistics of a series of values, one per millisecond, above a limit.
 struct Exceedance {
   std::size_t ticks = 0;    ///< of the series
   std::size_t above = 0;    ///< of these, above the limit

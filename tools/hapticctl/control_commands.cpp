@@ -50,7 +50,7 @@ bool reads(const std::string& text, T& value) {
 }
 
 /// `text` as a JSON value of the type that the parameter has. A text that cannot be read as that type is sent
-/// as it is: the daemon refuses it and says what is allowed.
+/// as it is: the daemon refuses it and lists what is allowed.
 Json typedValue(const std::string& name, const std::string& text) {
   const config::Parameter* parameter = config::findParameter(name);
   // A newer daemon has parameters that this program does not know; the form of the text decides their type.
@@ -177,7 +177,7 @@ int runEngage(const CommandOptions& options, bool inside) {
   const auto reply = callOnce(options, {"io.hapticd.Control.Engage", parameters, true});
   if (!reply) return report(reply.error(), options.json);
   if (!options.json && !bringsForce(*reply)) {
-    return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status says what to do"},
+    return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status shows what to do"},
                   false);
   }
   if (options.json) {

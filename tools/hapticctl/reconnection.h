@@ -28,8 +28,8 @@ class Reconnection {
   Reconnection(int signals, std::function<bool()> goesOn, Clock::time_point deadline)
       : signals_(signals), goesOn_(std::move(goesOn)), deadline_(deadline) {}
 
-  /// Waits, then calls `attempt`, until it succeeds or fails with what waiting does not mend. Nothing: given
-  /// up.
+  /// Waits, then calls `attempt`, until it succeeds or fails with an error that cannot pass (mayPass).
+  /// Returns nothing if it was given up.
   template <typename T>
   std::optional<ClientResult<T>> retry(const std::function<ClientResult<T>()>& attempt) {
     for (auto wait = kFirstWait; waited(wait); wait = std::min(2 * wait, kLongestWait)) {
@@ -40,7 +40,7 @@ class Reconnection {
   }
 
  private:
-  /// False: given up meanwhile.
+  /// Waits; returns false if it was given up meanwhile.
   bool waited(std::chrono::milliseconds wait) const;
 
   int signals_;

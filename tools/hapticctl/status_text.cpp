@@ -18,7 +18,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// The cause of a mode in words; empty where the mode says all.
+/// The cause of a mode in words; empty if the mode is sufficient.
 const char* textOf(rt::Cause cause) {
   switch (cause) {
     case rt::Cause::none:
@@ -54,7 +54,7 @@ const char* textOf(rt::Cause cause) {
   return "";
 }
 
-/// The same of a word in a reply; a newer daemon may know more causes.
+/// The text of a cause's word in a reply; a newer daemon may know more causes.
 std::string causeText(const std::string& word) {
   const std::optional<rt::Cause> cause = rt::withWord<rt::Cause>(word);
   if (cause) return textOf(*cause);
@@ -63,7 +63,7 @@ std::string causeText(const std::string& word) {
 
 // When the force loop counts as late. Its rate is the number of ticks in the last second, so a loop that
 // keeps time is off by one tick at most. Half a percent, 5 of 1000 ticks, is no rounding: there were periods
-// without a tick, in which the handle held an old force. With a tenth of the ticks missing the loop does not
+// without a tick, in which the handle held a stale force. With a tenth of the ticks missing the loop does not
 // reach its rate at all.
 constexpr double kLateRate = 0.995;
 constexpr double kVeryLateRate = 0.9;
@@ -168,7 +168,7 @@ std::string sceneText(const Json& status) {
                                 {"depthStaleTicks", "with stale depth"}}));
 }
 
-/// Nothing for a handle without a measured connection.
+/// The statistics of the handle's connection; empty without any.
 std::string linkText(const Json& status) {
   const Json* link = fieldAt(status, "handle.link");
   if (!link || link->is_null()) return "";
@@ -182,7 +182,7 @@ std::string linkText(const Json& status) {
          line("round trip", latencyText(status, "handle.link.roundTrip"));
 }
 
-/// Nothing for a handle that no command has been sent to.
+/// The latency of commands; empty if none has been sent.
 std::string lastHopText(const Json& status) {
   const Json* hop = fieldAt(status, "handle.lastHop");
   if (!hop || hop->is_null()) return "";

@@ -34,7 +34,8 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
 /// `out`: the file to write; empty: the trace's name with "-recovered" beside it.
 int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file, const std::string& out);
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
-                   const ExportOptions& wanted);
-int runTracePlot(const CommandOptions& options, const std::filesystem::path& file, const PlotOptions& wanted);
+                   const ExportOptions& requested);
+int runTracePlot(const CommandOptions& options, const std::filesystem::path& file,
+                 const PlotOptions& requested);
 
 }  // namespace hapticd::tools

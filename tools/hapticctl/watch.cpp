@@ -52,9 +52,9 @@ Json withTicks(Json reply) {
 class Display {
  public:
   virtual ~Display() = default;
-  /// False when nobody can see it any more.
+  /// Returns false if nobody can see it any more.
   virtual bool show(const Json& reply) = 0;
-  /// Says something beside the states, on standard error.
+  /// Prints a message on standard error, beside the states.
   virtual void note(const std::string& text) { fmt::print(stderr, "hapticctl: {}\n", text); }
   /// The terminal has another size.
   virtual void resize() {}
@@ -110,7 +110,7 @@ class WholeScreen : public Display {
     note_.clear();
     return draw();
   }
-  /// On the screen too, which standard error would spoil where it is the same terminal.
+  /// Shows the message on the screen, which standard error would disturb if it is the same terminal.
   void note(const std::string& text) override {
     note_ = text;
     draw();
@@ -195,7 +195,7 @@ ClientResult<Stream> open(const CommandOptions& options, const WatchOptions& wat
   return Stream{std::move(*client), std::move(first)};
 }
 
-/// Acts on a signal; false when the program is to end.
+/// Handles a signal; returns false if the program must end.
 bool handleSignal(Display& display, int signals) {
   const int signal = nextSignal(signals);
   if (signal == SIGWINCH) display.resize();
@@ -203,7 +203,7 @@ bool handleSignal(Display& display, int signals) {
   return signal == SIGWINCH || signal == SIGTSTP;
 }
 
-/// What has been shown, and when to end.
+/// Progress of the display: the states shown, and the end.
 struct Shown {
   int states = 0;
   Reconnection::Clock::time_point end = Reconnection::Clock::time_point::max();

@@ -6,7 +6,7 @@
 
 namespace hapticd::tools {
 
-/// How many wake-ups came so many whole microseconds late, rounded down as cyclictest does.
+/// Number of wake-ups by their latency in whole microseconds, rounded down as cyclictest does.
 /// Thread: one at a time.  RT: not safe.
 class WakeupCounts {
  public:
@@ -28,7 +28,7 @@ class WakeupCounts {
   std::uint64_t total_ = 0;
 };
 
-/// `ours` by `theirs`, both whole microseconds; less than one counts as one.
+/// Returns `ours` / `theirs`, both in whole microseconds; values below one count as one.
 double latencyRatio(std::int64_t ours_us, std::int64_t theirs_us);
 
 }  // namespace hapticd::tools

@@ -11,7 +11,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// The passages that a row is made of.
+/// Returns the passages whose results make up a row.
 std::vector<PassageCase> casesOf(const PassageRow& row, const OcclusionOptions& options) {
   const PassageCase usual{.wall_m = row.wall_m,
                           .hand = row.hand,
@@ -63,7 +63,7 @@ bool isChosen(const OcclusionOptions& options, OcclusionPart part) {
   return std::ranges::find(options.parts, part) != options.parts.end();
 }
 
-/// Each passage is rendered once for all laws.
+/// Measures the passages, each rendered once for all laws.
 std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const Progress& progress) {
   std::vector<std::vector<PassageRow>> rows_of_law;
   for (const std::string& law : options.laws) rows_of_law.push_back(rowsOf(law, options));
@@ -85,7 +85,7 @@ std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const P
   return all;
 }
 
-/// Calls `measure(law, noise, wall_m)` for each.
+/// Calls `measure(law, noise, wall_m)` for each combination of the options.
 template <typename Measure>
 void forEachSetting(const OcclusionOptions& options, const Measure& measure) {
   for (const std::string& law : options.laws) {

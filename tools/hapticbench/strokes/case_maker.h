@@ -44,7 +44,7 @@ class CaseMaker {
   double depth_m() const { return placement_.depth_m; }
   bool deadColumns() const { return placement_.dead_columns; }
 
-  /// Of a stroke; shorter near the camera, so that one that runs towards it stays in its range.
+  /// Length of a stroke; shorter near the camera, so that one that runs towards it stays in its range.
   double length_m() const { return std::min(kLongest_m, 0.25 * placement_.distance_m); }
 
   /// The point that the scene is built around.

@@ -49,7 +49,7 @@ StrokesRow& rowOf(std::vector<StrokesRow>& rows, const StrokesRow& like) {
   return found != rows.end() ? *found : rows.emplace_back(like);
 }
 
-/// The strokes of a scene, all of them or as many as are requested.
+/// Returns the strokes of a scene, at most as many as requested.
 std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacement& placement,
                                     const StrokesOptions& options, std::mt19937& random) {
   std::vector<StrokeCase> cases = strokeCases(scene, placement, random);
@@ -84,7 +84,7 @@ FloorError floorOf(const StrokeCase& stroke, SceneNoise noise, double distance_m
   return floor;
 }
 
-/// One stroke and the rows that it counts for.
+/// One stroke and the rows to which it contributes.
 class StrokeMeasurement {
  public:
   StrokeMeasurement(const StrokesOptions& options, std::vector<StrokesRow>& rows)

@@ -8,7 +8,7 @@
 
 namespace hapticd::tools {
 
-/// One touch of a landmark: readings of the handle over a time in which a hand that moves gives itself away.
+/// One touch of a landmark: readings of the handle over a time that is long enough to detect a moving hand.
 /// Thread: one.
 class Touch {
  public:
@@ -23,7 +23,7 @@ class Touch {
   void add(const rt::Vec3& position_m_in_world) { readings_m_.push_back(position_m_in_world); }
   bool isComplete() const { return readings_m_.size() >= kReadings; }
 
-  /// Of all readings; there is at least one.
+  /// Returns the mean of all readings; there must be one.
   rt::Vec3 mean_m_in_world() const;
   /// Distance of the farthest reading from the mean.
   double spread_m() const;
