@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hapticd killed while it writes a trace, and what the next start makes of it.
+// hapticd is killed while it writes a trace, and the next start recovers the trace.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,7 +27,7 @@ using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
 
-/// What a readable trace holds.
+/// The content of a readable trace.
 struct Content {
   std::uint64_t ticks = 0;
   std::uint64_t missing = 0;  ///< between the first and the last one, without those that the loop has counted
@@ -54,7 +54,7 @@ Content contentOf(const fs::path& trace) {
   return content;
 }
 
-/// A trace, what its writer last said of it, and when that was killed (CLOCK_MONOTONIC).
+/// A trace, its last status from its writer, and when the writer was killed (CLOCK_MONOTONIC).
 struct Killed {
   std::filesystem::path trace;
   std::uint64_t ticks = 0;  ///< in whole chunks and in the open one
@@ -62,7 +62,7 @@ struct Killed {
   std::int64_t time_ns = 0;
 };
 
-/// A daemon that writes a trace until it is killed, and again.
+/// A daemon that writes a trace until it is killed, repeatedly.
 class Writer {
  public:
   void start() {

@@ -287,7 +287,7 @@ TEST(HidHandle, AbandonsAThreadBlockedByAFailingDevice) {
   EXPECT_NE(handle->status().detail.find("takes no output reports"), std::string::npos);
   handle.reset();
   channels.reset();  // an abandoned thread would still write to it, which the address sanitizer would detect
-  EXPECT_GT(released.use_count(), 1) << "the thread lives";
+  EXPECT_GT(released.use_count(), 1) << "the thread still runs";
   *released = true;
   EXPECT_TRUE(eventually([&] { return released.use_count() == 1; })) << "the thread has ended";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stroke bench says of laws that are made up: an ideal one, and each kind of a bad one.
+// Judgements of synthetic laws by the stroke bench: an ideal one, and each kind of a bad one.
 
 #include "tools/hapticbench/strokes/stroke_judge.h"
 
@@ -84,7 +84,7 @@ TEST(StrokeJudge, FindsAProxyThatStops) {
   EXPECT_GT(figures.ghost_ticks, 0);
 }
 
-TEST(StrokeJudge, TellsAProxyThatCatchesUpFromOneThatStops) {
+TEST(StrokeJudge, DistinguishesAProxyThatCatchesUpFromOneThatStops) {
   const StrokeFigures figures = judged([](const TrueTick& truth) {
     LawTick output = ideal(truth);
     const double place = truth.hip_m.x;

@@ -12,7 +12,7 @@ namespace hapticd::test::hid {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What the kernel is told of a device.
+/// The description of a device that the kernel gets.
 struct Identity {
   std::string name;
   std::string serial;
@@ -21,7 +21,7 @@ struct Identity {
   Bytes descriptor;  ///< of the reports
 };
 
-/// A HID device without its connection: what its firmware does. Times are CLOCK_MONOTONIC.  Thread: one.
+/// The firmware of a HID device, without its connection. Times are CLOCK_MONOTONIC.  Thread: one.
 class HidDevice {
  public:
   virtual ~HidDevice() = default;

@@ -10,7 +10,7 @@
 
 namespace hapticd::test::hid {
 
-/// How an emulated device reaches a kernel.  Thread: one.
+/// The connection of an emulated device to a kernel.  Thread: one.
 class HidLink {
  public:
   virtual ~HidLink() = default;

@@ -142,7 +142,7 @@ void KinectDevice::work(std::int64_t now_ns, usbip::PendingUrbs& urbs) {
 }
 
 /// A URB takes as many microframes as it has packets. Where the emulator itself is late it catches up; where
-/// the host is, the schedule begins anew.
+/// the host is, the schedule restarts.
 void KinectDevice::poll(Schedule& schedule, std::int64_t now_ns, usbip::PendingUrbs& urbs) {
   auto& busy_until_ns = schedule.busy_until_ns;
   if (stall_) {

@@ -216,7 +216,7 @@ class HidEmulatorTest : public testing::Test {
   bool becomes(HandlePresence state) {
     return eventually([&] { return handle_.status().state == state; });
   }
-  /// Waits while a force loop lives.
+  /// Waits for `condition` while a force loop is running.
   bool eventuallyWithForce(const rt::Vec3& force_n, auto condition) {
     return eventually([&] {
       channels_->state.refresh();
