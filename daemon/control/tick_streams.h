@@ -35,7 +35,7 @@ class TickStreams {
     Clock::duration interval{};
     Clock::time_point due;
     std::vector<std::size_t> fields;  // places in the order of visitFields()
-    std::uint64_t next = 0;           // the place of the next tick among all that came, from 0
+    std::uint64_t next = 0;           // index of the next tick among all received, from 0
     std::uint64_t next_number = 0;    // the number expected of the next tick; 0: any
     std::uint64_t lost = 0;
   };
@@ -45,7 +45,7 @@ class TickStreams {
   const rt::Tick& at(std::uint64_t place) const { return kept_[place % kTicksKept]; }
 
   std::vector<rt::Tick> kept_;  // allocated with the first stream
-  std::uint64_t count_ = 0;     // ticks that came while there was a stream
+  std::uint64_t count_ = 0;     // ticks received while there was a stream
   std::vector<Stream> streams_;
 };
 

@@ -20,7 +20,7 @@ class TraceFrames {
  public:
   enum class State {
     missing,  ///< it was not recorded
-    ahead,    ///< it comes later in the file than the reading is
+    ahead,    ///< it is later in the file than the reading position
     here,
   };
 

@@ -153,7 +153,7 @@ config::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) 
   return scenes_->goOn(parametersOf());
 }
 
-/// Frames may come a little later in the file than the ticks that used them.
+/// Frames may be a little later in the file than the ticks that used them.
 config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
   while (!waiting_.empty() && (all || scenes_->ready(waiting_.front().scene_model))) {
     if (auto replayed = replay(waiting_.front(), on_tick); !replayed) return replayed;

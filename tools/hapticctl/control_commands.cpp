@@ -166,7 +166,7 @@ std::string modeLine(const Json& reply) {
   return modeText(reply) + "\n";
 }
 
-/// Whether force comes without anything more done by a person; otherwise engaging did not succeed.
+/// Whether force follows without further action of a person; otherwise engaging did not succeed.
 bool bringsForce(const Json& reply) {
   const std::string mode = textAt(reply, "mode");
   return mode == "engaged" || mode == "holding";

@@ -21,8 +21,8 @@
 namespace hapticd::tools {
 namespace {
 
-/// Past events come at once, but nothing marks the last one: the past is over when no event came for this
-/// long.
+/// Past events arrive at once, but nothing marks the last one: the past is over when no event has arrived for
+/// this long.
 constexpr std::chrono::milliseconds kPastIsOver{300};
 constexpr std::chrono::hours kForEver{24};
 /// The daemon sends at most this many.
@@ -96,7 +96,7 @@ bool goesOnAfterSignal(int signals) {
   return signal == SIGTSTP || signal == SIGWINCH;
 }
 
-/// The next event, whatever signals come that do not end the program; null when one ends it.
+/// Returns the next event and handles signals meanwhile; null if a signal ends the program.
 ClientResult<Json> nextEvent(VarlinkClient& client, int signals, std::chrono::milliseconds limit) {
   for (;;) {
     auto reply = client.next(limit);

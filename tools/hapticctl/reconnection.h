@@ -23,8 +23,8 @@ class Reconnection {
   static constexpr std::chrono::milliseconds kFirstWait{250};
   static constexpr std::chrono::milliseconds kLongestWait{5000};
 
-  /// signals: the descriptor of takeSignals(). goesOn: called for each signal that has come; false: give up.
-  /// deadline: when to give up at the latest.
+  /// signals: the descriptor of takeSignals(). goesOn: called for each signal that has arrived; false: give
+  /// up. deadline: when to give up at the latest.
   Reconnection(int signals, std::function<bool()> goesOn, Clock::time_point deadline)
       : signals_(signals), goesOn_(std::move(goesOn)), deadline_(deadline) {}
 

@@ -41,7 +41,7 @@ const char* textOf(rt::Cause cause) {
     case rt::Cause::handle_not_calibrated:
       return "the handle is not calibrated yet";
     case rt::Cause::handle_replaced:
-      return "the handle was lost and came back; engage again when it is safe";
+      return "the handle was lost and reconnected; engage again when it is safe";
     case rt::Cause::outside_workspace:
       return "the handle is outside safety.workspace_radius_m";
     case rt::Cause::inside_surface:

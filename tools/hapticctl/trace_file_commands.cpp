@@ -33,7 +33,8 @@ Json durationsJson(const TraceDurations& durations) {
 
 constexpr const char* kFinishFirst = "finish it first: hapticctl trace stop";
 
-/// What is wrong with a trace. One that is being written has no end yet, but needs no recovery.
+/// Returns the error of a trace that cannot be read. One that is being written has no end yet, but needs no
+/// recovery.
 config::Error errorOf(const std::filesystem::path& file, const config::Error& error) {
   if (!error.where.starts_with(file.string()) || !drivers::isBeingWritten(file)) return error;
   return {file.string(), "is being written", kFinishFirst};
@@ -116,7 +117,7 @@ void showPeriods(const TraceSummary& summary) {
   fmt::print("\n");
 }
 
-/// A text from a file, which may contain anything, as it is shown.
+/// Returns a text from a file in printable form, because it may contain anything.
 std::string shown(const std::string& text) {
   constexpr std::size_t kMostColumns = 200;
   return cutTo(printable(text), kMostColumns);
@@ -205,7 +206,7 @@ std::string whenText(const drivers::mcap::Damage& damage) {
     return fmt::format("; {} s after {} are missing there", fixed(gap_s, 3), time(damage.after_ns));
   }
   if (damage.after_ns != 0 && damage.before_ns == 0) {
-    return fmt::format("; what came after {} is missing", time(damage.after_ns));
+    return fmt::format("; everything after {} is missing", time(damage.after_ns));
   }
   return "";
 }
@@ -251,7 +252,7 @@ TraceChannel channelOf(const std::string& name) {
   return TraceChannel::ticks;
 }
 
-/// Exports the depth as a folder.
+/// Exports the raw depth of a trace as a folder in libfreenect's format.
 int exportDepth(const CommandOptions& options, const std::filesystem::path& file,
                 const ExportOptions& requested) {
   const std::filesystem::path folder =

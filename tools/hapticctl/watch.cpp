@@ -31,8 +31,8 @@ const std::vector<std::string> kLineFields{
     "camera.state", "camera.frames", "scene",       "tick"};
 constexpr std::size_t kHistoryRows = 4;
 
-/// The reply with a window of the newest tick where no tick has come yet: the first reply of a stream comes
-/// at once, and would have gaps where the others have forces.
+/// The reply with a window of the newest tick if there are no ticks yet: the first reply of a stream is
+/// sent at once, and would have gaps where the others have forces.
 Json withTicks(Json reply) {
   if (numberAt(reply, "window.ticks") > 0 || !fieldAt(reply, "status.tick")) return reply;
   const double force_n = lengthAt(reply, "status.tick.commandForceNInWorld");

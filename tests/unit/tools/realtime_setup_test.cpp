@@ -97,7 +97,7 @@ TEST_F(RealtimeSetup, ShowsWhatIsMissingAndChangesNothing) {
   expectDone(finished);
   for (const char* part : {"CPU 3 of 0-3 for the force loop, 0-2 for everything else",
                            "missing  kernel command line: isolcpus=managed_irq,domain,3:",
-                           "missing  interrupts elsewhere: 1 may come to CPU 3", "missing  full speed",
+                           "missing  interrupts elsewhere: 1 can occur on CPU 3", "missing  full speed",
                            "missing  loop.cpu in /etc/hapticd/hapticd.yaml: below 'loop:', the line 'cpu: 3'",
                            "set      a core of its own"}) {
     EXPECT_TRUE(has(finished.output, part)) << part << " in\n" << finished.output;

@@ -32,7 +32,7 @@ rt::Vec3 toVec3(const Vector& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// A replay of one image.
+/// A replay of one depth frame.
 class ImageReplay {
  public:
   ImageReplay(const config::Settings& settings, const std::vector<std::uint16_t>& raw)

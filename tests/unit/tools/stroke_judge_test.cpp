@@ -21,7 +21,7 @@ constexpr double kStiffness_n_per_m = 500;
 constexpr double kTick_m = 0.0001;  // of a stroke at 0.1 m/s
 constexpr JudgeLimits kLimits{.lag_m = 0.005, .end_m = 0, .pitch_m = 0.001, .clear_m = 0.002};
 
-/// A stroke of 100 mm, 8 mm below the plane z = 0, that comes out of the body at 80 mm.
+/// A stroke of 100 mm, 8 mm below the plane z = 0, that leaves the body at 80 mm.
 std::vector<TrueTick> madeUpStroke() {
   constexpr double kEnd_m = 0.08 - kTick_m / 2;  // between two ticks
   std::vector<TrueTick> ticks;

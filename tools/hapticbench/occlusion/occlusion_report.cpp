@@ -20,7 +20,7 @@ constexpr const char* kExplanation =
     "entries: shares of the ticks with the HIP in the solid. body: force of the body that was entered; no\n"
     "  force, reported: the contact state is `behind`; silent: it does not; wrong: another force.\n"
     "  ghost: force outside; sideways: force along the motion where there is no side to come through.\n"
-    "near: a surface comes nearer than near_m to a still HIP, waits two seconds and goes back.\n"
+    "near: a surface approaches a still HIP nearer than near_m, waits two seconds and recedes.\n"
     "pushes: 45 mm deep beside silhouettes and the image border; popped: gave way for good below 20 N.\n";
 
 const std::vector<Column<PassageRow>>& passageColumns() {

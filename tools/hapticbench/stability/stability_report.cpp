@@ -23,7 +23,7 @@ constexpr const char* kExplanation =
 
 constexpr const char* kDefaultsExplanation =
     "\nShipped settings (500 N/m) with the whole safety chain; the delay is reported as a driver does.\n"
-    "popped: came through the plane; kept: stiffness that the core leaves; gives: most energy at the hand\n"
+    "popped: passed through the plane; kept: stiffness that the core leaves; gives: most energy at the hand\n"
     "at any time; above potential: the same without what the spring had stored.\n\n";
 
 bool isNear(double ratio) {

@@ -94,7 +94,7 @@ struct DefaultRun {
   LoopCase loop;
   ContactRun run;
   double stiffness_kept_n_per_m = 0;
-  /// The device came to the far side of the plane, where a spring law pushes the other way.
+  /// The device reached the far side of the plane, where a spring law pushes in the opposite direction.
   bool popped_through = false;
 };
 /// Largest energy that the shipped settings may give with the laws that have a proxy.
