@@ -78,7 +78,7 @@ int serve(const StartSettings& start, ConfigurationSource source, std::unique_pt
 /// The configuration that hapticd uses if the command line names none.
 constexpr const char* kStandardConfiguration = "/etc/hapticd/hapticd.yaml";
 
-/// Null where no script is given.
+/// Creates the injector of a script; null if no script is given.
 config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
                                                            const config::Settings& settings) {
   if (script.empty()) return nullptr;

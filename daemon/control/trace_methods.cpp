@@ -19,7 +19,7 @@ using Unawaited = PendingAnswers::Unawaited;
 constexpr const char* kFailed = "io.hapticd.Control.TraceFailed";
 constexpr std::size_t kLongestLabel = 64;
 constexpr std::size_t kMostListed = 1000;
-/// Of the traces of a list, so that the reply keeps below kMaxReplyBytes.
+/// Largest size of the traces in a reply, so that it stays below kMaxReplyBytes.
 constexpr std::size_t kMostListedBytes = kMaxReplyBytes - 16 * 1024;
 constexpr std::size_t kLongestMark = 200;
 

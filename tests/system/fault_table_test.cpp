@@ -55,7 +55,7 @@ struct Case {
   bool engage_again = false;
 };
 
-/// In the order of the script. A handle that sends nothing while it is wrong is stale at last.
+/// The faults in the order of the script. A handle that sends nothing during its fault becomes stale.
 const std::vector<Case>& cases() {
   static const std::vector<Case> all{
       {"lost_frames", 0.6, "", {}, 0, 0, "goes on"},
@@ -116,8 +116,8 @@ struct Command {
   Vector force_n{};
 };
 
-/// What the force loop commanded, in its order. Where the driver vetoes a command (mode zero) nothing is
-/// known of the loop's.
+/// Returns the commands of the force loop in their order. Where the driver vetoes a command (mode zero)
+/// nothing is known of the loop's.
 std::vector<Command> commandsIn(const std::vector<BridgeRow>& rows) {
   std::vector<Command> commands;
   for (const BridgeRow& row : rows) {
@@ -145,7 +145,7 @@ struct Seen {
 
 class FaultTable : public testing::Test {
  protected:
-  /// With so short a ramp each force that comes back comes at the slew limit.
+  /// The ramp is so short that each force returns at the slew limit.
   std::string yaml() const {
     return fmt::format(
         "camera: {{driver: synthetic}}\nsynthetic: {{scene: plane, noise: off, distance_m: 1}}\n"
@@ -224,7 +224,7 @@ class FaultTable : public testing::Test {
                                [](const Command& command) { return length(command.force_n) > kActs_n; });
   }
 
-  /// When the fault was seen; nothing where something else came before it.
+  /// Returns when the fault was seen; nothing if another cause preceded it.
   std::optional<std::int64_t> seenAt(const Case& stated, std::int64_t begin_ns, std::int64_t end_ns) const {
     const auto first = transitions_.lower_bound(begin_ns);
     if (first == transitions_.end() || first->first >= end_ns || first->second != stated.cause) return {};
@@ -258,8 +258,8 @@ class FaultTable : public testing::Test {
     }
   }
 
-  /// What was seen of a fault in that round; nothing where the force was away for another reason, or has not
-  /// come back, before or after it. The bounds hold wherever the fault was seen.
+  /// Returns the observations of a fault in that round; nothing if the force was away for another reason, or
+  /// has not come back, before or after it. The bounds hold wherever the fault was seen.
   std::optional<Seen> judge(std::size_t round, std::size_t number) const {
     const Case& stated = cases()[number];
     const std::int64_t begin_ns = start_ns_ + nanoseconds(beginOf(round, number));

@@ -76,7 +76,7 @@ struct Expected {
   std::string says = {};  ///< part of what it prints on stderr where it fails, else on stdout
 };
 
-/// By the command's text, or its first word.
+/// Results that differ from the usual one, by the command's text or its first word.
 using Exceptions = std::vector<std::pair<std::string, Expected>>;
 
 Expected expectedOf(const std::string& command, const Expected& usual, const Exceptions& exceptions) {

@@ -24,7 +24,7 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// What a reload finds in the configuration file.
+/// The content of the configuration file for a reload.
 enum class ReloadKind { same, damaged, wrong_name };
 
 /// hapticd, started on sockets in a folder of its own.

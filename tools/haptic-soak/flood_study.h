@@ -28,8 +28,8 @@ struct FloodResult {
   std::string status_error;         ///< why there is no `status`
 };
 
-/// One daemon whose status socket is flooded by another user while this one disengages again and again.
-/// Errors: hapticd does not start.
+/// Measures one daemon whose status socket is flooded by another user while this one disengages again and
+/// again. Errors: hapticd does not start.
 config::Result<FloodResult> studyFlood(const FloodOptions& options, const Interrupt& interrupt,
                                        const std::function<void(double)>& progress);
 

@@ -47,8 +47,8 @@ struct LoadResult {
   double trace_bytes_per_hour = 0;
 };
 
-/// One daemon under loads that take turns, so that what the machine does besides hits all of them alike.
-/// Errors: hapticd does not start or does not answer; the trace cannot be begun.
+/// Measures one daemon under alternating loads, so that other activities of the machine affect all of them
+/// alike. Errors: hapticd does not start or does not answer; the trace cannot be begun.
 config::Result<LoadResult> studyLoad(const LoadOptions& options, const Interrupt& interrupt,
                                      const std::function<void(double)>& progress);
 

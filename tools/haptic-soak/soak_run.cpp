@@ -101,8 +101,8 @@ class Soak {
     result_.samples.push_back(*sample);
   }
 
-  /// What the daemon takes at the first use of something stays with it, and is no growth: the memory of the
-  /// first trace, which any burst of overruns may make it write, and the threads for files. Dumping is
+  /// Uses functions once whose resources the daemon keeps, so that they do not count as growth: the memory of
+  /// the first trace, which any burst of overruns may make it write, and the threads for files. Dumping is
   /// refused when there is no flight recorder; then nothing dumps by itself either.
   void useOnce() {
     auto client = VarlinkClient::connect(daemon_.controlSocket());

@@ -74,7 +74,7 @@ class StudyCommand {
   /// --json, which report() writes.
   void json();
 
-  /// What the subcommand does; returns the exit status.
+  /// Sets the function of the subcommand, which returns the exit status.
   void onRun(const std::function<int(const StudyCommand&)>& run) { run_ = run; }
   bool chosen() const { return command_->parsed(); }
   int run() const { return run_(*this); }
@@ -90,7 +90,7 @@ class StudyCommand {
   std::function<int(const StudyCommand&)> run_;
 };
 
-/// One for each study. `app` outlives them.
+/// Creates the subcommand of each study. `app` outlives them.
 StudyCommand accuracyCommand(CLI::App& app);
 StudyCommand jitterCommand(CLI::App& app);
 StudyCommand noiseCommand(CLI::App& app);

@@ -251,8 +251,8 @@ std::string hip(const Json& status) {
   return head("tick_hip_metres", "gauge", "metres", "The haptic interaction point in the world.") + samples;
 }
 
-/// What identifies the daemon. Its labels change with an update only: a label whose value changed while the
-/// daemon runs would begin another time series.
+/// Returns the family that identifies the daemon. Its labels change with an update only: a label whose value
+/// changed while the daemon runs would begin another time series.
 std::string information(const Json& status) {
   return head("build", "info", "", "Versions of hapticd and of the kernel.") +
          fmt::format("hapticd_build_info{{version=\"{}\",kernel=\"{}\"}} 1\n",

@@ -62,7 +62,7 @@ std::string poseText(const Json& pose) {
 
 // --- touches of the handle
 
-/// Where the HIP is now. Errors: no daemon, no handle.
+/// Reads the position of the HIP. Errors: no daemon, no handle.
 ClientResult<rt::Vec3> readHip(VarlinkClient& client) {
   const auto reply = client.call("io.hapticd.Status.GetStatus");
   if (!reply) return std::unexpected(reply.error());

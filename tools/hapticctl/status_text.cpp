@@ -72,7 +72,7 @@ constexpr double kVeryLateRate = 0.9;
 // overrun_burst).
 constexpr double kLateShare = 1e-4;
 constexpr double kVeryLateShare = 1e-2;
-/// So few late ticks are no share of anything: they come from the start, when memory and caches are cold.
+/// Up to this many late ticks do not count: they are from the start, when memory and caches are cold.
 constexpr double kFewOverruns = 3;
 
 /// "the force loop is late: 981.0 of 1000 Hz in the last second, 70 of 61500 ticks late since the start".

@@ -20,8 +20,8 @@ enum class Punctuality { unknown, good, late, very_late };
 /// late. nominal_rate_hz: the parameter loop.rate_hz; NaN: not known, and the rate is not judged.
 Punctuality punctualityOf(const Json& status, double nominal_rate_hz);
 
-/// What is wrong, the worst first: a fault, the camera if it does not stream, the handle if it is absent, a
-/// force loop that is late, then the daemon's warnings. nominal_rate_hz: as for punctualityOf().
+/// Returns the problems, the worst first: a fault, the camera if it does not stream, the handle if it is
+/// absent, a force loop that is late, then the daemon's warnings. nominal_rate_hz: as for punctualityOf().
 std::vector<std::string> complaints(const Json& status, double nominal_rate_hz = std::nan(""));
 
 /// "57 s", "12 min", "3.4 h": how long something has lasted.

@@ -20,7 +20,7 @@ class Table {
 
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  /// As many cells as there are columns.
+  /// Adds a row with as many cells as there are columns.
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
 
   /// The lines, each with its end. columns: of the terminal; TerminalSize::kNoLimit: each row in one line.

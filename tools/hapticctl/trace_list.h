@@ -34,7 +34,7 @@ std::string traceListText(const Json& traces, const Json& reply, std::int64_t no
 /// "3 traces, 1.2 GB".
 std::string traceSumText(const Json& traces);
 
-/// What `trace delete` will do.
+/// The plan of `trace delete`.
 struct TraceDeletion {
   Json to_delete = Json::array();     ///< as in the reply
   std::vector<std::string> problems;  ///< of named traces that cannot be deleted: name and reason

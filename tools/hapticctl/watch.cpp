@@ -48,7 +48,7 @@ Json withTicks(Json reply) {
   return reply;
 }
 
-/// How states are shown.
+/// Shows states to the user.
 class Display {
  public:
   virtual ~Display() = default;
@@ -83,7 +83,7 @@ class Lines : public Display {
   bool short_lines_;
 };
 
-/// One line of a terminal, written over.
+/// One line of a terminal, which is overwritten.
 class StandingLine : public Display {
  public:
   ~StandingLine() override { fmt::print("\n"); }

@@ -52,7 +52,7 @@ std::vector<std::string> linesOf(std::string_view text) {
   return lines;
 }
 
-/// What follows the heading in line `first`, to the end of the sentence.
+/// Returns the text after the heading in line `first`, to the end of the sentence.
 std::string sentenceFrom(const std::vector<std::string>& lines, std::size_t first) {
   std::string sentence = lines[first].substr(kExitStatus.size());
   for (std::size_t i = first + 1; i < lines.size() && !lines[i].empty() && !sentence.ends_with('.'); ++i) {

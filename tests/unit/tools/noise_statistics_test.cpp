@@ -19,7 +19,7 @@ using drivers::SensorNoise;
 
 const std::vector<int> kLostPeriods{5, 12, 20};  // as many as the recording lost
 
-/// As long as the recording of the resting room: 24 frames of 27 periods.
+/// Returns a session as long as the recording of the resting room: 24 frames of 27 periods.
 NoiseSession likeTheRecording(const SensorNoise::Parameters& parameters, std::uint32_t seed = 1) {
   NoiseSession session = madeUpSession(SensorNoise(seed, parameters), 27);
   std::erase_if(session.frames, [](const NoiseSession::Frame& frame) {

@@ -20,7 +20,7 @@ class WakeupCounts {
   std::int64_t max_us() const { return counts_.empty() ? 0 : counts_.rbegin()->first; }
   /// The smallest latency that at least this share (0..1) of the wake-ups did not exceed; 0 while empty.
   std::int64_t quantile_us(double share) const;
-  /// From latency, us, to wake-ups; only those that there were.
+  /// Returns the number of wake-ups by latency in us; only latencies that occurred.
   const std::map<std::int64_t, std::uint64_t>& counts() const { return counts_; }
 
  private:

@@ -60,7 +60,7 @@ struct PassageTick {
 /// `before`: ticks before the body sets out, when the hand has already settled.
 PassageResult judgePassage(const std::vector<PassageTick>& before, const std::vector<PassageTick>& during);
 
-/// Where the body is and what the hand does, tick by tick, and what the camera sees of it, rendered once for
+/// The position of the body, the action of the hand and the camera's frames, tick by tick, rendered once for
 /// all laws. Thread: one at a time.  RT: not safe.
 class Passage {
  public:

@@ -41,7 +41,8 @@ std::string explainedByStiffness(const LoopLimit& limit) {
                      limit.stiffest_by_set);
 }
 
-/// The same loop with a device of that mass and no Coulomb friction; null: not among `limits`.
+/// Returns the limit of the same loop with a device of that mass without Coulomb friction; null: not in
+/// `limits`.
 const LoopLimit* withoutFriction(const LoopLimit& limit, const std::vector<LoopLimit>& limits) {
   const auto is_it = [&limit](const LoopLimit& other) {
     return other.loop.wall == limit.loop.wall && other.loop.grip.name == limit.loop.grip.name &&

@@ -21,7 +21,7 @@ class Wall {
   virtual void reportDelay_s(double) {}
   /// Brings the hand from free space to h as a person would, so that what the law remembers is right.
   virtual void approach(double h_m) = 0;
-  /// One tick of 1 ms.
+  /// Runs one tick of 1 ms and returns the force.
   virtual double force_n(double h_m, double velocity_m_per_s) = 0;
   /// The h from which on inwards there is a force: 0, or farther out for laws that push before contact.
   virtual double onset_m() const = 0;

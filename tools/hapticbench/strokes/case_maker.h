@@ -77,7 +77,7 @@ class CaseMaker {
             .depth_m = depth_m()};
   }
 
-  /// How far a stroke goes along the surface z = 0 before the body ends at the origin.
+  /// Returns the length of a stroke along the surface z = 0 before the body ends at the origin.
   double beforeEnd_m() const { return std::min(kBeforeEnd_m, length_m()); }
   /// A stroke over the surface z = 0 out over its end at the origin.
   StrokePath outOver(const rt::Vec3& along) const { return toOrigin(along, kAfterEnd_m); }

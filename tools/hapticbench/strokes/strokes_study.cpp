@@ -20,7 +20,7 @@ double pixelPitch_m(double distance_m) {
   return distance_m / rt::DepthModelParameters{}.fx_px;
 }
 
-/// With noise a surface may appear that far in front of where it is: three standard deviations of a
+/// Returns how far in front of its position noise may show a surface: three standard deviations of a
 /// measurement of 0.6 raw units, the harsher camera's.
 double noiseReach_m(SceneNoise noise, double distance_m) {
   constexpr double kSigma_raw = 0.6;
@@ -59,7 +59,7 @@ std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacemen
   return cases;
 }
 
-/// How much of an error in depth is one along the normal in the middle of a stroke.
+/// Returns the share of an error in depth that is along the normal, in the middle of a stroke.
 double depthToNormal(const StrokeCase& stroke) {
   const StrokePath& path = stroke.path;
   const double middle_m = path.length_m / 2;

@@ -199,7 +199,7 @@ const rt::DepthFrame& FeelProbe::halfPlane() {
   return *frame;
 }
 
-/// On a plane at kDistance_m; no ridge where the height is 0.
+/// Returns a frame of a ridge on a plane at kDistance_m; without ridge if the height is 0.
 const rt::DepthFrame& FeelProbe::ridge(double height_m) {
   const SceneKind kind = height_m > 0 ? SceneKind::thin_plate : SceneKind::plane;
   auto& frame = frames_[{kind, height_m}];

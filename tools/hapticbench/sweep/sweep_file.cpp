@@ -69,7 +69,7 @@ std::string partName(const Shard& shard) {
   return fmt::format("{}/{}", shard.number, shard.count);
 }
 
-/// What is wrong with the points of a part, or nothing.
+/// Returns the problem with the points of a part; empty if there is none.
 std::string wrongPoints(const SweepPart& part, std::size_t grid_size) {
   std::vector<int> times(grid_size);
   for (const SweepResult& result : part.results) {

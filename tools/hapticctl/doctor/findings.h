@@ -31,7 +31,7 @@ std::string someOf(const std::vector<std::string>& words, std::size_t most = 6);
 inline constexpr const char* kDeviceGroup = "hapticd";
 inline constexpr const char* kControlGroup = "haptic";
 
-/// What is wrong with the permissions of a device file that the daemon has to open; nothing if they are
+/// Returns the problems with the permissions of a device file that the daemon must open; empty if they are
 /// right: group hapticd, readable and writable by the group, not by everyone.
 Findings accessFindings(const Examination& box, const std::string& name, const std::string& device,
                         const std::string& path);

@@ -39,12 +39,12 @@ class OfflineBox {
   /// last tick.
   void setTime(std::int64_t now_ns) noexcept;
 
-  /// How long a device holds each force, where that differs from the periods of the ticks; 0: it does not.
+  /// Sets how long a device holds each force if that differs from the periods of the ticks; 0: it does not.
   void setLoopPeriod(double period_s) noexcept { loop_period_s_ = period_s; }
 
-  /// One tick of the whole core, engaged, `period_s` after the one before; models the frame first where that
-  /// is needed, as the scene thread would have done in time.
-  /// `handle_delay_s`: as a driver reports it (rt::HandleState::delay_s); the caller delays the force.
+  /// Runs one tick of the whole core, engaged, `period_s` after the one before; models the frame first where
+  /// that is needed, as the scene thread would have done in time. `handle_delay_s`: as a driver reports it
+  /// (rt::HandleState::delay_s); the caller delays the force.
   rt::Tick tick(const rt::Vec3& hip_m_in_world, double period_s = 0.001,
                 const rt::Vec3& velocity_m_per_s_in_world = {}, double handle_delay_s = 0) noexcept;
 

@@ -14,8 +14,8 @@ class Touch {
  public:
   static constexpr int kReadings = 20;
   static constexpr std::chrono::milliseconds kPeriod{50};
-  /// How far a reading may be from their mean. A hand that rests on something trembles by some tenths of a
-  /// millimetre.
+  /// Largest distance of a reading from the mean of all readings. A hand that rests on something trembles by
+  /// some tenths of a millimetre.
   static constexpr double kSteady_m = 0.002;
 
   Touch() { readings_m_.reserve(kReadings); }

@@ -51,7 +51,7 @@ class BodyScene {
   /// need not be a pixel's middle; infinite where it meets nothing.
   double trueDepth(double column, double row, double t_s) const;
 
-  /// What the camera sees at `t_s`, as frame `frame_number` (from 1 on), which chooses the noise. Nothing is
+  /// Renders the scene at `t_s` as frame `frame_number` (from 1 on), which chooses the noise. Nothing is
   /// measured outside the camera's near_m..far_m.
   void render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame);
 

@@ -94,7 +94,7 @@ std::string typedOf(const Words& words) {
   return words.back().substr(words.back().rfind('=') + 1);
 }
 
-/// The same words with nothing typed of the last one but what says of what kind it is.
+/// Returns the words with the last one reduced to the part that determines its kind, such as `--kind=`.
 Words withNothingTyped(Words words) {
   const std::string typed = typedOf(words);
   const std::size_t kept =
@@ -109,8 +109,8 @@ class Completion : public ControlFixture, public testing::WithParamInterface<She
     std::filesystem::create_directories(folder.path("bin"));
     std::filesystem::create_symlink(HAPTICCTL, folder.path("bin/hapticctl"));
   }
-  /// What the shell offers that begins with what is typed of the last word, sorted. What else it offers is a
-  /// candidate in that place too.
+  /// Returns the offered completions that begin with the typed part of the last word, sorted. Each other
+  /// offer is a candidate in that place too.
   Words completions(const Words& words) const {
     Words offered = allCompletions(words);
     if (!GetParam().is_loose) return offered;

@@ -21,7 +21,7 @@ class RawClient {
   ~RawClient() { close(); }
 
   void send(std::string_view bytes);
-  /// One message: `text` and the NUL.
+  /// Sends one message: `text` and the NUL.
   void call(std::string_view text);
   /// Sends as many bytes as possible without waiting.
   std::size_t sendWithoutWaiting(std::string_view bytes);

@@ -86,7 +86,8 @@ class TraceRecorderTest : public testing::Test {
 
   fs::path traces() const { return folder.path() / "state/traces"; }
 
-  /// In all finished traces but dumps, which hold ticks once more; each must hold some.
+  /// Returns the number of ticks in all finished traces except dumps, which repeat ticks; each must hold
+  /// some.
   std::uint64_t ticksInFiles() const {
     std::uint64_t ticks = 0;
     const auto entries = drivers::listTraces(traces());

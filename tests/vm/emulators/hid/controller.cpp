@@ -62,7 +62,7 @@ std::optional<Bytes> Controller::tick(std::int64_t now_ns) {
   return Bytes(report.begin(), report.end());
 }
 
-/// By implicit Euler, which is stable whatever is exerted.
+/// Moves the hand by implicit Euler, which is stable for any force.
 void Controller::moveHand() {
   const Vec3 displacement_m = target_m_ - aim_m_;
   aim_m_ += std::min(1.0, kTickS * kHandSpeedMPerS / std::max(norm(displacement_m), 1e-9)) * displacement_m;

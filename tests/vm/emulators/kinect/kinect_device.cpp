@@ -66,7 +66,7 @@ std::optional<std::size_t> wholeNumber(std::string_view text) {
   return number;
 }
 
-/// What follows `word` and a space.
+/// Returns the text after `word` and a space.
 std::optional<std::string_view> argumentsOf(std::string_view line, std::string_view word) {
   if (!line.starts_with(word) || line.size() <= word.size() || line[word.size()] != ' ') return std::nullopt;
   return line.substr(word.size() + 1);

@@ -52,7 +52,7 @@ bool arrives(int file) {
   return ::poll(&waiting, 1, 60'000) == 1;
 }
 
-/// What uhid and hidraw do of a device at the other end of `file`.
+/// The part of uhid and hidraw at the other end of `file`.
 class KernelSide final : public drivers::HidPort {
  public:
   explicit KernelSide(int file) : file_(file) {}

@@ -91,7 +91,8 @@ class Rig {
     }
     return all;
   }
-  /// Those of the rest of this frame, without empty ones; what follows is kept for the next call.
+  /// Returns the packets of the rest of this frame, without empty ones; later ones are kept for the next
+  /// call.
   std::vector<Bytes> framePackets() {
     std::vector<Bytes> all;
     while (all.empty() || all.back().at(3) != 0x75) {
@@ -101,7 +102,7 @@ class Rig {
     }
     return all;
   }
-  /// Those that are not empty of 17 URBs, about a frame period.
+  /// Returns the packets of 17 URBs that are not empty, about a frame period.
   std::vector<Bytes> packetsOfOnePeriod() {
     std::vector<Bytes> all = packets(17);
     std::erase_if(all, [](const Bytes& packet) { return packet.empty(); });
@@ -122,7 +123,7 @@ class Rig {
   std::vector<Bytes> unread_;
 };
 
-/// On a recording of made-up frames.
+/// The emulated camera on a recording of synthetic frames.
 class EmulatedKinect : public testing::Test {
  protected:
   static void SetUpTestSuite() {

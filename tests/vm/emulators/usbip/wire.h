@@ -36,7 +36,7 @@ struct Command {
 };
 Command parseCommand(std::span<const std::uint8_t, kHeaderBytes> bytes);
 
-/// Where one isochronous packet lies in the host's buffer, and what became of it.
+/// The place of an isochronous packet in the host's buffer, and its result.
 struct IsoDescriptor {
   std::uint32_t offset = 0;
   std::uint32_t length = 0;
