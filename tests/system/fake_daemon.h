@@ -13,16 +13,16 @@ namespace hapticd::test {
 
 /// The reply of a fake daemon to a call.
 struct FakeAnswer {
-  std::vector<nlohmann::json> replies = {};  ///< parameters; all but the last promise another
-  std::string error = {};                    ///< not empty: this error behind the replies
+  std::vector<nlohmann::json> replies = {};  ///< parameters; all but the last have "continues"
+  std::string error = {};                    ///< not empty: this error follows the replies
   nlohmann::json error_parameters = nlohmann::json::object();
   bool in_turn = false;   ///< each call gets the next reply only, and the last one from then on
-  bool endless = false;   ///< the last reply promises another too
-  bool hangs_up = false;  ///< the connection is closed behind the replies
+  bool endless = false;   ///< the last reply has "continues" too
+  bool hangs_up = false;  ///< the connection is closed after the replies
 };
 
 /// A Varlink service on a real socket that replies as a test sets it up, and with MethodNotFound to all else.
-/// It stands for daemons that are hard to come by: starting, faulted, of another version.
+/// It simulates daemons that are hard to obtain: starting, faulted, of another version.
 class FakeDaemon {
  public:
   explicit FakeDaemon(const std::filesystem::path& socket);

@@ -104,7 +104,7 @@ std::vector<EntryRow> measureEntries(const OcclusionOptions& options, const Prog
     progress(fmt::format("{}: entries from the side at {} m", law, wall_m));
     for (const EntryKind kind : kKinds) {
       for (const double below_m : kBelow_m) {
-        // from behind there is no level to be below of, and 60 mm is deeper than a hand presses
+        // from behind there is no level of the front, and 60 mm is deeper than a hand presses
         const bool once = kind == EntryKind::from_behind || kind == EntryKind::out_of_image;
         if (once && below_m != kBelow_m[0]) continue;
         rows.push_back({law, wall_m, noise, kind, below_m,
@@ -133,7 +133,7 @@ std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progre
                                    BorderKind::image_border};
   constexpr double kBeside_m[] = {0.005, 0.01, 0.02, 0.04};
   constexpr double kSpeeds_m_per_s[] = {0.1, 0.5};
-  constexpr double kNoisyEdge_px = 3;  // with noise, a body may let go that near to its edge
+  constexpr double kNoisyEdge_px = 3;  // with noise, contact may end this near to the edge of a body
   const double fx_px = rt::DepthModelParameters{}.fx_px;
   std::vector<PushRow> rows;
   forEachSetting(options, [&](const std::string& law, SceneNoise noise, double wall_m) {

@@ -14,7 +14,7 @@ class RawClient {
   static constexpr const char* kNoAnswer = "<no answer>";
 
   explicit RawClient(const std::string& path);
-  /// Connects a socket that is there already, for when no new one can be opened.
+  /// Connects an existing socket, for tests in which no new one can be opened.
   static RawClient adopt(int socket, const std::string& path) { return RawClient(socket, path); }
   RawClient(RawClient&& other) noexcept;
   RawClient& operator=(RawClient&&) = delete;

@@ -81,7 +81,7 @@ class TraceRecorderTest : public testing::Test {
       ring->push(tick);
     }
   }
-  /// Waits until the trace thread has taken every tick: it does that before it answers.
+  /// Waits until the trace thread has taken every tick: it does that before it replies.
   void settle() const { (void)recorder->startTrace({}).get(); }
 
   fs::path traces() const { return folder.path() / "state/traces"; }
@@ -114,7 +114,7 @@ class TraceRecorderTest : public testing::Test {
   std::unique_ptr<rt::TraceRing> ring = std::make_unique<rt::TraceRing>();
   std::unique_ptr<rt::CoreMemoryChannel> memory = std::make_unique<rt::CoreMemoryChannel>();
   std::mutex mutex;
-  std::shared_future<void> stall;  ///< while it is there and not ready, what begins a trace waits
+  std::shared_future<void> stall;  ///< while it exists and is not ready, the start of a trace waits
   std::atomic<bool> stalled{false};
   std::uint64_t pushed = 0;
   std::unique_ptr<TraceRecorder> recorder;
