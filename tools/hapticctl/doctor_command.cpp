@@ -84,7 +84,7 @@ void addDoctorCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto doctor = std::make_shared<DoctorOptions>();
   CLI::App& command = line.add(
-      "doctor", "Check kernel, CPUs, rights, devices, traces and service, and list remedies; needs no daemon",
+      "doctor", "Check kernel, CPUs, rights, devices, traces and service; needs no daemon",
       [&options, doctor] { return runDoctor(options, *doctor); });
   command.footer(kDoctorFooter);
   command.add_option("--root", doctor->root, "Check the files below this folder instead of this machine's")

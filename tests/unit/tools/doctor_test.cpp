@@ -448,7 +448,7 @@ TEST_F(Doctor, SaysSoWhenTheServiceIsNotKnownOrCannotBeAskedFor) {
   (*box.unit)["LoadState"] = "masked";
   EXPECT_TRUE(says(only(checkService), Verdict::warn, "masked", "systemctl unmask hapticd"));
   box.unit.reset();
-  EXPECT_TRUE(says(only(checkService), Verdict::warn, "no systemd", ""));
+  EXPECT_TRUE(says(only(checkService), Verdict::warn, "systemd cannot be queried", ""));
 }
 
 TEST_F(Doctor, ShowsEachComplaintOfTheDaemon) {
