@@ -83,9 +83,9 @@ int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
 void addDoctorCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto doctor = std::make_shared<DoctorOptions>();
-  CLI::App& command = line.add(
-      "doctor", "Check kernel, CPUs, rights, devices, traces and service; needs no daemon",
-      [&options, doctor] { return runDoctor(options, *doctor); });
+  CLI::App& command =
+      line.add("doctor", "Check kernel, CPUs, rights, devices, traces and service; needs no daemon",
+               [&options, doctor] { return runDoctor(options, *doctor); });
   command.footer(kDoctorFooter);
   command.add_option("--root", doctor->root, "Check the files below this folder instead of this machine's")
       ->type_name("FOLDER")
