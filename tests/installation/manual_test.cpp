@@ -21,7 +21,7 @@ std::string pagePath(const std::string& page) {
   return stagedRoot() / "usr/share/man" / page;
 }
 
-/// The page's source, as people would read its words.
+/// Returns the page's source without the escapes that split words.
 std::string pageText(const std::string& page) {
   std::string text = runTool("gzip", {"-dc", pagePath(page)}).output;
   text = std::regex_replace(text, std::regex(R"(\\:)"), "");

@@ -39,22 +39,22 @@ bool mayUse(const FolderRule& rule, const std::string& folder) {
                              [&folder](const std::string& name) { return standsFor(name, folder); });
 }
 
-/// Follows the rules from the last folder of `way` on until one leads back to the first.
-void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& way, std::set<std::string>& seen,
+/// Follows the rules from the last folder of `path` on until one leads back to the first.
+void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path, std::set<std::string>& seen,
             std::vector<std::string>& cycles) {
-  const auto rule = std::ranges::find(rules, way.back(), &FolderRule::folder);
+  const auto rule = std::ranges::find(rules, path.back(), &FolderRule::folder);
   if (rule == rules.end()) return;
   for (const FolderRule& next : rules) {
     const bool is_file = next.folder.ends_with(".cpp");  // which nobody includes
     if (is_file || !mayUse(*rule, next.folder)) continue;
-    if (next.folder == way.front()) {
+    if (next.folder == path.front()) {
       std::string cycle;
-      for (const std::string& folder : way) cycle += folder + " -> ";
+      for (const std::string& folder : path) cycle += folder + " -> ";
       cycles.push_back(cycle + next.folder);
     } else if (seen.insert(next.folder).second) {
-      way.push_back(next.folder);
-      follow(rules, way, seen, cycles);
-      way.pop_back();
+      path.push_back(next.folder);
+      follow(rules, path, seen, cycles);
+      path.pop_back();
     }
   }
 }
@@ -70,7 +70,7 @@ const std::vector<FolderRule>& folderRules() {
       {"rt", {}},
       {"config", {}},
 
-      // what puts the drivers of all devices together
+      // selects among the drivers of all devices
       {"drivers", {"drivers/"}},
       {"drivers/base", {}},
       {"drivers/camera", {"drivers/base"}},
@@ -88,7 +88,7 @@ const std::vector<FolderRule>& folderRules() {
       {"drivers/led/none", {"drivers/base", "drivers/led"}},
       {"drivers/trace", {"drivers/base"}},
 
-      // the daemon itself, made of its parts
+      // the daemon, which combines its parts
       {"daemon", {"daemon/"}},
       {"daemon/base", {}},
       {"daemon/control", {"daemon/base", "daemon/state"}},
@@ -197,9 +197,9 @@ std::vector<std::string> foldersWithoutRules(const fs::path& root, const std::ve
 std::vector<std::string> cyclesOf(const std::vector<FolderRule>& rules) {
   std::vector<std::string> cycles;
   for (const FolderRule& rule : rules) {
-    std::vector<std::string> way{rule.folder};
+    std::vector<std::string> path{rule.folder};
     std::set<std::string> seen;
-    follow(rules, way, seen, cycles);
+    follow(rules, path, seen, cycles);
   }
   return cycles;
 }

@@ -53,7 +53,7 @@ class PrometheusTest : public testing::Test {
                       HAPTICD_ALERTS, metrics_port_));
   }
 
-  /// What a query gives, as promtool prints it.
+  /// Returns the result of a query, as promtool prints it.
   std::string query(const std::string& expression) const {
     return runToEnd(
                {kPromtool, "query", "instant", fmt::format("http://127.0.0.1:{}", web_port_), expression})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// haptic-replay on input that is wrong: the exit status of its --help, a message that says what and where,
-// and no output file.
+// haptic-replay on wrong input: the exit status listed in its --help, a message with the problem and its
+// place, and no output file.
 
 #include <gtest/gtest.h>
 
@@ -30,8 +30,8 @@ class ReplayBadInput : public testing::Test {
   std::string path(const std::string& name) const { return folder_.path() / name; }
   void write(const std::string& name, const std::string& content) const { folder_.write(name, content); }
 
-  /// haptic-replay with good input but for what the test has broken. An option that is given again here
-  /// replaces the good one.
+  /// Runs haptic-replay with good input except for what the test has changed. An option that is given again
+  /// here replaces the good one.
   Finished replay(const std::vector<std::string>& changed = {}, const test::ProgramOptions& options = {}) {
     std::vector<std::string> arguments{"--config=" + path("config.yaml"), "--hip=" + path("hip.csv"),
                                        "--depth=" + path("wall.pgm"), "--out=" + path("out.csv")};

@@ -35,7 +35,7 @@ struct LawSetting {
   friend auto operator<=>(const LawSetting&, const LawSetting&) = default;
 };
 
-/// The law, and what is not as shipped.
+/// Returns the name of the law and of its settings that differ from the shipped ones.
 std::string nameOf(const LawSetting& setting);
 
 /// The laws on points, filtered or not, and `surface` as shipped.
@@ -60,8 +60,8 @@ inline const std::vector<std::string> kLawChoices = lawChoices([](const rt::Forc
 inline const std::vector<std::string> kProxyLawChoices =
     lawChoices([](const rt::ForceLawRow& law) { return law.has_proxy; });
 
-/// What acts under `force.law: choice` of the shipped configuration when the surface is `distance_m` from the
-/// camera.
+/// Returns the parameters in effect under `force.law: choice` of the shipped configuration when the surface
+/// is `distance_m` from the camera.
 rt::LiveParameters shippedParameters(const std::string& choice, double distance_m);
 
 /// A box with these parameters and a camera at the world's origin that looks along -z.

@@ -17,14 +17,14 @@ namespace hapticd::tools {
 
 using config::nameOf;
 
-/// Is given what is measured next.
+/// Called with the name of what is measured next.
 using Progress = std::function<void(const std::string&)>;
 
 /// Prints `error` and returns `status`.
 int fail(const config::Error& error, int status);
 /// Writes a whole file in place of one of that name; nothing where `file` is empty. Returns the exit status.
 int writeReport(const std::string& file, const std::string& text);
-/// Shows on one line of a terminal what is measured; nothing where standard error is none.
+/// Shows what is measured on one line of the terminal; does nothing if standard error is not a terminal.
 void showProgress(const std::string& what);
 
 /// The names of `values`, by their nameOf().
@@ -51,7 +51,7 @@ class StudyCommand {
                const std::string& help) {
     command_->add_option(option, values, help)->delimiter(',')->check(within(lowest, highest));
   }
-  /// The same in millimetres. `set` gets them in metres.
+  /// Numbers in millimetres with commas between them; `set` receives metres.
   void millimetres(const std::string& option, double lowest_mm, double highest_mm, const std::string& help,
                    const std::function<void(const std::vector<double>& values_m)>& set);
   /// Names out of `all`, with commas between them.
@@ -74,7 +74,7 @@ class StudyCommand {
   /// --json, which report() writes.
   void json();
 
-  /// What the subcommand does; returns the exit status.
+  /// Sets the function of the subcommand, which returns the exit status.
   void onRun(const std::function<int(const StudyCommand&)>& run) { run_ = run; }
   bool chosen() const { return command_->parsed(); }
   int run() const { return run_(*this); }
@@ -90,7 +90,7 @@ class StudyCommand {
   std::function<int(const StudyCommand&)> run_;
 };
 
-/// One for each study. `app` outlives them.
+/// Creates the subcommand of each study. `app` outlives them.
 StudyCommand accuracyCommand(CLI::App& app);
 StudyCommand jitterCommand(CLI::App& app);
 StudyCommand noiseCommand(CLI::App& app);

@@ -55,7 +55,7 @@ TEST(Shard, IsReadFromIOfNAndNothingElse) {
 /// Whether the results are the same in all but the times.
 bool sameButTime(const SweepResult& a, const SweepResult& b) {
   const auto numbers = [](const SweepResult& r) {
-    return std::array{r.feel.felt_stiffness_n_per_m,
+    return std::array{r.feel.rendered_stiffness_n_per_m,
                       r.feel.steepest_stiffness_n_per_m,
                       r.feel.pop_through_n,
                       r.feel.edge_radius_m,
@@ -69,7 +69,7 @@ bool sameButTime(const SweepResult& a, const SweepResult& b) {
          a.feel.edge_is_outside == b.feel.edge_is_outside;
 }
 
-/// A sweep of few points whose feel is made up but different at each point.
+/// A sweep of few points with synthetic figures, different at each point.
 SweepPart madeUpPart(std::size_t number, std::size_t count) {
   SweepPart part{.name = "part" + std::to_string(number),
                  .settings = {.quick = true,
@@ -84,7 +84,7 @@ SweepPart madeUpPart(std::size_t number, std::size_t count) {
     SweepResult result;
     result.point = point;
     const double i = static_cast<double>(point.index);
-    result.feel = {.felt_stiffness_n_per_m = 300 + i / 3,
+    result.feel = {.rendered_stiffness_n_per_m = 300 + i / 3,
                    .steepest_stiffness_n_per_m = 400 + i / 7,
                    .pop_through_n = 10,
                    .edge_radius_m = 0.01 / 3,
@@ -207,7 +207,7 @@ TEST(FeelProbe, FindsConstraintLawsAsStiffAsSetAndWithoutPopThrough) {
   FeelProbe probe(1.15);
   for (const rt::ForceLaw law : {rt::ForceLaw::proxy, rt::ForceLaw::surface}) {
     const Feel feel = probe.measure(lawOf(law));
-    EXPECT_NEAR(feel.felt_stiffness_n_per_m, 500, 5) << static_cast<int>(law);
+    EXPECT_NEAR(feel.rendered_stiffness_n_per_m, 500, 5) << static_cast<int>(law);
     EXPECT_EQ(feel.pop_through_n, kNoPopThrough_n) << static_cast<int>(law);
     // a ridge of 20 mm lifts the proxy by its height: 500 N/m * height > 7 % of 2.5 N from 0.35 mm on; one
     // unit of the depth, 0.05 mm, and the factor 1.15 between the heights tried
@@ -226,7 +226,7 @@ std::unique_ptr<rt::DepthFrame> flatFrame(std::uint16_t raw) {
   return frame;
 }
 
-TEST(NoiseProbe, TellsTheDeviationOfAWallThatJumpsBetweenTwoPlaces) {
+TEST(NoiseProbe, MeasuresTheDeviationOfAWallThatJumpsBetweenTwoPlaces) {
   // raw 757 and 758: walls at depths that differ by about 3.1 mm, in turn
   std::vector<BenchSequence> sequences(1);
   for (int i = 0; i < 10; ++i) {

@@ -54,7 +54,7 @@ struct AccuracyRow {
   bool held = false;          ///< the three above were measured
   int outside_model = 0;      ///< ticks whose force lacked a part of the scene
 
-  /// Adds what was measured on another scene.
+  /// Adds the measurements on another scene.
   void add(const AccuracyRow& other);
 };
 

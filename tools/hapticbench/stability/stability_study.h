@@ -9,7 +9,7 @@
 
 namespace hapticd::tools {
 
-/// How a hand holds the device.
+/// Properties of a hand that holds the device.
 struct Grip {
   std::string name;
   double stiffness_n_per_m = 0;
@@ -59,14 +59,14 @@ struct LoopLimit {
   double found_n_per_m = 0;       ///< largest stable stiffness that the law was set to
   bool capped = false;            ///< stable up to where the search ended
   double rest_h_m = 0;            ///< where the motion came to rest at `found`
-  double felt_by_set = 1;         ///< -dF/dh over the motion there, by the stiffness set
+  double rendered_by_set = 1;     ///< -dF/dh over the motion there, by the stiffness set
   double softest_by_set = 1;      ///< smallest and largest stiffness that swings of 0.03 mm up to the tap's
   double stiffest_by_set = 1;  ///< amplitude (0.5 mm at least) meet there in the mean, by the stiffness set
   ContactRun beyond{};         ///< at 1.2 times `found`
   /// found / eigenvalue limit.
   double ratio() const { return found_n_per_m / eigenvalue_n_per_m; }
-  /// The stiffness felt where it rests at the limit / eigenvalue limit.
-  double feltRatio() const { return felt_by_set * found_n_per_m / eigenvalue_n_per_m; }
+  /// The stiffness rendered where it rests at the limit / eigenvalue limit.
+  double renderedRatio() const { return rendered_by_set * found_n_per_m / eigenvalue_n_per_m; }
 };
 
 /// The largest value that is stable together with all that were tried below it, to `tolerance` of it, and
@@ -94,10 +94,10 @@ struct DefaultRun {
   LoopCase loop;
   ContactRun run;
   double stiffness_kept_n_per_m = 0;
-  /// The device came to the far side of the plane, where a spring law pushes the other way.
+  /// The device reached the far side of the plane, where a spring law pushes in the opposite direction.
   bool popped_through = false;
 };
-/// What the shipped settings must keep to with the laws that have a proxy.
+/// Largest energy that the shipped settings may give with the laws that have a proxy.
 inline constexpr double kMostGiven_j = 0.01;
 DefaultRun runDefaults(const LoopCase& loop);
 

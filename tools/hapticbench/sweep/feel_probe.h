@@ -12,12 +12,12 @@
 
 namespace hapticd::tools {
 
-/// How a law feels on surfaces that are known exactly, 1 m in front of the camera. h: distance in front
-/// of the surface, metres, negative behind; forces along the outward normal unless stated otherwise.
+/// Properties of a law's force on surfaces that are known exactly, 1 m in front of the camera. h: distance in
+/// front of the surface, metres, negative behind; forces along the outward normal unless stated otherwise.
 struct Feel {
   /// -dF/dh: for constraint laws the mean from 5 to 15 mm penetration, for spring laws the mean from the
   /// onset of force to its peak.
-  double felt_stiffness_n_per_m = 0;
+  double rendered_stiffness_n_per_m = 0;
   /// Largest -dF/dh over 1 mm in the same range: what the stability of the loop depends on.
   double steepest_stiffness_n_per_m = 0;
   /// Largest force on a push inwards before the force is lost (turns inwards, or falls below half of what it
@@ -55,7 +55,7 @@ class FeelProbe {
   void push(const rt::LiveParameters& parameters, Feel& feel);
   void strokeOverEdge(const rt::LiveParameters& parameters, Feel& feel);
   void strokeOverRidges(const rt::LiveParameters& parameters, Feel& feel);
-  bool isFelt(const rt::LiveParameters& parameters, double height_m, double stroke_h_m);
+  bool isNoticeable(const rt::LiveParameters& parameters, double height_m, double stroke_h_m);
   void time(const rt::LiveParameters& parameters, Feel& feel);
 
   double ridge_step_;

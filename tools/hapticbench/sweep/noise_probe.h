@@ -34,6 +34,7 @@ std::vector<StillSite> stillSites(const std::vector<BenchSequence>& sequences, s
 /// FNV-1a over all frames, as 16 hexadecimal digits: shows whether two sweeps used the same.
 std::string digestOf(const std::vector<BenchSequence>& sequences);
 
+/// Measures the force noise of laws at still sites.
 /// Thread: one.
 class NoiseProbe {
  public:

@@ -25,7 +25,7 @@ config::Error error(const std::string& where, const std::string& what, const std
 /// Calls `visit(key, figure)` for each figure of a result in a file, to write or to read it.
 template <typename Result, typename Visit>
 void visitFigures(Result& result, const Visit& visit) {
-  visit("felt_stiffness_n_per_m", result.feel.felt_stiffness_n_per_m);
+  visit("felt_stiffness_n_per_m", result.feel.rendered_stiffness_n_per_m);
   visit("steepest_stiffness_n_per_m", result.feel.steepest_stiffness_n_per_m);
   visit("pop_through_n", result.feel.pop_through_n);
   visit("edge_radius_m", result.feel.edge_radius_m);
@@ -69,7 +69,7 @@ std::string partName(const Shard& shard) {
   return fmt::format("{}/{}", shard.number, shard.count);
 }
 
-/// What is wrong with the points of a part, or nothing.
+/// Returns the problem with the points of a part; empty if there is none.
 std::string wrongPoints(const SweepPart& part, std::size_t grid_size) {
   std::vector<int> times(grid_size);
   for (const SweepResult& result : part.results) {

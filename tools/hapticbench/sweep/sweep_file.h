@@ -17,14 +17,14 @@ struct SweepPart {
   std::vector<SweepResult> results{};
 };
 
-/// As JSON, with the numbers in full.
+/// Returns the part as JSON, with all digits.
 std::string sweepJson(const SweepPart& part);
 
 /// Reads what sweepJson() wrote. `name`: of the file, for errors.
 /// Errors: not JSON, not of a sweep, of another version of the format.
 config::Result<SweepPart> parseSweep(const std::string& name, const std::string& text);
 
-/// The whole sweep from its parts, in the order of the grid.
+/// Joins the whole sweep from its parts, in the order of the grid.
 /// Errors: parts of different sweeps or of differently many, the same part twice, a part that is not there, a
 /// part without all its points or with others'.
 config::Result<SweepPart> mergeSweep(const std::vector<SweepPart>& parts);

@@ -22,7 +22,7 @@ const std::vector<Column<SweepResult>>& columns() {
        [](const Row& r) { return r.point.usesRadius() ? Json(1e3 * r.point.springs.radius_m) : Json(); }},
       {"", "N_max", 0,
        [](const Row& r) { return r.point.usesMaxPoints() ? Json(r.point.springs.max_points) : Json(); }},
-      {"", "felt N/m", 0, [](const Row& r) { return r.feel.felt_stiffness_n_per_m; }},
+      {"", "rendered N/m", 0, [](const Row& r) { return r.feel.rendered_stiffness_n_per_m; }},
       {"", "steepest N/m", 0, [](const Row& r) { return r.feel.steepest_stiffness_n_per_m; }},
       {"", "pops at N", 2, [](const Row& r) { return r.feel.pop_through_n; }},
       {"", "edge mm", 1,
@@ -40,7 +40,7 @@ const std::vector<Column<SweepResult>>& columns() {
 std::string sweepText(const SweepPart& part) {
   const ForceNoise noise = part.results.empty() ? ForceNoise{} : part.results.front().noise;
   const std::string text = fmt::format(
-      "Known surfaces 1 m away; noise: {}. felt, steepest: -dF/dh from 5 to 15 mm penetration, or from\n"
+      "Known surfaces 1 m away; noise: {}. rendered, steepest: -dF/dh from 5 to 15 mm penetration, or from\n"
       "the onset of a spring law to its peak, mean and over 1 mm. pops at: force at which the surface\n"
       "gives way, {:g}: not below that. edge: where the force is half of the plane's, mm beyond (+) or\n"
       "before (-) the end of a half-plane. ridge: height of the lowest ridge of 20 mm width that changes\n"

@@ -32,7 +32,7 @@ struct SweepResult {
   double stability_margin = 0;
 };
 
-/// What the law is given at a point: the shipped settings but for the law and the springs.
+/// Returns the parameters of a point: the shipped settings except for the law and the springs.
 rt::LiveParameters parametersOf(const SweepPoint& point);
 
 /// A plane at 1.2 m with simulated sensor noise, for where there are no recordings.
