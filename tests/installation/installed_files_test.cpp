@@ -15,10 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",       "usr/bin/haptic-replay",
-                                      "usr/bin/haptic-soak",         "usr/bin/hapticbench",
-                                      "usr/bin/hapticctl",           "usr/libexec/hapticd/haptic-hdf5",
-                                      "usr/libexec/hapticd/hapticd", "usr/sbin/hapticd-realtime-setup"};
+const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",
+                                      "usr/bin/haptic-replay",
+                                      "usr/bin/haptic-soak",
+                                      "usr/bin/hapticbench",
+                                      "usr/bin/hapticctl",
+                                      "usr/libexec/hapticd/haptic-hdf5",
+                                      "usr/libexec/hapticd/hapticd",
+                                      "usr/sbin/hapticd-realtime-setup",
+                                      "usr/share/doc/hapticd-tools/examples/slurm"};
 
 Finished install(const fs::path& prefix) {
   return runToEnd({HAPTICD_CMAKE, "--install", HAPTICD_BUILD_FOLDER, "--prefix", prefix.string()});
@@ -46,6 +51,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/bash-completion/completions/hapticctl",
       "usr/share/doc/hapticd-tools/changelog.Debian.gz",
       "usr/share/doc/hapticd-tools/copyright",
+      "usr/share/doc/hapticd-tools/examples/slurm",
       "usr/share/doc/hapticd/README.md",
       "usr/share/doc/hapticd/changelog.Debian.gz",
       "usr/share/doc/hapticd/changelog.gz",
@@ -54,6 +60,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/docs/architecture.md",
       "usr/share/doc/hapticd/docs/box.svg",
       "usr/share/doc/hapticd/docs/cameras.md",
+      "usr/share/doc/hapticd/docs/cluster.md",
       "usr/share/doc/hapticd/docs/control-api.md",
       "usr/share/doc/hapticd/docs/faults.md",
       "usr/share/doc/hapticd/docs/glossary.md",

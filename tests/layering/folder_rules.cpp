@@ -63,9 +63,9 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",   "tools/lib/client",  "tools/lib/gnuplot",
-      "tools/lib/offline", "tools/lib/options", "tools/lib/registration",
-      "tools/lib/trace",   "tools/lib/truth",   "tools/lib/whole_file"};
+      "tools/lib/child",   "tools/lib/client",    "tools/lib/gnuplot",      "tools/lib/offline",
+      "tools/lib/options", "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",
+      "tools/lib/truth",   "tools/lib/whole_file"};
   static const std::vector<FolderRule> all{
       {"rt", {}},
       {"config", {}},
@@ -106,8 +106,8 @@ const std::vector<FolderRule>& folderRules() {
         "tools/hapticbench/"}},
       {"tools/hapticbench", tool_libraries},
       {"tools/hapticbench/accuracy",
-       {"tools/lib/offline", "tools/lib/options", "tools/lib/truth", "tools/lib/whole_file",
-        "tools/hapticbench"}},
+       {"tools/lib/offline", "tools/lib/options", "tools/lib/parts", "tools/lib/truth",
+        "tools/lib/whole_file", "tools/hapticbench"}},
       {"tools/hapticbench/jitter",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file",
         "tools/hapticbench"}},
@@ -124,14 +124,15 @@ const std::vector<FolderRule>& folderRules() {
        {"tools/lib/options", "tools/lib/truth", "tools/lib/whole_file", "tools/hapticbench",
         "tools/hapticbench/accuracy"}},
       {"tools/hapticbench/stability",
-       {"tools/lib/gnuplot", "tools/lib/offline", "tools/lib/options", "tools/lib/whole_file",
-        "tools/hapticbench"}},
+       {"tools/lib/gnuplot", "tools/lib/offline", "tools/lib/options", "tools/lib/parts",
+        "tools/lib/whole_file", "tools/hapticbench"}},
       {"tools/hapticbench/strokes",
        {"tools/lib/offline", "tools/lib/options", "tools/lib/truth", "tools/lib/whole_file",
         "tools/hapticbench", "tools/hapticbench/accuracy"}},
       {"tools/hapticbench/sweep",
-       {"tools/lib/offline", "tools/lib/options", "tools/lib/truth", "tools/lib/whole_file",
-        "tools/hapticbench", "tools/hapticbench/accuracy", "tools/hapticbench/stability"}},
+       {"tools/lib/offline", "tools/lib/options", "tools/lib/parts", "tools/lib/truth",
+        "tools/lib/whole_file", "tools/hapticbench", "tools/hapticbench/accuracy",
+        "tools/hapticbench/stability"}},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/options", "tools/lib/registration",
         "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
@@ -145,6 +146,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/gnuplot", {"tools/lib/whole_file"}},
       {"tools/lib/offline", {}},
       {"tools/lib/options", {"tools/lib/whole_file"}},
+      {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/registration", {}},
       {"tools/lib/trace",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},

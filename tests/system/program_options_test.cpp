@@ -34,7 +34,7 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
 const std::set<std::string> kTexts{
     "ADDRESS:PORT", "AGE",      "CHANNEL", "CMD",    "CSV",      "DIR_OR_PGM", "FIELD ...",
     "FILE",         "FILE ...", "FOLDER",  "FORMAT", "KIND ...", "LABEL",      "NAME=VALUE ...",
-    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...", "TIME",       "i/n"};
+    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...", "TIME",       "K/N"};
 
 struct Option {
   std::string name;

@@ -143,6 +143,32 @@ TEST_F(ReplayBadInput, AMissingOptionIsAUsageError) {
   expectRefused(finished, kUsage, "--depth");
 }
 
+TEST_F(ReplayBadInput, AFolderWithoutTracesIsRefused) {
+  const auto replayFolder = [this](const std::string& folder) {
+    return test::runToEnd(test::hapticReplayCommand({"--traces", path(folder)}));
+  };
+  std::filesystem::create_directory(path("empty"));
+  expectRefused(replayFolder("empty"), kNoInput, "empty: holds no finished trace (*.mcap)");
+  expectRefused(replayFolder("nowhere"), kNoInput, "nowhere: cannot be read: No such file or directory");
+}
+
+TEST_F(ReplayBadInput, PartsAreOfAFolderOfTracesOnly) {
+  const auto refused = [this](const std::vector<std::string>& arguments, const std::string& message) {
+    expectRefused(test::runToEnd(test::hapticReplayCommand(arguments)), kUsage, message);
+  };
+  refused({"--part=1/2", "--json=" + path("part.json")}, "--part requires --traces");
+  refused({"--traces=" + path(""), "--part=1/2"}, "--part requires --json");
+  refused({"--traces=" + path(""), "--part=3/2", "--json=" + path("part.json")}, "K in 1..N");
+  refused({"--join=part.json", "--traces=" + path("")}, "--join excludes --traces");
+  refused({"--trace=a.mcap", "--json=" + path("all.json")}, "--json: is only for --traces and --join");
+}
+
+TEST_F(ReplayBadInput, APartThatIsNoneIsRefusedWithItsName) {
+  write("part.json", "{}");
+  const Finished joined = test::runToEnd(test::hapticReplayCommand({"--join", path("part.json")}));
+  expectRefused(joined, kBadData, "part.json: is no part of haptic-replay");
+}
+
 TEST_F(ReplayBadInput, ABadConfigurationIsRefusedWithLineAndRange) {
   write("config.yaml", "force:\n  radius_m: 4\n");
   const Finished finished = replay();

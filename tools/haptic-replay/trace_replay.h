@@ -18,6 +18,7 @@
 #include "rt/haptic_core.h"
 #include "tools/haptic-replay/scene_replay.h"
 #include "tools/haptic-replay/trace_frames.h"
+#include "tools/lib/parts/is.h"
 
 namespace hapticd::tools {
 
@@ -33,6 +34,10 @@ struct TraceComparison {
   std::uint64_t worst_tick = 0;            ///< where that was; 0: nowhere
   double largest_law_difference_n = 0;
 };
+auto fieldsOf(Is<TraceComparison> auto& comparison) {
+  auto& [ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n] = comparison;
+  return std::tie(ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n);
+}
 
 /// Computes the ticks of a trace again, from the depth frames that were recorded with it, and compares the
 /// forces. The same core runs on the same input at the same times: on the machine that wrote the trace no bit

@@ -12,6 +12,7 @@
 #include "rt/parameters.h"
 #include "rt/words.h"
 #include "tools/lib/offline/offline_box.h"
+#include "tools/lib/parts/is.h"
 
 /// The laws as the studies run them: bare, with a setting, or as shipped.
 namespace hapticd::tools {
@@ -34,6 +35,10 @@ struct LawSetting {
   bool usesEarlierFrames() const { return filtered || (law == rt::ForceLaw::surface && fusion_frames > 1); }
   friend auto operator<=>(const LawSetting&, const LawSetting&) = default;
 };
+auto fieldsOf(Is<LawSetting> auto& setting) {
+  auto& [law, filtered, fusion_frames] = setting;
+  return std::tie(law, filtered, fusion_frames);
+}
 
 /// Returns the name of the law and of its settings that differ from the shipped ones.
 std::string nameOf(const LawSetting& setting);

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "tools/lib/parts/is.h"
+
 namespace hapticd::tools {
 
 /// Root mean square and maximum of values, none of them negative.
@@ -26,6 +28,10 @@ class Spread {
   /// Returns the root mean square; 0 if nothing was added.
   double rms() const { return count_ == 0 ? 0 : std::sqrt(sum_of_squares_ / static_cast<double>(count_)); }
   double max() const { return max_; }
+
+  friend auto fieldsOf(Is<Spread> auto& spread) {
+    return std::tie(spread.count_, spread.sum_of_squares_, spread.max_);
+  }
 
  private:
   std::size_t count_ = 0;

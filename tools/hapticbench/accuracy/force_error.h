@@ -20,5 +20,9 @@ struct ForceErrors {
   void add(const rt::Vec3& force_n, const rt::Vec3& truth_n);
   void add(const ForceErrors& other);
 };
+auto fieldsOf(Is<ForceErrors> auto& errors) {
+  auto& [error_n, percent, jnd, direction] = errors;
+  return std::tie(error_n, percent, jnd, direction);
+}
 
 }  // namespace hapticd::tools

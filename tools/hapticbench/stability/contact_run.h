@@ -6,6 +6,7 @@
 
 #include "drivers/handle/simulated/device_and_hand.h"
 #include "tools/hapticbench/stability/wall.h"
+#include "tools/lib/parts/is.h"
 
 namespace hapticd::tools {
 
@@ -47,6 +48,10 @@ struct ContactRun {
   double most_above_potential_j = 0;  ///< the same beyond what its potential had fallen by
   double deepest_m = 0;               ///< h
 };
+auto fieldsOf(Is<ContactRun> auto& run) {
+  auto& [stable, ran_away, swing, mean, seconds, rate, per_cycle, power, given, above, deepest] = run;
+  return std::tie(stable, ran_away, swing, mean, seconds, rate, per_cycle, power, given, above, deepest);
+}
 
 /// Potential energy of the wall's force at h, joules.
 using Potential = std::function<double(double h_m)>;

@@ -104,14 +104,14 @@ PushCurve pushInwards(Hand& hand, double first_m, double last_m) {
 
 }  // namespace
 
-FeelProbe::FeelProbe(double ridge_step) : ridge_step_(ridge_step) {}
+FeelProbe::FeelProbe(double ridge_step, bool timed) : ridge_step_(ridge_step), timed_(timed) {}
 
 Feel FeelProbe::measure(const rt::LiveParameters& parameters) {
   Feel feel;
   push(parameters, feel);
   strokeOverEdge(parameters, feel);
   strokeOverRidges(parameters, feel);
-  time(parameters, feel);
+  if (timed_) time(parameters, feel);
   return feel;
 }
 
