@@ -129,7 +129,8 @@ TEST(DebianPackage, SharesNoFileWithTheOther) {
                               "usr/libexec/hapticd/haptic-hdf5"}) {
     EXPECT_TRUE(fs::exists(tools.path(program))) << program;
   }
-  for (const char* program : {"usr/bin/hapticctl", "usr/bin/haptic-bridge", "usr/libexec/hapticd/hapticd"}) {
+  for (const char* program : {"usr/bin/hapticctl", "usr/bin/hapticd-view", "usr/bin/haptic-bridge",
+                              "usr/libexec/hapticd/hapticd"}) {
     EXPECT_TRUE(fs::exists(box.path(program))) << program;
   }
 }

@@ -138,6 +138,13 @@ const std::vector<FolderRule>& folderRules() {
         "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
+      {"tools/hapticd-view",
+       {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
+        "tools/hapticd-view/server"}},
+      {"tools/hapticd-view/box_link", {"tools/lib/client", "tools/hapticd-view/live"}},
+      {"tools/hapticd-view/foxglove", {"tools/lib/client", "tools/hapticd-view/live"}},
+      {"tools/hapticd-view/live", {"tools/lib/client"}},
+      {"tools/hapticd-view/server", {"tools/hapticd-view/foxglove", "tools/hapticd-view/live"}},
       {"tools/manual", {"tools/lib/whole_file"}},
 
       // libraries

@@ -135,6 +135,7 @@ std::vector<std::string> wrongIncludes(const fs::path& root) {
 
 const std::vector<GuardedLibrary>& guardedLibraries() {
   static const std::vector<GuardedLibrary> all{
+      {"boost/", {"tools/hapticd-view"}},
       {"gpiod", {"drivers/led/gpiod"}},
       {"hdf5", {"tools/lib/trace"}},
       {"hidapi", {"drivers"}},
@@ -144,7 +145,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"nettle/", {"drivers/handle/udp"}},
       {"png.h", {"tools/hapticctl/snapshot"}},
       {"nlohmann/", {"daemon", "tools"}},
-      {"systemd/", {"daemon"}},
+      {"systemd/", {"daemon", "tools/hapticd-view/server"}},
       {"yaml-cpp/", {"config"}},
       {"zstd", {"drivers/trace"}},
   };

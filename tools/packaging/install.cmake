@@ -12,11 +12,14 @@ set(udev_folder lib/udev)
 set(doc_folder ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd)
 
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticctl haptic-bridge haptic-replay haptic-soak hapticbench haptic-hdf5)
+foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-replay haptic-soak hapticbench haptic-hdf5)
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
 install(TARGETS hapticd RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd COMPONENT hapticd)
+install(TARGETS hapticd-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
+install(DIRECTORY tools/hapticd-view/page/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/hapticd/view COMPONENT hapticd
+        FILES_MATCHING PATTERN *.html PATTERN *.js PATTERN *.css PATTERN *.svg)
 install(TARGETS hapticctl haptic-bridge RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
 install(TARGETS haptic-replay haptic-soak hapticbench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
 install(TARGETS haptic-hdf5 RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd COMPONENT tools)
@@ -43,7 +46,7 @@ function(install_manual_pages component section)
   endforeach()
 endfunction()
 
-install_manual_pages(hapticd 8 hapticd hapticd-realtime-setup)
+install_manual_pages(hapticd 8 hapticd hapticd-realtime-setup hapticd-view)
 install_manual_pages(hapticd 5 hapticd.yaml)
 install_manual_pages(hapticd 7 hapticd-varlink)
 install_manual_pages(hapticd 1 hapticctl haptic-bridge)
