@@ -29,16 +29,17 @@ TEST(DepthRecorder, GivesEveryFrameInItsOrderWithTheCamerasHeader) {
   const auto recorder = DepthRecorder::start(common);
   ASSERT_TRUE(recorder) << recorder.error().text();
   drivers::DepthDecoder decoder;
-  drivers::DepthRecord record;
+  RecordedFrame recorded;
   const auto back = std::make_unique<rt::DepthFrame>();
   std::uint64_t taken = 0;
   const auto take = [&] {
-    while ((*recorder)->take(record)) {
-      ASSERT_EQ(decoder.decode(record, *back), "");
+    while ((*recorder)->take(recorded)) {
+      ASSERT_EQ(decoder.decode(recorded.depth, *back), "");
       const auto expected = madeUpFrame(++taken);
       EXPECT_EQ(back->sequence, expected->sequence);
       EXPECT_EQ(std::memcmp(back->raw, expected->raw, sizeof back->raw), 0) << taken;
-      EXPECT_EQ(record.header.fx_px, 594);
+      EXPECT_EQ(recorded.depth.header.fx_px, 594);
+      EXPECT_TRUE(recorded.cloud.points_m_in_camera.empty());
     }
   };
   for (std::uint64_t number = 1; number <= 20; ++number) {
@@ -67,7 +68,7 @@ TEST(DepthRecorder, RefusesAndCountsWhatASlowDiskHasNoRoomForAndLosesNothingThat
             DepthRecorder::kMostWaitingBytes + (DepthRecorder::kFrames + 1) * sizeof noise->raw);
   (*recorder)->finish();
   std::uint64_t taken = 0;
-  for (drivers::DepthRecord record; (*recorder)->take(record);) ++taken;
+  for (RecordedFrame recorded; (*recorder)->take(recorded);) ++taken;
   EXPECT_EQ(taken, offered);
 }
 
