@@ -392,6 +392,24 @@ std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
   return future;
 }
 
+config::Result<SharedDepth> RunningBox::shareDepth() {
+  auto region = drivers::DepthRegionWriter::create(sizeof(rt::DepthFrame::raw));
+  if (!region) return std::unexpected(region.error());
+  depth_region_ = std::move(*region);
+  scene_thread_.setView([&region = *depth_region_, &camera = *camera_,
+                         settings = settings_.camera](const rt::DepthFrame& frame) {
+    // The camera may have been found only now, so that its serial number is asked for each time.
+    const rt::DepthFrameHeader common = drivers::commonDepthHeader(settings, camera.status().identity);
+    region.publish(drivers::headerOf(common, frame), std::as_bytes(std::span(frame.raw)));
+  });
+  return SharedDepth{depth_region_->descriptor(), depth_region_->bytes()};
+}
+
+void RunningBox::hideDepth() {
+  scene_thread_.setView({});
+  depth_region_.reset();
+}
+
 void RunningBox::onEvent(const JournalEntry& entry) {
   drivers::EventRecord event{rt::monotonicNow_ns(), "log", entry.text, {}};
   for (const auto& [name, value] : entry.fields) {

@@ -23,6 +23,7 @@
 #include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"
 #include "drivers/camera/camera.h"
+#include "drivers/depth_region/depth_region.h"
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
 #include "rt/depth_model.h"
@@ -75,6 +76,8 @@ class RunningBox final : public Box {
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
   std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
   std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
+  config::Result<SharedDepth> shareDepth() override;
+  void hideDepth() override;
   /// Records the event in the trace.
   void onEvent(const JournalEntry& entry);
 
@@ -121,6 +124,7 @@ class RunningBox final : public Box {
   std::unique_ptr<drivers::Handle> handle_;
   std::unique_ptr<drivers::LedPanel> leds_;
   TraceRecorder trace_;
+  std::unique_ptr<drivers::DepthRegionWriter> depth_region_;  // null: nobody looks
   std::unique_ptr<rt::ForceLoop> loop_;
   std::thread force_thread_;
   rt::LoopPrivileges privileges_;

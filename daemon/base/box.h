@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <future>
@@ -22,9 +23,15 @@
 #include "rt/depth_frame.h"
 #include "rt/latency_histogram.h"
 #include "rt/loop_state.h"
+#include "rt/vec3.h"
 #include "rt/words.h"
 
 namespace hapticd::daemon {
+
+struct Ball {
+  rt::Vec3 centre_m;
+  double radius_m = 0;
+};
 
 /// Counters of the scene thread.
 struct SceneStatus {
@@ -36,6 +43,8 @@ struct SceneStatus {
   std::uint64_t skipped_frames = 0;  ///< frames that a newer one replaced before they were modelled
   std::int64_t last_model_ns = 0;    ///< time it took to build the newest scene
   double frame_rate_hz = 0;
+  /// The ball of space that is modelled, in the world frame; nothing: no model yet, or the whole frame is.
+  std::optional<Ball> ball;
 };
 
 using rt::LatencySummary;
@@ -129,6 +138,12 @@ struct SceneSnapshot {
   rt::Tick tick;  ///< the newest tick
 };
 
+/// Memory that holds the newest depth frames (drivers/depth_region).
+struct SharedDepth {
+  int descriptor = -1;  ///< of the memory file; stays the box's
+  std::size_t bytes = 0;
+};
+
 /// Statistics of the thread that serves the control API.
 struct ControlStatus {
   /// Longest time between two of its periods since the start; the watchdog of the service manager has never
@@ -196,6 +211,11 @@ class Box {
   virtual std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) = 0;
   /// Copies the newest depth frame and its state. Errors: there is none yet.
   virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
+  /// Writes each depth frame into memory that other processes can map, from now until hideDepth(). Not to be
+  /// called again before that. Errors: the system has no memory for it.
+  virtual config::Result<SharedDepth> shareDepth() = 0;
+  /// Ends that, and closes the memory for its readers.
+  virtual void hideDepth() = 0;
 };
 
 }  // namespace hapticd::daemon

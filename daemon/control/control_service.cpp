@@ -25,13 +25,14 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
     : context_{box, options.apply_timeout, options.log},
       monitors_(box),
       snapshots_(box),
+      depth_(box),
       parameters_(context_),
       traces_(context_),
       profiles_(context_, worker_),
       calibration_(context_, worker_, options.calibration) {
-  for (auto&& theme :
-       {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(), snapshots_.methods(),
-        parameters_.methods(), traces_.methods(), profiles_.methods(), calibration_.methods()}) {
+  for (auto&& theme : {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(),
+                       snapshots_.methods(), depth_.methods(), parameters_.methods(), traces_.methods(),
+                       profiles_.methods(), calibration_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }
@@ -64,11 +65,13 @@ void ControlService::closed(ConnectionId connection) {
   ticks_.closed(connection);
   events_.closed(connection);
   snapshots_.closed(connection);
+  depth_.closed(connection);
 }
 
 void ControlService::periodic(Replies& replies) {
   context_.pending.answer(replies);
   snapshots_.feed(replies);
+  depth_.feed(replies);
   events_.feed(replies);
   monitors_.feed(replies);
   ticks_.feed(replies);

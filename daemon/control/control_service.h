@@ -9,6 +9,7 @@
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/control/calibration_methods.h"
+#include "daemon/control/depth_streams.h"
 #include "daemon/control/event_streams.h"
 #include "daemon/control/method.h"
 #include "daemon/control/method_context.h"
@@ -66,6 +67,7 @@ class ControlService final : public CallHandler {
   TickStreams ticks_;
   EventStreams events_;
   SnapshotStreams snapshots_;
+  DepthStreams depth_;
   ParameterMethods parameters_;
   TraceMethods traces_;
   ProfileMethods profiles_;

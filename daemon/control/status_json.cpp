@@ -72,7 +72,7 @@ OrderedJson cameraJson(const drivers::CameraStatus& camera) {
 
 OrderedJson sceneJson(const SceneStatus& scene) {
   const auto& [frames, models, remodels, points, points_over_capacity, skipped_frames, last_model_ns,
-               frame_rate_hz] = scene;
+               frame_rate_hz, ball] = scene;
   return {{"frames", frames},
           {"models", models},
           {"remodels", remodels},
@@ -80,7 +80,9 @@ OrderedJson sceneJson(const SceneStatus& scene) {
           {"pointsOverCapacity", points_over_capacity},
           {"skippedFrames", skipped_frames},
           {"lastModelNs", last_model_ns},
-          {"frameRateHz", frame_rate_hz}};
+          {"frameRateHz", frame_rate_hz},
+          {"ballCentreMInWorld", ball ? vectorJson(ball->centre_m) : OrderedJson()},
+          {"ballRadiusM", ball ? OrderedJson(ball->radius_m) : OrderedJson()}};
 }
 
 OrderedJson lawJson(const LawStatus& law) {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/varlink_connection.h"
 
+#include <fcntl.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstring>
 #include <utility>
 
 #include "daemon/control/varlink_message.h"
@@ -54,25 +58,50 @@ bool VarlinkConnection::overfull() const noexcept {
   return input_.size() - taken_ > kMaxCallBytes && scanned_ == input_.size();
 }
 
-void VarlinkConnection::send(std::string_view message) {
+void VarlinkConnection::send(std::string_view message, int descriptor) {
   output_.erase(0, sent_);
   sent_ = 0;
+  if (descriptor >= 0) {
+    attached_ = config::Descriptor(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+    // The client would wait for it in vain.
+    if (!attached_) dead = true;
+  }
   output_ += message;
   flush();
 }
 
 void VarlinkConnection::flush() {
   while (!dead && !outputEmpty()) {
-    const ssize_t count =
-        ::send(socket_.get(), output_.data() + sent_, output_.size() - sent_, MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t count = sendSome();
     if (count >= 0) {
       sent_ += static_cast<std::size_t>(count);
+      attached_.close();
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
       return;
     } else if (errno != EINTR) {
       dead = true;
     }
   }
+}
+
+/// Sends what the kernel takes at once, with the descriptor if one is attached; as sendmsg().
+ssize_t VarlinkConnection::sendSome() noexcept {
+  iovec bytes{output_.data() + sent_, output_.size() - sent_};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  if (attached_) {
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+    rights->cmsg_level = SOL_SOCKET;
+    rights->cmsg_type = SCM_RIGHTS;
+    rights->cmsg_len = CMSG_LEN(sizeof(int));
+    const int descriptor = attached_.get();
+    std::memcpy(CMSG_DATA(rights), &descriptor, sizeof(descriptor));
+  }
+  return ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 }  // namespace hapticd::daemon

@@ -72,7 +72,9 @@ class VarlinkConnection {
   /// Whether a message is longer than the bound: the client does not speak the protocol.
   bool overfull() const noexcept;
   /// Sends as much as the kernel takes and keeps the rest. Marks the connection dead if the client is gone.
-  void send(std::string_view message);
+  /// `descriptor`: of a file that the client gets a descriptor of with the first byte (SCM_RIGHTS); only
+  /// while outputEmpty(). -1: none.
+  void send(std::string_view message, int descriptor = -1);
   /// Tries again to send the rest.
   void flush();
   /// Gives up the socket; the connection cannot be used any more.
@@ -80,6 +82,7 @@ class VarlinkConnection {
 
  private:
   bool hasMessage() noexcept;
+  ssize_t sendSome() noexcept;
 
   config::Descriptor socket_;
   Caller caller_;
@@ -88,6 +91,7 @@ class VarlinkConnection {
   std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL behind taken_, counted from the start
   std::string output_;
   std::size_t sent_ = 0;
+  config::Descriptor attached_;  // goes with the first byte of output_
   bool input_ended_ = false;
 };
 

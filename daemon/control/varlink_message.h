@@ -32,6 +32,7 @@ struct Reply {
   std::string error;  ///< full name; empty: success
   OrderedJson parameters = OrderedJson::object();
   bool continues = false;
+  int descriptor = -1;  ///< a file to pass along, which stays the caller's; -1: none
 };
 
 /// Parses a message (without the NUL) as a call.

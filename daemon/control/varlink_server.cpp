@@ -334,7 +334,7 @@ void VarlinkServer::finish(ConnectionId id, const Reply& reply) {
   connection->call_open = false;
   const std::string message = serialise(reply);
   if (message.size() > kMaxReplyBytes) connection->dead = true;
-  connection->send(message);
+  connection->send(message, reply.descriptor);
 }
 
 bool VarlinkServer::offer(ConnectionId id, const Reply& reply) {
@@ -345,7 +345,7 @@ bool VarlinkServer::offer(ConnectionId id, const Reply& reply) {
   if (message.size() > kMaxReplyBytes || outputBytes() + message.size() > options_.max_output_bytes) {
     return false;
   }
-  connection->send(message);
+  connection->send(message, reply.descriptor);
   return true;
 }
 

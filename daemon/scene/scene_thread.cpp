@@ -80,6 +80,7 @@ void SceneThread::run() {
     }
     modelIfNeeded(new_frame);
     answerFrameRequests();
+    showFrame(new_frame);
   }
 }
 
@@ -124,6 +125,19 @@ void SceneThread::answerFrameRequests() {
   for (const FrameReceiver& receive : std::exchange(frame_requests_, {})) {
     receive(frame.sequence == 0 ? nullptr : std::make_unique<rt::DepthFrame>(frame));
   }
+}
+
+void SceneThread::setView(FrameView view) {
+  const std::lock_guard lock(tap_mutex_);
+  view_ = std::move(view);
+  view_is_new_ = true;
+}
+
+void SceneThread::showFrame(bool new_frame) {
+  const std::lock_guard lock(tap_mutex_);
+  const rt::DepthFrame& frame = frames_->front();
+  if (!view_ || frame.sequence == 0) return;
+  if (std::exchange(view_is_new_, false) || new_frame) view_(frame);
 }
 
 void SceneThread::modelIfNeeded(bool new_frame) {
@@ -197,6 +211,9 @@ void SceneThread::countModel(const rt::Scene& scene, bool new_frame, std::int64_
   status_.points = scene.points;
   status_.points_over_capacity += scene.points_over_capacity;
   status_.last_model_ns = model_ns;
+  status_.ball = std::isfinite(scene.ball_radius_m)
+                     ? std::optional(Ball{scene.ball_centre_m_in_world, scene.ball_radius_m})
+                     : std::nullopt;
 }
 
 SceneStatus SceneThread::status() const {

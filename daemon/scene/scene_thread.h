@@ -55,6 +55,12 @@ class SceneThread final : public drivers::FrameSink {
   /// thread that stops it.
   void askForFrame(FrameReceiver receive);
 
+  /// Receives each new frame after it is modelled, and the newest one soon after setView(); must not block.
+  using FrameView = std::function<void(const rt::DepthFrame&)>;
+  /// Passes frames on to `view`; the view before is not called after this function returns. An empty `view`
+  /// ends this. It has no effect on the scenes. Thread: any.
+  void setView(FrameView view);
+
   /// A record of every scene that is built. Thread of pop(): one.
   using ModelRing = rt::SpscRing<drivers::ModelRecord, 1024>;
   ModelRing& models() noexcept { return *models_; }
@@ -71,6 +77,7 @@ class SceneThread final : public drivers::FrameSink {
   bool waitForFrame();
   void offerToTap(const rt::DepthFrame& frame);
   void answerFrameRequests();
+  void showFrame(bool new_frame);
   void modelIfNeeded(bool new_frame);
   /// For which focus and how fast a scene was built.
   struct Build {
@@ -104,6 +111,8 @@ class SceneThread final : public drivers::FrameSink {
   bool begin_anew_ = false;  // start filter and fusion again with the next frame that the tap takes
   std::int64_t next_beginning_ns_ = 0;
   std::vector<FrameReceiver> frame_requests_;
+  FrameView view_;
+  bool view_is_new_ = false;
 
   // The next two describe the newest frame; scene thread only.
   bool frame_recorded_ = false;

@@ -68,6 +68,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/examples/60-udp-peer.conf",
       "usr/share/doc/hapticd/examples/demo.yaml",
       "usr/share/doc/hapticd/examples/hapticd-alerts.yml",
+      "usr/share/doc/hapticd/examples/depth.py",
       "usr/share/doc/hapticd/examples/ticks.py",
       "usr/share/doc/hapticd/hid-reports.md",
       "usr/share/doc/hapticd/udp-protocol.md",

@@ -77,6 +77,7 @@ const std::vector<FolderRule>& folderRules() {
       {"drivers/camera/freenect", {"drivers/base", "drivers/camera"}},
       {"drivers/camera/recorded", {"drivers/base", "drivers/camera"}},
       {"drivers/camera/synthetic", {"drivers/base", "drivers/camera"}},
+      {"drivers/depth_region", {}},
       {"drivers/handle", {"drivers/base"}},
       {"drivers/handle/falcon", {"drivers/base", "drivers/handle"}},
       {"drivers/handle/hid", {"drivers/base", "drivers/handle"}},

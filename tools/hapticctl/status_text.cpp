@@ -152,6 +152,14 @@ std::string cameraText(const Json& status) {
          line("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}}));
 }
 
+/// Empty where the whole depth frame is modelled, or nothing yet.
+std::string ballText(const Json& status) {
+  const double radius_m = numberAt(status, "scene.ballRadiusM");
+  if (std::isnan(radius_m)) return "";
+  return line("", fmt::format("within {:.0f} mm of {} m in the world", radius_m * 1e3,
+                              vectorText(status, "scene.ballCentreMInWorld", 4)));
+}
+
 std::string sceneText(const Json& status) {
   return line("scene", fmt::format("{} frames per second, {}, modelled in {}, in use at an age of {}",
                                    fixed(numberAt(status, "scene.frameRateHz"), 1), sceneContentText(status),
@@ -163,6 +171,7 @@ std::string sceneText(const Json& status) {
                                 {"models", "models"},
                                 {"remodels", "of them remodelled"},
                                 {"pointsOverCapacity", "points over capacity"}})) +
+         ballText(status) +
          line("", countersText(status, "loop.counters.",
                                {{"outsideModelTicks", "ticks outside the model"},
                                 {"depthStaleTicks", "with stale depth"}}));

@@ -46,7 +46,8 @@ class ConformanceTest : public ControlFixture {
 
 bool isStream(const std::string& method) {
   static const std::set<std::string> streams{"io.hapticd.Status.Monitor", "io.hapticd.Status.Events",
-                                             "io.hapticd.Status.GetSnapshot", "io.hapticd.Status.Ticks"};
+                                             "io.hapticd.Status.GetSnapshot", "io.hapticd.Status.ShareDepth",
+                                             "io.hapticd.Status.Ticks"};
   return streams.contains(method);
 }
 

@@ -318,7 +318,7 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   status.trace_ticks_dropped = 113;
   status.force_thread_page_faults = 131;
   status.camera = {drivers::CameraState::lost, "unplugged", "freenect A00", 114, 115, "two found"};
-  status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5};
+  status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
   status.wakeup_latency = {123, 124, 125, 126};
   status.compute_time = {127, 128, 129, 130};
   status.handle.scheduling = {79, 136};
@@ -344,7 +344,8 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
           "damagedFrames":115,"advice":"two found"})"_json,
       shown["camera"]);
   EXPECT_EQ(R"({"frames":116,"models":117,"remodels":118,"points":119,"pointsOverCapacity":120,
-                "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5})"_json,
+                "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5,
+                "ballCentreMInWorld":{"x":0.1,"y":0.2,"z":-0.3},"ballRadiusM":0.08})"_json,
             shown["scene"]);
   EXPECT_EQ(R"({"p50Ns":123,"p99Ns":124,"p999Ns":125,"maxNs":126})"_json, shown["loop"]["wakeupLatency"]);
   EXPECT_EQ(R"({"p50Ns":127,"p99Ns":128,"p999Ns":129,"maxNs":130})"_json, shown["loop"]["computeTime"]);

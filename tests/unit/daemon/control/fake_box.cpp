@@ -225,4 +225,48 @@ std::future<config::Result<SceneSnapshot>> FakeBox::takeSnapshot() {
   });
 }
 
+config::Result<SharedDepth> FakeBox::shareDepth() {
+  const std::lock_guard lock(mutex_);
+  if (no_memory_) return std::unexpected(config::Error{"depth region", "no memory", "free some"});
+  auto region = drivers::DepthRegionWriter::create(sizeof(rt::DepthFrame::raw));
+  if (!region) return std::unexpected(region.error());
+  std::vector<std::uint16_t> raw(rt::kFramePixels);
+  for (std::size_t pixel = 0; pixel < raw.size(); ++pixel) raw[pixel] = rawAt(pixel);
+  rt::DepthFrameHeader header;
+  header.width_px = rt::kFrameWidth;
+  header.height_px = rt::kFrameHeight;
+  header.stride_bytes = rt::kFrameWidth * 2;
+  header.frame = 77;
+  (*region)->publish(header, std::as_bytes(std::span(raw)));
+  depth_region_ = std::move(*region);
+  ++times_shared_;
+  return SharedDepth{depth_region_->descriptor(), depth_region_->bytes()};
+}
+
+void FakeBox::hideDepth() {
+  const std::lock_guard lock(mutex_);
+  depth_region_.reset();
+  changed_.notify_all();
+}
+
+void FakeBox::failToShareDepth() {
+  const std::lock_guard lock(mutex_);
+  no_memory_ = true;
+}
+
+bool FakeBox::sharesDepth() const {
+  const std::lock_guard lock(mutex_);
+  return depth_region_ != nullptr;
+}
+
+int FakeBox::timesDepthWasShared() const {
+  const std::lock_guard lock(mutex_);
+  return times_shared_;
+}
+
+bool FakeBox::waitUntilDepthIsHidden() {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, std::chrono::seconds(20), [this] { return depth_region_ == nullptr; });
+}
+
 }  // namespace hapticd::daemon::test

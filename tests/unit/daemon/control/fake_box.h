@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/base/box.h"
+#include "drivers/depth_region/depth_region.h"
 
 namespace hapticd::daemon::test {
 
@@ -31,6 +32,8 @@ class FakeBox final : public Box {
   std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
   std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
   std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
+  config::Result<SharedDepth> shareDepth() override;
+  void hideDepth() override;
 
   /// From now on changes wait for acknowledge().
   void holdAcknowledgements();
@@ -55,6 +58,12 @@ class FakeBox final : public Box {
   void setTraces(int count, const std::string& note = "");
   /// Whether the camera has delivered a frame.
   void setFrame(bool there);
+  /// From now on there is no memory for depth frames.
+  void failToShareDepth();
+  bool sharesDepth() const;
+  int timesDepthWasShared() const;
+  /// Waits as waitForGeneration() does.
+  bool waitUntilDepthIsHidden();
   /// A pixel of the frame that it has delivered.
   static std::uint16_t rawAt(std::size_t pixel) { return static_cast<std::uint16_t>(pixel * 7 % 2048); }
   config::Settings appliedSettings() const;
@@ -81,6 +90,9 @@ class FakeBox final : public Box {
   std::vector<std::function<void()>> jobs_;
   std::vector<drivers::TraceEntry> traces_;
   bool frame_there_ = true;
+  bool no_memory_ = false;
+  int times_shared_ = 0;
+  std::unique_ptr<drivers::DepthRegionWriter> depth_region_;
 };
 
 }  // namespace hapticd::daemon::test

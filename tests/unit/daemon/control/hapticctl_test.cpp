@@ -66,7 +66,7 @@ BoxStatus troubledStatus() {
   status.handle.scheduling = {79, 79};
   status.handle.last_hop = rt::LatencySummary{250'000, 500'000, 900'000, 1'230'000};
   status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115, ""};
-  status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5};
+  status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
   status.handle.state = drivers::HandlePresence::present;
   status.handle.identity = "simulated";
   status.warnings = {"the memory is not locked (raise LimitMEMLOCK)"};
@@ -121,6 +121,7 @@ TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
         "114 frames, 115 damaged\n",
         "116 frames, 121 skipped, 117 models, 118 of them remodelled, 120 points over capacity\n",
         "29.5 frames per second, 119 points, modelled in 122.0 us",
+        "within 80 mm of (0.1000, 0.2000, -0.3000) m in the world\n",
         "p50 3.1 us, p99 8.0 us, p99.9 12.0 us, max 4.56 ms", "5.000 N (3.000, 0.000, 4.000)",
         "from 57 points", "at (0.1000, -0.0200, -0.8000) m in the world",
         "no real-time scheduling, memory not locked",

@@ -20,6 +20,7 @@ class RawClient {
   RawClient& operator=(RawClient&&) = delete;
   ~RawClient() { close(); }
 
+  int descriptor() const noexcept { return socket_; }
   void send(std::string_view bytes);
   /// One message: `text` and the NUL.
   void call(std::string_view text);

@@ -21,6 +21,7 @@ BoxStatus statusWithEveryNumber() {
   status.handle.link.emplace();
   status.handle.last_hop.emplace();
   status.handle.scheduling.priority = 1;
+  status.scene.ball = Ball{{1, 1, 1}, 1};
   status.law.distance_m = 1;
   status.law.expected_error_n = 1;
   status.trace.state = TraceState::writing;
@@ -65,6 +66,10 @@ TEST(StatusCoverage, MetricsShowEveryNumberButTheseFew) {
                                         "/law/maxErrorN",
                                         "/loop/cpu",
                                         "/loop/directiveGeneration",
+                                        "/scene/ballCentreMInWorld/x",
+                                        "/scene/ballCentreMInWorld/y",
+                                        "/scene/ballCentreMInWorld/z",
+                                        "/scene/ballRadiusM",
                                         "/scene/frames",
                                         "/trace/bytes",
                                         "/trace/depthFrames",

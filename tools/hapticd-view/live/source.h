@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/hapticd-view/live/client_message.h"
+#include "tools/hapticd-view/live/viewer.h"
+
+namespace hapticd::tools::view {
+
+/// Where pictures come from: a running box or a recorded trace. Thread: the io_context's.
+class Source {
+ public:
+  virtual ~Source() = default;
+
+  /// The message `hello` of the protocol of `/live`.
+  virtual Json hello() const = 0;
+
+  /// Begins to deliver to a viewer, which must be removed before it dies. What is known already comes before
+  /// add() returns. Neither may be called from within a viewer's functions, except from onText().
+  virtual void add(Viewer& viewer) = 0;
+  virtual void remove(Viewer& viewer) = 0;
+
+  /// A viewer's wantsTicks() or wantsDepth() has changed.
+  virtual void wantsChanged() = 0;
+
+  /// A request about the playback of a recording. Ignored by a live source.
+  virtual void control(const PlaybackRequest&) {}
+};
+
+}  // namespace hapticd::tools::view

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "rt/loop_state.h"
+#include "tools/hapticd-view/live/depth_picture.h"
+#include "tools/lib/client/varlink_client.h"
+
+namespace hapticd::tools::view {
+
+/// Receives what a Source has to show. Thread: the io_context's.
+class Viewer {
+ public:
+  virtual ~Viewer() = default;
+
+  /// Each tick that the source delivers, in order.
+  virtual void onTick(const rt::Tick&) {}
+  /// So many ticks are missing before the next one.
+  virtual void onTicksLost(std::uint64_t) {}
+  /// The ticks that came together have been delivered.
+  virtual void onBatchEnd() {}
+  /// The Status object of io.hapticd.Status without `tick`, 5 times a second.
+  virtual void onStatus(const Json&) {}
+  /// All parameters, name to value, at the start and after each change.
+  virtual void onParameters(const Json&) {}
+  /// An Event object of io.hapticd.Status.
+  virtual void onEvent(const Json&) {}
+  /// Each depth frame; only the newest where several came together.
+  virtual void onDepth(const std::shared_ptr<const DepthPicture>&) {}
+  /// Depth frames can be had, or cannot. reason: for people, with the remedy; empty when available.
+  virtual void onDepthState(bool /*available*/, const std::string& /*reason*/) {}
+  /// The connection to the box came or went. reason: for people, with the remedy; empty when reachable.
+  virtual void onBox(bool /*reachable*/, const std::string& /*reason*/) {}
+  /// Only of a recorded source: messages `timeline` and `playback` of the protocol of `/live`.
+  virtual void onTimeline(const Json&) {}
+  virtual void onPlayback(const Json&) {}
+
+  /// What the source needs to fetch for this viewer. After a change call Source::wantsChanged().
+  virtual bool wantsTicks() const = 0;
+  virtual bool wantsDepth() const = 0;
+};
+
+/// A viewer at the other end of a WebSocket.
+class Session : public Viewer {
+ public:
+  /// A complete message from the client. Errors: an invalid one is ignored, or MessageSink::close().
+  virtual void onText(std::string_view message) = 0;
+  virtual void onBinary(std::span<const std::byte> /*message*/) {}
+  /// The longest message that the client may send, bytes; a longer one closes the connection.
+  virtual std::size_t longestMessage() const { return 4096; }
+};
+
+}  // namespace hapticd::tools::view
