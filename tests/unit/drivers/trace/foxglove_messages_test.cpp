@@ -72,8 +72,11 @@ TEST(FoxgloveMessages, TheSizeOfASphereIsItsDiameter) {
 TEST(FoxgloveMessages, AnArrowIsAsLongAsItsVectorAndItsXAxisPointsAlongIt) {
   std::string message;
   const rt::Vec3 to_tip{0, 0, 0.5};
-  const std::vector<Entity> entities{
-      {.id = "a", .arrows = {{.tail_to_tip_m = to_tip, .head_length_m = 0.125}}}};
+  Entity entity{.id = "a"};
+  Arrow& arrow = entity.arrows.emplace_back();
+  arrow.tail_to_tip_m = to_tip;
+  arrow.head_length_m = 0.125;
+  const std::vector<Entity> entities{entity};
   encodeScene(0, entities, message);
   const Quaternion rotation = rotationOfXAxisTo(to_tip);
   const std::string expected = bytesOf(rotation.x) + bytesOf(rotation.y) + bytesOf(rotation.z) +

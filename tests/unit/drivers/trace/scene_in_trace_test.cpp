@@ -79,7 +79,9 @@ fs::path writeTrace(const fs::path& folder, const TraceOptions& options) {
   EXPECT_TRUE((*writer)->write(ModelRecord{.centre_m_in_world = {1, 2, 3}, .radius_m = 0.75}));
   for (std::int64_t ms = 0; ms < 2000; ++ms) {
     EXPECT_TRUE((*writer)->write(tickWithForce(ms, ms == 1234 ? 3 : 1)));
-    if (options.cloud && ms % 33 == 0) EXPECT_TRUE((*writer)->write(CloudRecord{ms * 1'000'000, {1, 2, 3}}));
+    if (options.cloud && ms % 33 == 0) {
+      EXPECT_TRUE((*writer)->write(CloudRecord{ms * 1'000'000, {1, 2, 3}}));
+    }
   }
   EXPECT_TRUE((*writer)->close());
   return file;
