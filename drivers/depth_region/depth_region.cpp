@@ -44,20 +44,28 @@ std::uint64_t& wordAt(std::byte* begin, std::size_t word) {
 // Both processes touch the words of a slot at the same time; atomic words make that defined, and the counter
 // says whether the result is one frame.
 
-void storeWords(std::byte* to, std::span<const std::byte> bytes) {
-  for (std::size_t at = 0; at < bytes.size(); at += kWord) {
-    std::uint64_t value = 0;
-    std::memcpy(&value, bytes.data() + at, std::min(kWord, bytes.size() - at));
-    std::atomic_ref(wordAt(to, at / kWord)).store(value, std::memory_order_relaxed);
-  }
+void storeWord(std::byte* to, std::size_t word, std::span<const std::byte> bytes) {
+  std::uint64_t value = 0;
+  std::memcpy(&value, bytes.data(), bytes.size());
+  std::atomic_ref(wordAt(to, word)).store(value, std::memory_order_relaxed);
 }
 
-/// Each load is an acquire, so that the counter is read again after all of them.
+void storeWords(std::byte* to, std::span<const std::byte> bytes) {
+  const std::size_t whole = bytes.size() / kWord;
+  for (std::size_t word = 0; word < whole; ++word) storeWord(to, word, bytes.subspan(word * kWord, kWord));
+  if (whole * kWord != bytes.size()) storeWord(to, whole, bytes.subspan(whole * kWord));
+}
+
+/// The load is an acquire, so that the counter is read again after it.
+void loadWord(std::span<std::byte> to, std::byte* from, std::size_t word) {
+  const std::uint64_t value = std::atomic_ref(wordAt(from, word)).load(std::memory_order_acquire);
+  std::memcpy(to.data(), &value, to.size());
+}
+
 void loadWords(std::span<std::byte> to, std::byte* from) {
-  for (std::size_t at = 0; at < to.size(); at += kWord) {
-    const std::uint64_t value = std::atomic_ref(wordAt(from, at / kWord)).load(std::memory_order_acquire);
-    std::memcpy(to.data() + at, &value, std::min(kWord, to.size() - at));
-  }
+  const std::size_t whole = to.size() / kWord;
+  for (std::size_t word = 0; word < whole; ++word) loadWord(to.subspan(word * kWord, kWord), from, word);
+  if (whole * kWord != to.size()) loadWord(to.subspan(whole * kWord), from, whole);
 }
 
 std::atomic_ref<std::uint64_t> counterOf(std::byte* slot) {

@@ -11,6 +11,7 @@
 #include "tests/support/made_up_trace.h"
 #include "tests/system/fake_replies.h"
 #include "tests/system/hapticctl_home.h"
+#include "tests/system/loopback_listener.h"
 
 namespace hapticd::test {
 namespace {
@@ -48,6 +49,7 @@ const std::map<std::string, Words> kArguments{{"status", {"--all"}},
                                               {"trace recover", {"FOLDER/a.mcap"}},
                                               {"trace plot", {"FOLDER/a.mcap", "--out", "FOLDER/b.svg"}},
                                               {"snapshot", {}},
+                                              {"view", {"--port", "PORT", "--token-file", "FOLDER/token"}},
                                               {"register", {"--show"}},
                                               {"doctor", {}},
                                               {"completion", {"bash"}},
@@ -58,12 +60,14 @@ class HapticctlOutput : public testing::Test {
   HapticctlOutput() : daemon(home.socket()) {
     answerEverything(daemon);
     writeTrace(home.path() / "a.mcap", madeUpRecords(1, 50), 50);
+    home.folder().write("token", std::string(32, 'a') + "\n");
   }
 
   /// With standard output there.
   Finished runInto(const std::string& output, const Words& arguments) const {
     Words line{"/bin/sh", "-c", "exec \"$@\" >" + output, "sh"};
     for (std::string word : home.command(arguments)) {
+      if (word == "PORT") word = view.port();
       if (word.starts_with("FOLDER")) word.replace(0, 6, home.path().string());
       line.push_back(word);
     }
@@ -97,6 +101,7 @@ class HapticctlOutput : public testing::Test {
 
   HapticctlHome home;
   FakeDaemon daemon;
+  LoopbackListener view;
 };
 
 TEST_F(HapticctlOutput, EveryCommandFailsWithTheReasonWhereItsOutputIsLost) {

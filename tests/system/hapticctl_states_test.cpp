@@ -61,8 +61,8 @@ const std::vector<Command> kCommands{{"status"},
                                      {"register", "--reset"}};
 
 /// Those that work without a daemon, on the machine or on files.
-const std::set<std::string> kWithoutDaemon{"completion",   "doctor",        "help",      "trace info",
-                                           "trace export", "trace recover", "trace plot"};
+const std::set<std::string> kWithoutDaemon{"completion",   "doctor",        "help",       "trace info",
+                                           "trace export", "trace recover", "trace plot", "view"};
 
 std::string textOf(const Command& command) {
   std::string text;

@@ -56,6 +56,7 @@ void addControlCommands(CommandLine& line);    ///< get, set, params, engage, di
 void addProfileCommands(CommandLine& line);    ///< save, load, profiles
 void addTraceCommands(CommandLine& line);      ///< trace ...
 void addSnapshotCommand(CommandLine& line);    ///< snapshot
+void addViewCommand(CommandLine& line);        ///< view
 void addRegisterCommand(CommandLine& line);    ///< register
 void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion

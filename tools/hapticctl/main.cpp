@@ -12,6 +12,7 @@ int run(int argc, char** argv) {
   addProfileCommands(line);
   addTraceCommands(line);
   addSnapshotCommand(line);
+  addViewCommand(line);
   addRegisterCommand(line);
   addDoctorCommand(line);
   addCompletionCommand(line);

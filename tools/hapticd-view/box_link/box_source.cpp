@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-view/box_link/box_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "tools/hapticd-view/box_link/tick_columns.h"
+#include "tools/lib/client/reply_reader.h"
+
+namespace hapticd::tools::view {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kTickIntervalMs = 16;
+constexpr int kStatusIntervalMs = 200;
+/// Replies come several times a second: a daemon that is silent for so long hangs.
+constexpr std::chrono::milliseconds kSilence = 3s;
+/// As many as the daemon remembers.
+constexpr std::size_t kPastEvents = 64;
+
+/// All of the status but `tick`, which the stream of ticks brings.
+Json statusFields() {
+  return Json::array({"mode", "cause", "warnings", "version", "kernel", "uptimeS", "loop", "camera", "scene",
+                      "handle", "law", "leds", "trace", "control"});
+}
+
+/// Why a call was refused, in words for people.
+std::string textOf(const ClientError& error) {
+  constexpr std::string_view kDenied = "org.varlink.service.PermissionDenied";
+  if (error.kind != ClientError::Kind::error_reply)
+    return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
+  if (error.what == kDenied) {
+    return "no permission to see the depth image (only members of the group haptic-view may: start "
+           "hapticd-view as hapticd-view.service does, or set control.depth_for_everyone)";
+  }
+  if (error.what == "io.hapticd.Status.TooManyStreams") {
+    return fmt::format("hapticd already feeds {} such clients (close one of them)",
+                       countAt(error.parameters, "limit"));
+  }
+  if (fieldAt(error.parameters, "reason") != nullptr) return textAt(error.parameters, "reason");
+  return fmt::format("hapticd refuses with {} (its version may differ from that of hapticd-view)",
+                     printable(error.what));
+}
+
+bool changesParameters(std::string_view kind) {
+  constexpr std::array<std::string_view, 5> kKinds{"parameter", "profile", "reload", "configuration",
+                                                   "calibration"};
+  return std::ranges::find(kKinds, kind) != kKinds.end();
+}
+
+}  // namespace
+
+BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version)
+    : context_(context),
+      socket_(socket),
+      version_(std::move(version)),
+      monitor_(context, socket, "io.hapticd.Status.Monitor",
+               {{"intervalMs", kStatusIntervalMs}, {"fields", statusFields()}}, kSilence,
+               {[this](const Json& reply, const config::Descriptor&) { onStatus(reply); },
+                [this](const ClientError& error) { setBox(false, textOf(error)); }}),
+      ticks_(context, socket, "io.hapticd.Status.Ticks",
+             {{"fields", allTickFields()}, {"intervalMs", kTickIntervalMs}}, kSilence,
+             {[this](const Json& reply, const config::Descriptor&) { onTicks(reply); },
+              [this](const ClientError& error) {
+                ticks_lost_ = 0;
+                if (reachable_ == true && error.kind == ClientError::Kind::error_reply)
+                  setBox(true, "no forces: " + textOf(error));
+              }}),
+      events_(context, socket, "io.hapticd.Status.Events", Json::object(), 0s,
+              {[this](const Json& reply, const config::Descriptor&) { onEvent(reply); },
+               [](const ClientError&) {}}),
+      depth_(context, socket, "io.hapticd.Status.ShareDepth", Json::object(), 0s,
+             {[this](const Json&, const config::Descriptor& memory) {
+                if (memory) onDepthShared(memory);
+              },
+              [this](const ClientError& error) {
+                frames_.reset();
+                setDepth(false, textOf(error));
+              }}) {}
+
+Json BoxSource::hello() const {
+  return {{"type", "hello"}, {"protocol", 1}, {"source", "live"}, {"version", version_}, {"trace", nullptr}};
+}
+
+void BoxSource::add(Viewer& viewer) {
+  viewers_.push_back(&viewer);
+  if (reachable_) viewer.onBox(*reachable_, reason_);
+  if (depth_available_) viewer.onDepthState(*depth_available_, depth_reason_);
+  if (!parameters_.is_null()) viewer.onParameters(parameters_);
+  if (!status_.is_null()) viewer.onStatus(status_);
+  for (const Json& event : past_events_) viewer.onEvent(event);
+  if (picture_ && viewer.wantsDepth()) viewer.onDepth(picture_);
+  monitor_.open();
+  events_.open();
+  wantsChanged();
+}
+
+void BoxSource::remove(Viewer& viewer) {
+  std::erase(viewers_, &viewer);
+  wantsChanged();
+  if (!viewers_.empty()) return;
+  monitor_.close();
+  events_.close();
+  if (parameters_call_) parameters_call_->stop();
+  forget();
+}
+
+void BoxSource::wantsChanged() {
+  if (std::ranges::any_of(viewers_, &Viewer::wantsTicks)) {
+    ticks_.open();
+  } else {
+    ticks_.close();
+    ticks_lost_ = 0;
+  }
+  if (std::ranges::any_of(viewers_, &Viewer::wantsDepth)) return depth_.open();
+  depth_.close();
+  frames_.reset();
+  picture_.reset();
+  depth_available_.reset();
+}
+
+/// Nothing of what was known is shown to those who come after a time without anybody.
+void BoxSource::forget() {
+  reachable_.reset();
+  depth_available_.reset();
+  status_ = {};
+  parameters_ = {};
+  past_events_.clear();
+  picture_.reset();
+  parameters_call_.reset();
+}
+
+void BoxSource::onStatus(const Json& reply) {
+  const Json* status = fieldAt(reply, "status");
+  if (status == nullptr) return;
+  if (reachable_ != true) {
+    setBox(true, "");
+    fetchParameters();
+  }
+  status_ = *status;
+  for (Viewer* viewer : viewers_) viewer->onStatus(status_);
+}
+
+void BoxSource::onTicks(const Json& reply) {
+  const double lost = numberAt(reply, "lostCount");
+  if (std::isfinite(lost) && lost >= 0 && lost < 1e18) {
+    const auto count = static_cast<std::uint64_t>(lost);
+    if (count > ticks_lost_) {
+      for (Viewer* viewer : viewers_) viewer->onTicksLost(count - ticks_lost_);
+    }
+    ticks_lost_ = count;
+  }
+  forEachTick(reply, [this](const rt::Tick& tick) {
+    for (Viewer* viewer : viewers_) {
+      if (viewer->wantsTicks()) viewer->onTick(tick);
+    }
+  });
+  for (Viewer* viewer : viewers_) viewer->onBatchEnd();
+}
+
+void BoxSource::onEvent(const Json& reply) {
+  const Json* event = fieldAt(reply, "event");
+  // a stream that has been called again begins with events that are known already
+  if (event == nullptr || std::ranges::find(past_events_, *event) != past_events_.end()) return;
+  past_events_.push_back(*event);
+  if (past_events_.size() > kPastEvents) past_events_.pop_front();
+  for (Viewer* viewer : viewers_) viewer->onEvent(*event);
+  if (reachable_ == true && changesParameters(textAt(*event, "kind"))) fetchParameters();
+}
+
+void BoxSource::onDepthShared(const config::Descriptor& memory) {
+  auto region = drivers::DepthRegionReader::open(memory);
+  if (!region) return setDepth(false, region.error().text());
+  const auto take = [this](std::shared_ptr<const DepthPicture> picture) {
+    picture_ = std::move(picture);
+    for (Viewer* viewer : viewers_) {
+      if (viewer->wantsDepth()) viewer->onDepth(picture_);
+    }
+  };
+  const auto closed = [this] {
+    frames_.reset();
+    setDepth(false, "the camera's frames have changed, or hapticd ends (the view asks again by itself)");
+    depth_.callAgain();
+  };
+  frames_.emplace(context_, std::move(*region), take, closed);
+  setDepth(true, "");
+}
+
+void BoxSource::setBox(bool reachable, const std::string& reason) {
+  if (reachable_ == reachable && reason_ == reason) return;
+  reachable_ = reachable;
+  reason_ = reason;
+  for (Viewer* viewer : viewers_) viewer->onBox(reachable, reason);
+}
+
+void BoxSource::setDepth(bool available, const std::string& reason) {
+  if (depth_available_ == available && depth_reason_ == reason) return;
+  depth_available_ = available;
+  depth_reason_ = reason;
+  if (!available) picture_.reset();
+  for (Viewer* viewer : viewers_) viewer->onDepthState(available, reason);
+}
+
+void BoxSource::fetchParameters() {
+  if (parameters_call_) {
+    parameters_changed_ = true;  // by an event of a series: once more when this call is answered
+    return;
+  }
+  parameters_changed_ = false;
+  parameters_call_ = std::make_shared<VarlinkStream>(context_, kSilence);
+  const auto done = [this] {
+    parameters_call_.reset();
+    if (parameters_changed_) fetchParameters();
+  };
+  parameters_call_->start(socket_, "io.hapticd.Status.GetParameters", Json::object(), /*more=*/false,
+                          {[this](const Json& reply, const config::Descriptor&) { onParameters(reply); },
+                           [done](const ClientError&) { done(); }});
+}
+
+void BoxSource::onParameters(const Json& reply) {
+  parameters_ = Json::object();
+  for (const Json& row : listAt(reply, "parameters")) {
+    const Json* name = fieldAt(row, "name");
+    const Json* value = fieldAt(row, "value");
+    if (name != nullptr && name->is_string() && value != nullptr)
+      parameters_[name->get<std::string>()] = *value;
+  }
+  for (Viewer* viewer : viewers_) viewer->onParameters(parameters_);
+}
+
+}  // namespace hapticd::tools::view

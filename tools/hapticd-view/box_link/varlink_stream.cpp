@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-view/box_link/varlink_stream.h"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "tools/lib/client/reply_reader.h"
+
+namespace hapticd::tools::view {
+namespace {
+
+using boost::system::error_code;
+using std::placeholders::_1;
+
+/// Four times the longest reply of the daemon.
+constexpr std::size_t kMaxReplyBytes = 1024 * 1024;
+constexpr const char* kSeeService = "see 'systemctl status hapticd'";
+
+ClientError brokenLink(const std::string& what, int error = 0) {
+  return {ClientError::Kind::no_connection, what, kSeeService, {}, error};
+}
+
+ClientError connectError(const std::string& path, const error_code& error) {
+  switch (error.value()) {
+    case ENOENT:
+    case ECONNREFUSED:
+      return {ClientError::Kind::no_connection,
+              fmt::format("hapticd does not run: nobody listens on {}", path),
+              "start it with 'systemctl start hapticd'",
+              {},
+              error.value()};
+    case EACCES:
+    case EPERM:
+      return {ClientError::Kind::no_connection,
+              fmt::format("no permission to use {}", path),
+              "see the mode of the socket in 'systemctl cat hapticd-status.socket'",
+              {},
+              error.value()};
+    case EAGAIN:
+      return {ClientError::Kind::no_answer,
+              fmt::format("{}: too many clients wait to be connected", path),
+              kSeeService,
+              {},
+              error.value()};
+    default:
+      return brokenLink(fmt::format("cannot connect to {}: {}", path, error.message()), error.value());
+  }
+}
+
+ClientError errorReply(const Json& reply) {
+  ClientError error{ClientError::Kind::error_reply, reply["error"].get<std::string>(), "", Json::object(), 0};
+  if (const Json* parameters = fieldAt(reply, "parameters"); parameters && parameters->is_object())
+    error.parameters = *parameters;
+  return error;
+}
+
+/// Takes what has come and at most one descriptor; further ones are closed.
+ssize_t receive(int socket, std::array<char, 65536>& chunk, config::Descriptor& descriptor) {
+  constexpr std::size_t kMostDescriptors = 4;  // room for all, so that none stays open unseen
+  iovec bytes{chunk.data(), chunk.size()};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(kMostDescriptors * sizeof(int))> control{};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t count = ::recvmsg(socket, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  if (count < 0) return count;
+  for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr; header = CMSG_NXTHDR(&message, header)) {
+    if (header->cmsg_level != SOL_SOCKET || header->cmsg_type != SCM_RIGHTS) continue;
+    const std::size_t descriptors = (header->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+    for (std::size_t i = 0; i < descriptors; ++i) {
+      int number = -1;
+      std::memcpy(&number, CMSG_DATA(header) + i * sizeof(int), sizeof number);
+      config::Descriptor received(number);
+      if (!descriptor) descriptor = std::move(received);
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+VarlinkStream::VarlinkStream(boost::asio::io_context& context, std::chrono::milliseconds silence)
+    : socket_(context), silence_timer_(context), silence_(silence) {}
+
+VarlinkStream::~VarlinkStream() = default;
+
+void VarlinkStream::start(const std::string& path, const std::string& method, const Json& parameters,
+                          bool more, Handler handler) {
+  path_ = path;
+  handler_ = std::move(handler);
+  stopped_ = false;
+  Json call{{"method", method}, {"parameters", parameters}};
+  if (more) call["more"] = true;
+  call_ = call.dump(-1, ' ', false, Json::error_handler_t::replace);
+  call_.push_back('\0');
+  watchSilence();
+  const auto self = shared_from_this();
+  if (path.empty() || path.size() >= sizeof(sockaddr_un::sun_path)) {
+    boost::asio::post(socket_.get_executor(), [self] {
+      self->onConnected(
+          error_code(self->path_.empty() ? ENOENT : ENAMETOOLONG, boost::system::system_category()));
+    });
+    return;
+  }
+  socket_.async_connect(boost::asio::local::stream_protocol::endpoint(path),
+                        [self](const error_code& error) { self->onConnected(error); });
+}
+
+void VarlinkStream::stop() {
+  stopped_ = true;
+  error_code ignored;
+  socket_.close(ignored);
+  silence_timer_.cancel();
+}
+
+void VarlinkStream::onConnected(const error_code& error) {
+  if (stopped_) return;
+  if (error) return end(connectError(path_, error));
+  socket_.native_non_blocking(true);
+  const auto self = shared_from_this();
+  boost::asio::async_write(socket_, boost::asio::buffer(call_), [self](const error_code&, std::size_t) {
+    // a service that refuses closes its end after the reason, which is still to be read
+    self->waitForInput();
+  });
+}
+
+void VarlinkStream::waitForInput() {
+  if (stopped_) return;
+  const auto self = shared_from_this();
+  socket_.async_wait(Socket::wait_read, [self](const error_code& error) {
+    if (self->stopped_) return;
+    if (error) return self->end(brokenLink(self->path_ + ": " + error.message(), error.value()));
+    self->read();
+  });
+}
+
+void VarlinkStream::read() {
+  static thread_local std::array<char, 65536> chunk;
+  const ssize_t count = receive(socket_.native_handle(), chunk, received_);
+  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return waitForInput();
+  if (count <= 0) return end(brokenLink(path_ + ": hapticd has closed the connection"));
+  input_.append(chunk.data(), static_cast<std::size_t>(count));
+  const auto self = shared_from_this();  // a handler may drop its pointer
+  takeMessages();
+  if (stopped_) return;
+  if (input_.size() > kMaxReplyBytes) return end(brokenLink(path_ + ": a reply is too long"));
+  watchSilence();
+  waitForInput();
+}
+
+void VarlinkStream::takeMessages() {
+  std::size_t begin = 0;
+  for (std::size_t nul = input_.find('\0', searched_); nul != std::string::npos && !stopped_;
+       nul = input_.find('\0', begin)) {
+    takeReply(input_.substr(begin, nul - begin));
+    begin = nul + 1;
+  }
+  input_.erase(0, begin);
+  searched_ = input_.size();
+}
+
+void VarlinkStream::takeReply(const std::string& message) {
+  const Json reply = Json::parse(message, nullptr, /*allow_exceptions=*/false);
+  if (!reply.is_object()) return end(brokenLink(path_ + ": the answer is not a Varlink reply"));
+  if (const auto error = reply.find("error"); error != reply.end() && error->is_string())
+    return end(errorReply(reply));
+  const Json* parameters = fieldAt(reply, "parameters");
+  static const Json none = Json::object();
+  const config::Descriptor descriptor = std::exchange(received_, config::Descriptor());
+  handler_.on_reply(parameters && parameters->is_object() ? *parameters : none, descriptor);
+  if (!stopped_ && !flagAt(reply, "continues")) end(brokenLink(path_ + ": hapticd has ended the stream"));
+}
+
+void VarlinkStream::watchSilence() {
+  if (silence_ == std::chrono::milliseconds(0)) return;
+  silence_timer_.expires_after(silence_);
+  const auto self = shared_from_this();
+  silence_timer_.async_wait([self](const error_code& error) {
+    if (error || self->stopped_ || self->silence_timer_.expiry() > std::chrono::steady_clock::now()) return;
+    self->end({ClientError::Kind::no_answer, "hapticd does not answer", kSeeService, {}, 0});
+  });
+}
+
+void VarlinkStream::end(ClientError error) {
+  if (stopped_) return;
+  stop();
+  const Handler handler = std::exchange(handler_, {});
+  handler.on_end(error);
+}
+
+}  // namespace hapticd::tools::view

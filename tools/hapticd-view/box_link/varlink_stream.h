@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/descriptor.h"
+#include "tools/lib/client/varlink_client.h"
+
+namespace hapticd::tools::view {
+
+/// One call to a Varlink service with the flag "more", without blocking: each reply as it comes, until the
+/// service or the owner ends it. It does not connect again by itself.
+/// Thread: the io_context's. The functions are called from there, never from within start() or after stop().
+class VarlinkStream : public std::enable_shared_from_this<VarlinkStream> {
+ public:
+  struct Handler {
+    /// The parameters of a reply, and the descriptor that came with it, if any.
+    std::function<void(const Json& parameters, const config::Descriptor& descriptor)> on_reply;
+    /// The stream has ended: a last reply came, or an error, or the connection broke.
+    std::function<void(const ClientError& error)> on_end;
+  };
+
+  /// `silence`: ends the stream when nothing has come for that long; 0: however long.
+  VarlinkStream(boost::asio::io_context& context, std::chrono::milliseconds silence);
+  ~VarlinkStream();
+
+  /// Connects and calls. `more`: false for a call with a single reply.
+  void start(const std::string& path, const std::string& method, const Json& parameters, bool more,
+             Handler handler);
+  void stop();
+
+ private:
+  using Socket = boost::asio::local::stream_protocol::socket;
+
+  void onConnected(const boost::system::error_code& error);
+  void write(std::size_t sent);
+  void waitForInput();
+  void read();
+  void takeMessages();
+  void takeReply(const std::string& message);
+  void watchSilence();
+  void end(ClientError error);
+
+  Socket socket_;
+  boost::asio::steady_timer silence_timer_;
+  std::chrono::milliseconds silence_;
+  std::string path_;
+  std::string call_;
+  std::string input_;
+  std::size_t searched_ = 0;  // of input_, without finding the end of a message
+  config::Descriptor received_;
+  Handler handler_;
+  bool stopped_ = true;
+};
+
+}  // namespace hapticd::tools::view

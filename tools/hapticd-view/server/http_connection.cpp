@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-view/server/http_connection.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "tools/hapticd-view/server/token.h"
+#include "tools/hapticd-view/server/web_socket_client.h"
+
+namespace hapticd::tools::view {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+
+constexpr std::uint32_t kLongestHeader = 8 * 1024;
+constexpr std::chrono::seconds kHeaderLimit{5};
+constexpr std::chrono::seconds kAnswerLimit{30};  // in which a client takes a file
+constexpr std::chrono::seconds kLingerLimit{1};
+constexpr int kMostLingering = 64;  // reads
+constexpr int kReceiveBufferBytes = 64 * 1024;
+
+constexpr const char* kTokenPage =
+    "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>hapticd: token "
+    "needed</title></head>\n"
+    "<body><h1>This view needs a token</h1>\n<p>Run <code>hapticctl view</code> on the box and open the "
+    "address "
+    "that it prints.</p></body></html>\n";
+
+std::vector<std::string> fieldsOf(const UpgradeRequest& request, http::field name) {
+  std::vector<std::string> values;
+  const auto [begin, end] = request.equal_range(name);
+  for (auto field = begin; field != end; ++field) values.emplace_back(field->value());
+  return values;
+}
+
+std::vector<std::string> fieldsOf(const UpgradeRequest& request, const char* name) {
+  std::vector<std::string> values;
+  const auto [begin, end] = request.equal_range(name);
+  for (auto field = begin; field != end; ++field) values.emplace_back(field->value());
+  return values;
+}
+
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(boost::asio::ip::tcp::socket socket, Server& server)
+      : server_(server), stream_(std::move(socket)) {
+    ++server_.connections;
+  }
+  ~HttpConnection() {
+    --server_.connections;
+    server_.last_use = std::chrono::steady_clock::now();
+  }
+  HttpConnection(const HttpConnection&) = delete;
+  HttpConnection& operator=(const HttpConnection&) = delete;
+
+  void start() {
+    error_code error;
+    const auto remote = stream_.socket().remote_endpoint(error);
+    const auto local = stream_.socket().local_endpoint(error);
+    if (error) return;
+    name_ = fmt::format("{}:{}", remote.address().to_string(), remote.port());
+    local_address_ = local.address().to_string();
+    stream_.socket().set_option(boost::asio::socket_base::receive_buffer_size(kReceiveBufferBytes), error);
+    parser_.header_limit(kLongestHeader);
+    parser_.body_limit(0);
+    stream_.expires_after(kHeaderLimit);
+    const auto self = shared_from_this();
+    http::async_read_header(stream_, buffer_, parser_,
+                            [self](const error_code& failed, std::size_t) { self->onHeader(failed); });
+  }
+
+ private:
+  void onHeader(const error_code& error) {
+    if (error == http::error::header_limit || error == http::error::buffer_overflow)
+      return refuse({.status = 431, .reason = fmt::format("a header longer than {} bytes", kLongestHeader)});
+    if (error == beast::error::timeout) {
+      server_.log.refuse(name_, fmt::format("no complete header within {} s", kHeaderLimit.count()));
+      return;
+    }
+    if (error == http::error::end_of_stream || error == boost::asio::error::connection_reset) return;
+    if (error) return refuse({.status = 400, .reason = "not HTTP: " + error.message()});
+
+    const UpgradeRequest& request = parser_.get();
+    head_ = {.method = std::string(request.method_string()),
+             .target = std::string(request.target()),
+             .hosts = fieldsOf(request, http::field::host),
+             .origins = fieldsOf(request, http::field::origin),
+             .fetch_sites = fieldsOf(request, "Sec-Fetch-Site"),
+             .cookies = fieldsOf(request, http::field::cookie),
+             .has_body = parser_.chunked() || parser_.content_length().value_or(0) > 0};
+    AccessRules rules = server_.rules;
+    rules.local_address = local_address_;
+    const auto refusal = refusalOf(head_, rules);
+    if (!refusal) return answer();
+    if (!refusal->by_token) return refuse(*refusal);
+    const auto self = shared_from_this();
+    server_.ask_open_to_everybody([self, refused = *refusal](bool is_open) {
+      if (is_open) return self->answer();
+      self->refuse(refused);
+    });
+  }
+
+  void answer() {
+    if (beast::websocket::is_upgrade(parser_.get())) return upgrade();
+    const std::string path = pathOf(head_.target);
+    if (const auto token = tokenInQuery(head_.target); token && path == "/") return moveToken(*token);
+    const PageFiles::File* file = server_.page.find(path);
+    if (file == nullptr) {
+      auto response = newResponse(http::status::not_found, "text/plain; charset=utf-8");
+      response.body() = "There is no such file.\n";
+      return send(std::move(response));
+    }
+    auto response = newResponse(http::status::ok, file->type);
+    response.body() = file->content;
+    send(std::move(response));
+  }
+
+  /// From the address, where it would stay in the history, into a cookie that no script can read.
+  void moveToken(const std::string& token) {
+    auto response = newResponse(http::status::see_other, "text/plain; charset=utf-8");
+    response.set(http::field::location, "/");
+    // An open box needs no token, and then the one in the address may be anything.
+    if (isSameToken(token, server_.rules.token)) {
+      response.set(http::field::set_cookie,
+                   fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/", kTokenCookie, token));
+    }
+    send(std::move(response));
+  }
+
+  void upgrade() {
+    const UpgradeRequest& request = parser_.get();
+    const std::string path = pathOf(head_.target);
+    const std::string protocol = path == "/" ? foxgloveProtocolOf(request) : "";
+    if (path == "/" && protocol.empty())
+      return refuse({.status = 400, .reason = "a WebSocket at / that offers no Foxglove protocol"});
+    if (path != "/" && path != "/live") return refuse({.status = 404, .reason = "no WebSocket at " + path});
+    if (buffer_.size() > 0) return refuse({.status = 400, .reason = "data before the WebSocket is open"});
+    if (server_.clients.size() >= Server::kMostClients) {
+      return refuse({.status = 503, .reason = fmt::format("{} clients look already", Server::kMostClients)});
+    }
+    std::make_shared<WebSocketClient>(server_, std::move(stream_), name_)->start(request, protocol);
+  }
+
+  using Response = http::response<http::string_body>;
+
+  Response newResponse(http::status status, const std::string& type) const {
+    Response response(status, 11);
+    response.keep_alive(false);
+    response.set(http::field::content_type, type);
+    response.set(http::field::cache_control, "no-store");
+    response.set("Content-Security-Policy",
+                 "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+                 "connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'");
+    response.set("X-Content-Type-Options", "nosniff");
+    response.set("Referrer-Policy", "no-referrer");
+    response.set("Cross-Origin-Resource-Policy", "same-origin");
+    response.set("Cross-Origin-Opener-Policy", "same-origin");
+    return response;
+  }
+
+  void refuse(const Refusal& refusal) {
+    server_.log.refuse(name_, refusal.reason);
+    const bool by_token = refusal.status == 401;
+    auto response = newResponse(static_cast<http::status>(refusal.status),
+                                by_token ? "text/html; charset=utf-8" : "text/plain; charset=utf-8");
+    if (refusal.status == 405) response.set(http::field::allow, "GET");
+    response.body() = by_token ? kTokenPage : "Refused: " + refusal.reason + ".\n";
+    send(std::move(response));
+  }
+
+  void send(Response response) {
+    response_ = std::move(response);
+    response_.prepare_payload();
+    stream_.expires_after(kAnswerLimit);
+    const auto self = shared_from_this();
+    http::async_write(stream_, response_, [self](const error_code& error, std::size_t) {
+      if (!error) self->linger();
+    });
+  }
+
+  /// Takes what the client still sends: closing a socket with unread data would make the client's system drop
+  /// the answer.
+  void linger() {
+    error_code ignored;
+    stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+    stream_.expires_after(kLingerLimit);
+    discard(kMostLingering);
+  }
+  void discard(int reads) {
+    const auto self = shared_from_this();
+    stream_.async_read_some(boost::asio::buffer(discarded_),
+                            [self, reads](const error_code& error, std::size_t) {
+                              if (!error && reads > 1) self->discard(reads - 1);
+                            });
+  }
+
+  Server& server_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_{kLongestHeader};
+  http::request_parser<http::empty_body> parser_;
+  RequestHead head_;
+  Response response_;
+  std::string name_;
+  std::string local_address_;
+  std::array<char, 1024> discarded_{};
+};
+
+}  // namespace
+
+void serveConnection(boost::asio::ip::tcp::socket socket, Server& server) {
+  std::make_shared<HttpConnection>(std::move(socket), server)->start();
+}
+
+}  // namespace hapticd::tools::view

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+
+#include "tools/hapticd-view/server/server.h"
+
+namespace hapticd::tools::view {
+
+/// Serves one connection: reads the header of a request (at most 8 KiB within 5 s), decides whether it is
+/// answered, and sends a file of the page or goes over to a WebSocket. One request per connection.
+/// Thread: the io_context's.
+void serveConnection(boost::asio::ip::tcp::socket socket, Server& server);
+
+}  // namespace hapticd::tools::view

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <memory>
+#include <string>
+
+#include "config/error.h"
+#include "tools/hapticd-view/server/server.h"
+
+namespace hapticd::tools::view {
+
+/// Accepts connections on one socket.  Thread: the io_context's.
+class Listener {
+ public:
+  /// Opens a socket at "ADDRESS:PORT", "[IPv6]:PORT"; port 0: any free one.
+  static config::Result<Listener> at(Server& server, const std::string& endpoint);
+  /// Takes over a socket that the service manager has opened.
+  static config::Result<Listener> of(Server& server, int descriptor);
+
+  void start();
+  void stop();
+
+  /// "127.0.0.1:8765"
+  std::string endpointText() const;
+  /// Whether only programs on this computer reach it.
+  bool isLoopback() const;
+
+ private:
+  using Acceptor = boost::asio::ip::tcp::acceptor;
+  struct State {
+    explicit State(Server& shared) : server(shared), acceptor(shared.context), pause(shared.context) {}
+    Server& server;
+    Acceptor acceptor;
+    boost::asio::steady_timer pause;
+  };
+
+  explicit Listener(Server& server) : state_(std::make_shared<State>(server)) {}
+  static void accept(const std::shared_ptr<State>& state);
+
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace hapticd::tools::view

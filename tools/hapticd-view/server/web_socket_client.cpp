@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-view/server/web_socket_client.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/core/bind_handler.hpp>
+#include <boost/beast/http/field.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <string_view>
+
+#include "tools/hapticd-view/foxglove/make_session.h"
+#include "tools/hapticd-view/live/live_session.h"
+#include "tools/hapticd-view/server/socket_progress.h"
+
+namespace hapticd::tools::view {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+
+constexpr std::chrono::seconds kWatchInterval{2};
+/// What the kernel keeps of what a client does not read; enough for a frame of 600 KiB in flight.
+constexpr int kSendBufferBytes = 512 * 1024;
+
+std::string dropsText(std::uint64_t replaced, std::uint64_t dropped) {
+  if (replaced == 0 && dropped == 0) return "nothing dropped";
+  return fmt::format("dropped: {} replaced by newer ones, {} of the queue", replaced, dropped);
+}
+
+}  // namespace
+
+std::string foxgloveProtocolOf(const UpgradeRequest& request) {
+  std::string found;
+  for (const auto& name : beast::http::token_list(request[beast::http::field::sec_websocket_protocol])) {
+    if (name == "foxglove.sdk.v1") return "foxglove.sdk.v1";
+    if (name == "foxglove.websocket.v1") found = "foxglove.websocket.v1";
+  }
+  return found;
+}
+
+WebSocketClient::WebSocketClient(Server& server, beast::tcp_stream stream, std::string name)
+    : server_(server),
+      socket_(std::move(stream)),
+      watch_timer_(server.context),
+      name_(std::move(name)),
+      last_sign_(Clock::now()),
+      last_progress_(last_sign_),
+      last_ping_(last_sign_) {
+  server_.clients.push_back(this);
+}
+
+WebSocketClient::~WebSocketClient() {
+  finish("the program ends");
+  server_.clients.remove(this);
+}
+
+void WebSocketClient::start(const UpgradeRequest& request, const std::string& protocol) {
+  beast::tcp_stream& stream = beast::get_lowest_layer(socket_);
+  stream.expires_never();  // isAlive() decides instead
+  error_code ignored;
+  stream.socket().set_option(boost::asio::ip::tcp::no_delay(true), ignored);
+  stream.socket().set_option(boost::asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  socket_.set_option(
+      websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
+  socket_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& response) {
+    if (!protocol.empty()) response.set(beast::http::field::sec_websocket_protocol, protocol);
+  }));
+  socket_.auto_fragment(false);  // a frame leaves in one piece, without a copy
+  socket_.control_callback([this](websocket::frame_type, beast::string_view) { last_sign_ = Clock::now(); });
+  const auto self = shared_from_this();
+  socket_.async_accept(request, [self, protocol](const error_code& error) {
+    if (error) return self->finish("no WebSocket: " + error.message());
+    self->begin(protocol);
+  });
+  watch();
+}
+
+void WebSocketClient::begin(const std::string& protocol) {
+  server_.log.write(fmt::format("client {} looks by {}", name_, protocol.empty() ? "/live" : protocol));
+  if (protocol.empty()) {
+    session_ = std::make_unique<LiveSession>(server_.source, *this);
+  } else {
+    session_ = makeFoxgloveSession(server_.source, *this, protocol);
+  }
+  if (!session_) return close("this protocol is not offered");
+  socket_.read_message_max(session_->longestMessage());
+  server_.source.add(*session_);
+  registered_ = true;
+  write();
+  read();
+}
+
+void WebSocketClient::read() {
+  const auto self = shared_from_this();
+  socket_.async_read(input_, [self](const error_code& error, std::size_t) {
+    if (self->finished_) return;
+    if (error) return self->finish(error == websocket::error::closed ? "it left" : error.message());
+    self->take();
+  });
+}
+
+void WebSocketClient::take() {
+  const Clock::time_point now = Clock::now();
+  last_sign_ = now;
+  if (now - message_second_ > std::chrono::seconds(1)) {
+    message_second_ = now;
+    messages_in_second_ = 0;
+  }
+  if (++messages_in_second_ > kMostMessagesPerSecond) {
+    close(fmt::format("more than {} messages a second", kMostMessagesPerSecond));
+  } else if (!closing_since_) {
+    const auto bytes = input_.cdata();
+    const auto* data = static_cast<const std::byte*>(bytes.data());
+    if (socket_.got_text()) {
+      session_->onText({reinterpret_cast<const char*>(data), bytes.size()});
+    } else {
+      session_->onBinary({data, bytes.size()});
+    }
+  }
+  input_.consume(input_.size());
+  read();
+}
+
+void WebSocketClient::send(Message message, MessageKey key) {
+  if (finished_ || closing_since_) return;
+  if (key == MessageKey::queued) {
+    queued_bytes_ += message.size();
+    queue_.push_back(std::move(message));
+    while (queue_.size() > kMostQueued || (queued_bytes_ > kMostQueuedBytes && queue_.size() > 1)) {
+      queued_bytes_ -= queue_.front().size();
+      queue_.pop_front();
+      ++dropped_;
+    }
+  } else {
+    const auto waiting = std::ranges::find(keyed_, key, [](const auto& entry) { return entry.first; });
+    if (waiting == keyed_.end()) {
+      keyed_.emplace_back(key, std::move(message));
+    } else {
+      waiting->second = std::move(message);
+      ++replaced_;
+    }
+  }
+  write();
+}
+
+bool WebSocketClient::waits(MessageKey key) const {
+  if (key == MessageKey::queued) return !queue_.empty();
+  return std::ranges::find(keyed_, key, [](const auto& entry) { return entry.first; }) != keyed_.end();
+}
+
+void WebSocketClient::write() {
+  if (finished_ || closing_since_ || writing_ || !socket_.is_open()) return;
+  if (!queue_.empty()) {
+    writing_ = std::move(queue_.front());
+    queue_.pop_front();
+    queued_bytes_ -= writing_->size();
+  } else if (!keyed_.empty()) {
+    writing_ = std::move(keyed_.front().second);
+    keyed_.pop_front();
+  } else {
+    return;
+  }
+  socket_.text(writing_->is_text);
+  const std::array buffers{boost::asio::const_buffer(writing_->head.data(), writing_->head.size()),
+                           boost::asio::const_buffer(writing_->body.data(), writing_->body.size())};
+  const auto self = shared_from_this();
+  socket_.async_write(buffers, [self](const error_code& error, std::size_t bytes) {
+    self->writing_.reset();
+    if (self->finished_) return;
+    if (error) return self->finish(error.message());
+    ++self->sent_messages_;
+    self->sent_bytes_ += bytes;
+    self->write();
+  });
+}
+
+void WebSocketClient::watch() {
+  watch_timer_.expires_after(kWatchInterval);
+  const auto self = shared_from_this();
+  watch_timer_.async_wait([self](const error_code& error) {
+    if (error || self->finished_) return;
+    if (self->isAlive(Clock::now())) self->watch();
+  });
+}
+
+/// Looks after the client; false: the connection has been closed.
+bool WebSocketClient::isAlive(Clock::time_point now) {
+  const int socket = beast::get_lowest_layer(socket_).socket().native_handle();
+  const std::uint64_t taken = acknowledgedBytes(socket).value_or(acknowledged_);
+  if (taken != acknowledged_ || !writing_) last_progress_ = now;
+  acknowledged_ = taken;
+  if (closing_since_ && now - *closing_since_ > kCloseLimit) {
+    finish(close_reason_);
+    return false;
+  }
+  if (now - last_progress_ > kProgressLimit) {
+    finish(fmt::format("it has taken nothing for {} s", kProgressLimit.count()));
+    return false;
+  }
+  // A client that takes what is sent, however slowly, is alive; its answer to a ping would wait behind that.
+  if (writing_ || closing_since_) return true;
+  if (last_ping_ > last_sign_ && now - last_ping_ > kAnswerLimit) {
+    finish(fmt::format("no answer for {} s", kAnswerLimit.count()));
+    return false;
+  }
+  const bool is_answered = last_ping_ <= last_sign_;
+  if (is_answered && now - last_ping_ >= kPingInterval && socket_.is_open()) ping();
+  return true;
+}
+
+void WebSocketClient::ping() {
+  last_ping_ = Clock::now();
+  const auto self = shared_from_this();
+  socket_.async_ping({}, [self](const error_code&) {});
+}
+
+void WebSocketClient::close(std::string_view reason) {
+  closeWith(websocket::close_code::policy_error, reason);
+}
+
+void WebSocketClient::goAway() {
+  closeWith(websocket::close_code::going_away, "hapticd-view ends");
+}
+
+void WebSocketClient::closeWith(websocket::close_code code, std::string_view reason) {
+  if (finished_ || closing_since_) return;
+  closing_since_ = Clock::now();
+  close_reason_ = reason;
+  queue_.clear();
+  keyed_.clear();
+  constexpr std::size_t kLongestReason = 123;  // RFC 6455
+  websocket::close_reason text(code);
+  const std::string_view cut = reason.substr(0, kLongestReason);
+  text.reason.assign(cut.data(), cut.size());
+  const auto self = shared_from_this();
+  // waits for a message in transmission; kCloseLimit ends that
+  socket_.async_close(text, [self](const error_code&) { self->finish(self->close_reason_); });
+}
+
+void WebSocketClient::finish(const std::string& reason) {
+  if (finished_) return;
+  finished_ = true;
+  if (registered_) server_.source.remove(*session_);
+  server_.last_use = Clock::now();
+  watch_timer_.cancel();
+  error_code ignored;
+  beast::get_lowest_layer(socket_).socket().close(ignored);
+  queue_.clear();
+  keyed_.clear();
+  server_.log.write(fmt::format("client {} is gone: {}; {} messages, {} bytes, {}", name_, reason,
+                                sent_messages_, sent_bytes_, dropsText(replaced_, dropped_)));
+}
+
+}  // namespace hapticd::tools::view
