@@ -137,7 +137,6 @@ const std::vector<FolderRule>& folderRules() {
         "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
-      {"tools/hapticd-view/foxglove", {"tools/lib/client", "tools/hapticd-view/live"}},
       {"tools/manual", {"tools/lib/whole_file"}},
 
       // libraries
