@@ -175,6 +175,7 @@ void FoxgloveSession::onStatus(const Json& status) {
                           numberAt(status, "scene.ballCentreMInWorld.z")};
   if (std::isfinite(radius_m) && rt::isFinite(centre_m)) ball_ = {centre_m, radius_m};
   publishTransforms();
+  if (std::exchange(wants_changed_, false)) source_.wantsChanged();
   if (++statuses_ % kStatusesPerReport == 0) reportDropped();
 }
 
@@ -222,7 +223,7 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
   camera_ = header;
   if (!camera_known) {
     publishTransforms();
-    source_.wantsChanged();
+    wants_changed_ = true;
   }
   const std::int64_t since_cloud_ns = header.arrival_ns - last_cloud_ns_;
   if (since_cloud_ns >= kCloudPeriod_ns || since_cloud_ns < 0) {  // a recording may jump back
@@ -266,6 +267,7 @@ void FoxgloveSession::onBox(bool reachable, const std::string& reason) {
   if (!reachable) {
     camera_.reset();  // the box may come back with another one
     hip_m_in_world_.reset();
+    wants_changed_ = true;
   }
   if (reason.empty()) return removeStatus("box");
   sendStatus(reachable ? kWarning : kError, "box", reason);

@@ -103,6 +103,9 @@ class FoxgloveSession final : public Session {
   std::optional<rt::Vec3> hip_m_in_world_;  ///< of the newest tick
   std::optional<rt::DepthFrameHeader> camera_;
   drivers::DepthPoints points_;
+  /// The source is to be told with the next status: it must not end the stream of frames while it delivers
+  /// one.
+  bool wants_changed_ = false;
   std::int64_t last_cloud_ns_ = 0;
   Json parameters_;  ///< null: not known yet
   std::deque<GetParameters> unanswered_;
