@@ -422,6 +422,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(trace.depth)>(
         "trace.depth", kRestart, "", {}, "",
         "record raw depth in each trace (about 2 MB/s), so that haptic-replay --trace can recompute its forces"),
+    row<HAPTICD_MEMBER(trace.scene)>(
+        "trace.scene", kRestart, "", {}, "",
+        "what traces hold for the 3D picture in Foxglove or Lichtblick; scene: HIP, proxy, force and camera, 30 times a second; cloud: with depth, the points within reach too"),
     row<HAPTICD_MEMBER(trace.compression)>(
         "trace.compression", kRestart, "", {}, "",
         "compression of the chunks of a trace"),

@@ -49,6 +49,15 @@ enum class TraceCompression { none, zstd };
 constexpr auto wordsOf(TraceCompression) {
   return rt::words<TraceCompression>("none", "zstd");
 }
+/// What a trace holds for viewers that draw a 3D picture (drivers/trace/foxglove_schemas.h).
+enum class TraceScene {
+  off,
+  scene,  ///< HIP, proxy, force, modelled part and the camera's pose
+  cloud,  ///< the points that the hand can reach too, in traces with depth
+};
+constexpr auto wordsOf(TraceScene) {
+  return rt::words<TraceScene>("off", "scene", "cloud");
+}
 
 /// Live. Choice of the force law; the law in use is LiveParameters::law.
 struct ForceSettings {
@@ -181,6 +190,7 @@ struct StateSettings {
 struct TraceSettings {
   bool at_start = false;
   bool depth = false;  ///< raw depth in each trace, for haptic-replay
+  TraceScene scene = TraceScene::scene;
   TraceCompression compression = TraceCompression::zstd;
   double max_file_mb = 1000;  ///< a larger trace continues in another file
   double max_file_s = 3600;   ///< as does an older one

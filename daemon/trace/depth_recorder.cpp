@@ -8,15 +8,25 @@
 
 namespace hapticd::daemon {
 
-config::Result<std::unique_ptr<DepthRecorder>> DepthRecorder::start(const rt::DepthFrameHeader& common) {
-  std::unique_ptr<DepthRecorder> recorder(new DepthRecorder(common));
+namespace {
+
+std::size_t bytesOf(const RecordedFrame& recorded) {
+  return recorded.depth.image.bytes.size() + recorded.cloud.points_m_in_camera.size() * sizeof(float);
+}
+
+}  // namespace
+
+config::Result<std::unique_ptr<DepthRecorder>> DepthRecorder::start(const rt::DepthFrameHeader& common,
+                                                                    bool cloud) {
+  std::unique_ptr<DepthRecorder> recorder(new DepthRecorder(common, cloud));
   auto thread = drivers::startThread("hapticd-depth", [self = recorder.get()] { self->run(); });
   if (!thread) return std::unexpected(thread.error());
   recorder->thread_ = std::move(*thread);
   return recorder;
 }
 
-DepthRecorder::DepthRecorder(const rt::DepthFrameHeader& common) : common_(common), frames_(kFrames) {
+DepthRecorder::DepthRecorder(const rt::DepthFrameHeader& common, bool cloud)
+    : common_(common), cloud_(cloud), frames_(kFrames) {
   for (std::size_t slot = 0; slot < kFrames; ++slot) free_.push_back(slot);
 }
 
@@ -44,36 +54,49 @@ bool DepthRecorder::offer(const rt::DepthFrame& frame) {
   return true;
 }
 
-bool DepthRecorder::nextFrame(std::size_t& slot) {
+bool DepthRecorder::nextFrame(std::size_t& slot, drivers::ModelledBall& ball) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock,
              [this] { return finishing_ || (!offered_.empty() && compressed_bytes_ < kMostWaitingBytes); });
   if (offered_.empty()) return false;
   slot = offered_.front();
   offered_.pop_front();
+  ball = ball_;
   return true;
 }
 
 void DepthRecorder::run() {
-  for (std::size_t slot = 0; nextFrame(slot);) {
-    drivers::DepthRecord record;
+  drivers::ModelledBall ball;
+  for (std::size_t slot = 0; nextFrame(slot, ball);) {
+    RecordedFrame recorded;
     const rt::DepthFrame& frame = frames_[slot];
-    encoder_.encode(drivers::headerOf(common_, frame), std::as_bytes(std::span(frame.raw)), record);
-    record.image.bytes.shrink_to_fit();  // the record may stay in memory for a while
+    const rt::DepthFrameHeader header = drivers::headerOf(common_, frame);
+    const auto image = std::as_bytes(std::span(frame.raw));
+    encoder_.encode(header, image, recorded.depth);
+    recorded.depth.image.bytes.shrink_to_fit();  // the record may stay in memory for a while
+    if (cloud_) {
+      const std::span<const float> points = points_.inBall(header, image, ball);
+      recorded.cloud = {header.arrival_ns, {points.begin(), points.end()}};
+    }
     const std::lock_guard lock(mutex_);
     free_.push_back(slot);
-    compressed_bytes_ += record.image.bytes.size();
-    compressed_.push_back(std::move(record));
+    compressed_bytes_ += bytesOf(recorded);
+    compressed_.push_back(std::move(recorded));
   }
 }
 
-bool DepthRecorder::take(drivers::DepthRecord& record) {
+void DepthRecorder::setBall(const drivers::ModelledBall& ball) {
+  const std::lock_guard lock(mutex_);
+  ball_ = ball;
+}
+
+bool DepthRecorder::take(RecordedFrame& recorded) {
   {
     const std::lock_guard lock(mutex_);
     if (compressed_.empty()) return false;
-    record = std::move(compressed_.front());
+    recorded = std::move(compressed_.front());
     compressed_.pop_front();
-    compressed_bytes_ -= record.image.bytes.size();
+    compressed_bytes_ -= bytesOf(recorded);
   }
   wake_.notify_one();
   return true;

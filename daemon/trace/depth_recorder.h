@@ -13,13 +13,21 @@
 
 #include "config/error.h"
 #include "drivers/trace/depth_codec.h"
+#include "drivers/trace/depth_points.h"
 #include "drivers/trace/records.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::daemon {
 
+/// A depth frame on its way into a trace.
+struct RecordedFrame {
+  drivers::DepthRecord depth;
+  drivers::CloudRecord cloud;  ///< empty if clouds are not recorded
+};
+
 /// Carries raw depth from the scene thread to a trace. A thread of its own compresses it, about two
-/// milliseconds per frame, so that neither the scene nor the ticks of the trace wait.
+/// milliseconds per frame, and computes the points in the modelled ball if they are recorded, so that neither
+/// the scene nor the ticks of the trace wait.
 class DepthRecorder {
  public:
   /// Capacity for frames that wait for compression: a quarter of a second.
@@ -29,8 +37,10 @@ class DepthRecorder {
   static constexpr std::size_t kMostWaitingBytes = 8 << 20;
 
   /// `common`: the header fields that all frames of the camera share.
+  /// `cloud`: record the points in the ball too.
   /// Errors: the system provides no more threads.
-  static config::Result<std::unique_ptr<DepthRecorder>> start(const rt::DepthFrameHeader& common);
+  static config::Result<std::unique_ptr<DepthRecorder>> start(const rt::DepthFrameHeader& common,
+                                                              bool cloud = false);
   /// Ends the thread as finish() does.
   ~DepthRecorder();
   DepthRecorder(const DepthRecorder&) = delete;
@@ -40,9 +50,11 @@ class DepthRecorder {
   /// Thread: scene thread.  Progress: blocking, for as long as a copy takes.
   bool offer(const rt::DepthFrame& frame);
 
-  // The next two functions: trace thread.
+  // The next three functions: trace thread.
+  /// Sets the ball whose points are recorded from the next frame on: that of the newest model.
+  void setBall(const drivers::ModelledBall& ball);
   /// Moves out the oldest compressed frame; false if there is none now.
-  bool take(drivers::DepthRecord& record);
+  bool take(RecordedFrame& recorded);
   /// Compresses all offered frames and ends the thread. take() still returns what is left; offer() must not
   /// be called any more.
   void finish();
@@ -51,21 +63,24 @@ class DepthRecorder {
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  private:
-  explicit DepthRecorder(const rt::DepthFrameHeader& common);
+  DepthRecorder(const rt::DepthFrameHeader& common, bool cloud);
   void run();
-  /// Waits for a frame to compress; false if there will be none.
-  bool nextFrame(std::size_t& slot);
+  /// Waits for a frame to compress, and returns the ball for its points; false if there will be none.
+  bool nextFrame(std::size_t& slot, drivers::ModelledBall& ball);
 
   const rt::DepthFrameHeader common_;
-  drivers::DepthEncoder encoder_;  // compression thread only
+  const bool cloud_;
+  drivers::DepthEncoder encoder_;  // compression thread only, as the next one
+  drivers::DepthPoints points_;
   std::vector<rt::DepthFrame> frames_;
-  std::mutex mutex_;  // protects the next five members
+  std::mutex mutex_;  // protects the next six members
   std::condition_variable wake_;
   std::vector<std::size_t> free_;
-  std::deque<std::size_t> offered_;              // oldest first
-  std::deque<drivers::DepthRecord> compressed_;  // oldest first
+  std::deque<std::size_t> offered_;       // oldest first
+  std::deque<RecordedFrame> compressed_;  // oldest first
   std::size_t compressed_bytes_ = 0;
   bool finishing_ = false;
+  drivers::ModelledBall ball_;
   std::atomic<std::uint64_t> lost_{0};  // relaxed: no other data depends on it
   std::thread thread_;
 };

@@ -373,6 +373,8 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
 drivers::TraceOptions TraceRecorder::options() const {
   drivers::TraceOptions options = sources_.describe();
   options.compress = settings_.compression == config::TraceCompression::zstd;
+  options.scene = settings_.scene != config::TraceScene::off;
+  options.cloud = settings_.scene == config::TraceScene::cloud;
   options.realtime_offset_ns = rt::realtimeNow_ns() - rt::monotonicNow_ns();
   options.attachments.push_back({"settings.yaml", "application/yaml", settings_yaml_});
   return options;

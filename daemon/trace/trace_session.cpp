@@ -27,11 +27,12 @@ config::Result<std::unique_ptr<TraceSession>> TraceSession::begin(const Plan& pl
   const std::string name = drivers::newTraceName(plan.folder, realtime_ns, plan.label);
   drivers::TraceOptions options = plan.options;
   options.depth = plan.depth;
+  options.cloud = options.cloud && plan.depth;  // only then are frames offered
   auto writer = drivers::TraceWriter::create(plan.folder / (name + ".mcap"), options);
   if (!writer) return std::unexpected(writer.error());
   std::unique_ptr<TraceSession> session(new TraceSession(std::move(*writer), scene_thread, core_memory));
   if (!plan.depth) return session;
-  if (auto recording = session->recordDepth(options.depth_header); !recording) {
+  if (auto recording = session->recordDepth(options); !recording) {
     session->discard();
     return std::unexpected(recording.error());
   }
@@ -49,16 +50,18 @@ TraceSession::~TraceSession() {
   endDepth();
 }
 
-config::Result<void> TraceSession::recordDepth(const rt::DepthFrameHeader& common) {
-  auto recorder = DepthRecorder::start(common);
+config::Result<void> TraceSession::recordDepth(const drivers::TraceOptions& options) {
+  auto recorder = DepthRecorder::start(options.depth_header, options.cloud);
   if (!recorder) return std::unexpected(recorder.error());
   depth_ = std::move(*recorder);
+  cloud_ = options.cloud;
   scene_thread_.setTap(
       [recorder = depth_.get()](const rt::DepthFrame& frame) { return recorder->offer(frame); });
   return {};
 }
 
 config::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
+  if (depth_) depth_->setBall({model.centre_m_in_world, model.radius_m});
   if (depth_ && !model.depth_recorded) first_model_ = 0;
   if (depth_ && model.depth_recorded && (first_model_ == 0 || model.forgot)) {
     first_model_ = model.model;
@@ -84,10 +87,11 @@ config::Result<void> TraceSession::writeWhatIsReady() {
 }
 
 config::Result<void> TraceSession::writeDepth() {
-  drivers::DepthRecord record;
-  while (depth_ && depth_->take(record)) {
-    auto written = writer_->write(record);
+  RecordedFrame recorded;
+  while (depth_ && depth_->take(recorded)) {
+    auto written = writer_->write(recorded.depth);
     ++(written ? depth_frames_ : depth_frames_dropped_);
+    if (written && cloud_) written = writer_->write(recorded.cloud);
     if (!written) return written;
   }
   return {};

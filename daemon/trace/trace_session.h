@@ -27,7 +27,7 @@ class TraceSession {
     std::filesystem::path folder;
     std::string label;
     bool depth = false;
-    drivers::TraceOptions options;
+    drivers::TraceOptions options;  ///< its `cloud` has an effect only with depth
   };
   static constexpr std::int64_t kSnapshotPeriod_ns = 10'000'000'000;
   static constexpr std::int64_t kLeastSnapshotPeriod_ns = 1'000'000'000;
@@ -72,7 +72,7 @@ class TraceSession {
                rt::CoreMemoryChannel& core_memory);
   /// Removes the files of the trace.
   void discard();
-  config::Result<void> recordDepth(const rt::DepthFrameHeader& common);
+  config::Result<void> recordDepth(const drivers::TraceOptions& options);
   config::Result<void> writeDepth();
   config::Result<void> writeSnapshot();
   void endDepth();
@@ -80,6 +80,7 @@ class TraceSession {
   std::unique_ptr<drivers::TraceWriter> writer_;
   std::unique_ptr<DepthRecorder> depth_;  // null without depth
   bool depth_ended_ = false;
+  bool cloud_ = false;  // record the points in the ball too
   std::uint64_t depth_frames_ = 0;
   std::uint64_t depth_frames_dropped_ = 0;  // number of frames compressed, but not written
   SceneThread& scene_thread_;

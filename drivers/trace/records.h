@@ -86,4 +86,10 @@ struct DepthRecord {
   ByteString image = {};
 };
 
+/// The points of a depth frame that the hand can reach, for viewers; nothing reads them back.
+struct CloudRecord {
+  std::int64_t time_ns = 0;                    ///< arrival of the frame
+  std::vector<float> points_m_in_camera = {};  ///< x, y, z, x, y, z, ...
+};
+
 }  // namespace hapticd::drivers

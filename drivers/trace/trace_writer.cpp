@@ -6,9 +6,14 @@
 #include <algorithm>
 
 #include "drivers/trace/fields.h"
+#include "drivers/trace/foxglove_messages.h"
+#include "drivers/trace/foxglove_scene.h"
+#include "drivers/trace/foxglove_schemas.h"
 #include "drivers/trace/mcap_writer.h"
 #include "drivers/trace/messages.h"
+#include "drivers/trace/tick_window.h"
 #include "drivers/trace/trace_format.h"
+#include "rt/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -37,7 +42,8 @@ class TraceWriter::Implementation {
       : file_(std::move(part), file, options.compress),
         chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.chunk_ns, 0))),
         first_chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.first_chunk_ns, 0))),
-        offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)) {}
+        offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)),
+        camera_(options.depth_header) {}
 
   config::Result<void> begin(const TraceOptions& options) {
     const std::vector<std::pair<std::string, std::string>> trace{
@@ -51,6 +57,11 @@ class TraceWriter::Implementation {
     open<EventRecord>(events_channel_);
     open<SnapshotRecord>(snapshots_channel_);
     if (options.depth) open<DepthRecord>(depth_channel_);
+    if (options.scene) {
+      open(scene_channel_, foxglove::kSceneChannel);
+      open(transforms_channel_, foxglove::kTransformsChannel);
+    }
+    if (options.cloud) open(cloud_channel_, foxglove::kReachCloudChannel);
     for (const TraceAttachment& attachment : options.attachments) {
       file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
     }
@@ -60,10 +71,16 @@ class TraceWriter::Implementation {
   config::Result<void> write(const rt::Tick& tick) {
     auto written = add(ticks_channel_, tick);
     if (written) ++ticks_pending_;
-    return written;
+    return written && scene_channel_.id != 0 ? writeScene(tick) : written;
   }
-  config::Result<void> write(const ModelRecord& model) { return add(models_channel_, model); }
-  config::Result<void> write(const DirectiveRecord& directive) { return add(directives_channel_, directive); }
+  config::Result<void> write(const ModelRecord& model) {
+    ball_ = {model.centre_m_in_world, model.radius_m};
+    return add(models_channel_, model);
+  }
+  config::Result<void> write(const DirectiveRecord& directive) {
+    for (const auto& [name, value] : directive.parameters) radii_.set(name, value);
+    return add(directives_channel_, directive);
+  }
   config::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
   config::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
   config::Result<void> write(const DepthRecord& depth) {
@@ -72,6 +89,16 @@ class TraceWriter::Implementation {
           config::Error{file_.file().string(), "was begun without a channel for depth", ""});
     }
     return add(depth_channel_, depth);
+  }
+  config::Result<void> write(const CloudRecord& cloud) {
+    if (cloud_channel_.id == 0) {
+      return std::unexpected(
+          config::Error{file_.file().string(), "was begun without a channel for clouds", ""});
+    }
+    const std::uint64_t time_ns = realtimeOf(cloud.time_ns);
+    message_.clear();
+    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, cloud.points_m_in_camera, message_);
+    return put(cloud_channel_, foxglove::kReachCloudChannel, time_ns);
   }
 
   config::Result<void> flush() { return counted(file_.flush()); }
@@ -91,15 +118,27 @@ class TraceWriter::Implementation {
     const ChannelName& name = kChannelName<Record>;
     channel.id = file_.addChannel(name.topic, name.schema, schemaOf<Record>());
   }
+  void open(OpenChannel& channel, const ChannelName& name) {
+    channel.id = file_.addChannel(name.topic, name.schema, foxglove::schemaOf(name.schema));
+  }
+
+  /// Wraps instead of overflowing, whatever the record contains.
+  std::uint64_t realtimeOf(std::int64_t time_ns) const {
+    return static_cast<std::uint64_t>(time_ns) + offset_ns_;
+  }
 
   template <typename Record>
   config::Result<void> add(OpenChannel& channel, const Record& record) {
-    // wraps instead of overflowing, whatever the record contains
-    const std::uint64_t time_ns = static_cast<std::uint64_t>(timeOf(record)) + offset_ns_;
+    const std::uint64_t time_ns = realtimeOf(timeOf(record));
     message_.clear();
     encode(record, time_ns, message_);
+    return put(channel, kChannelName<Record>, time_ns);
+  }
+
+  /// Adds the encoded message.
+  config::Result<void> put(OpenChannel& channel, const ChannelName& name, std::uint64_t time_ns) {
     if (message_.size() > mcap::kMaxMessageBytes) {
-      return std::unexpected(config::Error{std::string(kChannelName<Record>.topic),
+      return std::unexpected(config::Error{std::string(name.topic),
                                            fmt::format("a message of {} bytes; a trace accepts at most {}",
                                                        message_.size(), mcap::kMaxMessageBytes),
                                            ""});
@@ -107,6 +146,25 @@ class TraceWriter::Implementation {
     if (auto written = makeRoom(time_ns); !written) return written;
     file_.addMessage(channel.id, channel.messages++, time_ns, message_);
     return {};
+  }
+
+  /// Writes what the picture needs. Its messages have the time of the tick that caused them, although the
+  /// scene is an earlier tick's: late messages would make chunks overlap.
+  config::Result<void> writeScene(const rt::Tick& tick) {
+    const std::uint64_t time_ns = realtimeOf(tick.planned_ns);
+    if (tick.planned_ns >= next_transforms_ns_) {
+      next_transforms_ns_ = tick.planned_ns + rt::kNsPerSecond;
+      message_.clear();
+      foxglove::encodeCameraTransforms(time_ns, camera_, message_);
+      if (auto written = put(transforms_channel_, foxglove::kTransformsChannel, time_ns); !written) {
+        return written;
+      }
+    }
+    const std::optional<rt::Tick> shown = window_.add(tick);
+    if (!shown) return {};
+    message_.clear();
+    foxglove::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
+    return put(scene_channel_, foxglove::kSceneChannel, time_ns);
   }
 
   /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
@@ -135,7 +193,12 @@ class TraceWriter::Implementation {
   std::uint64_t first_chunk_ns_;
   std::uint64_t offset_ns_;
   OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_,
-      depth_channel_;
+      depth_channel_, scene_channel_, transforms_channel_, cloud_channel_;
+  rt::DepthFrameHeader camera_;
+  foxglove::SceneRadii radii_;
+  ModelledBall ball_;
+  TickWindow window_{rt::kNsPerSecond / kSceneRate_hz};
+  std::int64_t next_transforms_ns_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_pending_ = 0;
   std::string message_;
@@ -179,6 +242,9 @@ config::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
 }
 config::Result<void> TraceWriter::write(const DepthRecord& depth) {
   return implementation_->write(depth);
+}
+config::Result<void> TraceWriter::write(const CloudRecord& cloud) {
+  return implementation_->write(cloud);
 }
 config::Result<void> TraceWriter::flush() {
   return implementation_->flush();

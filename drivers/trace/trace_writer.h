@@ -34,9 +34,15 @@ struct TraceOptions {
   std::vector<std::pair<std::string, std::string>> metadata = {};
   std::vector<TraceAttachment> attachments = {};
   bool depth = false;  ///< include a channel for raw depth frames
+  /// Include the channels for the 3D picture (foxglove_schemas.h): kSceneRate_hz times a second a scene made
+  /// from the records, and every second the camera's pose from `depth_header`.
+  bool scene = false;
+  bool cloud = false;  ///< include a channel for the points that the hand can reach
   /// Header fields shared by all frames of the camera: all except times and number.
   rt::DepthFrameHeader depth_header = {};
 };
+
+inline constexpr std::int64_t kSceneRate_hz = 30;
 
 /// Writes one trace: an MCAP file with ros2msg schemas and CDR messages (README.md lists channels and
 /// fields). While it is being written its name ends in ".part"; close() gives it its final name. After a
@@ -63,6 +69,8 @@ class TraceWriter {
   config::Result<void> write(const SnapshotRecord& snapshot);
   /// Only if TraceOptions::depth is set.
   config::Result<void> write(const DepthRecord& depth);
+  /// Only if TraceOptions::cloud is set.
+  config::Result<void> write(const CloudRecord& cloud);
 
   /// Writes all pending records as a chunk, whatever its duration.
   config::Result<void> flush();

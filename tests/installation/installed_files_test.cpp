@@ -81,6 +81,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/docs/pareto.svg",
       "usr/share/doc/hapticd/docs/patents.md",
       "usr/share/doc/hapticd/docs/traces.md",
+      "usr/share/doc/hapticd/docs/viewers.md",
       "usr/share/doc/hapticd/examples/50-cpu.conf",
       "usr/share/doc/hapticd/examples/60-udp-peer.conf",
       "usr/share/doc/hapticd/examples/demo.yaml",

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <random>
+#include <span>
 
 #include "tests/support/made_up_pixel.h"
 #include "tests/support/program.h"
@@ -29,16 +31,17 @@ TEST(DepthRecorder, GivesEveryFrameInItsOrderWithTheCamerasHeader) {
   const auto recorder = DepthRecorder::start(common);
   ASSERT_TRUE(recorder) << recorder.error().text();
   drivers::DepthDecoder decoder;
-  drivers::DepthRecord record;
+  RecordedFrame recorded;
   const auto back = std::make_unique<rt::DepthFrame>();
   std::uint64_t taken = 0;
   const auto take = [&] {
-    while ((*recorder)->take(record)) {
-      ASSERT_EQ(decoder.decode(record, *back), "");
+    while ((*recorder)->take(recorded)) {
+      ASSERT_EQ(decoder.decode(recorded.depth, *back), "");
       const auto expected = madeUpFrame(++taken);
       EXPECT_EQ(back->sequence, expected->sequence);
       EXPECT_EQ(std::memcmp(back->raw, expected->raw, sizeof back->raw), 0) << taken;
-      EXPECT_EQ(record.header.fx_px, 594);
+      EXPECT_EQ(recorded.depth.header.fx_px, 594);
+      EXPECT_TRUE(recorded.cloud.points_m_in_camera.empty());
     }
   };
   for (std::uint64_t number = 1; number <= 20; ++number) {
@@ -67,8 +70,38 @@ TEST(DepthRecorder, RefusesAndCountsWhatASlowDiskHasNoRoomForAndLosesNothingThat
             DepthRecorder::kMostWaitingBytes + (DepthRecorder::kFrames + 1) * sizeof noise->raw);
   (*recorder)->finish();
   std::uint64_t taken = 0;
-  for (drivers::DepthRecord record; (*recorder)->take(record);) ++taken;
+  for (RecordedFrame recorded; (*recorder)->take(recorded);) ++taken;
   EXPECT_EQ(taken, offered);
+}
+
+TEST(DepthRecorder, GivesThePointsInTheNewestBallWithTheTimeOfTheirFrame) {
+  rt::DepthFrameHeader common;
+  common.depth_law_coefficients = {-0.003071102, 3.330949516};
+  common.fx_px = common.fy_px = 594;
+  common.cx_px = 320;
+  common.cy_px = 240;
+  common.rotation_world_camera = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const auto recorder = DepthRecorder::start(common, true);
+  ASSERT_TRUE(recorder) << recorder.error().text();
+  const drivers::ModelledBall ball{{0, 0, -1}, 0.3};
+  auto frame = madeUpFrame(3);
+  std::ranges::fill(frame->raw, std::uint16_t{760});  // 1.003 m
+  const auto take = [&] {
+    RecordedFrame recorded;
+    EXPECT_TRUE(test::becomesTrue([&] { return (*recorder)->take(recorded); }));
+    return recorded;
+  };
+  ASSERT_TRUE((*recorder)->offer(*frame));
+  EXPECT_TRUE(take().cloud.points_m_in_camera.empty()) << "no ball is known yet";
+  (*recorder)->setBall(ball);
+  ASSERT_TRUE((*recorder)->offer(*frame));
+  const RecordedFrame recorded = take();
+  EXPECT_EQ(recorded.cloud.time_ns, frame->arrival_ns);
+  drivers::DepthPoints points;
+  const auto expected =
+      points.inBall(drivers::headerOf(common, *frame), std::as_bytes(std::span(frame->raw)), ball);
+  EXPECT_GT(expected.size(), 3000U);
+  EXPECT_TRUE(std::ranges::equal(recorded.cloud.points_m_in_camera, expected));
 }
 
 }  // namespace

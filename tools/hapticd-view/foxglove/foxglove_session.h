@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/trace/depth_points.h"
+#include "drivers/trace/foxglove_scene.h"
+#include "drivers/trace/tick_window.h"
+#include "tools/hapticd-view/foxglove/channels.h"
+#include "tools/hapticd-view/foxglove/client_request.h"
+#include "tools/hapticd-view/live/message_sink.h"
+#include "tools/hapticd-view/live/source.h"
+
+namespace hapticd::tools::view {
+
+/// One client of the Foxglove WebSocket protocol: Foxglove, Lichtblick, PlotJuggler.
+///
+/// A message is made only for channels that the client has subscribed to, and only from data that it needs.
+/// Of each subscription the newest message waits for a slow client; those that it replaces are counted and
+/// reported as a status. The largest force is never among them: a tick that the client has not taken yet is
+/// replaced only by one with as large a force. Read-only: nothing that a client sends changes the box.
+class FoxgloveSession final : public Session {
+ public:
+  /// Ticks and scenes a second. Lichtblick warns beyond 60.
+  static constexpr std::int64_t kMaxRate_hz = 60;
+  /// Between two messages of `cloud`: every third frame of a camera with 30 frames a second.
+  static constexpr std::int64_t kCloudPeriod_ns = 95'000'000;
+  /// `cloud` has every fourth pixel of every fourth row.
+  static constexpr std::uint32_t kCloudStep = 4;
+  static constexpr std::size_t kMaxSubscriptions = 64;
+  /// Events and requests for parameters kept until they can be answered.
+  static constexpr std::size_t kMaxWaiting = 64;
+
+  struct Identity {
+    std::string name;     ///< of the server
+    std::string session;  ///< changes when the server restarts: clients then forget their state
+  };
+  /// Returns CLOCK_REALTIME minus CLOCK_MONOTONIC of the times that the source delivers.
+  using Offset = std::function<std::int64_t()>;
+
+  /// `source` and `sink` outlive the session, which sends at once what the server says first.
+  FoxgloveSession(Source& source, MessageSink& sink, const Identity& identity, Offset offset_ns);
+
+  void onTick(const rt::Tick& tick) override;
+  void onStatus(const Json& status) override;
+  void onParameters(const Json& parameters) override;
+  void onEvent(const Json& event) override;
+  void onDepth(const std::shared_ptr<const DepthPicture>& picture) override;
+  void onDepthState(bool available, const std::string& reason) override;
+  void onBox(bool reachable, const std::string& reason) override;
+  bool wantsTicks() const override;
+  bool wantsDepth() const override;
+  void onText(std::string_view message) override;
+  std::size_t longestMessage() const override { return 64 * 1024; }
+
+  /// Messages that were replaced before the client had taken them.
+  std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  struct Subscription {
+    FoxgloveChannel channel = FoxgloveChannel::tick;
+    std::optional<rt::Tick> waiting;  ///< not sent yet, because the client has not taken the one before
+  };
+  using Payload = std::shared_ptr<const std::string>;
+  using Encode = std::function<void(std::uint64_t realtime_ns, std::string& to)>;
+
+  void sendText(const Json& message, MessageKey key = MessageKey::queued);
+  void sendStatus(int level, std::string_view id, std::string_view text);
+  void removeStatus(std::string_view id);
+  void send(std::uint32_t subscription, std::uint64_t realtime_ns, const Payload& payload, MessageKey key);
+  /// Encodes a message once, and sends it for each subscription of the channel, in place of those waiting.
+  void publish(FoxgloveChannel channel, std::uint64_t realtime_ns, const Encode& encode);
+  void publishTick(std::uint32_t id, Subscription& subscription, const rt::Tick& tick);
+  void publishTransforms();
+  void reportDropped();
+  bool subscribed(FoxgloveChannel channel) const;
+  std::uint64_t realtimeOf(std::int64_t monotonic_ns) const;
+
+  void handle(const Subscribe& request);
+  void handle(const Unsubscribe& request);
+  void handle(const GetParameters& request);
+  void handle(const Refused& request);
+  void handle(const Ignored&) {}
+  void answer(const GetParameters& request);
+  void sendEvent(std::uint32_t id, const Json& event);
+
+  Source& source_;
+  MessageSink& sink_;
+  Offset offset_ns_;
+  std::map<std::uint32_t, Subscription> subscriptions_;  ///< by the client's number
+  drivers::TickWindow window_;
+  drivers::foxglove::SceneRadii radii_;
+  drivers::ModelledBall ball_;
+  std::optional<rt::Vec3> hip_m_in_world_;  ///< of the newest tick
+  std::optional<rt::DepthFrameHeader> camera_;
+  drivers::DepthPoints points_;
+  /// The source is to be told with the next status: it must not end the stream of frames while it delivers
+  /// one.
+  bool wants_changed_ = false;
+  std::int64_t last_cloud_ns_ = 0;
+  Json parameters_;  ///< null: not known yet
+  std::deque<GetParameters> unanswered_;
+  std::deque<Json> events_;  ///< the newest ones, for those who subscribe later
+  std::uint64_t dropped_ = 0;
+  std::uint64_t dropped_reported_ = 0;
+  int statuses_ = 0;
+};
+
+}  // namespace hapticd::tools::view
