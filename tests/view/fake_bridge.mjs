@@ -10,14 +10,39 @@ const kTypes = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/c
 const kWidth = 640;
 const kHeight = 480;
 const kIntrinsics = [594.214342, 591.040537, 339.30781, 242.739138];
-const kMmPerRaw = 0.001;
+const kMPerRaw = 0.001;
 
 /** The sphere, in the camera's frame, which is the world's. */
-export const kSphere = { centre: [0.05, -0.04, -1], radiusM: 0.15, wallM: 1.15 };
+export const kSphere = { centre: [0.05, -0.04, -1], radiusM: 0.15 };
+const kWallM = 1.15;
 export const kHip = [0.02, 0.03, -0.87];
 
-/** A depth message: a linear law of whole millimetres. */
-function depthMessage(number) {
+/** The depth Z at which the ray of a pixel meets the sphere; 0 where it passes by. */
+export function sphereDepth(column, row) {
+  const [fx, fy, cx, cy] = kIntrinsics;
+  const [x, y, z] = kSphere.centre;
+  const ray = [(column - cx) / fx, -(row - cy) / fy];
+  const a = ray[0] ** 2 + ray[1] ** 2 + 1;
+  const b = ray[0] * x + ray[1] * y - z;
+  const root = b * b - a * (x * x + y * y + z * z - kSphere.radiusM ** 2);
+  return root > 0 ? (b - Math.sqrt(root)) / a : 0;
+}
+
+/** All points of the sphere that pixels of the camera see, in the world. */
+export function spherePoints() {
+  const [fx, fy, cx, cy] = kIntrinsics;
+  const points = [];
+  for (let row = 0; row < kHeight; row++) {
+    for (let column = 0; column < kWidth; column++) {
+      const z = sphereDepth(column, row);
+      if (z > 0) points.push([((column - cx) * z) / fx, (-(row - cy) * z) / fy, -z]);
+    }
+  }
+  return points;
+}
+
+/** A depth message: a linear law of whole millimetres; 0 means that nothing was measured. */
+function depthMessage(wallM) {
   const message = Buffer.alloc(8 + 264 + 2 * kWidth * kHeight);
   message.writeUInt8(1, 0);
   const header = message.subarray(8);
@@ -28,20 +53,13 @@ function depthMessage(number) {
   header.writeUInt32LE(kHeight, 12);
   header.writeUInt32LE(2 * kWidth, 16);
   header.writeUInt8(1, 21);
-  header.writeDoubleLE(kMmPerRaw, 32);
+  header.writeDoubleLE(kMPerRaw, 32);
   kIntrinsics.forEach((value, i) => header.writeDoubleLE(value, 48 + 8 * i));
   [0, 4, 8].forEach((i) => header.writeDoubleLE(1, 80 + 8 * i));
-  header.writeBigUInt64LE(BigInt(number), 216);
-  const [fx, fy, cx, cy] = kIntrinsics;
-  const [x, y, z] = kSphere.centre;
   for (let row = 0; row < kHeight; row++) {
     for (let column = 0; column < kWidth; column++) {
-      const ray = [(column - cx) / fx, -(row - cy) / fy, -1];
-      const a = ray[0] ** 2 + ray[1] ** 2 + 1;
-      const b = ray[0] * x + ray[1] * y - z;
-      const root = b * b - a * (x * x + y * y + z * z - kSphere.radiusM ** 2);
-      const depth = root > 0 ? (b - Math.sqrt(root)) / a : kSphere.wallM;
-      header.writeUInt16LE(Math.round(depth / kMmPerRaw), 264 + 2 * (row * kWidth + column));
+      const depth = sphereDepth(column, row) || wallM;
+      header.writeUInt16LE(Math.round(depth / kMPerRaw), 264 + 2 * (row * kWidth + column));
     }
   }
   return message;
@@ -64,8 +82,8 @@ const kStatus = {
 };
 
 export class FakeBridge {
-  /** `status` is sent as it is at each moment; a test may change it, and the flags below. */
-  constructor(folder) {
+  /** `status` is sent as it is at each moment; a test may change it, and the flags below. `wall`: behind the sphere. */
+  constructor(folder, { wall = true, timeline = null } = {}) {
     this.folder = folder;
     this.status = structuredClone(kStatus);
     this.silent = false;
@@ -73,7 +91,11 @@ export class FakeBridge {
     this.frames = 0;
     this.windows = 0;
     this.received = [];
-    this.message = depthMessage(0);
+    this.depthHz = 30;
+    this.due = 0;
+    this.timeline = timeline;
+    this.proxy = [kHip[0], kHip[1] + 0.002, kHip[2] + 0.004];
+    this.message = depthMessage(wall ? kWallM : 0);
   }
 
   async start(port = 0) {
@@ -132,14 +154,17 @@ export class FakeBridge {
 
   send(message) {
     if (this.silent) return;
-    for (const client of this.sockets.clients) client.send(typeof message === 'object' && message.type
-      ? JSON.stringify(message) : message);
+    const data = Buffer.isBuffer(message) ? message : JSON.stringify(message);
+    for (const client of this.sockets.clients) {
+      // like the bridge: a slow page gets the newest only
+      if (!Buffer.isBuffer(message) || client.bufferedAmount < message.length) client.send(data);
+    }
   }
 
   sendDepth() {
-    this.ticks = (this.ticks ?? 0) + Math.min(this.depthHz ?? 30, 30) / 30;
-    if (this.ticks < 1) return;
-    this.ticks -= 1;
+    this.due += this.depthHz / 30;
+    if (this.due < 1 || this.silent) return;
+    this.due -= 1;
     this.message.writeBigUInt64LE(BigInt(++this.frames), 8 + 216);
     this.send(this.message);
   }
@@ -149,9 +174,9 @@ export class FakeBridge {
     const force = 1.2 + 0.4 * Math.sin(2 * s);
     this.send({
       type: 'window', ticks: 16, lost: 0, number: 16 * this.windows, timeNs: s * 1e9, hip: kHip,
-      proxy: [kHip[0], kHip[1] + 0.002, kHip[2] + 0.004], force: [0.1 * force, 0.4 * force, 0.9 * force],
+      proxy: this.proxy, force: [0.1 * force, 0.4 * force, 0.9 * force],
       forceMaxN: force, penetrationMaxM: force / 500, sceneAgeMaxNs: 3e7 + 1e7 * Math.sin(5 * s),
-      wakeupLatencyMaxNs: 8000 + 3000 * Math.sin(9 * s), contact: 'contact', contactTicks: 16, gain: 1, law: 'surface',
+      wakeupLatencyMaxNs: 8000 + 3000 * Math.sin(9 * s), contact: this.proxy ? 'contact' : 'free', contactTicks: this.proxy ? 16 : 0, gain: 1, law: 'surface',
       sceneFrame: this.frames,
     });
   }

@@ -24,7 +24,7 @@ export class Labels {
       this.elements.set(name, element);
     }
     if (element.textContent !== text) element.textContent = text;
-    element.style.transform = `translate(${place.x.toFixed(1)}px, ${place.y.toFixed(1)}px) translate(-50%, -50%)`;
+    element.style.transform = `translate(${place.x.toFixed(1)}px, ${place.y.toFixed(1)}px)`;
     element.hidden = false;
     this.used.add(name);
   }

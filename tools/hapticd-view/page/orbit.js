@@ -128,12 +128,14 @@ export const kViews = {
     const heightM = 1.1 * distanceM;
     orbit.lookAlong(add(middle, [0, heightM, 0]), [0, -1, 0], unit(heading), heightM);
   },
-  overview: (orbit, { frame, distanceM }) => {
+  overview: (orbit, { frame, hip, distanceM }) => {
     const axes = frame ? frame.rotation : [1, 0, 0, 0, 1, 0, 0, 0, 1];
     const origin = frame ? frame.position : [0, 0, 0];
     const middle = add(origin, rotate(axes, [0, 0, -0.92 * distanceM]));
-    const forward = unit(rotate(axes, [-0.5, -0.38, -1]));
-    const from = 1.15 * distanceM;
-    orbit.lookAlong(subtract(middle, scale(forward, from)), forward, kUp, from);
+    // between the hand and what the camera sees, so that both are in the picture
+    const target = hip ? scale(add(middle, hip), 0.5) : middle;
+    const forward = unit(rotate(axes, [-0.62, -0.4, -1]));
+    const from = 0.95 * distanceM;
+    orbit.lookAlong(subtract(target, scale(forward, from)), forward, kUp, from);
   },
 };

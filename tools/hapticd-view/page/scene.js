@@ -14,7 +14,9 @@ const kCircleCorners = 72;
 /** The largest permitted force is an arrow of this length. */
 const kLongestArrowM = 0.25;
 const kCoreM = 0.006;
-const kThicknessM = 0.004;
+const kThicknessM = 0.005;
+const kCameraM = 0.12;
+const kFrustumM = 4;
 const kAxisM = 0.15;
 const kGridHalfM = 3;
 
@@ -148,7 +150,7 @@ export class Picture {
     });
   }
 
-  /** The frustum from the camera to the nearest depth that it can measure, and faintly on to the farthest. */
+  /** The camera as a small pyramid, and the edges of what it sees. */
   addCamera() {
     const { frame, limitsM, theme } = this.scene;
     if (!frame) return;
@@ -157,12 +159,12 @@ export class Picture {
     const at = (z) => [
       corner(-0.5, -0.5, z), corner(frame.width - 0.5, -0.5, z),
       corner(frame.width - 0.5, frame.height - 0.5, z), corner(-0.5, frame.height - 0.5, z)];
-    const near = at(Math.min(limitsM[0], 0.5));
-    const far = at(Math.min(limitsM[1], 4));
+    const near = at(kCameraM);
+    const far = at(Math.min(limitsM[1], kFrustumM));
     for (let i = 0; i < 4; i++) {
       this.lines.add(frame.position, near[i], [...theme.frustum, 0.9]);
       this.lines.add(near[i], near[(i + 1) % 4], [...theme.frustum, 0.9]);
-      this.lines.add(near[i], far[i], [...theme.frustum, 0.5], [...theme.frustum, 0]);
+      this.lines.add(near[i], far[i], [...theme.frustum, 0.45], [...theme.frustum, 0]);
     }
     this.labels.put('camera', frame.position, 'camera', 'place');
   }
@@ -203,11 +205,11 @@ export class Picture {
     this.solids.drawSphere(hip, Math.min(kCoreM, radii.hipM), { colour: theme.accent, shade: 0.25 });
     if (force && layers.force) {
       const vector = scale(force, arrowMPerN);
-      this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.force, shade: 0.3 });
-      if (forceText) this.labels.put('force', add(hip, scale(vector, 1.12)), forceText, 'force');
+      this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.ink, shade: 0.25 });
+      if (forceText) this.labels.put('force', add(hip, vector), forceText, 'force');
     }
     if (proxy) {
-      this.solids.drawSphere(proxy, radii.proxyM, { colour: theme.proxy, alpha: 0.55, rim: 0.45, shade: 0.35 });
+      this.solids.drawSphere(proxy, radii.proxyM, { colour: theme.ink, alpha: 0.55, rim: 0.45, shade: 0.35 });
     }
     this.solids.drawSphere(hip, radii.hipM, { colour: theme.accent, alpha: 0.22, rim: 0.75, shade: 0.1 });
   }

@@ -72,7 +72,7 @@ void main() {
   vec3 p = pointAt(pixel, z);
   vec3 world = rotation * p + position;
   gl_Position = worldToClip * vec4(world, 1.0);
-  gl_PointSize = clamp(1.3 * float(every) * focalPx * z / (intrinsics.x * gl_Position.w), 1.0, largestPx);
+  gl_PointSize = clamp(1.4 * float(every) * focalPx * z / (intrinsics.x * gl_Position.w), 1.0, largestPx);
   bool modelled = ball.w > 0.0 && distance(world, ball.xyz) <= ball.w;
   vec3 base = colouring == 1 ? rampAt((world.y - rangeM.z) / (rangeM.w - rangeM.z))
     : colouring == 2 ? mix(ramp[1], ramp[2], 0.55) : rampAt((z - rangeM.x) / (rangeM.y - rangeM.x));
