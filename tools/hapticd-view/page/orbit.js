@@ -134,7 +134,7 @@ export const kViews = {
     const middle = add(origin, rotate(axes, [0, 0, -0.92 * distanceM]));
     // between the hand and what the camera sees, so that both are in the picture
     const target = hip ? scale(add(middle, hip), 0.5) : middle;
-    const forward = unit(rotate(axes, [-0.62, -0.4, -1]));
+    const forward = unit(rotate(axes, [-0.8, -0.42, -1]));
     const from = 0.95 * distanceM;
     orbit.lookAlong(subtract(target, scale(forward, from)), forward, kUp, from);
   },

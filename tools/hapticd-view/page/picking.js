@@ -6,8 +6,8 @@ import { coordinates, fixed } from './words.js';
 
 /** So far beside the place that was chosen a pixel may be, in CSS pixels. */
 const kReachPx = 12;
-/** Of pixels as near to the place as that, the one nearest to the eye is meant. */
-const kSameDisplacementPx = 3;
+/** Of pixels as near to the place as that, or as one of them is large, the one nearest to the eye is meant. */
+const kSamePlacePx = 1.5;
 const kLandmarksHeader = 'name,column_px,row_px';
 const kFewestLandmarks = 3;
 
@@ -22,7 +22,8 @@ export function pick(frame, orbit, limitsM, xPx, yPx) {
       if (!place) continue;
       const besidePx = Math.hypot(place.x - xPx, place.y - yPx);
       if (besidePx > kReachPx) continue;
-      const merit = Math.max(besidePx, kSameDisplacementPx);
+      const sizePx = (orbit.focalPx * z) / (frame.fx * place.depth);
+      const merit = besidePx <= Math.max(kSamePlacePx, 0.7 * sizePx) ? 0 : besidePx;
       if (best && (merit > best.merit || (merit === best.merit && place.depth >= best.depth))) continue;
       best = { column, row, merit, depth: place.depth };
     }

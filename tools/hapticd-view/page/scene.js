@@ -12,7 +12,7 @@ import { add, perpendiculars, scale, subtract, unit } from './vectors.js';
 const kMostPixelRatio = 2;
 const kCircleCorners = 72;
 /** The largest permitted force is an arrow of this length. */
-const kLongestArrowM = 0.25;
+const kLongestArrowM = 0.4;
 const kCoreM = 0.006;
 const kThicknessM = 0.005;
 const kCameraM = 0.12;
@@ -205,7 +205,7 @@ export class Picture {
     this.solids.drawSphere(hip, Math.min(kCoreM, radii.hipM), { colour: theme.accent, shade: 0.25 });
     if (force && layers.force) {
       const vector = scale(force, arrowMPerN);
-      this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.ink, shade: 0.25 });
+      this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.force, shade: 0.3 });
       if (forceText) this.labels.put('force', add(hip, vector), forceText, 'force');
     }
     if (proxy) {

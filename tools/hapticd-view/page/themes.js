@@ -11,6 +11,7 @@ const kThemes = {
     // near to far, or high to low
     ramp: [rgb('#f3e4c3'), rgb('#9b8f8c'), rgb('#454d66')],
     accent: rgb('#35c3f3'),
+    force: rgb('#ff9f2e'),
     trail: rgb('#35c3f3'),
     ink: rgb('#e8ecf1'),
     axes: [rgb('#e5707a'), rgb('#7cc36b'), rgb('#6f9df0')],
@@ -21,6 +22,7 @@ const kThemes = {
     frustum: rgb('#66717e'),
     ramp: [rgb('#8a6a4a'), rgb('#a49a95'), rgb('#c3cad6')],
     accent: rgb('#0079ad'),
+    force: rgb('#b84a00'),
     trail: rgb('#0079ad'),
     ink: rgb('#1b2129'),
     axes: [rgb('#b93a46'), rgb('#3d7d2e'), rgb('#2f62c4')],
