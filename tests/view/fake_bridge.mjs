@@ -17,24 +17,24 @@ export const kSphere = { centre: [0.05, -0.04, -1], radiusM: 0.15 };
 const kWallM = 1.15;
 export const kHip = [0.02, 0.03, -0.87];
 
-/** The depth Z at which the ray of a pixel meets the sphere; 0 where it passes by. */
-export function sphereDepth(column, row) {
+/** The depth Z at which the ray of a pixel meets a sphere; 0 where it passes by. */
+export function sphereDepth(column, row, sphere = kSphere) {
   const [fx, fy, cx, cy] = kIntrinsics;
-  const [x, y, z] = kSphere.centre;
+  const [x, y, z] = sphere.centre;
   const ray = [(column - cx) / fx, -(row - cy) / fy];
   const a = ray[0] ** 2 + ray[1] ** 2 + 1;
   const b = ray[0] * x + ray[1] * y - z;
-  const root = b * b - a * (x * x + y * y + z * z - kSphere.radiusM ** 2);
+  const root = b * b - a * (x * x + y * y + z * z - sphere.radiusM ** 2);
   return root > 0 ? (b - Math.sqrt(root)) / a : 0;
 }
 
-/** All points of the sphere that pixels of the camera see, in the world. */
-export function spherePoints() {
+/** All points of a sphere that pixels of the camera see, in the world. */
+export function spherePoints(sphere = kSphere) {
   const [fx, fy, cx, cy] = kIntrinsics;
   const points = [];
   for (let row = 0; row < kHeight; row++) {
     for (let column = 0; column < kWidth; column++) {
-      const z = sphereDepth(column, row);
+      const z = sphereDepth(column, row, sphere);
       if (z > 0) points.push([((column - cx) * z) / fx, (-(row - cy) * z) / fy, -z]);
     }
   }
