@@ -34,6 +34,7 @@ export class RealBox {
   startDaemon() {
     const settings = [
       `control.status_socket=${join(this.folder, 'Status')}`, `control.control_socket=${join(this.folder, 'Control')}`,
+      `state.folder=${join(this.folder, 'state')}`,
       `control.depth_for_everyone=${this.everybody}`, 'synthetic.scene=sphere', 'synthetic.noise=off',
       `synthetic.distance_m=${-kBoxSphere.centre[2]}`, `synthetic.sphere_radius_m=${kBoxSphere.radiusM}`,
     ];
