@@ -15,10 +15,11 @@ const source = process.env.HAPTICD_SOURCE;
 export const kBoxSphere = { centre: [0, 0, -1], radiusM: 0.15 };
 
 export class RealBox {
-  /** `everybody`: whether visitors need no token. */
-  async start({ everybody = true } = {}) {
+  /** `everybody`: whether visitors need no token; `scene`: what its camera sees. */
+  async start({ everybody = true, scene = 'sphere' } = {}) {
     this.folder = await mkdtemp(join(tmpdir(), 'hapticd-view-test-'));
     this.everybody = everybody;
+    this.scene = scene;
     this.startDaemon();
     const view = spawn(join(bin, 'hapticd-view'), [
       '--socket', join(this.folder, 'Status'), '--listen', '127.0.0.1:0', '--token-file', join(this.folder, 'token'),
@@ -35,7 +36,7 @@ export class RealBox {
     const settings = [
       `control.status_socket=${join(this.folder, 'Status')}`, `control.control_socket=${join(this.folder, 'Control')}`,
       `state.folder=${join(this.folder, 'state')}`,
-      `control.depth_for_everyone=${this.everybody}`, 'synthetic.scene=sphere', 'synthetic.noise=off',
+      `control.depth_for_everyone=${this.everybody}`, `synthetic.scene=${this.scene}`, 'synthetic.noise=off',
       `synthetic.distance_m=${-kBoxSphere.centre[2]}`, `synthetic.sphere_radius_m=${kBoxSphere.radiusM}`,
     ];
     this.daemon = spawn(join(bin, 'hapticd'),
