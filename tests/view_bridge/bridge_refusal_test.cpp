@@ -171,6 +171,14 @@ TEST(ViewRefusal, EndsAWebSocketWhoseFramesAreWrong) {
   EXPECT_EQ(good.nextOf("hello").value("protocol", 0), 1);
 }
 
+TEST(ViewRefusal, FreesThePlaceOfAClientThatNeverHangsUp) {
+  View view;
+  WebSocketPeer peer(view.bridge.port(), view.bridge.liveTarget());
+  ASSERT_TRUE(peer.isOpen()) << peer.answer();
+  peer.raw().send("\x81\x02{}");  // unmasked
+  EXPECT_TRUE(view.bridge.logs("neither talks by the protocol nor hangs up"));
+}
+
 TEST(ViewRefusal, EndsAClientThatFloods) {
   View view;
   WebSocketPeer peer(view.bridge.port(), view.bridge.liveTarget());
