@@ -63,12 +63,12 @@ TEST(ViewRefusal, MeetsTheseRequests) {
       {view.host, "HTTP/1.1 401 Unauthorized", "no token"},
       {view.host + "Cookie: hapticd-view=00000000000000000000000000000000\r\n", "HTTP/1.1 401 Unauthorized",
        "a wrong token"},
-      {view.host + view.cookie + "Content-Length: 5\r\n", "HTTP/1.1 400 Bad Request", "a body"},
+      {view.host + view.cookie + "Content-Length: 5\r\n", "HTTP/1.1 400 Bad Request", "body limit exceeded"},
   };
   for (const Case& refused : cases) {
     const std::string answer = view.bridge.answerTo(pageRequest(refused.fields));
     EXPECT_EQ(statusLine(answer), refused.status) << refused.fields;
-    EXPECT_EQ(answer.find("the page"), std::string::npos) << answer;
+    EXPECT_EQ(answer.find("<title>the page"), std::string::npos) << answer;
     EXPECT_TRUE(view.bridge.logs(refused.logged));
   }
   EXPECT_EQ(statusLine(view.bridge.answerTo(pageRequest(view.host + view.cookie, "POST / HTTP/1.1"))),
@@ -169,6 +169,14 @@ TEST(ViewRefusal, EndsAWebSocketWhoseFramesAreWrong) {
   EXPECT_LT(view.bridge.residentBytes(), before + kMuch);
   WebSocketPeer good(view.bridge.port(), view.bridge.liveTarget());
   EXPECT_EQ(good.nextOf("hello").value("protocol", 0), 1);
+}
+
+TEST(ViewRefusal, FreesThePlaceOfAClientThatNeverHangsUp) {
+  View view;
+  WebSocketPeer peer(view.bridge.port(), view.bridge.liveTarget());
+  ASSERT_TRUE(peer.isOpen()) << peer.answer();
+  peer.raw().send("\x81\x02{}");  // unmasked
+  EXPECT_TRUE(view.bridge.logs("neither talks by the protocol nor hangs up"));
 }
 
 TEST(ViewRefusal, EndsAClientThatFloods) {

@@ -85,7 +85,7 @@ std::vector<rt::Tick> throughTheStream(const std::vector<rt::Tick>& ticks) {
 }
 
 TEST(TickColumns, GiveTicksWhoseTraceMessagesAreTheSameBytes) {
-  const std::vector<rt::Tick> ticks{unlikeTick(1), unlikeTick(2), rt::Tick{.number = 3}};
+  const std::vector<rt::Tick> ticks{unlikeTick(1), unlikeTick(2), rt::Tick()};
   const std::vector<rt::Tick> rebuilt = throughTheStream(ticks);
   ASSERT_EQ(rebuilt.size(), ticks.size());
   for (std::size_t i = 0; i < ticks.size(); ++i) EXPECT_EQ(messageOf(rebuilt[i]), messageOf(ticks[i])) << i;

@@ -150,6 +150,7 @@ void BoxSource::onStatus(const Json& reply) {
 }
 
 void BoxSource::onTicks(const Json& reply) {
+  if (reachable_ == true) setBox(true, "");
   const double lost = numberAt(reply, "lostCount");
   if (std::isfinite(lost) && lost >= 0 && lost < 1e18) {
     const auto count = static_cast<std::uint64_t>(lost);

@@ -52,6 +52,12 @@ std::vector<std::string> fieldsOf(const UpgradeRequest& request, const char* nam
   return values;
 }
 
+/// As it stands in a Host field: an IPv4 address where one came in at a socket for IPv6.
+std::string textOf(const boost::asio::ip::address& address) {
+  if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address.to_string();
+  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address.to_v6()).to_string();
+}
+
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(boost::asio::ip::tcp::socket socket, Server& server)
@@ -71,7 +77,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const auto local = stream_.socket().local_endpoint(error);
     if (error) return;
     name_ = fmt::format("{}:{}", remote.address().to_string(), remote.port());
-    local_address_ = local.address().to_string();
+    local_address_ = textOf(local.address());
     stream_.socket().set_option(boost::asio::socket_base::receive_buffer_size(kReceiveBufferBytes), error);
     parser_.header_limit(kLongestHeader);
     parser_.body_limit(0);
@@ -148,7 +154,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (path != "/" && path != "/live") return refuse({.status = 404, .reason = "no WebSocket at " + path});
     if (buffer_.size() > 0) return refuse({.status = 400, .reason = "data before the WebSocket is open"});
     if (server_.clients.size() >= Server::kMostClients) {
-      return refuse({.status = 503, .reason = fmt::format("{} clients look already", Server::kMostClients)});
+      return refuse(
+          {.status = 503, .reason = fmt::format("{} clients are connected already", Server::kMostClients)});
     }
     std::make_shared<WebSocketClient>(server_, std::move(stream_), name_)->start(request, protocol);
   }

@@ -49,6 +49,7 @@ WebSocketClient::WebSocketClient(Server& server, beast::tcp_stream stream, std::
       name_(std::move(name)),
       last_sign_(Clock::now()),
       last_progress_(last_sign_),
+      last_open_(last_sign_),
       last_ping_(last_sign_) {
   server_.clients.push_back(this);
 }
@@ -80,7 +81,7 @@ void WebSocketClient::start(const UpgradeRequest& request, const std::string& pr
 }
 
 void WebSocketClient::begin(const std::string& protocol) {
-  server_.log.write(fmt::format("client {} looks by {}", name_, protocol.empty() ? "/live" : protocol));
+  server_.log.write(fmt::format("client {} connected to {}", name_, protocol.empty() ? "/live" : protocol));
   if (protocol.empty()) {
     session_ = std::make_unique<LiveSession>(server_.source, *this);
   } else {
@@ -98,7 +99,8 @@ void WebSocketClient::read() {
   const auto self = shared_from_this();
   socket_.async_read(input_, [self](const error_code& error, std::size_t) {
     if (self->finished_) return;
-    if (error) return self->finish(error == websocket::error::closed ? "it left" : error.message());
+    if (error)
+      return self->finish(error == websocket::error::closed ? "closed by the client" : error.message());
     self->take();
   });
 }
@@ -192,9 +194,16 @@ bool WebSocketClient::isAlive(Clock::time_point now) {
   const int socket = beast::get_lowest_layer(socket_).socket().native_handle();
   const std::uint64_t taken = acknowledgedBytes(socket).value_or(acknowledged_);
   if (taken != acknowledged_ || !writing_) last_progress_ = now;
+  if (taken != acknowledged_ && writing_) last_sign_ = now;
   acknowledged_ = taken;
   if (closing_since_ && now - *closing_since_ > kCloseLimit) {
     finish(close_reason_);
+    return false;
+  }
+  // neither while the upgrade is answered, nor after an invalid frame while the client is to hang up
+  if (socket_.is_open()) last_open_ = now;
+  if (now - last_open_ > kCloseLimit) {
+    finish("it neither talks by the protocol nor hangs up");
     return false;
   }
   if (now - last_progress_ > kProgressLimit) {
@@ -228,6 +237,7 @@ void WebSocketClient::goAway() {
 
 void WebSocketClient::closeWith(websocket::close_code code, std::string_view reason) {
   if (finished_ || closing_since_) return;
+  if (!socket_.is_open()) return finish(std::string(reason));  // not yet a WebSocket
   closing_since_ = Clock::now();
   close_reason_ = reason;
   queue_.clear();
@@ -251,7 +261,7 @@ void WebSocketClient::finish(const std::string& reason) {
   beast::get_lowest_layer(socket_).socket().close(ignored);
   queue_.clear();
   keyed_.clear();
-  server_.log.write(fmt::format("client {} is gone: {}; {} messages, {} bytes, {}", name_, reason,
+  server_.log.write(fmt::format("client {} left: {}; {} messages, {} bytes, {}", name_, reason,
                                 sent_messages_, sent_bytes_, dropsText(replaced_, dropped_)));
 }
 

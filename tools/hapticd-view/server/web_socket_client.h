@@ -79,6 +79,7 @@ class WebSocketClient final : public MessageSink,
   std::optional<Clock::time_point> closing_since_;
   Clock::time_point last_sign_;      // of life: a message, a pong
   Clock::time_point last_progress_;  // of what it takes
+  Clock::time_point last_open_;      // as a WebSocket
   Clock::time_point last_ping_;
   std::uint64_t acknowledged_ = 0;  // bytes
   Clock::time_point message_second_;
