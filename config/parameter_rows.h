@@ -14,8 +14,8 @@
 /// the member's type, the default from its initialiser.
 namespace hapticd::config {
 
-/// The words of a member that holds an enumeration, in the order of its enumerators; none of any other
-/// member.
+/// The words that a member of this type may have, in the order of the enumerators; empty for types that are
+/// not enumerations.
 template <typename Member>
 inline constexpr std::array<std::string_view, 0> kWords{};
 template <rt::Worded Enumeration>
@@ -28,7 +28,7 @@ inline constexpr auto kWords<LawChoice> = [] {
   return words;
 }();
 
-/// One line for users on each of kWords, or none at all.
+/// For each of kWords a line of help for users; empty if there is none.
 template <typename Member>
 inline constexpr std::array<std::string_view, 0> kWordHelp{};
 template <>
@@ -39,11 +39,11 @@ inline constexpr auto kWordHelp<LawChoice> = [] {
   return help;
 }();
 
-/// Members that hold one of kWords.
+/// Whether members of this type hold one of kWords.
 template <typename Member>
 inline constexpr bool kIsChoice = !kWords<Member>.empty();
 
-/// The place of a member's word in kWords. A law that is not named comes before those that are.
+/// Returns the index of a member's word in kWords. `auto`, the absence of a law, precedes the laws.
 template <typename Member>
 constexpr std::size_t wordIndex(const Member& member) {
   if constexpr (std::is_enum_v<Member>) {
@@ -53,7 +53,7 @@ constexpr std::size_t wordIndex(const Member& member) {
   }
 }
 
-/// The member whose word stands at a place in kWords, which exists.
+/// Returns the member whose word has this index in kWords, which must exist.
 template <typename Member>
 constexpr Member memberAt(std::size_t index) {
   if constexpr (std::is_enum_v<Member>) {

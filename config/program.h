@@ -22,7 +22,7 @@ int runProgram(std::string_view name, const std::function<int()>& work);
 bool flushOutput();
 
 /// Prints a wrong command line's error in the form that all programs share: the program's name, what is
-/// wrong, and where to read on. command: the program's name, and the subcommand that was being read.
+/// wrong, and how to get help. `command`: the program's name, and the subcommand that was being read.
 inline void printUsageError(std::string_view command, std::string_view what) {
   const std::string program(command.substr(0, command.find(' ')));
   const std::string text = program + ": " + std::string(what) + "\nRun '" + std::string(command) +

@@ -10,7 +10,7 @@
 
 namespace hapticd::config {
 
-/// A force law; without a value ("auto") the cheapest that is accurate enough for the scene.
+/// A force law, or no value ("auto"): the cheapest law that is accurate enough for the scene.
 using LawChoice = std::optional<rt::ForceLaw>;
 inline constexpr std::string_view kAutomaticLaw = "auto";
 enum class CameraDriver { freenect, recorded, synthetic };
@@ -62,7 +62,7 @@ constexpr auto wordsOf(TraceScene) {
 /// Live. Choice of the force law; the law in use is LiveParameters::law.
 struct ForceSettings {
   LawChoice law{};
-  double max_error_n = 0;  ///< for a law that is not named; 0: as below
+  double max_error_n = 0;  ///< while `law` is auto; 0: as effectiveMaxError_n()
 
   /// Returns the allowed error; the default is seven percent of the force limit, the smallest force
   /// difference that a hand can detect (Pang, Tan, Durlach).
@@ -70,7 +70,7 @@ struct ForceSettings {
     constexpr double kJustNoticeable = 0.07;
     return max_error_n > 0 ? max_error_n : kJustNoticeable * safety.max_force_n;
   }
-  /// The law that is named; else the one that works everywhere, until the scene is known.
+  /// Returns the configured law; for auto, the one that works in every scene, until the scene is known.
   rt::ForceLaw namedLaw() const { return law.value_or(rt::ForceLaw::surface); }
 };
 

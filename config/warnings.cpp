@@ -25,7 +25,7 @@ std::optional<Error> unauthenticatedHandle(const HandleSettings& handle) {
   }
   return Error{
       "udp_handle.key_file",
-      fmt::format("is empty, and packets come over a network (udp_handle.address {}, udp_handle.peer "
+      fmt::format("is empty, and packets arrive over a network (udp_handle.address {}, udp_handle.peer "
                   "{}): anyone who can send packets with the peer's address can move the handle",
                   inQuotes(udp.address), inQuotes(udp.peer)),
       "give both computers the same key, made with: openssl rand 32"};

@@ -25,7 +25,7 @@ struct SourceProblem {
 
 /// Compares a text with the parser's `scalars`, in order. yaml-cpp silently skips what it cannot interpret,
 /// and quoted text may extend over lines; in both cases names would vanish. Therefore each scalar must be on
-/// one line as its value says, followed by a colon if it is a name, and only blanks, comments and the
+/// one line, as its value indicates, followed by a colon if it is a name, and only blanks, comments and the
 /// punctuation of maps may be between them. Returns the first place that violates this. `complete`: the
 /// parser has reached the end of the text; otherwise, what follows the last scalar is not checked.
 std::optional<SourceProblem> sourceProblem(std::string_view text, std::span<const SourceScalar> scalars,

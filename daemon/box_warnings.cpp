@@ -19,7 +19,7 @@ void addCamera(const drivers::CameraStatus& camera, Warnings& list) {
   if (!camera.advice.empty()) list.push_back("camera: " + camera.advice);
 }
 
-/// Where the stiffness that is set is above what can be rendered stably.
+/// Adds a warning if the set stiffness is above the one that can be rendered stably.
 void addStiffness(const rt::Tick& tick, const rt::LiveParameters& live, Warnings& list) {
   const double stiffness = live.springs.stiffness_n_per_m;
   if (live.safety.stiffness_limit == rt::StiffnessLimit::off) return;
@@ -57,7 +57,7 @@ void addTrace(const TraceStatus& trace, Warnings& list) {
   for (const std::string& problem : trace.problems) list.push_back("traces: " + problem);
 }
 
-/// What the process may not do, and what may come late because of it.
+/// Adds warnings about missing privileges and the latency that they may cause.
 void addPrivileges(const drivers::HandleScheduling& handle, const WarningSources& sources, Warnings& list) {
   const rt::LoopPrivileges& privileges = sources.privileges;
   if (!privileges.realtime_scheduling) {

@@ -12,6 +12,7 @@ namespace hapticd::daemon {
 namespace {
 
 using Priority = JournalEntry::Priority;
+using config::EventKind;
 
 constexpr int kModesPerSecond = 10;
 
@@ -35,10 +36,10 @@ void EventLog::onTick(const rt::Tick& tick, Clock::time_point now) {
   if (tick.mode == mode_ && tick.cause == cause_) return;
   mode_ = tick.mode;
   cause_ = tick.cause;
-  tellMode(tick, now);
+  logMode(tick, now);
 }
 
-void EventLog::tellMode(const rt::Tick& tick, Clock::time_point now) {
+void EventLog::logMode(const rt::Tick& tick, Clock::time_point now) {
   if (now - second_ >= std::chrono::seconds(1)) {
     second_ = now;
     logged_ = 0;
@@ -53,7 +54,8 @@ void EventLog::tellMode(const rt::Tick& tick, Clock::time_point now) {
   }
   write_({priorityOf(tick.mode),
           fmt::format("{} ({})", nameOf(tick.mode), nameOf(tick.cause)),
-          {{"EVENT", "mode"}, {"MODE", nameOf(tick.mode)}, {"CAUSE", nameOf(tick.cause)}}});
+          EventKind::mode,
+          {{"MODE", nameOf(tick.mode)}, {"CAUSE", nameOf(tick.cause)}}});
 }
 
 void EventLog::onStatus(const BoxStatus& status) {
@@ -62,36 +64,38 @@ void EventLog::onStatus(const BoxStatus& status) {
     write_({state == drivers::CameraState::streaming ? Priority::notice : Priority::warning,
             withDetail(fmt::format("camera {} ({})", nameOf(state), status.camera.identity),
                        status.camera.detail),
-            {{"EVENT", "camera"}, {"CAMERA", nameOf(state)}, {"DEVICE", status.camera.identity}}});
+            EventKind::camera,
+            {{"CAMERA", nameOf(state)}, {"DEVICE", status.camera.identity}}});
   }
   if (const auto state = status.handle.state; state != handle_) {
     handle_ = state;
     write_({state == drivers::HandlePresence::present ? Priority::notice : Priority::warning,
             withDetail(fmt::format("handle {} ({})", nameOf(state), status.handle.identity),
                        status.handle.detail),
-            {{"EVENT", "handle"}, {"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
+            EventKind::handle,
+            {{"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
   }
-  tellTrace(status.trace);
-  tellWarnings(status.warnings);
+  logTrace(status.trace);
+  logWarnings(status.warnings);
 }
 
-void EventLog::tellWarnings(const std::vector<std::string>& warnings) {
+void EventLog::logWarnings(const std::vector<std::string>& warnings) {
   std::map<std::string, std::string> now;
   for (const std::string& warning : warnings) now.emplace(withoutNumbers(warning), warning);
   for (const auto& [key, text] : warnings_) {
     if (now.contains(key)) continue;
-    write_({Priority::notice, "no more: " + text, {{"EVENT", "warning"}, {"STATE", "end"}}});
+    write_({Priority::notice, "no more: " + text, EventKind::warning, {{"STATE", "end"}}});
   }
   for (const auto& [key, text] : now) {
     if (warnings_.contains(key)) continue;
-    write_({Priority::warning, text, {{"EVENT", "warning"}, {"STATE", "begin"}}});
+    write_({Priority::warning, text, EventKind::warning, {{"STATE", "begin"}}});
   }
   warnings_ = std::move(now);
 }
 
-void EventLog::tellTrace(const TraceStatus& trace) {
+void EventLog::logTrace(const TraceStatus& trace) {
   const auto log = [&](Priority priority, std::string text, const std::string& name) {
-    write_({priority, std::move(text), {{"EVENT", "trace"}, {"TRACE", name}}});
+    write_({priority, std::move(text), EventKind::trace, {{"TRACE", name}}});
   };
   if (trace.state == TraceState::writing && trace.name != trace_.name) {
     log(Priority::notice, fmt::format("trace {} is written", trace.name), trace.name);
@@ -112,7 +116,8 @@ void EventLog::tellTrace(const TraceStatus& trace) {
     trace_news_ = news.number;
     write_({news.warning ? Priority::warning : Priority::notice,
             news.text,
-            {{"EVENT", "trace"}, {"ACTION", news.action}, {"TRACE", news.trace}}});
+            EventKind::trace,
+            {{"ACTION", news.action}, {"TRACE", news.trace}}});
   }
   trace_ = trace;
 }

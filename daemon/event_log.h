@@ -28,9 +28,9 @@ class EventLog {
   void onStatus(const BoxStatus& status);
 
  private:
-  void tellTrace(const TraceStatus& trace);
-  void tellMode(const rt::Tick& tick, Clock::time_point now);
-  void tellWarnings(const std::vector<std::string>& warnings);
+  void logTrace(const TraceStatus& trace);
+  void logMode(const rt::Tick& tick, Clock::time_point now);
+  void logWarnings(const std::vector<std::string>& warnings);
 
   Write write_;
   rt::Mode mode_ = rt::Mode::starting;

@@ -31,6 +31,7 @@ iovec vectorOf(std::string& field) {
 void sendToJournal(const JournalEntry& entry) {
   std::vector<std::string> fields{"MESSAGE=" + config::printable(entry.text),
                                   fmt::format("PRIORITY={}", static_cast<int>(entry.priority))};
+  if (entry.event) fields.push_back(fmt::format("HAPTICD_EVENT={}", rt::wordOf(*entry.event)));
   for (const auto& [name, value] : entry.fields)
     fields.push_back(fmt::format("HAPTICD_{}={}", name, config::printable(value)));
   std::vector<iovec> vectors;

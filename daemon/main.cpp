@@ -60,7 +60,7 @@ void handle(int signal, void (*handler)(int)) {
 }
 
 /// SIGHUP reloads the configuration. Of a daemon on a terminal it means that the terminal is gone: the daemon
-/// then stops, for nobody could press Ctrl-C any more.
+/// then stops, because nobody could press Ctrl-C any more.
 void catchSignals() {
   handle(SIGTERM, onStopSignal);
   handle(SIGINT, onStopSignal);
@@ -75,10 +75,10 @@ int serve(const StartSettings& start, ConfigurationSource source, std::unique_pt
   return service.run();
 }
 
-/// The configuration that hapticd takes where the command line names none.
+/// The configuration that hapticd uses if the command line names none.
 constexpr const char* kStandardConfiguration = "/etc/hapticd/hapticd.yaml";
 
-/// Null where no script is given.
+/// Creates the injector of a script; null if no script is given.
 config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
                                                            const config::Settings& settings) {
   if (script.empty()) return nullptr;

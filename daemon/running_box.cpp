@@ -82,7 +82,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       leds_(drivers::makeLedPanel(settings.leds)),
       trace_(settings,
              {control_->trace, scene_thread_, core_memory_, [this] { return describeTrace(); },
-              faults_ ? &trace_deaf_ : nullptr, [this] { return camera_->status().damaged_frames; }}) {
+              faults_ ? &trace_stalled_ : nullptr, [this] { return camera_->status().damaged_frames; }}) {
   if (faults_) {
     camera_ = faults_->around(std::move(camera_));
     handle_ = faults_->around(std::move(handle_));
@@ -254,7 +254,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
 void RunningBox::injectFaults() {
   if (!faults_) return;
   constexpr std::int64_t kStall_ns = 3'000'000;
-  trace_deaf_.store(faults_->isOn(Fault::channel_overflow), std::memory_order_relaxed);
+  trace_stalled_.store(faults_->isOn(Fault::channel_overflow), std::memory_order_relaxed);
   stall_ns_.store(faults_->isOn(Fault::late_ticks) ? kStall_ns : 0, std::memory_order_relaxed);
 }
 
@@ -379,9 +379,9 @@ std::future<config::Result<void>> RunningBox::noteTrace(const std::string& name,
 std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
   auto promise = std::make_shared<std::promise<config::Result<SceneSnapshot>>>();
   auto future = promise->get_future();
-  scene_thread_.askForFrame([promise, depth_model = settings_.camera.effectiveDepthModel(),
-                             pose = settings_.camera.pose,
-                             tick = loopState().tick](std::unique_ptr<rt::DepthFrame> frame) {
+  scene_thread_.requestFrame([promise, depth_model = settings_.camera.effectiveDepthModel(),
+                              pose = settings_.camera.pose,
+                              tick = loopState().tick](std::unique_ptr<rt::DepthFrame> frame) {
     if (frame) {
       promise->set_value(SceneSnapshot{std::move(frame), depth_model, pose, tick});
     } else {
@@ -411,13 +411,9 @@ void RunningBox::hideDepth() {
 }
 
 void RunningBox::onEvent(const JournalEntry& entry) {
-  drivers::EventRecord event{rt::monotonicNow_ns(), "log", entry.text, {}};
-  for (const auto& [name, value] : entry.fields) {
-    if (name == "EVENT")
-      event.kind = value;
-    else
-      event.fields.emplace_back(name, value);
-  }
+  drivers::EventRecord event{
+      rt::monotonicNow_ns(), entry.event ? nameOf(*entry.event) : "log", entry.text, {}};
+  for (const auto& [name, value] : entry.fields) event.fields.emplace_back(name, value);
   trace_.add(std::move(event));
 }
 

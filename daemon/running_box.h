@@ -112,7 +112,7 @@ class RunningBox final : public Box {
   const std::unique_ptr<FaultInjector> faults_;  // outlives the devices that it wraps
   std::atomic<std::int64_t> stall_ns_{
       0};  // injected delay of the force loop; relaxed: no other data depends on it
-  std::atomic<bool> trace_deaf_{false};  // injected: the trace thread takes no ticks; relaxed likewise
+  std::atomic<bool> trace_stalled_{false};  // injected: the trace thread takes no ticks; relaxed likewise
   rt::DepthModel depth_model_;
   rt::SceneChannel scenes_;
   rt::TripleBuffer<rt::Vec3> focus_;

@@ -18,6 +18,7 @@ namespace hapticd::daemon {
 namespace {
 
 using Priority = JournalEntry::Priority;
+using config::EventKind;
 
 /// How often the control thread takes the ticks out of the ring, which holds several seconds of them.
 constexpr std::chrono::milliseconds kControlPeriod{5};
@@ -49,7 +50,8 @@ Service::Service(const StartSettings& start, ConfigurationSource source,
   if (start.boot_profile) {
     report({Priority::notice,
             "starts with the boot profile " + *start.boot_profile,
-            {{"EVENT", "profile"}, {"ACTION", "start"}, {"PROFILE", *start.boot_profile}}});
+            EventKind::profile,
+            {{"ACTION", "start"}, {"PROFILE", *start.boot_profile}}});
   }
 }
 
@@ -161,8 +163,8 @@ void Service::reload(Clock::time_point now) {
 void Service::reportSummary(const config::SettingsSummary& summary) {
   report({Priority::notice,
           fmt::format("configuration {}: {}", source_.file.string(), summary.text()),
-          {{"EVENT", "configuration"},
-           {"PARAMETERS_SET", fmt::to_string(summary.set)},
+          EventKind::configuration,
+          {{"PARAMETERS_SET", fmt::to_string(summary.set)},
            {"PARAMETERS_CHANGED", fmt::to_string(summary.differences.size())},
            {"CHANGES", summary.differencesText()}}});
 }
@@ -178,10 +180,8 @@ void Service::applyReload(const StartSettings& loaded) {
   for (const Reload::Change& change : reload->changes) {
     report({Priority::notice,
             fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
-            {{"EVENT", "parameter"},
-             {"PARAMETER", std::string(change.name)},
-             {"OLD", change.old_value},
-             {"NEW", change.new_value}}});
+            EventKind::parameter,
+            {{"PARAMETER", std::string(change.name)}, {"OLD", change.old_value}, {"NEW", change.new_value}}});
   }
   notices_ = loaded.notices;
   if (!reload->waiting.empty()) {
@@ -192,13 +192,14 @@ void Service::applyReload(const StartSettings& loaded) {
   report({Priority::notice,
           fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
                       source_.file.string(), reload->changes.size(), reload->waiting.size()),
-          {{"EVENT", "reload"}}});
+          EventKind::reload,
+          {}});
   reportSummary(loaded.summary);
 }
 
 void Service::refuseReload(const std::vector<config::Error>& errors) {
   for (const config::Error& error : errors) {
-    report({Priority::error, "reload refused: " + error.text(), {{"EVENT", "reload"}}});
+    report({Priority::error, "reload refused: " + error.text(), EventKind::reload, {}});
   }
   notices_ = {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
                           errors.size(), errors.front().text())};

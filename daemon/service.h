@@ -27,7 +27,7 @@ struct ConfigurationSource {
 };
 
 /// The running daemon: the box, its control API, and what it reports to the service manager.
-/// Thread: control thread, unless a function says otherwise.
+/// Thread: control thread, unless stated otherwise.
 class Service {
  public:
   /// `faults`: the faults to inject; null: none.

@@ -27,8 +27,8 @@ class ServiceManager {
   /// Sends a line for `systemctl status` if it differs from the last one.
   void showState(const std::string& line);
 
-  /// Feeds the watchdog if `heartbeat` has changed since the last time, so that a force loop that stands
-  /// still ends the daemon, whatever else still runs. To be called at least every quarter of the watchdog's
+  /// Feeds the watchdog if `heartbeat` has changed since the last time, so that a force loop that has
+  /// stopped ends the daemon, whatever else still runs. To be called at least every quarter of the watchdog's
   /// time.
   void feedWatchdog(std::uint64_t heartbeat, Clock::time_point now);
 

@@ -16,7 +16,8 @@ void endWithout(const std::string& part, std::chrono::milliseconds limit) {
   writeToJournal({JournalEntry::Priority::error,
                   fmt::format("{} does not stop within {:g} s: the daemon ends without it", part,
                               static_cast<double>(limit.count()) * 1e-3),
-                  {{"EVENT", "stop"}, {"PART", part}}});
+                  config::EventKind::stop,
+                  {{"PART", part}}});
   std::_Exit(EX_SOFTWARE);  // destructors would wait for the part that hangs
 }
 

@@ -11,7 +11,7 @@
 
 namespace hapticd::rt {
 
-/// Remembers the most recent force commands and tells which of them acts on the hand now: the one commanded
+/// Remembers the most recent force commands and determines which one acts on the hand now: that commanded
 /// one handle delay ago.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class CommandHistory {

@@ -11,7 +11,8 @@
 
 namespace hapticd::rt {
 
-/// Longest time for which a moving surface is extrapolated; an older motion says little about its position.
+/// Longest time for which a moving surface is extrapolated; beyond it, its velocity does not predict its
+/// place.
 inline constexpr double kLongestPrediction_s = 0.1;
 
 /// Returns how long before `now_ns` (same clock as Scene::frame_time_ns) the camera saw what the scene shows:
@@ -48,7 +49,8 @@ constexpr bool isHeld(ContactState state) noexcept {
   return state == ContactState::contact || state == ContactState::entrenched;
 }
 
-/// How far the law `proxy` looks at points around the proxy, and how far a surface can have come over it.
+/// Distances around the proxy of the law `proxy`: of the points that it fits, and of a surface passing over
+/// it.
 struct ProxyRadii {
   double least_m;  ///< radius of the patch treated as a plane where pixels are dense
   double most_m;   ///< the same where pixels are far apart
@@ -64,7 +66,7 @@ struct ProxyRadii {
 /// Distance from its proxy up to which the law `surface` examines the surface in one evaluation.
 inline constexpr double kReachOfSurface_m = 0.012;
 
-/// How far around its proxy the law `proxy` needs the scene modelled for one evaluation, metres.  RT: safe.
+/// Returns the radius around its proxy, in metres, within which the law `proxy` needs the scene.  RT: safe.
 inline double reachOfProxy_m(const ContactParameters& parameters) noexcept {
   constexpr double kAhead_m = 0.004;  // the next scene is built before the proxy reaches the end of this one
   return ProxyRadii::of(parameters).most_m + kAhead_m;
@@ -74,7 +76,7 @@ inline double reachOfProxy_m(const ContactParameters& parameters) noexcept {
 struct ForceSample {
   Vec3 force_n_in_world{};
   std::uint32_t points_used =
-      0;  ///< N of eq. (11), the points of a weighted mean, or 0 where none are looked at
+      0;  ///< N of eq. (11), the points of a weighted mean, or 0 for a law that uses none
   ContactState state = ContactState::free;
   Vec3 proxy_m_in_world{};  ///< the HIP for the laws without a proxy
   Vec3 normal_in_world{};   ///< unit normal out of the surface in contact; zero when free

@@ -53,7 +53,7 @@ class ForceLoop {
   ForceLoop(const LoopParameters& parameters, std::size_t point_capacity, const ForceLoopChannels& channels);
 
   /// Prepares the calling thread for real time as far as permitted: pinned CPU, SCHED_FIFO, prefaulted stack.
-  /// Then runs the cycle on synthetic input to touch its code and memory. Returns what could be set up.
+  /// Then runs ticks on synthetic input to touch their code and memory. Returns what could be set up.
   /// Thread: the force thread, once, before run().  RT: not safe.
   LoopPrivileges prepare();
 

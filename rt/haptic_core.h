@@ -61,9 +61,9 @@ class HapticCore {
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
-  /// Fills everything of a Tick but its number and its timing.
-  /// Errors: stale, missing and invalid input ends in force zero with a cause, at the pace that
-  /// docs/faults.md states.
+  /// Computes a tick: all of its fields except number and timing.
+  /// Errors: stale, missing or invalid input brings the force to zero, with a cause and within the time
+  /// stated in docs/faults.md.
   Tick step(const Input& input) HAPTICD_RT;
 
   /// Returns the law's force at a HIP, regardless of the mode and before any safety stage. `frame_age_s`: see

@@ -8,7 +8,7 @@
 
 namespace hapticd::rt {
 
-/// What the force laws remember from tick to tick.  Thread: one.
+/// State that the force laws keep from tick to tick.  Thread: one.
 struct LawMemory {
   /// `point_capacity`: of the scenes that forces are computed from.  RT: not safe (allocates).
   explicit LawMemory(std::size_t point_capacity) : search(point_capacity) {}

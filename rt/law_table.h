@@ -14,21 +14,21 @@
 #include "rt/smooth_springs.h"
 #include "rt/surface.h"
 
-/// The force laws: one row for each, which holds all that the rest of the program has to know of it.
+/// The table of force laws: each row holds all that the rest of the program needs to know about a law.
 namespace hapticd::rt {
 
 struct ForceLawRow {
   ForceLaw law;
   std::string_view help;  ///< one line for users: what the force is, without a full stop
   bool reads_points;      ///< needs the scene's points
-  bool reads_image;       ///< needs the depth image that the points were made from, and what it hides
+  bool reads_image;       ///< needs the raw values that the points come from, and what they hide
   bool reads_surface;     ///< needs the scene's visible surface
   bool reads_filtered;    ///< its depth passes the filter of FilterParameters
   bool has_proxy;         ///< the force is a spring to a proxy that a surface holds back
   bool looks_in_radius;   ///< reach_m is SpringParameters::radius_m
-  /// How far around its focus it needs the scene modelled for one evaluation, metres.  RT: safe.
+  /// Radius around its focus within which one evaluation needs the scene, in metres.  RT: safe.
   double (*reach_m)(const LiveParameters& parameters) noexcept;
-  /// The force at `input.hip_m_in_world`, where the scene holds what the law reads.  RT: safe.
+  /// Returns the force at `input.hip_m_in_world`; the scene must hold the data that the law reads.  RT: safe.
   ForceSample (*force)(const LawInput& input, LawMemory& memory) HAPTICD_RT;
 };
 
@@ -100,18 +100,18 @@ static_assert(
     }(),
     "rows stand in the order of ForceLaw");
 
-/// `law` is an enumerator: what comes from outside is checked where it enters.  RT: safe.
+/// Returns the row of `law`, which must be an enumerator.  RT: safe.
 constexpr const ForceLawRow& rowOf(ForceLaw law) noexcept {
   return kForceLaws[static_cast<std::size_t>(law)];
 }
 
-/// True for the laws whose force is a spring to a proxy that a surface holds back.  RT: safe.
+/// Returns true for laws whose force is a spring to a proxy that a surface holds back.  RT: safe.
 constexpr bool hasProxy(ForceLaw law) noexcept {
   return rowOf(law).has_proxy;
 }
 
-/// How far around its focus the law in `parameters` needs the scene modelled for one evaluation, metres.
-/// RT: safe.
+/// Returns the radius around its focus, in metres, within which one evaluation of the law in `parameters`
+/// needs the scene.  RT: safe.
 inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
   return rowOf(parameters.law).reach_m(parameters);
 }

@@ -8,7 +8,7 @@ namespace hapticd::rt {
 
 /// Number of pixels whose overdue state updatePixels() reports as one bit.
 inline constexpr std::size_t kOcclusionBlock = 32;
-/// Number of pixels whose hidden ones are counted together.
+/// Number of adjacent pixels that share one count of hidden pixels.
 inline constexpr std::size_t kOcclusionTile = 64;
 /// Flags of a remembered visible value: no measurement now; value offered as hidden.
 inline constexpr std::uint16_t kMissing = 0x8000;

@@ -15,7 +15,7 @@ namespace hapticd::rt {
 /// The force laws.
 enum class ForceLaw : std::uint8_t {
   nearest_springs,  ///< the paper's: mean of the springs of the nearest points
-  smooth_springs,   ///< weighted mean of the springs of all points near, continuous in position
+  smooth_springs,   ///< weighted mean of the springs of all near points, continuous in position
   proxy,            ///< spring to a proxy that planes fitted to the raw points hold back
   surface,          ///< spring to a proxy that the visible surface holds back
 };

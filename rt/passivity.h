@@ -67,8 +67,8 @@ class Passivity {
 
   double energy_j_ = 0;
   double credit_j_ = 0;   ///< work of the surface that may still be given to the hand
-  Vec3 since_rest_m_;     ///< displacement since the hand was last found to begin a rest
-  double resting_s_ = 0;  ///< time that the hand has stayed there
+  Vec3 since_rest_m_;     ///< displacement since the hand last came to rest
+  double resting_s_ = 0;  ///< time for which it has rested since then
 };
 
 }  // namespace hapticd::rt

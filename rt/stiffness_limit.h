@@ -7,12 +7,12 @@
 
 #include "rt/words.h"
 
-/// What keeps the loop of device, hand and delay stable: damping while in contact, and a limit of the
-/// stiffness. Both follow from the loop's lag: the age, in the mean, of the position that the force that acts
-/// now answers.
+/// Two rules that keep the loop of device, hand and delay stable: damping while in contact, and a limit of
+/// the stiffness. Both follow from the loop's lag, which is the mean age of the position to which the acting
+/// force responds.
 namespace hapticd::rt {
 
-/// Contact damping as a multiple of K times the lag, the negative damping that the lag gives a spring. The
+/// Contact damping as a multiple of K times the lag, the negative damping that the lag adds to a spring. The
 /// stability limit is 1; above 1 the loop is stable with a margin, above 2 the delayed damping itself reduces
 /// stability.
 inline constexpr double kContactDamping = 1.75;

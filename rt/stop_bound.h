@@ -57,7 +57,7 @@ class StopBound {
   bool isOver() const HAPTICD_RT { return released_ticks_ >= SafetyChain::kReleaseTicks; }
 
  private:
-  /// More than any box exerts.
+  /// Larger than the force of any box.
   static constexpr double kLongestForce_n = 1000;
   static constexpr double kSpare_s = 0.1;
 

@@ -21,8 +21,8 @@ inline bool inWorkspace(const Vec3& p_m) noexcept {
          std::abs(p_m.z) <= kWorkspaceHalfEdge_m;
 }
 
-/// The mode machine: whether a force may be exerted, how much of it, and how it goes when it may not. The
-/// table of causes and reactions stands in docs/faults.md. Thread: one.  Progress: wait-free.  RT: safe.
+/// Decides at each tick in which mode the loop is, what share of the law's force is exerted, and how that
+/// share falls to zero (docs/faults.md: causes and reactions).  Thread: one.  Progress: wait-free.  RT: safe.
 class Supervisor {
  public:
   /// Input of one tick.
@@ -82,7 +82,7 @@ class Supervisor {
   double gain_ = 0;
   std::int64_t last_ns_ = 0;   ///< time of the last change of the gain
   std::uint64_t request_ = 0;  ///< the newest request that was decided on
-  bool accepted_ = false;      ///< that request was engaged
+  bool accepted_ = false;      ///< that request was granted
   bool refused_ = false;       ///< that request was refused and stays refused
   std::uint64_t session_ = 0;  ///< handle session of the last request; 0: none seen yet
   bool session_changed_ = false;

@@ -39,7 +39,7 @@ struct BlockLattice {
   }
 };
 
-/// A rectangle of blocks, both ends inclusive; empty when a first is above its last.
+/// A rectangle of blocks, all limits inclusive; empty when a first limit is above its last.
 struct BlockWindow {
   int column_first = 0;
   int column_last = -1;

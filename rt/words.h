@@ -8,12 +8,12 @@
 
 #include "rt/enumeration.h"
 
-/// The words of enumerations. Each stands once, beside its enumeration, as
+/// The words of enumerations. Those of an enumeration are defined once, beside it, as
 ///
 ///     constexpr auto wordsOf(Mode) { return rt::words<Mode>("starting", "idle", "engaged"); }
 ///
-/// and is what configurations, the control interface, traces, metrics and messages write. An enumerator
-/// without its word does not compile.
+/// and are used by configurations, the control interface, traces, metrics and messages. An enumerator without
+/// its word does not compile.
 namespace hapticd::rt {
 
 /// The words of an enumeration that counts from 0, in the order of its enumerators.
@@ -33,13 +33,14 @@ concept Worded = requires(Type value) {
 template <Worded Enumeration>
 inline constexpr auto kWords = wordsOf(Enumeration{});
 
-/// The word of an enumerator. `value` is one: what comes from outside is checked where it enters.
+/// Returns the word of `value`, which must be an enumerator: values from outside are checked where they
+/// enter.
 template <Worded Enumeration>
 constexpr std::string_view wordOf(Enumeration value) noexcept {
   return kWords<Enumeration>[static_cast<std::size_t>(value)];
 }
 
-/// The enumerator that a word stands for; nothing: it is the word of none.
+/// Returns the enumerator that has this word, or nothing.
 template <Worded Enumeration>
 constexpr std::optional<Enumeration> withWord(std::string_view word) noexcept {
   for (std::size_t value = 0; value < kWords<Enumeration>.size(); ++value) {

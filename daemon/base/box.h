@@ -50,7 +50,7 @@ struct SceneStatus {
 using rt::LatencySummary;
 using rt::summaryOf;
 
-/// Summary of force and contact over the ticks since the summary before.
+/// Summary of force and contact over the ticks since the previous summary.
 struct WindowSummary {
   std::uint64_t ticks = 0;
   std::uint64_t contact_ticks = 0;

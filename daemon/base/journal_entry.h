@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "config/event_kind.h"
 
 namespace hapticd::daemon {
 
@@ -17,7 +20,8 @@ struct JournalEntry {
   enum class Priority { error = 3, warning = 4, notice = 5, info = 6 };
 
   Priority priority = Priority::info;
-  std::string text;  ///< one line for people
+  std::string text;                             ///< one line for people
+  std::optional<config::EventKind> event = {};  ///< nothing: not an event, for the log only
   JournalFields fields = {};
 };
 

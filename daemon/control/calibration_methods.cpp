@@ -104,7 +104,7 @@ void CalibrationMethods::write(const Call& call, const Caller& caller, Replies& 
     if (!done) return failed(kFailed, done.error().text());
     return written(caller, registration);
   };
-  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::bring_end,
+  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::finish,
                        whenReady<Outcome>(std::move(writing), reply));
 }
 
@@ -115,7 +115,7 @@ Reply CalibrationMethods::written(const Caller& caller, const std::optional<Regi
   logChange(context_, caller,
             registration ? fmt::format("registers the camera's pose {}", new_pose)
                          : fmt::format("takes the camera's pose from the configuration again, {}", new_pose),
-            {{"EVENT", "calibration"}, {"OLD", old_pose}, {"NEW", new_pose}});
+            config::EventKind::calibration, {{"OLD", old_pose}, {"NEW", new_pose}});
   return {"", {{"restartRequired", waits()}}};
 }
 

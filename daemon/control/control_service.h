@@ -24,7 +24,7 @@
 namespace hapticd::daemon {
 
 struct ControlServiceOptions {
-  /// How long the force loop may take to take over a change before the caller gets NotApplied.
+  /// Longest time for the force loop to take over a change; then the caller gets NotApplied.
   std::chrono::milliseconds apply_timeout{1000};
   /// Called with an entry for each change, which names the uid of the caller. May be empty.
   std::function<void(const JournalEntry&)> log;
@@ -33,7 +33,7 @@ struct ControlServiceOptions {
 
 /// The interfaces io.hapticd.Status, io.hapticd.Control and org.varlink.service, as the .varlink files of
 /// this folder describe them. It dispatches each call to its method, and answers calls of unknown methods
-/// with the fitting error. Thread: control thread only.
+/// with the appropriate error. Thread: control thread only.
 class ControlService final : public CallHandler {
  public:
   /// `box` must outlive the service. Files are kept below its setting state.folder.

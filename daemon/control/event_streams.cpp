@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/event_streams.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <expected>
 #include <functional>
 #include <utility>
 
+#include "daemon/base/names.h"
 #include "daemon/control/call_fields.h"
 #include "rt/clock.h"
 
@@ -40,17 +45,33 @@ std::string inLowerCase(std::string_view name) {
   return lower;
 }
 
-OrderedJson eventJson(std::uint64_t number, const std::string& kind, const JournalEntry& entry) {
+OrderedJson eventJson(std::uint64_t number, config::EventKind kind, const JournalEntry& entry) {
   OrderedJson fields = OrderedJson::object();
-  for (const auto& [name, value] : entry.fields) {
-    if (name != "EVENT") fields[inLowerCase(name)] = value.substr(0, kLongestText);
-  }
+  for (const auto& [name, value] : entry.fields) fields[inLowerCase(name)] = value.substr(0, kLongestText);
   return {{"number", number},
           {"timeNs", rt::realtimeNow_ns()},
-          {"kind", kind},
+          {"kind", nameOf(kind)},
           {"text", entry.text.substr(0, kLongestText)},
           {"priority", priorityName(entry.priority)},
           {"fields", std::move(fields)}};
+}
+
+/// The kinds that a call of Events names; empty: all.
+std::expected<std::vector<config::EventKind>, Reply> kindsOf(const Call& call) {
+  const auto words = textsField(call, "kinds", kMostKinds);
+  if (!words) return std::unexpected(words.error());
+  if (*words && (*words)->empty()) return std::unexpected(invalidParameter("kinds"));
+  std::vector<config::EventKind> kinds;
+  for (const std::string& word : words->value_or(std::vector<std::string>())) {
+    const auto kind = rt::withWord<config::EventKind>(word);
+    if (!kind) {
+      const std::string allowed = fmt::format("any of {}", fmt::join(rt::kWords<config::EventKind>, ", "));
+      return std::unexpected(
+          Reply{"io.hapticd.Status.OutOfRange", {{"parameter", "kinds"}, {"allowed", allowed}}});
+    }
+    kinds.push_back(*kind);
+  }
+  return kinds;
 }
 
 }  // namespace
@@ -67,10 +88,9 @@ std::vector<Method> EventStreams::methods() {
 }
 
 void EventStreams::events(const Call& call, const Caller& caller, Replies& replies) {
-  const auto kinds = textsField(call, "kinds", kMostKinds);
+  auto kinds = kindsOf(call);
   if (!kinds) return replies.finish(caller.connection, kinds.error());
-  if (*kinds && (*kinds)->empty()) return replies.finish(caller.connection, invalidParameter("kinds"));
-  Stream stream{caller.connection, kinds->value_or(std::vector<std::string>())};
+  Stream stream{caller.connection, std::move(*kinds)};
   stream.next_number = firstFor(stream);
   streams_.push_back(std::move(stream));
   feed(streams_.back(), replies);
@@ -89,14 +109,13 @@ std::uint64_t EventStreams::firstFor(const Stream& stream) const {
 }
 
 void EventStreams::add(const JournalEntry& entry) {
-  const auto kind = std::ranges::find(entry.fields, "EVENT", &JournalFields::value_type::first);
-  if (kind == entry.fields.end()) return;
-  if (events_.size() == kKept) forgetOldest();
+  if (!entry.event) return;
+  if (events_.size() == kKept) dropOldest();
   ++count_;
-  events_.push_back({count_, kind->second, eventJson(count_, kind->second, entry)});
+  events_.push_back({count_, *entry.event, eventJson(count_, *entry.event, entry)});
 }
 
-void EventStreams::forgetOldest() {
+void EventStreams::dropOldest() {
   const Event& oldest = events_.front();
   for (Stream& stream : streams_) {
     if (stream.next_number > oldest.number) continue;

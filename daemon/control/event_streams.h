@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <string>
 #include <vector>
 
 #include "daemon/base/journal_entry.h"
@@ -17,7 +16,7 @@ class EventStreams {
  public:
   std::vector<Method> methods();
 
-  /// Adds a journal entry if it is an event: events have a field EVENT, which names their kind.
+  /// Adds a journal entry if it is an event.
   void add(const JournalEntry& entry);
   void feed(Replies& replies);
   void closed(ConnectionId connection);
@@ -25,20 +24,20 @@ class EventStreams {
  private:
   struct Event {
     std::uint64_t number = 0;
-    std::string kind;
+    config::EventKind kind{};
     OrderedJson json;
   };
 
   struct Stream {
     ConnectionId connection = 0;
-    std::vector<std::string> kinds;  ///< empty: all
-    std::uint64_t next_number = 0;   ///< number of the first event that was not sent
+    std::vector<config::EventKind> kinds;  ///< empty: all
+    std::uint64_t next_number = 0;         ///< number of the first event that was not sent
     std::uint64_t dropped = 0;
     bool wants(const Event& event) const;
   };
 
   void events(const Call&, const Caller&, Replies&);
-  void forgetOldest();
+  void dropOldest();
   std::uint64_t firstFor(const Stream& stream) const;
   /// Sends as many events as the connection takes.
   void feed(Stream& stream, Replies& replies) const;

@@ -59,7 +59,7 @@ config::Result<void> removeStale(const std::string& path, const sockaddr_un& add
                    "stop it first ('systemctl stop hapticd'), or choose another path");
   }
   if (answer != ECONNREFUSED && answer != ENOENT) {
-    return failure(path, "cannot tell whether another daemon listens there: " + reason(answer),
+    return failure(path, "cannot determine whether another daemon listens there: " + reason(answer),
                    "check the owner and the mode of the file, or remove it");
   }
   if (::unlink(path.c_str()) != 0 && errno != ENOENT) {

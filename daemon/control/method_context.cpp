@@ -10,12 +10,12 @@
 namespace hapticd::daemon {
 
 void logChange(const MethodContext& context, const Caller& caller, const std::string& change,
-               JournalFields fields) {
+               config::EventKind event, JournalFields fields) {
   if (!context.log) return;
   fields.emplace_back("UID", fmt::to_string(caller.uid));
   fields.emplace_back("PID", fmt::to_string(caller.pid));
   context.log({JournalEntry::Priority::notice,
-               fmt::format("uid {} (pid {}) {}", caller.uid, caller.pid, change), std::move(fields)});
+               fmt::format("uid {} (pid {}) {}", caller.uid, caller.pid, change), event, std::move(fields)});
 }
 
 std::vector<std::string> logParameters(const MethodContext& context, const Caller& caller,
@@ -30,10 +30,8 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
     const std::string new_text = config::toText(new_value);
     changed.emplace_back(parameter.name);
     logChange(context, caller, fmt::format("{} {} from {} to {}", change, parameter.name, old_text, new_text),
-              {{"EVENT", "parameter"},
-               {"PARAMETER", std::string(parameter.name)},
-               {"OLD", old_text},
-               {"NEW", new_text}});
+              config::EventKind::parameter,
+              {{"PARAMETER", std::string(parameter.name)}, {"OLD", old_text}, {"NEW", new_text}});
   }
   return changed;
 }

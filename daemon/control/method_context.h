@@ -13,7 +13,7 @@
 
 namespace hapticd::daemon {
 
-/// What the methods of all themes share.
+/// Data shared by the methods of all topics.
 /// Thread: control thread only.
 struct MethodContext {
   Box& box;
@@ -22,9 +22,9 @@ struct MethodContext {
   PendingAnswers pending = {};
 };
 
-/// Logs a change; `fields`: of the entry, in addition to those that identify the caller.
+/// Logs a change as an event; `fields`: of the entry, in addition to those that identify the caller.
 void logChange(const MethodContext& context, const Caller& caller, const std::string& change,
-               JournalFields fields);
+               config::EventKind event, JournalFields fields);
 
 /// Logs each live parameter whose value in `after` differs from that in `before`, and returns their names.
 /// `change`: the verb of the log entry ("sets", "profile soft sets").

@@ -10,7 +10,7 @@
 
 namespace hapticd::daemon {
 
-/// The text of an error without the name of its parameter, which stands in a field of its own.
+/// The text of an error without the name of its parameter, which has a field of its own.
 std::string reasonOf(const config::Error& error);
 
 /// A parameter as the type `Parameter` of io.hapticd.Status, with its value in `settings`.

@@ -75,7 +75,8 @@ void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& r
   const bool anywhere = inside->value_or(false);
   const rt::Mode before = context_.box.status().loop.tick.mode;
   const bool already = before == rt::Mode::engaged || before == rt::Mode::holding;
-  logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages", {{"EVENT", "engage"}});
+  logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages",
+            config::EventKind::engage, {});
   answerWhenApplied(call, caller, replies, context_.box.engage(true, anywhere), [this, already] {
     Reply reply = modeReply(true);
     if (reply.error.empty()) reply.parameters["already"] = already;
@@ -84,7 +85,7 @@ void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& r
 }
 
 void ParameterMethods::disengage(const Call& call, const Caller& caller, Replies& replies) {
-  logChange(context_, caller, "disengages", {{"EVENT", "disengage"}});
+  logChange(context_, caller, "disengages", config::EventKind::disengage, {});
   answerWhenApplied(call, caller, replies, context_.box.engage(false, false),
                     [this] { return modeReply(false); });
 }
@@ -95,7 +96,7 @@ void ParameterMethods::clearFault(const Call& call, const Caller& caller, Replie
     return replies.finish(caller.connection, {"io.hapticd.Control.NotFaulted"});
   }
   logChange(context_, caller, std::string("clears the fault ") + nameOf(tick.cause),
-            {{"EVENT", "clear_fault"}, {"CAUSE", nameOf(tick.cause)}});
+            config::EventKind::clear_fault, {{"CAUSE", nameOf(tick.cause)}});
   answerWhenApplied(call, caller, replies, context_.box.engage(false, false),
                     [this] { return modeReply(false); });
 }

@@ -28,8 +28,8 @@ class PendingAnswers {
 
   /// What to do with a Poll for which nobody waits, because the call was oneway or its client has left.
   enum class Unawaited {
-    forget,     ///< drop it: it only reads
-    bring_end,  ///< go on: something has to be done when the answer is known
+    forget,  ///< drop it: it only reads
+    finish,  ///< go on: something has to be done when the answer is known
   };
 
   /// How many calls may wait; some places are reserved for calls that change something.

@@ -90,7 +90,7 @@ void ProfileMethods::listProfiles(const Call& call, const Caller& caller, Replie
   }
   using Entries = config::Result<std::vector<ProfileEntry>>;
   context_.pending.add(
-      call, caller, replies, Unawaited::bring_end,
+      call, caller, replies, Unawaited::finish,
       whenReady<Entries>(worker_.run([folder = folder_] { return folder.list(); }), listReply));
 }
 
@@ -105,8 +105,7 @@ void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies
                    }
                    return oldAndNew(before, folder.load(name));
                  },
-                 "saves profile " + *name, {{"EVENT", "profile"}, {"ACTION", "save"}, {"PROFILE", *name}},
-                 {{"name", *name}});
+                 "saves profile " + *name, {{"ACTION", "save"}, {"PROFILE", *name}}, {{"name", *name}});
 }
 
 void ProfileMethods::deleteProfile(const Call& call, const Caller& caller, Replies& replies) {
@@ -118,8 +117,7 @@ void ProfileMethods::deleteProfile(const Call& call, const Caller& caller, Repli
                    if (auto removed = folder.remove(name); !removed) return std::unexpected(removed.error());
                    return oldAndNew(before, Loaded());
                  },
-                 "deletes profile " + *name,
-                 {{"EVENT", "profile"}, {"ACTION", "delete"}, {"PROFILE", *name}});
+                 "deletes profile " + *name, {{"ACTION", "delete"}, {"PROFILE", *name}});
 }
 
 void ProfileMethods::setBootProfile(const Call& call, const Caller& caller, Replies& replies) {
@@ -132,7 +130,7 @@ void ProfileMethods::setBootProfile(const Call& call, const Caller& caller, Repl
                    return oldAndNew(before ? before->value_or("") : "", name.value_or(""));
                  },
                  *name ? "makes " + **name + " the boot profile" : "wants no boot profile",
-                 {{"EVENT", "profile"}, {"ACTION", "boot"}, {"PROFILE", name->value_or("")}});
+                 {{"ACTION", "boot"}, {"PROFILE", name->value_or("")}});
 }
 
 void ProfileMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies,
@@ -143,10 +141,10 @@ void ProfileMethods::answerWhenDone(const Call& call, const Caller& caller, Repl
     if (!done) return failed(kFailed, done.error().text());
     JournalFields all = fields;
     std::ranges::copy(*done, std::back_inserter(all));
-    logChange(context_, caller, change, all);
+    logChange(context_, caller, change, config::EventKind::profile, all);
     return Reply{"", parameters};
   };
-  context_.pending.add(call, caller, replies, Unawaited::bring_end,
+  context_.pending.add(call, caller, replies, Unawaited::finish,
                        whenReady<Done>(worker_.run(std::move(job)), reply));
 }
 
@@ -165,7 +163,7 @@ void ProfileMethods::loadProfile(const Call& call, const Caller& caller, Replies
     applied = std::move(*waiting);
     return applied();
   };
-  context_.pending.add(call, caller, replies, Unawaited::bring_end, std::move(poll));
+  context_.pending.add(call, caller, replies, Unawaited::finish, std::move(poll));
 }
 
 std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& caller,
@@ -180,7 +178,7 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   const std::vector<std::string> changed = logParameters(
       context_, caller, fmt::format("sets, by profile {},", name), context_.box.settings(), settings);
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
-            {{"EVENT", "profile"}, {"ACTION", "load"}, {"PROFILE", name}});
+            config::EventKind::profile, {{"ACTION", "load"}, {"PROFILE", name}});
   const std::uint64_t generation = context_.box.apply(settings);
   return whenApplied(context_, generation, [generation, changed] {
     return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};

@@ -190,7 +190,7 @@ const std::string& kernelRelease() {
 
 }  // namespace
 
-/// Not shown here: mode and cause, which stand at the top of the status; the ticks that the trace has lost,
+/// Not shown here: mode and cause, which are at the top of the status; the ticks that the trace has lost,
 /// which are counted in the loop's status; what only the recording of a handle needs.
 OrderedJson tickJson(const rt::Tick& tick) {
   const auto& [number, planned_ns, wakeup_latency_ns, compute_ns, directive_generation, trace_dropped, mode,

@@ -12,8 +12,8 @@
 namespace hapticd::daemon {
 
 /// The streams of Ticks: every tick of the force loop, in batches. The newest kTicksKept ticks wait for
-/// clients; what a client has not taken by then is lost to its stream, and counted there. Thread: control
-/// thread only.
+/// clients; a tick that a client has not taken by then is lost to its stream, and counted there. Thread:
+/// control thread only.
 class TickStreams {
  public:
   static constexpr std::size_t kTicksKept = 4096;  ///< about 4 s at 1 kHz
@@ -35,8 +35,8 @@ class TickStreams {
     Clock::duration interval{};
     Clock::time_point due;
     std::vector<std::size_t> fields;  // places in the order of visitFields()
-    std::uint64_t next = 0;           // the place of the next tick among all that came, from 0
-    std::uint64_t next_number = 0;    // the tick that should be there; 0: any
+    std::uint64_t next = 0;           // index of the next tick among all received, from 0
+    std::uint64_t next_number = 0;    // the number expected of the next tick; 0: any
     std::uint64_t lost = 0;
   };
 
@@ -45,7 +45,7 @@ class TickStreams {
   const rt::Tick& at(std::uint64_t place) const { return kept_[place % kTicksKept]; }
 
   std::vector<rt::Tick> kept_;  // allocated with the first stream
-  std::uint64_t count_ = 0;     // ticks that came while there was a stream
+  std::uint64_t count_ = 0;     // ticks received while there was a stream
   std::vector<Stream> streams_;
 };
 

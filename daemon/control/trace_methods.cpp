@@ -19,7 +19,7 @@ using Unawaited = PendingAnswers::Unawaited;
 constexpr const char* kFailed = "io.hapticd.Control.TraceFailed";
 constexpr std::size_t kLongestLabel = 64;
 constexpr std::size_t kMostListed = 1000;
-/// Of the traces of a list, so that the reply keeps below kMaxReplyBytes.
+/// Largest size of the traces in a reply, so that it stays below kMaxReplyBytes.
 constexpr std::size_t kMostListedBytes = kMaxReplyBytes - 16 * 1024;
 constexpr std::size_t kLongestMark = 200;
 
@@ -98,7 +98,7 @@ void TraceMethods::listTraces(const Call& call, const Caller& caller, Replies& r
   }
   using Entries = config::Result<std::vector<drivers::TraceEntry>>;
   const std::string folder = std::filesystem::path(context_.box.settings().state.folder) / "traces";
-  context_.pending.add(call, caller, replies, Unawaited::bring_end,
+  context_.pending.add(call, caller, replies, Unawaited::finish,
                        whenReady<Entries>(context_.box.listTraces(), [folder](const Entries& entries) {
                          return listReply(entries, folder);
                        }));
@@ -138,11 +138,11 @@ void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replie
   using Name = config::Result<std::string>;
   const auto reply = [this, caller, action, change](const Name& name) {
     if (!name) return failed(kFailed, name.error().text());
-    logChange(context_, caller, fmt::format("{} {}", change, *name),
-              {{"EVENT", "trace"}, {"ACTION", action}, {"TRACE", *name}});
+    logChange(context_, caller, fmt::format("{} {}", change, *name), config::EventKind::trace,
+              {{"ACTION", action}, {"TRACE", *name}});
     return Reply{"", {{"name", *name}}};
   };
-  context_.pending.add(call, caller, replies, Unawaited::bring_end, whenReady<Name>(std::move(named), reply));
+  context_.pending.add(call, caller, replies, Unawaited::finish, whenReady<Name>(std::move(named), reply));
 }
 
 void TraceMethods::deleteTrace(const Call& call, const Caller& caller, Replies& replies) {
@@ -189,7 +189,8 @@ void TraceMethods::markTrace(const Call& call, const Caller& caller, Replies& re
         caller.connection,
         failed(kFailed, "there is nothing to mark: no trace is being written (hapticctl trace start)"));
   }
-  logChange(context_, caller, "marks: " + *text, {{"EVENT", "mark"}, {"MARK", *text}, {"TRACE", trace.name}});
+  logChange(context_, caller, "marks: " + *text, config::EventKind::mark,
+            {{"MARK", *text}, {"TRACE", trace.name}});
   replies.finish(caller.connection, {"", {{"name", trace.name}}});
 }
 
@@ -198,12 +199,11 @@ void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replie
   using Outcome = config::Result<void>;
   const auto reply = [this, caller, name, action, change](const Outcome& outcome) {
     if (!outcome) return failed(kFailed, outcome.error().text());
-    logChange(context_, caller, fmt::format("{} {}", change, name),
-              {{"EVENT", "trace"}, {"ACTION", action}, {"TRACE", name}});
+    logChange(context_, caller, fmt::format("{} {}", change, name), config::EventKind::trace,
+              {{"ACTION", action}, {"TRACE", name}});
     return Reply{};
   };
-  context_.pending.add(call, caller, replies, Unawaited::bring_end,
-                       whenReady<Outcome>(std::move(done), reply));
+  context_.pending.add(call, caller, replies, Unawaited::finish, whenReady<Outcome>(std::move(done), reply));
 }
 
 }  // namespace hapticd::daemon

@@ -62,7 +62,7 @@ bool readParameters(Json& value, Json& parameters) {
   return true;
 }
 
-/// False when the field is unknown or of the wrong type.
+/// Reads a field into `call`; returns false if it is unknown or of the wrong type.
 bool readField(const std::string& name, Json& value, Call& call) {
   if (name == "parameters") return readParameters(value, call.parameters);
   if (name == "oneway") return readFlag(value, call.oneway);

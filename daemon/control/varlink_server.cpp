@@ -79,12 +79,13 @@ config::Result<void> VarlinkServer::open() {
   good = good && watch(epoll_, stop_.get(), kStopKey, EPOLLIN, EPOLL_CTL_ADD);
   good = good && watch(epoll_, timer_.get(), kTimerKey, EPOLLIN, EPOLL_CTL_ADD);
   good = good && watch(epoll_, reads_.get(), kReadsKey, EPOLLIN, EPOLL_CTL_ADD);
-  for (const ListenerOptions& wanted : options_.listeners) {
-    auto listener = ListeningSocket::open(wanted);
+  for (const ListenerOptions& listener_options : options_.listeners) {
+    auto listener = ListeningSocket::open(listener_options);
     if (!listener) return std::unexpected(listener.error());
     listeners_.push_back(std::move(*listener));
     const std::uint64_t key = kFirstListenerKey + listeners_.size() - 1;
-    good = good && watch(epollOf(wanted.access), listeners_.back().descriptor(), key, EPOLLIN, EPOLL_CTL_ADD);
+    good = good && watch(epollOf(listener_options.access), listeners_.back().descriptor(), key, EPOLLIN,
+                         EPOLL_CTL_ADD);
   }
   if (!good) {
     return std::unexpected(config::Error{"control API",

@@ -92,8 +92,8 @@ void SceneThread::setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation
 void SceneThread::setTap(FrameTap tap) {
   const std::lock_guard lock(tap_mutex_);
   tap_ = std::move(tap);
-  begin_anew_ = tap_ != nullptr;
-  next_beginning_ns_ = 0;
+  restart_due_ = tap_ != nullptr;
+  next_restart_ns_ = 0;
 }
 
 void SceneThread::offerToTap(const rt::DepthFrame& frame) {
@@ -103,15 +103,15 @@ void SceneThread::offerToTap(const rt::DepthFrame& frame) {
     return;
   }
   frame_recorded_ = tap_(frame);
-  begin_anew_ = begin_anew_ || !frame_recorded_;
-  if (!frame_recorded_ || !begin_anew_ || frame.arrival_ns < next_beginning_ns_) return;
-  begin_anew_ = false;
-  next_beginning_ns_ = frame.arrival_ns + kLeastBetweenBeginnings_ns;
+  restart_due_ = restart_due_ || !frame_recorded_;
+  if (!frame_recorded_ || !restart_due_ || frame.arrival_ns < next_restart_ns_) return;
+  restart_due_ = false;
+  next_restart_ns_ = frame.arrival_ns + kMinRestartInterval_ns;
   builder_.forget();
   forgot_ = true;
 }
 
-void SceneThread::askForFrame(FrameReceiver receive) {
+void SceneThread::requestFrame(FrameReceiver receive) {
   {
     const std::lock_guard lock(tap_mutex_);
     if (thread_.joinable()) return frame_requests_.push_back(std::move(receive));

@@ -42,18 +42,19 @@ class SceneThread final : public drivers::FrameSink {
   /// Receives each frame before it is modelled; must not block. Returns false if it could not take the frame.
   using FrameTap = std::function<bool(const rt::DepthFrame&)>;
   /// Passes all frames from the next one on to `tap`, and makes the scenes depend on these frames alone:
-  /// filter and fusion start again with the first frame that it takes, and with the first one that it takes
-  /// after one that it could not, but at most once per kLeastBetweenBeginnings_ns, because the hand feels
-  /// that. An empty `tap` ends this; the tap before is not called after this function returns. Thread: any.
+  /// filter and fusion restart with the first frame that the tap takes, and with the first one that it takes
+  /// after a frame that it refused, but at most once per kMinRestartInterval_ns, because a restart disturbs
+  /// the force. An empty `tap` ends this; the previous tap is not called after this function returns. Thread:
+  /// any.
   void setTap(FrameTap tap);
 
-  static constexpr std::int64_t kLeastBetweenBeginnings_ns = 10'000'000'000;
+  static constexpr std::int64_t kMinRestartInterval_ns = 10'000'000'000;
 
   /// Receives a copy of the newest frame; null if there is none or the thread ends.
   using FrameReceiver = std::function<void(std::unique_ptr<rt::DepthFrame>)>;
   /// Requests a copy of the newest frame. Thread: any; `receive` is called by the scene thread, or by the
   /// thread that stops it.
-  void askForFrame(FrameReceiver receive);
+  void requestFrame(FrameReceiver receive);
 
   /// Receives each new frame after it is modelled, and the newest one soon after setView(); must not block.
   using FrameView = std::function<void(const rt::DepthFrame&)>;
@@ -108,8 +109,8 @@ class SceneThread final : public drivers::FrameSink {
 
   std::mutex tap_mutex_;
   FrameTap tap_;
-  bool begin_anew_ = false;  // start filter and fusion again with the next frame that the tap takes
-  std::int64_t next_beginning_ns_ = 0;
+  bool restart_due_ = false;  // restart filter and fusion with the next frame that the tap takes
+  std::int64_t next_restart_ns_ = 0;
   std::vector<FrameReceiver> frame_requests_;
   FrameView view_;
   bool view_is_new_ = false;

@@ -24,8 +24,8 @@ class StateWorker {
       : end_timeout_(end_timeout), queue_(std::make_shared<Queue>()) {}
   StateWorker(const StateWorker&) = delete;
   StateWorker& operator=(const StateWorker&) = delete;
-  /// Finishes all jobs, but waits no longer than the time-out, so that a disk that does not answer prevents
-  /// nobody from stopping. Jobs that have not started by then are dropped.
+  /// Finishes all jobs, but waits no longer than the time-out, so that a disk that does not respond
+  /// cannot keep the daemon from stopping. Jobs that have not started by then are dropped.
   ~StateWorker();
 
   /// Adds a job. It must not throw, and must not refer to data that the caller changes or that ends with the

@@ -32,11 +32,12 @@ config::Result<void> resultOf(const std::optional<config::Error>& refusal) {
 
 }  // namespace
 
-Retention::Retention(std::filesystem::path folder, const config::TraceSettings& settings, Tell tell)
+Retention::Retention(std::filesystem::path folder, const config::TraceSettings& settings,
+                     OnDeleted on_deleted)
     : folder_(std::move(folder)),
       limit_bytes_(bytesOf(settings.max_folder_mb)),
       most_file_bytes_(daemon::mostFileBytes(settings)),
-      tell_(std::move(tell)) {
+      on_deleted_(std::move(on_deleted)) {
   if (limit_bytes_ > 0) status_.limit_bytes = limit_bytes_;
 }
 
@@ -66,7 +67,7 @@ bool Retention::stopping() const {
   return stop_;
 }
 
-void Retention::look() {
+void Retention::requestList() {
   {
     const std::lock_guard lock(mutex_);
     due_ = true;
@@ -74,15 +75,15 @@ void Retention::look() {
   wake_.notify_all();
 }
 
-void Retention::lookAfter(const std::string& finished) {
+void Retention::requestListAfter(const std::string& finished) {
   {
     const std::lock_guard lock(mutex_);
     just_finished_ = finished;
   }
-  look();
+  requestList();
 }
 
-void Retention::awaitFirstLook(std::chrono::seconds patience) {
+void Retention::awaitFirstList(std::chrono::seconds patience) {
   if (limit_bytes_ == 0) return;
   std::unique_lock lock(mutex_);
   wake_.wait_for(lock, patience, [this] { return looked_ || stop_; });
@@ -148,9 +149,9 @@ void Retention::deleteDown(drivers::RetentionPlan& plan) {
       problems.push_back("trace.max_folder_mb: " + deleted.error().text());
       continue;
     }
-    tell_(trace.name,
-          fmt::format("the traces took {}, more than trace.max_folder_mb allows, and it was the oldest",
-                      megabytes(plan.bytes)));
+    on_deleted_(trace.name,
+                fmt::format("the traces took {}, more than trace.max_folder_mb allows, and it was the oldest",
+                            megabytes(plan.bytes)));
     plan.bytes -= trace.bytes;
     {
       const std::lock_guard lock(mutex_);

@@ -33,9 +33,9 @@ class Retention {
     std::vector<std::string> problems;         ///< each with its remedy; includes what will be deleted soon
   };
   /// Called after each deletion with name and reason.  Thread: the one that deletes.
-  using Tell = std::function<void(const std::string& name, const std::string& reason)>;
+  using OnDeleted = std::function<void(const std::string& name, const std::string& reason)>;
 
-  Retention(std::filesystem::path folder, const config::TraceSettings& settings, Tell tell);
+  Retention(std::filesystem::path folder, const config::TraceSettings& settings, OnDeleted on_deleted);
   /// Ends the thread as stop() does.
   ~Retention();
   Retention(const Retention&) = delete;
@@ -53,11 +53,11 @@ class Retention {
   // All functions from here on: any thread.
 
   /// Requests a new list because the folder has changed.
-  void look();
+  void requestList();
   /// Requests a new list because this trace was just finished.
-  void lookAfter(const std::string& finished);
+  void requestListAfter(const std::string& finished);
   /// Waits for the first list of the folder, but not without a limit. It is no error if the list is late.
-  void awaitFirstLook(std::chrono::seconds patience);
+  void awaitFirstList(std::chrono::seconds patience);
   /// Whether a trace may start. Errors: protected traces leave less than a tenth of the limit.
   config::Result<void> mayBegin() const;
   /// Whether a trace may go on. Errors: protected traces and the trace itself exceed the limit.
@@ -77,7 +77,7 @@ class Retention {
   const std::filesystem::path folder_;
   const std::uint64_t limit_bytes_;  // 0: no limit
   const std::uint64_t most_file_bytes_;
-  const Tell tell_;
+  const OnDeleted on_deleted_;
 
   mutable std::mutex mutex_;  // protects the next eight members
   std::condition_variable wake_;

@@ -23,7 +23,7 @@ using rt::kNsPerSecond;
 constexpr std::chrono::milliseconds kPeriod{20};
 constexpr std::int64_t kLookPeriod_ns = kNsPerSecond;
 /// How long recording waits for the first list of the folder; the ring holds 16 s.
-constexpr std::chrono::seconds kFirstLookPatience{5};
+constexpr std::chrono::seconds kFirstListPatience{5};
 /// A trace thread that has not reported for this long waits for the disk.
 constexpr std::int64_t kStall_ns = 5 * kNsPerSecond;
 /// The first chunk is short, so that a trace that is cut off within its first second still has some content.
@@ -112,7 +112,7 @@ void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
                        "it could be recovered",
                        name)});
     }
-    retention_.look();
+    retention_.requestList();
     const std::lock_guard lock(recovery_mutex_);
     auto& [recovered, problems] = recovery_outcome_;
     if (!finished) {
@@ -195,7 +195,7 @@ std::future<config::Result<std::vector<drivers::TraceEntry>>> TraceRecorder::lis
 std::future<config::Result<void>> TraceRecorder::deleteTrace(const std::string& name) {
   return deletions_.run([this, name] {
     auto deleted = drivers::deleteTrace(folder_, name);
-    retention_.look();
+    retention_.requestList();
     return deleted;
   });
 }
@@ -203,7 +203,7 @@ std::future<config::Result<void>> TraceRecorder::deleteTrace(const std::string& 
 std::future<config::Result<void>> TraceRecorder::keepTrace(const std::string& name, bool keep) {
   return lists_.run([this, name, keep] {
     auto kept = drivers::keepTrace(folder_, name, keep);
-    retention_.look();
+    retention_.requestList();
     return kept;
   });
 }
@@ -236,7 +236,7 @@ TraceStatus TraceRecorder::status() const {
 }
 
 void TraceRecorder::run() {
-  retention_.awaitFirstLook(kFirstLookPatience);
+  retention_.awaitFirstList(kFirstListPatience);
   bool stopping = false;
   while (!stopping) {
     {
@@ -257,7 +257,7 @@ void TraceRecorder::run() {
 
 void TraceRecorder::step() {
   const std::int64_t now_ns = rt::monotonicNow_ns();
-  if (now_ns >= next_look_ns_) lookAtDisk(now_ns);
+  if (now_ns >= next_look_ns_) checkDisk(now_ns);
   takeRecords();
   takeTicks();
   if (session_) {
@@ -306,7 +306,7 @@ void TraceRecorder::takeRecords() {
 }
 
 void TraceRecorder::takeTicks() {
-  if (sources_.deaf != nullptr && sources_.deaf->load(std::memory_order_relaxed)) return;
+  if (sources_.stalled != nullptr && sources_.stalled->load(std::memory_order_relaxed)) return;
   rt::Tick tick;
   // bounded, because the loop may push while this pops
   for (std::size_t i = 0; i < rt::kTraceRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
@@ -335,7 +335,7 @@ void TraceRecorder::watchForFaults(const rt::Tick& tick) {
   dump_due_ns_ = tick.planned_ns + kAfterFault_ns;
 }
 
-void TraceRecorder::lookAtDisk(std::int64_t now_ns) {
+void TraceRecorder::checkDisk(std::int64_t now_ns) {
   next_look_ns_ = now_ns + kLookPeriod_ns;
   space_.measure();
   finishUnfinished();
@@ -405,7 +405,7 @@ config::Result<std::string> TraceRecorder::endSession() {
   own_status_.ticks_lost += session->ticksGiven() - session->writer().ticks();
   const std::string name = session->name();
   own_status_.depth_frames_lost += session->depthFramesLost();
-  retention_.lookAfter(name);
+  retention_.requestListAfter(name);
   if (!ended) {
     unfinished_.push_back(std::move(session));
     if (unfinished_.size() > kMostUnfinished)
@@ -420,12 +420,12 @@ config::Result<std::string> TraceRecorder::endSession() {
 void TraceRecorder::finishUnfinished() {
   std::erase_if(unfinished_, [this](const std::unique_ptr<TraceSession>& session) {
     if (!session->vanished() && !session->end()) return false;
-    if (session->gone()) {
+    if (session->hasNoFile()) {
       own_status_.ticks_lost += session->writer().ticks();
     } else {
       ++own_status_.traces;
     }
-    retention_.look();
+    retention_.requestList();
     return true;
   });
 }
@@ -449,7 +449,7 @@ config::Result<std::string> TraceRecorder::dump(const std::string& label) {
   if (!ended) return std::unexpected(ended.error());
   ++own_status_.dumps;
   own_status_.last_dump = (*session)->name();
-  retention_.look();
+  retention_.requestList();
   return own_status_.last_dump;
 }
 

@@ -35,7 +35,7 @@ namespace hapticd::daemon {
 /// deletions have threads of their own, so that the rings do not wait for a large folder. When the disk is
 /// full, or the folder is missing or cannot be written, the trace waits and later continues in another file
 /// by itself. Each tick that is taken while a trace was requested is written to a file or counted as lost.
-/// Thread: control thread, unless a function says otherwise.
+/// Thread: control thread, unless stated otherwise.
 class TraceRecorder {
  public:
   /// Where records come from; all of it outlives the recorder.
@@ -46,7 +46,7 @@ class TraceRecorder {
     /// Describes the box for a trace that starts now: metadata and attachments.  Thread: trace thread.
     std::function<drivers::TraceOptions()> describe;
     /// For fault injection, normally null: no ticks are taken while it is true.
-    const std::atomic<bool>* deaf;
+    const std::atomic<bool>* stalled;
     /// The camera's count of damaged frames.  Thread: trace thread.
     std::function<std::uint64_t()> damaged_frames;
   };
@@ -84,7 +84,7 @@ class TraceRecorder {
   template <typename T>
   std::future<config::Result<T>> post(std::function<config::Result<T>()> work);
 
-  // All functions from here on: trace thread, unless a function says otherwise.
+  // All functions from here on: trace thread, unless stated otherwise.
   void run();
   void step();
   void takeRecords();
@@ -93,7 +93,7 @@ class TraceRecorder {
   void countDrops(std::uint64_t drops);
   void watchForFaults(const rt::Tick& tick);
   /// Called once a second: checks the space, continues in another file, tries again after a failure.
-  void lookAtDisk(std::int64_t now_ns);
+  void checkDisk(std::int64_t now_ns);
   config::Result<void> mayBegin();
   config::Result<void> mayGoOn() const;
   void rotateIfDue(std::int64_t now_ns);

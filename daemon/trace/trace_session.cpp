@@ -140,7 +140,7 @@ bool TraceSession::vanished() const {
   return ::stat(drivers::partOf(writer_->file()).c_str(), &file) != 0;
 }
 
-bool TraceSession::gone() const {
+bool TraceSession::hasNoFile() const {
   std::error_code ignored;
   return vanished() && !fs::exists(writer_->file(), ignored);
 }

@@ -56,7 +56,7 @@ class TraceSession {
   /// Whether there is no unfinished file any more: it was finished, or somebody has removed it.
   bool vanished() const;
   /// Whether the trace has no file at all any more.
-  bool gone() const;
+  bool hasNoFile() const;
 
   /// Number of ticks passed to write(); they may be in the file, in the open chunk, or lost.
   std::uint64_t ticksGiven() const noexcept { return ticks_given_; }

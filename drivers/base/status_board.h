@@ -32,7 +32,7 @@ class StatusBoard {
     });
   }
 
-  /// For a new start: everything counted and found so far is forgotten.
+  /// Resets the status for a new start of the driver.
   void reset(std::string identity) {
     update([&](Status& status) {
       status = Status{};

@@ -27,7 +27,7 @@ struct CameraStatus {
   std::string identity;              ///< driver name, and serial number or folder
   std::uint64_t frames = 0;          ///< delivered since the start
   std::uint64_t damaged_frames = 0;  ///< discarded because their data was corrupt
-  std::string advice = {};           ///< for people: a doubt about a working camera; may be empty
+  std::string advice = {};           ///< for people: a likely problem of a working camera; may be empty
 };
 
 /// Destination of a camera driver's frames: fill back(), then call publish().

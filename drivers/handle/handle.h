@@ -21,7 +21,7 @@ struct HandleChannels {
 /// Connection state of a handle.
 enum class HandlePresence {
   absent,       ///< not found yet; the driver keeps searching
-  calibrating,  ///< connected, but its position is unknown; `detail` says what the person has to do
+  calibrating,  ///< connected, but its position is unknown; `detail` describes what the person must do
   present,      ///< measuring and exerting
   lost,         ///< was connected; the driver keeps trying to reconnect
 };
@@ -57,7 +57,7 @@ struct HandleStatus {
   std::uint64_t measurements = 0;  ///< accepted since the start
   std::uint64_t rejected = 0;      ///< measurements rejected as implausible since the start
   bool exerts_force = true;        ///< false: an input device; forces are discarded
-  std::string advice = {};         ///< for people: a doubt about a working handle; may be empty
+  std::string advice = {};         ///< for people: a likely problem of a working handle; may be empty
   std::optional<LinkStatus> link = {};
   HandleScheduling scheduling = {};
   /// Time from the writing of a command by the force thread until it, or a newer one in its place, was sent

@@ -96,7 +96,7 @@ class Reading final : SurveyVisitor {
       if (const std::string wrong = take(*record); !wrong.empty()) {
         return ended(scanner_.damaged(record->offset, wrong));
       }
-      whole_to_ = scanner_.offset();
+      intact_to_ = scanner_.offset();
       if (const auto refused = refusal()) return std::unexpected(*refused);
       if (record->opcode != Opcode::footer) continue;
       if (const auto end = scanner_.atClosingMagic(); !end) return std::unexpected(end.error());
@@ -107,7 +107,7 @@ class Reading final : SurveyVisitor {
 
   /// Delivers what is intact before reporting the fault.
   std::expected<void, Fault> ended(const Fault& fault) {
-    merger_.add(whole_to_, std::exchange(loose_, {}));
+    merger_.add(intact_to_, std::exchange(loose_, {}));
     if (const std::string wrong = give(std::numeric_limits<std::uint64_t>::max()); !wrong.empty()) {
       return std::unexpected(scanner_.damaged(scanner_.offset(), wrong));
     }
@@ -235,7 +235,7 @@ class Reading final : SurveyVisitor {
 
   /// Reads the parts that records() has found intact in the order of their times.
   std::expected<void, Fault> inOrderOfTime() {
-    std::erase_if(survey_.stretches, [this](const Stretch& stretch) { return stretch.end() > whole_to_; });
+    std::erase_if(survey_.stretches, [this](const Stretch& stretch) { return stretch.end() > intact_to_; });
     std::ranges::stable_sort(survey_.stretches, {}, &Stretch::start_ns);
     next_stretch_ = 0;
     while (next_stretch_ < survey_.stretches.size() && !visitor_.enough()) {
@@ -256,7 +256,7 @@ class Reading final : SurveyVisitor {
   Survey survey_;
   Definitions definitions_;
   Merger merger_;
-  std::uint64_t whole_to_ = 0;    ///< end of the verified part of the file
+  std::uint64_t intact_to_ = 0;   ///< end of the verified part of the file
   std::size_t next_stretch_ = 0;  ///< next part of the survey
   bool gives_ = false;            ///< the pass in the order of the file delivers the messages
   std::string loose_;             ///< messages outside of chunks of the next part

@@ -57,7 +57,7 @@ bool hasForm(Opcode opcode, std::string_view content) {
   }
 }
 
-std::string whatIsNotWhole(Opcode opcode) {
+std::string malformedText(Opcode opcode) {
   switch (opcode) {
     case Opcode::schema:
       return "an incomplete schema";

@@ -25,7 +25,7 @@ struct MessageIndex {
 bool hasForm(Opcode opcode, std::string_view content);
 
 /// Returns a description of a malformed record.
-std::string whatIsNotWhole(Opcode opcode);
+std::string malformedText(Opcode opcode);
 
 /// Decompresses and checks the records of a chunk. Returns a description of the fault, or "".
 std::string unpackChunk(std::string_view content, std::string& unpacked);

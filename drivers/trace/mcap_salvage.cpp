@@ -117,7 +117,7 @@ class Search {
   bool loses(std::uint64_t from, std::uint64_t to) const {
     if (in_summary_ && !data_differ_) return false;
     if (found_.chunks.empty()) return true;
-    const WholeChunk& chunk = found_.chunks.back();
+    const IntactChunk& chunk = found_.chunks.back();
     const std::uint64_t index_at = chunk.offset + chunk.bytes;
     return from < index_at || to > index_at + chunk.index_bytes;
   }
@@ -147,7 +147,7 @@ class Search {
 
   /// Returns the offset of the next intact record.
   std::uint64_t resume(std::uint64_t begin, const std::optional<Head>& record) {
-    if (record && (record->end == size_ || isClosingMagic(record->end) || looksWhole(record->end) ||
+    if (record && (record->end == size_ || isClosingMagic(record->end) || looksIntact(record->end) ||
                    (record->opcode == Opcode::message && isMessage(record->end)))) {
       return record->end;
     }
@@ -157,7 +157,7 @@ class Search {
       const std::uint64_t places = std::min<std::uint64_t>(kWindowBytes, window.size());
       for (std::uint64_t i = 0; i < places; ++i) {
         if (!isKnown(static_cast<Opcode>(window[i]))) continue;
-        if (headOf(std::string_view(window).substr(i), from + i) && looksWhole(from + i)) return from + i;
+        if (headOf(std::string_view(window).substr(i), from + i) && looksIntact(from + i)) return from + i;
       }
     }
     return size_;
@@ -183,7 +183,7 @@ class Search {
 
   /// Returns whether a record is intact, by its checksum or by its form and what follows it. Messages have
   /// neither: in a damaged uncompressed chunk they look like records of the file.
-  bool looksWhole(std::uint64_t offset) {
+  bool looksIntact(std::uint64_t offset) {
     const auto record = head(offset);
     if (!record || record->opcode == Opcode::header || record->opcode == Opcode::message) return false;
     if (record->opcode == Opcode::chunk) {
@@ -206,7 +206,7 @@ class Search {
     if (head.opcode == Opcode::message) return message(offset, std::move(content));
     const bool has_checksum = head.opcode == Opcode::attachment;
     if (!hasForm(head.opcode, content) || !(has_checksum || mayContinueAt(head.end)))
-      return whatIsNotWhole(head.opcode);
+      return malformedText(head.opcode);
     switch (head.opcode) {
       case Opcode::header:
         if (offset != kMagic.size()) return "a misplaced header";
@@ -265,8 +265,8 @@ class Search {
     return "";
   }
 
-  static void keep(std::vector<WholeRecord>& all, std::uint64_t offset, std::string content) {
-    if (std::ranges::find(all, content, &WholeRecord::content) != all.end()) return;
+  static void keep(std::vector<IntactRecord>& all, std::uint64_t offset, std::string content) {
+    if (std::ranges::find(all, content, &IntactRecord::content) != all.end()) return;
     all.push_back({offset, std::move(content)});
   }
 
@@ -328,7 +328,7 @@ class Search {
   std::string message(std::uint64_t offset, std::string content) {
     MessageRecord message;
     if (!MessageRecord::of(content, message)) return "an incomplete message";
-    const bool defined = std::ranges::any_of(found_.channels, [&](const WholeRecord& channel) {
+    const bool defined = std::ranges::any_of(found_.channels, [&](const IntactRecord& channel) {
       return ByteReader(channel.content).number<std::uint16_t>() == message.channel;
     });
     if (!defined) return fmt::format("a message of channel {}, which is not defined", message.channel);
@@ -388,8 +388,8 @@ class Search {
     for (Damage& damage : found_.damages) findTimes(damage);
   }
 
-  static bool holds(const std::vector<WholeRecord>& records, std::uint16_t id) {
-    return std::ranges::any_of(records, [id](const WholeRecord& record) {
+  static bool holds(const std::vector<IntactRecord>& records, std::uint16_t id) {
+    return std::ranges::any_of(records, [id](const IntactRecord& record) {
       return ByteReader(record.content).number<std::uint16_t>() == id;
     });
   }
@@ -398,7 +398,7 @@ class Search {
     for (const std::uint16_t id : found_.used_channels) {
       if (!holds(found_.channels, id)) damaged(0, 0, fmt::format("the definition of channel {} is lost", id));
     }
-    for (const WholeRecord& channel : found_.channels) {
+    for (const IntactRecord& channel : found_.channels) {
       ByteReader reader(channel.content);
       reader.number<std::uint16_t>();
       const auto schema = reader.number<std::uint16_t>();
@@ -409,9 +409,9 @@ class Search {
   }
 
   /// Of several different definitions with the same id, uses that of the summary, which has a checksum.
-  void settle(std::vector<WholeRecord>& records, const char* what) {
-    std::map<std::uint16_t, WholeRecord> taken;
-    for (WholeRecord& record : records) {
+  void settle(std::vector<IntactRecord>& records, const char* what) {
+    std::map<std::uint16_t, IntactRecord> taken;
+    for (IntactRecord& record : records) {
       const auto id = ByteReader(record.content).number<std::uint16_t>();
       const auto [place, is_new] = taken.emplace(id, record);
       if (is_new) continue;
@@ -428,7 +428,7 @@ class Search {
   void dropMessages() {
     const std::uint64_t first = found_.damages.empty() ? 0 : found_.damages.front().offset;
     const auto dropped =
-        std::erase_if(found_.messages, [first](const WholeRecord& m) { return m.offset > first; });
+        std::erase_if(found_.messages, [first](const IntactRecord& m) { return m.offset > first; });
     if (dropped > 0)
       damaged(first, 0, fmt::format("{} messages that may belong to a damaged chunk", dropped));
   }
@@ -436,7 +436,7 @@ class Search {
   void compareWithSummary() {
     found_.messages_meant = messages_meant_;
     for (const IndexedChunk& expected : chunk_indexes_) {
-      const auto is_it = [&expected](const WholeChunk& chunk) {
+      const auto is_it = [&expected](const IntactChunk& chunk) {
         return chunk.start_ns == expected.start_ns && chunk.end_ns == expected.end_ns &&
                chunk.bytes == expected.bytes;
       };
@@ -453,7 +453,7 @@ class Search {
   }
 
   void findTimes(Damage& damage) const {
-    for (const WholeChunk& chunk : found_.chunks) {
+    for (const IntactChunk& chunk : found_.chunks) {
       if (chunk.offset < damage.offset) damage.after_ns = std::max(damage.after_ns, chunk.end_ns);
       if (chunk.offset >= damage.offset + damage.bytes && chunk.offset != damage.offset) {
         damage.before_ns =

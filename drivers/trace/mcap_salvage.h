@@ -27,7 +27,7 @@ struct Damage {
 };
 
 /// A chunk whose records are intact.
-struct WholeChunk {
+struct IntactChunk {
   std::uint64_t offset = 0;  ///< offset of the record in the file
   std::uint64_t bytes = 0;
   std::uint64_t start_ns = 0;  ///< time of its earliest message
@@ -39,7 +39,7 @@ struct WholeChunk {
 };
 
 /// An intact record other than a chunk.
-struct WholeRecord {
+struct IntactRecord {
   std::uint64_t offset = 0;
   std::string content;
 };
@@ -47,12 +47,12 @@ struct WholeRecord {
 /// All intact parts of a file, wherever they are.
 struct Salvage {
   // including those of the summary, each once
-  std::vector<WholeRecord> schemas;
-  std::vector<WholeRecord> channels;
-  std::vector<WholeRecord> metadata;
-  std::vector<WholeRecord> attachments;
-  std::vector<WholeChunk> chunks;     ///< in file order
-  std::vector<WholeRecord> messages;  ///< outside of chunks
+  std::vector<IntactRecord> schemas;
+  std::vector<IntactRecord> channels;
+  std::vector<IntactRecord> metadata;
+  std::vector<IntactRecord> attachments;
+  std::vector<IntactChunk> chunks;     ///< in file order
+  std::vector<IntactRecord> messages;  ///< outside of chunks
   std::set<std::uint16_t> used_channels;
   std::vector<Damage> damages;  ///< in file order
   bool ended = false;           ///< footer and magic are present

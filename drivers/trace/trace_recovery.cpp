@@ -56,13 +56,13 @@ std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path) {
 }
 
 bool hasHeader(const mcap::Salvage& whole) {
-  return std::ranges::any_of(whole.metadata, [](const mcap::WholeRecord& metadata) {
+  return std::ranges::any_of(whole.metadata, [](const mcap::IntactRecord& metadata) {
     return mcap::ByteReader(metadata.content).text() == kTraceMetadata;
   });
 }
 
 bool isOfHapticd(const mcap::Salvage& whole) {
-  const auto hasOurTopic = [](const mcap::WholeRecord& record) {
+  const auto hasOurTopic = [](const mcap::IntactRecord& record) {
     mcap::ChannelRecord channel;
     return mcap::ChannelRecord::of(record.content, channel) && channel.topic == kChannelName<rt::Tick>.topic;
   };
@@ -73,10 +73,10 @@ bool isOfHapticd(const mcap::Salvage& whole) {
 /// readable by this version.
 std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::Salvage& whole) {
   mcap::Definitions definitions;
-  for (const mcap::WholeRecord& schema : whole.schemas) definitions.addSchema(schema.content);
-  for (const mcap::WholeRecord& channel : whole.channels) definitions.addChannel(channel.content);
+  for (const mcap::IntactRecord& schema : whole.schemas) definitions.addSchema(schema.content);
+  for (const mcap::IntactRecord& channel : whole.channels) definitions.addChannel(channel.content);
   std::optional<std::int64_t> offset_ns;
-  for (const mcap::WholeChunk& place : whole.chunks) {
+  for (const mcap::IntactChunk& place : whole.chunks) {
     std::string content, records;
     mcap::ChunkRecord chunk;
     if (!file.readAt(place.offset + mcap::kRecordHeadBytes, place.bytes - mcap::kRecordHeadBytes, content))
@@ -127,16 +127,16 @@ bool isEmpty(const mcap::Salvage& whole) {
 
 /// Returns the end of the intact part if nothing before it is damaged, so that only what was being written is
 /// missing.
-std::optional<std::uint64_t> wholeTo(const mcap::Salvage& whole) {
+std::optional<std::uint64_t> intactTo(const mcap::Salvage& whole) {
   std::uint64_t end = 0;
   for (const auto* records : {&whole.schemas, &whole.channels, &whole.metadata, &whole.attachments}) {
-    for (const mcap::WholeRecord& record : *records) {
+    for (const mcap::IntactRecord& record : *records) {
       end = std::max(end, record.offset + mcap::kRecordHeadBytes + record.content.size());
     }
   }
   const std::uint64_t head_end = end;
   std::uint64_t start_ns = 0;
-  for (const mcap::WholeChunk& chunk : whole.chunks) {
+  for (const mcap::IntactChunk& chunk : whole.chunks) {
     const bool in_place = chunk.offset >= head_end && (chunk.indexed || &chunk == &whole.chunks.back());
     if (!in_place || chunk.start_ns < start_ns) return {};
     start_ns = chunk.start_ns;
@@ -205,9 +205,9 @@ config::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvag
 }
 
 config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole,
-                                          std::uint64_t whole_to) {
+                                          std::uint64_t intact_to) {
   const fs::path name = finishedName(file.path());
-  auto done = endTrace(file, whole, whole_to);
+  auto done = endTrace(file, whole, intact_to);
   if (done) done = renameDurably(file.path(), name);
   if (!done) return std::unexpected(done.error());
   return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
@@ -264,7 +264,7 @@ config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryP
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
   if (!isOfHapticd(*whole)) return hopeless(part, *whole);
-  if (const auto whole_to = wholeTo(*whole)) return endInPlace(*file, *whole, *whole_to);
+  if (const auto intact_to = intactTo(*whole)) return endInPlace(*file, *whole, *intact_to);
   return replaceDamaged(*file, *whole, progress);
 }
 

@@ -15,15 +15,15 @@ namespace {
 
 using mcap::ByteReader;
 using mcap::ByteWriter;
+using mcap::IntactChunk;
+using mcap::IntactRecord;
 using mcap::Opcode;
-using mcap::WholeChunk;
-using mcap::WholeRecord;
 
-std::uint16_t idOf(const WholeRecord& record) {
+std::uint16_t idOf(const IntactRecord& record) {
   return ByteReader(record.content).number<std::uint16_t>();
 }
 
-bool holds(const std::vector<WholeRecord>& records, std::uint16_t id) {
+bool holds(const std::vector<IntactRecord>& records, std::uint16_t id) {
   return std::ranges::find(records, id, idOf) != records.end();
 }
 
@@ -35,7 +35,7 @@ struct Unpacked {
   mcap::ChunkContent content;
 
   /// Reads a chunk that was intact when the file was scanned.
-  config::Result<void> read(const TraceFile& file, const WholeChunk& whole) {
+  config::Result<void> read(const TraceFile& file, const IntactChunk& whole) {
     if (auto there =
             file.readAt(whole.offset + mcap::kRecordHeadBytes, whole.bytes - mcap::kRecordHeadBytes, record);
         !there) {
@@ -78,16 +78,16 @@ class Head {
       writer.text("");
       writer.text("hapticd");
     });
-    for (const WholeRecord& schema : whole.schemas) addSchema(schema.content);
-    for (const WholeRecord& channel : whole.channels) addChannel(channel.content, whole);
+    for (const IntactRecord& schema : whole.schemas) addSchema(schema.content);
+    for (const IntactRecord& channel : whole.channels) addChannel(channel.content, whole);
     for (const std::uint16_t id : whole.used_channels) {
       if (!holds(whole.channels, id)) addUnknownChannel(id);
     }
-    for (const WholeRecord& metadata : whole.metadata) {
+    for (const IntactRecord& metadata : whole.metadata) {
       const auto [offset, bytes] = add(Opcode::metadata, metadata.content);
       summary_.addMetadata(offset, bytes, metadata.content);
     }
-    for (const WholeRecord& record : whole.attachments) {
+    for (const IntactRecord& record : whole.attachments) {
       const auto [offset, bytes] = add(Opcode::attachment, record.content);
       mcap::AttachmentRecord attachment;
       mcap::AttachmentRecord::of(record.content, attachment);
@@ -130,16 +130,16 @@ class Head {
 };
 
 /// Packs messages outside of chunks into chunks; a file with chunks then has all its messages in them.
-std::vector<std::string> asChunks(std::vector<WholeRecord> messages) {
+std::vector<std::string> asChunks(std::vector<IntactRecord> messages) {
   constexpr std::size_t kChunkBytes = 1 << 20;
-  const auto time_ns = [](const WholeRecord& record) {
+  const auto time_ns = [](const IntactRecord& record) {
     mcap::MessageRecord message;
     mcap::MessageRecord::of(record.content, message);
     return message.time_ns;
   };
   std::ranges::stable_sort(messages, {}, time_ns);
   std::vector<std::string> chunks;
-  for (const WholeRecord& message : messages) {
+  for (const IntactRecord& message : messages) {
     if (chunks.empty() || chunks.back().size() >= kChunkBytes) chunks.emplace_back();
     mcap::addRecord(chunks.back(), Opcode::message, [&] { chunks.back() += message.content; });
   }
@@ -152,8 +152,8 @@ class Rewriting {
 
   config::Result<void> run(const TraceFile& from, const std::function<void(double)>& progress) {
     auto written = file_.append(Head(whole_, summary_).bytes());
-    std::vector<WholeChunk> chunks = whole_.chunks;
-    std::ranges::stable_sort(chunks, {}, &WholeChunk::start_ns);
+    std::vector<IntactChunk> chunks = whole_.chunks;
+    std::ranges::stable_sort(chunks, {}, &IntactChunk::start_ns);
     for (std::size_t i = 0; i < chunks.size() && written; ++i) {
       Unpacked chunk;
       written = chunk.read(from, chunks[i]);
@@ -220,17 +220,17 @@ config::Result<std::uint32_t> crcUpTo(const TraceFile& file, std::uint64_t end) 
 
 config::Result<mcap::Summary> summaryInPlace(const TraceFile& file, const mcap::Salvage& whole) {
   mcap::Summary summary;
-  for (const WholeRecord& schema : whole.schemas) summary.addSchema(schema.content);
-  for (const WholeRecord& channel : whole.channels) summary.addChannel(channel.content);
-  for (const WholeRecord& metadata : whole.metadata) {
+  for (const IntactRecord& schema : whole.schemas) summary.addSchema(schema.content);
+  for (const IntactRecord& channel : whole.channels) summary.addChannel(channel.content);
+  for (const IntactRecord& metadata : whole.metadata) {
     summary.addMetadata(metadata.offset, mcap::kRecordHeadBytes + metadata.content.size(), metadata.content);
   }
-  for (const WholeRecord& record : whole.attachments) {
+  for (const IntactRecord& record : whole.attachments) {
     mcap::AttachmentRecord attachment;
     mcap::AttachmentRecord::of(record.content, attachment);
     summary.addAttachment(record.offset, mcap::kRecordHeadBytes + record.content.size(), attachment);
   }
-  for (const WholeChunk& place : whole.chunks) {
+  for (const IntactChunk& place : whole.chunks) {
     Unpacked chunk;
     if (auto read = chunk.read(file, place); !read) return std::unexpected(read.error());
     summary.addChunk(place.offset, place.bytes, chunk.chunk, chunk.content);
@@ -267,19 +267,19 @@ config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& wh
   return done;
 }
 
-config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t whole_to) {
+config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to) {
   const auto summary = summaryInPlace(file, whole);
   if (!summary) return std::unexpected(summary.error());
   const auto indexes = missingIndexes(file, whole);
   if (!indexes) return std::unexpected(indexes.error());
-  const auto crc = crcUpTo(file, whole_to);
+  const auto crc = crcUpTo(file, intact_to);
   if (!crc) return std::unexpected(crc.error());
-  auto done = file.truncate(whole_to);
-  Growing end(file, whole_to, *crc);
+  auto done = file.truncate(intact_to);
+  Growing end(file, intact_to, *crc);
   if (done) done = end.append(*indexes);
   if (done) done = end.append(summary->ending(end.end(), end.crc()));
   if (done) done = file.synchronise();
-  if (!done) (void)file.truncate(whole_to);
+  if (!done) (void)file.truncate(intact_to);
   return done;
 }
 

@@ -19,8 +19,8 @@ config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& wh
                                   const std::filesystem::path& out,
                                   const std::function<void(double)>& progress);
 
-/// Writes the ending of a file that was never closed after its intact part, which ends at `whole_to`. It may
+/// Writes the ending of a file that was never closed after its intact part, which ends at `intact_to`. It may
 /// be interrupted at any time and repeated.
-config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t whole_to);
+config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to);
 
 }  // namespace hapticd::drivers

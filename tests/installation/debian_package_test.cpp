@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kBox = "hapticd";
 constexpr const char* kTools = "hapticd-tools";
 
-/// That package, as ctest has made it from this build.
+/// Returns the path of a package that ctest has built from this build.
 std::string packagePath(const std::string& package = kBox) {
   for (const fs::directory_entry& entry : fs::directory_iterator(HAPTICD_PACKAGE_FOLDER)) {
     const std::string name = entry.path().filename();
@@ -36,7 +36,7 @@ std::string field(const std::string& name, const std::string& package = kBox) {
   return value;
 }
 
-/// The package taken apart.
+/// A package unpacked to a folder.
 class Unpacked {
  public:
   explicit Unpacked(const std::string& package = kBox) {
@@ -64,14 +64,14 @@ TEST(DebianPackage, HasTheVersionOfItsChangelog) {
 
 using Names = std::set<std::string>;
 
-/// The name without what differs between Debian's releases: the version of a library at its end.
+/// Returns the name without its ending that differs between Debian's releases: the version of a library.
 std::string withoutVersion(const std::string& package) {
   if (!package.starts_with("lib")) return package;
   static const std::regex version("-?[0-9.]+(-[0-9.]+)*(t64|debian)?$");
   return std::regex_replace(package, version, "");
 }
 
-/// The packages that the field `Depends` names.
+/// Returns the packages in the field `Depends`.
 Names dependenciesOf(const std::string& package) {
   Names names;
   std::string depends = field("Depends", package);
@@ -86,7 +86,7 @@ Names dependenciesOf(const std::string& package) {
   return names;
 }
 
-/// What tools/packaging/dependencies.txt allows that package.
+/// Returns the dependencies that tools/packaging/dependencies.txt allows for a package.
 Names statedDependenciesOf(const std::string& package) {
   Names names;
   std::ifstream file(fs::path(HAPTICD_SOURCE_FOLDER) / "tools/packaging/dependencies.txt");
@@ -129,7 +129,8 @@ TEST(DebianPackage, SharesNoFileWithTheOther) {
                               "usr/libexec/hapticd/haptic-hdf5"}) {
     EXPECT_TRUE(fs::exists(tools.path(program))) << program;
   }
-  for (const char* program : {"usr/bin/hapticctl", "usr/bin/haptic-bridge", "usr/libexec/hapticd/hapticd"}) {
+  for (const char* program : {"usr/bin/hapticctl", "usr/bin/hapticd-view", "usr/bin/haptic-bridge",
+                              "usr/libexec/hapticd/hapticd"}) {
     EXPECT_TRUE(fs::exists(box.path(program))) << program;
   }
 }

@@ -15,10 +15,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",       "usr/bin/haptic-replay",
-                                      "usr/bin/haptic-soak",         "usr/bin/hapticbench",
-                                      "usr/bin/hapticctl",           "usr/libexec/hapticd/haptic-hdf5",
-                                      "usr/libexec/hapticd/hapticd", "usr/sbin/hapticd-realtime-setup"};
+const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",
+                                      "usr/bin/haptic-replay",
+                                      "usr/bin/haptic-soak",
+                                      "usr/bin/hapticbench",
+                                      "usr/bin/hapticctl",
+                                      "usr/bin/hapticd-view",
+                                      "usr/libexec/hapticd/haptic-hdf5",
+                                      "usr/libexec/hapticd/hapticd",
+                                      "usr/sbin/hapticd-realtime-setup",
+                                      "usr/share/doc/hapticd-tools/examples/slurm"};
+
+constexpr const char* kPageFolder = "usr/share/hapticd/view/";
+
+bool isOfThePage(const std::string& file) {
+  return file.starts_with(kPageFolder);
+}
 
 Finished install(const fs::path& prefix) {
   return runToEnd({HAPTICD_CMAKE, "--install", HAPTICD_BUILD_FOLDER, "--prefix", prefix.string()});
@@ -32,10 +44,13 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/bin/haptic-soak",
       "usr/bin/hapticbench",
       "usr/bin/hapticctl",
+      "usr/bin/hapticd-view",
       "usr/lib/systemd/system/hapticd-control.socket",
       "usr/lib/systemd/system/hapticd-metrics.socket",
       "usr/lib/systemd/system/hapticd-metrics@.service",
       "usr/lib/systemd/system/hapticd-status.socket",
+      "usr/lib/systemd/system/hapticd-view.service",
+      "usr/lib/systemd/system/hapticd-view.socket",
       "usr/lib/systemd/system/hapticd.service",
       "usr/lib/sysusers.d/hapticd.conf",
       "usr/lib/tmpfiles.d/hapticd.conf",
@@ -46,6 +61,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/bash-completion/completions/hapticctl",
       "usr/share/doc/hapticd-tools/changelog.Debian.gz",
       "usr/share/doc/hapticd-tools/copyright",
+      "usr/share/doc/hapticd-tools/examples/slurm",
       "usr/share/doc/hapticd/README.md",
       "usr/share/doc/hapticd/changelog.Debian.gz",
       "usr/share/doc/hapticd/changelog.gz",
@@ -54,6 +70,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/docs/architecture.md",
       "usr/share/doc/hapticd/docs/box.svg",
       "usr/share/doc/hapticd/docs/cameras.md",
+      "usr/share/doc/hapticd/docs/cluster.md",
       "usr/share/doc/hapticd/docs/control-api.md",
       "usr/share/doc/hapticd/docs/faults.md",
       "usr/share/doc/hapticd/docs/glossary.md",
@@ -82,10 +99,25 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/man/man5/hapticd.yaml.5.gz",
       "usr/share/man/man7/hapticd-varlink.7.gz",
       "usr/share/man/man8/hapticd-realtime-setup.8.gz",
+      "usr/share/man/man8/hapticd-view.8.gz",
       "usr/share/man/man8/hapticd.8.gz",
       "usr/share/zsh/vendor-completions/_hapticctl",
   };
-  EXPECT_EQ(filesBelow(stagedRoot()), expected);
+  std::vector<std::string> installed = filesBelow(stagedRoot());
+  std::erase_if(installed, isOfThePage);
+  EXPECT_EQ(installed, expected);
+}
+
+TEST(Installation, PutsEveryFileOfThePageBesideTheOthers) {
+  const fs::path source = fs::path(HAPTICD_SOURCE_FOLDER) / "tools/hapticd-view/page";
+  std::size_t files = 0;
+  for (const std::string& file : filesBelow(source)) {
+    if (file.find('/') != std::string::npos || file.ends_with(".md")) continue;
+    EXPECT_EQ(contentOf(stagedRoot() / kPageFolder / file), contentOf(source / file)) << file;
+    ++files;
+  }
+  EXPECT_GT(files, 0U);
+  EXPECT_TRUE(fs::exists(stagedRoot() / kPageFolder / "index.html"));
 }
 
 TEST(Installation, LetsEverybodyReadAndNobodyElseWrite) {

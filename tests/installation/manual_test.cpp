@@ -12,16 +12,16 @@
 namespace hapticd::test {
 namespace {
 
-const std::vector<std::string> kPages{"man1/haptic-bridge.1.gz",   "man1/haptic-replay.1.gz",
-                                      "man1/haptic-soak.1.gz",     "man1/hapticbench.1.gz",
-                                      "man1/hapticctl.1.gz",       "man5/hapticd.yaml.5.gz",
-                                      "man7/hapticd-varlink.7.gz", "man8/hapticd.8.gz"};
+const std::vector<std::string> kPages{
+    "man1/haptic-bridge.1.gz",   "man1/haptic-replay.1.gz", "man1/haptic-soak.1.gz",
+    "man1/hapticbench.1.gz",     "man1/hapticctl.1.gz",     "man5/hapticd.yaml.5.gz",
+    "man7/hapticd-varlink.7.gz", "man8/hapticd-view.8.gz",  "man8/hapticd.8.gz"};
 
 std::string pagePath(const std::string& page) {
   return stagedRoot() / "usr/share/man" / page;
 }
 
-/// The page's source, as people would read its words.
+/// Returns the page's source without the escapes that split words.
 std::string pageText(const std::string& page) {
   std::string text = runTool("gzip", {"-dc", pagePath(page)}).output;
   text = std::regex_replace(text, std::regex(R"(\\:)"), "");
@@ -122,6 +122,10 @@ TEST(Manual, ShowsEveryOptionOfHapticReplay) {
 
 TEST(Manual, ShowsEveryOptionOfHapticSoak) {
   expectComplete("haptic-soak", "man1/haptic-soak.1.gz");
+}
+
+TEST(Manual, ShowsEveryOptionOfHapticdView) {
+  expectComplete("hapticd-view", "man8/hapticd-view.8.gz");
 }
 
 TEST(Manual, ShowsEveryOptionOfHapticd) {

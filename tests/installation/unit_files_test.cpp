@@ -35,16 +35,20 @@ class UnitCopies {
          {"hapticd-status.socket", "hapticd-control.socket", "hapticd-metrics.socket"}) {
       folder_.write(socket, unit(socket));
     }
-    std::string metrics = unit("hapticd-metrics@.service");
-    const std::string tool = "ExecStart=/usr/bin";
-    if (const std::size_t found = metrics.find(tool); found != std::string::npos) {
-      metrics.replace(found, tool.size(), "ExecStart=" + (stagedRoot() / "usr/bin").string());
-    }
-    folder_.write("hapticd-metrics@.service", metrics);
+    for (const std::string tool : {"hapticd-metrics@.service", "hapticd-view.service", "hapticd-view.socket"})
+      folder_.write(tool, withStagedTools(unit(tool)));
   }
   std::string path(const std::string& name) const { return folder_.path() / name; }
 
  private:
+  static std::string withStagedTools(std::string text) {
+    for (const std::string key : {"ExecStart=", "ExecStartPre="}) {
+      if (const std::size_t found = text.find(key + "/usr/bin"); found != std::string::npos)
+        text.replace(found, key.size() + 8, key + (stagedRoot() / "usr/bin").string());
+    }
+    return text;
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -54,7 +58,8 @@ TEST(Units, HaveNothingThatSystemdComplainsAbout) {
   const Finished finished = runTool(
       "systemd-analyze", {"verify", "--man=no", copies.path("hapticd.service"),
                           copies.path("hapticd-status.socket"), copies.path("hapticd-control.socket"),
-                          copies.path("hapticd-metrics.socket"), copies.path("hapticd-metrics@.service")});
+                          copies.path("hapticd-metrics.socket"), copies.path("hapticd-metrics@.service"),
+                          copies.path("hapticd-view.socket"), copies.path("hapticd-view.service")});
   EXPECT_EQ(finished.ending, exitedWith(0));
   EXPECT_EQ(finished.output + finished.errors, "");
 }
@@ -73,6 +78,32 @@ TEST(Units, ExposeTheMetricsLessThanOne) {
   const Finished finished = runTool("systemd-analyze", {"security", "--offline=true", "--threshold=10",
                                                         copies.path("hapticd-metrics@.service")});
   EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+}
+
+TEST(Units, ExposeTheLivePictureLessThanTwo) {
+  HAPTICD_NEEDS("systemd-analyze");
+  const UnitCopies copies;
+  const Finished finished = runTool("systemd-analyze", {"security", "--offline=true", "--threshold=19",
+                                                        copies.path("hapticd-view.service")});
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
+}
+
+TEST(Units, ShowTheLivePictureOnThisHostOnlyAndControlNothingByIt) {
+  EXPECT_EQ(unitSetting(unit("hapticd-view.socket"), "ListenStream"), "127.0.0.1:8765");
+  const std::string service = unit("hapticd-view.service");
+  EXPECT_EQ(unitSetting(service, "ExecStart"),
+            "/usr/bin/hapticd-view --socket " + config::Settings().control.status_socket);
+  EXPECT_EQ(unitSetting(service, "DynamicUser"), "yes");
+  EXPECT_EQ(unitSetting(service, "SupplementaryGroups"), "haptic-view");
+  EXPECT_EQ(unitSetting(service, "Group"), "");
+  EXPECT_EQ(unitSetting(service, "IPAddressAllow"), "localhost");
+}
+
+TEST(Units, MakeTheTokenOfTheLivePictureBeforeItsFirstClient) {
+  EXPECT_EQ(unitSetting(unit("hapticd-view.socket"), "ExecStartPre"), "/usr/bin/hapticd-view --make-token");
+  EXPECT_NE(contentOf(stagedRoot() / "usr/lib/tmpfiles.d/hapticd.conf")
+                .find("d /run/hapticd-view 0755 root root -"),
+            std::string::npos);
 }
 
 TEST(Units, AnswerMetricsOnThisHostOnlyThroughTheReadingSocket) {

@@ -11,7 +11,7 @@ bool isInName(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
 }
 
-/// Spaces instead of comments.
+/// Returns `text` with comments replaced by spaces.
 std::string withoutComments(std::string_view text) {
   std::string plain(text);
   bool in_comment = false;
@@ -36,7 +36,7 @@ class Reader {
     for (; !atEnd() && isInName(peek()); skip()) name += peek();
     return name;
   }
-  /// From the opening bracket to behind the closing one.
+  /// Reads the arguments, from the opening bracket to behind the closing one.
   std::vector<std::string> arguments() {
     std::vector<std::string> arguments;
     int depth = 0;

@@ -39,22 +39,22 @@ bool mayUse(const FolderRule& rule, const std::string& folder) {
                              [&folder](const std::string& name) { return standsFor(name, folder); });
 }
 
-/// Follows the rules from the last folder of `way` on until one leads back to the first.
-void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& way, std::set<std::string>& seen,
+/// Follows the rules from the last folder of `path` on until one leads back to the first.
+void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path, std::set<std::string>& seen,
             std::vector<std::string>& cycles) {
-  const auto rule = std::ranges::find(rules, way.back(), &FolderRule::folder);
+  const auto rule = std::ranges::find(rules, path.back(), &FolderRule::folder);
   if (rule == rules.end()) return;
   for (const FolderRule& next : rules) {
     const bool is_file = next.folder.ends_with(".cpp");  // which nobody includes
     if (is_file || !mayUse(*rule, next.folder)) continue;
-    if (next.folder == way.front()) {
+    if (next.folder == path.front()) {
       std::string cycle;
-      for (const std::string& folder : way) cycle += folder + " -> ";
+      for (const std::string& folder : path) cycle += folder + " -> ";
       cycles.push_back(cycle + next.folder);
     } else if (seen.insert(next.folder).second) {
-      way.push_back(next.folder);
-      follow(rules, way, seen, cycles);
-      way.pop_back();
+      path.push_back(next.folder);
+      follow(rules, path, seen, cycles);
+      path.pop_back();
     }
   }
 }
@@ -63,14 +63,14 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& way,
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",   "tools/lib/client",  "tools/lib/gnuplot",
-      "tools/lib/offline", "tools/lib/options", "tools/lib/registration",
-      "tools/lib/trace",   "tools/lib/truth",   "tools/lib/whole_file"};
+      "tools/lib/child",   "tools/lib/client",    "tools/lib/gnuplot",      "tools/lib/offline",
+      "tools/lib/options", "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",
+      "tools/lib/truth",   "tools/lib/whole_file"};
   static const std::vector<FolderRule> all{
       {"rt", {}},
       {"config", {}},
 
-      // what puts the drivers of all devices together
+      // selects among the drivers of all devices
       {"drivers", {"drivers/"}},
       {"drivers/base", {}},
       {"drivers/camera", {"drivers/base"}},
@@ -88,7 +88,7 @@ const std::vector<FolderRule>& folderRules() {
       {"drivers/led/none", {"drivers/base", "drivers/led"}},
       {"drivers/trace", {"drivers/base"}},
 
-      // the daemon itself, made of its parts
+      // the daemon, which combines its parts
       {"daemon", {"daemon/"}},
       {"daemon/base", {}},
       {"daemon/control", {"daemon/base", "daemon/state"}},
@@ -106,8 +106,8 @@ const std::vector<FolderRule>& folderRules() {
         "tools/hapticbench/"}},
       {"tools/hapticbench", tool_libraries},
       {"tools/hapticbench/accuracy",
-       {"tools/lib/offline", "tools/lib/options", "tools/lib/truth", "tools/lib/whole_file",
-        "tools/hapticbench"}},
+       {"tools/lib/offline", "tools/lib/options", "tools/lib/parts", "tools/lib/truth",
+        "tools/lib/whole_file", "tools/hapticbench"}},
       {"tools/hapticbench/jitter",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file",
         "tools/hapticbench"}},
@@ -124,19 +124,27 @@ const std::vector<FolderRule>& folderRules() {
        {"tools/lib/options", "tools/lib/truth", "tools/lib/whole_file", "tools/hapticbench",
         "tools/hapticbench/accuracy"}},
       {"tools/hapticbench/stability",
-       {"tools/lib/gnuplot", "tools/lib/offline", "tools/lib/options", "tools/lib/whole_file",
-        "tools/hapticbench"}},
+       {"tools/lib/gnuplot", "tools/lib/offline", "tools/lib/options", "tools/lib/parts",
+        "tools/lib/whole_file", "tools/hapticbench"}},
       {"tools/hapticbench/strokes",
        {"tools/lib/offline", "tools/lib/options", "tools/lib/truth", "tools/lib/whole_file",
         "tools/hapticbench", "tools/hapticbench/accuracy"}},
       {"tools/hapticbench/sweep",
-       {"tools/lib/offline", "tools/lib/options", "tools/lib/truth", "tools/lib/whole_file",
-        "tools/hapticbench", "tools/hapticbench/accuracy", "tools/hapticbench/stability"}},
+       {"tools/lib/offline", "tools/lib/options", "tools/lib/parts", "tools/lib/truth",
+        "tools/lib/whole_file", "tools/hapticbench", "tools/hapticbench/accuracy",
+        "tools/hapticbench/stability"}},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/options", "tools/lib/registration",
         "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
+      {"tools/hapticd-view",
+       {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
+        "tools/hapticd-view/server"}},
+      {"tools/hapticd-view/box_link", {"tools/lib/client", "tools/hapticd-view/live"}},
+      {"tools/hapticd-view/foxglove", {"tools/lib/client", "tools/hapticd-view/live"}},
+      {"tools/hapticd-view/live", {"tools/lib/client"}},
+      {"tools/hapticd-view/server", {"tools/hapticd-view/foxglove", "tools/hapticd-view/live"}},
       {"tools/manual", {"tools/lib/whole_file"}},
 
       // libraries
@@ -145,6 +153,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/gnuplot", {"tools/lib/whole_file"}},
       {"tools/lib/offline", {}},
       {"tools/lib/options", {"tools/lib/whole_file"}},
+      {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/registration", {}},
       {"tools/lib/trace",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},
@@ -197,9 +206,9 @@ std::vector<std::string> foldersWithoutRules(const fs::path& root, const std::ve
 std::vector<std::string> cyclesOf(const std::vector<FolderRule>& rules) {
   std::vector<std::string> cycles;
   for (const FolderRule& rule : rules) {
-    std::vector<std::string> way{rule.folder};
+    std::vector<std::string> path{rule.folder};
     std::set<std::string> seen;
-    follow(rules, way, seen, cycles);
+    follow(rules, path, seen, cycles);
   }
   return cycles;
 }

@@ -63,7 +63,7 @@ class Stripper {
     if (!rest_.starts_with('#')) return false;
     return rest_.substr(std::min(rest_.find_first_not_of(" \t", 1), rest_.size())).starts_with("include");
   }
-  /// As in 1'000.
+  /// Whether a quote separates digits, as in 1'000.
   bool isDigitSeparator() const {
     return !plain_.empty() && std::isxdigit(static_cast<unsigned char>(plain_.back())) != 0;
   }

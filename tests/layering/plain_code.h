@@ -10,7 +10,7 @@
 
 namespace hapticd::test {
 
-/// The lines of a C++ text, without comments and without what stands in string and character literals.
+/// The lines of a C++ text, without comments and without the content of string and character literals.
 /// Includes are left as they are.
 std::vector<std::string> plainLines(std::string_view text);
 

@@ -34,7 +34,7 @@ struct ForbiddenText {
   const char* pattern;
   const char* what;
 };
-// Some come in through other headers, so the names are looked for too.
+// Some are included indirectly, so their names are searched for too.
 constexpr std::array kForbiddenTexts = {
     ForbiddenText{R"(\b(throw|try|catch)\b)", "exceptions are not for the real-time core"},
     ForbiddenText{R"(\b(dynamic_cast|typeid)\b)", "it is compiled without type information"},
@@ -46,7 +46,8 @@ constexpr std::array kForbiddenTexts = {
                   "it allocates, locks or prints"},
     ForbiddenText{R"(\b(printf|fprintf|puts|fopen|system)\s*\()", "it prints or opens files"}};
 
-/// Elsewhere than in a constructor's list of initialisers: `member(std::make_unique<...`, no semicolon.
+/// Whether a line allocates outside of a constructor's list of initialisers: `member(std::make_unique<...`,
+/// no semicolon.
 bool allocatesElsewhere(const std::string& line) {
   static const std::regex allocation(R"(\bmake_unique\b)");
   static const std::regex initialiser(R"(^\s*[:,]?\s*\w+\(std::make_unique\b.*[^;]$)");

@@ -19,7 +19,7 @@ TEST(RealtimeCore, HasNoHeaderExceptionOrAllocationThatItMustNotHave) {
             Strings{});
 }
 
-/// How much is wrong with a file of these lines.
+/// Returns the number of violations in a file with these lines.
 std::size_t wrongIn(const std::string& code) {
   const TemporaryFolder folder;
   folder.write("planted.cpp", code);

@@ -130,7 +130,7 @@ TEST(HapticCoreMode, HoldsWithEachCauseAndRecoversByItself) {
 
     input.spoil(rig);
     expectMode(rig.step(), Mode::holding, input.cause);
-    EXPECT_EQ(rig.steps(250).command_force_n_in_world, Vec3{}) << "the longest way down takes 200 ms";
+    EXPECT_EQ(rig.steps(250).command_force_n_in_world, Vec3{}) << "the longest fall takes 200 ms";
     expectMode(rig.step(), Mode::holding, input.cause);
 
     makeGood(rig);

@@ -60,7 +60,7 @@ TEST(Watch, SeesEachKindOfAllocationAndRelease) {
 
 TEST(Watch, SeesAlignedAllocations) {
   if (!kSight.aligned_allocations) {
-    return reportNotChecked("aligned allocations, which this sanitizer may not tell of");
+    return reportNotChecked("aligned allocations, which this sanitizer may not report");
   }
   EXPECT_EQ(watched([] { std::free(used(std::aligned_alloc(64, 64))); }).misconduct.allocations, 2U);
 }

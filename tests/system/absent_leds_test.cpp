@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LEDs that cannot be had are a warning, and nothing else changes.
+// Missing LEDs cause a warning, and nothing else changes.
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // hapticd with a configuration that it cannot use: exit status 78, every problem with its place and range,
-// and nothing touched.
+// and nothing created.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -137,7 +137,7 @@ TEST(BadConfiguration, ChecksWithoutStarting) {
   EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
 }
 
-/// What --check says of a file that it takes.
+/// Returns the output of --check for a valid file.
 std::string reportOn(const DaemonHome& home, const std::string& yaml) {
   std::vector<std::string> command = home.command(yaml);
   command.emplace_back("--check");

@@ -33,7 +33,7 @@ bool isInstalled(const char* program) {
   return ::access(("/usr/bin/" + std::string(program)).c_str(), X_OK) == 0;
 }
 
-/// Living processes of a process group.
+/// Returns the number of running processes of a process group.
 int livingIn(pid_t group) {
   int living = 0;
   std::error_code gone;
@@ -50,7 +50,7 @@ int livingIn(pid_t group) {
   return living;
 }
 
-/// The process group of stress-ng, which `parent` has started; 0 as long as there is none.
+/// Returns the process group of stress-ng started by `parent`; 0 while there is none.
 pid_t loadOf(pid_t parent) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
     std::ifstream file(entry.path() / "stat");

@@ -26,7 +26,7 @@ TEST(BenchNoise, ReportsTheNoiseOfARecordingForPeopleAndForPrograms) {
       {HAPTICBENCH_PROGRAM, "noise", room.path().string(), "--windows", "24,64", "--json", report});
   ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
   EXPECT_EQ(finished.errors, "");
-  for (const char* part : {"window px", "standing", "halves", "after 8"})
+  for (const char* part : {"window px", "static", "halves", "after 8"})
     EXPECT_NE(finished.output.find(part), std::string::npos) << part;
 
   const json document = noiseReport(report);
@@ -45,7 +45,7 @@ TEST(BenchNoise, ReportsTheNoiseOfARecordingForPeopleAndForPrograms) {
 TEST(BenchNoise, MeasuresTheSyntheticCamerasSettings) {
   const test::TemporaryFolder folder;
   const std::string report = (folder.path() / "noise.json").string();
-  double standing_raw[2] = {};
+  double static_raw[2] = {};
   for (const int i : {0, 1}) {
     const test::Finished finished =
         test::runToEnd({HAPTICBENCH_PROGRAM, "noise", "--made-up", i == 0 ? "recorded" : "harsh", "--frames",
@@ -53,9 +53,9 @@ TEST(BenchNoise, MeasuresTheSyntheticCamerasSettings) {
     ASSERT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
     const json document = noiseReport(report);
     EXPECT_EQ(document.at("frames"), 16);
-    standing_raw[i] = document.at("windows").at(0).at("standing_raw").at("value").get<double>();
+    static_raw[i] = document.at("windows").at(0).at("standing_raw").at("value").get<double>();
   }
-  EXPECT_LT(standing_raw[0], standing_raw[1]);
+  EXPECT_LT(static_raw[0], static_raw[1]);
 }
 
 TEST(BenchNoise, SaysWhatIsMissing) {

@@ -8,7 +8,7 @@
 
 #include "tests/support/brute_force.h"
 
-/// What haptic-bridge writes down at the far end of the wire.
+/// The log of haptic-bridge at the device's end of the connection.
 namespace hapticd::test {
 
 /// A row of its log, one per tick of the device.
@@ -25,7 +25,7 @@ struct BridgeRow {
   Vector position_m{};
 };
 
-/// The rows that are in the log so far, none before it is begun; a test fails where it is no such log.
+/// The rows that are in the log so far, none before it is begun; a test fails if the file is not such a log.
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log);
 
 double length(const Vector& vector);

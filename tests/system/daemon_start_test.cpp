@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hapticd comes up, beside whatever it finds at the paths of its sockets.
+// hapticd starts, whatever it finds at the paths of its sockets.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ TEST(DaemonStart, WaitsForACameraThatIsNotThere) {
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
-TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
+TEST(DaemonStart, NotifiesTheServiceManagerWhenItIsReadyAndWhenItStops) {
   const DaemonHome home;
   const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},
@@ -87,7 +87,7 @@ TEST(DaemonStart, TellsTheServiceManagerWhenItIsReadyAndWhenItStops) {
   EXPECT_EQ(daemon.wait(), exitedWith(0));
 }
 
-TEST(DaemonStart, TellsTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
+TEST(DaemonStart, NotifiesTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
   const DaemonHome home;
   const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},

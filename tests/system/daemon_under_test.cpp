@@ -71,7 +71,7 @@ bool Daemon::answers() {
                           home_.control({"--json", "status"}).ending == exitedWith(0));
   });
   if (answered && running()) return true;
-  ADD_FAILURE() << "hapticd does not answer; it said: " << errors();
+  ADD_FAILURE() << "hapticd does not respond; its output: " << errors();
   return false;
 }
 

@@ -29,34 +29,34 @@ class DaemonHome {
   const std::filesystem::path& path() const { return folder_.path(); }
   std::string statusSocket() const { return path() / "Status"; }
   std::string controlSocket() const { return path() / "Control"; }
-  /// Of a daemon that is started here; made when it writes something.
+  /// The state folder of a daemon that is started here; it is created when the daemon first writes to it.
   std::filesystem::path stateFolder() const { return path() / "state"; }
   std::filesystem::path traceFolder() const { return stateFolder() / "traces"; }
   /// Writes hapticd.yaml and returns the command that starts hapticd with it on the sockets here; `set`:
   /// further assignments for --set.
   std::vector<std::string> command(const std::string& yaml, const std::vector<std::string>& set = {}) const;
-  /// The names of what is in the folder, sorted.
+  /// Returns the names of the files in the folder, sorted.
   std::vector<std::string> entries() const;
-  /// hapticctl on the control socket.
+  /// Runs hapticctl on the control socket.
   Finished control(std::vector<std::string> arguments) const;
-  /// Lets another user work here.
+  /// Gives the folder to another user.
   void giveTo(uid_t user) const;
 
  private:
   TemporaryFolder folder_;
 };
 
-/// hapticd, running.
+/// A running hapticd.
 class Daemon : public Program {
  public:
   explicit Daemon(const DaemonHome& home, const std::string& yaml = kWallYaml,
                   const std::vector<std::string>& set = {}, const ProgramOptions& options = {});
-  /// `command`: as of DaemonHome::command(), with more behind it.
+  /// `command`: from DaemonHome::command(), with further arguments.
   Daemon(const DaemonHome& home, const std::vector<std::string>& command) : Program(command), home_(home) {}
 
-  /// Waits until it answers on its sockets; if it ends before that, the test fails with what it said.
+  /// Waits until it responds on its sockets; if it ends before that, the test fails with its output.
   bool answers();
-  /// Its whole status; null (and a failed test) when it does not answer.
+  /// Returns its whole status; null (and a failed test) if it does not respond.
   nlohmann::json status();
   /// Polls the status until `condition` holds of it; false, and the last status is shown, when it does not in
   /// time.
@@ -70,9 +70,9 @@ class Daemon : public Program {
     if (!reached || last.is_null()) showFailure(last);
     return reached && !last.is_null();
   }
-  /// True when the force loop goes on: it ticks at least once more.
+  /// Returns true if the force loop ticks at least once more.
   bool ticks();
-  /// SIGTERM, then the end.
+  /// Sends SIGTERM and waits for its end.
   Ending terminate();
 
  private:
@@ -85,7 +85,7 @@ std::vector<std::string> hapticdCommand(std::vector<std::string> arguments);
 std::vector<std::string> hapticctlCommand(std::vector<std::string> arguments);
 std::vector<std::string> hapticReplayCommand(std::vector<std::string> arguments);
 
-/// A field `x`, `y`, `z`; not-a-number where null.
+/// Converts an object with `x`, `y` and `z`; NaN for null.
 Vector vectorOf(const nlohmann::json& object);
 double lengthOf(const nlohmann::json& object);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Asking again for force that is felt.
+// Requesting force that already acts.
 
 #include <gtest/gtest.h>
 

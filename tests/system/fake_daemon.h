@@ -11,18 +11,18 @@
 
 namespace hapticd::test {
 
-/// What a fake daemon says to a call.
+/// The reply of a fake daemon to a call.
 struct FakeAnswer {
-  std::vector<nlohmann::json> replies = {};  ///< parameters; all but the last promise another
-  std::string error = {};                    ///< not empty: this error behind the replies
+  std::vector<nlohmann::json> replies = {};  ///< parameters; all but the last have "continues"
+  std::string error = {};                    ///< not empty: this error follows the replies
   nlohmann::json error_parameters = nlohmann::json::object();
   bool in_turn = false;   ///< each call gets the next reply only, and the last one from then on
-  bool endless = false;   ///< the last reply promises another too
-  bool hangs_up = false;  ///< the connection is closed behind the replies
+  bool endless = false;   ///< the last reply has "continues" too
+  bool hangs_up = false;  ///< the connection is closed after the replies
 };
 
-/// A Varlink service on a real socket that answers what a test tells it to, and MethodNotFound to all else.
-/// It stands for daemons that are hard to come by: starting, faulted, of another version.
+/// A Varlink service on a real socket that replies as a test sets it up, and with MethodNotFound to all else.
+/// It simulates daemons that are hard to obtain: starting, faulted, of another version.
 class FakeDaemon {
  public:
   explicit FakeDaemon(const std::filesystem::path& socket);
@@ -30,13 +30,13 @@ class FakeDaemon {
   FakeDaemon(const FakeDaemon&) = delete;
   FakeDaemon& operator=(const FakeDaemon&) = delete;
 
-  /// An empty method stands for all that have no answer of their own.
+  /// Sets the reply to a method; an empty name stands for all methods without a reply of their own.
   void answer(const std::string& method, FakeAnswer answer);
-  /// One reply.
+  /// Sets a single reply.
   void answer(const std::string& method, const nlohmann::json& parameters);
   void refuse(const std::string& method, const std::string& error, const nlohmann::json& parameters);
 
-  /// The calls so far, each as it came.
+  /// Returns the calls so far, as received.
   std::vector<nlohmann::json> calls() const;
   /// Parameters of the newest call of a method; null when there was none.
   nlohmann::json newestCall(const std::string& method) const;
@@ -48,7 +48,7 @@ class FakeDaemon {
   };
   void serve();
   void accept();
-  /// False when the connection is to be closed.
+  /// Returns false if the connection must be closed.
   bool receive(Client& client);
   bool reply(int socket, const std::string& message);
   FakeAnswer answerTo(const nlohmann::json& call);

@@ -7,16 +7,16 @@
 
 namespace hapticd::test {
 
-/// The status of a box on which all is well, as GetStatus answers it.
+/// Returns the status of a box without problems, as in the reply to GetStatus.
 nlohmann::json goodStatus();
 
-/// The same with `patch` merged into it (RFC 7396).
+/// Returns goodStatus() with `patch` merged into it (RFC 7396).
 nlohmann::json statusWith(const nlohmann::json& patch);
 
-/// Answers to every call of the control API that hapticctl knows, on a box on which all is well.
+/// Sets replies to every call of the control API that hapticctl uses, of a box without problems.
 void answerEverything(FakeDaemon& daemon);
 
-/// A daemon before traces, profiles, events, snapshots and registration.
+/// Sets the replies of a daemon without traces, profiles, events, snapshots and registration.
 void answerAsAnOldDaemon(FakeDaemon& daemon);
 
 /// The replies of GetSnapshot: a wall with a raw disparity everywhere but in the first row, seen by a camera

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The main job: hapticd on a recording that the real libfreenect's player delivers, steered with hapticctl.
+// The main job: hapticd on a recording that the real libfreenect's player delivers, controlled with
+// hapticctl.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +25,7 @@ using test::Finished;
 using test::Vector;
 
 constexpr std::uint16_t kWallRaw = 760;    // 1.003 m
-constexpr double kCoreTolerance_n = 1e-4;  // what is asked of the core
+constexpr double kCoreTolerance_n = 1e-4;  // required of the core
 
 test::ProgramOptions fakenect(const std::filesystem::path& recording) {
   const std::string player = HAPTICD_FAKENECT_FOLDER;
@@ -71,7 +72,7 @@ class FakenectDaemon : public testing::Test {
     return json::parse(finished.output).at("parameters").at(0).at("value");
   }
 
-  /// The law's force of `status` is that of the paper at its HIP, with that stiffness.
+  /// Expects that the law's force in `status` is that of the paper at its HIP, with that stiffness.
   void expectPaperForce(const json& status, double stiffness_n_per_m) const {
     const json& tick = status.at("tick");
     const test::BruteForce expected(points_, test::vectorOf(tick.at("hipMInWorld")),
@@ -168,7 +169,7 @@ TEST_F(FakenectDaemon, ForceComesWithEngageAndGoesWithDisengage) {
   EXPECT_TRUE(daemon_->reaches([](const json& status) {
     return status.at("mode") == "idle" && test::lengthOf(status.at("tick").at("commandForceNInWorld")) == 0;
   }));
-  // The surface is felt, but not commanded any more.
+  // The hand is in contact, but no force is commanded any more.
   expectPaperForce(daemon_->status(), 500);
 }
 

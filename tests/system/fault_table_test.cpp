@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults made up in the real daemon, one after the other without a restart, judged at the far end of a real
-// wire by what haptic-bridge was told to exert. Every command names the tick of the force loop that computed
-// it and when that tick began, so that a late packet or a late row of the log is not taken for a late force:
-// what others do on this machine does not count. Only some of the daemon's ticks arrive; what is claimed of
-// them holds of any choice.
+// Faults injected into the real daemon, one after the other without a restart, judged at the device's end of
+// a real connection by what haptic-bridge was commanded to exert. Every command names the tick of the force
+// loop that computed it and when that tick began, so that a late packet or a late row of the log is not taken
+// for a late force: what others do on this machine does not count. Only some of the daemon's ticks arrive;
+// what is claimed of them holds of any choice.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -29,13 +29,13 @@ constexpr double kPeriod_s = 0.001;
 constexpr double kHandleTimeout_s = 0.08;
 constexpr double kDepthTimeout_s = 0.3;
 constexpr double kDepthRamp_s = 0.2;
-/// A force is felt.
-constexpr double kFelt_n = 0.3;
-/// The bridge's own promise: after that time without a command it exerts nothing.
+/// A force acts.
+constexpr double kActs_n = 0.3;
+/// Guaranteed by the bridge: after that time without a command it exerts nothing.
 constexpr std::int64_t kDeadMan_ns = 20'000'000;
 /// The daemon's start is known from the newest tick of a status, which is that old at most.
 constexpr std::int64_t kStartKnown_ns = 2'000'000;
-/// Six digits of the log.
+/// Rounding of the log to six digits.
 constexpr double kRounding_n = 2e-5;
 
 /// A release takes three ticks, the first of them the one that sees the fault.
@@ -55,7 +55,7 @@ struct Case {
   bool engage_again = false;
 };
 
-/// In the order of the script. A handle that sends nothing while it is wrong is stale at last.
+/// The faults in the order of the script. A handle that sends nothing during its fault becomes stale.
 const std::vector<Case>& cases() {
   static const std::vector<Case> all{
       {"lost_frames", 0.6, "", {}, 0, 0, "goes on"},
@@ -116,8 +116,8 @@ struct Command {
   Vector force_n{};
 };
 
-/// What the force loop commanded, in its order. Where the driver vetoes a command (mode zero) nothing is
-/// known of the loop's.
+/// Returns the commands of the force loop in their order. Where the driver vetoes a command (mode zero)
+/// nothing is known of the loop's.
 std::vector<Command> commandsIn(const std::vector<BridgeRow>& rows) {
   std::vector<Command> commands;
   for (const BridgeRow& row : rows) {
@@ -127,9 +127,9 @@ std::vector<Command> commandsIn(const std::vector<BridgeRow>& rows) {
   return commands;
 }
 
-/// What the device exerts is what it was told to, or less: for each row the bridge has looked at its clock
+/// The device exerts what it was commanded to, or less: for each row the bridge has looked at its clock
 /// once.
-void expectExertedAsTold(const std::vector<BridgeRow>& rows) {
+void expectExertedAsCommanded(const std::vector<BridgeRow>& rows) {
   for (const BridgeRow& row : rows) {
     ASSERT_LE(length(row.commanded_n), kMaxForce_n + kRounding_n) << "tick " << row.force_tick;
     ASSERT_LE(length(row.exerted_n), length(row.commanded_n) + kRounding_n) << "tick " << row.force_tick;
@@ -145,7 +145,7 @@ struct Seen {
 
 class FaultTable : public testing::Test {
  protected:
-  /// With so short a ramp each force that comes back comes at the slew limit.
+  /// The ramp is so short that each force returns at the slew limit.
   std::string yaml() const {
     return fmt::format(
         "camera: {{driver: synthetic}}\nsynthetic: {{scene: plane, noise: off, distance_m: 1}}\n"
@@ -165,7 +165,7 @@ class FaultTable : public testing::Test {
   }
 
   std::vector<std::string> bridgeCommand() const {
-    // without damping of its own the device exerts what it is told to
+    // without damping of its own the device exerts what it is commanded to
     return {HAPTIC_BRIDGE_PROGRAM,
             "--no-damping",
             "--peer",
@@ -184,7 +184,7 @@ class FaultTable : public testing::Test {
 
   std::string log() const { return folder_.path() / "log.csv"; }
 
-  /// Keeps what a status tells of transitions and of the daemon's start.
+  /// Keeps what a status reports of transitions and of the daemon's start.
   void learnFrom(const nlohmann::json& status) {
     for (const nlohmann::json& transition : status.at("loop").at("transitions").at("newest")) {
       transitions_[transition.at("timeNs")] = transition.at("cause");
@@ -198,7 +198,7 @@ class FaultTable : public testing::Test {
     if (status.at("cause") == "handle_replaced") home_.control({"engage"});
   }
 
-  /// Until `uptime_s` and the log has come that far.
+  /// Waits until `uptime_s`, and until the log has reached that time.
   void liveThrough(Daemon& daemon, double uptime_s) {
     while (true) {
       const nlohmann::json status = daemon.status();
@@ -210,7 +210,7 @@ class FaultTable : public testing::Test {
     }
   }
 
-  /// The commands of [from_ns, to_ns).
+  /// Returns the commands of [from_ns, to_ns).
   std::vector<Command> commandsBetween(std::int64_t from_ns, std::int64_t to_ns) const {
     std::vector<Command> some;
     std::ranges::copy_if(commands_, std::back_inserter(some), [&](const Command& command) {
@@ -219,12 +219,12 @@ class FaultTable : public testing::Test {
     return some;
   }
 
-  bool isFeltBetween(std::int64_t from_ns, std::int64_t to_ns) const {
+  bool actsBetween(std::int64_t from_ns, std::int64_t to_ns) const {
     return std::ranges::any_of(commandsBetween(from_ns, to_ns),
-                               [](const Command& command) { return length(command.force_n) > kFelt_n; });
+                               [](const Command& command) { return length(command.force_n) > kActs_n; });
   }
 
-  /// When the fault was seen; nothing where something else came before it.
+  /// Returns when the fault was seen; nothing if another cause preceded it.
   std::optional<std::int64_t> seenAt(const Case& stated, std::int64_t begin_ns, std::int64_t end_ns) const {
     const auto first = transitions_.lower_bound(begin_ns);
     if (first == transitions_.end() || first->first >= end_ns || first->second != stated.cause) return {};
@@ -258,8 +258,8 @@ class FaultTable : public testing::Test {
     }
   }
 
-  /// What was seen of a fault in that round; nothing where the force was away for another reason, or has not
-  /// come back, before or after it. The bounds hold wherever the fault was seen.
+  /// Returns the observations of a fault in that round; nothing if the force was away for another reason, or
+  /// has not come back, before or after it. The bounds hold wherever the fault was seen.
   std::optional<Seen> judge(std::size_t round, std::size_t number) const {
     const Case& stated = cases()[number];
     const std::int64_t begin_ns = start_ns_ + nanoseconds(beginOf(round, number));
@@ -274,11 +274,11 @@ class FaultTable : public testing::Test {
       const auto seen_ns = seenAt(stated, begin_ns, end_ns);
       if (!seen_ns) return {};
       seen.last_force_s = expectZero(stated, begin_ns, *seen_ns, end_ns);
-    } else if (!isFeltBetween(begin_ns, end_ns)) {
+    } else if (!actsBetween(begin_ns, end_ns)) {
       return {};
     }
-    const bool felt = isFeltBetween(begin_ns - nanoseconds(0.3), begin_ns) && isFeltBetween(end_ns, next_ns);
-    return felt ? std::optional(seen) : std::nullopt;
+    const bool acts = actsBetween(begin_ns - nanoseconds(0.3), begin_ns) && actsBetween(end_ns, next_ns);
+    return acts ? std::optional(seen) : std::nullopt;
   }
 
   /// The last force until the box recovers, s since the fault began; it is within the bounds.
@@ -318,7 +318,7 @@ const char* returns(const Case& stated) {
   return stated.engage_again ? "on request" : "by itself";
 }
 
-/// What tools/figures puts into docs/faults.md.
+/// Writes the table that tools/figures inserts into docs/faults.md.
 void writeTable(const std::vector<Seen>& all) {
   std::ofstream table(HAPTICD_FAULT_TABLE);
   table << "| fault | mode it leads to | stated: zero within | last force | largest force | force returns |\n"
@@ -374,7 +374,7 @@ TEST_F(FaultTable, HoldsAtTheDeviceForEveryFaultThatCanBeMadeUp) {
        ++round) {
     ASSERT_NO_FATAL_FAILURE(liveThrough(daemon, beginOf(round + 1, 0)));
     const std::vector<BridgeRow> rows = bridgeRows(log());
-    expectExertedAsTold(rows);
+    expectExertedAsCommanded(rows);
     commands_ = commandsIn(rows);
     expectSlewLimited();
     for (std::size_t i = 0; i < cases().size(); ++i) {
@@ -417,11 +417,11 @@ TEST_F(FaultTable, TheForceGoesOnWhileNobodyTakesTheTicks) {
     learnFrom(status);
     engageIfReplaced(status);
     const std::vector<Command> commands = commandsIn(bridgeRows(log()));
-    return !commands.empty() && commands.back().tick > tick && length(commands.back().force_n) > kFelt_n;
-  })) << "felt";
+    return !commands.empty() && commands.back().tick > tick && length(commands.back().force_n) > kActs_n;
+  })) << "a force acts";
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
   const std::vector<BridgeRow> rows = bridgeRows(log());
-  expectExertedAsTold(rows);
+  expectExertedAsCommanded(rows);
   commands_ = commandsIn(rows);
   expectSlewLimited();
 }

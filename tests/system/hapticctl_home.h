@@ -24,7 +24,7 @@ class HapticctlHome {
   Finished run(const std::vector<std::string>& arguments, const ProgramOptions& options = {}) const {
     return runToEnd(command(arguments), options);
   }
-  /// With these bytes on stdin.
+  /// Runs hapticctl with these bytes on stdin.
   Finished runWithInput(const std::string& input, const std::vector<std::string>& arguments) const {
     const std::string file = folder_.write("input", input);
     std::vector<std::string> line{"/bin/sh", "-c", "exec \"$@\" < '" + file + "'", "sh"};

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens to hapticctl's output where it cannot be written: every command, on a disk that is full.
+// The output of hapticctl: every command on a full disk, and the width of its help.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,7 @@ using Words = std::vector<std::string>;
 
 const std::string kFull = "hapticctl: cannot write to standard output: No space left on device\n";
 
-/// What each command needs to print something; FOLDER stands for the test's folder.
+/// The arguments that each command needs to print something; FOLDER stands for the test's folder.
 const std::map<std::string, Words> kArguments{{"status", {"--all"}},
                                               {"watch", {"--count", "2", "--interval", "20"}},
                                               {"events", {}},
@@ -63,7 +64,7 @@ class HapticctlOutput : public testing::Test {
     home.folder().write("token", std::string(32, 'a') + "\n");
   }
 
-  /// With standard output there.
+  /// Runs hapticctl with its standard output redirected to `output`.
   Finished runInto(const std::string& output, const Words& arguments) const {
     Words line{"/bin/sh", "-c", "exec \"$@\" >" + output, "sh"};
     for (std::string word : home.command(arguments)) {
@@ -88,7 +89,7 @@ class HapticctlOutput : public testing::Test {
     return names;
   }
 
-  /// All that do something by themselves.
+  /// Returns all commands except groups.
   std::vector<Words> commands() const {
     std::vector<Words> all;
     for (const std::string& name : subcommandsOf({})) {
@@ -124,6 +125,17 @@ TEST_F(HapticctlOutput, EveryCommandFailsWithTheReasonWhereItsOutputIsLost) {
     help.push_back("--help");
     EXPECT_EQ(runInto("/dev/full", help).errors, kFull) << name;
   }
+}
+
+TEST_F(HapticctlOutput, EveryHelpFitsATerminalOf80Columns) {
+  std::vector<Words> all = commands();
+  all.insert(all.end(), {{}, {"trace"}});
+  for (Words command : all) {
+    command.push_back("--help");
+    std::istringstream help(home.run(command).output);
+    for (std::string line; std::getline(help, line);) EXPECT_LE(line.size(), 80U) << line;
+  }
+  EXPECT_TRUE(has(home.run({"events", "--help"}).output, "of these kinds: mode, camera, handle,"));
 }
 
 TEST_F(HapticctlOutput, AReaderThatHasSeenEnoughIsNoError) {

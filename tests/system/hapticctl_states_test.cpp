@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every command of hapticctl against daemons in every state: what it says and what it exits with.
+// Every command of hapticctl against daemons in every state: its output and exit status.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@ const std::string kPairs =
     "name,camera_x_m,camera_y_m,camera_z_m,world_x_m,world_y_m,world_z_m\n"
     "a,0,0,-1,0,0,-1\nb,0.3,0,-1,0.3,0,-1\nc,0,0.3,-1,0,0.3,-1\n";
 
-/// Every command that speaks to the daemon; PAIRS stands for a file with point pairs.
+/// Every command that calls the daemon; PAIRS stands for a file with point pairs.
 const std::vector<Command> kCommands{{"status"},
                                      {"status", "--all"},
                                      {"watch", "--count", "1"},
@@ -60,7 +60,7 @@ const std::vector<Command> kCommands{{"status"},
                                      {"register", "--show"},
                                      {"register", "--reset"}};
 
-/// Those that work without a daemon, on the machine or on files.
+/// Commands that work without a daemon, on the machine or on files.
 const std::set<std::string> kWithoutDaemon{"completion",   "doctor",        "help",       "trace info",
                                            "trace export", "trace recover", "trace plot", "view"};
 
@@ -70,13 +70,13 @@ std::string textOf(const Command& command) {
   return text;
 }
 
-/// What a command does in a state.
+/// The expected result of a command in a state.
 struct Expected {
   int code = kDone;
   std::string says = {};  ///< part of what it prints on stderr where it fails, else on stdout
 };
 
-/// By the command's text, or its first word.
+/// Results that differ from the usual one, by the command's text or its first word.
 using Exceptions = std::vector<std::pair<std::string, Expected>>;
 
 Expected expectedOf(const std::string& command, const Expected& usual, const Exceptions& exceptions) {

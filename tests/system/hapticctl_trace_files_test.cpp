@@ -24,7 +24,7 @@ class HapticctlTraceFiles : public testing::Test {
   HapticctlTraceFiles() { writeTrace(trace, madeUpRecords(2, kTicks / 2), kTicks / 2); }
 
   std::string file(const std::string& name) const { return (home.path() / name).string(); }
-  /// Without the end that closing writes, and half a chunk too.
+  /// Truncates the trace: without the end that closing writes, and within a chunk.
   void cutOff() const { fs::resize_file(trace, fs::file_size(trace) * 6 / 10); }
 
   HapticctlHome home;

@@ -25,7 +25,7 @@ class HapticctlWatch : public testing::Test {
  protected:
   HapticctlWatch() : daemon(std::make_unique<FakeDaemon>(home.socket())) { answerEverything(*daemon); }
 
-  /// The daemon ends, and another one takes its place, with that in its status.
+  /// Ends the daemon and starts another one, with `patch` in its status.
   void restart(const json& patch, const std::function<void(FakeDaemon&)>& prepare = {}) {
     daemon.reset();
     std::filesystem::remove(home.socket());

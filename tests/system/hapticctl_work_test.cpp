@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands of hapticctl send, print and write, against a fake daemon.
+// The calls, output and files of hapticctl's commands, against a fake daemon.
 #include <gtest/gtest.h>
 #include <signal.h>
 

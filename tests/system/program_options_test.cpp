@@ -17,7 +17,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// A program and what it exits with on wrong usage.
+/// A program and its exit status for wrong usage.
 struct Subject {
   const char* name;
   const char* path;
@@ -30,11 +30,11 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"haptic-soak", HAPTIC_SOAK_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
-/// What else options take, by the word that help shows; all of it is text.
+/// The words in help that stand for values other than numbers: text.
 const std::set<std::string> kTexts{
     "ADDRESS:PORT", "AGE",      "CHANNEL", "CMD",    "CSV",      "DIR_OR_PGM", "FIELD ...",
     "FILE",         "FILE ...", "FOLDER",  "FORMAT", "KIND ...", "LABEL",      "NAME=VALUE ...",
-    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...", "TIME",       "i/n"};
+    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...", "TIME",       "K/N"};
 
 struct Option {
   std::string name;
@@ -142,7 +142,7 @@ TEST(ProgramOptions, TheDaemonTakesTheStandardConfigurationAndSaysSo) {
   }
 }
 
-/// With standard output there.
+/// Runs a command with its standard output redirected to `output`.
 Finished runInto(const char* output, const Words& command) {
   Words line{"/bin/sh", "-c", std::string("exec \"$@\" > ") + output, "sh"};
   line.insert(line.end(), command.begin(), command.end());

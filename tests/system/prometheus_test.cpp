@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Boxes watched by a real Prometheus, and the alerts that are shipped for it.
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "tests/support/unused_port.h"
 #include "tests/system/daemon_under_test.h"
 
 namespace hapticd::test {
@@ -20,19 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPromtool = "/usr/bin/promtool";
 constexpr const char* kPrometheus = "/usr/bin/prometheus";
-
-/// A TCP port of the loopback address that nobody listens on, 0 if there is none.
-int unusedPort() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  const bool bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0 &&
-                     ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-  ::close(socket);
-  return bound ? ntohs(address.sin_port) : 0;
-}
 
 void write(const fs::path& path, const std::string& text) {
   std::ofstream(path) << text;
@@ -53,7 +37,7 @@ class PrometheusTest : public testing::Test {
                       HAPTICD_ALERTS, metrics_port_));
   }
 
-  /// What a query gives, as promtool prints it.
+  /// Returns the result of a query, as promtool prints it.
   std::string query(const std::string& expression) const {
     return runToEnd(
                {kPromtool, "query", "instant", fmt::format("http://127.0.0.1:{}", web_port_), expression})

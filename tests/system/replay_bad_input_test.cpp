@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// haptic-replay on input that is wrong: the exit status of its --help, a message that says what and where,
-// and no output file.
+// haptic-replay on wrong input: the exit status listed in its --help, a message with the problem and its
+// place, and no output file.
 
 #include <gtest/gtest.h>
 
@@ -30,8 +30,8 @@ class ReplayBadInput : public testing::Test {
   std::string path(const std::string& name) const { return folder_.path() / name; }
   void write(const std::string& name, const std::string& content) const { folder_.write(name, content); }
 
-  /// haptic-replay with good input but for what the test has broken. An option that is given again here
-  /// replaces the good one.
+  /// Runs haptic-replay with good input except for what the test has changed. An option that is given again
+  /// here replaces the good one.
   Finished replay(const std::vector<std::string>& changed = {}, const test::ProgramOptions& options = {}) {
     std::vector<std::string> arguments{"--config=" + path("config.yaml"), "--hip=" + path("hip.csv"),
                                        "--depth=" + path("wall.pgm"), "--out=" + path("out.csv")};
@@ -141,6 +141,32 @@ TEST_F(ReplayBadInput, AnUnknownStageIsAUsageError) {
 TEST_F(ReplayBadInput, AMissingOptionIsAUsageError) {
   const Finished finished = test::runToEnd(test::hapticReplayCommand({"--config=" + path("config.yaml")}));
   expectRefused(finished, kUsage, "--depth");
+}
+
+TEST_F(ReplayBadInput, AFolderWithoutTracesIsRefused) {
+  const auto replayFolder = [this](const std::string& folder) {
+    return test::runToEnd(test::hapticReplayCommand({"--traces", path(folder)}));
+  };
+  std::filesystem::create_directory(path("empty"));
+  expectRefused(replayFolder("empty"), kNoInput, "empty: holds no finished trace (*.mcap)");
+  expectRefused(replayFolder("nowhere"), kNoInput, "nowhere: cannot be read: No such file or directory");
+}
+
+TEST_F(ReplayBadInput, PartsAreOfAFolderOfTracesOnly) {
+  const auto refused = [this](const std::vector<std::string>& arguments, const std::string& message) {
+    expectRefused(test::runToEnd(test::hapticReplayCommand(arguments)), kUsage, message);
+  };
+  refused({"--part=1/2", "--json=" + path("part.json")}, "--part requires --traces");
+  refused({"--traces=" + path(""), "--part=1/2"}, "--part requires --json");
+  refused({"--traces=" + path(""), "--part=3/2", "--json=" + path("part.json")}, "K in 1..N");
+  refused({"--join=part.json", "--traces=" + path("")}, "--join excludes --traces");
+  refused({"--trace=a.mcap", "--json=" + path("all.json")}, "--json: is only for --traces and --join");
+}
+
+TEST_F(ReplayBadInput, APartThatIsNoneIsRefusedWithItsName) {
+  write("part.json", "{}");
+  const Finished joined = test::runToEnd(test::hapticReplayCommand({"--join", path("part.json")}));
+  expectRefused(joined, kBadData, "part.json: is no part of haptic-replay");
 }
 
 TEST_F(ReplayBadInput, ABadConfigurationIsRefusedWithLineAndRange) {

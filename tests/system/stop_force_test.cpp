@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The force at the end of the box: no process shows it, so the wired box itself is looked at.
+// The force when the box stops: no process shows it, so the RunningBox itself is tested.
 
 #include <gtest/gtest.h>
 

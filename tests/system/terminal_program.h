@@ -22,12 +22,12 @@ class TerminalProgram {
 
   /// Waits until it has printed that; false when it does not in time.
   bool prints(const std::string& text);
-  /// The terminal's size changes, of which the program is told by SIGWINCH.
+  /// Changes the terminal's size, of which SIGWINCH notifies the program.
   void resize(int rows, int columns);
-  /// A key, such as Ctrl-C ('\3').
+  /// Presses a key, such as Ctrl-C ('\3').
   void press(char key);
   void signal(int number);
-  /// The terminal goes away, as when a connection breaks.
+  /// Closes the terminal, as when a connection breaks.
   void hangUp();
   /// Waits for its end.
   Ending wait();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hapticd killed while it writes a trace, and what the next start makes of it.
+// hapticd is killed while it writes a trace, and the next start recovers the trace.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,7 +27,7 @@ using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
 
-/// What a readable trace holds.
+/// The content of a readable trace.
 struct Content {
   std::uint64_t ticks = 0;
   std::uint64_t missing = 0;  ///< between the first and the last one, without those that the loop has counted
@@ -54,15 +54,15 @@ Content contentOf(const fs::path& trace) {
   return content;
 }
 
-/// A trace, what its writer last said of it, and when that was killed (CLOCK_MONOTONIC).
+/// A trace, its last status from its writer, and when the writer was killed (CLOCK_MONOTONIC).
 struct Killed {
   std::filesystem::path trace;
-  std::uint64_t ticks = 0;  ///< in whole chunks and in the open one
-  std::uint64_t bytes = 0;  ///< of whole chunks
+  std::uint64_t ticks = 0;  ///< in complete chunks and in the open one
+  std::uint64_t bytes = 0;  ///< of complete chunks
   std::int64_t time_ns = 0;
 };
 
-/// A daemon that writes a trace until it is killed, and again.
+/// A daemon that writes a trace until it is killed, repeatedly.
 class Writer {
  public:
   void start() {
@@ -112,7 +112,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
     for (Writer& writer : writers) ASSERT_TRUE(writer.writes());
     std::ranges::shuffle(order, random);
     for (Writer* const writer : order) {
-      // the moment is the test's input, nothing is waited for
+      // the moment of the kill is an input of the test, so this does not wait for a condition
       std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms(random)));
       killed.push_back(writer->kill());
     }
@@ -122,7 +122,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   std::vector<std::int64_t> losses_ns;
   int empty = 0;
   for (const Killed& kill : killed) {
-    if (!fs::exists(kill.trace)) {  // no chunk was whole yet
+    if (!fs::exists(kill.trace)) {  // no chunk was complete yet
       EXPECT_LE(kill.ticks, kChunkTicks) << kill.trace;
       ++empty;
       continue;
@@ -138,7 +138,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   ASSERT_FALSE(losses_ns.empty());
   std::ranges::sort(losses_ns);
   const std::int64_t longest_loss_ns = losses_ns.back();
-  // not all: a disk that stalls keeps a whole chunk from being one
+  // not all: a stalling disk delays the completion of a chunk
   EXPECT_LT(losses_ns[losses_ns.size() / 2], kMostLost_ns);
   RecordProperty("longest_loss_ms", static_cast<int>(longest_loss_ns / 1'000'000));
   std::printf("longest loss %.3f s, %d of %d killed without a whole chunk\n",

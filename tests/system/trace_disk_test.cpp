@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces on a disk that is full, a folder that may not be written, and one that goes away: the force goes on.
+// Traces on a full disk, in a folder that cannot be written, and in one that vanishes: the force continues.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -34,7 +34,7 @@ bool writes(const json& status) {
   return status.at("trace").at("state") == "writing" && status.at("trace").at("ticks") > 0;
 }
 
-/// The hand feels the wall, and no tick was late to be felt.
+/// The hand is in contact with the wall, and no tick was noticeably late.
 void expectForceGoesOn(Daemon& daemon) {
   EXPECT_TRUE(daemon.ticks());
   EXPECT_TRUE(daemon.reaches([](const json& status) {
@@ -70,7 +70,7 @@ std::vector<drivers::TraceEntry> tracesIn(const fs::path& folder) {
   return traces ? std::move(*traces) : std::vector<drivers::TraceEntry>();
 }
 
-/// Of all traces of a folder, none of which may be empty.
+/// Returns the ticks in all traces of a folder, none of which may be empty.
 Ticks ticksIn(const fs::path& folder) {
   Ticks ticks;
   for (const drivers::TraceEntry& entry : tracesIn(folder)) {
@@ -95,7 +95,7 @@ bool holdsTicks(const fs::path& part) {
   return any;
 }
 
-/// To its last byte.
+/// Fills the disk to its last byte.
 void fillTheDisk(const fs::path& file) {
   std::ofstream stream(file, std::ios::binary);
   const std::string block(4096, 'x');

@@ -49,7 +49,7 @@ std::uint64_t countOf(const std::string& output, const std::string& what) {
 
 constexpr std::uint64_t kContactTicks = 400;
 
-/// Logs until so many frames of depth have been recorded and the hand has felt something for kContactTicks,
+/// Logs until so many frames of depth have been recorded and the hand has been in contact for kContactTicks,
 /// with changes of parameters in between; the trace.
 fs::path loggedSession(const DaemonHome& home, Daemon& daemon, std::uint64_t frames) {
   EXPECT_TRUE(daemon.answers());
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, TraceReplay,
                                          Setting{"automatic", {"force.law=auto"}}),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-/// All that a trace holds, to be written anew with changes.
+/// All that a trace holds, to be rewritten with changes.
 struct Session {
   drivers::TraceOptions options;
   std::vector<rt::Tick> ticks;
@@ -150,7 +150,7 @@ void writeSession(const fs::path& trace, const Session& content) {
   ASSERT_TRUE((*writer)->close());
 }
 
-/// Takes frames out of a trace, by their places.
+/// Removes frames from a trace, by their positions.
 void loseFrames(Session& content, std::size_t first, std::size_t count) {
   const auto begin = content.depth.begin() + static_cast<std::ptrdiff_t>(first);
   content.depth.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
@@ -161,7 +161,7 @@ TEST(TraceReplayOfAnotherScene, FindsTheDifference) {
   Daemon daemon(home, kSceneYaml);
   Session content = recordsIn(loggedSession(home, daemon, 40));
   ASSERT_GE(content.depth.size(), 40U);
-  // Whatever the hand felt is not there any more: a wall, out of its reach.
+  // The hand can no longer touch anything: a wall, out of its reach.
   const std::vector<std::uint16_t> wall(test::kImagePixels, 1000);
   drivers::DepthEncoder encoder;
   for (drivers::DepthRecord& record : content.depth) {
@@ -215,7 +215,7 @@ TEST_F(TraceReplayOverAGap, ComputesAllUpToItAndSaysWhatIsLeftOut) {
 TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
   Session content = session({"force.law=surface", "filter.temporal_frames=8", "surface.fusion_frames=8"});
   ASSERT_FALSE(content.snapshots.empty());
-  // What follows on a gap: filter and fusion begin anew, and a snapshot follows, as at the begin of a trace.
+  // What follows on a gap: filter and fusion restart, and a snapshot follows, as at the beginning of a trace.
   EXPECT_TRUE(daemon_->reaches([](const json& status) { return status.at("mode") == "engaged"; }));
   const Session later = recordsIn(loggedSession(home_, *daemon_, 30));
   ASSERT_FALSE(later.snapshots.empty());
@@ -251,9 +251,10 @@ TEST_F(TraceReplayOverAGap, LeavesOutWhatDependsOnLostModelsAndParameters) {
   const Finished replay = replayOf(content);
   EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
   EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
-  const bool felt =
+  const bool in_contact =
       std::ranges::any_of(content.ticks, [&](const rt::Tick& t) { return t.scene_model == model; });
-  EXPECT_EQ(countOf(replay.output, " ticks: their scene is not in the trace") > 0, felt) << replay.output;
+  EXPECT_EQ(countOf(replay.output, " ticks: their scene is not in the trace") > 0, in_contact)
+      << replay.output;
   EXPECT_GT(countOf(replay.output, " ticks: their parameters are not in the trace"), 0U) << replay.output;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon and haptic-bridge over the loopback network: what is exerted is looked at in the bridge's own
-// log, at the far end of the wire.
+// The daemon and haptic-bridge over the loopback network: the exerted force is taken from the bridge's
+// own log, at the device's end of the connection.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -18,7 +18,7 @@
 namespace hapticd::test {
 namespace {
 
-/// What the bridge promises of its own: after that time without a command it exerts nothing.
+/// Guaranteed by the bridge: after that time without a command it exerts nothing.
 constexpr std::int64_t kDeadManNs = 20'000'000;
 constexpr double kFelt_n = 0.5;
 
@@ -90,9 +90,9 @@ class UdpBridge : public testing::Test {
     return becomesTrue([&] { return condition(bridgeRows(log())); }, std::chrono::milliseconds(50));
   }
 
-  /// Lets a force be felt, ends the daemon's commands by `signal`, and looks at what the bridge makes of it.
-  /// True where a force was wanted to the end; the driver may just have vetoed it.
-  bool letsGoAfter(int signal) {
+  /// Waits for a force, ends the daemon's commands by `signal`, and checks what the bridge then exerts.
+  /// True where a force was requested to the end; the driver may just have vetoed it.
+  bool releasesAfter(int signal) {
     Program bridge(bridgeCommand());
     Daemon daemon(home_, udpYaml(key_));
     if (!daemon.answers() || !forceIsFelt(daemon)) return false;
@@ -141,15 +141,15 @@ TEST_F(UdpBridge, CarriesTheForceOverACleanNetworkWithoutLosingAPacket) {
 constexpr int kTries = 5;
 
 TEST_F(UdpBridge, LetsGoWhenTheDaemonIsKilled) {
-  bool wanted = false;
-  for (int i = 0; i < kTries && !wanted; ++i) wanted = letsGoAfter(SIGKILL);
-  EXPECT_TRUE(wanted) << "nobody said goodbye";
+  bool requested = false;
+  for (int i = 0; i < kTries && !requested; ++i) requested = releasesAfter(SIGKILL);
+  EXPECT_TRUE(requested) << "nobody said goodbye";
 }
 
 TEST_F(UdpBridge, LetsGoWhenTheDaemonStandsStill) {
-  bool wanted = false;
-  for (int i = 0; i < kTries && !wanted; ++i) wanted = letsGoAfter(SIGSTOP);
-  EXPECT_TRUE(wanted) << "nobody said goodbye";
+  bool requested = false;
+  for (int i = 0; i < kTries && !requested; ++i) requested = releasesAfter(SIGSTOP);
+  EXPECT_TRUE(requested) << "nobody said goodbye";
 }
 
 TEST_F(UdpBridge, IsToldToLetGoWhenTheDaemonStops) {
@@ -184,8 +184,8 @@ TEST_F(UdpBridge, NamesEachAccidentOfABadNetworkAndGoesOn) {
   EXPECT_TRUE(daemon.ticks());
 }
 
-/// Energy that the box gives to the hand within 6 s over 5 ms of delay each way, with losses and overtaking,
-/// mJ.
+/// Energy that the box gives to the hand within 6 s over 5 ms of delay in each direction, with losses and
+/// reordering, mJ.
 double energyOverABadNetwork(const DaemonHome& home, const std::string& yaml,
                              const std::vector<std::string>& set, std::vector<std::string> bridge_command) {
   Daemon daemon(home, yaml, set);

@@ -13,7 +13,7 @@ using test::Daemon;
 using test::DaemonHome;
 
 /// The user to run as, who may neither use real-time scheduling nor lock memory: `nobody` for root, else
-/// whoever runs the tests.
+/// the user who runs the tests.
 test::ProgramOptions ordinaryUser(const DaemonHome& home) {
   if (::geteuid() != 0) return {};
   constexpr uid_t kNobody = 65534;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever comes over its sockets, the running daemon ticks on and answers the next client.
+// Whatever arrives at its sockets, the running daemon continues to tick and replies to the next client.
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -19,7 +19,7 @@ using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
 
-/// A client that knows nothing of the protocol but bytes.
+/// A client that sends and receives bytes, without knowledge of the protocol.
 class Client {
  public:
   explicit Client(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -29,7 +29,7 @@ class Client {
     EXPECT_EQ(::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
 
-  /// Until all is sent or the daemon has closed the connection.
+  /// Sends all bytes, unless the daemon closes the connection.
   void send(std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t count = ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
@@ -38,7 +38,8 @@ class Client {
     }
   }
 
-  /// What comes until a NUL, the end of the connection, or so long that only a failure waits.
+  /// Returns what arrives until a NUL, the end of the connection, or a time limit that only a failure
+  /// reaches.
   std::string reply() {
     std::string text;
     pollfd descriptor{socket_.get(), POLLIN, 0};
@@ -150,8 +151,8 @@ TEST_F(VarlinkGarbage, AClientFromBeforeIsServedBesideFortyConnections) {
 }
 
 TEST_F(VarlinkGarbage, AClientThatAsksAndNeverReadsHoldsNobodyUp) {
-  Client deaf(home_.controlSocket());
-  for (int i = 0; i < 200; ++i) deaf.send(kGetStatus);
+  Client silent(home_.controlSocket());
+  for (int i = 0; i < 200; ++i) silent.send(kGetStatus);
   EXPECT_TRUE(daemon_.ticks());
 }
 

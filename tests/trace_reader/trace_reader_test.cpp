@@ -30,7 +30,7 @@ using Json = nlohmann::json;
 constexpr std::size_t kTicksPerChunk = 20;
 constexpr std::int64_t kRealtimeOffset_ns = 1'700'000'000'123'456'789;
 
-/// What read_trace.mjs says of a file.
+/// The output of read_trace.mjs for a file.
 struct Read {
   Finished finished;
   std::map<std::string, std::map<std::string, std::vector<Json>>> messages;  ///< by reader and topic
@@ -62,13 +62,13 @@ std::string text(std::int64_t value) {
   return std::to_string(value);
 }
 
-/// The same bits, but for those of a NaN.
+/// Whether the bits are equal; all NaN are equal.
 bool isNumber(const Json& json, double value) {
   const double read = std::strtod(json.get<std::string>().c_str(), nullptr);
   return std::isnan(value) ? std::isnan(read) : std::memcmp(&read, &value, sizeof read) == 0;
 }
 
-/// Compares the members of one message; what is not compared is told by end().
+/// Compares the members of one message; end() reports what was not compared.
 class Members {
  public:
   explicit Members(const Json& message) : message_(message) {}

@@ -7,8 +7,8 @@
 
 namespace hapticd::tools {
 
-/// `force_n` cut to a length of at most `most_n`: the last limit before a person, so that whatever is not a
-/// number, or endless, in the force or in the limit gives no force.
+/// `force_n` cut to a length of at most `most_n`: the last limit before a person, so that a force or
+/// limit that is not a number or infinite gives no force.
 /// RT: safe.
 inline rt::Vec3 boundedForce(const rt::Vec3& force_n, double most_n) {
   const double length_n = norm(force_n);

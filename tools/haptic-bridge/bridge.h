@@ -14,7 +14,7 @@
 #include "drivers/handle/udp/udp_socket.h"
 #include "tools/haptic-bridge/device.h"
 #include "tools/haptic-bridge/device_log.h"
-#include "tools/haptic-bridge/impaired_way.h"
+#include "tools/haptic-bridge/impaired_link.h"
 
 namespace hapticd::tools {
 
@@ -22,28 +22,29 @@ struct BridgeOptions {
   config::Ipv4Endpoint peer;   ///< hapticd
   config::Ipv4Endpoint local;  ///< zero: any
   std::vector<std::byte> key;  ///< empty: packets are not authenticated
-  double max_force_n = 10;     ///< what the device bears; more is cut to that length
+  double max_force_n = 10;     ///< largest force of the device; longer forces are shortened to it
   bool damps = true;           ///< damp contact here, if hapticd offers it and the device measures velocity
-  double max_damping_n_s_per_m = 20;  ///< what the device can bring in without noise; more is cut to that
-  double mute_after_s = 0;            ///< from then on no states are sent; 0: never
+  double max_damping_n_s_per_m =
+      20;                   ///< largest damping that the device renders without noise; more is clamped
+  double mute_after_s = 0;  ///< from then on no states are sent; 0: never
   Impairments impairments;
 };
 
-/// What has happened so far.
+/// Statistics of a bridge since its start.
 struct BridgeSummary {
   std::uint64_t ticks = 0;
-  std::uint64_t skipped_ticks = 0;   ///< the bridge woke too late for them
-  std::uint64_t active_ticks = 0;    ///< with a force
-  std::uint64_t dead_man_ticks = 0;  ///< exerted less than commanded, because the command was old
-  double most_force_n = 0;           ///< exerted
+  std::uint64_t skipped_ticks = 0;   ///< ticks that the bridge missed because it woke too late
+  std::uint64_t active_ticks = 0;    ///< ticks with a force
+  std::uint64_t dead_man_ticks = 0;  ///< ticks with less force than commanded, because the command was stale
+  double most_force_n = 0;           ///< largest force exerted
   double energy_j = 0;               ///< given to the hand (above zero) or taken from it
   drivers::LinkStatus link;
   std::string last_refusal;
 };
 
-/// Stands between a device and hapticd: sends what the device measures and has it exert what hapticd
-/// commands, 1000 times a second, as drivers/handle/udp/protocol.md says. Nothing is exerted without a valid
-/// command of the last 20 ms. Thread: one.
+/// Connects a device to hapticd: sends what the device measures and has it exert what hapticd
+/// commands, 1000 times a second, as defined in drivers/handle/udp/protocol.md. Nothing is exerted without a
+/// valid command of the last 20 ms. Thread: one.
 class Bridge {
  public:
   static constexpr std::int64_t kTickNs = 1'000'000;
@@ -75,8 +76,8 @@ class Bridge {
   Device& device_;
   DeviceLog* log_;
   drivers::udp::Conversation conversation_;
-  ImpairedWay out_;
-  ImpairedWay in_;
+  ImpairedLink out_;
+  ImpairedLink in_;
   std::optional<drivers::udp::CommandPacket> command_;  // the newest valid one
   std::int64_t command_ns_ = 0;                         // when it arrived
   std::int64_t began_ns_ = 0;

@@ -7,8 +7,9 @@
 
 namespace hapticd::tools {
 
-/// `force_n` with damping against `velocity_m_per_s` along it, as section 7 of drivers/handle/udp/protocol.md
-/// says: never turned round, and nothing without a force. `damping_n_s_per_m`: >= 0. RT: safe.
+/// Returns `force_n` with damping against the velocity along it, as in section 7 of
+/// drivers/handle/udp/protocol.md: the force is never reversed, and zero stays zero. `damping_n_s_per_m`: >=
+/// 0. RT: safe.
 inline rt::Vec3 dampedForce(const rt::Vec3& force_n, const rt::Vec3& velocity_m_per_s,
                             double damping_n_s_per_m) {
   const double length_n = norm(force_n);

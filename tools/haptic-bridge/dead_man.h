@@ -8,8 +8,8 @@ namespace hapticd::tools {
 inline constexpr std::int64_t kDeadManNs = 20'000'000;
 
 /// The share of the commanded force that may be exerted when the newest valid command arrived `age_ns` ago:
-/// all of it for 10 ms, none after 20 ms, and in between ever less, so that a network that stalls is felt as
-/// something that goes away and not as a blow.
+/// all of it for 10 ms, none after 20 ms, and a falling share in between, so that the
+/// force fades when a network stalls.
 /// RT: safe.
 constexpr double deadManShare(std::int64_t age_ns) {
   constexpr std::int64_t kFullNs = kDeadManNs / 2;

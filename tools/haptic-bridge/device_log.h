@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// What happened at the far end of the wire in one tick of the device.
+/// One tick of the device, with the command that it received.
 struct DeviceTick {
   std::int64_t time_ns = 0;            ///< CLOCK_MONOTONIC
   std::uint64_t command_sequence = 0;  ///< of the newest valid command; 0: none yet

@@ -100,14 +100,14 @@ void addImpairments(CLI::App& app, Impairments& impairments) {
   const auto addShare = [&app](const char* name, double& share, const char* what) {
     app.add_option(name, share, what)->type_name("SHARE")->check(within(0.0, 1.0));
   };
-  app.add_option("--delay-ms", impairments.delay_ms, "each packet comes that much later, each way (0)")
+  app.add_option("--delay-ms", impairments.delay_ms, "delay of each packet, in each direction (0)")
       ->type_name("MS")
       ->check(within(0.0, 1000.0));
-  addShare("--loss", impairments.loss, "share of packets that are lost, each way (0)");
-  addShare("--duplicate", impairments.duplicate, "share of packets that come twice, each way (0)");
-  addShare("--reorder", impairments.reorder, "share of packets that others overtake, each way (0)");
-  addShare("--corrupt", impairments.corrupt, "share of packets with a wrong bit, each way (0)");
-  app.add_option("--seed", impairments.seed, "of these accidents (1)")
+  addShare("--loss", impairments.loss, "share of packets that are lost, in each direction (0)");
+  addShare("--duplicate", impairments.duplicate, "share of packets that arrive twice, in each direction (0)");
+  addShare("--reorder", impairments.reorder, "share of packets overtaken by others, in each direction (0)");
+  addShare("--corrupt", impairments.corrupt, "share of packets with a wrong bit, in each direction (0)");
+  app.add_option("--seed", impairments.seed, "of these impairments (1)")
       ->type_name("N")
       ->check(within(std::uint64_t{0}, std::numeric_limits<std::uint64_t>::max()));
 }
@@ -137,10 +137,10 @@ void addHand(CLI::App& app, Options& options) {
 
 int run(int argc, char** argv) {
   CLI::App app{
-      "haptic-bridge: stands between a haptic device and a hapticd with `handle.driver: udp` on another\n"
+      "haptic-bridge: connects a haptic device to a hapticd with `handle.driver: udp` on another\n"
       "computer. The device here is a simulated hand that moves forward until it feels the press force,\n"
       "strokes, and goes back; for another device write the two functions of tools/haptic-bridge/device.h.\n"
-      "At the end it prints how the packets fared: run it for a minute to measure a network."};
+      "At the end it prints statistics of the packets: run it for a minute to measure a network."};
   app.footer(
       "Ctrl-C ends it, with the table. Without --duration it runs until then.\n"
       "Exit status: 0 done, 64 usage, 66 no key, 69 the local address cannot be used, 73 no log.");

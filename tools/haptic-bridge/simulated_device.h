@@ -8,7 +8,7 @@
 
 namespace hapticd::tools {
 
-/// A drivers::SimulatedHand that lives with the clock: between two readings it moves by the whole steps that
+/// A drivers::SimulatedHand in real time: between two readings it moves by the whole steps that
 /// have passed, at most kMostCatchUpNs.
 class SimulatedDevice final : public Device {
  public:

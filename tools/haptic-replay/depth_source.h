@@ -12,7 +12,7 @@
 
 namespace hapticd::tools {
 
-/// The depth frames of a recording, or a single image that holds for all times.
+/// The depth frames of a recording, or a single depth frame that is used at all times.
 class DepthSource {
  public:
   /// `path`: the folder of a recording, or a .pgm file as libfreenect's recorder writes it.

@@ -26,7 +26,7 @@ std::string_view withoutCarriageReturn(std::string_view line) {
   return line;
 }
 
-/// The number that `text` is as a whole, or nothing.
+/// Returns `text` as a number; nothing if it is not one as a whole.
 std::optional<double> numberOf(std::string_view text) {
   while (text.starts_with(' ')) text.remove_prefix(1);
   while (text.ends_with(' ')) text.remove_suffix(1);

@@ -3,22 +3,24 @@
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <numeric>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "config/parameter_table.h"
 #include "config/program.h"
 #include "config/yaml_loader.h"
+#include "tools/haptic-replay/folder_replay.h"
 #include "tools/haptic-replay/replay.h"
 #include "tools/haptic-replay/trace_replay.h"
+#include "tools/haptic-replay/trace_report.h"
 #include "tools/lib/options/output_file.h"
 #include "tools/lib/options/within.h"
+#include "tools/lib/parts/fields.h"
+#include "tools/lib/parts/parts.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -34,6 +36,10 @@ struct Options {
   Stage stage = Stage::law;
   double handle_delay_ms = 0;
   bool full_model = false;
+  std::string traces;
+  std::string out_folder;
+  std::string json;
+  Division division;
 };
 
 int fail(const std::vector<config::Error>& errors, int status) {
@@ -91,76 +97,6 @@ int replayFile(const Options& options) {
   return EX_OK;
 }
 
-/// One line per tick that was computed again.
-class ForceTable {
- public:
-  void add(const rt::Tick& recorded, const rt::Tick& computed) {
-    const rt::Vec3& was = recorded.command_force_n_in_world;
-    const rt::Vec3& is = computed.command_force_n_in_world;
-    fmt::format_to(std::back_inserter(text_), "{},{:.9f},{},{},{},{},{},{},{}\n", recorded.number,
-                   static_cast<double>(recorded.planned_ns) * 1e-9, was.x, was.y, was.z, is.x, is.y, is.z,
-                   rt::norm(is - was));
-  }
-  std::string text() const {
-    return "tick,t_s,recorded_fx_n,recorded_fy_n,recorded_fz_n,fx_n,fy_n,fz_n,difference_n\n" +
-           fmt::to_string(text_);
-  }
-
- private:
-  fmt::memory_buffer text_;
-};
-
-/// "3..5, 9, ...": at most so many stretches.
-std::string stretchesOf(const std::set<std::uint64_t>& numbers) {
-  constexpr int kMostStretches = 20;
-  std::string text;
-  int stretches = 0;
-  for (auto number = numbers.begin(); number != numbers.end();) {
-    if (++stretches > kMostStretches) return text + ", ...";
-    const std::uint64_t first = *number;
-    std::uint64_t last = first;
-    while (++number != numbers.end() && *number == last + 1) ++last;
-    text += text.empty() ? "" : ", ";
-    text += first == last ? fmt::format("{}", first) : fmt::format("{}..{}", first, last);
-  }
-  return text;
-}
-
-std::string leftOutText(const TraceComparison& comparison) {
-  constexpr std::array<const char*, kLeftOutReasons> kReasons{
-      "before the first recorded depth frame",
-      "their depth frame is not recorded",
-      "filter or fusion remember what is not recorded",
-      "their scene is not in the trace",
-      "their parameters are not in the trace",
-      "before the first snapshot of the core, or the next one after a gap"};
-  std::string text;
-  for (std::size_t reason = 0; reason < kLeftOutReasons; ++reason) {
-    if (comparison.left_out[reason] == 0) continue;
-    text += fmt::format("left out {} ticks: {}\n", comparison.left_out[reason], kReasons[reason]);
-  }
-  if (!comparison.missing_frames.empty()) {
-    text += fmt::format("depth frames that are not recorded: {} ({})\n", comparison.missing_frames.size(),
-                        stretchesOf(comparison.missing_frames));
-  }
-  return text;
-}
-
-void print(const TraceComparison& comparison) {
-  const std::string where =
-      comparison.worst_tick == 0 ? "" : fmt::format(" at tick {}", comparison.worst_tick);
-  const std::uint64_t left_out =
-      std::accumulate(comparison.left_out.begin(), comparison.left_out.end(), std::uint64_t{0});
-  std::fputs(fmt::format("{} ticks computed again ({} in contact, {} scenes modelled), {} left out\n"
-                         "{}different: {} ticks\n"
-                         "largest difference: {:g} N of the commanded force{}, {:g} N of the law's\n",
-                         comparison.ticks, comparison.in_contact, comparison.models, left_out,
-                         leftOutText(comparison), comparison.different, comparison.largest_difference_n,
-                         where, comparison.largest_law_difference_n)
-                 .c_str(),
-             stdout);
-}
-
 int replayTrace(const Options& options) {
   auto replay = TraceReplay::open(options.trace, options.depth);
   if (!replay) return fail({replay.error()}, EX_NOINPUT);
@@ -175,8 +111,54 @@ int replayTrace(const Options& options) {
     const auto written = writeWholeFile(options.out, table.text(), IfExists::replace);
     if (!written) return fail({written.error()}, EX_CANTCREAT);
   }
-  print(*comparison);
+  std::fputs(comparisonText(*comparison).c_str(), stdout);
   return comparison->different == 0 ? EX_OK : EXIT_FAILURE;
+}
+
+int report(const std::vector<TraceOutcome>& outcomes, const std::string& json_file) {
+  std::fputs(outcomesText(outcomes).c_str(), stdout);
+  if (!json_file.empty()) {
+    const auto written = writeWholeFile(json_file, outcomesJson(outcomes), IfExists::replace);
+    if (!written) return fail({written.error()}, EX_CANTCREAT);
+  }
+  const auto differs = [](const TraceOutcome& outcome) { return outcome.comparison.different > 0; };
+  if (std::ranges::any_of(outcomes, differs)) return EXIT_FAILURE;
+  const bool all = std::ranges::all_of(outcomes, &std::string::empty, &TraceOutcome::error);
+  return all ? EX_OK : EX_DATAERR;
+}
+
+int replayFolder(const Options& options) {
+  const auto traces = tracesIn(options.traces);
+  if (!traces) return fail({traces.error()}, EX_NOINPUT);
+  const Part part = options.division.part.value_or(Part{});
+  std::vector<TraceOutcome> outcomes;
+  for (std::size_t index = 0; index < traces->size(); ++index) {
+    if (!part.has(index)) continue;
+    outcomes.push_back(
+        replayOne(std::filesystem::path(options.traces) / traces->at(index).name, options.out_folder));
+  }
+  if (!options.division.part) return report(outcomes, options.json);
+  const PartFile file{.run = runOf(*traces), .part = part, .results = toFields(outcomes)};
+  const auto written = writeWholeFile(options.json, partText(file), IfExists::replace);
+  if (!written) return fail({written.error()}, EX_CANTCREAT);
+  std::fputs(fmt::format("part {}: {} of {} traces\n", nameOf(part), outcomes.size(), traces->size()).c_str(),
+             stdout);
+  return EX_OK;
+}
+
+int joinFolder(const Options& options) {
+  const auto whole = joinFiles(options.division.files, "haptic-replay", HAPTICD_VERSION);
+  if (!whole) return fail({whole.error()}, EX_DATAERR);
+  std::vector<TraceOutcome> outcomes;
+  try {
+    fromFields(whole->results, outcomes);
+  } catch (const std::exception& problem) {
+    return fail({{options.division.files.front(),
+                  fmt::format("holds results that cannot be read: {}", problem.what()),
+                  "compute the part again with --part"}},
+                EX_DATAERR);
+  }
+  return report(outcomes, options.json);
 }
 
 int run(int argc, char** argv) {
@@ -186,10 +168,11 @@ int run(int argc, char** argv) {
       "the replay begins engaged, and each sample is one step of damping, passivity control and the safety\n"
       "chain; the velocity is estimated from the samples as the drivers do it.\n"
       "With --trace: computes the ticks of a trace again from the depth recorded in it, and compares. Ticks\n"
-      "that depend on something that was not recorded are left out and counted."};
+      "that depend on something that was not recorded are left out and counted. With --traces: the same for\n"
+      "each trace of a folder, which several computers can share (--part, --join)."};
   app.footer(
-      "Exit status: 0 done, 1 a force differs from the trace's, 64 usage, 65 bad HIP file, depth frame or\n"
-      "trace, 66 no depth or trace, 73 no output, 78 configuration.");
+      "Exit status: 0 done, 1 a force differs from the trace's, 64 usage, 65 bad HIP file, depth frame,\n"
+      "trace or part, 66 no depth or trace, 73 no output, 78 configuration.");
   Options options;
   const std::map<std::string, Stage> stages{{"law", Stage::law}, {"command", Stage::command}};
   CLI::Option* const trace =
@@ -213,6 +196,21 @@ int run(int argc, char** argv) {
       ->type_name("CSV")
       ->check(endsIn(".csv"));
   trace->excludes(config)->excludes(hip);
+  CLI::Option* const traces =
+      app.add_option("--traces", options.traces, "all finished traces of a folder, each as with --trace")
+          ->type_name("FOLDER")
+          ->excludes(trace)
+          ->excludes(config)
+          ->excludes(hip)
+          ->excludes("--depth")
+          ->excludes("--out");
+  app.add_option("--out-folder", options.out_folder, "with --traces: where NAME.csv of each trace goes")
+      ->type_name("FOLDER")
+      ->needs(traces)
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
+  app.add_option("--json", options.json, "with --traces or --join: also write the result there, for programs")
+      ->type_name("FILE")
+      ->check(endsIn(".json"));
   app.add_option("--stage", options.stage, "law (default) or command")
       ->type_name("STAGE")
       ->transform(CLI::CheckedTransformer(stages));
@@ -221,12 +219,18 @@ int run(int argc, char** argv) {
       ->type_name("MS")
       ->check(within(0.0, 1000.0));
   app.add_flag("--full-model", options.full_model, "model whole frames, not only the HIP's reach");
+  addPartOptions(app, options.division, "--json");
+  app.get_option("--part")->needs(traces);
   app.set_version_flag("-V,--version", std::string("haptic-replay ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return config::endWithoutWork(app, error, EX_USAGE);
   }
+  if (!options.division.files.empty()) return joinFolder(options);
+  if (!options.traces.empty()) return replayFolder(options);
+  if (!options.json.empty())
+    return fail({{"--json", "is only for --traces and --join", "--out writes the forces"}}, EX_USAGE);
   if (!options.trace.empty()) return replayTrace(options);
   for (const auto& [name, given] : {std::pair{"--config", options.config},
                                     {"--depth", options.depth},

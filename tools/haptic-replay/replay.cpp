@@ -39,7 +39,7 @@ config::Result<void> Replay::takeFrame(std::int64_t time_ns) {
   return {};
 }
 
-/// The law `auto` is decided by the distance of the first HIP, and stays.
+/// Chooses the law for `auto` by the distance of the first HIP, for the whole replay.
 void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   if (law_decided_) return;
   law_decided_ = true;

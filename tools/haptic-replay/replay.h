@@ -14,7 +14,7 @@
 
 namespace hapticd::tools {
 
-/// Which force is written out.
+/// The stage whose force is written to the output.
 enum class Stage {
   law,      ///< the bare law
   command,  ///< what a device would get: engaged, after the safety chain

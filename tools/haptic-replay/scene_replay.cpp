@@ -54,8 +54,8 @@ config::Result<std::optional<LeftOut>> SceneReplay::goTo(std::uint64_t model,
 
 config::Result<void> SceneReplay::goOn(const ParametersOf& parameters_of) {
   if (next_ == models_.size()) return {};
-  const auto gone = goTo(models_[next_].model, parameters_of);
-  return gone ? config::Result<void>{} : std::unexpected(gone.error());
+  const auto reached = goTo(models_[next_].model, parameters_of);
+  return reached ? config::Result<void>{} : std::unexpected(reached.error());
 }
 
 std::int64_t SceneReplay::neededFrom_ns() const {

@@ -24,14 +24,14 @@ enum class LeftOut {
   history,    ///< filter or fusion remember a frame that is not recorded, or a scene that is not in the trace
   model,      ///< the scene is not in the trace
   directive,  ///< the parameters are not in the trace
-  core,       ///< the core's memory is not known: no snapshot since the begin, or since ticks left out before
+  core,  ///< the core's memory is not known: no snapshot since the beginning, or since ticks left out before
 };
 inline constexpr std::size_t kLeftOutReasons = 6;
 
 /// Builds the scenes of a trace again, one after the other.
 ///
 /// A scene depends on its frame and, where it is filtered in time or fused, on what the builder remembers of
-/// the scenes before. That is known from where it was forgotten on, until a scene cannot be built.
+/// earlier scenes. That memory is known from each restart of the builder on, until a scene cannot be built.
 /// Thread: one.
 class SceneReplay {
  public:
@@ -42,16 +42,16 @@ class SceneReplay {
   SceneReplay(const config::Settings& settings, std::vector<drivers::ModelRecord> models,
               TraceFrames& frames);
 
-  /// Whether all frames up to that scene have been read, or are missing.
+  /// Whether all frames needed for that scene have been read or are known to be missing.
   bool ready(std::uint64_t model) const;
-  /// Goes on to that scene, which then is scene(). Scenes are requested in their order.
+  /// Advances to that scene, which then is scene(). Scenes must be requested in ascending order.
   /// Returns why it is not known; nothing: it is.
   /// Errors: a frame that cannot be read, parameters that are none.
   config::Result<std::optional<LeftOut>> goTo(std::uint64_t model, const ParametersOf& parameters_of);
 
-  /// Goes on to the next scene, as if a tick had requested it. No effect where there is none.
+  /// Advances to the next scene, as if a tick had requested it. Does nothing if there is none.
   config::Result<void> goOn(const ParametersOf& parameters_of);
-  /// Frames that arrived before are not needed any more.
+  /// Frames that arrived earlier than this time are not needed any more.
   std::int64_t neededFrom_ns() const;
 
   const rt::Scene& scene() const { return scene_; }
@@ -72,7 +72,7 @@ class SceneReplay {
   rt::Scene scene_;
   std::unique_ptr<rt::DepthFrame> frame_;
   std::size_t next_ = 0;            // of models_
-  std::uint64_t newest_ = 0;        // number of the newest one that was gone to; 0: none
+  std::uint64_t newest_ = 0;        // number of the newest one reached by goTo(); 0: none
   bool memory_known_ = false;       // of the builder
   std::optional<LeftOut> why_not_;  // of the newest one
   std::uint64_t built_ = 0;

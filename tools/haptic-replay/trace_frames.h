@@ -14,13 +14,13 @@
 
 namespace hapticd::tools {
 
-/// The raw depth frames that the scenes of a trace are of. A frame is known by its arrival, CLOCK_MONOTONIC.
-/// Thread: one.
+/// The raw depth frames from which the scenes of a trace were built. A frame is known by its arrival,
+/// CLOCK_MONOTONIC. Thread: one.
 class TraceFrames {
  public:
   enum class State {
     missing,  ///< it was not recorded
-    ahead,    ///< it comes later in the file than the reading is
+    ahead,    ///< it is later in the file than the reading position
     here,
   };
 
@@ -39,7 +39,7 @@ class FramesInTrace final : public TraceFrames {
 
   /// Keeps the frame, and none that arrived before `needed_ns`.
   void add(const drivers::DepthRecord& record, std::int64_t needed_ns);
-  /// So many are kept that it takes too much memory: half a minute, tens of megabytes where frames compress
+  /// Whether as many are kept as memory permits: half a minute, tens of megabytes where frames compress
   /// well.
   bool full() const { return kept_.size() > kMostKept; }
 

@@ -14,7 +14,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// A minute of them.
+/// The ticks of a minute.
 constexpr std::size_t kMostWaitingTicks = 60'000;
 constexpr const char* kSettingsAttachment = "settings.yaml";
 constexpr const char* kOtherVersion = "is of another version of hapticd, whose core may compute otherwise";
@@ -145,15 +145,15 @@ SceneReplay::ParametersOf TraceReplay::parametersOf() {
   };
 }
 
-/// Where there are no ticks for long, scenes are built without a force, so that their frames need not be
-/// kept.
+/// Keeps a frame for the scenes. During a long time without ticks, scenes are built without computing forces,
+/// so that their frames need not be kept.
 config::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
   frames_in_trace_->add(record, scenes_->neededFrom_ns());
   if (!frames_in_trace_->full()) return {};
   return scenes_->goOn(parametersOf());
 }
 
-/// Frames may come a little later in the file than the ticks that used them.
+/// Frames may be a little later in the file than the ticks that used them.
 config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
   while (!waiting_.empty() && (all || scenes_->ready(waiting_.front().scene_model))) {
     if (auto replayed = replay(waiting_.front(), on_tick); !replayed) return replayed;

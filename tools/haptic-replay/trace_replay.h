@@ -18,26 +18,31 @@
 #include "rt/haptic_core.h"
 #include "tools/haptic-replay/scene_replay.h"
 #include "tools/haptic-replay/trace_frames.h"
+#include "tools/lib/parts/is.h"
 
 namespace hapticd::tools {
 
-/// What computing a trace's ticks again has shown.
+/// The comparison of a trace's ticks with ticks computed again from its depth.
 struct TraceComparison {
   std::uint64_t ticks = 0;                                   ///< computed again
   std::array<std::uint64_t, kLeftOutReasons> left_out = {};  ///< not computed, by LeftOut
-  std::set<std::uint64_t> missing_frames;  ///< numbers of the frames that it would have taken
+  std::set<std::uint64_t> missing_frames;  ///< numbers of the frames that are missing for ticks not computed
   std::uint64_t different = 0;             ///< with any difference, in any bit of a force
-  std::uint64_t in_contact = 0;            ///< of those computed, with something to feel
+  std::uint64_t in_contact = 0;            ///< of those computed, in contact
   std::uint64_t models = 0;                ///< built again
   double largest_difference_n = 0;         ///< of the commanded force
   std::uint64_t worst_tick = 0;            ///< where that was; 0: nowhere
   double largest_law_difference_n = 0;
 };
+auto fieldsOf(Is<TraceComparison> auto& comparison) {
+  auto& [ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n] = comparison;
+  return std::tie(ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n);
+}
 
 /// Computes the ticks of a trace again, from the depth frames that were recorded with it, and compares the
 /// forces. The same core runs on the same input at the same times: on the machine that wrote the trace no bit
-/// differs. Where something is missing that a force depends on, ticks are left out up to the next snapshot of
-/// the core's memory after which nothing is.
+/// differs. Where an input of a force is missing, ticks are skipped up to the next snapshot of the core's
+/// memory from which all inputs are known.
 class TraceReplay {
  public:
   /// `depth`: the folder of a recording, for a trace that does not have its depth inside; empty: the folder
@@ -47,13 +52,13 @@ class TraceReplay {
   static config::Result<TraceReplay> open(const std::filesystem::path& trace,
                                           const std::filesystem::path& depth = {});
 
-  /// Gets each tick of the trace that was computed again, and what came out; may be empty.
+  /// Receives each tick of the trace that was computed again, and the result; may be empty.
   using OnTick = std::function<void(const rt::Tick& recorded, const rt::Tick& computed)>;
   /// Errors: the trace or a frame cannot be read.
   config::Result<TraceComparison> run(const OnTick& on_tick = {});
 
  private:
-  /// What ticks refer to.
+  /// The records of the trace to which ticks refer.
   struct Index {
     drivers::TraceInfo info;
     std::vector<drivers::ModelRecord> models;

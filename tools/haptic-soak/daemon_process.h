@@ -10,7 +10,7 @@
 
 namespace hapticd::tools {
 
-/// A new folder that goes with the object; its path is empty when none could be made.
+/// A new folder that is removed with the object; its path is empty if it could not be created.
 class ScratchFolder {
  public:
   ScratchFolder();
@@ -24,7 +24,7 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// What a reload finds in the configuration file.
+/// The content of the configuration file for a reload.
 enum class ReloadKind { same, damaged, wrong_name };
 
 /// hapticd, started on sockets in a folder of its own.

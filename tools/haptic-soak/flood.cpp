@@ -18,7 +18,7 @@ namespace {
 constexpr int kProcesses = 4;
 constexpr uid_t kNobody = 65534;
 
-/// More than the kernel takes for one connection.
+/// Returns more calls than the kernel buffers for one connection.
 std::string manyCalls(bool oneway) {
   const std::string call = std::string(R"({"method":"io.hapticd.Status.GetParameters")") +
                            (oneway ? R"(,"oneway":true})" : "}") + '\0';
@@ -34,12 +34,12 @@ int connectTo(const sockaddr_un& address) {
   return -1;
 }
 
-/// Sends until the kernel takes no more. False when the connection is to be given up.
+/// Sends until the kernel accepts no more bytes. Returns false if the connection must be closed.
 bool fill(int socket, const std::string& calls) {
   return socket >= 0 && ::send(socket, calls.data(), calls.size(), MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
 }
 
-/// All connections of one process; ends by a signal only.
+/// Floods the socket with all connections of one process; ended by a signal only.
 [[noreturn]] void flood(const sockaddr_un& address, std::size_t connections) {
   const std::string oneway = manyCalls(true);
   const std::string two_way = manyCalls(false);
@@ -87,7 +87,7 @@ Flood::~Flood() {
   }
 }
 
-bool Flood::lives() const {
+bool Flood::isRunning() const {
   return !processes_.empty() && std::ranges::all_of(processes_, [](pid_t process) {
     return ::waitpid(process, nullptr, WNOHANG) == 0;
   });

@@ -18,8 +18,8 @@ class Flood {
   Flood(const Flood&) = delete;
   Flood& operator=(const Flood&) = delete;
 
-  /// Whether all are at work still.
-  bool lives() const;
+  /// Whether all processes are still running.
+  bool isRunning() const;
 
  private:
   std::vector<pid_t> processes_;

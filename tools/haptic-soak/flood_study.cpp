@@ -85,7 +85,7 @@ config::Result<FloodResult> studyFlood(const FloodOptions& options, const Interr
       progress(secondsBehind(begin));
       std::this_thread::sleep_for(kBetweenDisengages);
     }
-    result.flooded = flood.lives();
+    result.flooded = flood.isRunning();
     readStatus(*daemon, result);
   }
   return result;
@@ -99,7 +99,7 @@ std::vector<SoakFinding> findingsOf(const FloodResult& result, const FloodOption
           {"hapticctl disengage that failed", static_cast<double>(result.failed), 0},
           {"ticks lost between the loop and the trace",
            ifKnown(numberAt(result.status, "loop.traceTicksDropped")), 0},
-          {"ticks that the control thread came too late for",
+          {"ticks lost because the control thread was too slow",
            ifKnown(numberAt(result.status, "control.ticksLost")), 0},
           {"floods that ended early", result.flooded ? 0.0 : 1.0, 0},
           {"connections refused", ifKnown(numberAt(result.status, "control.refusedConnections")), {}}};

@@ -28,17 +28,17 @@ struct FloodResult {
   std::string status_error;         ///< why there is no `status`
 };
 
-/// One daemon whose status socket is flooded by another user while this one disengages again and again.
-/// Errors: hapticd does not start.
+/// Measures one daemon whose status socket is flooded by another user while this one disengages again and
+/// again. Errors: hapticd does not start.
 config::Result<FloodResult> studyFlood(const FloodOptions& options, const Interrupt& interrupt,
                                        const std::function<void(double)>& progress);
 
-/// What is judged, and the limits.
+/// Returns the measured values with their limits.
 std::vector<SoakFinding> findingsOf(const FloodResult& result, const FloodOptions& options);
 
-/// For people.
+/// Returns the result as a table for people.
 std::string floodTable(const FloodResult& result, const std::vector<SoakFinding>& findings);
-/// The same for programs.
+/// Returns the result as JSON.
 std::string floodJson(const FloodResult& result, const std::vector<SoakFinding>& findings);
 
 }  // namespace hapticd::tools

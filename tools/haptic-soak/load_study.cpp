@@ -105,7 +105,8 @@ class LoadStudy {
     return {};
   }
 
-  /// The window of a stream whose second reply comes after one round; the first one clears it.
+  /// Returns the window of a stream whose second reply arrives after one round; the first reply resets the
+  /// window.
   config::Result<Json> windowOf() {
     const auto interval_ms = static_cast<int>(options_.round_s * 1000);
     auto client = VarlinkClient::connect(daemon_.controlSocket());

@@ -12,7 +12,7 @@
 
 namespace hapticd::tools {
 
-/// What the daemon is burdened with.
+/// A load on the daemon.
 enum class Load {
   none,       ///< one stream, which measures
   hammering,  ///< as many clients as requested, each asking for the status again and again without a pause
@@ -47,14 +47,15 @@ struct LoadResult {
   double trace_bytes_per_hour = 0;
 };
 
-/// One daemon under loads that take turns, so that what the machine does besides hits all of them alike.
-/// Errors: hapticd does not start or does not answer; the trace cannot be begun.
+/// Measures one daemon under alternating loads, so that other activities of the machine affect all of them
+/// alike. Errors: hapticd does not start or does not answer; the trace cannot be begun.
 config::Result<LoadResult> studyLoad(const LoadOptions& options, const Interrupt& interrupt,
                                      const std::function<void(double)>& progress);
 
-/// For people: medians over the rounds of each load, ratios to those of the first, what was lost.
+/// Returns the result for people: medians over the rounds of each load, ratios to those of the first, what
+/// was lost.
 std::string loadTable(const LoadResult& result);
-/// The same for programs.
+/// Returns the result as JSON.
 std::string loadJson(const LoadResult& result);
 
 }  // namespace hapticd::tools

@@ -21,7 +21,7 @@ std::span<const MemoryPoint> afterWarmUp(std::span<const MemoryPoint> points) {
   return points.subspan(static_cast<std::size_t>(first - points.begin()));
 }
 
-/// Between all pairs of points, sorted.
+/// Returns the slopes between all pairs of points, sorted.
 std::vector<double> slopesBetween(std::span<const MemoryPoint> points) {
   std::vector<double> slopes;
   for (std::size_t later = 1; later < points.size(); ++later) {

@@ -13,8 +13,8 @@ struct MemoryPoint {
 
 /// How memory in use grows with time.
 struct MemoryTrend {
-  double growth_kb = 0;  ///< over the time that was looked at
-  double noise_kb = 0;   ///< the scatter lets the growth be that much less, with 97.5 % confidence
+  double growth_kb = 0;  ///< growth over the observed time
+  double noise_kb = 0;   ///< lower limit of the growth, at 97.5 % confidence, is this much less
 };
 
 /// The median of the slopes between all pairs of points (P. K. Sen, "Estimates of the regression coefficient
@@ -23,8 +23,8 @@ struct MemoryTrend {
 /// fewer than three of them. Takes time and memory by the square of the number of points.
 MemoryTrend memoryTrend(std::span<const MemoryPoint> points);
 
-/// The most that memory may grow beyond its noise over a run of that length: 1 MB, or 1 MB per ten minutes
-/// in a longer one.
+/// Returns the allowed growth of memory beyond its noise over a run of that length: 1 MB, or 1 MB per ten
+/// minutes in a longer one.
 double allowedGrowth_kb(double length_s);
 
 }  // namespace hapticd::tools

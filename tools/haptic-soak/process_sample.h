@@ -10,7 +10,7 @@
 
 namespace hapticd::tools {
 
-/// What a process holds at one moment.
+/// The resources that a process holds at one moment.
 struct ProcessSample {
   double time_s = 0;  ///< since the soak began
   std::uint64_t resident_kb = 0;
@@ -19,7 +19,7 @@ struct ProcessSample {
   std::uint64_t force_thread_faults = 0;  ///< minor and major, since that thread's start; 0: no such thread
 };
 
-/// Of process `pid`; nothing when it is gone. `time_s` is left at 0.
+/// Samples process `pid`; returns nothing if it does not exist any more. `time_s` is left at 0.
 /// `proc`: where the kernel shows processes.
 std::optional<ProcessSample> sampleProcess(pid_t pid, const std::filesystem::path& proc = "/proc");
 

@@ -8,13 +8,13 @@
 
 namespace hapticd::tools {
 
-/// Parameters for one SetParameters.
+/// Parameters for one call of SetParameters.
 struct RandomChange {
   Json parameters = Json::object();
-  bool allowed = true;  ///< each value by itself; together they may still not fit
+  bool allowed = true;  ///< each value is allowed by itself; together they may violate a rule
 };
 
-/// One to three live parameters with random values; every fourth time one of them is what must be refused:
+/// Returns one to three live parameters with random values; every fourth time one of them must be refused:
 /// out of range, of the wrong type, or of an unknown name.
 RandomChange randomChange(std::mt19937_64& random);
 

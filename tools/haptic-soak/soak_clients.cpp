@@ -23,14 +23,14 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// One client at work.
+/// A running client: its settings, random numbers and statistics.
 struct Work {
   const ClientSetting setting;
   std::mt19937_64 random;
   std::stop_token stop;
   ClientTally& tally;
 
-  /// Sleeps, but not beyond stop. False when the client is to end.
+  /// Sleeps for `time`, or until the stop; returns false if the client must end.
   bool pause(milliseconds time) {
     std::mutex mutex;
     std::condition_variable_any condition;
@@ -57,7 +57,7 @@ std::optional<VarlinkClient> connect(Work& work, const std::string& socket) {
   return std::nullopt;
 }
 
-/// Counts the answer. An error reply is one.
+/// Counts a reply; an error reply is a reply too.
 void count(Work& work, const ClientResult<Json>& reply) {
   if (reply) {
     ++work.tally.calls;
@@ -75,7 +75,7 @@ void countReply(Work& work, const ClientResult<Json>& reply) {
   if (reply) work.tally.left_out = static_cast<std::uint64_t>(numberAt(*reply, "droppedCount"));
 }
 
-/// The replies that a slow client has not read yet, up to the first that is not there yet.
+/// Reads all replies that have arrived.
 void catchUp(Work& work, VarlinkClient& client) {
   constexpr int kMostWaiting = 1000;
   for (int i = 0; i < kMostWaiting; ++i) {
@@ -85,7 +85,7 @@ void catchUp(Work& work, VarlinkClient& client) {
   }
 }
 
-/// Takes a stream's replies, `pause` between two of them.
+/// Reads the replies of a stream, with a pause after each.
 void watch(Work& work, int interval_ms, milliseconds pause) {
   auto client = connect(work, work.setting.status_socket);
   if (!client || !client->subscribe("io.hapticd.Status.Monitor", {{"intervalMs", interval_ms}})) return;
@@ -101,7 +101,7 @@ void watchQuickly(Work& work) {
   watch(work, 20, milliseconds(0));
 }
 
-/// Slower than its stream, so that the daemon has to leave replies out.
+/// Reads a stream more slowly than it sends, so that the daemon must skip replies.
 void watchSlowly(Work& work) {
   watch(work, 20, milliseconds(1000));
 }
@@ -119,7 +119,7 @@ void watchWithHapticctl(Work& work) {
   ++work.tally.calls;
 }
 
-/// One connection, hardly a pause.
+/// Requests parameters on one connection, nearly without pauses.
 void askParameters(Work& work) {
   auto client = connect(work, work.setting.status_socket);
   if (!client) return;
@@ -143,7 +143,7 @@ void switchForce(Work& work, VarlinkClient& client) {
   count(work, client.call(engage ? "io.hapticd.Control.Engage" : "io.hapticd.Control.Disengage"));
 }
 
-/// One connection, on which one call in ten switches the force.
+/// Changes parameters on one connection; one call in ten engages or disengages.
 void steer(Work& work) {
   auto client = connect(work, work.setting.control_socket);
   if (!client) return;
@@ -154,7 +154,7 @@ void steer(Work& work) {
   } while (work.tally.unanswered == unanswered && work.pause(work.between(5, 100)));
 }
 
-/// Hangs up without having read anything.
+/// Sends bytes and closes the connection without reading.
 void sendBytes(const std::string& path, const std::string& bytes) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -172,7 +172,7 @@ void sendGarbage(Work& work) {
             randomGarbage(work.random));
 }
 
-/// A new connection for each call, between two of them garbage.
+/// Requests the status on a new connection each time, and sends garbage in between.
 void askStatusAmongGarbage(Work& work) {
   do {
     sendGarbage(work);

@@ -9,19 +9,19 @@
 
 namespace hapticd::tools {
 
-/// What one client did and met.
+/// Statistics of one client.
 struct ClientTally {
   std::string name;
   std::uint64_t calls = 0;          ///< answered; for a stream its replies
   std::uint64_t refused = 0;        ///< answered with an error, as they should
   std::uint64_t not_applied = 0;    ///< the force loop did not take the change in time
   std::uint64_t wrongly_taken = 0;  ///< must have been refused
-  std::uint64_t unanswered = 0;     ///< no connection, no answer, an answer without sense
+  std::uint64_t unanswered = 0;     ///< no connection, no reply, or an invalid reply
   std::uint64_t left_out = 0;       ///< replies of the stream that the client was too slow for
   std::string first_problem;        ///< of `unanswered` and `wrongly_taken`
 };
 
-/// What the clients talk to, and how they vary.
+/// The sockets and programs that the clients use, and the seed of their variation.
 struct ClientSetting {
   std::string status_socket;
   std::string control_socket;
@@ -37,7 +37,7 @@ class SoakClients {
   SoakClients(const SoakClients&) = delete;
   SoakClients& operator=(const SoakClients&) = delete;
 
-  /// Ends all clients; what they did.
+  /// Ends all clients and returns their statistics.
   std::vector<ClientTally> stop();
 
  private:

@@ -15,23 +15,23 @@ struct SoakLimits {
   std::optional<double> memory_kb;         ///< in use at any time; nothing: no limit
 };
 
-/// One thing that was counted.
+/// A counted or measured value with its limit.
 struct SoakFinding {
   std::string what;
   std::optional<double> value;  ///< nothing: not known
   std::optional<double> limit;  ///< the most that is allowed; nothing: only reported
 
-  /// A limit on what is not known is broken.
+  /// Whether the limit is violated; it is if the value is not known.
   bool broken() const { return limit && !(value && *value <= *limit); }
 };
 
-/// Everything lost, failed and grown, with its limit.
+/// Returns everything that was lost, failed or grew, with its limit.
 std::vector<SoakFinding> findingsOf(const SoakResult& result, const SoakLimits& limits);
 
-/// For people: what the process held over time, what the clients did, the findings.
+/// Returns a report for people: resources of the process over time, statistics of the clients, findings.
 std::string soakTable(const SoakResult& result, const std::vector<SoakFinding>& findings);
 
-/// The same for programs.
+/// Returns the report as JSON.
 std::string soakJson(const SoakResult& result, const std::vector<SoakFinding>& findings);
 
 }  // namespace hapticd::tools

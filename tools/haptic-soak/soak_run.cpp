@@ -19,7 +19,7 @@ double secondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// Something to do at fixed times; a late one is done once, not as often as it was missed.
+/// Fixed times of an action. If several were missed, the action is due once.
 class Schedule {
  public:
   explicit Schedule(double period_s) : period_s_(period_s), next_s_(period_s) {}
@@ -101,8 +101,8 @@ class Soak {
     result_.samples.push_back(*sample);
   }
 
-  /// What the daemon takes at the first use of something stays with it, and is no growth: the memory of the
-  /// first trace, which any burst of overruns may make it write, and the threads for files. Dumping is
+  /// Uses functions once whose resources the daemon keeps, so that they do not count as growth: the memory of
+  /// the first trace, which any burst of overruns may make it write, and the threads for files. Dumping is
   /// refused when there is no flight recorder; then nothing dumps by itself either.
   void useOnce() {
     auto client = VarlinkClient::connect(daemon_.controlSocket());
@@ -116,7 +116,8 @@ class Soak {
     }
   }
 
-  /// Once all connections are closed: the fewest descriptors within a while.
+  /// Samples the process after all connections were closed: the smallest number of descriptors within a
+  /// while.
   ProcessSample settled() const {
     ProcessSample best;
     const auto begin = Clock::now();

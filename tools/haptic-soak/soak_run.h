@@ -27,7 +27,7 @@ struct SoakOptions {
   double replug_every_s = 5;
 };
 
-/// All that was seen.
+/// The observations of a soak.
 struct SoakResult {
   std::vector<ProcessSample> samples;  ///< over the time, clients at work
   ProcessSample before;                ///< no client connected, before the first

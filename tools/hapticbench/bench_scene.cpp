@@ -28,7 +28,7 @@ bool unpack(const fs::path& archive, const fs::path& folder) {
          waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// The first file below `folder` for which `matches` holds.
+/// Returns the first file below `folder` that `matches` accepts.
 template <typename Matches>
 std::optional<fs::path> findFile(const fs::path& folder, Matches matches) {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -49,7 +49,7 @@ config::Result<BenchSequence> firstFrames(const std::string& name, const fs::pat
   return sequence;
 }
 
-/// The recording in `folder`; without frames where it holds none.
+/// Returns the recording in `folder`, without frames if there is none.
 config::Result<BenchSequence> sequenceIn(const fs::path& folder, std::size_t most_frames) {
   const auto isIndex = [](const fs::path& file) { return file.filename() == "INDEX.txt"; };
   const auto isArchive = [](const fs::path& file) { return file.string().ends_with(".tar.xz"); };
@@ -83,7 +83,7 @@ BenchSequence syntheticScene() {
   const auto in_front = std::make_unique<rt::DepthFrame>();
   drivers::AnalyticScene(table, {}).render(0, frame);
   drivers::AnalyticScene(ball, {}).render(0, *in_front);
-  // the nearer surface has the smaller disparity; 2047 stands for none
+  // the nearer surface has the smaller disparity; 2047 means no measurement
   for (std::size_t i = 0; i < rt::kFramePixels; ++i) {
     frame.raw[i] = std::min(frame.raw[i], in_front->raw[i]);
   }

@@ -12,6 +12,7 @@
 #include "rt/parameters.h"
 #include "rt/words.h"
 #include "tools/lib/offline/offline_box.h"
+#include "tools/lib/parts/is.h"
 
 /// The laws as the studies run them: bare, with a setting, or as shipped.
 namespace hapticd::tools {
@@ -34,8 +35,12 @@ struct LawSetting {
   bool usesEarlierFrames() const { return filtered || (law == rt::ForceLaw::surface && fusion_frames > 1); }
   friend auto operator<=>(const LawSetting&, const LawSetting&) = default;
 };
+auto fieldsOf(Is<LawSetting> auto& setting) {
+  auto& [law, filtered, fusion_frames] = setting;
+  return std::tie(law, filtered, fusion_frames);
+}
 
-/// The law, and what is not as shipped.
+/// Returns the name of the law and of its settings that differ from the shipped ones.
 std::string nameOf(const LawSetting& setting);
 
 /// The laws on points, filtered or not, and `surface` as shipped.
@@ -60,8 +65,8 @@ inline const std::vector<std::string> kLawChoices = lawChoices([](const rt::Forc
 inline const std::vector<std::string> kProxyLawChoices =
     lawChoices([](const rt::ForceLawRow& law) { return law.has_proxy; });
 
-/// What acts under `force.law: choice` of the shipped configuration when the surface is `distance_m` from the
-/// camera.
+/// Returns the parameters in effect under `force.law: choice` of the shipped configuration when the surface
+/// is `distance_m` from the camera.
 rt::LiveParameters shippedParameters(const std::string& choice, double distance_m);
 
 /// A box with these parameters and a camera at the world's origin that looks along -z.

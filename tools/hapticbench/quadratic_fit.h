@@ -37,8 +37,8 @@ struct QuadraticFitOptions {
   double least_outlier = 0;       ///< where it is also beyond that
 };
 
-/// Least squares, reweighted with Tukey's biweight whose width follows the median of the residuals. Nothing
-/// where the samples do not determine it.
+/// Fits by least squares, reweighted with Tukey's biweight whose width follows the median of the residuals.
+/// Nothing where the samples do not determine it.
 std::optional<QuadraticFit> fitQuadratic(std::span<const QuadraticSample> samples,
                                          const QuadraticFitOptions& options);
 

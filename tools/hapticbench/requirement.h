@@ -28,11 +28,11 @@ struct Requirement {
   static Requirement notMeasured(std::string law, std::string text);
 };
 
-/// A line of text for each.
+/// Returns a line of text for each requirement.
 std::string requirementsText(std::span<const Requirement> requirements);
 Json requirementsJson(std::span<const Requirement> requirements);
 
-/// What a row shows of a requirement, and the most that is allowed there.
+/// The figure of a row that a requirement limits, and its limit.
 struct LimitedFigure {
   double value = 0;
   double limit = 0;

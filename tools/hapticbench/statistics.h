@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "tools/lib/parts/is.h"
+
 namespace hapticd::tools {
 
 /// Root mean square and maximum of values, none of them negative.
@@ -23,9 +25,13 @@ class Spread {
     max_ = std::max(max_, other.max_);
   }
   std::size_t count() const { return count_; }
-  /// 0 when nothing was added.
+  /// Returns the root mean square; 0 if nothing was added.
   double rms() const { return count_ == 0 ? 0 : std::sqrt(sum_of_squares_ / static_cast<double>(count_)); }
   double max() const { return max_; }
+
+  friend auto fieldsOf(Is<Spread> auto& spread) {
+    return std::tie(spread.count_, spread.sum_of_squares_, spread.max_);
+  }
 
  private:
   std::size_t count_ = 0;
@@ -33,7 +39,7 @@ class Spread {
   double max_ = 0;
 };
 
-/// How much of a series of values, one per tick of a millisecond, is above a limit.
+/// Statistics of a series of values, one per millisecond, above a limit.
 struct Exceedance {
   std::size_t ticks = 0;    ///< of the series
   std::size_t above = 0;    ///< of these, above the limit
@@ -41,22 +47,22 @@ struct Exceedance {
   double largest = 0;
 
   double percent() const;
-  /// As if the two series had been one with a gap between them.
+  /// Adds the statistics of another series, as if both were one series with a gap between them.
   void add(const Exceedance& other);
 };
 Exceedance exceedance(std::span<const double> values, double limit);
 
-/// `part` of `whole` in percent; 0 of nothing.
+/// Returns `part` of `whole` in percent; 0 if `whole` is 0.
 double percentOf(std::size_t part, std::size_t whole);
 
-/// The quantile `share` (0..1) of `values`, by the nearest rank; 0 for none.
+/// Returns the quantile `share` (0..1) of `values`, by the nearest rank; 0 without values.
 double quantile(std::vector<double> values, double share);
 
 /// Standard deviation of normally distributed residuals by the median of their magnitudes, which few outliers
 /// do not change.
 double robustDeviation(std::vector<double> residuals);
 
-/// Root of the mean square; 0 for none.
+/// Returns the root mean square; 0 without values.
 double rootMeanSquare(std::span<const double> values);
 
 }  // namespace hapticd::tools

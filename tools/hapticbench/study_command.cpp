@@ -2,7 +2,7 @@
 #include "tools/hapticbench/study_command.h"
 
 #include <fmt/format.h>
-#include <sysexits.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -80,6 +80,75 @@ void StudyCommand::json() {
   command_->add_option("--json", *json_file_, "also write the result there, for programs")
       ->type_name("FILE")
       ->check(endsIn(".json"));
+}
+
+void StudyCommand::parts() {
+  addPartOptions(*command_, *division_, "--json");
+  command_->footer(
+      fmt::format("Cases are independent, so that several computers can share them (tools/slurm):\n"
+                  "  {0} --part 1/2 --json part1.json\n"
+                  "  {0} --part 2/2 --json part2.json\n"
+                  "  {0} --join part1.json part2.json",
+                  path()));
+}
+
+/// The options given, but for those that say where something is: two parts with the same ones are of one run.
+std::vector<std::string> StudyCommand::optionsOfResults() const {
+  std::vector<std::string> options;
+  for (const CLI::Option* const option : command_->get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || name == "--part" || name == "--json" || name == "--recordings") continue;
+    options.push_back(fmt::format("{}={}", name, fmt::join(option->results(), ",")));
+  }
+  return options;
+}
+
+int StudyCommand::run() const {
+  if (division_->files.empty()) return run_(*this);
+  const auto done = join();
+  return done ? run_(*this) : fail(done.error(), EX_DATAERR);
+}
+
+config::Result<void> StudyCommand::join() const {
+  auto whole = joinFiles(division_->files, path(), HAPTICD_VERSION);
+  if (!whole) return std::unexpected(whole.error());
+  try {
+    std::vector<std::string> options(whole->run.options.rbegin(), whole->run.options.rend());
+    const std::string json_file = *json_file_;
+    command_->parse(options);  // which takes the first one from the end
+    *json_file_ = json_file;
+  } catch (const CLI::Error& problem) {
+    return std::unexpected(config::Error{division_->files.front(),
+                                         fmt::format("names options that are none: {}", problem.what()),
+                                         "compute the part again with --part"});
+  }
+  joined_->emplace(std::move(*whole));
+  return {};
+}
+
+config::Result<void> StudyCommand::fromJoined(std::size_t cases,
+                                              const std::function<void(const nlohmann::json&)>& read) const {
+  const auto refusal = [this](const std::string& what) {
+    return std::unexpected(
+        config::Error{division_->files.front(), what, "compute the part again with --part"});
+  };
+  if (joined()->run.cases != cases)
+    return refusal(fmt::format("is of {} cases, its options give {}", joined()->run.cases, cases));
+  try {
+    read(joined()->results);
+  } catch (const std::exception& problem) {
+    return refusal(fmt::format("holds results that cannot be read: {}", problem.what()));
+  }
+  return {};
+}
+
+int StudyCommand::writePart(std::size_t cases, const nlohmann::json& input,
+                            const nlohmann::json& results) const {
+  const PartFile file{.run = {path(), HAPTICD_VERSION, optionsOfResults(), input, cases},
+                      .part = *division_->part,
+                      .results = results};
+  return report(fmt::format("part {}: {} of {} cases\n", nameOf(file.part), results.size(), cases),
+                partText(file));
 }
 
 int StudyCommand::report(const std::string& text, const std::string& json) const {

@@ -1,30 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+#include <sysexits.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/error.h"
 #include "config/law_choice.h"
 #include "tools/lib/options/within.h"
+#include "tools/lib/parts/fields.h"
+#include "tools/lib/parts/parts.h"
 
 namespace hapticd::tools {
 
 using config::nameOf;
 
-/// Is given what is measured next.
+/// Called with the name of what is measured next.
 using Progress = std::function<void(const std::string&)>;
 
 /// Prints `error` and returns `status`.
 int fail(const config::Error& error, int status);
 /// Writes a whole file in place of one of that name; nothing where `file` is empty. Returns the exit status.
 int writeReport(const std::string& file, const std::string& text);
-/// Shows on one line of a terminal what is measured; nothing where standard error is none.
+/// Shows what is measured on one line of the terminal; does nothing if standard error is not a terminal.
 void showProgress(const std::string& what);
 
 /// The names of `values`, by their nameOf().
@@ -51,7 +57,7 @@ class StudyCommand {
                const std::string& help) {
     command_->add_option(option, values, help)->delimiter(',')->check(within(lowest, highest));
   }
-  /// The same in millimetres. `set` gets them in metres.
+  /// Numbers in millimetres with commas between them; `set` receives metres.
   void millimetres(const std::string& option, double lowest_mm, double highest_mm, const std::string& help,
                    const std::function<void(const std::vector<double>& values_m)>& set);
   /// Names out of `all`, with commas between them.
@@ -74,23 +80,58 @@ class StudyCommand {
   /// --json, which report() writes.
   void json();
 
-  /// What the subcommand does; returns the exit status.
+  /// --part and --join, for a study of independent cases; added after all other options.
+  void parts();
+
+  /// Sets the function of the subcommand, which returns the exit status.
   void onRun(const std::function<int(const StudyCommand&)>& run) { run_ = run; }
   bool chosen() const { return command_->parsed(); }
-  int run() const { return run_(*this); }
+  /// With --join, onRun() finds the options that the parts were computed with.
+  int run() const;
+  /// The run that --join put together; nothing without it.
+  const std::optional<PartFile>& joined() const { return *joined_; }
+
+  /// `report(results)` with `measure(case)` of each of the cases in their order; with --join, of what the
+  /// parts hold. With --part measures only its cases and writes them to the file of --json, for --join.
+  /// `measure` computes a case by itself: its result does not depend on which others are measured. `input`:
+  /// what the results depend on besides options and version. Returns the exit status.
+  template <typename Case, typename Measure, typename Report>
+  int forEachCase(const std::vector<Case>& cases, const Measure& measure, const Report& report,
+                  const nlohmann::json& input = nlohmann::json::object()) const {
+    std::vector<std::decay_t<decltype(measure(cases.front()))>> results;
+    if (joined()) {
+      const auto read = fromJoined(cases.size(), [&results](const auto& json) { fromFields(json, results); });
+      return read ? report(results) : fail(read.error(), EX_DATAERR);
+    }
+    for (std::size_t index = 0; index < cases.size(); ++index) {
+      if (division_->part && !division_->part->has(index)) continue;
+      showProgress(fmt::format("case {} of {}", index + 1, cases.size()));
+      results.push_back(measure(cases[index]));
+    }
+    return division_->part ? writePart(cases.size(), input, toFields(results)) : report(results);
+  }
+
   /// Prints `text` and writes `json` to the file of --json. Returns the exit status.
   int report(const std::string& text, const std::string& json) const;
 
  private:
   void pick(const std::string& option, const std::vector<std::string>& all, const std::string& usual,
             const std::function<void(const std::vector<std::string>&)>& set);
+  std::string path() const { return "hapticbench " + command_->get_name(); }
+  std::vector<std::string> optionsOfResults() const;
+  config::Result<void> join() const;
+  config::Result<void> fromJoined(std::size_t cases,
+                                  const std::function<void(const nlohmann::json&)>& read) const;
+  int writePart(std::size_t cases, const nlohmann::json& input, const nlohmann::json& results) const;
 
   CLI::App* command_;
   std::shared_ptr<std::string> json_file_ = std::make_shared<std::string>();
+  std::shared_ptr<Division> division_ = std::make_shared<Division>();
+  std::shared_ptr<std::optional<PartFile>> joined_ = std::make_shared<std::optional<PartFile>>();
   std::function<int(const StudyCommand&)> run_;
 };
 
-/// One for each study. `app` outlives them.
+/// Creates the subcommand of each study. `app` outlives them.
 StudyCommand accuracyCommand(CLI::App& app);
 StudyCommand jitterCommand(CLI::App& app);
 StudyCommand noiseCommand(CLI::App& app);

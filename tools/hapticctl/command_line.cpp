@@ -4,24 +4,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <string_view>
 #include <vector>
 
 #include "config/nearest_names.h"
 #include "config/program.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/help_format.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {
 
 constexpr const char* kFooter =
-    "Times are in UTC, as in the names of traces. On a terminal tables are fitted to its width; piped into "
-    "a\n"
-    "file or a program they are whole.\n"
-    "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no connection to the daemon.\n"
-    "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control; commands that only read\n"
-    "also try /run/hapticd/io.hapticd.Status.\n";
+    "Times are in UTC, as in the names of traces. On a terminal tables are fitted to\n"
+    "its width; piped into a file or a program they are whole.\n"
+    "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no\n"
+    "connection to the daemon.\n"
+    "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control;\n"
+    "commands that only read also try /run/hapticd/io.hapticd.Status.\n";
 
 /// Reports a word that stands where a command was expected; false where the command line lacks something
 /// else.
@@ -51,6 +53,7 @@ std::string unknownCommand(const CLI::App& group, const std::string& path, const
 }
 
 CommandLine::CommandLine() : app_("Queries and tunes a running hapticd", "hapticctl") {
+  app_.formatter(std::make_shared<HelpFormatter>());  // inherited by all commands
   app_.set_version_flag("-V,--version", "hapticctl " HAPTICD_VERSION);
   app_.add_flag("--json", options_.json, "Print the daemon's reply as JSON");
   app_.add_option("--socket", options_.socket, "Socket of the daemon")->type_name("PATH");

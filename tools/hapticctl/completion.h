@@ -9,7 +9,7 @@ namespace hapticd::tools {
 
 /// The completion script of a shell ("bash", "zsh" or "fish") for a command line of one or two levels of
 /// subcommands: their names, options, and what the options and arguments take, all from `app` and the
-/// parameter table. What is taken is told by the option's type: FILE, PATH and FOLDER, PARAMETER,
+/// parameter table. The option's type determines what it takes: FILE, PATH and FOLDER, PARAMETER,
 /// PARAMETER=VALUE, or the words that it is checked for.
 std::string completionScript(std::string_view shell, const CLI::App& app);
 

@@ -50,7 +50,7 @@ bool reads(const std::string& text, T& value) {
 }
 
 /// `text` as a JSON value of the type that the parameter has. A text that cannot be read as that type is sent
-/// as it is: the daemon refuses it and says what is allowed.
+/// as it is: the daemon refuses it and lists what is allowed.
 Json typedValue(const std::string& name, const std::string& text) {
   const config::Parameter* parameter = config::findParameter(name);
   // A newer daemon has parameters that this program does not know; the form of the text decides their type.
@@ -166,7 +166,7 @@ std::string modeLine(const Json& reply) {
   return modeText(reply) + "\n";
 }
 
-/// Whether force comes without anything more done by a person; otherwise engaging did not succeed.
+/// Whether force follows without further action of a person; otherwise engaging did not succeed.
 bool bringsForce(const Json& reply) {
   const std::string mode = textAt(reply, "mode");
   return mode == "engaged" || mode == "holding";
@@ -177,7 +177,7 @@ int runEngage(const CommandOptions& options, bool inside) {
   const auto reply = callOnce(options, {"io.hapticd.Control.Engage", parameters, true});
   if (!reply) return report(reply.error(), options.json);
   if (!options.json && !bringsForce(*reply)) {
-    return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status says what to do"},
+    return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status shows what to do"},
                   false);
   }
   if (options.json) {

@@ -12,7 +12,8 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kDoctorFooter =
-    "Each line has 'ok', 'warn' or 'fail', what was examined, what was found, and what to do about it.\n"
+    "Each line has 'ok', 'warn' or 'fail', what was examined, what was found, and\n"
+    "what to do about it.\n"
     "Exit status: 0 done, nothing fails, 1 something fails, 2 wrong usage.\n";
 
 struct DoctorOptions {
@@ -82,12 +83,11 @@ int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
 void addDoctorCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto doctor = std::make_shared<DoctorOptions>();
-  CLI::App& command = line.add(
-      "doctor",
-      "Look at kernel, CPUs, rights, devices, traces and service, and say what to do; needs no daemon",
-      [&options, doctor] { return runDoctor(options, *doctor); });
+  CLI::App& command =
+      line.add("doctor", "Check kernel, CPUs, rights, devices, traces and service; needs no daemon",
+               [&options, doctor] { return runDoctor(options, *doctor); });
   command.footer(kDoctorFooter);
-  command.add_option("--root", doctor->root, "Look at the files below this folder, not at this machine's")
+  command.add_option("--root", doctor->root, "Check the files below this folder instead of this machine's")
       ->type_name("FOLDER")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
 }

@@ -21,8 +21,8 @@
 namespace hapticd::tools {
 namespace {
 
-/// Past events come at once, but nothing marks the last one: the past is over when no event came for this
-/// long.
+/// Past events arrive at once, but nothing marks the last one: the past is over when no event has arrived for
+/// this long.
 constexpr std::chrono::milliseconds kPastIsOver{300};
 constexpr std::chrono::hours kForEver{24};
 /// The daemon sends at most this many.
@@ -38,7 +38,7 @@ class EventPrinter {
   explicit EventPrinter(const CommandOptions& options)
       : json_(options.json), colours_(wantsColours(options.color)) {}
 
-  /// False when nobody reads any more.
+  /// Returns false if nobody reads the output any more.
   bool print(const Json& reply) {
     if (wasPrinted(reply)) return true;
     if (json_) {
@@ -96,7 +96,7 @@ bool goesOnAfterSignal(int signals) {
   return signal == SIGTSTP || signal == SIGWINCH;
 }
 
-/// The next event, whatever signals come that do not end the program; null when one ends it.
+/// Returns the next event and handles signals meanwhile; null if a signal ends the program.
 ClientResult<Json> nextEvent(VarlinkClient& client, int signals, std::chrono::milliseconds limit) {
   for (;;) {
     auto reply = client.next(limit);
@@ -128,7 +128,7 @@ std::optional<int> printPast(VarlinkClient& client, int signals, std::size_t cou
   return std::nullopt;
 }
 
-/// Prints new events until the stream ends. Nothing: ended as asked for.
+/// Prints new events until the stream ends. Returns nothing if it ended on request.
 std::optional<ClientError> printNew(VarlinkClient& client, int signals, EventPrinter& printer) {
   for (;;) {
     const auto reply = nextEvent(client, signals, kForEver);
@@ -146,8 +146,8 @@ ClientResult<VarlinkClient> openStream(const CommandOptions& options, const Even
   const Json parameters = events.kinds.empty() ? Json::object() : Json{{"kinds", Json(events.kinds)}};
   const auto subscribed = client->subscribe("io.hapticd.Status.Events", parameters);
   if (!subscribed) return std::unexpected(subscribed.error());
-  // A daemon to which nothing has happened is as silent as one that does not answer. So it is asked something
-  // on another connection: when it has answered that, it has taken the call above too.
+  // A daemon without events is as silent as one that does not respond. Therefore another call is made on a
+  // second connection: once that has been answered, the daemon has received the call above as well.
   const auto info = callOnce(options, {"org.varlink.service.GetInfo"});
   if (!info) return std::unexpected(info.error());
   return client;

@@ -6,7 +6,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// The daemon says no more than that it does not give the image to this user.
+/// Adds an explanation, because the daemon only reports that it refuses this user.
 ClientError explained(ClientError error) {
   if (error.what == "org.varlink.service.PermissionDenied") {
     error.remedy =

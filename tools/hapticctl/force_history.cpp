@@ -25,7 +25,7 @@ double roundedUp(double value) {
   }
 }
 
-/// What a column shows in a row: steps filled, of `steps`.
+/// Returns how many of the `steps` of a column are filled in a row.
 std::size_t fill(double share, std::size_t row_from_below, std::size_t rows, std::size_t steps) {
   const double in_row = share * static_cast<double>(rows) - static_cast<double>(row_from_below);
   return static_cast<std::size_t>(std::lround(std::clamp(in_row, 0.0, 1.0) * static_cast<double>(steps)));

@@ -13,7 +13,7 @@ class ForceHistory {
  public:
   static constexpr std::size_t kWindows = 60;
 
-  /// Newtons; not a number for a window without ticks, which leaves a gap.
+  /// Adds the largest force of a window, in newtons; NaN for a window without ticks, which leaves a gap.
   void add(double max_force_n);
 
   /// `rows` lines of at most `columns`, the newest window at the right, the scale at the left: a round number

@@ -10,16 +10,16 @@
 
 namespace hapticd::tools {
 
-/// How a glance is drawn.
+/// Size and colours of a glance, and the rate to compare with.
 struct GlanceStyle {
   TerminalSize size;  ///< nothing is wider, and it takes one row less, for the prompt
   bool colours = false;
   double nominal_rate_hz = std::nan("");  ///< of the force loop, the parameter loop.rate_hz; NaN: not known
 };
 
-/// The state on one screen: what is wrong and what to do about it, then the most important of each part. What
-/// does not fit is left out from the end; statusText() has all of it. The line of the mode is green only if
-/// the force loop is engaged and nothing is wrong.
+/// Returns the state on one screen: problems with their remedies, then the most important values of each
+/// part. Lines that do not fit are omitted from the end; statusText() has all of it. The line of the mode is
+/// green only if the force loop is engaged and nothing is wrong.
 std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style);
 
 }  // namespace hapticd::tools

@@ -13,7 +13,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// Null where there is none of that name.
+/// Returns the subcommand with that name; null if there is none.
 const CLI::App* subcommandOf(const CLI::App& app, const std::string& name) {
   const auto all = app.get_subcommands([](const CLI::App*) { return true; });
   const auto found =

@@ -30,7 +30,7 @@ Request requestIn(std::string_view received) {
   return {line.substr(0, path_begin), path};
 }
 
-/// By the header Accept.
+/// Returns the form selected by the header Accept.
 MetricsFormat acceptedFormat(std::string_view received) {
   std::string head(received);
   std::ranges::transform(head, head.begin(),

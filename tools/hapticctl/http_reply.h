@@ -17,7 +17,7 @@ bool isWholeRequest(std::string_view received);
 enum class MetricsFormat { open_metrics, prometheus };
 
 /// The reply to one HTTP/1 request of which `received` is the head: GET or HEAD of /metrics get what
-/// `metrics` returns, everything else gets the fitting error. The form is OpenMetrics unless the request
+/// `metrics` returns, everything else gets the appropriate error. The form is OpenMetrics unless the request
 /// names the media types that it accepts and none of them is OpenMetrics or any at all. The connection is
 /// closed after the reply.
 std::string httpReply(std::string_view received,

@@ -9,7 +9,7 @@ namespace hapticd::tools {
 /// Prints the state as metrics; returns the exit code.
 int runMetrics(const CommandOptions& options, MetricsFormat format);
 
-/// Reads one HTTP request on stdin and answers it on stdout. A daemon that does not answer is no error:
+/// Reads one HTTP request on stdin and replies on stdout. A daemon that does not respond is no error:
 /// hapticd_up is 0. Returns the exit code.
 int runMetricsOverHttp(const CommandOptions& options);
 

@@ -104,11 +104,11 @@ constexpr std::array kNumbers{
     Number{"link_sent_messages", Type::counter, "", "handle.link.sent", "Messages sent to the handle."},
     Number{"link_received_messages", Type::counter, "", "handle.link.received",
            "Messages received from the handle."},
-    Number{"link_lost_messages", Type::counter, "", "handle.link.lost", "Messages that never came."},
+    Number{"link_lost_messages", Type::counter, "", "handle.link.lost", "Messages that never arrived."},
     Number{"link_duplicated_messages", Type::counter, "", "handle.link.duplicated",
-           "Messages that came twice."},
+           "Messages received twice."},
     Number{"link_reordered_messages", Type::counter, "", "handle.link.reordered",
-           "Messages that came after a newer one."},
+           "Messages received after a newer one."},
     Number{"link_rejected_messages", Type::counter, "", "handle.link.rejected",
            "Messages that were damaged, forged or from somebody else."},
     Number{"trace_ticks_lost", Type::counter, "", "trace.ticksLost",
@@ -251,8 +251,8 @@ std::string hip(const Json& status) {
   return head("tick_hip_metres", "gauge", "metres", "The haptic interaction point in the world.") + samples;
 }
 
-/// What identifies the daemon. Its labels change with an update only: a label whose value changed while the
-/// daemon runs would begin another time series.
+/// Returns the family that identifies the daemon. Its labels change with an update only: a label whose value
+/// changed while the daemon runs would begin another time series.
 std::string information(const Json& status) {
   return head("build", "info", "", "Versions of hapticd and of the kernel.") +
          fmt::format("hapticd_build_info{{version=\"{}\",kernel=\"{}\"}} 1\n",

@@ -13,7 +13,7 @@ inline constexpr const char* kPrometheusType = "text/plain; version=0.0.4; chars
 
 /// The status as OpenMetrics 1.0 text: families hapticd_*, base units (seconds, bytes, newtons, metres),
 /// states as StateSet, durations as summaries whose quantile 1 is the maximum, "# EOF" at the end. What the
-/// daemon does not report is left out. `status` null: the daemon does not answer, and hapticd_up is 0.
+/// daemon does not report is left out. `status` null: the daemon does not respond, and hapticd_up is 0.
 /// Source: the OpenMetrics specification, version 1.0.0.
 std::string openMetricsOf(const Json& status);
 

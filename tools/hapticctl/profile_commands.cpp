@@ -38,21 +38,22 @@ std::string loadedText(const Json& reply) {
   return text;
 }
 
-int runProfiles(const CommandOptions& options, const ProfileOptions& wanted) {
+int runProfiles(const CommandOptions& options, const ProfileOptions& requested) {
   const auto change = [&](const char* method, const Json& name, const std::string& said) {
     return callAndPrint(options, {method, {{"name", name}}, true}, [&](const Json&) { return said + "\n"; });
   };
-  if (!wanted.remove.empty()) {
-    return change("io.hapticd.Control.DeleteProfile", wanted.remove, "deleted " + printable(wanted.remove));
+  if (!requested.remove.empty()) {
+    return change("io.hapticd.Control.DeleteProfile", requested.remove,
+                  "deleted " + printable(requested.remove));
   }
-  if (!wanted.boot.empty()) {
-    return change("io.hapticd.Control.SetBootProfile", wanted.boot,
-                  printable(wanted.boot) + " is loaded at each start");
+  if (!requested.boot.empty()) {
+    return change("io.hapticd.Control.SetBootProfile", requested.boot,
+                  printable(requested.boot) + " is loaded at each start");
   }
-  if (wanted.no_boot)
+  if (requested.no_boot)
     return change("io.hapticd.Control.SetBootProfile", Json(), "no profile is loaded at the start");
   return callAndPrint(options, {"io.hapticd.Status.ListProfiles"}, [&](const Json& reply) {
-    return wanted.names_only ? namesText(reply, "profiles") : profilesText(reply);
+    return requested.names_only ? namesText(reply, "profiles") : profilesText(reply);
   });
 }
 
@@ -80,17 +81,18 @@ void addProfileCommands(CommandLine& line) {
            loadedText);
 
   const CommandOptions& options = line.options();
-  const auto wanted = std::make_shared<ProfileOptions>();
+  const auto requested = std::make_shared<ProfileOptions>();
   CLI::App& profiles =
       line.add("profiles", "List the profiles, delete one, or choose the one that each start loads",
-               [&options, wanted] { return runProfiles(options, *wanted); });
-  auto* remove = profiles.add_option("--delete", wanted->remove, "Delete this profile")->type_name("PROFILE");
+               [&options, requested] { return runProfiles(options, *requested); });
+  auto* remove =
+      profiles.add_option("--delete", requested->remove, "Delete this profile")->type_name("PROFILE");
   auto* boot =
-      profiles.add_option("--boot", wanted->boot, "Load this profile at each start")->type_name("PROFILE");
-  auto* no_boot = profiles.add_flag("--no-boot", wanted->no_boot, "Load no profile at the start");
+      profiles.add_option("--boot", requested->boot, "Load this profile at each start")->type_name("PROFILE");
+  auto* no_boot = profiles.add_flag("--no-boot", requested->no_boot, "Load no profile at the start");
   remove->excludes(boot)->excludes(no_boot);
   boot->excludes(no_boot);
-  addNames(profiles, wanted->names_only)->excludes(remove)->excludes(boot)->excludes(no_boot);
+  addNames(profiles, requested->names_only)->excludes(remove)->excludes(boot)->excludes(no_boot);
 }
 
 }  // namespace hapticd::tools

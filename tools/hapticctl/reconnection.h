@@ -23,13 +23,13 @@ class Reconnection {
   static constexpr std::chrono::milliseconds kFirstWait{250};
   static constexpr std::chrono::milliseconds kLongestWait{5000};
 
-  /// signals: the descriptor of takeSignals(). goesOn: called for each signal that has come; false: give up.
-  /// deadline: when to give up at the latest.
+  /// signals: the descriptor of takeSignals(). goesOn: called for each signal that has arrived; false: give
+  /// up. deadline: when to give up at the latest.
   Reconnection(int signals, std::function<bool()> goesOn, Clock::time_point deadline)
       : signals_(signals), goesOn_(std::move(goesOn)), deadline_(deadline) {}
 
-  /// Waits, then calls `attempt`, until it succeeds or fails with what waiting does not mend. Nothing: given
-  /// up.
+  /// Waits, then calls `attempt`, until it succeeds or fails with an error that cannot pass (mayPass).
+  /// Returns nothing if it was given up.
   template <typename T>
   std::optional<ClientResult<T>> retry(const std::function<ClientResult<T>()>& attempt) {
     for (auto wait = kFirstWait; waited(wait); wait = std::min(2 * wait, kLongestWait)) {
@@ -40,7 +40,7 @@ class Reconnection {
   }
 
  private:
-  /// False: given up meanwhile.
+  /// Waits; returns false if it was given up meanwhile.
   bool waited(std::chrono::milliseconds wait) const;
 
   int signals_;

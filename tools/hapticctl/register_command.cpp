@@ -60,9 +60,9 @@ std::string poseText(const Json& pose) {
                      metres("zM"), angle("rollRad"), angle("pitchRad"), angle("yawRad"));
 }
 
-// --- what the person does with the handle
+// --- touches of the handle
 
-/// Where the HIP is now. Errors: no daemon, no handle.
+/// Reads the position of the HIP. Errors: no daemon, no handle.
 ClientResult<rt::Vec3> readHip(VarlinkClient& client) {
   const auto reply = client.call("io.hapticd.Status.GetStatus");
   if (!reply) return std::unexpected(reply.error());
@@ -76,11 +76,11 @@ ClientResult<rt::Vec3> readHip(VarlinkClient& client) {
                                      "",
                                      {{"reason", "the handle is " + state +
                                                      ": nothing can be touched with it; "
-                                                     "'hapticctl status' says what to do"}},
+                                                     "'hapticctl status' shows what to do"}},
                                      0});
 }
 
-/// Takes a second. Errors: as of readHip().
+/// Reads a touch, which takes a second. Errors: those of readHip().
 ClientResult<Touch> readTouch(VarlinkClient& client) {
   Touch touch;
   while (true) {
@@ -92,7 +92,7 @@ ClientResult<Touch> readTouch(VarlinkClient& client) {
   }
 }
 
-/// What the person wants of a landmark.
+/// The person's decision about a landmark.
 enum class Wish { take, skip, give_up };
 
 Wish askFor(const std::string& name) {
@@ -133,7 +133,7 @@ std::expected<void, int> touchAll(const CommandOptions& options, std::vector<Poi
   return {};
 }
 
-// --- where the pairs come from
+// --- sources of the pairs
 
 Pairs pairsByTouch(const CommandOptions& options, const std::string& file) {
   const auto landmarks = readLandmarks(file);
@@ -152,14 +152,14 @@ Pairs pairsByTouch(const CommandOptions& options, const std::string& file) {
   return pairs;
 }
 
-Pairs pairsFor(const CommandOptions& options, const RegisterOptions& wanted) {
-  if (!wanted.landmarks.empty()) return pairsByTouch(options, wanted.landmarks);
-  auto pairs = readPointPairs(wanted.points);
+Pairs pairsFor(const CommandOptions& options, const RegisterOptions& requested) {
+  if (!requested.landmarks.empty()) return pairsByTouch(options, requested.landmarks);
+  auto pairs = readPointPairs(requested.points);
   if (!pairs) return std::unexpected(reportAll(pairs.error(), options.json));
   return std::move(*pairs);
 }
 
-// --- what is said and sent
+// --- output and calls
 
 Json fitJson(const std::vector<PointPair>& pairs, const RigidFit& fit) {
   Json residuals = Json::array();
@@ -180,16 +180,16 @@ void showFit(const Json& fit) {
   fmt::print("  {:<20} {:>7} mm\n", "root mean square", fixed(1000 * numberAt(fit, "rmsM"), 2));
 }
 
-Result<void> checkResidual(const RigidFit& fit, const RegisterOptions& wanted) {
-  if (wanted.force || fit.largest_m <= wanted.max_residual_m) return {};
+Result<void> checkResidual(const RigidFit& fit, const RegisterOptions& requested) {
+  if (requested.force || fit.largest_m <= requested.max_residual_m) return {};
   return std::unexpected(
       Error{"register",
             fmt::format("nothing was changed: a point is off by {:.1f} mm, at most {:.1f} mm are allowed",
-                        1000 * fit.largest_m, 1000 * wanted.max_residual_m),
+                        1000 * fit.largest_m, 1000 * requested.max_residual_m),
             "measure the worst point again, or --max-residual or --force"});
 }
 
-/// Sends a pose, or null to go back to the configuration's; adds what the daemon says to `document`.
+/// Sends a pose, or null to go back to the configuration's; adds the daemon's reply to `document`.
 int sendPose(const CommandOptions& options, const Json& parameters, Json document) {
   const auto reply = callOnce(options, {"io.hapticd.Control.SetCalibration", parameters, true});
   if (!reply) return report(reply.error(), options.json);
@@ -204,15 +204,15 @@ int sendPose(const CommandOptions& options, const Json& parameters, Json documen
   return kOk;
 }
 
-int registerCamera(const CommandOptions& options, const RegisterOptions& wanted) {
-  const Pairs pairs = pairsFor(options, wanted);
+int registerCamera(const CommandOptions& options, const RegisterOptions& requested) {
+  const Pairs pairs = pairsFor(options, requested);
   if (!pairs) return pairs.error();
   const auto fit = fitRigid(*pairs);
   if (!fit) return report(fit.error(), options.json);
   const Json document = fitJson(*pairs, *fit);
   if (!options.json) showFit(document);
-  if (const auto good = checkResidual(*fit, wanted); !good) return report(good.error(), options.json);
-  if (!wanted.dry_run) {
+  if (const auto good = checkResidual(*fit, requested); !good) return report(good.error(), options.json);
+  if (!requested.dry_run) {
     return sendPose(options, {{"cameraPose", document["cameraPose"]}, {"residualM", fit->rms_m}}, document);
   }
   if (options.json) printJson(document);
@@ -235,10 +235,10 @@ std::string calibrationText(const Json& reply) {
   return text;
 }
 
-int runRegister(const CommandOptions& options, const RegisterOptions& wanted) {
-  if (wanted.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
-  if (wanted.reset) return sendPose(options, Json::object(), Json::object());
-  if (!wanted.points.empty() || !wanted.landmarks.empty()) return registerCamera(options, wanted);
+int runRegister(const CommandOptions& options, const RegisterOptions& requested) {
+  if (requested.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
+  if (requested.reset) return sendPose(options, Json::object(), Json::object());
+  if (!requested.points.empty() || !requested.landmarks.empty()) return registerCamera(options, requested);
   config::printUsageError("hapticctl register",
                           "one of --points, --landmarks, --show and --reset is required");
   return kUsage;
@@ -248,30 +248,31 @@ int runRegister(const CommandOptions& options, const RegisterOptions& wanted) {
 
 void addRegisterCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
-  const auto wanted = std::make_shared<RegisterOptions>();
+  const auto requested = std::make_shared<RegisterOptions>();
   CLI::App& command =
       line.add("register", "Find the pose of the camera from points that are known to it and in the world",
-               [&options, wanted] { return runRegister(options, *wanted); });
+               [&options, requested] { return runRegister(options, *requested); });
   auto* points = command
-                     .add_option("--points", wanted->points,
+                     .add_option("--points", requested->points,
                                  fmt::format("Points in the frames of the camera and of the world; CSV: {}",
                                              kPairsHeader))
                      ->type_name("FILE");
   auto* landmarks =
       command
-          .add_option("--landmarks", wanted->landmarks,
+          .add_option("--landmarks", requested->landmarks,
                       fmt::format("Pixels of a snapshot, which are then touched with the handle; CSV: {}",
                                   kLandmarksHeader))
           ->type_name("FILE");
   command
-      .add_option("--max-residual", wanted->max_residual_m,
+      .add_option("--max-residual", requested->max_residual_m,
                   "Refuse a pose that leaves a residual larger than this (default 0.01)")
       ->type_name("M")
       ->check(within(0.0, 1.0));
-  command.add_flag("--force", wanted->force, "Accept the pose, however large the residuals are");
-  command.add_flag("--dry-run", wanted->dry_run, "Only show the pose, without sending it");
-  auto* show = command.add_flag("--show", wanted->show, "Show the pose in use and the one that waits");
-  auto* reset = command.add_flag("--reset", wanted->reset, "Go back to the pose of the configuration file");
+  command.add_flag("--force", requested->force, "Accept the pose, however large the residuals are");
+  command.add_flag("--dry-run", requested->dry_run, "Only show the pose, without sending it");
+  auto* show = command.add_flag("--show", requested->show, "Show the pose in use and the one that waits");
+  auto* reset =
+      command.add_flag("--reset", requested->reset, "Go back to the pose of the configuration file");
   points->excludes(landmarks)->excludes(show)->excludes(reset);
   landmarks->excludes(show)->excludes(reset);
   show->excludes(reset);

@@ -10,7 +10,7 @@ namespace hapticd::tools {
 
 bool Screen::show(const std::vector<std::string>& lines) {
   std::string text = "\033[H";
-  // cleared before it is written: after a line that fills the terminal the cursor still stands on its last
+  // cleared before it is written: after a line that fills the terminal the cursor is still on its last
   // column
   for (std::size_t i = 0; i < lines.size(); ++i) text += (i == 0 ? "\033[K" : "\r\n\033[K") + lines[i];
   fmt::print("{}\033[J", text);

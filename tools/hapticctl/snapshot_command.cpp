@@ -32,22 +32,22 @@ double neighbourhood_m(const CommandOptions& options) {
   return std::isnan(radius_m) ? rt::SpringParameters().radius_m : radius_m;
 }
 
-config::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& wanted, double radius_m) {
-  if (!wanted.ply.empty()) {
-    const auto written = writeWholeFile(wanted.ply, plyOf(snapshot, radius_m), wanted.if_exists);
+config::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& requested, double radius_m) {
+  if (!requested.ply.empty()) {
+    const auto written = writeWholeFile(requested.ply, plyOf(snapshot, radius_m), requested.if_exists);
     if (!written) return written;
   }
-  if (wanted.png.empty()) return {};
+  if (requested.png.empty()) return {};
   const auto png = pngOf(snapshot);
   if (!png) return std::unexpected(png.error());
-  return writeWholeFile(wanted.png, *png, wanted.if_exists);
+  return writeWholeFile(requested.png, *png, requested.if_exists);
 }
 
-void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& wanted, bool json) {
+void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& requested, bool json) {
   const auto measured =
       std::ranges::count_if(snapshot.raw, [](auto raw) { return raw < rt::kRawNoMeasurement; });
   Json files = Json::array();
-  for (const std::string& file : {wanted.ply, wanted.png}) {
+  for (const std::string& file : {requested.ply, requested.png}) {
     if (!file.empty()) files.push_back(file);
   }
   if (json) return printJson({{"frame", snapshot.frame}, {"measuredPixels", measured}, {"files", files}});
@@ -55,17 +55,17 @@ void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& wanted, bool 
   for (const Json& file : files) fmt::print("{}\n", printable(file.get<std::string>()));
 }
 
-int runSnapshot(const CommandOptions& options, const SnapshotOptions& wanted) {
-  for (const std::string& file : {wanted.ply, wanted.png}) {
-    const auto good = file.empty() ? config::Result<void>() : mayWrite(file, wanted.if_exists);
+int runSnapshot(const CommandOptions& options, const SnapshotOptions& requested) {
+  for (const std::string& file : {requested.ply, requested.png}) {
+    const auto good = file.empty() ? config::Result<void>() : mayWrite(file, requested.if_exists);
     if (!good) return report(good.error(), options.json);
   }
   const auto snapshot = fetchSnapshot(options);
   if (!snapshot) return snapshot.error();
-  const double radius_m = wanted.ply.empty() ? 0 : neighbourhood_m(options);
-  const auto written = writeFiles(*snapshot, wanted, radius_m);
+  const double radius_m = requested.ply.empty() ? 0 : neighbourhood_m(options);
+  const auto written = writeFiles(*snapshot, requested, radius_m);
   if (!written) return report(written.error(), options.json);
-  showSnapshot(*snapshot, wanted, options.json);
+  showSnapshot(*snapshot, requested, options.json);
   return kOk;
 }
 
@@ -73,16 +73,17 @@ int runSnapshot(const CommandOptions& options, const SnapshotOptions& wanted) {
 
 void addSnapshotCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
-  const auto wanted = std::make_shared<SnapshotOptions>();
+  const auto requested = std::make_shared<SnapshotOptions>();
   CLI::App& command = line.add("snapshot", "Save the depth image of this moment, with the HIP marked",
-                               [&options, wanted] { return runSnapshot(options, *wanted); });
-  command.add_option("--ply", wanted->ply, "The points in the world, in metres, for MeshLab and others")
+                               [&options, requested] { return runSnapshot(options, *requested); });
+  command.add_option("--ply", requested->ply, "The points in the world, in metres, for MeshLab and others")
       ->type_name("FILE")
       ->check(endsIn(".ply"));
-  command.add_option("--png", wanted->png, "The depth image, light where it is near, with a scale in metres")
+  command
+      .add_option("--png", requested->png, "The depth image, light where it is near, with a scale in metres")
       ->type_name("FILE")
       ->check(endsIn(".png"));
-  addForce(command, wanted->if_exists);
+  addForce(command, requested->if_exists);
 }
 
 }  // namespace hapticd::tools

@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "config/event_kind.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/events.h"
@@ -97,10 +98,11 @@ void addEvents(CommandLine& line) {
   command.add_option("-n,--number", events->count, "Past events to show, 0 to 64 (default 20)")
       ->type_name("N")
       ->check(within(0, 64));
+  constexpr auto& kinds = rt::kWords<config::EventKind>;
   command.add_option("--kind", events->kinds, "Only events of these kinds")
       ->type_name("KIND")
       ->delimiter(',')
-      ->check(CLI::IsMember(std::vector<std::string>(kEventKinds.begin(), kEventKinds.end())));
+      ->check(CLI::IsMember(std::vector<std::string>(kinds.begin(), kinds.end())));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// The cause of a mode in words; empty where the mode says all.
+/// The cause of a mode in words; empty if the mode is sufficient.
 const char* textOf(rt::Cause cause) {
   switch (cause) {
     case rt::Cause::none:
@@ -41,7 +41,7 @@ const char* textOf(rt::Cause cause) {
     case rt::Cause::handle_not_calibrated:
       return "the handle is not calibrated yet";
     case rt::Cause::handle_replaced:
-      return "the handle was lost and came back; engage again when it is safe";
+      return "the handle was lost and reconnected; engage again when it is safe";
     case rt::Cause::outside_workspace:
       return "the handle is outside safety.workspace_radius_m";
     case rt::Cause::inside_surface:
@@ -54,7 +54,7 @@ const char* textOf(rt::Cause cause) {
   return "";
 }
 
-/// The same of a word in a reply; a newer daemon may know more causes.
+/// The text of a cause's word in a reply; a newer daemon may know more causes.
 std::string causeText(const std::string& word) {
   const std::optional<rt::Cause> cause = rt::withWord<rt::Cause>(word);
   if (cause) return textOf(*cause);
@@ -63,7 +63,7 @@ std::string causeText(const std::string& word) {
 
 // When the force loop counts as late. Its rate is the number of ticks in the last second, so a loop that
 // keeps time is off by one tick at most. Half a percent, 5 of 1000 ticks, is no rounding: there were periods
-// without a tick, in which the handle held an old force. With a tenth of the ticks missing the loop does not
+// without a tick, in which the handle held a stale force. With a tenth of the ticks missing the loop does not
 // reach its rate at all.
 constexpr double kLateRate = 0.995;
 constexpr double kVeryLateRate = 0.9;
@@ -72,7 +72,7 @@ constexpr double kVeryLateRate = 0.9;
 // overrun_burst).
 constexpr double kLateShare = 1e-4;
 constexpr double kVeryLateShare = 1e-2;
-/// So few late ticks are no share of anything: they come from the start, when memory and caches are cold.
+/// Up to this many late ticks do not count: they are from the start, when memory and caches are cold.
 constexpr double kFewOverruns = 3;
 
 /// "the force loop is late: 981.0 of 1000 Hz in the last second, 70 of 61500 ticks late since the start".
@@ -177,7 +177,7 @@ std::string sceneText(const Json& status) {
                                 {"depthStaleTicks", "with stale depth"}}));
 }
 
-/// Nothing for a handle without a measured connection.
+/// The statistics of the handle's connection; empty without any.
 std::string linkText(const Json& status) {
   const Json* link = fieldAt(status, "handle.link");
   if (!link || link->is_null()) return "";
@@ -191,7 +191,7 @@ std::string linkText(const Json& status) {
          line("round trip", latencyText(status, "handle.link.roundTrip"));
 }
 
-/// Nothing for a handle that no command has been sent to.
+/// The latency of commands; empty if none has been sent.
 std::string lastHopText(const Json& status) {
   const Json* hop = fieldAt(status, "handle.lastHop");
   if (!hop || hop->is_null()) return "";

@@ -10,7 +10,7 @@
 
 namespace hapticd::tools {
 
-/// "engaged", "holding: the depth is stale": the mode and, where it says more, its cause.
+/// "engaged", "holding: the depth is stale": the mode and, if it adds information, its cause.
 std::string modeText(const Json& status);
 
 /// How well the force loop keeps time.
@@ -20,8 +20,8 @@ enum class Punctuality { unknown, good, late, very_late };
 /// late. nominal_rate_hz: the parameter loop.rate_hz; NaN: not known, and the rate is not judged.
 Punctuality punctualityOf(const Json& status, double nominal_rate_hz);
 
-/// What is wrong, the worst first: a fault, the camera if it does not stream, the handle if it is absent, a
-/// force loop that is late, then the daemon's warnings. nominal_rate_hz: as for punctualityOf().
+/// Returns the problems, the worst first: a fault, the camera if it does not stream, the handle if it is
+/// absent, a force loop that is late, then the daemon's warnings. nominal_rate_hz: as for punctualityOf().
 std::vector<std::string> complaints(const Json& status, double nominal_rate_hz = std::nan(""));
 
 /// "57 s", "12 min", "3.4 h": how long something has lasted.
@@ -39,10 +39,10 @@ std::string versionsText(const Json& status);
 /// "850 B", "12.3 kB", "12.3 MB", "1.2 GB", in powers of ten as disks are sold; "-" for NaN.
 std::string bytesText(double bytes);
 
-/// What the force comes from: "from 100 points", or, of laws with a proxy, "contact".
+/// The source of the force: "from 100 points", or, of laws with a proxy, "contact".
 std::string contactText(const Json& status);
 
-/// What the newest scene consists of: "4000 points", or the pixels on which the law `surface` works instead.
+/// The content of the newest scene: "4000 points", or the pixels on which the law `surface` works instead.
 std::string sceneContentText(const Json& status);
 
 /// The whole status for people: what is wrong, the state of each part, every counter. nominal_rate_hz: as for

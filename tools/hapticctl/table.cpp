@@ -25,7 +25,7 @@ std::string withoutBlanksAtTheEnd(std::string line) {
 
 }  // namespace
 
-/// Of all columns but the last one, whose cells end their line.
+/// Returns the widths of all columns except the last one, whose cells end their line.
 std::vector<std::size_t> Table::widths() const {
   std::vector<std::size_t> widths;
   for (std::size_t i = 0; i + 1 < columns_.size(); ++i) {

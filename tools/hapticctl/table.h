@@ -8,19 +8,19 @@
 namespace hapticd::tools {
 
 /// A table for people: a header, and columns as wide as their cells. On a terminal it is fitted to the width:
-/// the last column, which holds text, is wrapped within what the others leave, or stands on lines of its own
+/// the last column, which holds text, is wrapped within what the others leave, or is on lines of its own
 /// below its row where they leave too little. Nothing is ever cut, because names and values are copied from
 /// tables.
 class Table {
  public:
   struct Column {
     std::string title;
-    bool right = false;  ///< for numbers, which stand at the right of their column
+    bool right = false;  ///< for numbers, which are aligned to the right of their column
   };
 
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  /// As many cells as there are columns.
+  /// Adds a row with as many cells as there are columns.
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
 
   /// The lines, each with its end. columns: of the terminal; TerminalSize::kNoLimit: each row in one line.

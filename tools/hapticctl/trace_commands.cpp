@@ -75,7 +75,7 @@ void addMark(CommandLine& line, CLI::App& group) {
                    return fmt::format("marked {}: {}\n", textAt(reply, "name"), printable(*text));
                  });
            })
-      .add_option("TEXT", *text, "What the mark says, at most 200 bytes; the plot shows it")
+      .add_option("TEXT", *text, "Text of the mark, at most 200 bytes; the plot shows it")
       ->type_name("TEXT")
       ->required();
 }
@@ -108,34 +108,34 @@ void addFiles(CommandLine& line, CLI::App& group) {
   addForFile(line, group, "info", "Check a trace and show what it contains",
              [&options](const fs::path& file) { return runTraceInfo(options, file); });
 
-  const auto wanted = std::make_shared<ExportOptions>();
-  CLI::App& exported =
-      addForFile(line, group, "export", "Write a trace in a format that other programs read",
-                 [&options, wanted](const fs::path& file) { return runTraceExport(options, file, *wanted); });
+  const auto requested = std::make_shared<ExportOptions>();
+  CLI::App& exported = addForFile(
+      line, group, "export", "Write a trace in a format that other programs read",
+      [&options, requested](const fs::path& file) { return runTraceExport(options, file, *requested); });
   exported
-      .add_option("--format", wanted->format,
+      .add_option("--format", requested->format,
                   "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: by the\n"
                   "ending of --out, else csv)")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"csv", "hdf5", "libfreenect"}));
   exported
-      .add_option("--channel", wanted->channel,
+      .add_option("--channel", requested->channel,
                   "What a CSV file holds: ticks (default), models, directives, events")
       ->type_name("CHANNEL")
       ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
   exported
       .add_option(
-          "--out", wanted->out,
+          "--out", requested->out,
           "The .csv, .h5, .hdf5 or folder to write (default: the name of the trace, in this folder);\n"
           "the settings are written beside a CSV file")
       ->type_name("FILE");
-  addForce(exported, wanted->if_exists);
+  addForce(exported, requested->if_exists);
   exported
-      .add_option("--rows", wanted->selection.most_ticks,
+      .add_option("--rows", requested->selection.most_ticks,
                   "Export at most that many ticks; all peaks of the force are kept")
       ->type_name("N")
       ->check(within(2, 1'000'000'000));
-  addTimes(exported, wanted->selection);
+  addTimes(exported, requested->selection);
 
   const auto recovered_out = std::make_shared<std::string>();
   CLI::App& recovered = addForFile(line, group, "recover",

@@ -33,7 +33,8 @@ Json durationsJson(const TraceDurations& durations) {
 
 constexpr const char* kFinishFirst = "finish it first: hapticctl trace stop";
 
-/// What is wrong with a trace. One that is being written has no end yet, but needs no recovery.
+/// Returns the error of a trace that cannot be read. One that is being written has no end yet, but needs no
+/// recovery.
 config::Error errorOf(const std::filesystem::path& file, const config::Error& error) {
   if (!error.where.starts_with(file.string()) || !drivers::isBeingWritten(file)) return error;
   return {file.string(), "is being written", kFinishFirst};
@@ -116,7 +117,7 @@ void showPeriods(const TraceSummary& summary) {
   fmt::print("\n");
 }
 
-/// A text from a file, which may contain anything, as it is shown.
+/// Returns a text from a file in printable form, because it may contain anything.
 std::string shown(const std::string& text) {
   constexpr std::size_t kMostColumns = 200;
   return cutTo(printable(text), kMostColumns);
@@ -205,7 +206,7 @@ std::string whenText(const drivers::mcap::Damage& damage) {
     return fmt::format("; {} s after {} are missing there", fixed(gap_s, 3), time(damage.after_ns));
   }
   if (damage.after_ns != 0 && damage.before_ns == 0) {
-    return fmt::format("; what came after {} is missing", time(damage.after_ns));
+    return fmt::format("; everything after {} is missing", time(damage.after_ns));
   }
   return "";
 }
@@ -251,14 +252,14 @@ TraceChannel channelOf(const std::string& name) {
   return TraceChannel::ticks;
 }
 
-/// Exports the depth as a folder.
+/// Exports the raw depth of a trace as a folder in libfreenect's format.
 int exportDepth(const CommandOptions& options, const std::filesystem::path& file,
-                const ExportOptions& wanted) {
+                const ExportOptions& requested) {
   const std::filesystem::path folder =
-      wanted.out.empty() ? besideHere(file, ".depth") : std::filesystem::path(wanted.out);
+      requested.out.empty() ? besideHere(file, ".depth") : std::filesystem::path(requested.out);
   ProgressLine progress("exporting");
   const auto frames =
-      exportRecording(file, folder, wanted.selection, [&](double share) { progress.show(share); });
+      exportRecording(file, folder, requested.selection, [&](double share) { progress.show(share); });
   progress.end();
   if (!frames) return report(frames.error(), options.json);
   if (options.json) {
@@ -278,21 +279,21 @@ constexpr std::string_view kHdf5 = "hdf5";
 constexpr std::array<ExportFormat, 3> kFormats{{{"csv", ".csv"}, {kHdf5, ".h5"}, {kHdf5, ".hdf5"}}};
 
 /// The format that the ending of --out stands for, else the one of --format, else CSV.
-config::Result<ExportFormat> formatFor(const ExportOptions& wanted) {
-  if (wanted.out.empty()) {
-    const auto named = std::ranges::find(kFormats, wanted.format, &ExportFormat::name);
+config::Result<ExportFormat> formatFor(const ExportOptions& requested) {
+  if (requested.out.empty()) {
+    const auto named = std::ranges::find(kFormats, requested.format, &ExportFormat::name);
     return named == kFormats.end() ? kFormats.front() : *named;
   }
   std::vector<std::string_view> endings;
   for (const ExportFormat& format : kFormats) {
-    if (checkEnding(wanted.out, std::array{format.ending})) {
-      if (wanted.format.empty() || wanted.format == format.name) return format;
-      return std::unexpected(config::Error{wanted.out, "is not of the format " + wanted.format,
+    if (checkEnding(requested.out, std::array{format.ending})) {
+      if (requested.format.empty() || requested.format == format.name) return format;
+      return std::unexpected(config::Error{requested.out, "is not of the format " + requested.format,
                                            "leave out --format, or give another ending"});
     }
     endings.push_back(format.ending);
   }
-  return std::unexpected(checkEnding(wanted.out, endings).error());
+  return std::unexpected(checkEnding(requested.out, endings).error());
 }
 
 }  // namespace
@@ -328,19 +329,19 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
 }
 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
-                   const ExportOptions& wanted) {
-  if (wanted.format == "libfreenect") return exportDepth(options, file, wanted);
-  if (const auto good = mayBecome(wanted.out, file); !good) return report(good.error(), options.json);
-  const auto format = formatFor(wanted);
+                   const ExportOptions& requested) {
+  if (requested.format == "libfreenect") return exportDepth(options, file, requested);
+  if (const auto good = mayBecome(requested.out, file); !good) return report(good.error(), options.json);
+  const auto format = formatFor(requested);
   if (!format) return report(format.error(), options.json);
   const bool hdf5 = format->name == kHdf5;
-  const std::filesystem::path out =
-      wanted.out.empty() ? besideHere(file, std::string(format->ending)) : std::filesystem::path(wanted.out);
+  const std::filesystem::path out = requested.out.empty() ? besideHere(file, std::string(format->ending))
+                                                          : std::filesystem::path(requested.out);
   ProgressLine progress("exporting");
   const auto show = [&](double share) { progress.show(share); };
-  const auto rows =
-      hdf5 ? exportHdf5ByProgram(file, out, wanted.selection, show, wanted.if_exists)
-           : exportCsv(file, out, channelOf(wanted.channel), wanted.selection, show, wanted.if_exists);
+  const auto rows = hdf5 ? exportHdf5ByProgram(file, out, requested.selection, show, requested.if_exists)
+                         : exportCsv(file, out, channelOf(requested.channel), requested.selection, show,
+                                     requested.if_exists);
   progress.end();
   if (!rows) return report(errorOf(file, rows.error()), options.json);
   if (options.json) {
@@ -355,13 +356,13 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
 }
 
 int runTracePlot(const CommandOptions& options, const std::filesystem::path& file,
-                 const PlotOptions& wanted) {
+                 const PlotOptions& requested) {
   const std::filesystem::path out =
-      wanted.out.empty() ? besideHere(file, ".png") : std::filesystem::path(wanted.out);
+      requested.out.empty() ? besideHere(file, ".png") : std::filesystem::path(requested.out);
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   ProgressLine progress("drawing");
   const auto drawn = plotTrace(
-      file, out, wanted.selection, [&](double share) { progress.show(share); }, wanted.if_exists);
+      file, out, requested.selection, [&](double share) { progress.show(share); }, requested.if_exists);
   progress.end();
   if (!drawn) return report(errorOf(file, drawn.error()), options.json);
   if (options.json) {

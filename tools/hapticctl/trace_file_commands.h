@@ -10,7 +10,7 @@
 
 namespace hapticd::tools {
 
-/// What `trace export` makes of a trace.
+/// Options of `trace export`.
 struct ExportOptions {
   /// csv, hdf5 or libfreenect; of a file what its ending stands for; empty: that, else csv
   std::string format;
@@ -20,7 +20,7 @@ struct ExportOptions {
   TraceSelection selection;
 };
 
-/// What `trace plot` makes of a trace.
+/// Options of `trace plot`.
 struct PlotOptions {
   std::string out;  ///< .png or .svg; empty: the trace's name with .png, in this folder
   IfExists if_exists = IfExists::refuse;
@@ -34,7 +34,8 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
 /// `out`: the file to write; empty: the trace's name with "-recovered" beside it.
 int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file, const std::string& out);
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
-                   const ExportOptions& wanted);
-int runTracePlot(const CommandOptions& options, const std::filesystem::path& file, const PlotOptions& wanted);
+                   const ExportOptions& requested);
+int runTracePlot(const CommandOptions& options, const std::filesystem::path& file,
+                 const PlotOptions& requested);
 
 }  // namespace hapticd::tools

@@ -33,7 +33,7 @@ struct DeleteWords {
   bool yes = false;
 };
 
-/// A date and time, or an age.
+/// Accepts a date and time, or an age.
 CLI::Validator isTime() {
   return {
       [](std::string& text) {

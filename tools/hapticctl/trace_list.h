@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// What `trace list` shows of the traces of a folder, and in which order.
+/// The traces of a folder that `trace list` shows, and their order.
 struct TraceListOptions {
   std::string label = {};                     ///< part of the name; empty: any
   std::optional<std::int64_t> since_ns = {};  ///< begun at that time or later, CLOCK_REALTIME
@@ -28,13 +28,13 @@ Json chosenTraces(const Json& reply, const TraceListOptions& options);
 double traceBegin_ns(const Json& trace);
 
 /// The traces as a table, with their number and size below. reply: the whole reply they were chosen from,
-/// which says how many there are; columns: of the terminal.
+/// which has their total number; columns: of the terminal.
 std::string traceListText(const Json& traces, const Json& reply, std::int64_t now_ns, std::size_t columns);
 
 /// "3 traces, 1.2 GB".
 std::string traceSumText(const Json& traces);
 
-/// What `trace delete` will do.
+/// The plan of `trace delete`.
 struct TraceDeletion {
   Json to_delete = Json::array();     ///< as in the reply
   std::vector<std::string> problems;  ///< of named traces that cannot be deleted: name and reason

@@ -31,8 +31,8 @@ const std::vector<std::string> kLineFields{
     "camera.state", "camera.frames", "scene",       "tick"};
 constexpr std::size_t kHistoryRows = 4;
 
-/// The reply with a window of the newest tick where no tick has come yet: the first reply of a stream comes
-/// at once, and would have gaps where the others have forces.
+/// The reply with a window of the newest tick if there are no ticks yet: the first reply of a stream is
+/// sent at once, and would have gaps where the others have forces.
 Json withTicks(Json reply) {
   if (numberAt(reply, "window.ticks") > 0 || !fieldAt(reply, "status.tick")) return reply;
   const double force_n = lengthAt(reply, "status.tick.commandForceNInWorld");
@@ -48,13 +48,13 @@ Json withTicks(Json reply) {
   return reply;
 }
 
-/// How states are shown.
+/// Shows states to the user.
 class Display {
  public:
   virtual ~Display() = default;
-  /// False when nobody can see it any more.
+  /// Returns false if nobody can see it any more.
   virtual bool show(const Json& reply) = 0;
-  /// Says something beside the states, on standard error.
+  /// Prints a message on standard error, beside the states.
   virtual void note(const std::string& text) { fmt::print(stderr, "hapticctl: {}\n", text); }
   /// The terminal has another size.
   virtual void resize() {}
@@ -83,7 +83,7 @@ class Lines : public Display {
   bool short_lines_;
 };
 
-/// One line of a terminal, written over.
+/// One line of a terminal, which is overwritten.
 class StandingLine : public Display {
  public:
   ~StandingLine() override { fmt::print("\n"); }
@@ -110,7 +110,7 @@ class WholeScreen : public Display {
     note_.clear();
     return draw();
   }
-  /// On the screen too, which standard error would spoil where it is the same terminal.
+  /// Shows the message on the screen, which standard error would disturb if it is the same terminal.
   void note(const std::string& text) override {
     note_ = text;
     draw();
@@ -195,7 +195,7 @@ ClientResult<Stream> open(const CommandOptions& options, const WatchOptions& wat
   return Stream{std::move(*client), std::move(first)};
 }
 
-/// Acts on a signal; false when the program is to end.
+/// Handles a signal; returns false if the program must end.
 bool handleSignal(Display& display, int signals) {
   const int signal = nextSignal(signals);
   if (signal == SIGWINCH) display.resize();
@@ -203,7 +203,7 @@ bool handleSignal(Display& display, int signals) {
   return signal == SIGWINCH || signal == SIGTSTP;
 }
 
-/// What has been shown, and when to end.
+/// Progress of the display: the states shown, and the end.
 struct Shown {
   int states = 0;
   Reconnection::Clock::time_point end = Reconnection::Clock::time_point::max();

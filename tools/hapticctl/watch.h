@@ -18,8 +18,9 @@ struct WatchOptions {
 };
 
 /// Prints the state again and again until Ctrl-C or the end that `watch` sets: on a terminal as a table or a
-/// line that stands still, else line by line. It survives a restart of the daemon: it connects again, and
-/// says so on standard error. The terminal is as before at the end, whatever ends it. Returns the exit code.
+/// line that is updated in place, else line by line. It survives a restart of the daemon: it connects again,
+/// and reports that on standard error. The terminal is as before at the end, whatever ends it. Returns the
+/// exit code.
 int runWatch(const CommandOptions& options, const WatchOptions& watch);
 
 }  // namespace hapticd::tools

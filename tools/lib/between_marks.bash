@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # For scripts that write generated text into a document by sourcing this file.
 
-# between_marks DOCUMENT NAME FRAGMENT: replaces what stands between the lines `<!-- NAME: begin -->` and
+# between_marks DOCUMENT NAME FRAGMENT: replaces the text between the lines `<!-- NAME: begin -->` and
 # `<!-- NAME: end -->` of DOCUMENT by the content of the file FRAGMENT; the two lines stay. Fails, and leaves the document
 # as it is, unless each line is there exactly once and in this order.
 between_marks() {

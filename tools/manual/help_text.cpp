@@ -28,7 +28,7 @@ bool continuesAnEntry(const std::string& line) {
   return line.starts_with("  ") && line.find_first_not_of(' ') >= kTextColumn;
 }
 
-/// `next_line` tells a short name with its text from a long name that has a blank where texts begin.
+/// `next_line` distinguishes a short name with its text from a long name that has a blank where texts begin.
 void addEntryLine(std::vector<HelpEntry>& entries, const std::string& line, const std::string& next_line) {
   if (continuesAnEntry(line)) {
     if (entries.empty()) return;
@@ -52,7 +52,7 @@ std::vector<std::string> linesOf(std::string_view text) {
   return lines;
 }
 
-/// What follows the heading in line `first`, to the end of the sentence.
+/// Returns the text after the heading in line `first`, to the end of the sentence.
 std::string sentenceFrom(const std::vector<std::string>& lines, std::size_t first) {
   std::string sentence = lines[first].substr(kExitStatus.size());
   for (std::size_t i = first + 1; i < lines.size() && !lines[i].empty() && !sentence.ends_with('.'); ++i) {
@@ -61,7 +61,7 @@ std::string sentenceFrom(const std::vector<std::string>& lines, std::size_t firs
   return sentence;
 }
 
-/// "0 done, 64 usage." taken apart: a comma that a number follows begins the next one.
+/// "0 done, 64 usage." split: a comma that a number follows begins the next one.
 std::vector<HelpEntry> exitStatuses(std::string list) {
   if (list.ends_with('.')) list.pop_back();
   std::vector<HelpEntry> statuses;

@@ -13,7 +13,7 @@ struct HelpEntry {
   std::string text;
 };
 
-/// What a program prints for --help.
+/// The output of a program for --help.
 struct HelpText {
   std::string usage;  ///< "hapticctl watch [OPTIONS]", without the program's folder
   std::vector<HelpEntry> arguments;
@@ -22,8 +22,8 @@ struct HelpText {
   std::vector<HelpEntry> exit_statuses;  ///< "0", "done"
 };
 
-/// Takes the output of CLI11 apart: two blanks before an entry, its text from the 31st column on or, where
-/// the name is long, in the lines below. What it does not know it leaves out.
+/// Parses the output of CLI11: two blanks before an entry, its text from the 31st column on or, where
+/// the name is long, in the lines below. Unknown parts are skipped.
 HelpText parseHelp(std::string_view printed);
 
 }  // namespace hapticd::tools

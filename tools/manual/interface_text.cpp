@@ -27,7 +27,7 @@ class Reader {
     skipBlanks();
     return place_ == text_.size();
   }
-  /// The comment above what comes next, as one line.
+  /// Takes the comment above the next element, as one line.
   std::string takeComment() {
     skipBlanks();
     return std::exchange(comment_, {});

@@ -17,7 +17,7 @@ namespace {
 using config::Error;
 using config::Result;
 
-/// What `program` prints for --help, or for the help of `command`.
+/// Returns the help of `program`, or of its subcommand `command`.
 Result<HelpText> helpOf(const std::string& program, const std::string& command) {
   const std::string line = "'" + program + "' " + command + " --help";
   std::FILE* const pipe = ::popen(line.c_str(), "r");

@@ -17,8 +17,7 @@ struct PageSource {
 };
 
 /// The finished page.
-/// Errors: the program does not answer to --help, a text is no interface, the template asks for what nobody
-/// knows.
+/// Errors: the program fails with --help, a text is not an interface, an unknown placeholder.
 config::Result<std::string> manualPage(const PageSource& source);
 
 }  // namespace hapticd::tools

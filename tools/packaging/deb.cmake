@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # The Debian packages, made by CPack of the components of install.cmake: `hapticd` for the box, `hapticd-tools` for what
-# studies it. dependencies.txt says which packages each may depend on; a test compares.
+# studies it. dependencies.txt states which packages each may depend on; a test compares.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hapticd)
 # The project has no mail address; Debian wants the form of one.
@@ -28,7 +28,8 @@ A depth camera looks at a scene, a person holds a haptic handle, and hapticd
 turns the live depth into forces on the handle, 1000 times a second.
 
 This package holds the daemon with its service, and the programs to steer it
-(hapticctl) and to join a device on another computer (haptic-bridge).")
+(hapticctl), to look at it live in a browser (hapticd-view) and to join a
+device on another computer (haptic-bridge).")
 # systemd: for the users too, also where it does not run. udev: what has no devices can do without.
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_DEPENDS systemd)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_RECOMMENDS udev)

@@ -37,6 +37,7 @@ function(add_completion shell file)
 endfunction()
 
 add_manual_page(hapticd.8 PROGRAM hapticd)
+add_manual_page(hapticd-view.8 PROGRAM hapticd-view)
 add_manual_page(hapticd.yaml.5)
 add_manual_page(hapticd-realtime-setup.8)
 add_manual_page(hapticd-varlink.7 INTERFACES
@@ -68,4 +69,4 @@ add_compressed(${CMAKE_SOURCE_DIR}/CHANGELOG.md changelog.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticctl haptic-bridge haptic-replay haptic-soak hapticbench haptic-hdf5)
+add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-replay haptic-soak hapticbench haptic-hdf5)

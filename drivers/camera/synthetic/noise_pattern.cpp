@@ -12,7 +12,7 @@
 namespace hapticd::drivers {
 namespace {
 
-constexpr std::uint32_t kStandingPurpose = 0x10;
+constexpr std::uint32_t kStaticPurpose = 0x10;
 constexpr std::uint32_t kFixedPurpose = 0x11;
 constexpr std::uint32_t kSlowPurpose = 0x15;
 constexpr std::uint32_t kCoarsePurpose = 0x16;
@@ -129,11 +129,11 @@ std::vector<float> fixedCells(std::uint32_t seed, std::uint32_t purpose, double 
 
 NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& parameters)
     : parameters_(parameters),
-      standing_salt_(static_cast<std::uint32_t>(bitsFor(seed, kStandingPurpose, 0))),
+      static_salt_(static_cast<std::uint32_t>(bitsFor(seed, kStaticPurpose, 0))),
       slow_salt_(static_cast<std::uint32_t>(bitsFor(seed, kSlowPurpose, 0))),
       drift_salt_(static_cast<std::uint32_t>(bitsFor(seed, kDriftPurpose, 0))),
       fast_salt_(static_cast<std::uint32_t>(bitsFor(seed, kFastPurpose, 0))),
-      fixed_(fixedCells(seed, kFixedPurpose, parameters.standing_raw * std::sqrt(parameters.share_of_pixel))),
+      fixed_(fixedCells(seed, kFixedPurpose, parameters.static_raw * std::sqrt(parameters.share_of_pixel))),
       coarse_(parameters.coarse_raw > 0 ? rt::kFramePixels : 0),
       epochs_(parameters.drift_raw > 0 ? rt::kFramePixels : 0) {
   if (!coarse_.empty())
@@ -152,7 +152,7 @@ NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& par
   }
 }
 
-double NoisePattern::standingCorrelation(const NoisePatternParameters& parameters, double change_raw) {
+double NoisePattern::staticCorrelation(const NoisePatternParameters& parameters, double change_raw) {
   const double slow = levelCorrelation(std::abs(change_raw) / double{kSlowSpacing_raw});
   const double fast = levelCorrelation(std::abs(change_raw) / double{kFastSpacing_raw});
   const double share_of_fast = 1 - parameters.share_of_pixel - parameters.share_of_slow;
@@ -163,9 +163,8 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
                              std::span<float> cells) const {
   static const PhaseWeights weights = phaseWeights();
   const double share_of_fast = 1 - parameters_.share_of_pixel - parameters_.share_of_slow;
-  const auto standing_slow =
-      static_cast<float>(parameters_.standing_raw * std::sqrt(parameters_.share_of_slow));
-  const auto standing_fast = static_cast<float>(parameters_.standing_raw * std::sqrt(share_of_fast));
+  const auto static_slow = static_cast<float>(parameters_.static_raw * std::sqrt(parameters_.share_of_slow));
+  const auto static_fast = static_cast<float>(parameters_.static_raw * std::sqrt(share_of_fast));
   const auto drift = static_cast<float>(parameters_.drift_raw);
   const auto fast = static_cast<float>(parameters_.fast_raw);
   const auto number = static_cast<std::uint32_t>(frame % kFramesUntilItRepeats);
@@ -174,8 +173,8 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
     const std::uint32_t base = static_cast<std::uint32_t>(cell) * kCellFactor;
     const float place = exact[cell] + 2;  // above 0 even where nothing is seen
     float sum = fixed_[cell] + fast * uniform(scramble32(base + fast_salt)) +
-                standing_fast * atLevel(weights, base + standing_salt_, place / kFastSpacing_raw) +
-                standing_slow * atLevel(weights, base + slow_salt_, place / kSlowSpacing_raw);
+                static_fast * atLevel(weights, base + static_salt_, place / kFastSpacing_raw) +
+                static_slow * atLevel(weights, base + slow_salt_, place / kSlowSpacing_raw);
     if (!epochs_.empty()) {
       const Epoch epoch = epochs_[cell];
       const auto value =

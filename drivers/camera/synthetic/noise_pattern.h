@@ -12,7 +12,7 @@ namespace hapticd::drivers {
 struct NoisePatternParameters {
   /// Static component, which a resting camera repeats in every frame of a resting scene: the error of a pixel
   /// depends on the disparity that it sees.
-  double standing_raw = 0;
+  double static_raw = 0;
   /// Fractions of the static component's variance: the part that depends only on the pixel, and so remains
   /// when the scene moves, and the part that changes slowly with the disparity. The rest changes within one
   /// raw unit. The resulting correlation is 0.5 after a motion of one raw unit and 0.2 after 60.
@@ -28,8 +28,7 @@ struct NoisePatternParameters {
 
   /// Returns the variance of the sum of all components.
   double variance() const noexcept {
-    return standing_raw * standing_raw + drift_raw * drift_raw + fast_raw * fast_raw +
-           coarse_raw * coarse_raw;
+    return static_raw * static_raw + drift_raw * drift_raw + fast_raw * fast_raw + coarse_raw * coarse_raw;
   }
 };
 
@@ -54,7 +53,7 @@ class NoisePattern {
 
   /// Returns the remaining correlation of the static component after a change of the disparity by
   /// `change_raw` at every pixel, averaged over all disparities.
-  static double standingCorrelation(const NoisePatternParameters& parameters, double change_raw);
+  static double staticCorrelation(const NoisePatternParameters& parameters, double change_raw);
 
   /// Computes the noise of frame `frame` (modulo 65536) for an image of exact disparities, in raw units; both
   /// arrays have rt::kFramePixels elements. Windows wrap around at the image borders.
@@ -70,7 +69,7 @@ class NoisePattern {
   void fillCells(std::uint64_t frame, std::span<const float> exact, std::span<float> cells) const;
 
   NoisePatternParameters parameters_;
-  std::uint32_t standing_salt_;
+  std::uint32_t static_salt_;
   std::uint32_t slow_salt_;
   std::uint32_t drift_salt_;
   std::uint32_t fast_salt_;

@@ -65,15 +65,13 @@ float fractionOf(std::uint32_t bits) noexcept {
 }  // namespace
 
 SensorNoise::Parameters SensorNoise::recorded() {
-  return {.pattern = {.standing_raw = 0.30,
-                      .drift_raw = 0.28,
-                      .drift_frames = 11.5,
-                      .fast_raw = 0.22,
-                      .coarse_raw = 0.22}};
+  return {
+      .pattern = {
+          .static_raw = 0.30, .drift_raw = 0.28, .drift_frames = 11.5, .fast_raw = 0.22, .coarse_raw = 0.22}};
 }
 
 SensorNoise::Parameters SensorNoise::harsh() {
-  return {.pattern = {.standing_raw = 0.5, .fast_raw = 0.2}};
+  return {.pattern = {.static_raw = 0.5, .fast_raw = 0.2}};
 }
 
 SensorNoise::SensorNoise(std::uint32_t seed, const Parameters& parameters)

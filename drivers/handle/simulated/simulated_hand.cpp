@@ -153,19 +153,19 @@ void SimulatedHand::advanceAim() {
 
 void SimulatedHand::stroke() {
   const double angular_rate = 2 * std::numbers::pi / settings_.stroke_period_s;
-  const double wanted = settings_.stroke_m * std::sin(angular_rate * phase_time_s_);
-  const double change = wanted - dot(aim_ - settings_.start_m_in_world, across_);
+  const double requested_m = settings_.stroke_m * std::sin(angular_rate * phase_time_s_);
+  const double change = requested_m - dot(aim_ - settings_.start_m_in_world, across_);
   aim_ += change * across_;
   aim_velocity_ += (change / step_s_) * across_;
 }
 
 void SimulatedHand::retreat() {
-  const Vec3 way = turn_ - aim_;
-  const double distance = norm(way);
+  const Vec3 left = turn_ - aim_;
+  const double distance = norm(left);
   const double step = settings_.speed_m_per_s * step_s_;
   if (distance > step) {
-    aim_ += (step / distance) * way;
-    aim_velocity_ = (settings_.speed_m_per_s / distance) * way;
+    aim_ += (step / distance) * left;
+    aim_velocity_ = (settings_.speed_m_per_s / distance) * left;
     return;
   }
   aim_ = turn_;

@@ -246,8 +246,8 @@ std::string UdpWorker::detail() const {
           peer, textOf(settings_.local));
       break;
   }
-  const std::string doubt = advice();
-  return doubt.empty() ? text : text + "; " + doubt;
+  const std::string hint = advice();
+  return hint.empty() ? text : text + "; " + hint;
 }
 
 std::string UdpWorker::advice() const {

@@ -40,7 +40,7 @@ class UdpWorker {
   /// Binds the socket; packets that arrive from then on are queued until run(). Returns true if it is bound.
   bool openSocket();
 
-  /// Runs until `stop_event` (an eventfd) is readable, then tells the peer to exert no force.
+  /// Runs until `stop_event` (an eventfd) is readable, then commands the peer to exert no force.
   void run(int stop_event);
 
  private:

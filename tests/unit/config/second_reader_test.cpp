@@ -201,7 +201,7 @@ class Damage {
     }
   }
 
-  /// At the beginning or the end of a line or of the file.
+  /// Inserts a piece at the beginning or the end of a line or of the file.
   void atLine(std::string& text, std::string_view piece) {
     if (below(10) == 0) {
       text.insert(0, piece);
@@ -211,7 +211,7 @@ class Damage {
     if (line != std::string::npos) text.insert(line + below(2), piece);
   }
 
-  /// Before or after a value.
+  /// Inserts a piece before or after a value.
   void atValue(std::string& text) {
     static constexpr std::string_view kSigns = "\"'{}[],:#&*!|>%@`~?-\\\r\t";
     const std::size_t colon = text.find(": ", below(text.size()));

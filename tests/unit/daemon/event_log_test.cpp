@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the journal is told of changes that nobody asked for.
+// The journal's entries about changes that nobody requested.
 #include "daemon/event_log.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class EventLogTest : public testing::Test {
   EventLog::Clock::time_point now{std::chrono::hours(1)};
 };
 
-TEST_F(EventLogTest, TellsAChangeOfModeOnceWithItsCause) {
+TEST_F(EventLogTest, LogsAChangeOfModeOnceWithItsCause) {
   tick(rt::Mode::idle);
   tick(rt::Mode::idle);
   tick(rt::Mode::holding, rt::Cause::depth_stale);
@@ -41,12 +41,12 @@ TEST_F(EventLogTest, TellsAChangeOfModeOnceWithItsCause) {
   EXPECT_EQ(entries[1].priority, JournalEntry::Priority::warning);
 }
 
-TEST_F(EventLogTest, TellsAFaultAsAnError) {
+TEST_F(EventLogTest, LogsAFaultAsAnError) {
   tick(rt::Mode::faulted, rt::Cause::force_not_finite);
   EXPECT_EQ(entries.at(0).priority, JournalEntry::Priority::error);
 }
 
-TEST_F(EventLogTest, TellsTenChangesOfModeASecondAndCountsTheOthers) {
+TEST_F(EventLogTest, LogsTenChangesOfModeASecondAndCountsTheOthers) {
   for (int change = 0; change < 35; ++change) tick(change % 2 == 0 ? rt::Mode::holding : rt::Mode::engaged);
   EXPECT_EQ(entries.size(), 10U);
   now += milliseconds(1001);
@@ -56,7 +56,7 @@ TEST_F(EventLogTest, TellsTenChangesOfModeASecondAndCountsTheOthers) {
   EXPECT_EQ(fields(11)["MODE"], "idle");
 }
 
-TEST_F(EventLogTest, TellsThatTheCameraComesAndGoesWithItsReason) {
+TEST_F(EventLogTest, LogsThatTheCameraComesAndGoesWithTheReason) {
   BoxStatus status;
   status.camera.identity = "freenect A1";
   status.handle.state = drivers::HandlePresence::present;
@@ -74,7 +74,7 @@ TEST_F(EventLogTest, TellsThatTheCameraComesAndGoesWithItsReason) {
   EXPECT_EQ(fields(1)["CAMERA"], "lost");
 }
 
-TEST_F(EventLogTest, TellsAWarningWhenItComesUpNotWhileOnlyItsNumbersMove) {
+TEST_F(EventLogTest, LogsAWarningWhenItAppearsAndNotWhenOnlyItsNumbersChange) {
   BoxStatus status;
   status.handle.state = drivers::HandlePresence::present;
   for (const char* warning : {"7 points did not fit", "8 points did not fit"}) {
@@ -91,7 +91,7 @@ TEST_F(EventLogTest, TellsAWarningWhenItComesUpNotWhileOnlyItsNumbersMove) {
   EXPECT_EQ(entries[2].text, "9 points did not fit");
 }
 
-TEST_F(EventLogTest, TellsThatAWarningHasEnded) {
+TEST_F(EventLogTest, LogsThatAWarningHasEnded) {
   BoxStatus status;
   status.handle.state = drivers::HandlePresence::present;
   status.warnings = {"7 points did not fit", "camera: two found"};
@@ -101,10 +101,11 @@ TEST_F(EventLogTest, TellsThatAWarningHasEnded) {
   log.onStatus(status);
   ASSERT_EQ(entries.size(), 3U);
   EXPECT_EQ(entries[2].text, "no more: 7 points did not fit");
-  EXPECT_EQ(fields(2), (std::map<std::string_view, std::string>{{"EVENT", "warning"}, {"STATE", "end"}}));
+  EXPECT_EQ(entries[2].event, config::EventKind::warning);
+  EXPECT_EQ(fields(2), (std::map<std::string_view, std::string>{{"STATE", "end"}}));
 }
 
-TEST_F(EventLogTest, TellsThatTheHandleGoesAndComes) {
+TEST_F(EventLogTest, LogsThatTheHandleGoesAndComes) {
   BoxStatus status;
   status.handle.identity = "simulated";
   status.handle.state = drivers::HandlePresence::lost;
@@ -116,7 +117,7 @@ TEST_F(EventLogTest, TellsThatTheHandleGoesAndComes) {
   EXPECT_EQ(entries[1].text, "handle present (simulated)");
 }
 
-TEST_F(EventLogTest, TellsEachDeletedAndEachLostTraceOnceByItsName) {
+TEST_F(EventLogTest, LogsEachDeletedAndEachLostTraceOnceByItsName) {
   BoxStatus status;
   status.camera.state = drivers::CameraState::absent;
   log.onStatus(status);

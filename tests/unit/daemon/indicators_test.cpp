@@ -158,7 +158,7 @@ TEST(ConditionWatch, RemembersADamagedFrameForASecond) {
 }
 
 // A camera that is found again may count from 0.
-TEST(ConditionWatch, SeesADamagedFrameAfterTheCountBeganAnew) {
+TEST(ConditionWatch, SeesADamagedFrameAfterTheCountRestarted) {
   BoxStatus status;
   ConditionWatch watch;
   status.camera.damaged_frames = 7;

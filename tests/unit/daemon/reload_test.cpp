@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a configuration that is read again may change in a running daemon.
+// Changes of the configuration that a running daemon applies when it is read again.
 #include "daemon/reload.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(Reload, OfTheSameSettingsChangesNothing) {
   EXPECT_TRUE(reload->waiting.empty());
 }
 
-TEST(Reload, TakesLiveParametersAndTellsOldAndNewValue) {
+TEST(Reload, TakesLiveParametersAndReportsOldAndNewValues) {
   const auto reload = reloaded(with({}), with({"force.stiffness_n_per_m=321"}));
   ASSERT_TRUE(reload);
   ASSERT_EQ(reload->changes.size(), 1U);

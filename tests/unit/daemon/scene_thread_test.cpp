@@ -41,18 +41,18 @@ class ScenesOfFrames : public testing::Test {
 };
 
 TEST_F(ScenesOfFrames, BeginAnewWithTheFirstRecordedFrameAndWithTheFirstOneAfterAGap) {
-  constexpr std::int64_t kPeriod_ns = SceneThread::kLeastBetweenBeginnings_ns / 5;
+  constexpr std::int64_t kPeriod_ns = SceneThread::kMinRestartInterval_ns / 5;
   const std::set<std::uint64_t> refused{2, 3, 9, 12, 20};
   EXPECT_FALSE(model(1, 0).forgot) << "without a recording it goes on";
   thread_.setTap([&refused](const rt::DepthFrame& frame) { return !refused.contains(frame.sequence); });
-  std::vector<std::uint64_t> anew;
+  std::vector<std::uint64_t> restarts;
   for (std::uint64_t frame = 2; frame <= 25; ++frame) {
     const drivers::ModelRecord record = model(frame, static_cast<std::int64_t>(frame) * kPeriod_ns);
     EXPECT_EQ(record.depth_recorded, !refused.contains(frame)) << frame;
-    if (record.forgot) anew.push_back(frame);
+    if (record.forgot) restarts.push_back(frame);
   }
-  // 12 follows 9 too soon: what is felt is not disturbed more often than every five of these frames
-  EXPECT_EQ(anew, (std::vector<std::uint64_t>{4, 10, 15, 21}));
+  // 12 follows 9 too soon: the force is not disturbed more often than every five of these frames
+  EXPECT_EQ(restarts, (std::vector<std::uint64_t>{4, 10, 15, 21}));
 }
 
 TEST_F(ScenesOfFrames, GoOnAsTheyAreWithoutARecording) {

@@ -52,7 +52,7 @@ class ServiceManagerTest : public testing::Test {
   const ServiceManager::Clock::time_point start_{std::chrono::hours(1)};
 };
 
-TEST_F(ServiceManagerTest, TellsThatTheDaemonIsReadyReloadsAndStops) {
+TEST_F(ServiceManagerTest, ReportsThatTheDaemonIsReadyReloadsAndStops) {
   ServiceManager manager;
   manager.ready();
   EXPECT_EQ(received(), "READY=1");
@@ -62,7 +62,7 @@ TEST_F(ServiceManagerTest, TellsThatTheDaemonIsReadyReloadsAndStops) {
   EXPECT_EQ(received().rfind("STOPPING=1", 0), 0U);
 }
 
-TEST_F(ServiceManagerTest, TellsAStateOnlyWhenItHasChanged) {
+TEST_F(ServiceManagerTest, ReportsAStateOnlyWhenItHasChanged) {
   ServiceManager manager;
   manager.showState("idle");
   EXPECT_EQ(received(), "STATUS=idle");

@@ -43,7 +43,7 @@ class FakeFalcon {
   bool zero_before_greeting = false;
   int wrong_echoes = 0;  // number of images whose first byte is echoed wrongly
   bool mute = false;
-  bool garbled = false;  // every second reply is damaged, each in another way
+  bool garbled = false;  // every second reply is damaged, each differently
   std::uint8_t buttons = 0;
 
   // read by a test

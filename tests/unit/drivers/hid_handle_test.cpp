@@ -86,7 +86,7 @@ class Socket {
     };
   }
 
-  /// Like a device: reports that nobody reads are lost.
+  /// Sends a report like a device: reports that nobody reads are lost.
   void send(std::span<const std::uint8_t> report) {
     const std::lock_guard lock(mutex_);
     const ssize_t sent = ::send(device_, report.data(), report.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -138,7 +138,7 @@ class HidHandleTest : public testing::Test {
     });
   }
 
-  /// The same with an active force loop.
+  /// Sends input reports with an active force loop until `condition` holds.
   bool sendWithForceUntil(const rt::Vec3& force_n, auto condition) {
     return sendUntil([&] {
       channels_->command.write({force_n, ++tick_, state().session, rt::monotonicNow_ns()});
@@ -287,7 +287,7 @@ TEST(HidHandle, AbandonsAThreadBlockedByAFailingDevice) {
   EXPECT_NE(handle->status().detail.find("takes no output reports"), std::string::npos);
   handle.reset();
   channels.reset();  // an abandoned thread would still write to it, which the address sanitizer would detect
-  EXPECT_GT(released.use_count(), 1) << "the thread lives";
+  EXPECT_GT(released.use_count(), 1) << "the thread still runs";
   *released = true;
   EXPECT_TRUE(eventually([&] { return released.use_count() == 1; })) << "the thread has ended";
 }

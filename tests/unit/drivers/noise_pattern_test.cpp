@@ -61,7 +61,7 @@ double covariance(const NoisePatternParameters& parameters, std::uint64_t frame,
 
 TEST(NoisePattern, HasTheVarianceOfEachOfItsParts) {
   const double expected = 0.25;
-  for (const NoisePatternParameters& part : {NoisePatternParameters{.standing_raw = 0.5},
+  for (const NoisePatternParameters& part : {NoisePatternParameters{.static_raw = 0.5},
                                              NoisePatternParameters{.drift_raw = 0.5, .drift_frames = 10},
                                              NoisePatternParameters{.fast_raw = 0.5}}) {
     EXPECT_NEAR(covariance(part, 0, 0), expected, expected * kVarianceTolerance);
@@ -85,23 +85,23 @@ TEST(NoisePattern, DistortionExtendsOverItsLargerWindowAndStaysWhenTheSceneMoves
   EXPECT_NEAR(covariance(coarse, 7, 80), 1, tolerance * std::sqrt(2));
 }
 
-TEST(NoisePattern, StandingPartIsTheSameInEveryFrameOfARestingScene) {
-  const NoisePattern pattern(3, {.standing_raw = 0.5});
+TEST(NoisePattern, StaticPartIsTheSameInEveryFrameOfARestingScene) {
+  const NoisePattern pattern(3, {.static_raw = 0.5});
   EXPECT_EQ(noiseOf(pattern, 1, ramp(0)), noiseOf(pattern, 99999, ramp(0)));
 }
 
-TEST(NoisePattern, StandingPartKeepsHalfOfItsCorrelationAfterOneRawUnitAndAFifthAfterSixty) {
-  const NoisePatternParameters standing{.standing_raw = 1};
-  EXPECT_NEAR(covariance(standing, 0, 1), 0.5, kCorrelationTolerance);
-  EXPECT_NEAR(covariance(standing, 0, -1), 0.5, kCorrelationTolerance);
-  EXPECT_NEAR(covariance(standing, 0, 60), 0.2, kCorrelationTolerance);
+TEST(NoisePattern, StaticPartKeepsHalfOfItsCorrelationAfterOneRawUnitAndAFifthAfterSixty) {
+  const NoisePatternParameters fixed{.static_raw = 1};
+  EXPECT_NEAR(covariance(fixed, 0, 1), 0.5, kCorrelationTolerance);
+  EXPECT_NEAR(covariance(fixed, 0, -1), 0.5, kCorrelationTolerance);
+  EXPECT_NEAR(covariance(fixed, 0, 60), 0.2, kCorrelationTolerance);
 }
 
-TEST(NoisePattern, StandingPartFollowsItsStatedCorrelationInBetween) {
-  const NoisePatternParameters standing{.standing_raw = 1};
-  EXPECT_DOUBLE_EQ(NoisePattern::standingCorrelation(standing, 0), 1);
+TEST(NoisePattern, StaticPartFollowsItsStatedCorrelationInBetween) {
+  const NoisePatternParameters fixed{.static_raw = 1};
+  EXPECT_DOUBLE_EQ(NoisePattern::staticCorrelation(fixed, 0), 1);
   for (const float change : {0.2F, 0.4F, 0.7F, 10.0F, 35.0F}) {
-    EXPECT_NEAR(covariance(standing, 0, change), NoisePattern::standingCorrelation(standing, double{change}),
+    EXPECT_NEAR(covariance(fixed, 0, change), NoisePattern::staticCorrelation(fixed, double{change}),
                 kCorrelationTolerance)
         << change;
   }
@@ -123,8 +123,8 @@ TEST(NoisePattern, FastPartIsIndependentInEveryFrame) {
 }
 
 TEST(NoisePattern, PartsAndSeedsAreUncorrelated) {
-  const NoisePattern first(1, {.standing_raw = 1, .drift_raw = 1, .drift_frames = 10});
-  const NoisePattern second(2, {.standing_raw = 1, .drift_raw = 1, .drift_frames = 10});
+  const NoisePattern first(1, {.static_raw = 1, .drift_raw = 1, .drift_frames = 10});
+  const NoisePattern second(2, {.static_raw = 1, .drift_raw = 1, .drift_frames = 10});
   // of one seed only, so fewer patches; the variance is two
   const double tolerance = 2 * kCorrelationTolerance * std::sqrt(double{kSeeds});
   EXPECT_NEAR(meanProduct(noiseOf(first, 5, ramp(0)), noiseOf(second, 5, ramp(0))), 0, tolerance);

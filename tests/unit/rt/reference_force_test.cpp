@@ -38,7 +38,7 @@ FramePointer sparseFrame(std::uint32_t seed) {
   });
 }
 
-/// Compares the law on a frame, modelled in both ways, with brute force over all points of the frame.
+/// Compares the law on a frame, modelled with both extents, with brute force over all points of the frame.
 class Comparison {
  public:
   /// `largest_radius_m`: largest radius to be compared; the window is just large enough for it, so that
@@ -160,7 +160,7 @@ TEST_P(AgainstBruteForce, IsThePapersLawForAllParameters) {
   }
 }
 
-TEST_P(AgainstBruteForce, IsThePapersLawWhereAPointLiesAtALimitCloserThanSinglePrecisionCanTell) {
+TEST_P(AgainstBruteForce, IsThePapersLawWhereAPointLiesCloserToALimitThanSinglePrecisionResolves) {
   const FramePointer frame = test::planeAndSphereFrame(10, {});
   Comparison comparison(*frame, kTurned, 11, 0.1);
   for (int i = 0; i < kHips / 3; ++i) {

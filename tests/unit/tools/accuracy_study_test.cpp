@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole way from a scene to the rows of the report, on few scenes and small numbers.
+// The whole study from scene to report, on few scenes and with small numbers.
 
 #include "tools/hapticbench/accuracy/accuracy_study.h"
 

@@ -107,12 +107,12 @@ TEST(FindLimit, IsHigherWithCoulombFriction) {
 
 TEST(FindLimit, OfThePapersLawIsTheoryAtTheStiffnessFeltOnItsOuterFlank) {
   const LoopLimit limit = limitOf("nearest_springs", 3, 0, 5);
-  EXPECT_NEAR(limit.feltRatio(), 0.985, 0.03);
+  EXPECT_NEAR(limit.renderedRatio(), 0.985, 0.03);
   // -dF_N/dh = k (1 - 2 D a_N^2 / (S (h + S)^2)), a_N^2 = N Z^2 / (pi fx fy), at 1 m
   const double a_squared = 100 / (std::numbers::pi * 594.214342 * 591.040537);
   const double h = limit.rest_h_m;
   const double s = std::sqrt(h * h + a_squared);
-  EXPECT_NEAR(limit.felt_by_set, 1 - 2 * 0.04 * a_squared / (s * (h + s) * (h + s)), 0.01);
+  EXPECT_NEAR(limit.rendered_by_set, 1 - 2 * 0.04 * a_squared / (s * (h + s) * (h + s)), 0.01);
 }
 
 TEST(CoreWall, GivesThePapersForceOfTheClosedFormOnAPlane) {
@@ -134,8 +134,8 @@ TEST(ExplanationOf, IsEmptyWithinTenPercentAndSaysWhatWasFeltElsewhere) {
   EXPECT_EQ(explanationOf(limit, {}), "");
   limit.found_n_per_m = 2000;
   EXPECT_TRUE(explanationOf(limit, {}).starts_with("NOT explained"));
-  limit.felt_by_set = 0.5;
-  EXPECT_TRUE(explanationOf(limit, {}).starts_with("felt there: 0.50"));
+  limit.rendered_by_set = 0.5;
+  EXPECT_TRUE(explanationOf(limit, {}).starts_with("rendered there: 0.50"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The built hapticctl, over a made-up machine and over this one.
+// The built hapticctl, on a simulated machine and on this one.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -56,7 +56,8 @@ TEST(DoctorCommand, LooksAtThisMachineWithoutADaemon) {
   const Finished finished = doctor({"--json", "--socket", socket});
   EXPECT_EQ(finished.errors, "");
   EXPECT_TRUE(finished.ending == exitedWith(0) || finished.ending == exitedWith(1)) << finished.output;
-  EXPECT_EQ(findingNamed(finished.output, "daemon")["fact"], "does not answer: there is no socket " + socket);
+  EXPECT_EQ(findingNamed(finished.output, "daemon")["fact"],
+            "does not respond: there is no socket " + socket);
 }
 
 TEST(DoctorCommand, WorksForAnyUser) {

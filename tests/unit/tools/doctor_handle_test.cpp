@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `hapticctl doctor` says of the configured handle and of the traces, over made-up files.
+// The findings of `hapticctl doctor` about the configured handle and the traces, on synthetic files.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -23,7 +23,7 @@ class DoctorOfHandles : public testing::Test {
                   {}};
 };
 
-/// Whether one of the findings says that.
+/// Whether one of the findings has this verdict and these texts.
 testing::AssertionResult says(const Findings& findings, Verdict verdict, const std::string& fact,
                               const std::string& remedy = "") {
   for (const Finding& finding : findings) {
@@ -64,7 +64,7 @@ TEST_F(DoctorOfHandles, LooksWhoHasTheUdpPort) {
   files.set("proc/net/udp", head);
   EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "is free"));
   box.daemon.answers = true;
-  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "nobody listens on UDP port 47800", "restart"));
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "nothing listens on UDP port 47800", "restart"));
 }
 
 TEST_F(DoctorOfHandles, LooksForTheKeyAndWhoMayReadIt) {
@@ -82,8 +82,8 @@ TEST_F(DoctorOfHandles, LooksForTheKeyAndWhoMayReadIt) {
 
 TEST_F(DoctorOfHandles, LooksForTheConfiguredHidDeviceAndItsRights) {
   handle().driver = config::HandleDriver::hid;
-  EXPECT_TRUE(
-      says(checkHandle(box), Verdict::warn, "the HID device 1209:0001 is not there", "hid_handle.device"));
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "the HID device 1209:0001 is not connected",
+                   "hid_handle.device"));
   handle().hid.device = "046d:c626";
   EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "046d:c626 at /dev/hidraw0"));
   files.setMode("dev/hidraw0", 0600);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The checks of `hapticctl doctor` over made-up files of /sys, /proc, /etc and /dev.
+// The checks of `hapticctl doctor` on synthetic files of /sys, /proc, /etc and /dev.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -159,9 +159,9 @@ TEST_F(Doctor, WeighsTheMemoryThatIsLeft) {
   leave(256 * 1024);
   EXPECT_TRUE(says(only(checkMemory), Verdict::ok, "256 MiB available, 1000 MiB of swap", ""));
   leave(255 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "255 MiB", "end other programs"));
+  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "255 MiB", "close other programs"));
   leave(63 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "63 MiB", "end other programs"));
+  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "63 MiB", "close other programs"));
 }
 
 TEST_F(Doctor, WarnsOfSwapWhenTheDaemonsMemoryIsNotLocked) {
@@ -205,7 +205,7 @@ TEST_F(Doctor, MentionsCpusWithoutTimerTicks) {
 
 TEST_F(Doctor, NamesTheInterruptsThatMayComeToTheForceLoopsCpu) {
   files.set("proc/irq/24/smp_affinity_list", "0-3");
-  EXPECT_TRUE(says(only(checkInterrupts), Verdict::warn, "1 interrupt may come to CPU 3: 24 (xhci_hcd)",
+  EXPECT_TRUE(says(only(checkInterrupts), Verdict::warn, "1 interrupt can occur on CPU 3: 24 (xhci_hcd)",
                    "hapticd-realtime"));
 }
 
@@ -285,7 +285,7 @@ TEST_F(Doctor, NamesTheAccountsThatAreMissing) {
   EXPECT_EQ(only(checkAccounts).verdict, Verdict::warn);
 }
 
-TEST_F(Doctor, TellsWhoMayNotSteerHowToJoin) {
+TEST_F(Doctor, ExplainsHowToJoinTheGroupToThoseWhoMayNotControl) {
   box.caller.groups = {1000};
   EXPECT_TRUE(
       says(only(checkCaller), Verdict::warn, "anna is not in the group haptic", "usermod -aG haptic anna"));
@@ -448,7 +448,7 @@ TEST_F(Doctor, SaysSoWhenTheServiceIsNotKnownOrCannotBeAskedFor) {
   (*box.unit)["LoadState"] = "masked";
   EXPECT_TRUE(says(only(checkService), Verdict::warn, "masked", "systemctl unmask hapticd"));
   box.unit.reset();
-  EXPECT_TRUE(says(only(checkService), Verdict::warn, "no systemd", ""));
+  EXPECT_TRUE(says(only(checkService), Verdict::warn, "systemd cannot be queried", ""));
 }
 
 TEST_F(Doctor, ShowsEachComplaintOfTheDaemon) {
@@ -464,13 +464,13 @@ TEST_F(Doctor, SaysWhyTheDaemonDoesNotAnswer) {
   EXPECT_TRUE(says(only(checkDaemon), Verdict::warn, "nobody listens", "systemctl start hapticd"));
 }
 
-TEST(DoctorsServiceManager, TellsPropertiesALineEach) {
+TEST(DoctorsServiceManager, ReadsPropertiesALineEach) {
   const UnitProperties properties =
       parseProperties("LoadState=loaded\nEnvironment=A=1 B=2\nUser=\nnonsense\n");
   EXPECT_EQ(properties, (UnitProperties{{"LoadState", "loaded"}, {"Environment", "A=1 B=2"}, {"User", ""}}));
 }
 
-// --- what is printed
+// --- output
 
 TEST(DoctorsFindings, AreALineEachForPeople) {
   const Findings findings{{Verdict::ok, "a", "well", ""}, {Verdict::fail, "b", "\033[2J", "mend it"}};

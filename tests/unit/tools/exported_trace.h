@@ -19,7 +19,7 @@ namespace hapticd::test {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// Fields as RFC 4180 has them.
+/// Returns the fields of a CSV file by RFC 4180.
 inline Rows rowsOf(const std::filesystem::path& csv) {
   Rows rows(1, {""});
   bool quoted = false;

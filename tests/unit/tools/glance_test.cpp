@@ -56,7 +56,7 @@ TEST(Glance, ColoursOnlyWhenAskedTo) {
   EXPECT_TRUE(glanceLines(status(1), {{}, true}).front().starts_with("\033[31m! faulted"));
 }
 
-/// An engaged loop of that rate, with that many late ticks of a million.
+/// Returns the status of an engaged loop with this rate and this many late ticks of a million.
 Json loopStatus(double rate_hz, int overruns, double uptime_s = 60) {
   return {{"mode", "engaged"},
           {"uptimeS", uptime_s},

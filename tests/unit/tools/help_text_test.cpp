@@ -41,7 +41,7 @@ TEST(HelpText, GivesOptionsWithTheirTexts) {
   EXPECT_EQ(help.options[0].text, "show help");
 }
 
-TEST(HelpText, TellsANameThatFillsItsColumnFromItsText) {
+TEST(HelpText, SeparatesANameThatFillsItsColumnFromItsText) {
   const HelpText help = parseHelp(kHelp);
   ASSERT_EQ(help.options.size(), 3U);
   EXPECT_EQ(help.options[1].name, "--depth DIR_OR_PGM REQUIRED");

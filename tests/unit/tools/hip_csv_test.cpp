@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* kHeader = "t_s,x_m,y_m,z_m\n";
 
-/// What reading a file with that content reports, one text per error; empty when it is read.
+/// Returns the errors of reading a file with that content; empty if it is valid.
 std::vector<std::string> errorsOf(const std::string& content) {
   const test::TemporaryFolder folder;
   const auto samples = readHipCsv(folder.write("hip.csv", content));

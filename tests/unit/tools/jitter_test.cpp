@@ -66,7 +66,7 @@ TEST(LatencyRatio, CountsLessThanAMicrosecondAsOne) {
   EXPECT_EQ(latencyRatio(0, 0), 1);
 }
 
-/// As cyclictest writes it, with what is not read here left out.
+/// Returns JSON as written by cyclictest, without members that are not read.
 std::string cyclictestJson(const std::string& histogram, int cycles, int max_us) {
   return R"({"file_version": 1, "num_threads": 1, "resolution_in_ns": 0, "thread": {"0": {"histogram": {)" +
          histogram + R"(}, "cycles": )" + std::to_string(cycles) + R"(, "min": 5, "max": )" +
@@ -203,7 +203,7 @@ TEST(ChildProcess, ThatIsNotInstalledIsAnErrorWithItsRemedy) {
   EXPECT_EQ(child.error().remedy, "apt install it");
 }
 
-TEST(ChildProcess, TellsHowItEnded) {
+TEST(ChildProcess, ReportsHowItEnded) {
   auto child = ChildProcess::start({"sh", "-c", "exit 7"}, {}, "");
   ASSERT_TRUE(child);
   const auto ending = child->waitFor(test::kMaxPatience);

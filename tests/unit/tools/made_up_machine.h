@@ -9,7 +9,7 @@
 
 namespace hapticd::test {
 
-/// The files of a machine, made up in a folder. All paths without the leading slash.
+/// Synthetic files of a machine in a folder. All paths without the leading slash.
 class MadeUpMachine {
  public:
   MadeUpMachine();
@@ -27,15 +27,15 @@ class MadeUpMachine {
   TemporaryFolder folder_;
 };
 
-/// A box on which nothing is wrong: four CPUs, of which 3 is the force loop's, a Kinect, a handle and a GPIO
-/// chip.
+/// Writes the files of a box without problems: four CPUs, of which 3 is the force loop's, a Kinect, a handle
+/// and a GPIO chip.
 void fillWithAGoodBox(const MadeUpMachine& machine);
 
-/// What systemd says of a service on which nothing is wrong.
+/// The properties that systemd reports of a service without problems.
 tools::UnitProperties goodUnit();
 
-/// While it lives the process has no more rights to files than anybody. The files that it is to read have to
-/// let everybody in.
+/// While the object exists, the process has no privileges for files. Files that it reads must be readable by
+/// everyone.
 class WithoutPrivileges {
  public:
   WithoutPrivileges();

@@ -103,7 +103,7 @@ Eigen::MatrixXd denseCovariance(const drivers::NoisePatternParameters& noise, in
     for (int j = 0; j < count; ++j) {
       const int apart = std::abs(frame - j / (pixels * pixels));
       const double in_time =
-          noise.standing_raw * noise.standing_raw * NoisePattern::standingCorrelation(noise, apart) +
+          noise.static_raw * noise.static_raw * NoisePattern::staticCorrelation(noise, apart) +
           noise.drift_raw * noise.drift_raw * std::exp(-apart / noise.drift_frames) +
           (apart == 0 ? noise.fast_raw * noise.fast_raw : 0);
       const int down = row - j / pixels % pixels;

@@ -19,7 +19,7 @@ using drivers::SensorNoise;
 
 const std::vector<int> kLostPeriods{5, 12, 20};  // as many as the recording lost
 
-/// As long as the recording of the resting room: 24 frames of 27 periods.
+/// Returns a session as long as the recording of the resting room: 24 frames of 27 periods.
 NoiseSession likeTheRecording(const SensorNoise::Parameters& parameters, std::uint32_t seed = 1) {
   NoiseSession session = madeUpSession(SensorNoise(seed, parameters), 27);
   std::erase_if(session.frames, [](const NoiseSession::Frame& frame) {
@@ -46,16 +46,16 @@ const std::vector<NoiseStatistics>& ofTheRoom() {
   return statistics;
 }
 
-// Standing part and halves' correlation in windows of 24, 40, 64, 96 px, and the autocovariance, as the fact
-// sheet (truth.md, section 1) states them; half of the last digit, and three standard errors because the
+// Static component and halves' correlation in windows of 24, 40, 64, 96 px, and the autocovariance, as the
+// fact sheet (truth.md, section 1) states them; half of the last digit, and three standard errors because the
 // choice of windows is not stated.
 TEST(NoiseStatistics, OfTheRestingRoomAreTheFactSheets) {
   if (ofTheRoom().empty()) GTEST_SKIP() << "needs the recording 03_raw11_room_static";
-  const std::vector<double> standing{0.24, 0.30, 0.35, 0.35};
+  const std::vector<double> stated{0.24, 0.30, 0.35, 0.35};
   const std::vector<double> correlation{0.56, 0.63, 0.70, 0.76};
-  for (std::size_t i = 0; i < standing.size(); ++i) {
+  for (std::size_t i = 0; i < stated.size(); ++i) {
     const NoiseStatistics& s = ofTheRoom()[i];
-    EXPECT_NEAR(s.standing_raw.value, standing[i], 0.005 + 3 * s.standing_raw.standard_error) << s.window_px;
+    EXPECT_NEAR(s.static_raw.value, stated[i], 0.005 + 3 * s.static_raw.standard_error) << s.window_px;
     EXPECT_GT(s.halves_correlation.value, 0.56 - 0.005 - 3 * s.halves_correlation.standard_error);
     EXPECT_LT(s.halves_correlation.value, 0.76 + 0.005 + 3 * s.halves_correlation.standard_error);
   }
@@ -73,7 +73,7 @@ TEST(NoiseStatistics, OfTheRecordedSettingAreThoseOfATypicalWindowOfTheRoom) {
     SCOPED_TRACE(room.window_px);
     const NoiseStatistics model = measureNoise(session, room.window_px);
     EXPECT_TRUE(isTypical(model.temporal_raw, room.temporal_raw)) << model.temporal_raw.value;
-    EXPECT_TRUE(isTypical(model.standing_raw, room.standing_raw)) << model.standing_raw.value;
+    EXPECT_TRUE(isTypical(model.static_raw, room.static_raw)) << model.static_raw.value;
     EXPECT_TRUE(isTypical(model.halves_correlation, room.halves_correlation))
         << model.halves_correlation.value;
     EXPECT_TRUE(isTypical(model.left_after_8_raw, room.left_after_8_raw)) << model.left_after_8_raw.value;
@@ -97,14 +97,14 @@ TEST(NoiseStatistics, OfTheRecordedSettingFollowTheRoomInSpace) {
   }
 }
 
-// The statistics tell the former model, independent from frame to frame, from the room.
-TEST(NoiseStatistics, TellNoiseWithoutAPatternFromTheRoom) {
+// The statistics distinguish noise that is independent from frame to frame from that of the room.
+TEST(NoiseStatistics, DistinguishNoiseWithoutAPatternFromTheRoom) {
   if (ofTheRoom().empty()) GTEST_SKIP() << "needs the recording 03_raw11_room_static";
   const SensorNoise::Parameters independent{.pattern = {.fast_raw = 0.5}};
   for (const NoiseStatistics& room : ofTheRoom()) {
     const NoiseStatistics model = measureNoise(likeTheRecording(independent), room.window_px);
     EXPECT_FALSE(isTypical(model.temporal_raw, room.temporal_raw));
-    EXPECT_FALSE(isTypical(model.standing_raw, room.standing_raw));
+    EXPECT_FALSE(isTypical(model.static_raw, room.static_raw));
     EXPECT_FALSE(isTypical(model.halves_correlation, room.halves_correlation));
     EXPECT_FALSE(isTypical(model.left_after_8_raw, room.left_after_8_raw));
   }
@@ -119,8 +119,8 @@ TEST(NoiseStatistics, OfTheHarshSettingAreThoseOfTheFactSheetsTwoDevices) {
     const NoiseStatistics harsh = measureNoise(session, window_px);
     EXPECT_GT(harsh.temporal_raw.value, 0.325);
     EXPECT_LT(harsh.temporal_raw.value, 0.455);
-    EXPECT_GT(harsh.standing_raw.value, 0.455);
-    EXPECT_LT(harsh.standing_raw.value, 0.565);
+    EXPECT_GT(harsh.static_raw.value, 0.455);
+    EXPECT_LT(harsh.static_raw.value, 0.565);
     EXPECT_GT(harsh.halves_correlation.value, 0.945);
     EXPECT_LT(harsh.halves_correlation.value, 0.975);
   }
@@ -129,15 +129,15 @@ TEST(NoiseStatistics, OfTheHarshSettingAreThoseOfTheFactSheetsTwoDevices) {
 TEST(NoiseStatistics, OfOtherSeedsDifferByTheirStandardErrors) {
   const NoiseStatistics first = measureNoise(likeTheRecording(SensorNoise::recorded(), 1), 40);
   const NoiseStatistics second = measureNoise(likeTheRecording(SensorNoise::recorded(), 2), 40);
-  const double both = std::hypot(first.standing_raw.standard_error, second.standing_raw.standard_error);
-  EXPECT_NEAR(first.standing_raw.value, second.standing_raw.value, 4 * both);
-  EXPECT_LT(first.standing_raw.standard_error, 0.1 * first.standing_raw.value);
+  const double both = std::hypot(first.static_raw.standard_error, second.static_raw.standard_error);
+  EXPECT_NEAR(first.static_raw.value, second.static_raw.value, 4 * both);
+  EXPECT_LT(first.static_raw.standard_error, 0.1 * first.static_raw.value);
 }
 
 TEST(NoiseStatistics, OfAPatternFadeAsTheCameraMoves) {
-  SensorNoise::Parameters standing;
-  standing.pattern.standing_raw = 0.5;
-  const SensorNoise noise(1, standing);
+  SensorNoise::Parameters fixed;
+  fixed.pattern.static_raw = 0.5;
+  const SensorNoise noise(1, fixed);
   const NoiseSession here = madeUpSession(noise, kFewestFrames);
   // Rounding without other noise: its errors are those of another phase after a shift.
   const double share = 0.25 / (0.25 + 1.0 / 12);
@@ -210,7 +210,7 @@ TEST(NoiseStatistics, AreUnknownWhereNothingCanBeMeasured) {
   for (NoiseSession::Frame& frame : session.frames) std::ranges::fill(frame.raw, rt::kRawNoMeasurement);
   const NoiseStatistics s = measureNoise(session, 40);
   EXPECT_EQ(s.windows, 0);
-  EXPECT_TRUE(std::isnan(s.standing_raw.value));
+  EXPECT_TRUE(std::isnan(s.static_raw.value));
 }
 
 TEST(NoiseSession, CountsThePeriodsThatTheRecordingLost) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Truths against brute force, and judgements of series that are made up.
+// True scenes against brute force, and judgements of synthetic series.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ bool isInBody(OccluderShape shape, const PlanPoint& p) {
                                      : across * across + along * along <= 1;
 }
 
-/// The first of many steps along a way that is in the body, as a share of the way; 2 for none.
+/// The first of many steps along a path that is in the body, as a share of the path; 2 for none.
 double firstStepInBody(OccluderShape shape, const PlanPoint& from, const PlanPoint& to, int steps) {
   for (int i = 0; i <= steps; ++i) {
     const double share = static_cast<double>(i) / steps;
@@ -55,7 +55,7 @@ TEST_P(OccludedSceneBody, IsMetWhereStepsAlongTheWayFirstFallIntoIt) {
     const PlanPoint to{aside(random), 1};
     const double stepped = firstStepInBody(GetParam(), from, to, kSteps);
     const double computed = meetsOccluder(bodyOf(GetParam()), kMiddle_m, from, to);
-    // A way may touch the body between two steps; it is in it for less than a step then.
+    // A path may touch the body between two steps; it is in it for less than a step then.
     const double along = computed <= 1 ? computed + 1.0 / kSteps : 2;
     const PlanPoint within{from.x_m + along * (to.x_m - from.x_m), along};
     if (stepped > 1 && computed <= 1 && !isInBody(GetParam(), within)) continue;
@@ -129,7 +129,7 @@ TEST(JudgePassage, CountsGhostForcesOnAFreeHand) {
   EXPECT_DOUBLE_EQ(result.ghost.largest, 0.25);
 }
 
-TEST(JudgePassage, TellsAContactThatIsLostFromOneThatIsWrongAllAlong) {
+TEST(JudgePassage, DistinguishesALostContactFromOneThatIsWrongAllAlong) {
   const std::vector<PassageTick> before(10, {{0, 0, 2}, kThree_n});  // 1 N too weak already
   std::vector<PassageTick> during(100, {{0, 0, 2}, kThree_n});
   for (std::size_t i = 0; i < 30; ++i) during[i].force_n = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The age of a frame as the ticks of an OfflineBox know it.
+// The age of a frame in the ticks of an OfflineBox.
 
 #include "tools/lib/offline/offline_box.h"
 

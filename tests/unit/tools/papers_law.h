@@ -5,7 +5,7 @@
 
 namespace hapticd::tools {
 
-/// Defaults, but for the law whose force is known: by brute force over all points.
+/// Returns the default settings with the paper's law, whose force brute force over all points verifies.
 inline config::Settings papersLaw() {
   config::Settings settings;
   settings.force.law = rt::ForceLaw::nearest_springs;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Force curves that are made up, tick by tick 0.05 N of an ideal spring deeper.
+// Judgements of synthetic force curves; from tick to tick an ideal spring's force rises by 0.05 N.
 
 #include "tools/hapticbench/accuracy/pop_through.h"
 
@@ -78,7 +78,7 @@ TEST(PopThrough, IsADipWhereTheForceComesBackAndExceedsWhatItWas) {
 }
 
 TEST(PopThrough, IsThatBeforeTheLossThatLasts) {
-  // a dip at 4 N, the loss at 8 N; what is felt on the way out behind does not count
+  // a dip at 4 N, the loss at 8 N; the force on leaving at the far side does not count
   const PopThrough push = judge([](double ideal) {
     if (ideal > 4 && ideal < 5) return 1.0;
     return ideal < 8.01 ? ideal : 3.0;

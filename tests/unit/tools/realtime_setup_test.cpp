@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// tools/realtime-setup over a made-up machine.
+// tools/realtime-setup on a simulated machine.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -74,7 +74,7 @@ class RealtimeSetup : public testing::Test {
     text << std::ifstream(machine.root() / path).rdbuf();
     return text.str();
   }
-  /// What a file holds besides comments.
+  /// Returns the content of a file without comments.
   std::string settings(const std::string& path) const {
     std::istringstream lines(content(path));
     std::string all;
@@ -97,7 +97,7 @@ TEST_F(RealtimeSetup, ShowsWhatIsMissingAndChangesNothing) {
   expectDone(finished);
   for (const char* part : {"CPU 3 of 0-3 for the force loop, 0-2 for everything else",
                            "missing  kernel command line: isolcpus=managed_irq,domain,3:",
-                           "missing  interrupts elsewhere: 1 may come to CPU 3", "missing  full speed",
+                           "missing  interrupts elsewhere: 1 can occur on CPU 3", "missing  full speed",
                            "missing  loop.cpu in /etc/hapticd/hapticd.yaml: below 'loop:', the line 'cpu: 3'",
                            "set      a core of its own"}) {
     EXPECT_TRUE(has(finished.output, part)) << part << " in\n" << finished.output;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session that is made up, whose surface is known, and judgements of series that are made up.
+// A synthetic session with a known surface, and judgements of synthetic series.
 
 #include <gtest/gtest.h>
 
@@ -133,7 +133,7 @@ TEST(RobustFit, KnowsTheNormalOfAPlane) {
 }
 
 /// Unit variance, the same for pixels of a box of 9 x 9.
-TEST(FitError, IsWhatFitsToAStandingPatternErrBy) {
+TEST(FitError, IsTheErrorOfFitsToAStaticPattern) {
   constexpr int kSide = 108;
   constexpr int kBox = 9;
   constexpr int kTrials = 60;
@@ -259,7 +259,7 @@ TEST(PassedPlaces, MeasureWhatIsNearTheHip) {
   EXPECT_TRUE(measuresNear(*session().frames[25], camera, place, at_arm, 0.02, -1));
 }
 
-TEST(JudgePassing, TellsTheSensorsErrorFromWhatThePassageChanges) {
+TEST(JudgePassing, SeparatesTheSensorsErrorFromWhatThePassageChanges) {
   std::vector<PassingTick> ticks(1000, {.force_n = {0, 0, 2}, .true_n = {0, 0, 3}});
   for (std::size_t i = 300; i < 500; ++i) ticks[i].covered = true;
   for (std::size_t i = 400; i < 450; ++i) ticks[i].force_n = {};

@@ -32,7 +32,7 @@ rt::Vec3 toVec3(const Vector& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// A replay of one image.
+/// A replay of one depth frame.
 class ImageReplay {
  public:
   ImageReplay(const config::Settings& settings, const std::vector<std::uint16_t>& raw)
@@ -55,10 +55,10 @@ std::size_t expectBruteForce(const config::Settings& settings, const test::Sprin
   std::size_t with_force = 0;
   for (const Vector& hip : test::positionsNear(points, kPositions, 1)) {
     const BruteForce expected(points, hip, law);
-    const ReplayedForce felt = replay.feel(hip);
-    EXPECT_LT(expected.error_n(toVector(felt.force_n_in_world)), kTolerance_n)
+    const ReplayedForce replayed = replay.feel(hip);
+    EXPECT_LT(expected.error_n(toVector(replayed.force_n_in_world)), kTolerance_n)
         << hip[0] << ' ' << hip[1] << ' ' << hip[2];
-    EXPECT_EQ(felt.points_used, expected.points());
+    EXPECT_EQ(replayed.points_used, expected.points());
     if (expected.points() > 0) ++with_force;
   }
   return with_force;
@@ -113,18 +113,18 @@ TEST(ReplayLaw, TurnsAndMovesWithTheCamera) {
     if (i % 4 == 0) continue;  // on a point, where the rotation's rounding would decide the direction
     const Vector& hip = hips[i];
     const BruteForce expected(points, hip);
-    const ReplayedForce felt = replay.feel(hip);
-    EXPECT_LT(expected.error_n(toVector(felt.force_n_in_world)), kTolerance_n);
-    EXPECT_EQ(felt.points_used, expected.points());
+    const ReplayedForce replayed = replay.feel(hip);
+    EXPECT_LT(expected.error_n(toVector(replayed.force_n_in_world)), kTolerance_n);
+    EXPECT_EQ(replayed.points_used, expected.points());
   }
 }
 
 TEST(ReplayLaw, HasNoForceWhereNothingIsNear) {
   ImageReplay replay(papersLaw(), test::sceneImage(0));
   for (const Vector& hip : {Vector{0, 0, 0}, Vector{0, 0, 1}, Vector{9, 9, -9}}) {
-    const ReplayedForce felt = replay.feel(hip);
-    EXPECT_EQ(felt.force_n_in_world, (rt::Vec3{}));
-    EXPECT_EQ(felt.points_used, 0U);
+    const ReplayedForce replayed = replay.feel(hip);
+    EXPECT_EQ(replayed.force_n_in_world, (rt::Vec3{}));
+    EXPECT_EQ(replayed.points_used, 0U);
   }
 }
 
@@ -141,10 +141,10 @@ TEST(ReplayLaw, FeelsTheFrameOfEachTimeInWhateverOrderTheTimesCome) {
   Replay replay(papersLaw(), source, Stage::law);
   for (const std::size_t frame : {0U, 2U, 1U, 3U, 0U, 3U, 3U, 2U}) {
     const Vector hip = test::positionsNear(points[2], 2, frame).back();
-    const auto felt = replay.feel({0.033 * static_cast<double>(frame) + 0.001, toVec3(hip)});
-    ASSERT_TRUE(felt) << felt.error().text();
-    EXPECT_EQ(felt->frame, frame);
-    EXPECT_LT(BruteForce(points[frame], hip).error_n(toVector(felt->force_n_in_world)), kTolerance_n);
+    const auto replayed = replay.feel({0.033 * static_cast<double>(frame) + 0.001, toVec3(hip)});
+    ASSERT_TRUE(replayed) << replayed.error().text();
+    EXPECT_EQ(replayed->frame, frame);
+    EXPECT_LT(BruteForce(points[frame], hip).error_n(toVector(replayed->force_n_in_world)), kTolerance_n);
   }
 }
 
@@ -156,11 +156,11 @@ TEST(ReplayLaw, SaysWhichFrameCannotBeRead) {
   const DepthSource source = *DepthSource::open(recording.path());
   Replay replay(papersLaw(), source, Stage::law);
   EXPECT_TRUE(replay.feel({0, {}}));
-  const auto felt = replay.feel({0.2, {}});
-  ASSERT_FALSE(felt);
-  EXPECT_NE(felt.error().text().find("d-1500000000.200-2.pgm: has 22 bytes, expected 614417"),
+  const auto replayed = replay.feel({0.2, {}});
+  ASSERT_FALSE(replayed);
+  EXPECT_NE(replayed.error().text().find("d-1500000000.200-2.pgm: has 22 bytes, expected 614417"),
             std::string::npos)
-      << felt.error().text();
+      << replayed.error().text();
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ TEST(DepthPicture, ReadsBackFromPng) {
   image.format = PNG_FORMAT_RGB;
   std::vector<Rgb> pixels(std::size_t{image.width} * image.height);
   ASSERT_TRUE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
-  // the pixels of the camera are those of the file, and the scale stands at the right of them
+  // the pixels of the camera are those of the file, and the scale is at the right of them
   std::vector<Rgb> seen, scale;
   for (std::size_t i = 0; i < pixels.size(); ++i) (i % image.width < 640 ? seen : scale).push_back(pixels[i]);
   EXPECT_EQ(seen, depthPicture(snapshot));

@@ -39,7 +39,8 @@ TEST(MemoryTrend, OfAFlatLineWithScatterIsWithinItsNoise) {
   for (int i = 0; i <= 100; ++i) points.push_back({i * 1.0, 5000 + scatter(random)});
   const MemoryTrend trend = memoryTrend(points);
   EXPECT_LT(std::abs(trend.growth_kb), trend.noise_kb);
-  // about what least squares has: two standard errors of the slope over 81 points, 2 * 400 * sqrt(12 / 81)
+  // about the error of least squares: two standard errors of the slope over 81 points, 2 * 400 * sqrt(12 /
+  // 81)
   EXPECT_NEAR(trend.noise_kb, 308, 80);
 }
 

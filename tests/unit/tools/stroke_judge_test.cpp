@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stroke bench says of laws that are made up: an ideal one, and each kind of a bad one.
+// Judgements of synthetic laws by the stroke bench: an ideal one, and each kind of a bad one.
 
 #include "tools/hapticbench/strokes/stroke_judge.h"
 
@@ -21,7 +21,7 @@ constexpr double kStiffness_n_per_m = 500;
 constexpr double kTick_m = 0.0001;  // of a stroke at 0.1 m/s
 constexpr JudgeLimits kLimits{.lag_m = 0.005, .end_m = 0, .pitch_m = 0.001, .clear_m = 0.002};
 
-/// A stroke of 100 mm, 8 mm below the plane z = 0, that comes out of the body at 80 mm.
+/// A stroke of 100 mm, 8 mm below the plane z = 0, that leaves the body at 80 mm.
 std::vector<TrueTick> madeUpStroke() {
   constexpr double kEnd_m = 0.08 - kTick_m / 2;  // between two ticks
   std::vector<TrueTick> ticks;
@@ -84,7 +84,7 @@ TEST(StrokeJudge, FindsAProxyThatStops) {
   EXPECT_GT(figures.ghost_ticks, 0);
 }
 
-TEST(StrokeJudge, TellsAProxyThatCatchesUpFromOneThatStops) {
+TEST(StrokeJudge, DistinguishesAProxyThatCatchesUpFromOneThatStops) {
   const StrokeFigures figures = judged([](const TrueTick& truth) {
     LawTick output = ideal(truth);
     const double place = truth.hip_m.x;

@@ -10,7 +10,8 @@
 #include <string>
 #include <tuple>
 
-#include "tools/hapticbench/sweep/sweep_file.h"
+#include "tools/hapticbench/sweep/sweep_report.h"
+#include "tools/lib/parts/fields.h"
 
 namespace hapticd::tools {
 namespace {
@@ -33,29 +34,10 @@ TEST(SweepGrid, OfTheQuickSweepHoldsThePapersSetToo) {
   EXPECT_EQ(std::count_if(points.begin(), points.end(), [](const SweepPoint& p) { return p.isPapers(); }), 1);
 }
 
-TEST(Shard, CoversEveryPointOnce) {
-  for (std::size_t index = 0; index < 50; ++index) {
-    int times = 0;
-    for (std::size_t number = 1; number <= 7; ++number) times += Shard{number, 7}.has(index) ? 1 : 0;
-    EXPECT_EQ(times, 1) << index;
-  }
-}
-
-TEST(Shard, IsReadFromIOfNAndNothingElse) {
-  const auto shard = parseShard("3/8");
-  ASSERT_TRUE(shard);
-  EXPECT_EQ(shard->number, 3U);
-  EXPECT_EQ(shard->count, 8U);
-  for (const char* wrong :
-       {"", "3", "/8", "3/", "0/8", "9/8", "3/8/1", "a/b", "-1/8", "3 /8", "99999999999999999999/8"}) {
-    EXPECT_FALSE(parseShard(wrong)) << wrong;
-  }
-}
-
 /// Whether the results are the same in all but the times.
 bool sameButTime(const SweepResult& a, const SweepResult& b) {
   const auto numbers = [](const SweepResult& r) {
-    return std::array{r.feel.felt_stiffness_n_per_m,
+    return std::array{r.feel.rendered_stiffness_n_per_m,
                       r.feel.steepest_stiffness_n_per_m,
                       r.feel.pop_through_n,
                       r.feel.edge_radius_m,
@@ -69,107 +51,26 @@ bool sameButTime(const SweepResult& a, const SweepResult& b) {
          a.feel.edge_is_outside == b.feel.edge_is_outside;
 }
 
-/// A sweep of few points whose feel is made up but different at each point.
-SweepPart madeUpPart(std::size_t number, std::size_t count) {
-  SweepPart part{.name = "part" + std::to_string(number),
-                 .settings = {.quick = true,
-                              .filter = true,
-                              .delay_ticks = 2,
-                              .noise_source = "synthetic",
-                              .noise_digest = "0"},
-                 .shard = {number, count},
-                 .results = {}};
-  for (const SweepPoint& point : pointsOf(SweepGrid::quick())) {
-    if (!part.shard.has(point.index)) continue;
-    SweepResult result;
-    result.point = point;
-    const double i = static_cast<double>(point.index);
-    result.feel = {.felt_stiffness_n_per_m = 300 + i / 3,
-                   .steepest_stiffness_n_per_m = 400 + i / 7,
-                   .pop_through_n = 10,
-                   .edge_radius_m = 0.01 / 3,
-                   .edge_is_outside = point.index % 2 == 0,
-                   .smallest_ridge_m = 0.001,
-                   .stroke_h_m = -0.005,
-                   .median_force_us = 2};
-    result.noise = {.median_n = 0.1, .largest_n = 0.2, .sites = 3, .nearest_m = 1, .farthest_m = 2};
-    result.stability_margin = 1000 / (300 + i);
-    part.results.push_back(result);
-  }
-  return part;
-}
-
-std::string errorOfMerging(const std::vector<SweepPart>& parts) {
-  const auto merged = mergeSweep(parts);
-  return merged ? "" : merged.error().text();
-}
-
-TEST(SweepFile, ReadsBackEveryNumberAsWritten) {
-  SweepPart part = madeUpPart(2, 3);
-  part.results.front().stability_margin = std::numeric_limits<double>::infinity();
-  const auto read = parseSweep("file", sweepJson(part));
-  ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ(read->settings, part.settings);
-  EXPECT_EQ(read->shard.number, 2U);
-  EXPECT_EQ(read->shard.count, 3U);
-  ASSERT_EQ(read->results.size(), part.results.size());
-  for (std::size_t i = 0; i < part.results.size(); ++i) {
-    EXPECT_TRUE(sameButTime(read->results[i], part.results[i])) << i;
-    EXPECT_EQ(read->results[i].feel.median_force_us, part.results[i].feel.median_force_us);
-  }
-}
-
-TEST(SweepFile, RefusesWhatIsNoPartOfASweep) {
-  std::string other_point = sweepJson(madeUpPart(1, 1));
-  other_point.replace(other_point.find("\"proxy\""), 7, "\"surface\"");
-  for (const std::string& text : {std::string(), std::string("{}"), std::string("[1]"),
-                                  std::string(R"({"benchmark": "pareto"})"), other_point}) {
-    const auto read = parseSweep("odd.json", text);
-    ASSERT_FALSE(read) << text.substr(0, 40);
-    EXPECT_TRUE(read.error().text().starts_with("odd.json: is no part of a sweep")) << read.error().text();
-  }
-}
-
-TEST(MergeSweep, JoinsThePartsInTheOrderOfTheGridWhateverTheirOrder) {
-  const auto merged = mergeSweep({madeUpPart(3, 3), madeUpPart(1, 3), madeUpPart(2, 3)});
-  ASSERT_TRUE(merged) << merged.error().text();
-  const SweepPart whole = madeUpPart(1, 1);
-  EXPECT_EQ(merged->shard.count, 1U);
-  ASSERT_EQ(merged->results.size(), whole.results.size());
-  for (std::size_t i = 0; i < whole.results.size(); ++i) {
-    EXPECT_TRUE(sameButTime(merged->results[i], whole.results[i])) << i;
-  }
-}
-
-TEST(MergeSweep, RefusesMissingParts) {
-  EXPECT_EQ(errorOfMerging({madeUpPart(1, 4), madeUpPart(3, 4)}),
-            "--merge: these parts are missing: 2/4 4/4");
-}
-
-TEST(MergeSweep, RefusesTheSamePartTwice) {
-  EXPECT_EQ(errorOfMerging({madeUpPart(1, 2), madeUpPart(1, 2)}), "part1: is part 1/2, and so is part1");
-}
-
-TEST(MergeSweep, RefusesPartsOfAnotherDivision) {
-  EXPECT_EQ(errorOfMerging({madeUpPart(1, 2), madeUpPart(2, 3)}),
-            "part2: is part 2/3, but part1 is part 1/2");
-}
-
-TEST(MergeSweep, RefusesPartsOfAnotherSweep) {
-  SweepPart foreign = madeUpPart(2, 2);
-  foreign.settings.delay_ticks = 5;
-  EXPECT_TRUE(
-      errorOfMerging({madeUpPart(1, 2), foreign}).starts_with("part2: is of another sweep than part1"));
-}
-
-TEST(MergeSweep, RefusesPartsWithoutAllTheirPointsOrWithOthers) {
-  SweepPart short_one = madeUpPart(2, 2);
-  short_one.results.pop_back();
-  EXPECT_TRUE(errorOfMerging({madeUpPart(1, 2), short_one}).starts_with("part2: lacks point"));
-  SweepPart odd = madeUpPart(2, 2);
-  odd.results.front() = madeUpPart(1, 2).results.front();
-  EXPECT_TRUE(
-      errorOfMerging({madeUpPart(1, 2), odd}).starts_with("part2: holds point 0, which is not of part 2/2"));
+TEST(SweepResult, ReadsBackEveryNumberAsWritten) {
+  SweepResult result;
+  result.feel = {.rendered_stiffness_n_per_m = 1000.0 / 3,
+                 .steepest_stiffness_n_per_m = 0.1,
+                 .pop_through_n = -0.0,
+                 .edge_radius_m = 5e-324,
+                 .edge_is_outside = true,
+                 .smallest_ridge_m = 1e300 / 7,
+                 .stroke_h_m = -0.005,
+                 .median_force_us = 2.0 / 3};
+  result.noise = {.median_n = 0.1, .largest_n = 0.2, .sites = 3, .nearest_m = 1, .farthest_m = 2};
+  result.stability_margin = std::numeric_limits<double>::infinity();
+  SweepResult read;
+  fromFields(nlohmann::json::parse(toFields(result).dump()), read);
+  EXPECT_TRUE(sameButTime(read, result));
+  EXPECT_TRUE(std::signbit(read.feel.pop_through_n));
+  EXPECT_EQ(read.feel.median_force_us, result.feel.median_force_us);
+  result.feel.median_force_us.reset();
+  fromFields(toFields(result), read);
+  EXPECT_FALSE(read.feel.median_force_us);
 }
 
 /// The paper's law on a plane at 1 m with `count` nearest points: the largest F_N(h) and where it is.
@@ -207,7 +108,7 @@ TEST(FeelProbe, FindsConstraintLawsAsStiffAsSetAndWithoutPopThrough) {
   FeelProbe probe(1.15);
   for (const rt::ForceLaw law : {rt::ForceLaw::proxy, rt::ForceLaw::surface}) {
     const Feel feel = probe.measure(lawOf(law));
-    EXPECT_NEAR(feel.felt_stiffness_n_per_m, 500, 5) << static_cast<int>(law);
+    EXPECT_NEAR(feel.rendered_stiffness_n_per_m, 500, 5) << static_cast<int>(law);
     EXPECT_EQ(feel.pop_through_n, kNoPopThrough_n) << static_cast<int>(law);
     // a ridge of 20 mm lifts the proxy by its height: 500 N/m * height > 7 % of 2.5 N from 0.35 mm on; one
     // unit of the depth, 0.05 mm, and the factor 1.15 between the heights tried
@@ -226,7 +127,7 @@ std::unique_ptr<rt::DepthFrame> flatFrame(std::uint16_t raw) {
   return frame;
 }
 
-TEST(NoiseProbe, TellsTheDeviationOfAWallThatJumpsBetweenTwoPlaces) {
+TEST(NoiseProbe, MeasuresTheDeviationOfAWallThatJumpsBetweenTwoPlaces) {
   // raw 757 and 758: walls at depths that differ by about 3.1 mm, in turn
   std::vector<BenchSequence> sequences(1);
   for (int i = 0; i < 10; ++i) {
@@ -263,28 +164,29 @@ TEST(NoiseProbe, TakesNoSiteOnWhatMoves) {
   EXPECT_TRUE(NoiseProbe(std::move(sequences), 2).sites().empty());
 }
 
-TEST(RunSweep, GivesAPointTheSameResultInShardsOfAnySize) {
+TEST(Sweep, GivesAPointTheSameResultWhateverWasMeasuredBefore) {
   std::vector<BenchSequence> sequences;
   sequences.push_back(syntheticSequence(3));
   const NoiseProbe noise(std::move(sequences), 1);
   ASSERT_EQ(noise.sites().size(), 1U);
-  const SweepSettings settings{
-      .quick = true, .filter = false, .delay_ticks = 2, .noise_source = "synthetic", .noise_digest = "0"};
-  const auto silent = [](std::size_t, std::size_t) {};
-  const auto part = runSweep(settings, {4, 11}, noise, silent);
-  const auto half = runSweep(settings, {4, 22}, noise, silent);
-  ASSERT_FALSE(half.empty());
-  EXPECT_EQ(part.size(), (pointsOf(SweepGrid::quick()).size() - 4) / 11 + 1) << "the 4th, the 15th, ...";
-  for (const SweepResult& result : half) {
-    const auto same = std::ranges::find_if(
-        part, [&](const SweepResult& other) { return other.point.index == result.point.index; });
-    ASSERT_NE(same, part.end()) << result.point.index;
-    EXPECT_TRUE(sameButTime(result, *same)) << result.point.index;
+  const SweepSettings settings{.quick = true, .timed = false, .delay_ticks = 2};
+  const auto points = pointsOf(SweepGrid::quick());
+  Sweep all(settings, noise);
+  for (const std::size_t index : {3U, 14U, 25U, 36U}) {
+    const SweepResult later = all.measure(points.at(index));
+    const SweepResult alone = Sweep(settings, noise).measure(points.at(index));
+    EXPECT_TRUE(sameButTime(later, alone)) << index;
+    EXPECT_FALSE(alone.feel.median_force_us);
   }
 }
 
-TEST(SweepText, MarksThePapersSet) {
-  EXPECT_NE(sweepText(madeUpPart(1, 1)).find("the paper's"), std::string::npos);
+TEST(SweepText, MarksThePapersSetAndLeavesTheTimeBlankWhereItWasNotMeasured) {
+  std::vector<SweepResult> results;
+  for (const SweepPoint& point : pointsOf(SweepGrid::quick())) results.push_back({.point = point});
+  EXPECT_NE(sweepText({.quick = true}, results).find("the paper's"), std::string::npos);
+  EXPECT_EQ(sweepJson({.quick = true}, results).find("median_force_us"), std::string::npos);
+  results.front().feel.median_force_us = 1.5;
+  EXPECT_NE(sweepJson({.quick = true}, results).find("\"median_force_us\": 1.5"), std::string::npos);
 }
 
 }  // namespace

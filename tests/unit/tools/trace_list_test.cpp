@@ -22,7 +22,7 @@ const Json kReply = Json::parse(R"({"folder": "/x", "omitted": 0, "traces": [
   {"name": "2026-03-04T05-06-00Z", "bytes": 2000000000, "open": true, "depth": false, "kept": false,
    "note": "", "beginNs": 1772600760000000000}]})");
 
-/// Which of the three, by their places in the reply.
+/// Returns which of the three traces are chosen, by their indices in the reply.
 std::string chosen(const TraceListOptions& options) {
   std::string places;
   for (const Json& trace : chosenTraces(kReply, options)) {

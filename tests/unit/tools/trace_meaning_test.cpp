@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What traces do not say by themselves: periods without a tick, fields that a law does not have, settings.
+// Information derived from traces: periods without a tick, fields that a law does not have, settings.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exact bodies against what does not share their closed forms: alternating projections, sphere tracing
-// and dense sampling of the surface.
+// The exact bodies against methods that do not share their closed forms: alternating projections, sphere
+// tracing and dense sampling of the surface.
 
 #include "tools/lib/truth/true_body.h"
 

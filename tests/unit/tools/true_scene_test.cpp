@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The analytic scenes against what does not share their closed forms: rays against distances, closest points
-// against a dense sampling of what the camera sees, normals against finite differences.
+// The analytic scenes against methods that do not share their closed forms: rays against distances, closest
+// points against a dense sampling of what the camera sees, normals against finite differences.
 
 #include "tools/lib/truth/true_scene.h"
 

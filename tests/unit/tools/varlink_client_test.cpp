@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client against a service that does not let it finish.
+// The client against a service that closes the connection early.
 
 #include "tools/lib/client/varlink_client.h"
 
@@ -15,7 +15,7 @@
 namespace hapticd {
 namespace {
 
-/// Takes one connection, says something and closes it.
+/// Accepts one connection, sends something and closes it.
 class CurtService {
  public:
   explicit CurtService(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -48,7 +48,7 @@ constexpr std::string_view kRefusal{
     90};
 static_assert(kRefusal.back() == '\0');
 
-TEST_F(VarlinkClientTest, TellsWhyItWasRefusedThoughTheConnectionIsClosedBeforeItsCall) {
+TEST_F(VarlinkClientTest, ReportsWhyItWasRefusedThoughTheConnectionIsClosedBeforeItsCall) {
   auto called = tools::VarlinkClient::connect(path);
   ASSERT_TRUE(called);
   service.sayAndClose(kRefusal);

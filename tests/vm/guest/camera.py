@@ -50,14 +50,14 @@ def late_camera():
     now = reaches("it has looked several times", lambda now: now["uptimeS"] > 3 and now["camera"]["state"] == "absent", 20)
     began = time.monotonic()
     kinect = devices.Kinect()
-    now = reaches("a frame is felt", streaming, 20)
+    now = reaches("a force acts", streaming, 20)
     took_s = time.monotonic() - began
     node = must("sh", "-c", "stat -c '%a %G' $(for d in /sys/bus/usb/devices/*; do "
                 "[ \"$(cat $d/idProduct 2>/dev/null)\" = 02ae ] && echo /dev/bus/usb/$(printf %03d $(cat $d/busnum))/"
                 "$(printf %03d $(cat $d/devnum)); done)").strip()
     expect(node == "660 hapticd", f"the node of the camera is {node}")
     expect("A00000000000001A" in now["camera"]["identity"], now["camera"]["identity"])
-    return f"first frame felt {took_s:.2f} s after plugging it in"
+    return f"first force {took_s:.2f} s after plugging it in"
 
 
 @check("from plugging in the camera to the first force")
@@ -89,8 +89,8 @@ def replayed(samples, depth, times):
 def difference_n(samples, forces):
     worst = 0.0
     for sample, force in zip(samples, forces):
-        felt = sample["status"]["tick"]["lawForceNInWorld"]
-        worst = max(worst, math.dist((felt["x"], felt["y"], felt["z"]), force))
+        computed = sample["status"]["tick"]["lawForceNInWorld"]
+        worst = max(worst, math.dist((computed["x"], computed["y"], computed["z"]), force))
     return worst
 
 
@@ -111,7 +111,7 @@ def frozen_frames():
     for frame in (0, len(files) // 2, len(files) - 1):
         kinect.tell(f"freeze {frame}")
         seen = status()["tick"]["sceneFrame"]
-        reaches("that frame is felt", lambda now: now["tick"]["sceneFrame"] > seen + 3)
+        reaches("that frame is used", lambda now: now["tick"]["sceneFrame"] > seen + 3)
         samples = computed(monitor(0.7))
         forces = replayed(samples, f"{devices.RECORDING}/{files[frame]}", [0] * len(samples))
         worst = max(worst, difference_n(samples, forces))
@@ -134,10 +134,10 @@ def streamed_frames():
     reaches("the camera streams", lambda now: now["camera"]["frames"] > before, 20)
     samples = [s for s in computed(monitor(1.2 if counted() else 4))
                if before < s["status"]["tick"]["sceneFrame"] < before + len(files) - 3]
-    felt, wanted = len({s["status"]["tick"]["sceneFrame"] for s in samples}), 15 if counted() else 3
-    expect(felt > wanted, f"only {felt} frames were felt")
+    used, least = len({s["status"]["tick"]["sceneFrame"] for s in samples}), 15 if counted() else 3
+    expect(used > least, f"only {used} frames were used")
     # Which recorded frame each of the daemon's is, it does not know; the first ones may have been lost while it opened
-    # the camera, and in real time a slow guest may lose others. So every sample is felt in every recorded frame.
+    # the camera, and in real time a slow guest may lose others. So every sample is computed in every recorded frame.
     stamps = [float(name.split("-")[1]) for name in files]
     rows = [(frame, sample) for frame in range(len(files)) for sample in samples]
     times = [stamps[frame] - stamps[0] + 0.001 + 1e-6 * (number % len(samples)) for number, (frame, _) in enumerate(rows)]
@@ -176,16 +176,16 @@ def replugged():
     expect(main_pid() == pid, "the daemon was restarted")
 
 
-@check("frames with lost packets are counted and not felt")
+@check("frames with lost packets are counted and not used")
 def lost_packets():
     before = status()["camera"]
     kinect.tell("lose 3")
     now = reaches("damaged frames are counted", lambda now: now["camera"]["damagedFrames"] >= before["damagedFrames"] + 10)
-    felt = now["tick"]["sceneFrame"]
+    used = now["tick"]["sceneFrame"]
     reaches("more damaged frames", lambda now: now["camera"]["damagedFrames"] >= before["damagedFrames"] + 15)
-    expect(status()["tick"]["sceneFrame"] <= felt + 1, "damaged frames were felt")
+    expect(status()["tick"]["sceneFrame"] <= used + 1, "damaged frames were used")
     kinect.tell("lose off")
-    reaches("whole frames are felt again", lambda now: now["tick"]["sceneFrame"] > felt + 10)
+    reaches("intact frames are used again", lambda now: now["tick"]["sceneFrame"] > used + 10)
 
 
 @check("garbage in packet headers leads to no force that is not finite and no end")
@@ -209,7 +209,7 @@ def stalled():
     return now["camera"]["detail"]
 
 
-@check("a camera that answers no request hangs the opening call, not the daemon; replugging it mends that")
+@check("a camera that answers no request hangs the opening call, not the daemon; replugging it helps")
 def mute():
     pid = main_pid()
     kinect.tell("unplug")

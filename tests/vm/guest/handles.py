@@ -71,15 +71,15 @@ def doctor():
 def forces():
     press()
     time.sleep(0.5)
-    now, felt = status(), handle.stats()
-    expect(abs(force_n(now) - felt["force_n"]) < 0.05 * max(1, force_n(now)), f"{force_n(now)} N and {felt}")
-    expect(felt["invalid"] == 0, str(felt))
+    now, stats = status(), handle.stats()
+    expect(abs(force_n(now) - stats["force_n"]) < 0.05 * max(1, force_n(now)), f"{force_n(now)} N and {stats}")
+    expect(stats["invalid"] == 0, str(stats))
     handle.tell("button 3")
     time.sleep(0.1)
     handle.tell("button 3")
     handle.tell(AWAY)
     reaches("no force", lambda now: force_n(now) == 0)
-    return f"{felt['force_n']:.2f} N"
+    return f"{stats['force_n']:.2f} N"
 
 
 @check("exchanged with at 1 kHz without a loss beside a streaming Kinect", only_counted=True)
@@ -128,9 +128,9 @@ def replugged():
     reaches("the handle", present)
     sent = handle.stats()["sent"]
     wait_for("reports are exchanged", lambda: handle.stats()["sent"] > sent + 300)
-    now, felt = status(), handle.stats()
+    now, stats = status(), handle.stats()
     expect(now["mode"] == "idle" and now["cause"] == "handle_replaced", f"{now['mode']}, {now['cause']}")
-    expect(felt["force_n"] == 0, str(felt))
+    expect(stats["force_n"] == 0, str(stats))
     press()
 
 
@@ -141,9 +141,9 @@ def muted():
     began_ns = time.monotonic_ns()
     now = reaches("the handle is lost", lambda now: now["handle"]["state"] == "lost" and force_n(now) == 0)
     expect("no reports" in now["handle"]["detail"], now["handle"]["detail"])
-    felt = wait_for("the motors are off", lambda: handle.stats() if handle.stats()["force_n"] == 0 else None)
+    stats = wait_for("the motors are off", lambda: handle.stats() if handle.stats()["force_n"] == 0 else None)
     if counted():
-        expect(felt["last_force_ns"] - began_ns < ZERO_WITHIN_S * 1e9, f"{(felt['last_force_ns'] - began_ns) / 1e6} ms")
+        expect(stats["last_force_ns"] - began_ns < ZERO_WITHIN_S * 1e9, f"{(stats['last_force_ns'] - began_ns) / 1e6} ms")
     handle.tell("play")
     reaches("the handle", present)
     time.sleep(0.3)
@@ -187,8 +187,8 @@ def dies(name, kill):
     old = main_pid()
     began_ns = time.monotonic_ns()
     kill(old)
-    felt = wait_for("the motors are off", lambda: handle.stats() if handle.stats()["force_n"] == 0 else None)
-    after_ms = (felt["last_force_ns"] - began_ns) / 1e6
+    stats = wait_for("the motors are off", lambda: handle.stats() if handle.stats()["force_n"] == 0 else None)
+    after_ms = (stats["last_force_ns"] - began_ns) / 1e6
     if counted():
         expect(after_ms < ZERO_WITHIN_S * 1e3, f"{name}: there was force for {after_ms:.1f} ms")
     wait_for("another daemon", lambda: is_active() and main_pid() not in (0, old), 15)
@@ -214,8 +214,8 @@ def stop_service():
     must("systemctl", "reset-failed", "hapticd.service")
     press()
     must("systemctl", "stop", "hapticd.service")
-    felt = handle.stats()
-    expect(felt["force_n"] == 0, str(felt))
+    stats = handle.stats()
+    expect(stats["force_n"] == 0, str(stats))
     must("systemctl", "start", "hapticd.service")
     reaches("the handle", present)
 
@@ -295,13 +295,13 @@ def gadget():
         press(usb)
         before = usb.stats()
         time.sleep(1)
-        felt = usb.stats()
+        stats = usb.stats()
         usb.unplug()
         reaches("the handle is lost", lambda now: now["handle"]["state"] == "lost" and force_n(now) == 0)
         usb.plug()
         reaches("the handle", present, 20)
-        return (f"{felt['received'] - before['received']} output reports in a second, {felt['invalid']} invalid, "
-                f"{felt['lost'] - before['lost']} lost")
+        return (f"{stats['received'] - before['received']} output reports in a second, {stats['invalid']} invalid, "
+                f"{stats['lost'] - before['lost']} lost")
     finally:
         usb.end()
         handle.tell("replug")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the checks are written with: registering them, running programs, asking the daemon, waiting.
+"""Tools of the checks: registering them, running programs, asking the daemon, waiting.
 
 A check is a function marked with @check("sentence"); it fails by raising, best through expect(). Checks run in the order
 in which their modules are named in `main`, each on what the ones before left; module.prepare(), if there, runs before the
@@ -28,7 +28,7 @@ def counted():
 # they count as stale.
 HANDLE_TIMEOUT_S = 0.01 if counted() else 1
 DEPTH_TIMEOUT_S = 0.5 if counted() else 3
-# The same holds for the force thread: there, late ticks are no reason to let go.
+# The same holds for the force thread: there, late ticks are no reason for a release.
 SAFETY = (f"handle_timeout_s: {HANDLE_TIMEOUT_S}, engage_inside: true"
           + ("" if counted() else ", overrun_burst: 65"))
 
@@ -66,7 +66,7 @@ def run(*command, user=None, timeout=PATIENCE_S, stdin=None):
 
 
 def must(*command, **options):
-    """Runs a program that has to succeed; returns what it said."""
+    """Runs a program that has to succeed; returns its output."""
     done = run(*command, **options)
     expect(done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}: {done.stdout.strip()[-600:]}")
     return done.stdout

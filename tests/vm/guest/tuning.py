@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tells and sets what a box takes for real time."""
+"""Checking and setting up a box for real time."""
 
 import json
 import os

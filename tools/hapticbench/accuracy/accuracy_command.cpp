@@ -42,9 +42,16 @@ StudyCommand accuracyCommand(CLI::App& app) {
   command.names("--filters", chosen->filters, {"off", "on"}, "both; of the laws on points");
   command.seed(options.seed, "of the positions and of the noise (1)");
   command.json();
+  command.parts();
   command.onRun([chosen](const StudyCommand& self) {
-    const std::vector<AccuracyRow> rows = measureAccuracy(chosen->effective(), showProgress);
-    return self.report(accuracyText(rows), accuracyJson(rows));
+    const AccuracyOptions effective = chosen->effective();
+    return self.forEachCase(
+        casesOf(effective), [&](const AccuracyCase& one) { return measureCase(one, effective); },
+        [&self](const std::vector<std::vector<AccuracyRow>>& cases) {
+          std::vector<AccuracyRow> rows;
+          for (const auto& of_case : cases) rows.insert(rows.end(), of_case.begin(), of_case.end());
+          return self.report(accuracyText(rows), accuracyJson(rows));
+        });
   });
   return command;
 }

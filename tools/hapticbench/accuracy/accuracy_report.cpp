@@ -72,7 +72,8 @@ bool isPlane(const Row& row) {
   return row.scene.starts_with("plane");
 }
 
-/// Of the paper's springs on a plane that faces the camera without noise.
+/// Returns the deviation of the pop-through force of the paper's springs on a plane that faces the camera
+/// without noise.
 std::optional<LimitedFigure> popThroughDifference_percent(const Row& row) {
   const rt::SpringParameters springs;
   const double expected_n = popThroughForceOnPlane_n(springs, {}, row.distance_m);

@@ -12,7 +12,7 @@ namespace hapticd::tools {
 /// All scenes and distances of one law, setting and noise as one row each, in the order of the laws.
 std::vector<AccuracyRow> summaryOf(const std::vector<AccuracyRow>& rows);
 
-/// What the laws must keep, checked on `rows`.
+/// Checks the requirements on the laws with `rows`.
 std::vector<Requirement> requirementsOf(const std::vector<AccuracyRow>& rows);
 
 /// The rows, their summary and the requirements, for people and for programs.

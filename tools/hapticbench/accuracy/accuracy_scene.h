@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// A scene that the laws are measured on, and what it is called on the command line.
+/// A scene on which the laws are measured, with its name on the command line.
 struct AccuracyScene {
   std::string name;
   TrueSceneParameters shape;  ///< at any distance
@@ -29,7 +29,7 @@ inline const std::string& nameOf(const AccuracyScene& scene) {
 const std::vector<AccuracyScene>& accuracyScenes();
 
 inline constexpr double kFrameRate_hz = 30;
-/// Frames that are shown before the HIP moves, as many as the filter takes to settle.
+/// Number of frames shown before the HIP moves, which the filter needs to settle.
 inline constexpr int kSettlingFrames = 12;
 
 /// The images of a scene at 30 frames per second, rendered once and shown to every law.

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/accuracy/accuracy_study.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
-#include "tools/hapticbench/accuracy/accuracy_scene.h"
 #include "tools/hapticbench/accuracy/course.h"
 #include "tools/hapticbench/accuracy/pop_through.h"
 #include "tools/lib/offline/offline_box.h"
@@ -183,19 +180,30 @@ void AccuracyRow::add(const AccuracyRow& other) {
   outside_model += other.outside_model;
 }
 
-std::vector<AccuracyRow> measureAccuracy(const AccuracyOptions& options,
-                                         const std::function<void(const std::string&)>& progress) {
-  std::vector<AccuracyRow> rows;
+std::vector<AccuracyCase> casesOf(const AccuracyOptions& options) {
+  std::vector<AccuracyCase> cases;
   for (const AccuracyScene& scene : accuracyScenes()) {
     if (!options.scenes.empty() && std::ranges::find(options.scenes, scene.name) == options.scenes.end())
       continue;
     for (const double distance_m : options.distances_m) {
-      if (progress) progress(fmt::format("{} at {} m", scene.name, distance_m));
-      for (const SceneNoise noise : options.noises) {
-        Stage stage(scene, distance_m, noise, options);
-        for (const LawSetting& setting : options.settings) rows.push_back(stage.measure(setting));
-      }
+      for (const SceneNoise noise : options.noises) cases.push_back({scene, distance_m, noise});
     }
+  }
+  return cases;
+}
+
+std::vector<AccuracyRow> measureCase(const AccuracyCase& one, const AccuracyOptions& options) {
+  Stage stage(one.scene, one.distance_m, one.noise, options);
+  std::vector<AccuracyRow> rows;
+  for (const LawSetting& setting : options.settings) rows.push_back(stage.measure(setting));
+  return rows;
+}
+
+std::vector<AccuracyRow> measureAccuracy(const AccuracyOptions& options) {
+  std::vector<AccuracyRow> rows;
+  for (const AccuracyCase& one : casesOf(options)) {
+    const auto of_case = measureCase(one, options);
+    rows.insert(rows.end(), of_case.begin(), of_case.end());
   }
   return rows;
 }

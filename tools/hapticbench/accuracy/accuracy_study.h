@@ -3,10 +3,10 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "tools/hapticbench/accuracy/accuracy_scene.h"
 #include "tools/hapticbench/accuracy/force_error.h"
 #include "tools/hapticbench/law_setting.h"
 #include "tools/lib/truth/scene_camera.h"
@@ -37,6 +37,10 @@ struct PopThroughs {
 
   void add(const PopThroughs& other);
 };
+auto fieldsOf(Is<PopThroughs> auto& pops) {
+  auto& [pushes, popped, dipped, under, least_force_n, depth_mm] = pops;
+  return std::tie(pushes, popped, dipped, under, least_force_n, depth_mm);
+}
 
 /// One law and setting on one scene.
 struct AccuracyRow {
@@ -54,13 +58,28 @@ struct AccuracyRow {
   bool held = false;          ///< the three above were measured
   int outside_model = 0;      ///< ticks whose force lacked a part of the scene
 
-  /// Adds what was measured on another scene.
+  /// Adds the measurements on another scene.
   void add(const AccuracyRow& other);
 };
+auto fieldsOf(Is<AccuracyRow> auto& row) {
+  auto& [scene, distance, noise, setting, error, proxy, pops, law_step, blended_step, slew, held, outside] =
+      row;
+  return std::tie(scene, distance, noise, setting, error, proxy, pops, law_step, blended_step, slew, held,
+                  outside);
+}
 
-/// Measures every combination that the options name. Calls `progress`, if there is one, before each scene and
-/// distance.
-std::vector<AccuracyRow> measureAccuracy(const AccuracyOptions& options,
-                                         const std::function<void(const std::string&)>& progress = {});
+/// One scene as a camera sees it, which all laws are measured on.
+struct AccuracyCase {
+  AccuracyScene scene;
+  double distance_m = 0;
+  SceneNoise noise = SceneNoise::none;
+};
+std::vector<AccuracyCase> casesOf(const AccuracyOptions& options);
+
+/// A row for each setting of the options.
+std::vector<AccuracyRow> measureCase(const AccuracyCase& one, const AccuracyOptions& options);
+
+/// The rows of all cases.
+std::vector<AccuracyRow> measureAccuracy(const AccuracyOptions& options);
 
 }  // namespace hapticd::tools

@@ -36,7 +36,7 @@ class CourseMaker {
     course_.outward = -scene.approach(0).inward_in_world;
   }
 
-  /// One tick more; false where the course is at its end.
+  /// Adds a tick; returns false at the end of the course.
   bool add(const Vec3& hip_m) {
     CourseTick tick{.hip_m = hip_m};
     const auto count = static_cast<double>(course_.ticks.size());

@@ -6,11 +6,11 @@
 
 namespace hapticd::tools {
 
-/// The smallest difference from a force of that size that a person notices: 7 % of it, but not below 0.1 N.
-/// (Pang, Tan and Durlach: about 7 % between 2.5 and 10 N.)  Newtons.
+/// Returns the JND of a force in newtons: 7 % of it, but at least 0.1 N.
+/// (Pang, Tan and Durlach: about 7 % between 2.5 and 10 N.)
 double justNoticeableDifference_n(double force_n);
 
-/// Errors of forces against the true ones, in the measures of the field.
+/// Errors of forces relative to the true ones, in newtons, percent, JND and degrees.
 struct ForceErrors {
   Spread error_n;
   Spread error_percent;  ///< of the true force; where that is zero it does not count
@@ -20,5 +20,9 @@ struct ForceErrors {
   void add(const rt::Vec3& force_n, const rt::Vec3& truth_n);
   void add(const ForceErrors& other);
 };
+auto fieldsOf(Is<ForceErrors> auto& errors) {
+  auto& [error_n, percent, jnd, direction] = errors;
+  return std::tie(error_n, percent, jnd, direction);
+}
 
 }  // namespace hapticd::tools

@@ -10,7 +10,7 @@ namespace hapticd::tools {
 
 /// The outcome of a push into a surface.
 struct PopThrough {
-  bool popped = false;           ///< the surface gave way, for good
+  bool popped = false;           ///< the HIP popped through
   double largest_n = 0;          ///< the pop-through force where it did: the largest one before that
   std::size_t largest_tick = 0;  ///< the first tick with that force
   bool dipped = false;  ///< the force fell as if the surface gave way, but then exceeded what it was before

@@ -9,11 +9,11 @@ namespace hapticd::tools {
 /// The CPUs that this process may use, in order.
 std::vector<int> usableCpus();
 
-/// Those of `usable_cpus` beside `measured_cpu`; that one when there is no other.
+/// Returns `usable_cpus` without `measured_cpu`, or only `measured_cpu` if there is no other.
 std::vector<int> otherCpus(const std::vector<int>& usable_cpus, int measured_cpu);
 
-/// For its life, the calling thread and those that it starts stay on `cpus`, as far as that is permitted.
-/// Thread: made and gone in the same one.
+/// While the object exists, the calling thread and threads that it starts stay on `cpus`, as far as
+/// permitted. Thread: created and destroyed by the same one.
 class KeptToCpus {
  public:
   explicit KeptToCpus(const std::vector<int>& cpus);

@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Longer than any wake-up on a machine that is of use.
+/// Longer than any wake-up latency of a usable machine.
 constexpr int kHistogramEnd_us = 100'000;
 constexpr const char* kInstall = "apt install rt-tests";
 
@@ -51,7 +51,7 @@ std::optional<std::int64_t> latencyOf(const std::string& key) {
   return latency_us;
 }
 
-/// Waits for the end, at most several times as long as it should take.
+/// Waits for the end of the program, for at most several times its expected duration.
 config::Result<void> finish(ChildProcess& child, const LoopSetting& setting, const Interrupt& interrupt) {
   constexpr std::chrono::milliseconds kLook{50};
   const auto deadline =

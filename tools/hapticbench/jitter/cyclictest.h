@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// What both loops run with.
+/// Settings of both loops.
 struct LoopSetting {
   int cpu = 0;
   int priority = 80;  ///< SCHED_FIFO

@@ -8,7 +8,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// What one line of the table is of.
+/// The loop and load of one line of the table.
 struct LoopRow {
   std::string load;
   std::string loop;

@@ -47,7 +47,7 @@ config::Result<JitterRound> measureRound(const LoopSetting& setting, const Inter
   return JitterRound{std::move(*ours), std::move(*theirs)};
 }
 
-/// Until the load's workers work.
+/// Waits until the workers of the load are running.
 void settle(const Interrupt& interrupt) {
   for (int i = 0; i < 20 && !interrupt.requested(); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// The most that the p99.9 wake-up of hapticd's loop may be of cyclictest's.
+/// Largest allowed ratio of the p99.9 wake-up latency of hapticd's loop to that of cyclictest.
 inline constexpr double kMostLatencyRatio = 1.25;
 
 struct JitterOptions {
@@ -38,7 +38,7 @@ struct LoadJitter {
   LoopRun ours() const;         ///< of all rounds
   WakeupCounts theirs() const;  ///< of all rounds
   double ratio() const;         ///< of p99.9 over all rounds
-  /// Of single rounds, the smallest first.
+  /// Ratios of the single rounds, in ascending order.
   std::vector<double> sortedRatios() const;
   bool kept() const { return ratio() <= kMostLatencyRatio; }
 };

@@ -26,8 +26,8 @@ namespace {
 constexpr std::int64_t kFramePeriod_ns = 1'000'000'000 / 30;
 constexpr std::chrono::milliseconds kLook{5};  // as hapticd's control thread
 
-/// A wall 1 m away, and a hand that stays near it. Nothing becomes stale, so that every tick does the work of
-/// contact.
+/// Returns settings with a wall 1 m away and a hand that stays near it. Nothing becomes stale, so that every
+/// tick does the work of contact.
 config::Settings settingsOf(const LoopSetting& setting) {
   config::Settings settings;
   settings.synthetic.scene = config::SyntheticScene::plane;

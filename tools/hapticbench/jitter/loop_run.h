@@ -10,14 +10,14 @@
 
 namespace hapticd::tools {
 
-/// What hapticd's loop did in one phase.
+/// Measurements of hapticd's loop in one phase.
 struct LoopRun {
   WakeupCounts wakeups;
   /// From the writing of a command by the loop to its taking effect at the simulated handle.
   WakeupCounts last_hop;
   std::uint64_t overruns = 0;       ///< ticks that ended after the next one was due
   std::uint64_t lost_ticks = 0;     ///< not in `wakeups`, because the ring was full
-  std::uint64_t contact_ticks = 0;  ///< with something to feel
+  std::uint64_t contact_ticks = 0;  ///< ticks in contact
   std::int64_t longest_tick_ns = 0;
 };
 

@@ -6,7 +6,7 @@
 
 namespace hapticd::tools {
 
-/// How many wake-ups came so many whole microseconds late, rounded down as cyclictest does.
+/// Number of wake-ups by their latency in whole microseconds, rounded down as cyclictest does.
 /// Thread: one at a time.  RT: not safe.
 class WakeupCounts {
  public:
@@ -20,7 +20,7 @@ class WakeupCounts {
   std::int64_t max_us() const { return counts_.empty() ? 0 : counts_.rbegin()->first; }
   /// The smallest latency that at least this share (0..1) of the wake-ups did not exceed; 0 while empty.
   std::int64_t quantile_us(double share) const;
-  /// From latency, us, to wake-ups; only those that there were.
+  /// Returns the number of wake-ups by latency in us; only latencies that occurred.
   const std::map<std::int64_t, std::uint64_t>& counts() const { return counts_; }
 
  private:
@@ -28,7 +28,7 @@ class WakeupCounts {
   std::uint64_t total_ = 0;
 };
 
-/// `ours` by `theirs`, both whole microseconds; less than one counts as one.
+/// Returns `ours` / `theirs`, both in whole microseconds; values below one count as one.
 double latencyRatio(std::int64_t ours_us, std::int64_t theirs_us);
 
 }  // namespace hapticd::tools

@@ -42,7 +42,7 @@ const std::vector<Column<NoiseStatistics>>& columns() {
                                   {"/not_smooth", "rough", 0, &Row::not_smooth},
                                   {"/moving", "moving", 0, &Row::moving}};
     addEstimate(list, "/temporal_raw", "temporal", &Row::temporal_raw);
-    addEstimate(list, "/standing_raw", "standing", &Row::standing_raw);
+    addEstimate(list, "/standing_raw", "static", &Row::static_raw);
     addEstimate(list, "/halves_correlation", "halves", &Row::halves_correlation);
     addEstimate(list, "/left_after_8_raw", "after 8", &Row::left_after_8_raw);
     list.push_back({"/in_time_raw2", "", 0, [](const Row& s) { return listOf(s.in_time); }});

@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// Raw images whose noise is measured.
+/// Depth frames whose noise is measured.
 struct NoiseSession {
   struct Frame {
     int period = 0;                  ///< which frame period it is of; lost frames leave gaps
@@ -20,7 +20,7 @@ struct NoiseSession {
   std::vector<Frame> frames;  ///< in the order of their periods
 };
 
-/// Which frames of a recording are measured.
+/// The frames of a recording to measure.
 struct SessionPart {
   int first = 0;
   int frames = 60;

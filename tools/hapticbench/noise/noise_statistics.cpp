@@ -97,7 +97,7 @@ Sums sumsOf(const NoiseSession& session, const WindowResiduals& residuals) {
   return sums;
 }
 
-/// Of the values that are known.
+/// Estimates a figure from those values that are known.
 Estimate estimate(std::vector<double> values) {
   std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty()) return {kUnknown, kUnknown, kUnknown};
@@ -126,7 +126,7 @@ void estimateAll(const std::vector<Sums>& windows, NoiseStatistics& statistics) 
     return estimate(std::move(values));
   };
   statistics.temporal_raw = of([](const Sums& s) { return deviation(s.temporal); });
-  statistics.standing_raw = of([](const Sums& s) { return deviation(s.both_halves); });
+  statistics.static_raw = of([](const Sums& s) { return deviation(s.both_halves); });
   statistics.halves_correlation =
       of([](const Sums& s) { return correlation(s.both_halves, s.first_half, s.second_half); });
   statistics.left_after_8_raw = of([](const Sums& s) { return deviation(s.groups); });

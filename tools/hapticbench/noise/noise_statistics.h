@@ -15,7 +15,7 @@ struct Estimate {
   double standard_error = 0;  ///< of `value`
 };
 
-/// What is left of resting surfaces, raw units, when a smooth surface is taken away from each window.
+/// Residuals of resting surfaces in raw units after subtracting a smooth surface from each window.
 struct NoiseStatistics {
   int window_px = 0;
   int windows = 0;        ///< that were measured
@@ -23,7 +23,7 @@ struct NoiseStatistics {
   int not_smooth = 0;     ///< left out: an edge, or a body with finer shape than a quadratic
   int moving = 0;         ///< left out: their surface moves by more than kMotionRaw during the session
   Estimate temporal_raw;  ///< standard deviation of a pixel over the frames
-  Estimate standing_raw;  ///< deviation of what the first and the second half of the session have in common
+  Estimate static_raw;    ///< deviation of the static component, common to both halves of the session
   Estimate halves_correlation;     ///< between the means of both halves
   Estimate left_after_8_raw;       ///< deviation of the mean of eight frames in a row
   std::vector<Estimate> in_time;   ///< autocovariance after 0..kTimeLags periods, raw units^2
@@ -37,18 +37,18 @@ inline constexpr double kMotionRaw = 0.25;
 /// Sides of the windows in which the fact sheet states its figures, pixels.
 inline constexpr int kWindowSides_px[] = {24, 40, 64, 96};
 
-/// Of all windows of `window_px` side by side. Without a single window that can be measured, all estimates
-/// are not a number; a lag that no pair of frames has is not a number either.
+/// Returns the statistics of all adjacent windows of `window_px`. Without a single window that can be
+/// measured, all estimates are not a number; a lag that no pair of frames has is not a number either.
 NoiseStatistics measureNoise(const NoiseSession& session, int window_px);
 
 /// Correlation of the mean images of two sessions of one scene, each without the smooth surface of its
 /// windows: how much of the pattern of one is seen in the other. Sessions of unlike length are allowed.
 Estimate patternCorrelation(const NoiseSession& a, const NoiseSession& b, int window_px);
 
-/// For people: one line per window size.
+/// Returns the statistics for people, one line per window size.
 std::string noiseText(const std::string& source, const std::vector<NoiseStatistics>& statistics);
 
-/// For programs, with the autocovariances; figures that could not be measured are null.
+/// Returns the statistics as JSON, with the autocovariances; figures that could not be measured are null.
 std::string noiseJson(const std::string& source, std::size_t frames,
                       const std::vector<NoiseStatistics>& statistics);
 

@@ -33,10 +33,10 @@ struct WindowResiduals {
   std::size_t count() const;
 };
 
-/// The smooth surface is fitted to the mean over the frames.
+/// Returns the residuals of a window; the smooth surface is fitted to the mean over the frames.
 WindowResiduals residualsOf(const NoiseSession& session, const Window& window);
 
-/// All windows of that side, side by side.
+/// Returns all adjacent windows with that side.
 std::vector<Window> windowsOf(int side_px);
 
 }  // namespace hapticd::tools

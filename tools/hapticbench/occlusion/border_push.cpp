@@ -42,7 +42,7 @@ OccludedSceneParameters bodyOf(const BorderPushCase& push) {
   return body;
 }
 
-/// Where the hand pushes, at the level of the front.
+/// Returns the point at which the hand pushes, at the level of the front.
 Vec3 footOf(const BorderPushCase& push, const rt::DepthModelParameters& camera) {
   constexpr double kRow_m = 0.0117;
   switch (push.kind) {

@@ -28,8 +28,8 @@ struct BorderPushCase {
 
 struct BorderPushResult {
   int pushes = 0;
-  int popped = 0;        ///< gave way for good below 20 N
-  double least_n = 1e9;  ///< the smallest of the forces at which one gave way, or the largest it reached
+  int popped = 0;        ///< number of pushes that popped through below 20 N
+  double least_n = 1e9;  ///< smallest pop-through force, or the largest force reached
 
   void add(const BorderPushResult& other);
 };

@@ -21,7 +21,7 @@ constexpr long kPause_ticks = 2000;
 constexpr long kAfter_ticks = 700;
 constexpr double kPeriod_s = 0.001;
 
-/// Depth of the wall: comes, waits and goes back.
+/// Depth of a wall that approaches, waits and goes back.
 class WallMotion {
  public:
   WallMotion(double near_m, double speed_m_per_s)

@@ -14,8 +14,8 @@ struct NearLimitResult {
   double least_held_n = 0;    ///< the smallest force in that time, the ramp of the release included
   double released_ms = 0;     ///< until it was below 5 % of it; negative: it never was
   double largest_step_n = 0;  ///< of the command from one tick to the next, from then on
-  bool cause_named = false;   ///< the cause surface_too_near stood in a tick from then on
-  bool came_back = false;     ///< the force was there again when the surface was
+  bool cause_named = false;   ///< the cause surface_too_near was in a tick from then on
+  bool came_back = false;     ///< the force returned with the surface
 
   static NearLimitResult none() { return {.released_ms = -1}; }
 };

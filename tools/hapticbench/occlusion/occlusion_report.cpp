@@ -18,9 +18,9 @@ constexpr const char* kExplanation =
     "  error: against the true force; change: against the force before the body set out; ms: the longest\n"
     "  time above the limit.\n"
     "entries: shares of the ticks with the HIP in the solid. body: force of the body that was entered; no\n"
-    "  force, reported: the contact state says `behind`; silent: it does not; wrong: another force.\n"
+    "  force, reported: the contact state is `behind`; silent: it does not; wrong: another force.\n"
     "  ghost: force outside; sideways: force along the motion where there is no side to come through.\n"
-    "near: a surface comes nearer than near_m to a still HIP, waits two seconds and goes back.\n"
+    "near: a surface approaches a still HIP nearer than near_m, waits two seconds and recedes.\n"
     "pushes: 45 mm deep beside silhouettes and the image border; popped: gave way for good below 20 N.\n";
 
 const std::vector<Column<PassageRow>>& passageColumns() {
@@ -99,7 +99,7 @@ const std::vector<Column<PushRow>>& pushColumns() {
   return all;
 }
 
-/// The results of the rows that `belongs` holds for, as one.
+/// Returns the sum of the results of the rows for which `belongs` is true.
 template <typename Rows, typename Belongs>
 auto together(const Rows& rows, const Belongs& belongs) {
   decltype(rows.front().result) sum{};

@@ -11,7 +11,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// The passages that a row is made of.
+/// Returns the passages whose results make up a row.
 std::vector<PassageCase> casesOf(const PassageRow& row, const OcclusionOptions& options) {
   const PassageCase usual{.wall_m = row.wall_m,
                           .hand = row.hand,
@@ -63,7 +63,7 @@ bool isChosen(const OcclusionOptions& options, OcclusionPart part) {
   return std::ranges::find(options.parts, part) != options.parts.end();
 }
 
-/// Each passage is rendered once for all laws.
+/// Measures the passages, each rendered once for all laws.
 std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const Progress& progress) {
   std::vector<std::vector<PassageRow>> rows_of_law;
   for (const std::string& law : options.laws) rows_of_law.push_back(rowsOf(law, options));
@@ -85,7 +85,7 @@ std::vector<PassageRow> measurePassages(const OcclusionOptions& options, const P
   return all;
 }
 
-/// Calls `measure(law, noise, wall_m)` for each.
+/// Calls `measure(law, noise, wall_m)` for each combination of the options.
 template <typename Measure>
 void forEachSetting(const OcclusionOptions& options, const Measure& measure) {
   for (const std::string& law : options.laws) {
@@ -104,7 +104,7 @@ std::vector<EntryRow> measureEntries(const OcclusionOptions& options, const Prog
     progress(fmt::format("{}: entries from the side at {} m", law, wall_m));
     for (const EntryKind kind : kKinds) {
       for (const double below_m : kBelow_m) {
-        // from behind there is no level to be below of, and 60 mm is deeper than a hand presses
+        // from behind there is no level of the front, and 60 mm is deeper than a hand presses
         const bool once = kind == EntryKind::from_behind || kind == EntryKind::out_of_image;
         if (once && below_m != kBelow_m[0]) continue;
         rows.push_back({law, wall_m, noise, kind, below_m,
@@ -133,7 +133,7 @@ std::vector<PushRow> measurePushes(const OcclusionOptions& options, const Progre
                                    BorderKind::image_border};
   constexpr double kBeside_m[] = {0.005, 0.01, 0.02, 0.04};
   constexpr double kSpeeds_m_per_s[] = {0.1, 0.5};
-  constexpr double kNoisyEdge_px = 3;  // with noise, a body may let go that near to its edge
+  constexpr double kNoisyEdge_px = 3;  // with noise, contact may end this near to the edge of a body
   const double fx_px = rt::DepthModelParameters{}.fx_px;
   std::vector<PushRow> rows;
   forEachSetting(options, [&](const std::string& law, SceneNoise noise, double wall_m) {

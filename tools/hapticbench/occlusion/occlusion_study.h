@@ -14,7 +14,7 @@
 
 namespace hapticd::tools {
 
-/// What is measured.
+/// A part of the study.
 enum class OcclusionPart : std::uint8_t {
   passages,  ///< bodies pass between the camera and the hand
   entries,   ///< hands enter from the side

@@ -52,7 +52,7 @@ OccludedScene sceneFor(const PassageCase& passage) {
           passage.seed};
 }
 
-/// Where a hand is that set out `ticks` ago from one position to another.
+/// Returns the position of a hand that started `ticks` ago to move from one position to another.
 double movedSince(long ticks, double from_m, double to_m) {
   const double displacement_m = kHand_m_per_tick * static_cast<double>(std::max(ticks, 0L));
   return from_m < to_m ? std::min(from_m + displacement_m, to_m) : std::max(from_m - displacement_m, to_m);

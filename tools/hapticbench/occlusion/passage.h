@@ -12,7 +12,7 @@
 
 namespace hapticd::tools {
 
-/// What the hand does while a body passes between the camera and it.
+/// The action of the hand while a body passes between the camera and it.
 enum class HandDuringPassage : std::uint8_t {
   free,      ///< 30 mm in front of the wall
   pressing,  ///< 6 mm behind the wall's front
@@ -39,7 +39,7 @@ struct PassageCase {
   std::uint32_t seed = 1;
 };
 
-/// Errors of a law from when the body sets out until half a second after it is gone.
+/// Errors of a law from the start of the body's motion until half a second after it has left.
 struct PassageResult {
   Exceedance ghost;   ///< force, over 0.1 N, at ticks where the HIP is in front of the wall
   Exceedance error;   ///< error against the true force, over 0.5 N, where it presses
@@ -60,7 +60,7 @@ struct PassageTick {
 /// `before`: ticks before the body sets out, when the hand has already settled.
 PassageResult judgePassage(const std::vector<PassageTick>& before, const std::vector<PassageTick>& during);
 
-/// Where the body is and what the hand does, tick by tick, and what the camera sees of it, rendered once for
+/// The position of the body, the action of the hand and the camera's frames, tick by tick, rendered once for
 /// all laws. Thread: one at a time.  RT: not safe.
 class Passage {
  public:

@@ -74,7 +74,7 @@ EntryPath pathOf(const EntryCase& entry, const rt::DepthModelParameters& camera)
   return {};
 }
 
-/// Out of the solid through the side, metres; infinite without one.
+/// Returns the distance in metres from the HIP out of the solid through its side; infinite without a side.
 double toSide_m(const EntryCase& entry, const Vec3& hip) {
   if (entry.kind == EntryKind::visible_side) return hip.x - kEdge_m;
   if (entry.kind == EntryKind::hidden_side) return kEdge_m - hip.x;

@@ -26,7 +26,7 @@ class Ours : public Contender {
   std::unique_ptr<OfflineBox> box_;
 };
 
-/// Single precision, as the libraries compute.
+/// A point in single precision, which the libraries use.
 struct Point {
   float x, y, z;
 };
@@ -43,7 +43,7 @@ class OnPoints : public Contender {
  protected:
   static constexpr double kEverything_m = 1e6;
 
-  /// Those within `within_m` of `centre_m`.
+  /// Returns the points within `within_m` of `centre_m`.
   const std::vector<Vec3>& pointsOf(const rt::DepthFrame& frame, const Vec3& centre_m, double within_m) {
     points_m_.clear();
     for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
@@ -58,7 +58,7 @@ class OnPoints : public Contender {
     return points_m_;
   }
 
-  /// Adds eq. (10) of one point more.
+  /// Adds the spring of another point, eq. (10).
   void addSpring(Vec3& sum, const Point& hip, const Point& point, float distance_squared) const {
     const float distance = std::sqrt(distance_squared);
     if (distance < 1e-9F) return;
@@ -67,7 +67,7 @@ class OnPoints : public Contender {
         Vec3{static_cast<double>(factor * (hip.x - point.x)), static_cast<double>(factor * (hip.y - point.y)),
              static_cast<double>(factor * (hip.z - point.z))};
   }
-  /// Eq. (11); zero below N_min points.
+  /// Returns the mean force, eq. (11); zero below N_min points.
   Vec3 mean(const Vec3& sum, std::size_t count) const {
     if (count < static_cast<std::size_t>(springs_.min_points)) return {};
     return (springs_.stiffness_n_per_m / static_cast<double>(count)) * sum;
@@ -80,7 +80,7 @@ class OnPoints : public Contender {
   std::vector<Vec3> points_m_;
 };
 
-/// Looks at every point at every evaluation.
+/// Visits every point at every evaluation.
 class BruteForce : public OnPoints {
  public:
   using OnPoints::OnPoints;

@@ -25,13 +25,13 @@ class Contender {
   virtual void model(const rt::DepthFrame& frame, const rt::Vec3& hip_m) = 0;
   /// True if the model does not reach far enough to compute a force at that HIP.
   virtual bool needsModel(const rt::Vec3&) const { return false; }
-  /// The next HIP is unrelated to the previous one.
+  /// Called when the next HIP is unrelated to the previous one.
   virtual void release() {}
-  /// Newtons.
+  /// Returns the force in newtons.
   virtual rt::Vec3 force_n(const rt::Vec3& hip_m) = 0;
 };
 
-/// A contender by name, made afresh for every run.
+/// A contender by name, created for every run.
 struct ContenderKind {
   std::string name;
   std::function<std::unique_ptr<Contender>(const rt::DepthModelParameters& camera)> make;

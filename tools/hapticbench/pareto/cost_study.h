@@ -51,7 +51,7 @@ struct ContenderCost {
 std::vector<ContenderCost> measureCosts(const TimedScene& scene, const std::vector<ContenderKind>& kinds,
                                         const CostOptions& options);
 
-/// Adds what was measured on another scene; the same kinds in the same order.
+/// Adds the measurements on another scene, which must have the same kinds in the same order.
 void addCosts(std::vector<ContenderCost>& sum, const std::vector<ContenderCost>& more);
 
 }  // namespace hapticd::tools

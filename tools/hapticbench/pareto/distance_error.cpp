@@ -23,7 +23,7 @@ std::vector<std::string> scenesOf(SurfaceKind kind) {
   return {};
 }
 
-/// Of one law, noise and distance all rows together, which are of one kind of surface.
+/// Sums rows that belong to the same law, noise, distance and kind of surface.
 DistanceError summed(const std::vector<StrokesRow>& rows, const DistanceError& like) {
   StrokesRow sum;
   sum.noise = like.noise;

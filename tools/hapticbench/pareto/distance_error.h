@@ -40,7 +40,7 @@ struct DistanceErrorOptions {
   int variants = 2;  ///< strokes over each scene
 };
 
-/// In the order of laws, noises, distances and kinds. One row for each of their combinations.
+/// Returns one row for each combination, in the order of laws, noises, distances and kinds.
 std::vector<DistanceError> measureDistanceErrors(
     const DistanceErrorOptions& options, const std::function<void(const std::string&)>& progress = {});
 
@@ -56,7 +56,7 @@ struct SensorLimit {
   double curved_40_mm_jnd = 0;  ///< on a curved patch of 40 mm
 };
 
-/// By noises, then distances.
+/// Returns the limits, ordered by noise and then by distance.
 std::vector<SensorLimit> sensorLimits(const std::vector<SceneNoise>& noises,
                                       const std::vector<double>& distances_m);
 

@@ -13,7 +13,7 @@ namespace {
 
 using rt::Vec3;
 
-/// The raw value whose depth is nearest to that.
+/// Returns the raw value whose depth is nearest to `depth_m`.
 std::uint16_t rawAt(const rt::DepthModel& model, double depth_m) {
   std::uint16_t best = 0;
   for (std::uint16_t raw = 0; raw < rt::kRawValues; ++raw) {

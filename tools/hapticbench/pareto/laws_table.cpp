@@ -13,7 +13,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// As many decimals as repeated measurements have in common.
+/// Returns a row as a line of the table, with as many decimals as repeated measurements agree in.
 std::string lineOf(const LawAtDistance& row) {
   return fmt::format("{{rt::ForceLaw::{}, {}, {:.1f}, {:.6f}, {:.2f}}},\n", nameOf(row.setting.law),
                      row.setting.filtered, row.distance_m, row.error_m, row.cost.cpu_ms_per_s());

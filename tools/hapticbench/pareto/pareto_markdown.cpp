@@ -10,7 +10,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// Appends `value` unless it is there.
+/// Appends `value` unless the list contains it.
 template <typename Value>
 void addOnce(std::vector<Value>& values, const Value& value) {
   if (std::ranges::find(values, value) == values.end()) values.push_back(value);
@@ -28,7 +28,7 @@ std::string twoDigits(double value) {
   return value < 10 ? fmt::format("{:#.2g}", value) : fmt::format("{:.0f}", value);
 }
 
-/// `first`, and a heading for each distance.
+/// Returns `first` and a heading for each distance.
 std::vector<std::string> headingsOf(std::vector<std::string> first, const std::vector<double>& distances_m) {
   for (const double distance_m : distances_m) first.push_back(fmt::format("{:g} m", distance_m));
   return first;
@@ -161,7 +161,8 @@ std::string pointsMarkdown(const ParetoResult& result) {
                     fmt::format("{:.2f}", point.error.error_jnd.rms()),
                     fmt::format("{:.2f}", point.error_mm())});
   }
-  return "Beside libraries that compute the paper's law, on the recordings and a made-up table; errors at 1 "
+  return "Beside libraries that compute the paper's law, on the recordings and a synthetic table; errors at "
+         "1 "
          "m with the harsher camera, 5 to 20 mm deep.\n\n" +
          markdownTable({"law and setting", "force, p99.9 (us)", "model of a frame (us)",
                         "CPU (ms per s of use)", "RMS error (JND)", "(mm)"},

@@ -28,7 +28,7 @@ Series seriesOf(const ContenderKind& kind) {
   return {nameOf(setting), kFirstMark + static_cast<int>(setting.law), colour, ""};
 }
 
-/// What distinguishes a point from the others of its series.
+/// Returns the text that distinguishes a point from the others of its series.
 std::string labelOf(const ContenderKind& kind) {
   return kind.is_ours ? "" : kind.name;
 }

@@ -7,7 +7,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// Only of our own laws.
+/// Returns the figure for one of our own laws, otherwise null.
 Json ifOurs(const ParetoPoint& point, Json figure) {
   return point.run.kind.is_ours ? std::move(figure) : noFigure();
 }

@@ -46,7 +46,7 @@ void addEvaluations(const ParetoResult& result, Requirements& list) {
   add("one force of nearest_springs along a motion of up to 1 m/s cheaper than nanoflann's, times", 20, path);
 }
 
-/// What a frame, a force and a second of use of the law `surface` may cost.
+/// Adds limits of the cost of a frame, a force and a second of use of the law `surface`.
 void addSurfaceCosts(const ParetoResult& result, Requirements& list) {
   for (const double distance_m : kCostDistances_m) {
     for (const LawAtDistance& row : result.laws) {

@@ -23,7 +23,7 @@ struct ParetoPoint {
   double error_mm() const { return 1000 * error.error_n.rms() / rt::SpringParameters{}.stiffness_n_per_m; }
 };
 
-/// A single force beside nanoflann's 100 nearest on the whole frame, microseconds: medians.
+/// Median times in microseconds of a single force and of nanoflann's search for the 100 nearest points.
 struct EvaluationRow {
   std::string scene;
   bool along_path = false;  ///< else each at an unrelated position

@@ -18,8 +18,8 @@ class ReferenceForce {
 
   struct Sample {
     rt::Vec3 force_n;
-    /// How much farther the next point is than the last one chosen, metres: below 1e-6 either choice is
-    /// right.
+    /// Distance in metres by which the next point is farther than the last one chosen; below 1e-6 either
+    /// choice is right.
     double gap_m = 1;
   };
   Sample at(const rt::Vec3& hip_m, const rt::SpringParameters& springs) const;

@@ -36,7 +36,7 @@ struct RobustFit {
   double outlier_share = 0;  ///< of samples more than 4 of these away
 };
 
-/// Nothing for fewer than 30 samples, or for samples that do not determine it.
+/// Fits a quadratic; returns nothing for fewer than 30 samples or samples that do not determine it.
 std::optional<RobustFit> fitDisparity(std::span<const DisparitySample> samples, double middle_column,
                                       double middle_row, double half_px);
 

@@ -30,14 +30,14 @@ double nearerRaw(const rt::DepthModelParameters& camera, double raw, double befo
   return (1 / (depthOf(camera, raw) - before_m) - camera.b_per_m) / camera.a_per_m;
 }
 
-/// What a frame shows in the square around a position.
+/// Content of a frame in the square around a position.
 struct SquareContent {
   int pixels = 0;
   int nearer = 0;  ///< than the surface, by so much that it is another body
   int unmeasured = 0;
 
   bool covered() const { return nearer > 0 || 2 * unmeasured > pixels; }
-  /// More than the pixels that fly at an edge.
+  /// Whether something passed: more pixels are nearer than the flying pixels of an edge.
   bool passed() const { return 10 * nearer >= pixels; }
 };
 SquareContent contentOf(const rt::DepthFrame& frame, const PassedPlace& place, double nearest_raw) {

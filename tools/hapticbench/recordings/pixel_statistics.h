@@ -17,7 +17,7 @@ struct PixelStatistics {
   std::uint16_t farthest = 0;  ///< the raw value that a fifth of its measurements reach or exceed
 };
 
-/// Row by row, kFramePixels of them.
+/// Returns the statistics of kFramePixels pixels, row by row.
 std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session);
 
 /// True where the pixel saw a surface at rest: nearly always measured, and within noise of its mean.

@@ -14,7 +14,7 @@ constexpr int kTermsOfQuadratic = 6;
 constexpr int kLeastHalf_px = 12;
 constexpr double kLeastRestingShare = 0.97;
 constexpr double kMostOutliers = 0.01;
-constexpr double kMostResidual_raw = 0.8;  // the standing pattern is 0.24 to 0.56
+constexpr double kMostResidual_raw = 0.8;  // the static pattern is 0.24 to 0.56
 // A surface that bends more within its size is no longer flat for a patch of 40 mm.
 constexpr double kLeastRadius_m = 0.3;
 
@@ -125,7 +125,7 @@ std::optional<Square> squareAround(int column, int row, double size_m, double di
   return square;
 }
 
-/// Of one size, all that fit somewhere.
+/// Returns all candidates of one size.
 std::vector<RestingSurface> candidates(std::span<const PixelStatistics> pixels, std::size_t frames,
                                        RestingCount& resting, const rt::DepthModelParameters& camera,
                                        double size_m, std::span<const double> borders_m) {

@@ -19,7 +19,7 @@ struct RestingSurface {
   int half_px = 0;          ///< the fit reaches that far to each side
   double size_m = 0;        ///< side of the square that was fitted
   double distance_m = 0;    ///< of the middle along the optical axis
-  double residual_raw = 0;  ///< standard deviation of the mean image about the fit: the standing pattern
+  double residual_raw = 0;  ///< standard deviation of the mean image about the fit: the static pattern
   double fit_error_m = 0;   ///< standard error of the fit along the normal, RMS over the surface
 };
 
@@ -38,7 +38,7 @@ std::vector<RestingSurface> restingSurfaces(std::span<const PixelStatistics> pix
 std::size_t distanceClassOf(double distance_m, std::span<const double> borders_m);
 
 /// Standard error of a fit with `terms` terms to a square of so many pixels of a mean image, RMS over the
-/// square, raw units: what of the standing pattern it takes for the surface. `residual_raw`: standard
+/// square, raw units: what of the static pattern it takes for the surface. `residual_raw`: standard
 /// deviation about the fit.
 double fitError(double residual_raw, double pixels, int terms);
 

@@ -24,7 +24,7 @@ class PlayedSession {
   /// `session`: two frames or more, outlives the object. `first`: of the frames, where playing begins.
   explicit PlayedSession(const BenchSequence& session, int first = 0);
 
-  /// Which frame of the session is the one with that index.
+  /// Returns the frame of the session that is played with this index.
   int frameOfSession(int index) const;
   const rt::DepthFrame& frame(int index);
   long arrivalTick(int index) const;

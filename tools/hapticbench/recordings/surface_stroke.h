@@ -17,7 +17,7 @@ struct StrokeTick {
   bool presses = false;   ///< at full depth
 };
 
-/// What the hand does 8 mm behind the surface.
+/// The action of the hand 8 mm behind the surface.
 enum class Handling : std::uint8_t { still, along_row, along_column };
 
 /// The HIP waits 30 mm in front of the surface while the law sees its first frames, is pushed in 8 mm at

@@ -6,6 +6,7 @@
 
 #include "drivers/handle/simulated/device_and_hand.h"
 #include "tools/hapticbench/stability/wall.h"
+#include "tools/lib/parts/is.h"
 
 namespace hapticd::tools {
 
@@ -32,7 +33,7 @@ struct Tap {
   double constant_n = 0;       ///< outwards; negative: presses the device against the wall
 };
 
-/// What came of a tap.
+/// The outcome of a tap.
 struct ContactRun {
   bool stable = false;
   bool ran_away = false;          ///< left the 0.2 m around the wall, or a number was not finite
@@ -42,11 +43,15 @@ struct ContactRun {
   double cycles_per_s = 0;        ///< over the last half
   double energy_per_cycle_j = 0;  ///< that the wall gave in the last half, per whole cycle; 0: no cycle
   double mean_power_w = 0;        ///< the same per time
-  /// The most that the force that acted had given to the device and the hand by any time, from the begin on.
+  /// Largest energy that the acting force had given to device and hand at any time since the beginning.
   double most_given_j = 0;
   double most_above_potential_j = 0;  ///< the same beyond what its potential had fallen by
   double deepest_m = 0;               ///< h
 };
+auto fieldsOf(Is<ContactRun> auto& run) {
+  auto& [stable, ran_away, swing, mean, seconds, rate, per_cycle, power, given, above, deepest] = run;
+  return std::tie(stable, ran_away, swing, mean, seconds, rate, per_cycle, power, given, above, deepest);
+}
 
 /// Potential energy of the wall's force at h, joules.
 using Potential = std::function<double(double h_m)>;
@@ -59,10 +64,10 @@ using Potential = std::function<double(double h_m)>;
 /// most_above_potential_j; may be empty.
 ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap, const Potential& potential_j = {});
 
-/// Runs for `seconds`, whatever comes.
+/// Runs for `seconds`, without deciding about stability.
 ContactRun runContactFor(Wall& wall, const Rig& rig, const Tap& tap, double seconds);
 
-/// The largest minus the smallest of values [first, last).
+/// Returns the largest minus the smallest of the values [first, last).
 double peakToPeak(const std::vector<double>& values, std::size_t first, std::size_t last);
 
 }  // namespace hapticd::tools

@@ -20,9 +20,9 @@ class EnergyLedger {
     total_j_ += force_n * (to_m - from_m);
   }
 
-  /// Of all moves.
+  /// Returns the energy of all moves.
   double total_j() const noexcept { return total_j_; }
-  /// Of the whole cycles since the first passage.
+  /// Returns the energy of the whole cycles since the first passage.
   double ofWholeCycles_j() const noexcept { return at_last_passage_j_ - at_first_passage_j_; }
   std::size_t wholeCycles() const noexcept { return passages_ > 0 ? passages_ - 1 : 0; }
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include "tools/hapticbench/stability/stability_report.h"
 #include "tools/hapticbench/study_command.h"
 
@@ -15,20 +13,46 @@ struct Chosen {
   bool shipped = false;
 };
 
-/// Calls `measure(loop)` for every loop of the choice.
-template <typename Measure>
-void forEachLoop(const Chosen& chosen, const Measure& measure) {
+std::vector<LoopCase> loopsOf(const Chosen& chosen) {
   const auto has = [](const std::vector<std::string>& names, const std::string& name) {
     return std::ranges::find(names, name) != names.end();
   };
+  std::vector<LoopCase> loops;
   for (const std::string& wall : chosen.walls) {
     for (const Grip& grip : allGrips()) {
       for (const DeviceKind& device : allDevices()) {
         if (!has(chosen.hands, grip.name) || !has(chosen.devices, device.name)) continue;
-        for (const int delay_ticks : chosen.delays_ticks) measure(LoopCase{wall, grip, device, delay_ticks});
+        for (const int delay_ticks : chosen.delays_ticks) loops.push_back({wall, grip, device, delay_ticks});
       }
     }
   }
+  return loops;
+}
+
+/// What is measured of one loop.
+struct LoopResults {
+  std::optional<LoopLimit> limit;
+  std::optional<DefaultRun> defaults;
+};
+auto fieldsOf(Is<LoopResults> auto& results) {
+  auto& [limit, defaults] = results;
+  return std::tie(limit, defaults);
+}
+
+LoopResults measure(const LoopCase& loop, bool only_shipped) {
+  LoopResults results;
+  if (!only_shipped) results.limit = findLimit(loop);
+  if (loop.wall != "reference") results.defaults = runDefaults(loop);
+  return results;
+}
+
+StabilityResults together(const std::vector<LoopResults>& loops) {
+  StabilityResults all;
+  for (const LoopResults& loop : loops) {
+    if (loop.limit) all.limits.push_back(*loop.limit);
+    if (loop.defaults) all.defaults.push_back(*loop.defaults);
+  }
+  return all;
 }
 
 }  // namespace
@@ -49,15 +73,14 @@ StudyCommand stabilityCommand(CLI::App& app) {
   command.numbers("--delays", chosen->delays_ticks, 0, 100, "delays of the force, ms (0,1,2,5,10)");
   command->add_flag("--shipped", chosen->shipped, "only the laws as shipped, with the whole safety chain");
   command.json();
+  command.parts();
   command.onRun([chosen](const StudyCommand& self) {
-    StabilityResults results;
-    forEachLoop(*chosen, [&](const LoopCase& loop) {
-      showProgress(fmt::format("{}, {} hand, {}, {} ms", loop.wall, loop.grip.name, loop.device.name,
-                               loop.delay_ticks));
-      if (!chosen->shipped) results.limits.push_back(findLimit(loop));
-      if (loop.wall != "reference") results.defaults.push_back(runDefaults(loop));
-    });
-    return self.report(stabilityText(results), stabilityJson(results));
+    return self.forEachCase(
+        loopsOf(*chosen), [&](const LoopCase& loop) { return measure(loop, chosen->shipped); },
+        [&self](const std::vector<LoopResults>& loops) {
+          const StabilityResults results = together(loops);
+          return self.report(stabilityText(results), stabilityJson(results));
+        });
   });
   return command;
 }

@@ -17,12 +17,13 @@ constexpr double kAllowed = 0.1;
 constexpr const char* kExplanation =
     "Closed loop at 1 kHz, one axis, a plane 1 m away that faces the camera. rule: (b + B)/(T/2 + t_d)\n"
     "with the hand's damping in b; eigen: limit of the linear two-sided loop; found: largest stable k_s\n"
-    "(2 %); ratio: found by eigen; felt: -dF/dh where the motion rests, by k_s. cycle, gives: motion and\n"
+    "(2 %); ratio: found by eigen; rendered: -dF/dh where the motion rests, by k_s. cycle, gives: motion "
+    "and\n"
     "energy that the surface gives at 1.2 times the stiffness that was found.\n\n";
 
 constexpr const char* kDefaultsExplanation =
     "\nShipped settings (500 N/m) with the whole safety chain; the delay is reported as a driver does.\n"
-    "popped: came through the plane; kept: stiffness that the core leaves; gives: most energy at the hand\n"
+    "popped: passed through the plane; kept: stiffness that the core leaves; gives: most energy at the hand\n"
     "at any time; above potential: the same without what the spring had stored.\n\n";
 
 bool isNear(double ratio) {
@@ -32,15 +33,16 @@ bool isNear(double ratio) {
 /// Empty unless the theory's stiffness lies, within 10 %, among those that swings around the position of rest
 /// meet.
 std::string explainedByStiffness(const LoopLimit& limit) {
-  if (isNear(limit.feltRatio())) return fmt::format("felt there: {:.2f} k_s", limit.felt_by_set);
+  if (isNear(limit.renderedRatio())) return fmt::format("rendered there: {:.2f} k_s", limit.rendered_by_set);
   const double needed = 1 / limit.ratio();
   if (needed < (1 - kAllowed) * limit.softest_by_set || needed > (1 + kAllowed) * limit.stiffest_by_set)
     return {};
-  return fmt::format("felt by swings there: {:.2f} to {:.2f} k_s", limit.softest_by_set,
+  return fmt::format("rendered to swings there: {:.2f} to {:.2f} k_s", limit.softest_by_set,
                      limit.stiffest_by_set);
 }
 
-/// The same loop with a device of that mass and no Coulomb friction; null: not among `limits`.
+/// Returns the limit of the same loop with a device of that mass without Coulomb friction; null: not in
+/// `limits`.
 const LoopLimit* withoutFriction(const LoopLimit& limit, const std::vector<LoopLimit>& limits) {
   const auto is_it = [&limit](const LoopLimit& other) {
     return other.loop.wall == limit.loop.wall && other.loop.grip.name == limit.loop.grip.name &&
@@ -96,7 +98,7 @@ std::vector<Column<LoopLimit>> limitColumns(const std::vector<LoopLimit>& limits
       {"/found_n_per_m", "found N/m", 0, &Row::found_n_per_m},
       {"/capped", "capped", 0, &Row::capped},
       {"", "ratio", 3, [](const Row& r) { return r.ratio(); }},
-      {"/felt_by_set", "felt", 3, &Row::felt_by_set},
+      {"/felt_by_set", "rendered", 3, &Row::rendered_by_set},
       {"/softest_by_set", "softest", 3, &Row::softest_by_set},
       {"/stiffest_by_set", "stiffest", 3, &Row::stiffest_by_set},
       {"/rest_h_m", "", 0, &Row::rest_h_m},
@@ -176,9 +178,9 @@ std::string explanationOf(const LoopLimit& limit, const std::vector<LoopLimit>& 
                          why.empty() ? "" : ", ", why);
     }
   }
-  const std::string felt = explainedByStiffness(limit);
-  if (!felt.empty()) return felt;
-  return fmt::format("NOT explained: felt by swings there {:.2f} to {:.2f} k_s", limit.softest_by_set,
+  const std::string rendered = explainedByStiffness(limit);
+  if (!rendered.empty()) return rendered;
+  return fmt::format("NOT explained: rendered to swings there {:.2f} to {:.2f} k_s", limit.softest_by_set,
                      limit.stiffest_by_set);
 }
 

@@ -87,11 +87,11 @@ void measureFelt(Wall& wall, const ContactRun& rest, LoopLimit& limit) {
   const double set_n_per_m = limit.found_n_per_m;
   const double motion_m = std::max(rest.peak_to_peak_m / 2, 1e-4);
   limit.rest_h_m = rest.mean_m;
-  limit.felt_by_set = slope_n_per_m(wall, rest.mean_m + motion_m, rest.mean_m - motion_m) / set_n_per_m;
+  limit.rendered_by_set = slope_n_per_m(wall, rest.mean_m + motion_m, rest.mean_m - motion_m) / set_n_per_m;
   const double tap_m = kTapSpeed_m_per_s * std::sqrt(systemOf(limit.loop).inertia_kg() / set_n_per_m);
   const double largest_m = std::max({motion_m, 2 * tap_m, wall.onset_m() - rest.mean_m, 0.0005});
   const StaticCurve curve(wall, rest.mean_m, largest_m);
-  limit.softest_by_set = limit.stiffest_by_set = limit.felt_by_set;
+  limit.softest_by_set = limit.stiffest_by_set = limit.rendered_by_set;
   for (double amplitude_m = kSmallestSwing_m; amplitude_m <= largest_m; amplitude_m *= 1.1) {
     const double equivalent = curve.equivalent_n_per_m(amplitude_m) / set_n_per_m;
     limit.softest_by_set = std::min(limit.softest_by_set, equivalent);
@@ -113,7 +113,7 @@ class StaticPotential {
     }
   }
 
-  /// Beyond where it was measured that of the end.
+  /// Beyond the measured range, returns the value at its end.
   double energy_j(double h_m) const {
     const double place = std::clamp((outermost_m_ - h_m) / kStep_m, 0.0, kSteps - 1e-9);
     const auto before = static_cast<std::size_t>(place);

@@ -9,7 +9,7 @@
 
 namespace hapticd::tools {
 
-/// How a hand holds the device.
+/// Properties of a hand that holds the device.
 struct Grip {
   std::string name;
   double stiffness_n_per_m = 0;
@@ -25,6 +25,15 @@ struct DeviceKind {
   double coulomb_friction_n = 0;
   double quantum_m = 0;
 };
+
+auto fieldsOf(Is<Grip> auto& grip) {
+  auto& [name, stiffness, damping, mass] = grip;
+  return std::tie(name, stiffness, damping, mass);
+}
+auto fieldsOf(Is<DeviceKind> auto& device) {
+  auto& [name, mass, damping, friction, quantum] = device;
+  return std::tie(name, mass, damping, friction, quantum);
+}
 
 inline const std::string& nameOf(const Grip& grip) {
   return grip.name;
@@ -51,6 +60,10 @@ struct LoopCase {
   DeviceKind device;
   int delay_ticks = 0;
 };
+auto fieldsOf(Is<LoopCase> auto& loop) {
+  auto& [wall, grip, device, delay_ticks] = loop;
+  return std::tie(wall, grip, device, delay_ticks);
+}
 
 struct LoopLimit {
   LoopCase loop{};
@@ -59,15 +72,19 @@ struct LoopLimit {
   double found_n_per_m = 0;       ///< largest stable stiffness that the law was set to
   bool capped = false;            ///< stable up to where the search ended
   double rest_h_m = 0;            ///< where the motion came to rest at `found`
-  double felt_by_set = 1;         ///< -dF/dh over the motion there, by the stiffness set
+  double rendered_by_set = 1;     ///< -dF/dh over the motion there, by the stiffness set
   double softest_by_set = 1;      ///< smallest and largest stiffness that swings of 0.03 mm up to the tap's
   double stiffest_by_set = 1;  ///< amplitude (0.5 mm at least) meet there in the mean, by the stiffness set
   ContactRun beyond{};         ///< at 1.2 times `found`
   /// found / eigenvalue limit.
   double ratio() const { return found_n_per_m / eigenvalue_n_per_m; }
-  /// The stiffness felt where it rests at the limit / eigenvalue limit.
-  double feltRatio() const { return felt_by_set * found_n_per_m / eigenvalue_n_per_m; }
+  /// The stiffness rendered where it rests at the limit / eigenvalue limit.
+  double renderedRatio() const { return rendered_by_set * found_n_per_m / eigenvalue_n_per_m; }
 };
+auto fieldsOf(Is<LoopLimit> auto& limit) {
+  auto& [loop, rule, eigenvalue, found, capped, rest, rendered, softest, stiffest, beyond] = limit;
+  return std::tie(loop, rule, eigenvalue, found, capped, rest, rendered, softest, stiffest, beyond);
+}
 
 /// The largest value that is stable together with all that were tried below it, to `tolerance` of it, and
 /// whether `cap` was reached. Begins at `guess`/2 and goes up by factors of 1.1, or down by 2 to
@@ -91,13 +108,17 @@ LoopLimit findLimit(const LoopCase& loop);
 /// A law with the shipped settings and the whole safety chain, on a device whose driver reports its delay and
 /// estimates its velocity.
 struct DefaultRun {
-  LoopCase loop;
-  ContactRun run;
+  LoopCase loop{};
+  ContactRun run{};
   double stiffness_kept_n_per_m = 0;
-  /// The device came to the far side of the plane, where a spring law pushes the other way.
+  /// The device reached the far side of the plane, where a spring law pushes in the opposite direction.
   bool popped_through = false;
 };
-/// What the shipped settings must keep to with the laws that have a proxy.
+auto fieldsOf(Is<DefaultRun> auto& shipped) {
+  auto& [loop, run, kept, popped_through] = shipped;
+  return std::tie(loop, run, kept, popped_through);
+}
+/// Largest energy that the shipped settings may give with the laws that have a proxy.
 inline constexpr double kMostGiven_j = 0.01;
 DefaultRun runDefaults(const LoopCase& loop);
 

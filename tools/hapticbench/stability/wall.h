@@ -10,22 +10,22 @@
 
 namespace hapticd::tools {
 
-/// What pushes back along one axis: h is the distance in front of the true surface, metres, negative behind
-/// it; forces are along the outward normal, newtons. Thread: one.
+/// A wall that pushes back along one axis: h is the distance in front of the true surface, metres, negative
+/// behind it; forces are along the outward normal, newtons. Thread: one.
 class Wall {
  public:
   virtual ~Wall() = default;
   /// Stiffness that the wall is set to (k_s) and damping (B).
   virtual void set(double stiffness_n_per_m, double damping_n_s_per_m) = 0;
-  /// What the driver of the device reports as the handle's delay; 0 at first.
+  /// Sets the delay that the driver of the device reports; initially 0.
   virtual void reportDelay_s(double) {}
   /// Brings the hand from free space to h as a person would, so that what the law remembers is right.
   virtual void approach(double h_m) = 0;
-  /// One tick of 1 ms.
+  /// Runs one tick of 1 ms and returns the force.
   virtual double force_n(double h_m, double velocity_m_per_s) = 0;
   /// The h from which on inwards there is a force: 0, or farther out for laws that push before contact.
   virtual double onset_m() const = 0;
-  /// The stiffness that the last force had, of what is set: the core may take some of it away.
+  /// Returns the stiffness of the last force, which the core may have reduced.
   virtual double stiffnessKept_n_per_m() const = 0;
 };
 
@@ -46,7 +46,7 @@ class ReferenceWall final : public Wall {
   double damping_ = 0;
 };
 
-/// Which force of the core acts on the device.
+/// The force of the core that acts on the device.
 enum class CoreOutput {
   law,      ///< the law's alone
   command,  ///< what a device gets: after blend, limits and checks

@@ -44,7 +44,7 @@ class CaseMaker {
   double depth_m() const { return placement_.depth_m; }
   bool deadColumns() const { return placement_.dead_columns; }
 
-  /// Of a stroke; shorter near the camera, so that one that runs towards it stays in its range.
+  /// Length of a stroke; shorter near the camera, so that one that runs towards it stays in its range.
   double length_m() const { return std::min(kLongest_m, 0.25 * placement_.distance_m); }
 
   /// The point that the scene is built around.
@@ -77,7 +77,7 @@ class CaseMaker {
             .depth_m = depth_m()};
   }
 
-  /// How far a stroke goes along the surface z = 0 before the body ends at the origin.
+  /// Returns the length of a stroke along the surface z = 0 before the body ends at the origin.
   double beforeEnd_m() const { return std::min(kBeforeEnd_m, length_m()); }
   /// A stroke over the surface z = 0 out over its end at the origin.
   StrokePath outOver(const rt::Vec3& along) const { return toOrigin(along, kAfterEnd_m); }

@@ -21,7 +21,7 @@ inline constexpr double kStrokeSpeed_m_per_s = 0.1;
 inline constexpr double kSteady_s = 0.2;
 
 /// The HIP's path along a body, metres in the bodies' frame: a straight line, or an arc where the surface
-/// bends. The HIP comes in from free space and then stays `depth_m` deep.
+/// bends. The HIP enters from free space and then stays `depth_m` deep.
 struct StrokePath {
   rt::Vec3 start_m;        ///< on the surface
   rt::Vec3 outward;        ///< unit vector out of the surface at the start
@@ -29,13 +29,13 @@ struct StrokePath {
   double length_m = 0.16;  ///< 0: the HIP is pressed in and stays
   double depth_m = 0.008;
   double bend_radius_m = 0;  ///< of the surface along the stroke, convex; 0: straight
-  rt::Vec3 entry{};          ///< unit vector that the HIP comes in against; zero: `outward`
+  rt::Vec3 entry{};          ///< unit vector opposite to the approach of the HIP; zero: `outward`
 
   /// The HIP after `stroked_m` of the stroke.
   rt::Vec3 hip_m(double stroked_m) const;
   /// The direction of the stroke there; zero for one of no length.
   rt::Vec3 direction(double stroked_m) const;
-  /// The HIP as it comes in, `before_m` in front of where the stroke starts.
+  /// Returns the HIP during its approach, `before_m` in front of the start of the stroke.
   rt::Vec3 approach_m(double before_m) const;
 };
 

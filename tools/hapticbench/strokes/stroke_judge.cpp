@@ -39,7 +39,7 @@ void judgeContact(const TrueTick& truth, const LawTick& output, StrokeFigures& f
   figures.normal_n.add(std::abs(dot(error, truth.hold->outward)));
 }
 
-/// Where the force fell for good below half of what the truth is before the end.
+/// Returns where the force finally fell below half of the true force before the end.
 std::optional<double> endOfContact_m(const std::vector<TrueTick>& truth, const std::vector<LawTick>& output) {
   double before_n = 0;
   for (const TrueTick& tick : truth) {

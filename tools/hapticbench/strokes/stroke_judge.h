@@ -54,7 +54,7 @@ struct StrokeFigures {
   double wrongSidePercent() const;
 };
 
-/// One stroke. The two are of the same length.
+/// Judges one stroke. Both series have the same length.
 StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<LawTick>& output,
                           const JudgeLimits& limits);
 

@@ -18,7 +18,7 @@ constexpr int kSettlingFrames = 20;   // more than any filter or fusion looks ba
 constexpr double kApproach_m = 0.02;  // in front of the surface
 constexpr double kPressed_s = 0.1;    // before the stroke begins
 
-/// What the hand does at which time. Time 0 is the beginning of the approach; frames were there before.
+/// The times of the hand's actions. Time 0 is the beginning of the approach; frames arrive before.
 class Schedule {
  public:
   explicit Schedule(const StrokeCase& stroke) : stroke_(stroke) {
@@ -29,7 +29,7 @@ class Schedule {
     ends_s_ = begins_s_ + (moves_on ? stroke.path.length_m / kStrokeSpeed_m_per_s : stroke.stays_s);
   }
 
-  /// When the bodies begin to move.
+  /// Returns when the bodies begin to move.
   double motionStarts_s() const { return pressed_s_ + kPressed_s; }
   double ends_s() const { return ends_s_; }
   bool judged(double t_s) const { return t_s >= (stroke_.motion.rests() ? pressed_s_ : begins_s_); }

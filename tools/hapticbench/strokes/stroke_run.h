@@ -35,7 +35,7 @@ struct LawTick {
   bool outside_model = false;
 };
 
-/// How a camera sees a case.
+/// The properties of the camera that sees a case.
 struct StrokeView {
   SceneNoise noise = SceneNoise::none;
   rt::DepthModelParameters camera;

@@ -20,7 +20,7 @@ double pixelPitch_m(double distance_m) {
   return distance_m / rt::DepthModelParameters{}.fx_px;
 }
 
-/// With noise a surface may appear that far in front of where it is: three standard deviations of a
+/// Returns how far in front of its position noise may show a surface: three standard deviations of a
 /// measurement of 0.6 raw units, the harsher camera's.
 double noiseReach_m(SceneNoise noise, double distance_m) {
   constexpr double kSigma_raw = 0.6;
@@ -49,7 +49,7 @@ StrokesRow& rowOf(std::vector<StrokesRow>& rows, const StrokesRow& like) {
   return found != rows.end() ? *found : rows.emplace_back(like);
 }
 
-/// The strokes of a scene, all of them or as many as are requested.
+/// Returns the strokes of a scene, at most as many as requested.
 std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacement& placement,
                                     const StrokesOptions& options, std::mt19937& random) {
   std::vector<StrokeCase> cases = strokeCases(scene, placement, random);
@@ -59,7 +59,7 @@ std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacemen
   return cases;
 }
 
-/// How much of an error in depth is one along the normal in the middle of a stroke.
+/// Returns the share of an error in depth that is along the normal, in the middle of a stroke.
 double depthToNormal(const StrokeCase& stroke) {
   const StrokePath& path = stroke.path;
   const double middle_m = path.length_m / 2;
@@ -84,7 +84,7 @@ FloorError floorOf(const StrokeCase& stroke, SceneNoise noise, double distance_m
   return floor;
 }
 
-/// One stroke and the rows that it counts for.
+/// One stroke and the rows to which it contributes.
 class StrokeMeasurement {
  public:
   StrokeMeasurement(const StrokesOptions& options, std::vector<StrokesRow>& rows)

@@ -16,7 +16,7 @@
 
 namespace hapticd::tools {
 
-/// What is measured.
+/// Options of the study.
 struct StrokesOptions {
   std::vector<std::string> laws = kProxyLawChoices;  ///< of kLawChoices
   std::vector<std::string> scenes;                   ///< empty: all

@@ -44,7 +44,7 @@ class Hand {
     return box_.lawForce({x_m, kY_m, h_m - kDistance_m}).force_n_in_world;
   }
 
-  /// Inwards at x, from where there is no force.
+  /// Moves inwards at x, starting without force.
   void approach(double x_m, double h_m) {
     constexpr double kStep_m = 0.0005;
     const double free_m = box_.parameters().springs.radius_m + 0.01;
@@ -88,7 +88,7 @@ struct PushCurve {
 constexpr double kPushStep_m = 0.00025;
 constexpr std::size_t kStepsPerMillimetre = 4;
 
-/// Until `last_m`, or until the force is lost.
+/// Pushes inwards until `last_m`, or until the force is lost.
 PushCurve pushInwards(Hand& hand, double first_m, double last_m) {
   PushCurve curve;
   double largest_n = 0;
@@ -104,14 +104,14 @@ PushCurve pushInwards(Hand& hand, double first_m, double last_m) {
 
 }  // namespace
 
-FeelProbe::FeelProbe(double ridge_step) : ridge_step_(ridge_step) {}
+FeelProbe::FeelProbe(double ridge_step, bool timed) : ridge_step_(ridge_step), timed_(timed) {}
 
 Feel FeelProbe::measure(const rt::LiveParameters& parameters) {
   Feel feel;
   push(parameters, feel);
   strokeOverEdge(parameters, feel);
   strokeOverRidges(parameters, feel);
-  time(parameters, feel);
+  if (timed_) time(parameters, feel);
   return feel;
 }
 
@@ -126,7 +126,7 @@ void FeelProbe::push(const rt::LiveParameters& parameters, Feel& feel) {
   feel.pop_through_n = std::min(kNoPopThrough_n, curve.force_n[curve.peak()]);
   feel.stroke_h_m = -kStrokeDepth_m;
   if (outer >= inner) return;  // no force
-  feel.felt_stiffness_n_per_m = curve.slope_n_per_m(outer, inner);
+  feel.rendered_stiffness_n_per_m = curve.slope_n_per_m(outer, inner);
   feel.steepest_stiffness_n_per_m = curve.steepest_n_per_m(outer, inner, kStepsPerMillimetre);
   if (springs) feel.stroke_h_m = (curve.h_m[outer] + curve.h_m[inner]) / 2;
 }
@@ -152,14 +152,14 @@ void FeelProbe::strokeOverEdge(const rt::LiveParameters& parameters, Feel& feel)
 
 void FeelProbe::strokeOverRidges(const rt::LiveParameters& parameters, Feel& feel) {
   for (double height_m = kLowestRidge_m; height_m < kHighestRidge_m; height_m *= ridge_step_) {
-    if (!isFelt(parameters, height_m, feel.stroke_h_m)) continue;
+    if (!isNoticeable(parameters, height_m, feel.stroke_h_m)) continue;
     feel.smallest_ridge_m = height_m;
     return;
   }
 }
 
 /// A stroke across the ridge, at a constant height over the plane that it stands on.
-bool FeelProbe::isFelt(const rt::LiveParameters& parameters, double height_m, double stroke_h_m) {
+bool FeelProbe::isNoticeable(const rt::LiveParameters& parameters, double height_m, double stroke_h_m) {
   constexpr double kStep_m = 0.001;
   Hand hand(parameters, ridge(height_m));
   hand.approach(-kFarAside_m, stroke_h_m);
@@ -199,7 +199,7 @@ const rt::DepthFrame& FeelProbe::halfPlane() {
   return *frame;
 }
 
-/// On a plane at kDistance_m; no ridge where the height is 0.
+/// Returns a frame of a ridge on a plane at kDistance_m; without ridge if the height is 0.
 const rt::DepthFrame& FeelProbe::ridge(double height_m) {
   const SceneKind kind = height_m > 0 ? SceneKind::thin_plate : SceneKind::plane;
   auto& frame = frames_[{kind, height_m}];

@@ -4,20 +4,22 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "tools/lib/offline/offline_box.h"
+#include "tools/lib/parts/is.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 
-/// How a law feels on surfaces that are known exactly, 1 m in front of the camera. h: distance in front
-/// of the surface, metres, negative behind; forces along the outward normal unless stated otherwise.
+/// Properties of a law's force on surfaces that are known exactly, 1 m in front of the camera. h: distance in
+/// front of the surface, metres, negative behind; forces along the outward normal unless stated otherwise.
 struct Feel {
   /// -dF/dh: for constraint laws the mean from 5 to 15 mm penetration, for spring laws the mean from the
   /// onset of force to its peak.
-  double felt_stiffness_n_per_m = 0;
+  double rendered_stiffness_n_per_m = 0;
   /// Largest -dF/dh over 1 mm in the same range: what the stability of the loop depends on.
   double steepest_stiffness_n_per_m = 0;
   /// Largest force on a push inwards before the force is lost (turns inwards, or falls below half of what it
@@ -33,8 +35,12 @@ struct Feel {
   /// Where h was held in the strokes over edge and ridge: 5 mm behind the surface, or midway between onset
   /// and peak.
   double stroke_h_m = 0;
-  double median_force_us = 0;  ///< time for one force
+  std::optional<double> median_force_us{};  ///< time for one force; nothing: not measured
 };
+auto fieldsOf(Is<Feel> auto& feel) {
+  auto& [rendered, steepest, pop_through, edge, is_outside, ridge, stroke, force_us] = feel;
+  return std::tie(rendered, steepest, pop_through, edge, is_outside, ridge, stroke, force_us);
+}
 
 inline constexpr double kNoPopThrough_n = 20;
 
@@ -43,7 +49,8 @@ inline constexpr double kNoPopThrough_n = 20;
 class FeelProbe {
  public:
   /// `ridge_step`: the factor from one ridge's height to the next, above 1.
-  explicit FeelProbe(double ridge_step = 1.15);
+  /// `timed`: measures the time for one force, which is another one in every run.
+  explicit FeelProbe(double ridge_step = 1.15, bool timed = true);
 
   Feel measure(const rt::LiveParameters& parameters);
 
@@ -55,10 +62,11 @@ class FeelProbe {
   void push(const rt::LiveParameters& parameters, Feel& feel);
   void strokeOverEdge(const rt::LiveParameters& parameters, Feel& feel);
   void strokeOverRidges(const rt::LiveParameters& parameters, Feel& feel);
-  bool isFelt(const rt::LiveParameters& parameters, double height_m, double stroke_h_m);
+  bool isNoticeable(const rt::LiveParameters& parameters, double height_m, double stroke_h_m);
   void time(const rt::LiveParameters& parameters, Feel& feel);
 
   double ridge_step_;
+  bool timed_;
   std::map<std::pair<SceneKind, double>, std::unique_ptr<rt::DepthFrame>> frames_;
 };
 

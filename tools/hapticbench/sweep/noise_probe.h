@@ -6,6 +6,7 @@
 
 #include "rt/parameters.h"
 #include "tools/hapticbench/bench_scene.h"
+#include "tools/lib/parts/is.h"
 
 namespace hapticd::tools {
 
@@ -17,6 +18,10 @@ struct ForceNoise {
   double nearest_m = 0;   ///< depth of the nearest site
   double farthest_m = 0;  ///< and of the farthest
 };
+auto fieldsOf(Is<ForceNoise> auto& noise) {
+  auto& [median, largest, sites, nearest, farthest] = noise;
+  return std::tie(median, largest, sites, nearest, farthest);
+}
 
 /// A position on a surface at rest in a sequence.
 struct StillSite {
@@ -34,6 +39,7 @@ std::vector<StillSite> stillSites(const std::vector<BenchSequence>& sequences, s
 /// FNV-1a over all frames, as 16 hexadecimal digits: shows whether two sweeps used the same.
 std::string digestOf(const std::vector<BenchSequence>& sequences);
 
+/// Measures the force noise of laws at still sites.
 /// Thread: one.
 class NoiseProbe {
  public:

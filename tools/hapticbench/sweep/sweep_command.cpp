@@ -3,11 +3,8 @@
 #include <fmt/ranges.h>
 #include <sysexits.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "tools/hapticbench/study_command.h"
-#include "tools/hapticbench/sweep/sweep_file.h"
+#include "tools/hapticbench/sweep/sweep_report.h"
 
 namespace hapticd::tools {
 namespace {
@@ -15,8 +12,6 @@ namespace {
 struct Chosen {
   SweepSettings settings;
   std::string recordings;
-  std::string shard = "1/1";
-  std::vector<std::string> merged_files;
 };
 
 /// "synthetic" where there are no recordings.
@@ -26,41 +21,40 @@ std::string sourceOf(const std::vector<BenchSequence>& sequences) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-int merge(const std::vector<std::string>& files, const StudyCommand& command) {
-  std::vector<SweepPart> parts;
-  for (const std::string& name : files) {
-    std::ifstream file(name);
-    if (!file) return fail({name, "cannot be read", "check --merge"}, EX_NOINPUT);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
-    auto part = parseSweep(name, text);
-    if (!part) return fail(part.error(), EX_DATAERR);
-    parts.push_back(std::move(*part));
-  }
-  const auto whole = mergeSweep(parts);
-  return whole ? command.report(sweepText(*whole), sweepJson(*whole)) : fail(whole.error(), EX_DATAERR);
-}
-
-int runPart(const Chosen& chosen, const StudyCommand& command) {
-  if (!chosen.merged_files.empty()) return merge(chosen.merged_files, command);
-  const bool quick = chosen.settings.quick;
-  const std::size_t frames = quick ? 6 : 24;  // of each recording
-  const std::size_t sites = quick ? 2 : 6;    // in each recording
-  const auto shard = parseShard(chosen.shard);
-  if (!shard) return fail(shard.error(), EX_USAGE);
+config::Result<std::vector<BenchSequence>> sequencesOf(const Chosen& chosen) {
+  const std::size_t frames = chosen.settings.quick ? 6 : 24;  // of each recording
   auto sequences = recordedSequences(chosen.recordings, frames);
-  if (!sequences) return fail(sequences.error(), EX_NOINPUT);
-  if (sequences->empty()) {
+  if (sequences && sequences->empty()) {
     fmt::print(stderr, "hapticbench: no recordings in {}: noise of a simulated sensor\n", chosen.recordings);
     sequences->push_back(syntheticSequence(frames));
   }
-  SweepPart part{.settings = chosen.settings, .shard = *shard};
-  part.settings.noise_source = sourceOf(*sequences);
-  part.settings.noise_digest = digestOf(*sequences);
-  const NoiseProbe noise(std::move(*sequences), sites);
-  part.results = runSweep(part.settings, *shard, noise, [](std::size_t done, std::size_t all) {
-    showProgress(fmt::format("{} of {} points", done, all));
-  });
-  return command.report(sweepText(part), sweepJson(part));
+  return sequences;
+}
+
+int runSweep(const Chosen& chosen, const StudyCommand& command) {
+  SweepSettings settings = chosen.settings;
+  std::optional<NoiseProbe> noise;
+  std::optional<Sweep> sweep;
+  if (!command.joined()) {
+    auto sequences = sequencesOf(chosen);
+    if (!sequences) return fail(sequences.error(), EX_NOINPUT);
+    settings.noise_source = sourceOf(*sequences);
+    settings.noise_digest = digestOf(*sequences);
+    const std::size_t sites = settings.quick ? 2 : 6;  // in each recording
+    noise.emplace(std::move(*sequences), sites);
+    sweep.emplace(settings, *noise);
+  } else {
+    settings.noise_source = command.joined()->run.input.value("noise_source", "");
+    settings.noise_digest = command.joined()->run.input.value("noise_digest", "");
+  }
+  const std::vector<SweepPoint> points = pointsOf(gridOf(settings));
+  return command.forEachCase(
+      points, [&sweep](const SweepPoint& point) { return sweep->measure(point); },
+      [&](std::vector<SweepResult>& results) {
+        for (std::size_t i = 0; i < results.size(); ++i) results[i].point = points[i];
+        return command.report(sweepText(settings, results), sweepJson(settings, results));
+      },
+      {{"noise_source", settings.noise_source}, {"noise_digest", settings.noise_digest}});
 }
 
 }  // namespace
@@ -69,12 +63,6 @@ StudyCommand sweepCommand(CLI::App& app) {
   const auto chosen = std::make_shared<Chosen>();
   StudyCommand command(app, "sweep", "the parameter grid of the paper, evaluated for each law");
   command.quick("few values of each parameter, few frames", [chosen] { chosen->settings.quick = true; });
-  command->add_option("--shard", chosen->shard, "compute part i of n only (1/1)")->type_name("i/n");
-  command
-      ->add_option("--merge", chosen->merged_files,
-                   "join the parts that --shard and --json wrote; computes nothing")
-      ->type_name("FILE")
-      ->expected(1, 100000);
   command.recordings(chosen->recordings);
   command
       ->add_option("--delay", chosen->settings.delay_ticks,
@@ -82,14 +70,12 @@ StudyCommand sweepCommand(CLI::App& app) {
       ->check(within(0, 100));
   command->add_flag("--filter", chosen->settings.filter,
                     "measure noise behind the depth filter (8 frames, 2 pixels to each side)");
+  command->add_flag_callback(
+      "--untimed", [chosen] { chosen->settings.timed = false; },
+      "do not measure the time for one force, the only figure that differs between two runs");
   command.json();
-  command->footer(
-      "Points are independent jobs, so that a batch system can spread them over machines:\n"
-      "  parallel 'hapticbench sweep --shard {}/8 --json part{}.json' ::: $(seq 8)\n"
-      "  sbatch --array=1-8 --wrap 'hapticbench sweep --shard $SLURM_ARRAY_TASK_ID/8 --json "
-      "part$SLURM_ARRAY_TASK_ID.json'\n"
-      "  hapticbench sweep --merge part*.json");
-  command.onRun([chosen](const StudyCommand& self) { return runPart(*chosen, self); });
+  command.parts();
+  command.onRun([chosen](const StudyCommand& self) { return runSweep(*chosen, self); });
   return command;
 }
 

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/sweep/sweep_grid.h"
 
-#include <charconv>
-
-#include "config/value_text.h"
-
 namespace hapticd::tools {
 
 bool SweepPoint::isPapers() const {
@@ -34,21 +30,6 @@ std::vector<SweepPoint> pointsOf(const SweepGrid& grid) {
     }
   }
   return points;
-}
-
-config::Result<Shard> parseShard(const std::string& text) {
-  const config::Error wrong{"--shard", config::inQuotes(text) + " is not i/n with i from 1 to n",
-                            "for example --shard 3/8"};
-  const std::size_t slash = text.find('/');
-  if (slash == std::string::npos) return std::unexpected(wrong);
-  const auto read = [&text](std::size_t first, std::size_t last, std::size_t& value) {
-    const auto [end, error] = std::from_chars(text.data() + first, text.data() + last, value);
-    return error == std::errc() && end == text.data() + last;
-  };
-  Shard shard;
-  const bool is_read = read(0, slash, shard.number) && read(slash + 1, text.size(), shard.count);
-  if (!is_read || shard.number < 1 || shard.number > shard.count) return std::unexpected(wrong);
-  return shard;
 }
 
 }  // namespace hapticd::tools

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
-#include "config/error.h"
 #include "rt/parameters.h"
 
 namespace hapticd::tools {
@@ -37,15 +35,5 @@ struct SweepPoint {
 /// smooth_springs over k_s and D_thresh (it has no N_max), proxy and surface over k_s (D_thresh has no part
 /// in their force).
 std::vector<SweepPoint> pointsOf(const SweepGrid& grid);
-
-/// Part `number` (1..count) of `count` parts: every count-th point.
-struct Shard {
-  std::size_t number = 1;
-  std::size_t count = 1;
-  bool has(std::size_t index) const { return index % count == number - 1; }
-};
-
-/// Reads "i/n".  Errors: not of that form, or i not in 1..n.
-config::Result<Shard> parseShard(const std::string& text);
 
 }  // namespace hapticd::tools

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/sweep/sweep_run.h"
 
-#include <array>
 #include <limits>
 
 #include "config/law_choice.h"
@@ -30,25 +29,20 @@ BenchSequence syntheticSequence(std::size_t frames) {
   return sequence;
 }
 
-std::vector<SweepResult> runSweep(const SweepSettings& settings, const Shard& shard, const NoiseProbe& noise,
-                                  const std::function<void(std::size_t, std::size_t)>& progress) {
+Sweep::Sweep(const SweepSettings& settings, const NoiseProbe& noise)
+    : settings_(settings), noise_(noise), feel_(settings.quick ? 1.5 : 1.15, settings.timed) {
   const DeviceAndHand light{.hand_stiffness_n_per_m = 400, .hand_damping_n_s_per_m = 4};
-  const double limit_n_per_m = eigenvalueLimit_n_per_m(light, {.delay_ticks = settings.delay_ticks});
-  std::vector<SweepPoint> points = pointsOf(gridOf(settings));
-  std::erase_if(points, [&shard](const SweepPoint& point) { return !shard.has(point.index); });
-  FeelProbe feel(settings.quick ? 1.5 : 1.15);
-  std::vector<SweepResult> results;
-  for (const SweepPoint& point : points) {
-    SweepResult result{point, feel.measure(parametersOf(point)), {}, std::numeric_limits<double>::infinity()};
-    rt::LiveParameters filtered = parametersOf(point);
-    if (settings.filter) filtered.filter = config::filterOfChoice();
-    result.noise = noise.measure(filtered, result.feel.stroke_h_m);
-    const double steepest = result.feel.steepest_stiffness_n_per_m;
-    if (steepest > 0) result.stability_margin = limit_n_per_m / steepest;
-    results.push_back(result);
-    progress(results.size(), points.size());
-  }
-  return results;
+  limit_n_per_m_ = eigenvalueLimit_n_per_m(light, {.delay_ticks = settings.delay_ticks});
+}
+
+SweepResult Sweep::measure(const SweepPoint& point) {
+  SweepResult result{point, feel_.measure(parametersOf(point)), {}, std::numeric_limits<double>::infinity()};
+  rt::LiveParameters filtered = parametersOf(point);
+  if (settings_.filter) filtered.filter = config::filterOfChoice();
+  result.noise = noise_.measure(filtered, result.feel.stroke_h_m);
+  const double steepest = result.feel.steepest_stiffness_n_per_m;
+  if (steepest > 0) result.stability_margin = limit_n_per_m_ / steepest;
+  return result;
 }
 
 }  // namespace hapticd::tools

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,32 +14,46 @@ namespace hapticd::tools {
 struct SweepSettings {
   bool quick = false;
   bool filter = false;         ///< depth passes the filter before the law, where noise is measured
+  bool timed = true;           ///< the time for one force is measured
   int delay_ticks = 2;         ///< of the loop whose margin is computed
   std::string noise_source{};  ///< the recordings' names, or "synthetic"
   std::string noise_digest{};  ///< of their frames
-  friend bool operator==(const SweepSettings&, const SweepSettings&) = default;
 };
-
 SweepGrid gridOf(const SweepSettings& settings);
 
 struct SweepResult {
-  SweepPoint point;
-  Feel feel;
-  ForceNoise noise;
+  SweepPoint point{};
+  Feel feel{};
+  ForceNoise noise{};
   /// Largest stable stiffness of a 45 g device in a light hand (400 N/m, 4 N s/m) at the stated delay by the
   /// eigenvalues, divided by the law's steepest stiffness; infinite where the law has none.
   double stability_margin = 0;
 };
+/// The point follows from the grid.
+auto fieldsOf(Is<SweepResult> auto& result) {
+  auto& [point, feel, noise, stability_margin] = result;
+  return std::tie(feel, noise, stability_margin);
+}
 
-/// What the law is given at a point: the shipped settings but for the law and the springs.
+/// Returns the parameters of a point: the shipped settings except for the law and the springs.
 rt::LiveParameters parametersOf(const SweepPoint& point);
 
 /// A plane at 1.2 m with simulated sensor noise, for where there are no recordings.
 BenchSequence syntheticSequence(std::size_t frames);
 
-/// Computes the points of `shard`, each by itself: a point's result does not depend on which others are
-/// computed. `progress`: called after each point with how many are done and to do.
-std::vector<SweepResult> runSweep(const SweepSettings& settings, const Shard& shard, const NoiseProbe& noise,
-                                  const std::function<void(std::size_t, std::size_t)>& progress);
+/// Measures points, each by itself: a point's result does not depend on which others are measured.
+/// Thread: one.
+class Sweep {
+ public:
+  /// `noise` outlives the sweep.
+  Sweep(const SweepSettings& settings, const NoiseProbe& noise);
+  SweepResult measure(const SweepPoint& point);
+
+ private:
+  const SweepSettings settings_;
+  const NoiseProbe& noise_;
+  FeelProbe feel_;
+  double limit_n_per_m_;
+};
 
 }  // namespace hapticd::tools

@@ -6,7 +6,7 @@
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/cpu_list.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -128,8 +128,8 @@ Findings checkIsolation(const Examination& box) {
   const Machine& machine = box.machine;
   const CpuSet online = onlineCpus(machine);
   if (online.size() == 1) {
-    return {doubtful("isolation", "the machine has one CPU: none can be kept free for the force loop",
-                     "take a machine with more CPUs")};
+    return {warning("isolation", "the machine has one CPU: none can be kept free for the force loop",
+                    "use a machine with more CPUs")};
   }
   const Reading<CpuSet> isolated = cpusIn(machine, kCpus + "isolated");
   if (!isolated) return {unreadable("isolation", kCpus + "isolated", isolated.error())};
@@ -140,29 +140,29 @@ Findings checkIsolation(const Examination& box) {
     return {good("isolation", fmt::format("{}; the force loop runs on CPU {}", fact, *box.daemon.cpu))};
   }
   if (isolated->empty())
-    return {doubtful("isolation", fact + ": other programs delay the force loop", kSetACpuAside)};
+    return {warning("isolation", fact + ": other programs delay the force loop", kSetACpuAside)};
   const std::string remedy = fmt::format(
       "'loop:' with 'cpu: {}' below it in /etc/hapticd/hapticd.yaml, then systemctl restart hapticd",
       *isolated->rbegin());
   if (box.daemon.cpu) {
-    return {doubtful("isolation", fmt::format("{}, but the force loop runs on CPU {}", fact, *box.daemon.cpu),
-                     remedy)};
+    return {warning("isolation", fmt::format("{}, but the force loop runs on CPU {}", fact, *box.daemon.cpu),
+                    remedy)};
   }
   if (box.daemon.answers)
-    return {doubtful("isolation", fact + ", but the force loop is not pinned to a CPU", remedy)};
+    return {warning("isolation", fact + ", but the force loop is not pinned to a CPU", remedy)};
   return {good("isolation", fact)};
 }
 
 Findings checkInterrupts(const Examination& box) {
   const CpuSet cpus = forceCpus(box);
-  if (cpus.empty()) return {doubtful("interrupts", "no CPU is kept free of them", kSetACpuAside)};
+  if (cpus.empty()) return {warning("interrupts", "no CPU is kept free of them", kSetACpuAside)};
   const Reading<Names> coming = interruptsOn(box.machine, cpus);
   if (!coming) return {unreadable("interrupts", "proc/irq", coming.error())};
   const std::string where = "CPU " + cpuListText(cpus);
-  if (coming->empty()) return {good("interrupts", "none may come to " + where)};
-  return {doubtful(
+  if (coming->empty()) return {good("interrupts", "none can occur on " + where)};
+  return {warning(
       "interrupts",
-      fmt::format("{} may come to {}: {}", counted(coming->size(), "interrupt"), where, someOf(*coming)),
+      fmt::format("{} can occur on {}: {}", counted(coming->size(), "interrupt"), where, someOf(*coming)),
       "systemctl restart hapticd-realtime, which hapticd-realtime-setup apply sets up")};
 }
 
@@ -181,11 +181,11 @@ Findings checkSibling(const Examination& box) {
   siblings = common(siblings, onlineCpus(machine));
   if (siblings.empty())
     return {good("sibling", fmt::format("CPU {} shares its core with no other", cpuListText(cpus)))};
-  return {doubtful(
-      "sibling",
-      fmt::format("CPU {} shares its core with CPU {}, whose programs slow it down", cpuListText(cpus),
-                  cpuListText(siblings)),
-      fmt::format("echo off > /{}smt/control; nosmt on the kernel command line keeps it so", kCpus))};
+  return {
+      warning("sibling",
+              fmt::format("CPU {} shares its core with CPU {}, whose programs slow it down",
+                          cpuListText(cpus), cpuListText(siblings)),
+              fmt::format("echo off > /{}smt/control; nosmt on the kernel command line keeps it so", kCpus))};
 }
 
 Findings checkGovernor(const Examination& box) {
@@ -201,9 +201,9 @@ Findings checkGovernor(const Examination& box) {
   }
   if (scaled == 0) return {good("governor", "the kernel does not change the CPUs' frequency")};
   if (others.empty()) return {good("governor", "performance on " + counted(scaled, "CPU"))};
-  return {doubtful("governor", someOf(others) + ": the frequency rises only after the work has come",
-                   "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor, or "
-                   "hapticd-realtime-setup apply for the force loop's CPU at each boot")};
+  return {warning("governor", someOf(others) + ": the frequency rises only once the CPU is busy",
+                  "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor, or "
+                  "hapticd-realtime-setup apply for the force loop's CPU at each boot")};
 }
 
 Findings checkIdleStates(const Examination& box) {
@@ -219,12 +219,12 @@ Findings checkIdleStates(const Examination& box) {
   }
   const std::string fact = fmt::format("waking up from {} takes {} us", deepest.name, deepest.latency_us);
   if (!box.machine.exists("dev/cpu_dma_latency")) {
-    return {doubtful("idle states", fact + ", and there is no /dev/cpu_dma_latency to forbid it",
-                     "processor.max_cstate=1 on the kernel command line")};
+    return {warning("idle states", fact + ", and there is no /dev/cpu_dma_latency to prevent it",
+                    "processor.max_cstate=1 on the kernel command line")};
   }
   Findings findings = accessFindings(box, "idle states", fact, "dev/cpu_dma_latency");
   if (findings.empty()) {
-    return {good("idle states", fact + "; hapticd may forbid it while it runs (/dev/cpu_dma_latency)")};
+    return {good("idle states", fact + "; hapticd can prevent it while it runs (/dev/cpu_dma_latency)")};
   }
   // only a warning: wake-ups are late, but the box works
   for (Finding& finding : findings) finding.verdict = Verdict::warn;

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/udev_rule.h"
 #include "tools/hapticctl/doctor/uevent.h"
 
@@ -21,13 +21,13 @@ Findings checkUdevRules(const Examination& box) {
   if (!files) return {unreadable("udev rules", kRulesFolder, files.error())};
   const auto own = std::ranges::find(*files, kOwnRules, &RulesFile::name);
   if (own == files->end()) {
-    return {badForTheService(box, "udev rules", fmt::format("{} is not installed", kOwnRules),
-                             "install hapticd's package: without its rules no device belongs to hapticd")};
+    return {failureOfTheService(box, "udev rules", fmt::format("{} is not installed", kOwnRules),
+                                "install hapticd's package: without its rules no device belongs to hapticd")};
   }
   if (own->masked) {
-    return {
-        badForTheService(box, "udev rules", fmt::format("/{} switches hapticd's rules off", own->path),
-                         fmt::format("rm /{}, then udevadm control --reload && udevadm trigger", own->path))};
+    return {failureOfTheService(
+        box, "udev rules", fmt::format("/{} switches hapticd's rules off", own->path),
+        fmt::format("rm /{}, then udevadm control --reload && udevadm trigger", own->path))};
   }
   return {good("udev rules", "/" + own->path)};
 }
@@ -42,20 +42,20 @@ Findings checkOtherRules(const Examination& box) {
       // our rule overrides an earlier one, unless that is final
       if (file.name < kOwnRules && !rule.final) continue;
       findings.push_back(
-          doubtful("other udev rules",
-                   fmt::format("/{} lets everyone use a Kinect, and wins over hapticd's", rule.file),
-                   fmt::format("ln -s /dev/null /etc/udev/rules.d/{}, then udevadm control --reload "
-                               "&& udevadm trigger",
-                               file.name)));
+          warning("other udev rules",
+                  fmt::format("/{} lets everyone use a Kinect, and overrides hapticd's", rule.file),
+                  fmt::format("ln -s /dev/null /etc/udev/rules.d/{}, then udevadm control --reload "
+                              "&& udevadm trigger",
+                              file.name)));
       break;
     }
   }
-  if (findings.empty()) findings.push_back(good("other udev rules", "none gives a Kinect to everyone"));
+  if (findings.empty()) findings.push_back(good("other udev rules", "none lets everyone use a Kinect"));
   return findings;
 }
 
-/// The HID devices that a udev rule gives to the group hapticd: only these rules say which devices are
-/// handles.
+/// The HID devices that a udev rule gives to the group hapticd: only these rules determine which devices
+/// are handles.
 Findings checkHid(const Examination& box) {
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
   if (!names && !names.error().absent()) return {unreadable("hid", "sys/class/hidraw", names.error())};

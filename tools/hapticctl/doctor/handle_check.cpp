@@ -7,7 +7,7 @@
 
 #include "config/hid_id.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/uevent.h"
 #include "tools/hapticctl/doctor/usb_device.h"
 
@@ -18,7 +18,7 @@ constexpr const char* kName = "handle";
 constexpr const char* kFalconVendor = "0403";
 constexpr const char* kFalconProduct = "cb48";
 
-/// Turns a path of the configuration, which begins with '/', into one of a Machine, which does not.
+/// Converts a path of the configuration, which begins with '/', to one of a Machine, which does not.
 std::string belowRoot(const std::string& path) {
   return path.starts_with('/') ? path.substr(1) : path;
 }
@@ -51,11 +51,11 @@ Finding portFinding(const Examination& box, int port) {
     return good(kName, fmt::format("UDP port {} is {}", port, in_use ? "hapticd's" : "free for hapticd"));
   }
   if (!in_use) {
-    return doubtful(kName, fmt::format("hapticd runs, but nobody listens on UDP port {}", port),
-                    "systemctl restart hapticd, if its configuration was changed since its start");
+    return warning(kName, fmt::format("hapticd runs, but nothing listens on UDP port {}", port),
+                   "systemctl restart hapticd, if its configuration was changed since its start");
   }
-  return doubtful(
-      kName, fmt::format("UDP port {} is in use, and hapticd does not answer", port),
+  return warning(
+      kName, fmt::format("UDP port {} is in use, and hapticd does not respond", port),
       fmt::format("ss -ulpn 'sport = :{}' shows by whom; end that, or set another udp_handle.port", port));
 }
 
@@ -63,13 +63,13 @@ Findings keyFindings(const Examination& box, const std::string& file) {
   if (file.empty()) return {};
   const Reading<Access> access = box.machine.access(belowRoot(file));
   if (!access && access.error().absent()) {
-    return {badForTheService(box, kName, fmt::format("there is no key {}", file),
-                             "put the key there that both sides share, or correct udp_handle.key_file")};
+    return {failureOfTheService(box, kName, fmt::format("there is no key {}", file),
+                                "put the key there that both sides share, or correct udp_handle.key_file")};
   }
   if (!access) return {unreadable(kName, belowRoot(file), access.error())};
   if ((access->mode & 0007U) == 0) return {};
-  return {doubtful(kName, fmt::format("everyone may read the key {}", file),
-                   fmt::format("chmod o= {0} && chgrp hapticd {0}", file))};
+  return {warning(kName, fmt::format("everyone may read the key {}", file),
+                  fmt::format("chmod o= {0} && chgrp hapticd {0}", file))};
 }
 
 Findings udpFindings(const Examination& box) {
@@ -83,26 +83,26 @@ Findings udpFindings(const Examination& box) {
 
 Findings hidFindings(const Examination& box) {
   const std::string& device = box.configuration.settings.handle.hid.device;
-  const auto wanted = config::hidIdFrom(device);
+  const auto configured = config::hidIdFrom(device);
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
   if (!names && !names.error().absent()) return {unreadable(kName, "sys/class/hidraw", names.error())};
   for (const std::string& name : names.value_or(Names{})) {
     const std::string uevent = box.machine.read("sys/class/hidraw/" + name + "/device/uevent").value_or("");
     const auto id = hidIdIn(uevent);
-    if (!wanted || !id || *id != *wanted) continue;
+    if (!configured || !id || *id != *configured) continue;
     const Findings wrong = accessFindings(box, kName, device, "dev/" + name);
     return wrong.empty() ? Findings{good(kName, fmt::format("{} at /dev/{}", device, name))} : wrong;
   }
-  return {doubtful(kName, fmt::format("the HID device {} is not there", device),
-                   "plug it in, or correct hid_handle.device; lsusb shows the numbers")};
+  return {warning(kName, fmt::format("the HID device {} is not connected", device),
+                  "plug it in, or correct hid_handle.device; lsusb shows the numbers")};
 }
 
 Findings firmwareFindings(const Examination& box) {
   const std::string& file = box.configuration.settings.handle.falcon.firmware;
   if (!file.empty() && box.machine.exists(belowRoot(file))) return {};
-  return {badForTheService(box, kName,
-                           file.empty() ? "no firmware is configured" : "there is no firmware " + file,
-                           "put the device's firmware there and set falcon_handle.firmware")};
+  return {failureOfTheService(box, kName,
+                              file.empty() ? "no firmware is configured" : "there is no firmware " + file,
+                              "put the device's firmware there and set falcon_handle.firmware")};
 }
 
 Findings falconFindings(const Examination& box) {
@@ -113,7 +113,7 @@ Findings falconFindings(const Examination& box) {
     return device.vendor == kFalconVendor && device.product == kFalconProduct;
   });
   if (falcon == devices->end()) {
-    findings.push_back(doubtful(kName, "there is no Falcon on USB", "plug it in, and its own power supply"));
+    findings.push_back(warning(kName, "there is no Falcon on USB", "plug it in, and its own power supply"));
     return findings;
   }
   for (Finding& finding : accessFindings(box, kName, falcon->text(), falcon->node())) {
@@ -127,8 +127,8 @@ Findings falconFindings(const Examination& box) {
 
 Findings checkHandle(const Examination& box) {
   if (!box.configuration.problem.empty()) {
-    return {badForTheService(box, kName, "the configuration cannot be used: " + box.configuration.problem,
-                             "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check")};
+    return {failureOfTheService(box, kName, "the configuration cannot be used: " + box.configuration.problem,
+                                "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check")};
   }
   switch (box.configuration.settings.handle.driver) {
     case config::HandleDriver::udp:

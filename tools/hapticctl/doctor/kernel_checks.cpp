@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -72,7 +72,7 @@ Findings checkKernel(const Examination& box) {
   const auto installed = installedRealtimeKernel(machine);
   const std::string remedy = installed ? fmt::format("boot {}, which is installed", *installed)
                                        : fmt::format("apt install {}, then reboot", realtimePackage(machine));
-  return {doubtful("kernel", kernel + ", without PREEMPT_RT: wake-ups can be milliseconds late", remedy)};
+  return {warning("kernel", kernel + ", without PREEMPT_RT: wake-ups can be milliseconds late", remedy)};
 }
 
 Findings checkClock(const Examination& box) {
@@ -81,17 +81,17 @@ Findings checkClock(const Examination& box) {
   if (*clock == "tsc" || *clock == "arch_sys_counter") return {good("clock", *clock)};
   const std::string available = box.machine.read(std::string(kClocks) + "available_clocksource").value_or("");
   if ((available + " ").find("tsc ") != std::string::npos) {
-    return {doubtful("clock", *clock + ", although the kernel offers tsc, which is read faster",
-                     fmt::format("echo tsc > /{}current_clocksource", kClocks))};
+    return {warning("clock", *clock + ", although the kernel offers tsc, which is read faster",
+                    fmt::format("echo tsc > /{}current_clocksource", kClocks))};
   }
   if (*clock == "hpet" || *clock == "acpi_pm") {
     return {
-        doubtful("clock", *clock + ": each reading takes microseconds; the kernel does not trust the tsc",
-                 "'dmesg | grep -i tsc' says why; a newer firmware may help, or tsc=reliable on the kernel "
-                 "command line")};
+        warning("clock", *clock + ": each reading takes microseconds; the kernel does not trust the tsc",
+                "'dmesg | grep -i tsc' shows why; a newer firmware may help, or tsc=reliable on the kernel "
+                "command line")};
   }
-  return {doubtful("clock", *clock + ", a virtual machine's: its host decides when the force loop runs",
-                   "run the box on hardware")};
+  return {warning("clock", *clock + ", a virtual machine's: its host decides when the force loop runs",
+                  "run the box on hardware")};
 }
 
 Findings checkThrottling(const Examination& box) {
@@ -104,12 +104,12 @@ Findings checkThrottling(const Examination& box) {
   }
   if (!runtime_us) return {unreadable("throttling", kThrottling, runtime_us.error())};
   if (*runtime_us < 0) {
-    return {doubtful("throttling", "off: a runaway real-time thread takes its CPU for ever", remedy)};
+    return {warning("throttling", "off: a runaway real-time thread takes its CPU forever", remedy)};
   }
   const std::string fact = fmt::format("real-time threads get {} us of a CPU's period", *runtime_us);
-  if (*runtime_us == 0) return {bad("throttling", "real-time threads get no time at all", remedy)};
+  if (*runtime_us == 0) return {failure("throttling", "real-time threads get no time at all", remedy)};
   if (*runtime_us < kLeastRuntimeUs)
-    return {doubtful("throttling", fact + ": the force loop may be paused", remedy)};
+    return {warning("throttling", fact + ": the force loop may be paused", remedy)};
   return {good("throttling", fact)};
 }
 
@@ -117,17 +117,17 @@ Findings checkMemory(const Examination& box) {
   const Reading<std::string> table = box.machine.read("proc/meminfo");
   if (!table) return {unreadable("memory", "proc/meminfo", table.error())};
   const auto available = memoryMib(*table, "MemAvailable");
-  if (!available) return {doubtful("memory", "/proc/meminfo does not say what is available", "")};
+  if (!available) return {warning("memory", "/proc/meminfo does not list the available memory", "")};
   const std::int64_t swap = memoryMib(*table, "SwapTotal").value_or(0);
   const std::string fact = fmt::format("{} MiB available, {} MiB of swap", *available, swap);
-  const std::string remedy = "end other programs, or give the box more memory";
-  if (*available < kTooLittleMemoryMib) return {bad("memory", fact, remedy)};
-  if (*available < kLittleMemoryMib) return {doubtful("memory", fact, remedy)};
+  const std::string remedy = "close other programs, or give the box more memory";
+  if (*available < kTooLittleMemoryMib) return {failure("memory", fact, remedy)};
+  if (*available < kLittleMemoryMib) return {warning("memory", fact, remedy)};
   if (swap > 0 && box.daemon.answers && !box.daemon.memory_locked) {
     return {
-        doubtful("memory", fact + ", and hapticd's memory is not locked: it can be paged out",
-                 "loop.lock_memory: true in /etc/hapticd/hapticd.yaml and LimitMEMLOCK=infinity in the unit, "
-                 "or swapoff -a")};
+        warning("memory", fact + ", and hapticd's memory is not locked: it can be paged out",
+                "loop.lock_memory: true in /etc/hapticd/hapticd.yaml and LimitMEMLOCK=infinity in the unit, "
+                "or swapoff -a")};
   }
   return {good("memory", fact)};
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
@@ -14,17 +14,17 @@ constexpr std::ptrdiff_t kManyNeighbours = 4;
 
 Finding absenceFinding(const std::vector<UsbDevice>& devices) {
   if (std::ranges::any_of(devices, &UsbDevice::isKinectPart)) {
-    return doubtful("kinect", "its motor or microphone is on USB, but not its camera",
-                    "plug in the Kinect's own power supply: USB alone does not feed the camera");
+    return warning("kinect", "its motor or microphone is on USB, but not its camera",
+                   "plug in the Kinect's own power supply: USB alone does not power the camera");
   }
-  return doubtful("kinect", "there is none on USB", "plug it into a USB port and into its own power supply");
+  return warning("kinect", "there is none on USB", "plug it into a USB port and into its own power supply");
 }
 
 Finding speedFinding(const UsbDevice& camera) {
   const std::string fact = fmt::format("{}, {} Mbit/s", camera.text(), camera.speed_mbit_s);
   if (camera.speed_mbit_s == "480") return good("kinect", fact);
-  return bad("kinect", fact + ": too slow for depth, which takes 480",
-             "plug it into another port, without a hub or an extension");
+  return failure("kinect", fact + ": too slow for depth, which takes 480",
+                 "plug it into another port, without a hub or an extension");
 }
 
 Findings rightFindings(const Examination& box, const UsbDevice& camera) {
@@ -35,9 +35,9 @@ Findings rightFindings(const Examination& box, const UsbDevice& camera) {
 
 Finding suspendFinding(const UsbDevice& camera) {
   if (camera.power_control == "on") return good("kinect autosuspend", "off");
-  return doubtful(
+  return warning(
       "kinect autosuspend",
-      fmt::format("power/control of {} is {}: a suspended camera answers too late", camera.text(),
+      fmt::format("power/control of {} is {}: a suspended camera responds too late", camera.text(),
                   camera.power_control.empty() ? "not readable" : camera.power_control),
       fmt::format("echo on > /sys/bus/usb/devices/{}/power/control; hapticd's udev rules do it at each "
                   "plug",
@@ -51,8 +51,8 @@ Finding busFinding(const std::vector<UsbDevice>& devices, const UsbDevice& camer
   const std::string fact =
       fmt::format("{} on bus {}", counted(static_cast<std::size_t>(neighbours), "other device"), camera.bus);
   if (neighbours < kManyNeighbours) return good("kinect bus", fact);
-  return doubtful("kinect bus", fact + ": depth packets may be lost",
-                  "plug the Kinect into a port of another controller; lsusb -t shows them");
+  return warning("kinect bus", fact + ": depth packets may be lost",
+                 "plug the Kinect into a port of another controller; lsusb -t shows them");
 }
 
 Finding driverFinding(const Machine& machine, const UsbDevice& camera) {

@@ -6,7 +6,7 @@
 
 #include "rt/parameters.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -42,12 +42,12 @@ bool suffice(const Limits& limits) {
 Findings checkServiceLimits(const UnitProperties& unit) {
   const Limits limits{"hapticd.service", limitIn(unit, "LimitRTPRIO"), limitIn(unit, "LimitMEMLOCK")};
   if (suffice(limits)) return {good("limits", limitText(limits))};
-  return {
-      bad("limits", limitText(limits),
-          fmt::format(
-              "[Service] LimitRTPRIO={} LimitMEMLOCK=infinity, a line each, by systemctl edit hapticd; then "
-              "systemctl restart hapticd",
-              rt::LoopParameters().priority))};
+  return {failure(
+      "limits", limitText(limits),
+      fmt::format(
+          "[Service] LimitRTPRIO={} LimitMEMLOCK=infinity, a line each, by systemctl edit hapticd; then "
+          "systemctl restart hapticd",
+          rt::LoopParameters().priority))};
 }
 
 Findings checkCallersLimits(const Caller& caller) {
@@ -55,10 +55,10 @@ Findings checkCallersLimits(const Caller& caller) {
   const Limits limits{caller.name, caller.rtprio, caller.memlock_bytes};
   const std::string note = "; hapticd.service is not known here";
   if (suffice(limits)) return {good("limits", limitText(limits) + note)};
-  return {doubtful("limits", limitText(limits) + note,
-                   fmt::format("'{0} - rtprio {1}' and '{0} - memlock unlimited', a line each in "
-                               "/etc/security/limits.d/hapticd.conf, then log in again",
-                               caller.name, rt::LoopParameters().priority))};
+  return {warning("limits", limitText(limits) + note,
+                  fmt::format("'{0} - rtprio {1}' and '{0} - memlock unlimited', a line each in "
+                              "/etc/security/limits.d/hapticd.conf, then log in again",
+                              caller.name, rt::LoopParameters().priority))};
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ Findings checkLimits(const Examination& box) {
 
 Findings checkAccounts(const Examination& box) {
   std::vector<std::string> missing;
-  for (const char* name : {kSteeringGroup, kDeviceGroup}) {
+  for (const char* name : {kControlGroup, kDeviceGroup}) {
     const auto group = box.machine.group(name);
     if (!group) return {unreadable("accounts", "etc/group", group.error())};
     if (!group->has_value()) missing.push_back(fmt::format("group {}", name));
@@ -78,21 +78,23 @@ Findings checkAccounts(const Examination& box) {
   if (!user) return {unreadable("accounts", "etc/passwd", user.error())};
   if (!user->has_value()) missing.push_back("user hapticd");
   if (missing.empty()) return {good("accounts", "user hapticd, groups hapticd and haptic")};
-  return {badForTheService(box, "accounts", "there is no " + someOf(missing),
-                           "systemd-sysusers hapticd.conf, with hapticd's package installed")};
+  return {failureOfTheService(box, "accounts", "there is no " + someOf(missing),
+                              "systemd-sysusers hapticd.conf, with hapticd's package installed")};
 }
 
 Findings checkCaller(const Examination& box) {
   const Caller& caller = box.caller;
-  if (caller.user == 0) return {good("you", "root may steer the box")};
-  const auto group = box.machine.group(kSteeringGroup);
+  if (caller.user == 0) return {good("you", "root may control the box")};
+  const auto group = box.machine.group(kControlGroup);
   if (!group) return {unreadable("you", "etc/group", group.error())};
   const bool member =
       group->has_value() && std::ranges::find(caller.groups, (*group)->id) != caller.groups.end();
   if (member)
-    return {good("you", fmt::format("{} is in the group haptic and may steer the box", caller.name))};
-  return {doubtful("you", fmt::format("{} is not in the group haptic: may look, but not steer", caller.name),
-                   fmt::format("usermod -aG haptic {}, then log in again", caller.name))};
+    return {good("you", fmt::format("{} is in the group haptic and may control the box", caller.name))};
+  return {warning(
+      "you",
+      fmt::format("{} is not in the group haptic: may read the status, but not control the box", caller.name),
+      fmt::format("usermod -aG haptic {}, then log in again", caller.name))};
 }
 
 }  // namespace hapticd::tools

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -17,47 +17,46 @@ Finding stateFinding(const UnitProperties& unit) {
   const std::string fact = fmt::format("{} ({})", active, property(unit, "SubState"));
   if (active == "active" || active == "reloading") return good("service", fact);
   if (active == "failed") {
-    return bad("service", fact, "journalctl -u hapticd -n 50 says why; then systemctl restart hapticd");
+    return failure("service", fact, "journalctl -u hapticd -n 50 shows why; then systemctl restart hapticd");
   }
-  return doubtful("service", fact, "systemctl start hapticd");
+  return warning("service", fact, "systemctl start hapticd");
 }
 
 }  // namespace
 
 Findings checkService(const Examination& box) {
   if (!box.unit) {
-    return {doubtful("service", "there is no systemd that could be asked",
-                     "run hapticctl doctor on the box itself")};
+    return {warning("service", "systemd cannot be queried", "run hapticctl doctor on the box itself")};
   }
   if (!isInstalled(box.unit)) {
     const std::string state = property(*box.unit, "LoadState");
-    return {doubtful("service", fmt::format("hapticd.service is {}", state.empty() ? "not known" : state),
-                     state == "masked" ? "systemctl unmask hapticd" : "install hapticd's package")};
+    return {warning("service", fmt::format("hapticd.service is {}", state.empty() ? "not known" : state),
+                    state == "masked" ? "systemctl unmask hapticd" : "install hapticd's package")};
   }
   Findings findings{stateFinding(*box.unit)};
   const std::string enabled = property(*box.unit, "UnitFileState");
   if (enabled != "enabled" && enabled != "enabled-runtime") {
     findings.push_back(
-        doubtful("service at boot", enabled.empty() ? "not known" : enabled,
-                 "systemctl enable hapticd.service hapticd-status.socket hapticd-control.socket"));
+        warning("service at boot", enabled.empty() ? "not known" : enabled,
+                "systemctl enable hapticd.service hapticd-status.socket hapticd-control.socket"));
   }
   const std::string restarts = property(*box.unit, "NRestarts");
   if (!restarts.empty() && restarts != "0") {
-    findings.push_back(doubtful("service restarts", restarts + " after failures since it was started",
-                                "journalctl -u hapticd says why"));
+    findings.push_back(warning("service restarts", restarts + " after failures since it was started",
+                               "journalctl -u hapticd shows why"));
   }
   return findings;
 }
 
 Findings checkDaemon(const Examination& box) {
   if (!box.daemon.answers) {
-    return {doubtful("daemon", "does not answer: " + box.daemon.problem, "systemctl start hapticd")};
+    return {warning("daemon", "does not respond: " + box.daemon.problem, "systemctl start hapticd")};
   }
   Findings findings;
   for (const std::string& complaint : box.daemon.complaints) {
-    findings.push_back(doubtful("daemon", complaint, ""));
+    findings.push_back(warning("daemon", complaint, ""));
   }
-  if (findings.empty()) findings.push_back(good("daemon", "answers, and has nothing to complain about"));
+  if (findings.empty()) findings.push_back(good("daemon", "responds, without warnings"));
   return findings;
 }
 

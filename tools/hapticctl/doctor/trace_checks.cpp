@@ -6,7 +6,7 @@
 #include <array>
 
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -24,8 +24,8 @@ Finding rightFinding(const Examination& box, const std::string& folder, const Ac
   if (!user) return unreadable(kName, "etc/passwd", user.error());
   const bool own = user->has_value() && (*user)->id == access.owner && (access.mode & S_IWUSR) != 0;
   if (own) return good(kName, fmt::format("hapticd may write to /{}", folder));
-  return badForTheService(box, kName, fmt::format("the user hapticd may not write to /{}", folder),
-                          fmt::format("chown -R hapticd:hapticd /{0} && chmod u+rwx /{0}", folder));
+  return failureOfTheService(box, kName, fmt::format("the user hapticd may not write to /{}", folder),
+                             fmt::format("chown -R hapticd:hapticd /{0} && chmod u+rwx /{0}", folder));
 }
 
 Finding spaceFinding(const Examination& box, const std::string& folder) {
@@ -35,10 +35,9 @@ Finding spaceFinding(const Examination& box, const std::string& folder) {
   const double least_mb = box.configuration.settings.trace.min_free_mb;
   const std::string fact = fmt::format("{:.0f} MB free at /{}", free_mb, folder);
   if (free_mb >= least_mb) return good("trace space", fact);
-  return doubtful(
-      "trace space",
-      fmt::format("{}, less than trace.min_free_mb = {:.0f}: no trace is written", fact, least_mb),
-      "hapticctl trace list, then hapticctl trace delete NAME, or free space otherwise");
+  return warning("trace space",
+                 fmt::format("{}, less than trace.min_free_mb = {:.0f}: no trace is written", fact, least_mb),
+                 "hapticctl trace list, then hapticctl trace delete NAME, or free space otherwise");
 }
 
 }  // namespace
@@ -48,8 +47,8 @@ Findings checkTraces(const Examination& box) {
   const std::string traces = state + "/traces";
   const Reading<Access> of_state = box.machine.access(state);
   if (!of_state && of_state.error().absent()) {
-    return {doubtful(kName, fmt::format("there is no /{} yet", state),
-                     "the service makes it at its first start")};
+    return {warning(kName, fmt::format("there is no /{} yet", state),
+                    "the service creates it at its first start")};
   }
   if (!of_state) return {unreadable(kName, state, of_state.error())};
   const Reading<Access> of_traces = box.machine.access(traces);
@@ -70,7 +69,7 @@ Findings checkGnuplot(const Examination& box) {
   const auto found =
       std::ranges::find_if(kPlaces, [&](const char* place) { return box.machine.exists(place); });
   if (found != kPlaces.end()) return {good("gnuplot", fmt::format("/{}", *found))};
-  return {doubtful("gnuplot", "not installed: hapticctl trace plot cannot draw", "apt install gnuplot-nox")};
+  return {warning("gnuplot", "not installed: hapticctl trace plot cannot draw", "apt install gnuplot-nox")};
 }
 
 }  // namespace hapticd::tools

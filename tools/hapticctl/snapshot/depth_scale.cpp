@@ -19,7 +19,7 @@ constexpr double kLowPercentile = 0.01;
 
 constexpr Rgb kPaper{255, 255, 255};
 constexpr Rgb kInk{0, 0, 0};
-// Of the strip, in pixels.
+// Sizes of the strip in pixels.
 constexpr int kMargin = 16;
 constexpr int kBarLeft = 10;
 constexpr int kBarWidth = 20;

@@ -22,8 +22,8 @@ DepthRange contrastRange(const Snapshot& snapshot);
 /// Columns of the strip with the scale.
 inline constexpr int kScaleWidth = 112;
 
-/// A strip that stands at the right of a picture: the colours of the range from the nearest depth on top to
-/// the farthest, with round depths beside them in metres, such as "0.80m". kScaleWidth times `height`
+/// Returns a strip to be placed at the right of a picture: the colours of the range from the nearest depth on
+/// top to the farthest, with round depths beside them in metres, such as "0.80m". kScaleWidth times `height`
 /// colours, row by row.
 std::vector<Rgb> depthScale(const DepthRange& range, int height);
 

@@ -12,31 +12,31 @@ namespace hapticd::tools::view {
 
 /// What the decision depends on.
 struct RequestHead {
-  std::string method;
-  std::string target;                    ///< path and query, as sent
-  std::vector<std::string> hosts;        ///< each field Host
-  std::vector<std::string> origins;      ///< each field Origin
-  std::vector<std::string> fetch_sites;  ///< each field Sec-Fetch-Site
-  std::vector<std::string> cookies;      ///< each field Cookie
+  std::string method = {};
+  std::string target = {};                    ///< path and query, as sent
+  std::vector<std::string> hosts = {};        ///< each field Host
+  std::vector<std::string> origins = {};      ///< each field Origin
+  std::vector<std::string> fetch_sites = {};  ///< each field Sec-Fetch-Site
+  std::vector<std::string> cookies = {};      ///< each field Cookie
   bool has_body = false;
 };
 
 struct AccessRules {
   /// Numeric address at which the connection arrived, without brackets.
-  std::string local_address;
+  std::string local_address = {};
   /// Accepted beside localhost and the local address: "name" with any port, or "name:port".
-  std::vector<std::string> hosts;
+  std::vector<std::string> hosts = {};
   /// Accepted beside the page's own origin: "https://example.org", "file://".
-  std::vector<std::string> origins;
+  std::vector<std::string> origins = {};
   /// Empty: everybody may look.
-  std::string token;
+  std::string token = {};
 };
 
 /// Why a request is refused.
 struct Refusal {
-  unsigned status = 403;  ///< of HTTP
-  std::string reason;     ///< for the log; never holds a token
-  bool by_token = false;  ///< everything else was right
+  unsigned status = 403;    ///< of HTTP
+  std::string reason = {};  ///< for the log; never holds a token
+  bool by_token = false;    ///< everything else was right
 };
 
 /// The path of a target, without the query; what is not printable is replaced.

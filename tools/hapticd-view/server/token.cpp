@@ -36,16 +36,6 @@ std::unexpected<Error> systemError(const std::filesystem::path& file, const char
                                "name a file in a folder that hapticd-view may write with --token-file"});
 }
 
-config::Result<std::string> newToken() {
-  std::array<std::uint8_t, kTokenDigits / 2> bytes{};
-  // never interrupted, and never less, for so few bytes: getrandom(2)
-  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    return std::unexpected(Error{"", "the kernel gives no random numbers", ""});
-  std::string token;
-  for (const std::uint8_t byte : bytes) token += fmt::format("{:02x}", byte);
-  return token;
-}
-
 /// Gives the file to the group, where there is one of that name and this process may.
 void giveToGroup(int descriptor) {
   struct group entry {};
@@ -88,6 +78,16 @@ config::Result<std::string> readToken(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+config::Result<std::string> newToken() {
+  std::array<std::uint8_t, kTokenDigits / 2> bytes{};
+  // never interrupted, and never less, for so few bytes: getrandom(2)
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    return std::unexpected(Error{"", "the kernel gives no random numbers", ""});
+  std::string token;
+  for (const std::uint8_t byte : bytes) token += fmt::format("{:02x}", byte);
+  return token;
+}
 
 config::Result<std::string> tokenOf(const std::filesystem::path& file) {
   std::error_code error;

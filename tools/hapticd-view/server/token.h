@@ -12,6 +12,9 @@ namespace hapticd::tools::view {
 
 inline constexpr std::size_t kTokenDigits = 32;  ///< hexadecimal: 128 bits
 
+/// A new token from the kernel's random numbers.
+config::Result<std::string> newToken();
+
 /// The token in that file. Where there is no file it is made, with a new token from the kernel's random
 /// numbers, readable for its owner and, where it exists, the group haptic-view.
 config::Result<std::string> tokenOf(const std::filesystem::path& file);

@@ -29,7 +29,7 @@ std::vector<std::string> environmentWith(const std::vector<std::string>& added) 
   return all;
 }
 
-/// What the child needs, made before it exists: it borrows this process's memory.
+/// Data prepared for the child before it exists, because it borrows this process's memory.
 struct Start {
   char** arguments;
   char** environment;
@@ -39,7 +39,7 @@ struct Start {
   pid_t parent;
 };
 
-/// In the child, before it is the program: system calls only. Returns the error.
+/// Runs in the child before it becomes the program: system calls only. Returns errno.
 int becomeProgram(const Start& start) {
   const bool good = ::setpgid(0, 0) == 0 && ::dup2(start.input, STDIN_FILENO) >= 0 &&
                     ::dup2(start.output, STDOUT_FILENO) >= 0 && ::dup2(start.errors, STDERR_FILENO) >= 0 &&

@@ -42,7 +42,7 @@ class ChildProcess {
 
   pid_t pid() const { return pid_; }
   void signal(int number) const;
-  /// How it ended, if it has.
+  /// Returns how the program ended; nothing while it runs.
   std::optional<ChildEnding> ending();
   /// Waits for its end, at most `limit`.
   std::optional<ChildEnding> waitFor(std::chrono::milliseconds limit);

@@ -3,8 +3,8 @@
 
 namespace hapticd::tools {
 
-/// For its life, Ctrl-C and SIGTERM do not end the process but are remembered, so that whoever works in steps
-/// can put things in order first. One at a time.
+/// While the object exists, Ctrl-C and SIGTERM do not end the process but are remembered, so that work in
+/// steps can be finished properly. Only one object at a time.
 class Interrupt {
  public:
   Interrupt();
@@ -12,7 +12,7 @@ class Interrupt {
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
 
-  /// Thread: any.
+  /// Returns whether a signal has arrived.  Thread: any.
   bool requested() const noexcept;
 };
 

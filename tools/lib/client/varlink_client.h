@@ -11,12 +11,12 @@ namespace hapticd::tools {
 /// Keeps the order in which the daemon sent the fields.
 using Json = nlohmann::ordered_json;
 
-/// Why there is no result.
+/// Why a call has no result.
 struct ClientError {
   enum class Kind {
-    no_connection,  ///< nobody there, no permission, or a reply that is not Varlink
+    no_connection,  ///< no service, no permission, or a reply that is not Varlink
     no_answer,      ///< no reply within the limit; the connection is still usable
-    error_reply,    ///< the service answered with an error
+    error_reply,    ///< the service replied with an error
     interrupted,    ///< the interrupt descriptor became readable
   };
   Kind kind = Kind::no_connection;

@@ -16,13 +16,13 @@
 namespace hapticd::tools {
 namespace {
 
-/// A file in memory: gnuplot's own writes to a disk would fail without a word.
+/// A file in memory: gnuplot's own writes to a disk would fail silently.
 class MemoryFile {
  public:
   MemoryFile() : descriptor_(::memfd_create("gnuplot", MFD_CLOEXEC)) {}
   int descriptor() const { return descriptor_.get(); }
 
-  /// Fills it and goes back to its begin.
+  /// Fills it and goes back to its beginning.
   bool fill(std::string_view text) {
     while (!text.empty()) {
       const ssize_t count = ::write(descriptor(), text.data(), text.size());

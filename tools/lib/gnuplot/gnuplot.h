@@ -18,7 +18,7 @@ const char* gnuplotTerminal(const std::filesystem::path& image);
 /// Errors: gnuplot is not installed, refuses the script or makes nothing; `remedy` ends the message.
 config::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy);
 
-/// The same as a file, which is there whole or not at all; one of that name is replaced.
+/// Writes that image to a file, completely or not at all; an existing file is replaced.
 config::Result<void> runGnuplot(const std::string& script, const std::filesystem::path& image,
                                 const std::string& remedy);
 

@@ -11,9 +11,9 @@
 
 namespace hapticd::tools {
 
-/// From depth frames to forces without threads, devices and a clock: what a benchmark measures, a replay
-/// computes and a test checks. The caller sets the time, by the periods of the ticks or by
-/// setTime(); the same calls give the same forces. Thread: one.
+/// Computes forces from depth frames without threads, devices and a clock, for benchmarks, replays and tests.
+/// The caller sets the time, by the periods of the ticks or by setTime(); the same calls give the same
+/// forces. Thread: one.
 class OfflineBox {
  public:
   OfflineBox(const rt::DepthModelParameters& depth_model, const rt::PoseParameters& T_world_camera,
@@ -30,8 +30,8 @@ class OfflineBox {
   /// counts as just arrived at every tick, however long it is shown: its age is 0 and it never becomes stale.
   void show(const rt::DepthFrame& frame) noexcept;
 
-  /// The same, but the frame counts as arrived at its `arrival_ns`, so that ticks know its true age and it
-  /// becomes stale. `now_ns`: as for setTime().
+  /// Like show(frame), but the frame counts as arrived at its `arrival_ns`, so that ticks know its true age
+  /// and it becomes stale. `now_ns`: as for setTime().
   void show(const rt::DepthFrame& frame, std::int64_t now_ns) noexcept;
 
   /// `now_ns`: the time of the next tick, on the clock of the frames' arrivals, whatever the period of that
@@ -39,12 +39,12 @@ class OfflineBox {
   /// last tick.
   void setTime(std::int64_t now_ns) noexcept;
 
-  /// How long a device holds each force, where that differs from the periods of the ticks; 0: it does not.
+  /// Sets how long a device holds each force if that differs from the periods of the ticks; 0: it does not.
   void setLoopPeriod(double period_s) noexcept { loop_period_s_ = period_s; }
 
-  /// One tick of the whole core, engaged, `period_s` after the one before; models the frame first where that
-  /// is needed, as the scene thread would have done in time.
-  /// `handle_delay_s`: as a driver reports it (rt::HandleState::delay_s); the caller is who delays the force.
+  /// Runs one tick of the whole core, engaged, `period_s` after the one before; models the frame first where
+  /// that is needed, as the scene thread would have done in time. `handle_delay_s`: as a driver reports it
+  /// (rt::HandleState::delay_s); the caller delays the force.
   rt::Tick tick(const rt::Vec3& hip_m_in_world, double period_s = 0.001,
                 const rt::Vec3& velocity_m_per_s_in_world = {}, double handle_delay_s = 0) noexcept;
 

@@ -11,8 +11,8 @@
 
 namespace hapticd::tools {
 
-/// What an option for a file to be written takes: a name whose ending stands for a format that is written.
-/// endings: ".csv", ...
+/// Returns the check of an option for an output file: a name whose ending stands for a format that is
+/// written. endings: ".csv", ...
 template <std::convertible_to<std::string_view>... Endings>
 CLI::Validator endsIn(Endings... endings) {
   const std::array<std::string_view, sizeof...(Endings)> allowed{endings...};

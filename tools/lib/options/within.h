@@ -15,7 +15,7 @@
 
 namespace hapticd::tools {
 
-/// The number that `text` is as a whole, or nothing.
+/// Returns `text` as a number; nothing if it is not one as a whole.
 template <typename Number>
 std::optional<Number> wholeNumber(std::string_view text) {
   Number number{};
@@ -24,9 +24,9 @@ std::optional<Number> wholeNumber(std::string_view text) {
   return number;
 }
 
-/// What a numeric option takes: a finite number, or for whole numbers one without a fraction, from `lowest`
-/// to `highest`. Every numeric option of the programs has it. CLI11's own Range lets NaN pass, for which no
-/// comparison holds, and reads "010" as eight.
+/// Returns the check of a numeric option: a finite number, or for whole numbers one without a fraction, from
+/// `lowest` to `highest`. Every numeric option of the programs has it. CLI11's own Range lets NaN pass, for
+/// which no comparison holds, and reads "010" as eight.
 template <typename Number>
 requires std::integral<Number> || std::floating_point<Number> CLI::Validator within(Number lowest,
                                                                                     Number highest) {

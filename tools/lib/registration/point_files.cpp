@@ -39,7 +39,7 @@ Fields fieldsOf(std::string_view line) {
   return fields;
 }
 
-/// The number that `text` is as a whole, or nothing.
+/// Returns `text` as a number; nothing if it is not one as a whole.
 template <typename T>
 std::optional<T> numberOf(std::string_view text) {
   T number{};

@@ -11,7 +11,7 @@
 
 namespace hapticd::tools {
 
-/// The same point, as the camera and as the world has it.
+/// A point in the camera frame and in the world frame.
 struct PointPair {
   std::string name;
   rt::Vec3 camera_m;  ///< camera frame: x right, y up, looking along -z

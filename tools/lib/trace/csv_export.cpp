@@ -48,7 +48,7 @@ struct CsvRow {
 
   template <typename Field>
   void operator()(std::string_view name, const Field& field) {
-    if (trace.says(record, name)) return put(name, field);
+    if (trace.fieldApplies(record, name)) return put(name, field);
     line += std::is_same_v<Field, rt::Vec3> ? ",,," : ",";
   }
 

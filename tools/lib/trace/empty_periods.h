@@ -25,7 +25,7 @@ struct EmptyPeriods {
 /// Finds the empty periods of a trace.  Thread: one.
 class EmptyPeriodCount {
  public:
-  /// Adds a tick; ticks must come in the order of time.
+  /// Adds a tick; ticks must be added in the order of time.
   void add(const rt::Tick& tick);
   /// Returns the result. period_ns: period of the loop; nothing: take the shortest time between two ticks.
   EmptyPeriods finish(std::optional<std::int64_t> period_ns) const;

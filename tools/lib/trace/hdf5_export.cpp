@@ -82,13 +82,14 @@ struct Hdf5Row {
   template <rt::Worded Value>
   void operator()(std::string_view name, const Value& value) {
     const auto none = static_cast<std::uint8_t>(rt::kWords<Value>.size());
-    const std::uint8_t kept = trace.says(record, name) ? static_cast<std::uint8_t>(value) : none;
+    const std::uint8_t kept = trace.fieldApplies(record, name) ? static_cast<std::uint8_t>(value) : none;
     column().add(&kept, sizeof kept);
   }
   void operator()(std::string_view name, const rt::Vec3& vector) {
     const double none = std::numeric_limits<double>::quiet_NaN();
-    const bool says = trace.says(record, name);
-    const double components[] = {says ? vector.x : none, says ? vector.y : none, says ? vector.z : none};
+    const bool applies_here = trace.fieldApplies(record, name);
+    const double components[] = {applies_here ? vector.x : none, applies_here ? vector.y : none,
+                                 applies_here ? vector.z : none};
     column().add(components, sizeof components);
   }
   void operator()(std::string_view, const std::string& text) { column().add(text); }

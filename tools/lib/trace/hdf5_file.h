@@ -27,7 +27,7 @@ class Hdf5Handle {
     close();
     id_ = id;
   }
-  /// False if what was written did not reach the file.
+  /// Closes the object; returns false if written data did not reach the file.
   bool close();
 
  private:

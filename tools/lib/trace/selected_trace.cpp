@@ -99,13 +99,13 @@ config::Result<drivers::TraceInfo> SelectedTrace::read(drivers::TraceVisitor vis
   if (!visitor.tick || selection_.most_ticks == 0) return readAll(std::move(visitor), progress);
   const auto count = countTicks(partOf(progress, 0, 0.5));
   if (!count) return std::unexpected(count.error());
-  bool wanted = true;
-  Peaks<rt::Tick> peaks(*count, selection_.most_ticks, [&wanted, visit = visitor.tick](const rt::Tick& tick) {
-    wanted = wanted && visit(tick);
-  });
-  visitor.tick = [&peaks, &wanted](const rt::Tick& tick) {
+  bool goes_on = true;
+  Peaks<rt::Tick> peaks(
+      *count, selection_.most_ticks,
+      [&goes_on, visit = visitor.tick](const rt::Tick& tick) { goes_on = goes_on && visit(tick); });
+  visitor.tick = [&peaks, &goes_on](const rt::Tick& tick) {
     peaks.add(norm(tick.command_force_n_in_world), tick);
-    return wanted;
+    return goes_on;
   };
   auto info = readAll(std::move(visitor), partOf(progress, 0.5, 1));
   if (info) peaks.finish();

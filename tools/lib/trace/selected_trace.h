@@ -44,7 +44,7 @@ class SelectedTrace {
   }
   /// Like applies(); if the trace does not record the law of its ticks, every field applies.
   template <typename Record>
-  bool says(const Record& record, std::string_view field) const {
+  bool fieldApplies(const Record& record, std::string_view field) const {
     return applies(record, field) || lacks<Record>("law");
   }
   double seconds(std::int64_t time_ns) const;

@@ -92,9 +92,9 @@ constexpr std::array<Quantity, 6> kQuantities{
 
 /// The value in a tick; NaN if the law in use does not have the quantity.
 double valueAt(const Quantity& quantity, const SelectedTrace& trace, const rt::Tick& tick) {
-  const bool says =
-      std::ranges::all_of(quantity.fields, [&](std::string_view field) { return trace.says(tick, field); });
-  return says ? quantity.valueOf(tick) : std::numeric_limits<double>::quiet_NaN();
+  const bool applies_here = std::ranges::all_of(
+      quantity.fields, [&](std::string_view field) { return trace.fieldApplies(tick, field); });
+  return applies_here ? quantity.valueOf(tick) : std::numeric_limits<double>::quiet_NaN();
 }
 
 struct Curve {

@@ -14,8 +14,8 @@
 
 namespace hapticd::tools {
 
-/// How the bodies of a scene move in the camera's frame; a moving camera is bodies that move in the opposite
-/// direction. Before `start_s` they rest.
+/// The motion of the bodies of a scene in the camera's frame; a moving camera is represented by bodies that
+/// move in the opposite direction. Before `start_s` they rest.
 struct BodyMotion {
   double start_s = 0;
   rt::Vec3 velocity_m_per_s;
@@ -25,7 +25,7 @@ struct BodyMotion {
   double sway_hz = 1;          ///< along x; the other axes sway a tenth faster each
 
   bool rests() const;
-  /// Where `rested` is at `t_s`.
+  /// Returns the frame at `t_s` that rests at `rested`.
   RigidFrame at(const RigidFrame& rested, double t_s) const;
 };
 
@@ -41,7 +41,7 @@ class BodyScene {
   const rt::DepthModelParameters& depthModel() const noexcept { return camera_.model(); }
   const std::vector<TrueBody>& bodies() const noexcept { return bodies_; }
   bool rests() const { return motion_.rests(); }
-  /// T_camera_bodies at that time.
+  /// Returns T_camera_bodies at that time.
   RigidFrame frameAt(double t_s) const { return motion_.at(T_camera_bodies_, t_s); }
 
   /// Metres to the nearest body's surface, negative inside.
@@ -51,7 +51,7 @@ class BodyScene {
   /// need not be a pixel's middle; infinite where it meets nothing.
   double trueDepth(double column, double row, double t_s) const;
 
-  /// What the camera sees at `t_s`, as frame `frame_number` (from 1 on), which chooses the noise. Nothing is
+  /// Renders the scene at `t_s` as frame `frame_number` (from 1 on), which chooses the noise. Nothing is
   /// measured outside the camera's near_m..far_m.
   void render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame);
 
@@ -71,7 +71,7 @@ class IdealConstraint {
   /// `scene` outlives the constraint.
   explicit IdealConstraint(const BodyScene& scene) : scene_(scene), sides_(scene.bodies().size()) {}
 
-  /// In the world's frame, or nothing while the HIP is in free space.
+  /// Returns the hold in the world's frame; nothing while the HIP is in free space.
   std::optional<Hold> follow(const rt::Vec3& hip_m_in_world, double t_s);
 
  private:

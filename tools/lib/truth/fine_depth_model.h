@@ -10,8 +10,8 @@ namespace hapticd::tools {
 /// A range of 0.2 m makes a raw unit about 0.1 mm. 0 < near_m < far_m.  Thread: any.
 rt::DepthModelParameters fineDepthModel(double near_m, double far_m);
 
-/// The same around `middle_m`, which raw 1023 stands for exactly; 1/Z reaches as far to either side of it as
-/// keeps `middle_m` + `beyond_m` in sight. 0 < beyond_m < middle_m.
+/// Like fineDepthModel(), around `middle_m`, which is exactly raw 1023; 1/Z extends equally to both sides of
+/// it, so far that `middle_m` + `beyond_m` is in sight. 0 < beyond_m < middle_m.
 rt::DepthModelParameters fineDepthModelAround(double middle_m, double beyond_m);
 
 }  // namespace hapticd::tools

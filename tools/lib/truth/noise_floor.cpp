@@ -35,8 +35,8 @@ MatrixXd frameCovariance(const drivers::NoisePatternParameters& noise, const Flo
   for (int i = 0; i < patch.frames; ++i) {
     for (int j = 0; j < patch.frames; ++j) {
       const double frames = std::abs(i - j);
-      const double kept = patch.moving ? drivers::NoisePattern::standingCorrelation(noise, frames) : 1;
-      covariance(i, j) = noise.standing_raw * noise.standing_raw * kept +
+      const double kept = patch.moving ? drivers::NoisePattern::staticCorrelation(noise, frames) : 1;
+      covariance(i, j) = noise.static_raw * noise.static_raw * kept +
                          noise.drift_raw * noise.drift_raw * std::exp(-frames / noise.drift_frames) +
                          (i == j ? noise.fast_raw * noise.fast_raw : 0);
     }

@@ -19,8 +19,8 @@ struct FloorPatch {
   double side_m = 0.04;
   double distance_m = 1;
   int frames = 8;
-  /// The surface moves by one raw unit from frame to frame, with a known velocity: the standing
-  /// part decays by NoisePattern::standingCorrelation().
+  /// The surface moves by one raw unit from frame to frame, with a known velocity: the static
+  /// component decays by NoisePattern::staticCorrelation().
   bool moving = false;
   FloorModel model = FloorModel::plane;
 };
@@ -41,7 +41,7 @@ inline constexpr double kForceJnd_n = 0.28;
 /// How deep the HIP is in the surface where the floor of the force along the surface is stated, metres.
 inline constexpr double kFloorPenetration_m = 0.008;
 
-/// Generalised least squares with the noise's own covariance in space and time (Gauss-Markov): the standing,
+/// Generalised least squares with the noise's own covariance in space and time (Gauss-Markov): the static,
 /// the drifting and the fast part are correlated over the matching window; rounding adds 1/12 raw unit^2,
 /// independent between pixels and, as far as the noise moves a value over a step, between frames. The
 /// camera's distortion (coarse_raw) is not known to the estimate; what it adds to the error is in the

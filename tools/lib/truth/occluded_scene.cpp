@@ -36,7 +36,7 @@ double meetsBox(const PlanPoint& from, const PlanPoint& to, const PlanPoint& low
   return first <= last && last >= 0 && first <= 1 ? std::max(first, 0.0) : kMissed;
 }
 
-/// In a frame where the ellipse is the unit circle.
+/// Returns where the segment meets the ellipse, computed in a frame in which the ellipse is the unit circle.
 double meetsEllipse(const PlanPoint& from, const PlanPoint& to, const PlanPoint& middle, double half_width,
                     double half_thickness) {
   const PlanPoint start{(from.x_m - middle.x_m) / half_width,

@@ -47,7 +47,7 @@ class OccludedScene {
   /// the projector does not reach it. Not limited by near and far.
   double depth_m(int column, const OccludedMoment& moment) const;
 
-  /// What the camera delivers as frame `frame_number`, from 1 on, which chooses the noise.
+  /// Renders frame `frame_number`, from 1 on, which chooses the noise.
   void render(const OccludedMoment& moment, std::uint64_t frame_number, rt::DepthFrame& frame);
 
   const OccludedSceneParameters& parameters() const noexcept { return parameters_; }

@@ -31,7 +31,7 @@ constexpr bool isSensorNoise(SceneNoise noise) {
 /// harsh() for `harsh`, else recorded().
 drivers::SensorNoise::Parameters sensorParameters(SceneNoise noise);
 
-/// What a depth camera delivers of a scene whose depths are known: rounding or noise, and its limits.
+/// A depth camera for scenes with known depths: adds rounding or noise, and applies its limits.
 /// Thread: one at a time.  RT: not safe.
 class SceneCamera {
  public:
@@ -59,7 +59,7 @@ class SceneCamera {
   /// The disparities that were taken, row by row.
   std::vector<float>& exact() noexcept { return exact_; }
 
-  /// What was taken as raw values of frame `frame_number` (from 1 on), which chooses the noise.
+  /// Writes the taken disparities as raw values of frame `frame_number` (from 1 on), which chooses the noise.
   void deliver(std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame);
   /// Noise may carry a raw value beyond near_m..far_m: the camera measures nothing there.
   void removeOutsideLimits(rt::DepthFrame& frame) const;

@@ -36,8 +36,8 @@ struct Face {
   double above_m(const rt::Vec3& p) const noexcept { return dot(outward, p) - offset_m; }
 };
 
-/// What lies in all half-spaces: a plane with solid behind it, a block, a corner of a cube. At most 8 faces.
-/// The proxy stays on the face that the HIP came through until it slides over an edge of it.
+/// The intersection of half-spaces: a plane with solid behind it, a block, a corner of a cube. At most 8
+/// faces. The proxy stays on the face that the HIP came through until it slides over an edge of it.
 struct ConvexBody {
   std::vector<Face> faces;
 
@@ -46,7 +46,7 @@ struct ConvexBody {
   std::optional<Hold> hold(const rt::Vec3& p, const rt::Vec3& before, HoldingSide& side) const;
 };
 
-/// What lies outside of a convex hollow: inner edges and corners. Free is what lies above all faces; their
+/// The outside of a convex hollow: inner edges and corners. Free is what lies above all faces; their
 /// `outward` points into the hollow.
 struct HollowBody {
   std::vector<Face> faces;

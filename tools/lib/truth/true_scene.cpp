@@ -28,7 +28,7 @@ Strip facing(double distance, double left, double right) {
   return {{0, 0, -distance}, {0, 0, 1}, {1, 0, 0}, left, right};
 }
 
-/// At `x`, seen edge-on, from `distance` to `farther`; `outward_x` is +1 or -1.
+/// Returns a strip at `x`, seen edge-on, from `distance` to `farther`; `outward_x` is +1 or -1.
 Strip edgeOn(double x, double outward_x, double distance, double farther) {
   return {{x, 0, 0}, {outward_x, 0, 0}, {0, 0, -1}, distance, farther};
 }
@@ -86,7 +86,8 @@ TrueScene::Surface TrueScene::surfaceAt(double t_s) const {
   return {};
 }
 
-/// Of the scenes that are made of flat pieces and the bowl; `distance_m` is where the scene is.
+/// Whether `p` is inside the solid, for scenes of flat pieces and the bowl; `distance_m` is where the scene
+/// is.
 bool TrueScene::isSolid(const Vec3& p, double distance_m) const {
   const double behind = -p.z - distance_m;  // how far behind the foremost point
   switch (parameters_.kind) {

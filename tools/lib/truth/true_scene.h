@@ -79,7 +79,7 @@ class TrueScene {
   /// meets nothing. Not limited by near and far.
   double trueDepth(int column, int row, double t_s) const;
 
-  /// What the camera sees at `t_s`, as frame `frame_number` (from 1 on), which chooses the noise. Nothing is
+  /// Renders the scene at `t_s` as frame `frame_number` (from 1 on), which chooses the noise. Nothing is
   /// measured outside the camera's near_m..far_m.
   void render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame);
 

@@ -12,8 +12,8 @@ namespace hapticd::tools {
 
 enum class IfExists { refuse, replace };
 
-/// A file that is there whole or not at all, also after a crash or on a full disk: it is written as a draft
-/// of another name in the same folder, which goes away with the object unless finish() succeeded.
+/// A file that is written completely or not at all, also after a crash or on a full disk: it is written as a
+/// draft of another name in the same folder, which goes away with the object unless finish() succeeded.
 /// Thread: one.  RT: not safe.
 class WholeFile {
  public:
@@ -41,16 +41,16 @@ class WholeFile {
   IfExists if_exists_;
 };
 
-/// The same for bytes that are all there.
+/// Writes `bytes` to a file as WholeFile does.
 config::Result<void> writeWholeFile(const std::filesystem::path& file, std::string_view bytes,
                                     IfExists if_exists);
 
-/// create()'s check of what is there, beforehand, for work that takes long.
+/// Checks in advance whether create() would succeed, for work that takes long.
 /// Errors: a file exists and is not to be replaced; a device, pipe or folder has that name.
 config::Result<void> mayWrite(const std::filesystem::path& file, IfExists if_exists);
 
-/// The ending of a file's name says its format.  Errors: it is none of `endings` (".csv"), in small letters
-/// or capitals.
+/// Checks that the ending of a file's name stands for a format.  Errors: it is none of `endings` (".csv"), in
+/// small letters or capitals.
 config::Result<void> checkEnding(const std::filesystem::path& file,
                                  std::span<const std::string_view> endings);
 

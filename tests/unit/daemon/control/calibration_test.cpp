@@ -131,7 +131,7 @@ TEST_F(CalibrationTest, SaysWhyItCannotWriteAndKeepsWhatWas) {
 TEST_F(CalibrationTest, LogsWhoRegisteredWhat) {
   start();
   registerPose();
-  const auto entries = logged("calibration");
+  const auto entries = logged(config::EventKind::calibration);
   ASSERT_EQ(1U, entries.size());
   EXPECT_EQ("(0, 0, 0) m, (0, 0, 0) rad", entries[0].at("OLD"));
   EXPECT_EQ("(0.5, -1.25, 2) m, (0.1, 0.2, -0.3) rad", entries[0].at("NEW"));

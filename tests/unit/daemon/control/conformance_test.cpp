@@ -215,7 +215,7 @@ TEST_F(ConformanceTest, GivesBackTextOfAnyLanguage) {
 }
 
 TEST_F(ConformanceTest, EndsEveryStreamWhenItsClientCloses) {
-  addEvent({JournalEntry::Priority::notice, "something", {{"EVENT", "mode"}}});
+  addEvent({JournalEntry::Priority::notice, "something", config::EventKind::mode});
   for (const std::string stream : {"Monitor", "Events", "GetSnapshot"}) {
     const json call = {{"method", "io.hapticd.Status." + stream}, {"more", true}};
     for (int client = 0; client < 20; ++client) {  // more than there are places for a user

@@ -104,11 +104,10 @@ std::vector<JournalEntry> ControlFixture::log() const {
   return log_;
 }
 
-std::vector<std::map<std::string_view, std::string>> ControlFixture::logged(const std::string& event) const {
+std::vector<std::map<std::string_view, std::string>> ControlFixture::logged(config::EventKind event) const {
   std::vector<std::map<std::string_view, std::string>> found;
   for (const JournalEntry& entry : log()) {
-    std::map<std::string_view, std::string> fields(entry.fields.begin(), entry.fields.end());
-    if (fields["EVENT"] == event) found.push_back(std::move(fields));
+    if (entry.event == event) found.emplace_back(entry.fields.begin(), entry.fields.end());
   }
   return found;
 }

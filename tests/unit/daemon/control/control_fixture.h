@@ -18,7 +18,7 @@
 
 namespace hapticd::daemon::test {
 
-/// A folder of its own that vanishes with everything in it.
+/// A new folder that is removed with its content.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -31,7 +31,7 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// The error replies that are to be expected.
+/// Returns the error reply with this name and these parameters.
 nlohmann::json errorReply(const std::string& name,
                           const nlohmann::json& parameters = nlohmann::json::object());
 nlohmann::json invalidParameter(const std::string& field);
@@ -50,7 +50,7 @@ class ControlFixture : public testing::Test {
   void stop();
   RawClient statusClient() const { return RawClient(statusPath()); }
   RawClient controlClient() const { return RawClient(controlPath()); }
-  /// Of the service, as of its last period.
+  /// The warnings of the service at its last period.
   std::vector<std::string> warnings() const;
   std::string statusPath() const { return folder.path("Status"); }
   std::string controlPath() const { return folder.path("Control"); }
@@ -64,8 +64,8 @@ class ControlFixture : public testing::Test {
   /// Hands the service an entry of the journal as the daemon does.
   void addEvent(const JournalEntry& entry);
   std::vector<JournalEntry> log() const;
-  /// The fields of all entries of the log so far whose EVENT that is.
-  std::vector<std::map<std::string_view, std::string>> logged(const std::string& event) const;
+  /// The fields of all events of that kind in the log so far.
+  std::vector<std::map<std::string_view, std::string>> logged(config::EventKind event) const;
 
   TemporaryFolder folder;
   FakeBox box;  ///< its state.folder is folder.path("state"), which is there
@@ -76,7 +76,7 @@ class ControlFixture : public testing::Test {
   mutable std::mutex mutex_;
   std::vector<rt::Tick> ticks_;
   std::vector<JournalEntry> events_;
-  std::vector<std::string> warnings_;  // of the service, as of the last period
+  std::vector<std::string> warnings_;  // of the service at its last period
   std::vector<JournalEntry> log_;
   std::unique_ptr<ControlService> service_;
   std::unique_ptr<VarlinkServer> server_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the methods do, over the real sockets.
+// The effects of the methods, over the real sockets.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -104,7 +104,7 @@ TEST_F(ControlServiceTest, ReadsOnTheControlSocketToo) {
   EXPECT_TRUE(askControl("io.hapticd.Status.GetParameters")["parameters"]["parameters"].is_array());
 }
 
-TEST_F(ControlServiceTest, SetsParametersAndTellsTheGeneration) {
+TEST_F(ControlServiceTest, SetsParametersAndReturnsTheGeneration) {
   start();
   EXPECT_EQ(json({{"parameters", {{"generation", 1}}}}),
             set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"nearest_springs"})"));
@@ -127,10 +127,10 @@ TEST_F(ControlServiceTest, LogsWhoChangedWhat) {
   EXPECT_EQ((std::vector<std::string>{who + "sets force.stiffness_n_per_m from 500 to 800", who + "engages",
                                       who + "disengages"}),
             lines);
+  EXPECT_EQ(config::EventKind::parameter, entries.front().event);
   const std::map<std::string_view, std::string> fields(entries.front().fields.begin(),
                                                        entries.front().fields.end());
-  EXPECT_EQ((std::map<std::string_view, std::string>{{"EVENT", "parameter"},
-                                                     {"PARAMETER", "force.stiffness_n_per_m"},
+  EXPECT_EQ((std::map<std::string_view, std::string>{{"PARAMETER", "force.stiffness_n_per_m"},
                                                      {"OLD", "500"},
                                                      {"NEW", "800"},
                                                      {"UID", std::to_string(::getuid())},
@@ -244,7 +244,7 @@ TEST_F(ControlServiceTest, EngagesAndDisengages) {
   EXPECT_EQ(idle, askControl("io.hapticd.Control.Disengage"));
 }
 
-TEST_F(ControlServiceTest, TellsWhyEngagingWasRefusedAndTakesOrdersToEngageAnyway) {
+TEST_F(ControlServiceTest, ReportsWhyEngagingWasRefusedAndAcceptsRequestsToEngageAnyway) {
   BoxStatus inside;
   inside.loop.tick.points_used = 20;
   box.setStatus(inside);

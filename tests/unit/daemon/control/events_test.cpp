@@ -9,10 +9,11 @@
 namespace hapticd::daemon::test {
 namespace {
 
+using config::EventKind;
 using nlohmann::json;
 
-JournalEntry entryOf(const std::string& kind, const std::string& text) {
-  return {JournalEntry::Priority::warning, text, {{"EVENT", kind}, {"DEVICE", "simulated"}}};
+JournalEntry entryOf(EventKind kind, const std::string& text) {
+  return {JournalEntry::Priority::warning, text, kind, {{"DEVICE", "simulated"}}};
 }
 
 class EventsTest : public ControlFixture {
@@ -22,8 +23,9 @@ class EventsTest : public ControlFixture {
     client.call(R"({"method":"io.hapticd.Status.Events","parameters":)" + parameters + R"(,"more":true})");
     return client;
   }
-  void addEvents(const std::string& kind, int count) {
-    for (int i = 0; i < count; ++i) addEvent(entryOf(kind, kind + " " + std::to_string(i)));
+  void addEvents(EventKind kind, int count) { addEvents(kind, std::string(rt::wordOf(kind)), count); }
+  void addEvents(EventKind kind, const std::string& text, int count) {
+    for (int i = 0; i < count; ++i) addEvent(entryOf(kind, text + " " + std::to_string(i)));
   }
   /// The next event's text.
   static std::string nextText(RawClient& client) {
@@ -39,8 +41,8 @@ TEST_F(EventsTest, ExpectsMoreForAStream) {
 TEST_F(EventsTest, ShowsAnEntryOfTheJournalWithItsFieldsInLowerCase) {
   start();
   RawClient client = subscribed();
-  addEvent({JournalEntry::Priority::info, "no event", {{"MODE", "idle"}}});
-  addEvent(entryOf("handle", "handle lost (simulated)"));
+  addEvent({JournalEntry::Priority::info, "no event", {}, {{"MODE", "idle"}}});
+  addEvent(entryOf(EventKind::handle, "handle lost (simulated)"));
   const json reply = client.json();
   EXPECT_EQ(true, reply["continues"]);
   EXPECT_EQ(0, reply["parameters"]["droppedCount"]);
@@ -77,23 +79,23 @@ TEST_F(EventsTest, ShowsChangesOfClientsWithWhoMadeThem) {
 TEST_F(EventsTest, BeginsWithThe64NewestInOrderAndGoesOnWithNewOnes) {
   start();
   RawClient newest = subscribed();
-  addEvents("mode", 100);
+  addEvents(EventKind::mode, 100);
   while (nextText(newest) != "mode 99") {
   }
   RawClient all = subscribed();
   EXPECT_EQ("mode 36", nextText(all));
   for (int i = 37; i < 100; ++i) EXPECT_EQ("mode " + std::to_string(i), nextText(all));
-  addEvents("camera", 1);
+  addEvents(EventKind::camera, 1);
   EXPECT_EQ("camera 0", nextText(all));
 }
 
 TEST_F(EventsTest, ShowsOnlyTheKindsAskedFor) {
   start();
   RawClient client = subscribed(R"({"kinds":["camera","handle"]})");
-  addEvents("mode", 3);
-  addEvents("camera", 1);
-  addEvents("mode", 1);
-  addEvents("handle", 1);
+  addEvents(EventKind::mode, 3);
+  addEvents(EventKind::camera, 1);
+  addEvents(EventKind::mode, 1);
+  addEvents(EventKind::handle, 1);
   EXPECT_EQ("camera 0", nextText(client));
   const json event = client.json()["parameters"]["event"];
   EXPECT_EQ("handle 0", event["text"]);
@@ -108,6 +110,17 @@ TEST_F(EventsTest, RefusesKindsThatAreNone) {
   }
 }
 
+TEST_F(EventsTest, RefusesAnUnknownKindAndNamesAllThatThereAre) {
+  start();
+  RawClient client = subscribed(R"({"kinds":["mode","modes"]})");
+  EXPECT_EQ(errorReply("io.hapticd.Status.OutOfRange",
+                       {{"parameter", "kinds"},
+                        {"allowed",
+                         "any of mode, camera, handle, warning, engage, disengage, clear_fault, parameter, "
+                         "profile, calibration, trace, mark, configuration, reload, stop"}}),
+            client.json());
+}
+
 TEST_F(EventsTest, LosesTheOldestForASlowReaderAndCountsThem) {
   start();
   RawClient slow = subscribed();
@@ -115,7 +128,7 @@ TEST_F(EventsTest, LosesTheOldestForASlowReaderAndCountsThem) {
   const std::string padding(4000, 'x');  // a few hundred fill what the kernel keeps
   constexpr int kEvents = 800;
   for (int i = 0; i < kEvents; i += 40) {  // fewer at a time than are kept
-    addEvents(padding, 40);
+    addEvents(EventKind::mode, padding, 40);
     for (int read = 0; read < 40; ++read) nextText(fast);
   }
   int received = 0;
@@ -135,7 +148,7 @@ TEST_F(EventsTest, LosesTheOldestForASlowReaderAndCountsThem) {
 TEST_F(EventsTest, CutsTextsOfAnyLength) {
   start();
   RawClient client = subscribed();
-  addEvent({JournalEntry::Priority::error, std::string(500'000, 'a'), {{"EVENT", std::string("warning")}}});
+  addEvent({JournalEntry::Priority::error, std::string(500'000, 'a'), EventKind::warning});
   EXPECT_EQ(std::string(4096, 'a'), nextText(client));
 }
 

@@ -38,23 +38,23 @@ class FakeBox final : public Box {
   /// From now on changes wait for acknowledge().
   void holdAcknowledgements();
   void acknowledge();
-  /// Waits until so many changes were asked for since the start. False after 20 s (so long that a loaded
-  /// machine does not fail).
+  /// Waits until this many changes have been requested since the start. False after 20 s (so long that a
+  /// loaded machine does not fail).
   bool waitForGeneration(std::uint64_t generation);
   int statusCalls() const;
   /// Waits in the same way until status() was called so many times since the start.
   bool waitForStatusCalls(int calls);
 
-  /// From now on what takes as long as the disk takes until finishJobs().
+  /// From now on, functions that wait for the disk take until finishJobs().
   void holdJobs();
   void finishJobs();
   /// Waits in the same way, or for another time, until so many of them were begun since the start.
   bool waitForJobs(int jobs, std::chrono::seconds patience = std::chrono::seconds(60));
 
   void setStatus(const BoxStatus& status);
-  /// Before the service is made.
+  /// Sets the settings; to be called before the service is created.
   void setSettings(const config::Settings& settings) { settings_ = settings; }
-  /// So many finished traces in place of those that there are.
+  /// Replaces all traces by this many finished ones.
   void setTraces(int count, const std::string& note = "");
   /// Whether the camera has delivered a frame.
   void setFrame(bool there);
@@ -71,7 +71,7 @@ class FakeBox final : public Box {
 
  private:
   std::uint64_t newGeneration();
-  /// The future of what is done now, or with finishJobs(). `job` is called with the lock held.
+  /// Returns the future of a job that is done now or by finishJobs(). `job` is called with the lock held.
   template <typename T>
   std::future<config::Result<T>> begin(std::function<config::Result<T>()> job);
   config::Result<std::string> newTrace(const std::string& label, bool open, bool depth);

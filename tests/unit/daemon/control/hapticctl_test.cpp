@@ -31,7 +31,7 @@ AssertionResult contains(const std::string& text, const std::string& part) {
 
 class HapticctlTest : public ControlFixture {
  protected:
-  /// With the control socket, unless the arguments name another.
+  /// Runs hapticctl on the control socket, unless the arguments name another.
   ProcessResult run(std::vector<std::string> arguments, ProcessOptions options = {}) {
     options.environment.push_back("HAPTICD_SOCKET=" + controlPath());
     return runWithout(std::move(arguments), std::move(options));
@@ -469,7 +469,7 @@ TEST_F(HapticctlTest, HelpsOnEveryLevelAndDocumentsTheExitStatus) {
   }
 }
 
-TEST_F(HapticctlTest, TellsItsVersion) {
+TEST_F(HapticctlTest, PrintsItsVersion) {
   const ProcessResult result = run({"--version"});
   expectSuccess(result);
   EXPECT_EQ(0U, result.output.find("hapticctl ")) << result.output;

@@ -33,7 +33,7 @@ class InterfaceDefinition {
   std::map<std::string, IdlType> outputs;  ///< of the methods
   std::map<std::string, IdlType> errors;
 
-  /// Where `value` is not of `type` ("status.loop: no field x"); empty when it is.
+  /// Returns where `value` is not of `type` ("status.loop: no field x"); empty if it is.
   std::string mismatch(const nlohmann::json& value, const IdlType& type, const std::string& path = "") const;
 
  private:

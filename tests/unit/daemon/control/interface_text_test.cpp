@@ -163,7 +163,7 @@ TEST_F(InterfaceTextTest, DescribesWhatClearingAFaultAnswers) {
   status.loop.tick.cause = rt::Cause::overrun_burst;
   box.setStatus(status);
   EXPECT_EQ("idle", checkedReply("io.hapticd.Control", "ClearFault")["mode"]);
-  EXPECT_EQ("overrun_burst", logged("clear_fault").at(0).at("CAUSE"));
+  EXPECT_EQ("overrun_burst", logged(config::EventKind::clear_fault).at(0).at("CAUSE"));
 }
 
 TEST_F(InterfaceTextTest, DescribesEveryPatternOfTheLeds) {

@@ -38,7 +38,7 @@ TEST_F(MonitorTest, AcceptsIntervalsOf20To60000Milliseconds) {
   }
 }
 
-/// The window without its percentiles.
+/// Returns the window without its percentiles.
 json sums(json window) {
   window.erase("wakeupLatency");
   window.erase("computeTime");
@@ -78,7 +78,7 @@ TEST_F(MonitorTest, SumsUpTheTicksBetweenTwoRepliesOfEachStream) {
             sums(nextWindow(fast)));
 }
 
-TEST_F(MonitorTest, GivesThePercentilesOfTheTicksOfAWindowAndBeginsAnew) {
+TEST_F(MonitorTest, GivesThePercentilesOfTheTicksOfAWindowAndStartsOver) {
   start();
   RawClient client = statusClient();
   client.call(R"({"method":"io.hapticd.Status.Monitor","parameters":{"intervalMs":20},"more":true})");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may change something through the control socket, besides being able to open it.
+// Which of the users who can open the control socket may change something through it.
 #include <grp.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -88,10 +88,10 @@ TEST_F(PrivilegesTest, LetsOthersReadButChangeNothingThoughTheyGotIn) {
   EXPECT_TRUE(log().empty());
 }
 
-TEST_F(PrivilegesTest, LetsMembersOfTheSocketsGroupChangeAndTellsThemApart) {
+TEST_F(PrivilegesTest, LetsMembersOfTheSocketsGroupChangeAndLogsWhoItWas) {
   EXPECT_EQ(kEngaged, askAs(kOther, kGroup, {}, kEngage));
   EXPECT_EQ(kEngagedAlready, askAs(kOther, kAnotherGroup, {kAnotherGroup, kGroup}, kEngage));
-  const auto entries = logged("engage");
+  const auto entries = logged(config::EventKind::engage);
   ASSERT_EQ(2U, entries.size());
   EXPECT_EQ(std::to_string(kOther), entries[0].at("UID"));
   EXPECT_NE(std::to_string(::getpid()), entries[0].at("PID"));

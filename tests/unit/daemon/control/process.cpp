@@ -38,7 +38,7 @@ Stream terminalStream() {
   return {config::Descriptor(ours), config::Descriptor(its)};
 }
 
-/// False at the end of the stream.
+/// Appends the available output to `text`; returns false at the end of the stream.
 bool readInto(const config::Descriptor& from, std::string& text) {
   std::array<char, 65536> chunk;
   const ssize_t count = ::read(from.get(), chunk.data(), chunk.size());

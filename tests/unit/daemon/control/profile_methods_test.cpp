@@ -175,12 +175,12 @@ TEST_F(ProfileMethodsTest, LogsWhatWasDoneAndByWhom) {
   ask("SetBootProfile");
   ask("DeleteProfile", {{"name", "a"}});
   std::vector<std::string> actions;
-  for (const auto& entry : logged("profile")) {
+  for (const auto& entry : logged(config::EventKind::profile)) {
     actions.push_back(entry.at("ACTION") + " " + entry.at("PROFILE"));
     EXPECT_EQ(std::to_string(::getuid()), entry.at("UID"));
   }
   EXPECT_EQ((std::vector<std::string>{"save a", "load a", "boot a", "boot ", "delete a"}), actions);
-  const auto parameters = logged("parameter");
+  const auto parameters = logged(config::EventKind::parameter);
   ASSERT_EQ(2U, parameters.size());
   EXPECT_EQ("800", parameters[1].at("OLD"));
   EXPECT_EQ("500", parameters[1].at("NEW"));
@@ -196,7 +196,7 @@ TEST_F(ProfileMethodsTest, LogsWhatAProfileHeldBeforeAndHoldsNow) {
   ask("SetBootProfile");
   write("b", "force: {radius_m: 0.02}\n");
   ask("DeleteProfile", {{"name", "b"}});
-  const auto entries = logged("profile");
+  const auto entries = logged(config::EventKind::profile);
   ASSERT_EQ(5U, entries.size());
   EXPECT_EQ("force.stiffness_n_per_m=250", entries[0].at("OLD"));
   EXPECT_NE(std::string::npos, entries[0].at("NEW").find("force.law=")) << "not named before";

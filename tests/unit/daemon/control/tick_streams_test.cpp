@@ -40,7 +40,7 @@ std::vector<rt::Tick> ticksFrom(std::uint64_t first, std::uint64_t count) {
   return ticks;
 }
 
-/// What a client has collected of a stream until the number `last` has come.
+/// The ticks of a stream that a client has collected up to the number `last`.
 struct Collected {
   std::vector<std::uint64_t> numbers;
   std::uint64_t lost = 0;

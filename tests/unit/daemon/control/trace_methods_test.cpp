@@ -53,7 +53,7 @@ TEST_F(TraceMethodsTest, MarksTracesToBeKeptAndLogsIt) {
   EXPECT_EQ(invalidParameter("name"), ask("KeepTrace", {{"keep", true}}));
   ask("KeepTrace", {{"name", "trace-0"}});
   EXPECT_EQ(json({true, false}), kept());
-  const auto entries = logged("trace");
+  const auto entries = logged(config::EventKind::trace);
   ASSERT_EQ(3U, entries.size());
   EXPECT_EQ("keep", entries[0].at("ACTION"));
   EXPECT_EQ("unkeep", entries[1].at("ACTION"));
@@ -71,7 +71,7 @@ TEST_F(TraceMethodsTest, NotesAreListedAndLogged) {
   EXPECT_EQ(invalidParameter("name"), ask("NoteTrace", {{"text", "y"}}));
   ask("NoteTrace", {{"name", "trace-0"}});
   EXPECT_EQ("", askStatus("io.hapticd.Status.ListTraces")["parameters"]["traces"][0]["note"]);
-  const auto entries = logged("trace");
+  const auto entries = logged(config::EventKind::trace);
   ASSERT_EQ(2U, entries.size());
   EXPECT_EQ("note", entries[0].at("ACTION"));
 }
@@ -84,7 +84,7 @@ TEST_F(TraceMethodsTest, MarksGoIntoTheLogWhileATraceIsWritten) {
   status.trace.name = "trace-0";
   box.setStatus(status);
   EXPECT_EQ("trace-0", ask("MarkTrace", {{"text", "begin of trial 3"}})["parameters"]["name"]);
-  const auto entries = logged("mark");
+  const auto entries = logged(config::EventKind::mark);
   ASSERT_EQ(1U, entries.size());
   EXPECT_EQ("begin of trial 3", entries[0].at("MARK"));
   EXPECT_EQ("trace-0", entries[0].at("TRACE"));
@@ -146,7 +146,7 @@ TEST_F(TraceMethodsTest, LogsWhatWasDoneAndByWhom) {
   ask("StopTrace");  // fails: nothing is done
   ask("DumpTrace");
   ask("DeleteTrace", {{"name", "trace-0"}});
-  const auto entries = logged("trace");
+  const auto entries = logged(config::EventKind::trace);
   ASSERT_EQ(4U, entries.size());
   const char* actions[] = {"start", "stop", "dump", "delete"};
   const char* traces[] = {"trace-0", "trace-0", "trace-1-dump", "trace-0"};
@@ -179,8 +179,8 @@ TEST_F(TraceMethodsTest, FinishesAndLogsWhatAClientThatLeftHasBegun) {
   starter.close();
   box.finishJobs();
   EXPECT_EQ(json({"trace-0"}), names());
-  while (logged("trace").empty()) askStatus("io.hapticd.Status.GetStatus");
-  EXPECT_EQ(1U, logged("trace").size());
+  while (logged(config::EventKind::trace).empty()) askStatus("io.hapticd.Status.GetStatus");
+  EXPECT_EQ(1U, logged(config::EventKind::trace).size());
 }
 
 TEST_F(TraceMethodsTest, AnswersNoOnewayCallInThePlaceOfALaterOne) {
@@ -192,7 +192,7 @@ TEST_F(TraceMethodsTest, AnswersNoOnewayCallInThePlaceOfALaterOne) {
   EXPECT_TRUE(box.waitForJobs(2));
   box.finishJobs();
   EXPECT_EQ(R"({"parameters":{"name":"trace-1"}})"_json, client.json());
-  while (logged("trace").size() < 2) askStatus("io.hapticd.Status.GetStatus");
+  while (logged(config::EventKind::trace).size() < 2) askStatus("io.hapticd.Status.GetStatus");
 }
 
 TEST_F(TraceMethodsTest, RefusesWhatWouldWaitBehindTooManyOthersAndKeepsPlacesForChanges) {
@@ -214,7 +214,7 @@ TEST_F(TraceMethodsTest, RefusesWhatWouldWaitBehindTooManyOthersAndKeepsPlacesFo
   EXPECT_EQ("io.hapticd.Control.TraceFailed", refused["error"]);
   EXPECT_FALSE(box.waitForJobs(65, std::chrono::seconds(0)));
   box.finishJobs();
-  while (logged("trace").size() < 32) askStatus("io.hapticd.Status.GetStatus");
+  while (logged(config::EventKind::trace).size() < 32) askStatus("io.hapticd.Status.GetStatus");
   EXPECT_TRUE(ask("DumpTrace").contains("parameters"));
 }
 

@@ -32,7 +32,7 @@ class VarlinkServerTest : public ControlFixture {
     return client.reply();
   }
 
-  /// What is no call is answered with one error, whose text is short and can be shown, and with the end.
+  /// Expects that bytes that are not a call get one error with a short, printable text, and then the end.
   void expectMalformed(const std::string& bytes) {
     RawClient client = statusClient();
     client.send(bytes);
@@ -47,7 +47,7 @@ class VarlinkServerTest : public ControlFixture {
     expectServing();
   }
 
-  /// Connects once too often: is told so, also with a call on its way, and closed.
+  /// Connects once too often: gets the error, also with a call on its way, and is closed.
   void expectRefused(const std::string& path, const nlohmann::json& parameters) {
     for (const int calls : {0, 1, 1000}) {
       RawClient client(path);

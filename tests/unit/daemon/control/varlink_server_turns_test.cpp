@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose turn it is: the server under more calls than it can answer, with a handler that the test holds up.
+// The order of calls: the server under more calls than it can handle, with a handler that the test delays.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,13 +25,13 @@ std::string repeated(std::string_view call, int times) {
   return calls;
 }
 
-/// The thread's time, which the handler makes up.
+/// The simulated CPU time of the thread, advanced by the handler.
 std::atomic<std::int64_t> made_up_time_ns{0};
 std::chrono::nanoseconds madeUpTime() {
   return std::chrono::nanoseconds(made_up_time_ns.load());
 }
 
-/// Answers everything, remembers whose call it was, and waits in a call while it is held.
+/// Answers every call, records whose call it was, and blocks in a call while the test holds it.
 class HeldHandler final : public CallHandler {
  public:
   void handle(const Call&, const Caller& caller, Replies& replies) override {
@@ -74,7 +74,7 @@ class HeldHandler final : public CallHandler {
     return calls_;
   }
 
-  // To be set before the server runs.
+  // CPU time of a call, and what to do at each call; to be set before the server runs.
   std::int64_t cost_ns = 0;
   std::function<void()> on_call;
 
@@ -114,7 +114,7 @@ class VarlinkServerTurns : public testing::Test {
     thread_ = std::thread([this] { server->run(std::chrono::milliseconds(2), [this] { onPeriod(); }); });
   }
 
-  /// A client that the server knows: one call of it has been answered.
+  /// Returns a client of which one call has been answered.
   RawClient connected(const std::string& socket) {
     RawClient client(folder.path(socket));
     client.call(kCall);
@@ -122,7 +122,7 @@ class VarlinkServerTurns : public testing::Test {
     return client;
   }
 
-  /// So that the last calls are counted too.
+  /// Waits for another period, so that all calls before it are counted.
   bool waitForAnotherPeriod() const {
     const std::size_t before = periods;
     const auto deadline = std::chrono::steady_clock::now() + kPatience;
@@ -195,7 +195,7 @@ TEST_F(VarlinkServerTurns, ACallForControlPassesTheReadsThatWait) {
   const auto answered =
       std::find_if(held, calls.end(), [](const Caller& caller) { return caller.access == Access::control; });
   ASSERT_NE(answered, calls.end());
-  EXPECT_LE(answered - held, 2);  // the one that was held, and one whose turn it was
+  EXPECT_LE(answered - held, 2);  // the held call, and one whose turn it was
 }
 
 TEST_F(VarlinkServerTurns, ReadsGetTheirShareOfThePeriodAndAllAreAnswered) {

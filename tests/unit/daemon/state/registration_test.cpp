@@ -12,7 +12,7 @@ namespace {
 
 const Registration kRegistration{{{0.1, -2, 1e-7}, 0.3, -0.4, 3.1}, 0.00123, "2026-03-04T05:06:07Z"};
 
-/// What is wrong with the file, in one text.
+/// Returns the problems of the file in one text.
 std::string problemsIn(const std::string& yaml) {
   const test::TemporaryFolder folder;
   folder.write("registration.yaml", yaml);

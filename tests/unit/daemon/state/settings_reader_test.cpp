@@ -13,7 +13,7 @@ using Outcome = SettingsReader::Outcome;
 
 constexpr std::chrono::seconds kGenerous{60};
 
-/// A disk that answers when it is told to.
+/// A disk that responds when the test lets it.
 struct Disk {
   std::promise<void> answer;
   std::shared_future<void> answered = answer.get_future().share();

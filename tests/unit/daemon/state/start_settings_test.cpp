@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes before what at the start.
+// The precedence of file, registration, boot profile and overrides at the start.
 #include "daemon/state/start_settings.h"
 
 #include <gtest/gtest.h>

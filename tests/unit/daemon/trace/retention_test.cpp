@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limit of the folder of traces: what it deletes, what it says, and when it ends recording.
+// The limit of the folder of traces: what is deleted, what is reported, and when recording ends.
 #include "daemon/trace/retention.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class RetentionTest : public testing::Test {
     settings.max_file_mb = 1000;
     retention = std::make_unique<Retention>(
         folder.path(), settings,
-        [this](const std::string& name, const std::string& reason) { told.emplace_back(name, reason); });
+        [this](const std::string& name, const std::string& reason) { deleted.emplace_back(name, reason); });
     ASSERT_TRUE(retention->start());
     EXPECT_TRUE(becomesTrue([&] { return retention->status().folder_bytes > 0; }));
   }
@@ -44,33 +44,33 @@ class RetentionTest : public testing::Test {
   }
 
   TemporaryFolder folder;
-  std::vector<std::pair<std::string, std::string>> told;  // read after stop()
+  std::vector<std::pair<std::string, std::string>> deleted;  // read after stop()
   std::unique_ptr<Retention> retention;
 };
 
 TEST_F(RetentionTest, WithoutALimitNothingIsEverDeleted) {
   for (int i = 1; i <= 5; ++i) add(numbered(i), 30'000);  // sparse
   start(config::TraceSettings().max_folder_mb);
-  retention->lookAfter(numbered(5));
+  retention->requestListAfter(numbered(5));
   ASSERT_TRUE(becomesTrue([&] { return retention->status().folder_bytes == 150'000'000'000U; }));
   retention->stop();
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(deleted.empty());
   EXPECT_EQ(retention->status().limit_bytes, std::nullopt);
   EXPECT_EQ(retention->status().next, "");
   EXPECT_TRUE(retention->mayBegin() && retention->mayGoOn());
   EXPECT_EQ(retention->mostFileBytes(), 1'000'000'000U);
 }
 
-TEST_F(RetentionTest, DeletesTheOldestDownToTheLimitAndTellsEachWithItsReason) {
+TEST_F(RetentionTest, DeletesTheOldestDownToTheLimitAndReportsEachWithItsReason) {
   for (int i = 1; i <= 6; ++i) add(numbered(i), 10);
   start(35);
   ASSERT_TRUE(becomesTrue([&] { return retention->status().deleted == 3; }));
   retention->stop();
   for (int i = 1; i <= 6; ++i) EXPECT_EQ(has(numbered(i)), i > 3) << i;
-  ASSERT_EQ(told.size(), 3U);
+  ASSERT_EQ(deleted.size(), 3U);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(told[static_cast<std::size_t>(i)].first, numbered(i + 1));
-    EXPECT_NE(told[static_cast<std::size_t>(i)].second.find("trace.max_folder_mb"), std::string::npos);
+    EXPECT_EQ(deleted[static_cast<std::size_t>(i)].first, numbered(i + 1));
+    EXPECT_NE(deleted[static_cast<std::size_t>(i)].second.find("trace.max_folder_mb"), std::string::npos);
   }
   EXPECT_EQ(retention->status().folder_bytes, 30'000'000U);
   EXPECT_EQ(retention->status().next, numbered(4));
@@ -82,7 +82,7 @@ TEST_F(RetentionTest, SaysBeforehandWhatGoesNext) {
   EXPECT_EQ(retention->status().limit_bytes, 100'000'000U);
   EXPECT_EQ(problems(), "") << "30 of 100 MB, and a trace takes 25 MB at most";
   add(numbered(4), 50);
-  retention->lookAfter(numbered(4));
+  retention->requestListAfter(numbered(4));
   ASSERT_TRUE(becomesTrue([&] { return !retention->status().problems.empty(); }));
   EXPECT_NE(problems().find("80.0 MB of the 100.0 MB"), std::string::npos) << problems();
   EXPECT_NE(problems().find(numbered(1) + " is deleted next (hapticctl trace keep"), std::string::npos);
@@ -102,17 +102,17 @@ TEST_F(RetentionTest, WhereOnlyProtectedTracesAreLeftRecordingStopsWithThatReaso
   EXPECT_TRUE(has(numbered(1)) && has(numbered(2) + "-fault") && has(numbered(4)));
   ASSERT_TRUE(becomesTrue([&] { return retention->mayBegin().has_value(); })) << "90 MB";
   add(numbered(5), 5, ".mcap.part");
-  retention->look();
+  retention->requestList();
   ASSERT_TRUE(becomesTrue([&] { return !retention->mayBegin(); })) << "95 MB";
   EXPECT_TRUE(retention->mayGoOn());
   const std::string reason = retention->mayBegin().error().text();
   EXPECT_NE(reason.find("1 traces marked to be kept, 1 of the flight recorder"), std::string::npos) << reason;
   EXPECT_NE(reason.find("trace keep --undo"), std::string::npos) << reason;
   add(numbered(5), 15, ".mcap.part");
-  retention->look();
+  retention->requestList();
   ASSERT_TRUE(becomesTrue([&] { return !retention->mayGoOn(); })) << "105 MB";
   fs::remove(folder.path() / (numbered(1) + ".keep"));  // now it is the oldest that may go
-  retention->look();
+  retention->requestList();
   ASSERT_TRUE(becomesTrue([&] { return retention->mayGoOn() && retention->mayBegin(); }));
   EXPECT_FALSE(has(numbered(1)));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of every tick when the disk does not take it: written, counted as lost, or still in the ring.
+// Every tick is accounted for when the disk fails: written, counted as lost, or still in the ring.
 #include "daemon/trace/trace_recorder.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,8 @@ using daemon::TraceRecorder;
 using daemon::TraceState;
 using daemon::TraceStatus;
 
-/// For its life no file of this process grows beyond so many bytes: a disk that is full for every trace.
+/// While the object exists, no file of this process grows beyond this size: a disk that is full for every
+/// trace.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -80,12 +81,13 @@ class TraceRecorderTest : public testing::Test {
       ring->push(tick);
     }
   }
-  /// Waits until the trace thread has taken every tick: it does that before it answers.
+  /// Waits until the trace thread has taken every tick: it does that before it replies.
   void settle() const { (void)recorder->startTrace({}).get(); }
 
   fs::path traces() const { return folder.path() / "state/traces"; }
 
-  /// In all finished traces but dumps, which hold ticks once more; each must hold some.
+  /// Returns the number of ticks in all finished traces except dumps, which repeat ticks; each must hold
+  /// some.
   std::uint64_t ticksInFiles() const {
     std::uint64_t ticks = 0;
     const auto entries = drivers::listTraces(traces());
@@ -112,7 +114,7 @@ class TraceRecorderTest : public testing::Test {
   std::unique_ptr<rt::TraceRing> ring = std::make_unique<rt::TraceRing>();
   std::unique_ptr<rt::CoreMemoryChannel> memory = std::make_unique<rt::CoreMemoryChannel>();
   std::mutex mutex;
-  std::shared_future<void> stall;  ///< while it is there and not ready, what begins a trace waits
+  std::shared_future<void> stall;  ///< while it exists and is not ready, the start of a trace waits
   std::atomic<bool> stalled{false};
   std::uint64_t pushed = 0;
   std::unique_ptr<TraceRecorder> recorder;
@@ -197,11 +199,11 @@ TEST_F(TraceRecorderTest, ShowsTheTicksThatAStalledDiskLosesWhileItStalls) {
     return std::ranges::any_of(status.problems, [](const std::string& problem) {
       return problem.find("the disk has not answered for") != std::string::npos;
     });
-  })) << "a stall is told while it lasts";
+  })) << "a stall is reported while it lasts";
   release.set_value();
   ASSERT_TRUE(dump.get());
   settle();  // the ring has room again
-  push(1);   // tells the recorder of what was dropped
+  push(1);   // notifies the recorder of what was dropped
   settle();
   EXPECT_EQ(recorder->status().ticks_lost, 311U);
   EXPECT_TRUE(recorder->status().problems.empty());

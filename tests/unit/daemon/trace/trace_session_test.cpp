@@ -27,7 +27,7 @@ class SessionWithDepth : public testing::Test {
     model.forgot = forgot;
     EXPECT_TRUE(session_->write(model));
   }
-  /// A tick that feels that scene; answers what the session asks the force loop for.
+  /// Writes a tick whose force comes from that scene; provides the snapshot that the session requests.
   void writeTick(std::uint64_t model, std::int64_t time_ns) {
     rt::Tick tick;
     tick.number = ++ticks_;

@@ -59,7 +59,7 @@ std::string traceMetadata(const std::string& offset_ns = "0") {
 std::string ownerMetadata(const std::string& run) {
   return metadataOf("hapticd", {{"hapticd_version", "1.0"}, {"run", run}});
 }
-/// Without any checksum.
+/// Returns a chunk without checksums.
 std::string chunkOf(std::uint64_t start_ns, std::uint64_t end_ns, const std::string& records,
                     const std::string& compression = "") {
   std::string packed = records;
@@ -70,7 +70,7 @@ std::string chunkOf(std::uint64_t start_ns, std::uint64_t end_ns, const std::str
   return recordOf(6, little(start_ns, 8) + little(end_ns, 8) + little(records.size(), 8) + little(0, 4) +
                          sizedText(compression) + little(packed.size(), 8) + packed);
 }
-/// Without a summary.
+/// Returns the end of a file without a summary.
 std::string endOf() {
   return recordOf(15, little(0, 4)) + recordOf(2, little(0, 20)) + kMcapMagic;
 }

@@ -15,7 +15,7 @@ using rt::Vec3;
 constexpr std::uint16_t kVendor = 0x1209;
 constexpr std::uint16_t kProduct = 0x0001;
 
-// As reports.md has it.
+// The descriptor in reports.md.
 constexpr std::uint8_t kDescriptor[] = {0x06, 0xAB, 0xFF, 0x0A, 0x00, 0x02, 0xA1, 0x01, 0x75, 0x08,
                                         0x15, 0x00, 0x26, 0xFF, 0x00, 0x95, 0x40, 0x09, 0x01, 0x81,
                                         0x02, 0x95, 0x40, 0x09, 0x02, 0x91, 0x02, 0xC0};
@@ -62,7 +62,7 @@ std::optional<Bytes> Controller::tick(std::int64_t now_ns) {
   return Bytes(report.begin(), report.end());
 }
 
-/// By implicit Euler, which is stable whatever is exerted.
+/// Moves the hand by implicit Euler, which is stable for any force.
 void Controller::moveHand() {
   const Vec3 displacement_m = target_m_ - aim_m_;
   aim_m_ += std::min(1.0, kTickS * kHandSpeedMPerS / std::max(norm(displacement_m), 1e-9)) * displacement_m;

@@ -9,7 +9,7 @@
 namespace hapticd::test::hid {
 
 /// The device's side of a USB gadget with a HID function (/dev/hidgN), or a socket that keeps the borders of
-/// its packets. Whoever has made the gadget plugs it in and out.
+/// its packets. The creator of the gadget plugs it in and out.
 class GadgetLink final : public HidLink {
  public:
   /// Errors: the file cannot be opened.

@@ -12,7 +12,7 @@ namespace hapticd::test::hid {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What the kernel is told of a device.
+/// The description of a device that the kernel gets.
 struct Identity {
   std::string name;
   std::string serial;
@@ -21,18 +21,18 @@ struct Identity {
   Bytes descriptor;  ///< of the reports
 };
 
-/// A HID device without its connection: what its firmware does. Times are CLOCK_MONOTONIC.  Thread: one.
+/// The firmware of a HID device, without its connection. Times are CLOCK_MONOTONIC.  Thread: one.
 class HidDevice {
  public:
   virtual ~HidDevice() = default;
   virtual const Identity& identity() const = 0;
-  /// A millisecond has passed: the input report to send, if there is one.
+  /// Advances the device by a millisecond; returns the input report to send, if there is one.
   virtual std::optional<Bytes> tick(std::int64_t now_ns) = 0;
-  /// An output report, without an id.
+  /// Processes an output report, without an id.
   virtual void take(std::span<const std::uint8_t> report, std::int64_t now_ns) = 0;
-  /// "ok", or "error: " and why.
+  /// Executes a command; returns "ok", or "error: " and the reason.
   virtual std::string command(std::string_view line) = 0;
-  /// Members of a JSON object, without its braces.
+  /// Returns statistics as members of a JSON object, without its braces.
   virtual std::string stats(std::int64_t now_ns) const = 0;
 };
 

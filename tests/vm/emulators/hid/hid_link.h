@@ -10,7 +10,7 @@
 
 namespace hapticd::test::hid {
 
-/// How an emulated device reaches a kernel.  Thread: one.
+/// The connection of an emulated device to a kernel.  Thread: one.
 class HidLink {
  public:
   virtual ~HidLink() = default;
@@ -18,9 +18,9 @@ class HidLink {
   virtual int file() const = 0;
   virtual config::Result<void> plug(const Identity& identity) = 0;
   virtual config::Result<void> unplug() = 0;
-  /// False if the kernel takes no report now: nobody listens, or not fast enough.
+  /// Sends an input report; returns false if the kernel does not accept it now.
   virtual bool send(std::span<const std::uint8_t> report) = 0;
-  /// One output report, without an id, if the next thing that has come is one. Does not wait.
+  /// Returns the next output report, without an id; nothing if none has arrived. Does not wait.
   virtual std::optional<Bytes> receive() = 0;
 };
 

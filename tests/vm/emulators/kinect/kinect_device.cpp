@@ -66,7 +66,7 @@ std::optional<std::size_t> wholeNumber(std::string_view text) {
   return number;
 }
 
-/// What follows `word` and a space.
+/// Returns the text after `word` and a space.
 std::optional<std::string_view> argumentsOf(std::string_view line, std::string_view word) {
   if (!line.starts_with(word) || line.size() <= word.size() || line[word.size()] != ' ') return std::nullopt;
   return line.substr(word.size() + 1);
@@ -142,7 +142,7 @@ void KinectDevice::work(std::int64_t now_ns, usbip::PendingUrbs& urbs) {
 }
 
 /// A URB takes as many microframes as it has packets. Where the emulator itself is late it catches up; where
-/// the host is, the schedule begins anew.
+/// the host is, the schedule restarts.
 void KinectDevice::poll(Schedule& schedule, std::int64_t now_ns, usbip::PendingUrbs& urbs) {
   auto& busy_until_ns = schedule.busy_until_ns;
   if (stall_) {

@@ -48,7 +48,7 @@ int stopSignals() {
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
   ::sigprocmask(SIG_BLOCK, &signals, nullptr);
-  ::signal(SIGPIPE, SIG_IGN);  // whoever reads stderr may go
+  ::signal(SIGPIPE, SIG_IGN);  // the reader of stderr may close it
   return ::signalfd(-1, &signals, SFD_CLOEXEC);
 }
 

@@ -8,7 +8,7 @@
 
 namespace hapticd::test {
 
-/// What is done to depth packets on their way. The same faults always hit the same packets of a frame.
+/// Faults of depth packets in transit. The same faults always hit the same packets of a frame.
 class StreamFaults {
  public:
   /// Of each following frame that many packets in a row, at most kinect::kPacketsPerFrame, are missing, or of
@@ -21,7 +21,7 @@ class StreamFaults {
 
   /// To be called before the first packet of a frame.
   void beginFrame();
-  /// What becomes of packet `index` of the frame: may change its bytes; returns its length, 0 when it is
+  /// Applies the faults to packet `index` of the frame: may change its bytes; returns its length, 0 if it is
   /// lost.
   std::size_t apply(std::size_t index, std::span<std::uint8_t> packet) noexcept;
 

@@ -94,7 +94,7 @@ TEST(ControlSocket, NamesTheLongestPath) {
       << control.error().text();
 }
 
-TEST(ControlSocket, TellsThatNobodyListens) {
+TEST(ControlSocket, ReportsThatNobodyListens) {
   const TemporaryFolder folder;
   const auto answer = tell(folder.path() / "control", "status");
   ASSERT_FALSE(answer);

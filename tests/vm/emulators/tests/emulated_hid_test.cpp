@@ -52,7 +52,7 @@ bool arrives(int file) {
   return ::poll(&waiting, 1, 60'000) == 1;
 }
 
-/// What uhid and hidraw do of a device at the other end of `file`.
+/// The part of uhid and hidraw at the other end of `file`.
 class KernelSide final : public drivers::HidPort {
  public:
   explicit KernelSide(int file) : file_(file) {}
@@ -216,7 +216,7 @@ class HidEmulatorTest : public testing::Test {
   bool becomes(HandlePresence state) {
     return eventually([&] { return handle_.status().state == state; });
   }
-  /// Waits while a force loop lives.
+  /// Waits for `condition` while a force loop is running.
   bool eventuallyWithForce(const rt::Vec3& force_n, auto condition) {
     return eventually([&] {
       channels_->state.refresh();

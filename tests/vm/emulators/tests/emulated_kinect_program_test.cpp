@@ -49,7 +49,7 @@ TEST(EmulatedKinectProgram, SaysThatNoEmulatorListens) {
   expectRefusal({"--control", "/nowhere/control", "--tell", "status"}, 69, "/nowhere/control");
 }
 
-/// A host controller of files.
+/// The emulator as a process, with a simulated host controller made of files.
 class EmulatedKinectProcess : public testing::Test {
  protected:
   EmulatedKinectProcess() {

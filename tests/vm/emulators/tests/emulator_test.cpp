@@ -52,7 +52,7 @@ class RunningEmulator : public testing::Test {
     return answer ? *answer : answer.error().text();
   }
 
-  /// What the kernel does with a write to `attach`: it takes a reference of the socket.
+  /// Acts as the kernel after a write to `attach`: takes a reference of the socket.
   std::unique_ptr<KernelSide> takeAttached() {
     std::string text;
     if (!becomesTrue([&] { return !(text = contentOf(vhci() / "attach")).empty(); })) return nullptr;

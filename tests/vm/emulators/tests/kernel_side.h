@@ -9,7 +9,7 @@ namespace hapticd::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What vhci_hcd does at its end of an attachment.  Thread: one.
+/// The part of vhci_hcd at its end of an attachment.  Thread: one.
 class KernelSide {
  public:
   struct Reply {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the emulated camera does wrong on command, and other commands.
+// Faults of the emulated camera on command, and other commands.
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ TEST_F(EmulatedKinect, LosesTheGivenNumberOfPacketsOfEachFrameUntilToldOff) {
     const std::vector<Bytes> packets = rig_.framePackets();
     ASSERT_EQ(packets.size(), 239U);
     const auto sequence = static_cast<std::uint8_t>(packets[99][5] + 4);
-    EXPECT_EQ(packets[100][5], sequence) << "the sequence number tells";
+    EXPECT_EQ(packets[100][5], sequence) << "visible in the sequence number";
   }
   rig_.tell("lose off");
   EXPECT_EQ(rig_.framePackets().size(), 242U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The emulated camera over USB/IP as the kernel speaks it, in a time that the tests give.
+// The emulated camera over USB/IP as spoken by the kernel, with the time set by the tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ inline constexpr std::int64_t kUrb_ns = 2'000'000;
 /// The pixels (640 x 480) of the data of a frame's packets.
 std::vector<std::uint16_t> unpack(const Bytes& packed);
 std::vector<std::uint16_t> madeUpImage(std::uint32_t frame);
-/// A command block of libfreenect.
+/// Returns a command block of libfreenect.
 Bytes block(std::uint16_t command, std::uint16_t tag, const std::vector<std::uint16_t>& words);
 
 /// The camera and the kernel's side of it.
@@ -70,7 +70,7 @@ class Rig {
     serve();
     return host_->next();
   }
-  /// A command and its reply.
+  /// Sends a command and returns its reply.
   Bytes command(std::uint16_t command, std::uint16_t tag, const std::vector<std::uint16_t>& words) {
     const Bytes sent = block(command, tag, words);
     EXPECT_EQ(out(0x40, 0, 0, sent).actual_length, sent.size());
@@ -91,7 +91,8 @@ class Rig {
     }
     return all;
   }
-  /// Those of the rest of this frame, without empty ones; what follows is kept for the next call.
+  /// Returns the packets of the rest of this frame, without empty ones; later ones are kept for the next
+  /// call.
   std::vector<Bytes> framePackets() {
     std::vector<Bytes> all;
     while (all.empty() || all.back().at(3) != 0x75) {
@@ -101,7 +102,7 @@ class Rig {
     }
     return all;
   }
-  /// Those that are not empty of 17 URBs, about a frame period.
+  /// Returns the packets of 17 URBs that are not empty, about a frame period.
   std::vector<Bytes> packetsOfOnePeriod() {
     std::vector<Bytes> all = packets(17);
     std::erase_if(all, [](const Bytes& packet) { return packet.empty(); });
@@ -122,7 +123,7 @@ class Rig {
   std::vector<Bytes> unread_;
 };
 
-/// On a recording of made-up frames.
+/// The emulated camera on a recording of synthetic frames.
 class EmulatedKinect : public testing::Test {
  protected:
   static void SetUpTestSuite() {

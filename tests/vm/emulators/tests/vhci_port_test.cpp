@@ -10,7 +10,7 @@
 namespace hapticd::test::usbip {
 namespace {
 
-// As the kernel prints it: two ports in use, one of them of another speed.
+// A status file as the kernel prints it: two ports in use, one of them with another speed.
 constexpr const char* kStatus =
     "hub port sta spd dev      sockfd local_busid\n"
     "hs  0000 006 003 00010002 000003 1-1\n"

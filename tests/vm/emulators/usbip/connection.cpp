@@ -25,7 +25,7 @@ bool isControl(std::uint8_t endpoint) {
   return (endpoint & USB_ENDPOINT_NUMBER_MASK) == 0;
 }
 
-/// What follows the header.
+/// Returns the number of bytes after the header.
 std::size_t bodyBytes(const Command& command) {
   const std::size_t data = isIn(command.endpoint) ? 0 : command.transfer_bytes;
   return data + command.iso_packets * kIsoDescriptorBytes;

@@ -35,7 +35,7 @@ class Connection final : public PendingUrbs {
   ~Connection();
 
   int socket() const { return socket_; }
-  /// False once the host has hung up or sent what nobody can understand.
+  /// Returns false once the host has closed the connection or sent invalid data.
   bool isAlive() const { return alive_; }
   bool isConfigured() const { return standard_.configuration() != 0; }
   std::size_t pending() const { return urbs_.size(); }

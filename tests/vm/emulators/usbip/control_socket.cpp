@@ -38,7 +38,7 @@ std::unexpected<config::Error> refuseLength(const std::filesystem::path& path) {
                 "choose another path for --control");
 }
 
-/// A connected socket, or the negative errno.
+/// Returns a connected socket, or the negative errno.
 int connectTo(const sockaddr_un& address) {
   const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return -errno;
@@ -109,7 +109,7 @@ void ControlSocket::accept() {
   }
 }
 
-/// False when the client is done.
+/// Serves a client; returns false if it has finished.
 bool ControlSocket::serveClient(Client& client, const Handler& handler) {
   std::array<char, kMostLineBytes> bytes{};
   const ssize_t count = ::recv(client.socket, bytes.data(), bytes.size(), MSG_DONTWAIT);

@@ -18,7 +18,7 @@ class ControlSocket {
   /// Answers one command (without the line's end) with one line (without it).
   using Handler = std::function<std::string(std::string_view)>;
 
-  /// What a dead owner has left at `path` is replaced.
+  /// Opens the socket; a socket file left by a process that has ended is replaced.
   /// Errors: somebody listens there already, the path is too long or cannot be used.
   static config::Result<std::unique_ptr<ControlSocket>> listen(const std::filesystem::path& path);
   ~ControlSocket();

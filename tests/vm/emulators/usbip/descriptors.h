@@ -8,7 +8,7 @@
 
 namespace hapticd::test::usbip {
 
-/// What a device says about itself, each as it is sent.
+/// The descriptors of a device, as they are sent.
 struct Descriptors {
   std::vector<std::uint8_t> device;         ///< 18 bytes
   std::vector<std::uint8_t> configuration;  ///< the only one, with its interfaces and endpoints

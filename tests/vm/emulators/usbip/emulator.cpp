@@ -91,7 +91,8 @@ void Emulator::serveHost(bool readable) {
   if (!connection_->isAlive()) unplug();
 }
 
-/// At an absolute time, so that the device's clock does not drift. Arming it again takes back its expiry.
+/// Sets the timer to an absolute time, so that the device's clock does not drift. This revokes an earlier
+/// expiry.
 void Emulator::armTimer() {
   const auto due_ns = connection_ ? device_.due_ns(*connection_) : std::nullopt;
   itimerspec when{};

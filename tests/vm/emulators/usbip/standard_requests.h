@@ -15,9 +15,9 @@ class StandardRequests {
  public:
   explicit StandardRequests(UsbDevice& device) : device_(device) {}
 
-  /// Nothing: the request is the device's own.
+  /// Returns the reply to a standard request; nothing if the request is the device's own.
   std::optional<ControlAnswer> answer(const SetupPacket& setup);
-  /// 0 before the host has configured the device.
+  /// Returns the configuration; 0 before the host has configured the device.
   std::uint8_t configuration() const { return configuration_; }
 
  private:

@@ -19,17 +19,17 @@ struct Urb {
   std::array<IsoDescriptor, kMostIsoPackets> iso;  ///< the first command.iso_packets
 };
 
-/// The unanswered requests in the order in which they came. Allocates only when more of them wait than ever
+/// The unanswered requests in the order of their arrival. Allocates only if more of them wait than ever
 /// before.
 class UrbQueue {
  public:
   explicit UrbQueue(std::size_t reserved) : free_(reserved) {}
 
-  /// A new last element; the caller fills in `iso`.
+  /// Appends a request and returns it; the caller fills in `iso`.
   Urb& add(const Command& command);
-  /// The oldest of an endpoint; null when there is none.
+  /// Returns the oldest request of an endpoint; null if there is none.
   const Urb* oldest(std::uint8_t endpoint) const;
-  /// Takes out the request with that number; false when there is none.
+  /// Removes the request with that number; returns false if there is none.
   bool remove(std::uint32_t sequence);
   std::size_t size() const { return waiting_.size(); }
 

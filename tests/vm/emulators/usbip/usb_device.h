@@ -47,7 +47,7 @@ class PendingUrbs {
   ~PendingUrbs() = default;
 };
 
-/// What a device does beyond what every USB device does. Override what the device has.
+/// The behaviour of a device beyond that of every USB device. Override what the device supports.
 /// Thread: all calls come from the one that runs the Emulator.
 class UsbDevice {
  public:
@@ -61,7 +61,7 @@ class UsbDevice {
   virtual void reset() {}
   virtual void configure(std::uint8_t /*configuration*/) {}
 
-  /// False: such a request at the control endpoint stays pending until the host takes it back.
+  /// Returns false if such a request at the control endpoint must stay pending until the host revokes it.
   virtual bool answers(const SetupPacket&) const { return true; }
   /// A request at the control endpoint that is not the same for all devices. `data`: of an OUT request.
   virtual ControlAnswer control(const SetupPacket&, std::span<const std::uint8_t> /*data*/) {
@@ -74,7 +74,7 @@ class UsbDevice {
 
   /// Completes what is due. Called after each batch of requests and at due_ns(). now_ns: CLOCK_MONOTONIC.
   virtual void work(std::int64_t /*now_ns*/, PendingUrbs&) {}
-  /// When work() is to be called next, CLOCK_MONOTONIC; nothing: after the next requests.
+  /// Returns when work() must be called next, CLOCK_MONOTONIC; nothing: after the next requests.
   virtual std::optional<std::int64_t> due_ns(const PendingUrbs&) const { return std::nullopt; }
 
   /// Executes a command of the control socket; "ok", or "error: ..." without the list of what is allowed.

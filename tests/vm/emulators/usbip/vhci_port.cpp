@@ -27,7 +27,7 @@ std::unexpected<config::Error> refuse(const std::filesystem::path& file, int fai
                                                    : ""});
 }
 
-/// One write, as sysfs wants it. Returns 0 or an errno.
+/// Writes an attribute in one write, as sysfs requires. Returns 0 or an errno.
 int writeAttribute(const std::filesystem::path& file, const std::string& text) {
   const int attribute = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
   if (attribute < 0) return errno;

@@ -23,12 +23,12 @@ struct SetupPacket {
 
 enum class CommandKind : std::uint8_t { submit, unlink, unknown };
 
-/// What the kernel asks for.
+/// A request of the kernel.
 struct Command {
   CommandKind kind = CommandKind::unknown;
   std::uint32_t sequence = 0;         ///< names the URB, and its reply
   std::uint8_t endpoint = 0;          ///< address, with 0x80 for IN; 0 and 0x80 are the control endpoint
-  std::uint32_t transfer_bytes = 0;   ///< that follow (OUT) or are wanted at most (IN)
+  std::uint32_t transfer_bytes = 0;   ///< that follow (OUT) or requested at most (IN)
   std::uint32_t start_frame = 0;      ///< of an isochronous URB; goes back as it came
   std::uint32_t iso_packets = 0;      ///< 0: not isochronous
   std::uint32_t unlink_sequence = 0;  ///< the URB to be taken back (unlink)
@@ -36,7 +36,7 @@ struct Command {
 };
 Command parseCommand(std::span<const std::uint8_t, kHeaderBytes> bytes);
 
-/// Where one isochronous packet lies in the host's buffer, and what became of it.
+/// The place of an isochronous packet in the host's buffer, and its result.
 struct IsoDescriptor {
   std::uint32_t offset = 0;
   std::uint32_t length = 0;

@@ -11,26 +11,25 @@
 
 namespace hapticd::tools {
 
-/// How bad the network is to be, each way.
+/// The impairments of a network, which apply to each direction separately.
 struct Impairments {
   double delay_ms = 0;   ///< for every packet
   double loss = 0;       ///< probabilities, 0..1
-  double duplicate = 0;  ///< comes twice
-  double reorder = 0;    ///< is held up until others have passed it
+  double duplicate = 0;  ///< arrives twice
+  double reorder = 0;    ///< is delayed until others have overtaken it
   double corrupt = 0;    ///< one bit is wrong
   std::uint64_t seed = 1;
 };
 
-/// One way of a network that loses, doubles, holds up and damages packets. The same seed and the same packets
-/// give the same accidents.
-/// Thread: one.
-class ImpairedWay {
+/// One direction of a network that loses, duplicates, reorders and damages packets. The same seed and the
+/// same packets give the same impairments. Thread: one.
+class ImpairedLink {
  public:
   using Packet = std::vector<std::byte>;
 
-  /// `way`: another number for the other way, so that its accidents are others.
-  ImpairedWay(const Impairments& impairments, std::uint64_t way)
-      : impairments_(impairments), random_(impairments.seed * 2 + way) {}
+  /// `direction`: 0 or 1, so that the two directions are impaired differently.
+  ImpairedLink(const Impairments& impairments, std::uint64_t direction)
+      : impairments_(impairments), random_(impairments.seed * 2 + direction) {}
 
   void push(std::span<const std::byte> bytes, std::int64_t now_ns);
   /// The next packet that has arrived by now; nothing: there is none.

@@ -11,12 +11,12 @@ namespace hapticd::tools {
 // Wording that several checks share.
 
 Finding good(std::string name, std::string fact);
-Finding doubtful(std::string name, std::string fact, std::string remedy);
-Finding bad(std::string name, std::string fact, std::string remedy);
+Finding warning(std::string name, std::string fact, std::string remedy);
+Finding failure(std::string name, std::string fact, std::string remedy);
 
 /// The verdict on something that keeps the service from working: a failure, but only a warning on a machine
 /// without the service.
-Finding badForTheService(const Examination& box, std::string name, std::string fact, std::string remedy);
+Finding failureOfTheService(const Examination& box, std::string name, std::string fact, std::string remedy);
 
 /// "PATH cannot be read: REASON".
 Finding unreadable(std::string name, const std::string& path, Unread why);
@@ -29,9 +29,9 @@ std::string someOf(const std::vector<std::string>& words, std::size_t most = 6);
 
 /// The daemon's user, and the group of its devices.
 inline constexpr const char* kDeviceGroup = "hapticd";
-inline constexpr const char* kSteeringGroup = "haptic";
+inline constexpr const char* kControlGroup = "haptic";
 
-/// What is wrong with the permissions of a device file that the daemon has to open; nothing if they are
+/// Returns the problems with the permissions of a device file that the daemon must open; empty if they are
 /// right: group hapticd, readable and writable by the group, not by everyone.
 Findings accessFindings(const Examination& box, const std::string& name, const std::string& device,
                         const std::string& path);

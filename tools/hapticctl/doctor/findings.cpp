@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/doctor/say.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -21,28 +21,28 @@ Finding good(std::string name, std::string fact) {
   return {Verdict::ok, std::move(name), std::move(fact), ""};
 }
 
-Finding doubtful(std::string name, std::string fact, std::string remedy) {
+Finding warning(std::string name, std::string fact, std::string remedy) {
   return {Verdict::warn, std::move(name), std::move(fact), std::move(remedy)};
 }
 
-Finding bad(std::string name, std::string fact, std::string remedy) {
+Finding failure(std::string name, std::string fact, std::string remedy) {
   return {Verdict::fail, std::move(name), std::move(fact), std::move(remedy)};
 }
 
-Finding badForTheService(const Examination& box, std::string name, std::string fact, std::string remedy) {
+Finding failureOfTheService(const Examination& box, std::string name, std::string fact, std::string remedy) {
   const Verdict verdict = isInstalled(box.unit) ? Verdict::fail : Verdict::warn;
   return {verdict, std::move(name), std::move(fact), std::move(remedy)};
 }
 
 Finding unreadable(std::string name, const std::string& path, Unread why) {
   if (why.denied()) {
-    return doubtful(std::move(name), fmt::format("/{} cannot be read as this user", path), "run as root");
+    return warning(std::move(name), fmt::format("/{} cannot be read as this user", path), "run as root");
   }
   if (why.absent()) {
-    return doubtful(std::move(name), fmt::format("there is no /{}, so it is not known", path), "");
+    return warning(std::move(name), fmt::format("there is no /{}, so it is not known", path), "");
   }
-  return doubtful(std::move(name),
-                  fmt::format("/{} cannot be read: {}", path, std::strerror(why.system_error)), "");
+  return warning(std::move(name),
+                 fmt::format("/{} cannot be read: {}", path, std::strerror(why.system_error)), "");
 }
 
 std::string counted(std::size_t count, const std::string& noun) {
@@ -62,16 +62,16 @@ Findings accessFindings(const Examination& box, const std::string& name, const s
   const mode_t mode = access->mode;
   const std::string fact = fmt::format("{}: /{} has mode {:04o}", device, path, mode);
   if ((mode & (S_IROTH | S_IWOTH)) != 0) {
-    return {doubtful(name, fact + ", so that others than hapticd may use it",
-                     fmt::format("see the findings on udev rules, then {}", kTriggerRules))};
+    return {warning(name, fact + ", so that others than hapticd may use it",
+                    fmt::format("see the findings on udev rules, then {}", kTriggerRules))};
   }
   const auto group = box.machine.group(kDeviceGroup);
   if (!group) return {unreadable(name, "etc/group", group.error())};
   const bool usable =
       group->has_value() && (*group)->id == access->group && isReadableAndWritable(mode, S_IRGRP, S_IWGRP);
   if (usable) return {};
-  return {badForTheService(box, name, fact + ", which keeps the group hapticd out",
-                           fmt::format("{}; hapticd's rules give it to the group", kTriggerRules))};
+  return {failureOfTheService(box, name, fact + ", which keeps the group hapticd out",
+                              fmt::format("{}; hapticd's rules give it to the group", kTriggerRules))};
 }
 
 }  // namespace hapticd::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-bridge/impaired_way.h"
+#include "tools/haptic-bridge/impaired_link.h"
 
 #include <cmath>
 
@@ -10,7 +10,7 @@ constexpr std::int64_t kHeldUpNs = 3'000'000;  // two or three packets pass at 1
 
 }  // namespace
 
-void ImpairedWay::push(std::span<const std::byte> bytes, std::int64_t now_ns) {
+void ImpairedLink::push(std::span<const std::byte> bytes, std::int64_t now_ns) {
   if (happens(impairments_.loss)) return;
   Packet packet(bytes.begin(), bytes.end());
   if (!packet.empty() && happens(impairments_.corrupt)) {
@@ -23,7 +23,7 @@ void ImpairedWay::push(std::span<const std::byte> bytes, std::int64_t now_ns) {
   under_way_.emplace(arrives_ns, std::move(packet));
 }
 
-std::optional<ImpairedWay::Packet> ImpairedWay::pop(std::int64_t now_ns) {
+std::optional<ImpairedLink::Packet> ImpairedLink::pop(std::int64_t now_ns) {
   if (under_way_.empty() || under_way_.begin()->first > now_ns) return std::nullopt;
   return std::move(under_way_.extract(under_way_.begin()).mapped());
 }

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rt/words.h"
+
+namespace hapticd::config {
+
+/// What an event of the daemon is about. The daemon writes its word to the journal's field HAPTICD_EVENT, to
+/// traces and to the method Events, and clients select events by it.
+enum class EventKind {
+  mode,
+  camera,
+  handle,
+  warning,  ///< its field STATE is "begin" or "end"
+  engage,
+  disengage,
+  clear_fault,
+  parameter,
+  profile,
+  calibration,
+  trace,
+  mark,  ///< of an experimenter, whose text is in the field MARK
+  configuration,
+  reload,
+  stop,
+};
+
+constexpr auto wordsOf(EventKind) {
+  return rt::words<EventKind>("mode", "camera", "handle", "warning", "engage", "disengage", "clear_fault",
+                              "parameter", "profile", "calibration", "trace", "mark", "configuration",
+                              "reload", "stop");
+}
+
+}  // namespace hapticd::config

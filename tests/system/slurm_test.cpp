@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Studies and replays as array jobs of a real Slurm: joined, they are what an undivided run gives.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/support/file_content.h"
+#include "tests/system/daemon_under_test.h"
+#include "tests/system/slurm_cluster.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class SlurmTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!SlurmCluster::isInstalled()) GTEST_SKIP() << "Debian's package slurm-wlm is not installed";
+    cluster_ = std::make_unique<SlurmCluster>();
+    ASSERT_TRUE(cluster_->isReady());
+  }
+  void TearDown() override {
+    if (!cluster_) return;
+    const std::string folder = cluster_->folder().string();
+    cluster_.reset();
+    EXPECT_FALSE(fs::exists(folder));
+    EXPECT_EQ(processesWithInEnvironment(folder), std::vector<std::string>{});
+  }
+
+  /// tools/slurm, waiting for the result.
+  Finished submitted(int parts, const fs::path& out, const std::vector<std::string>& work) const {
+    std::vector<std::string> command{
+        "/bin/bash",  HAPTICD_SLURM,         "--wait",
+        "--parts",    std::to_string(parts), "--out",
+        out.string(), "--programs",          fs::path(HAPTICBENCH_PROGRAM).parent_path().string()};
+    command.insert(command.end(), work.begin(), work.end());
+    return cluster_->run(command);
+  }
+  fs::path file(const std::string& name) const { return cluster_->folder() / name; }
+
+  std::unique_ptr<SlurmCluster> cluster_;
+};
+
+TEST_F(SlurmTest, JoinsStudiesToTheBytesOfAnUndividedRun) {
+  const std::vector<std::vector<std::string>> studies{
+      {"accuracy", "--quick", "--noises", "none,harsh", "--laws", "nearest_springs,surface"},
+      {"stability", "--quick", "--delays", "0,2,5", "--laws", "reference,proxy"},
+      {"sweep", "--quick", "--untimed", "--recordings", "/no recordings here"}};
+  for (const std::vector<std::string>& study : studies) {
+    const std::string& name = study.front();
+    std::vector<std::string> command{HAPTICBENCH_PROGRAM};
+    command.insert(command.end(), study.begin(), study.end());
+    command.insert(command.end(), {"--json", file(name + ".json")});
+    const Finished undivided = runToEnd(command);
+    ASSERT_EQ(undivided.ending, exitedWith(0)) << undivided.errors;
+
+    const Finished joined = submitted(3, file("out " + name), study);
+    ASSERT_EQ(joined.ending, exitedWith(0)) << joined.output << joined.errors;
+    EXPECT_TRUE(joined.output.ends_with(undivided.output)) << joined.output;
+    EXPECT_EQ(contentOf(file("out " + name) / "report.txt"), undivided.output);
+    EXPECT_EQ(contentOf(file("out " + name) / "report.json"), contentOf(file(name + ".json")));
+  }
+}
+
+/// Records a little of a hand that strokes a ball, with depth; the trace.
+fs::path recordedTrace(const DaemonHome& home) {
+  Daemon daemon(home,
+                "safety: {handle_timeout_s: 1, depth_timeout_s: 5, engage_inside: true, overrun_burst: 65}\n"
+                "camera: {driver: synthetic}\n"
+                "synthetic: {scene: moving_sphere, noise: sensor, motion_amplitude_m: 0.03}\n"
+                "simulated_handle: {start_z_m: -0.86, travel_m: 0.1, stroke_m: 0.03}\n"
+                "control: {engage_at_start: true}\n");
+  EXPECT_TRUE(daemon.answers());
+  EXPECT_EQ(home.control({"trace", "start", "--depth"}).ending, exitedWith(0));
+  EXPECT_TRUE(daemon.reaches([](const json& status) { return status.at("trace").at("depthFrames") >= 20; }));
+  const Finished stopped = home.control({"--json", "trace", "stop"});
+  EXPECT_EQ(stopped.ending, exitedWith(0)) << stopped.errors;
+  return home.traceFolder() / (json::parse(stopped.output, nullptr, false).value("name", "none") + ".mcap");
+}
+
+TEST_F(SlurmTest, JoinsReplaysOfAFolderOfTracesToTheBytesOfAnUndividedRun) {
+  const DaemonHome home;
+  const fs::path trace = recordedTrace(home);
+  fs::create_directories(file("traces"));
+  for (const char* name : {"a.mcap", "b.mcap", "c.mcap"}) fs::copy_file(trace, file("traces") / name);
+  std::ofstream(file("traces") / "broken.mcap") << "no trace";
+  fs::create_directories(file("forces"));
+  const Finished undivided = runToEnd({HAPTIC_REPLAY_PROGRAM, "--traces", file("traces"), "--out-folder",
+                                       file("forces"), "--json", file("replay.json")});
+  // one trace cannot be read
+  ASSERT_EQ(undivided.ending, exitedWith(65)) << undivided.output << undivided.errors;
+  EXPECT_NE(undivided.output.find("4 traces, 3 of them replayed"), std::string::npos) << undivided.output;
+  EXPECT_NE(undivided.output.find("\ndifferent: 0 ticks\n"), std::string::npos) << undivided.output;
+
+  const Finished joined = submitted(3, file("out"), {"replay", "--traces", file("traces")});
+  ASSERT_EQ(joined.ending, exitedWith(65)) << joined.output << joined.errors;
+  EXPECT_EQ(contentOf(file("out") / "report.txt"), undivided.output);
+  EXPECT_EQ(contentOf(file("out") / "report.json"), contentOf(file("replay.json")));
+  for (const char* name : {"a.csv", "b.csv", "c.csv"}) {
+    EXPECT_EQ(contentOf(file("out") / "forces" / name), contentOf(file("forces") / name)) << name;
+  }
+}
+
+TEST_F(SlurmTest, NamesThePartsThatFailedAndJoinsNothing) {
+  const Finished failed = submitted(2, file("out"), {"accuracy", "--laws", "nothing"});
+  EXPECT_EQ(failed.ending, exitedWith(1));
+  EXPECT_NE(failed.errors.find("2 of 2 parts failed; see " + file("out").string() + "/part-1.log"),
+            std::string::npos)
+      << failed.errors;
+  EXPECT_NE(failed.errors.find("--laws"), std::string::npos) << "what the part said: " << failed.errors;
+  EXPECT_FALSE(fs::exists(file("out") / "report.txt"));
+}
+
+TEST(SlurmScript, RefusesWrongUsageBeforeItSubmits) {
+  const std::vector<std::vector<std::string>> wrong{
+      {},          {"pareto"},           {"--parts", "0", "sweep"},  {"--parts", "1001", "sweep"},
+      {"--parts"}, {"--quick", "sweep"}, {"sweep", "--part", "1/2"}, {"sweep", "--json=x.json"}};
+  for (std::vector<std::string> arguments : wrong) {
+    arguments.insert(arguments.begin(), {"/bin/bash", HAPTICD_SLURM});
+    const Finished refused = runToEnd(arguments);
+    EXPECT_EQ(refused.ending, exitedWith(2)) << refused.errors;
+    EXPECT_NE(refused.errors.find("tools/slurm --help"), std::string::npos) << refused.errors;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test

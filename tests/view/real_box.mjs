@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// hapticd with a synthetic camera and a simulated handle, and hapticd-view in front of it, for the tests of the page.
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { mkdtemp, readFile, rm } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { createInterface } from 'node:readline';
+import { kLimitMs } from './browser.mjs';
+
+const bin = process.env.HAPTICD_BIN;
+const source = process.env.HAPTICD_SOURCE;
+
+/** The sphere of its camera, which stands at the world's origin; nothing behind it. */
+export const kBoxSphere = { centre: [0, 0, -1], radiusM: 0.15 };
+
+export class RealBox {
+  /** `everybody`: whether visitors need no token; `scene`: what its camera sees. */
+  async start({ everybody = true, scene = 'sphere' } = {}) {
+    this.folder = await mkdtemp(join(tmpdir(), 'hapticd-view-test-'));
+    this.everybody = everybody;
+    this.scene = scene;
+    this.startDaemon();
+    const view = spawn(join(bin, 'hapticd-view'), [
+      '--socket', join(this.folder, 'Status'), '--listen', '127.0.0.1:0', '--token-file', join(this.folder, 'token'),
+      '--page', process.env.HAPTICD_VIEW_PAGE,
+    ], { stdio: ['ignore', 'pipe', 'inherit'] });
+    this.view = view;
+    const lines = createInterface({ input: view.stdout });
+    const [line] = await once(lines, 'line', { signal: AbortSignal.timeout(kLimitMs) });
+    const address = line.match(/https?:\/\/\S+|127\.0\.0\.1:\d+/)[0];
+    return address.startsWith('http') ? address : `http://${address}/`;
+  }
+
+  startDaemon() {
+    const settings = [
+      `control.status_socket=${join(this.folder, 'Status')}`, `control.control_socket=${join(this.folder, 'Control')}`,
+      `state.folder=${join(this.folder, 'state')}`,
+      `control.depth_for_everyone=${this.everybody}`, `synthetic.scene=${this.scene}`, 'synthetic.noise=off',
+      `synthetic.distance_m=${-kBoxSphere.centre[2]}`, `synthetic.sphere_radius_m=${kBoxSphere.radiusM}`,
+    ];
+    this.daemon = spawn(join(bin, 'hapticd'),
+      ['--config', join(source, 'config/demo.yaml'), ...settings.flatMap((setting) => ['--set', setting])],
+      { stdio: 'ignore', cwd: this.folder });
+  }
+
+  async token() {
+    return (await readFile(join(this.folder, 'token'), 'utf8')).trim();
+  }
+
+  async stopDaemon() {
+    await end(this.daemon);
+  }
+
+  async stop() {
+    await end(this.view);
+    await end(this.daemon);
+    if (this.folder) await rm(this.folder, { recursive: true });
+  }
+}
+
+async function end(child) {
+  if (!child || child.exitCode !== null || child.signalCode !== null) return;
+  child.kill('SIGTERM');
+  await once(child, 'exit');
+}

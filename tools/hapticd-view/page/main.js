@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wires the page: messages of the bridge into the picture, the panel and the charts; buttons and keys to what they do.
+
+import { Charts } from './charts.js';
+import { kColourings } from './cloud.js';
+import { Controls } from './controls.js';
+import { kViews, Orbit } from './orbit.js';
+import { Notices } from './notices.js';
+import { Pace } from './pace.js';
+import { Panel } from './panel.js';
+import { pick, PickList } from './picking.js';
+import { Bridge } from './protocol.js';
+import { arrowScale, Picture } from './scene.js';
+import { Theme } from './themes.js';
+import { TimeLine } from './timeline.js';
+import { isVector, norm } from './vectors.js';
+import { isLawOfPoints } from './words.js';
+
+const kTrailNs = 4e9;
+/** Share by which the range of the colours follows a frame; all at once they would flicker. */
+const kFollow = 0.1;
+const kNoticeMs = 100;
+
+const element = (id) => document.getElementById(id);
+
+/** All that the picture shows. Lengths in metres, vectors in the world frame. */
+const scene = {
+  frame: null,
+  hip: null,
+  proxy: null,
+  force: null,
+  forceText: '',
+  trail: [],
+  /** {centre, radiusM} of the part that is modelled for the hand; null: all of it, or not known. */
+  ball: null,
+  radii: { hipM: 0.04, proxyM: 0.008 },
+  arrowMPerN: arrowScale(NaN),
+  picks: [],
+  layers: { cloud: true, model: true, hand: true, force: true, trail: true, camera: true, axes: true, grid: true },
+  colouring: 'depth',
+  /** nearest, farthest, lowest, highest */
+  rangeM: [0.4, 4, -1, 1],
+  limitsM: [0, 1e3],
+  floorM: -0.5,
+  centre: [0, 0, -1],
+  theme: null,
+};
+const counters = { depthFrames: 0, windows: 0, states: 0, events: 0 };
+const known = { parameters: {}, law: '', distanceM: 1.2, hasExtent: false, touched: false };
+let paused = false;
+let chartsDue = false;
+
+const orbit = new Orbit();
+const notices = new Notices();
+const panel = new Panel();
+const charts = new Charts(element('charts'));
+let picture = null;
+let bridge = null;
+
+const redraw = () => picture?.request();
+
+function drawCharts() {
+  if (chartsDue) return;
+  chartsDue = true;
+  requestAnimationFrame(() => {
+    chartsDue = false;
+    charts.draw();
+  });
+}
+
+const theme = new Theme((colours) => {
+  scene.theme = colours;
+  redraw();
+  drawCharts();
+});
+
+try {
+  picture = new Picture(element('view'), element('labels'), orbit, scene);
+} catch (error) {
+  notices.fault = error.message;
+}
+
+// --- from the bridge
+
+function takeRadii() {
+  const { parameters } = known;
+  const proxyM = parameters['contact.proxy_radius_m'] ?? 0.008;
+  // a law of points looks as far as its radius; the others hold a proxy of the size of its patch
+  scene.radii = { hipM: isLawOfPoints(known.law) ? parameters['force.radius_m'] ?? 0.04 : proxyM, proxyM };
+  scene.limitsM = [parameters['camera.near_m'] ?? 0, parameters['camera.far_m'] ?? 1e3];
+  scene.arrowMPerN = arrowScale(parameters['safety.max_force_n']);
+  redraw();
+}
+
+function takeWindow(window_) {
+  counters.windows++;
+  notices.gotData();
+  if (paused) return;
+  scene.hip = isVector(window_.hip) ? window_.hip : null;
+  scene.proxy = isVector(window_.proxy) && window_.contact !== 'behind' ? window_.proxy : null;
+  scene.force = isVector(window_.force) ? window_.force : null;
+  const forceN = scene.force ? norm(scene.force) : NaN;
+  scene.forceText = forceN >= 0.005 ? `${forceN.toFixed(2)} N` : '';
+  if (window_.law && window_.law !== known.law) {
+    known.law = window_.law;
+    takeRadii();
+  }
+  const { trail } = scene;
+  const last = trail.at(-1);
+  if (last && (window_.timeNs < last.timeNs || window_.timeNs - last.timeNs > kTrailNs)) trail.length = 0;
+  if (scene.hip) trail.push({ at: scene.hip, timeNs: window_.timeNs });
+  while (trail.length > 0 && window_.timeNs - trail[0].timeNs > kTrailNs) trail.shift();
+  panel.showWindow(window_, forceN);
+  charts.add(window_);
+  drawCharts();
+  redraw();
+}
+
+function takeState({ status, ageMs }) {
+  counters.states++;
+  notices.gotData(ageMs);
+  panel.show(status);
+  const centre = status.scene?.ballCentreMInWorld;
+  const radiusM = status.scene?.ballRadiusM;
+  const at = centre && [centre.x, centre.y, centre.z];
+  scene.ball = isVector(at) && radiusM > 0 ? { centre: at, radiusM } : null;
+}
+
+/** Ranges of the colours, floor of the grid and distance of the views, from what the camera sees. */
+function follow(frame) {
+  const extent = frame.extent();
+  if (!extent) return;
+  const range = [extent.nearM, Math.max(extent.farM, extent.nearM + 0.05), extent.lowestM, extent.highestM + 0.01];
+  const share = known.hasExtent ? kFollow : 1;
+  scene.rangeM = scene.rangeM.map((value, i) => value + share * (range[i] - value));
+  known.distanceM += share * (extent.medianM - known.distanceM);
+  if (known.hasExtent) return;
+  known.hasExtent = true;
+  scene.floorM = Math.floor(extent.lowestM * 4) / 4;
+  scene.centre = frame.toWorld([0, 0, -extent.medianM]);
+  if (!known.touched) look('overview');
+}
+
+function takeDepth(frame) {
+  counters.depthFrames++;
+  notices.gotFrame();
+  if (paused) return;
+  scene.frame = frame;
+  follow(frame);
+  redraw();
+}
+
+function takeHello(message) {
+  notices.isTrace = message.source === 'trace';
+  element('source').textContent = notices.isTrace ? `recording ${message.trace?.name ?? ''}` : 'live view';
+  document.title = notices.isTrace ? `hapticd: ${message.trace?.name ?? 'recording'}` : 'hapticd: live view';
+  scene.trail = [];
+  panel.clearEvents();
+}
+
+const timeLine = new TimeLine(element('timeline'), (message) => bridge.send(message));
+
+const kTakers = {
+  hello: takeHello,
+  parameters: ({ parameters }) => {
+    known.parameters = parameters;
+    takeRadii();
+  },
+  state: takeState,
+  window: takeWindow,
+  event: ({ event }) => {
+    counters.events++;
+    panel.addEvent(event);
+  },
+  box: (message) => { notices.box = message; },
+  depth: (message) => { notices.depth = message; },
+  timeline: (message) => timeLine.describe(message),
+  playback: (message) => {
+    notices.playing = message.playing;
+    timeLine.follow(message);
+  },
+};
+
+bridge = new Bridge({
+  onMessage: (message) => kTakers[message.type]?.(message),
+  onDepth: takeDepth,
+  onConnection: (connection) => {
+    notices.connection = connection;
+    if (connection.state === 'open') notices.box = { reachable: true, reason: '' };
+    notices.show();
+  },
+  onFault: (text) => {
+    notices.fault = text;
+    console.error(text);
+  },
+});
+setInterval(() => notices.show(), kNoticeMs);
+const pace = new Pace((hz) => bridge.setDepthHz(document.hidden ? 0 : hz));
+document.addEventListener('visibilitychange', () => {
+  // a page that nobody sees takes no depth
+  bridge.setDepthHz(document.hidden ? 0 : pace.hz);
+  if (!document.hidden) bridge.retryNow();
+});
+window.addEventListener('online', () => bridge.retryNow());
+
+// --- from the person
+
+function look(name) {
+  kViews[name](orbit, { frame: scene.frame, hip: scene.hip, distanceM: known.distanceM });
+  redraw();
+}
+
+function setPaused(wanted) {
+  paused = wanted;
+  notices.paused = paused;
+  const button = element('pause');
+  button.setAttribute('aria-pressed', String(paused));
+  button.textContent = paused ? 'Go on' : 'Pause';
+  notices.show();
+}
+
+function togglePlay() {
+  if (notices.isTrace) timeLine.toggle();
+  else setPaused(!paused);
+}
+
+function setColouring(name) {
+  scene.colouring = name;
+  element('colouring').value = name;
+  redraw();
+}
+
+async function savePng() {
+  const blob = await picture?.png();
+  if (!blob) return;
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = `hapticd-view-${new Date().toISOString().replace(/[:.]/g, '-')}.png`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+const picks = new PickList({
+  list: element('picks'), distance: element('pick-distance'), command: element('pick-command'),
+  note: element('pick-note'), copy: element('pick-copy'), clear: element('pick-clear'),
+}, (list) => {
+  scene.picks = list;
+  redraw();
+});
+
+new Controls(element('view'), orbit, {
+  onMove: () => {
+    known.touched = true;
+    redraw();
+  },
+  onPick: (xPx, yPx) => {
+    const found = scene.frame && pick(scene.frame, orbit, scene.limitsM, xPx, yPx);
+    element('announce').textContent = found ? '' : 'No measured point there.';
+    if (found) picks.add(found);
+  },
+});
+
+new ResizeObserver(() => {
+  const canvas = element('view');
+  element('crosshair').style.left = `${canvas.offsetLeft + canvas.clientWidth / 2}px`;
+  element('crosshair').style.top = `${canvas.offsetTop + canvas.clientHeight / 2}px`;
+}).observe(element('view'));
+
+for (const button of document.querySelectorAll('[data-view]')) {
+  button.addEventListener('click', () => look(button.dataset.view));
+}
+for (const box of document.querySelectorAll('[data-layer]')) {
+  box.addEventListener('change', () => {
+    scene.layers[box.dataset.layer] = box.checked;
+    redraw();
+  });
+}
+element('full-detail').addEventListener('change', (event) => picture?.detail.force(event.target.checked));
+element('colouring').addEventListener('change', (event) => setColouring(event.target.value));
+element('pause').addEventListener('click', togglePlay);
+element('png').addEventListener('click', savePng);
+element('theme').addEventListener('click', () => theme.toggle());
+element('help').addEventListener('click', () => element('keys').showModal());
+
+const kKeys = {
+  0: () => look('overview'),
+  1: () => look('camera'),
+  2: () => look('hand'),
+  3: () => look('above'),
+  c: () => setColouring(kColourings[(kColourings.indexOf(scene.colouring) + 1) % kColourings.length]),
+  p: savePng,
+  ' ': togglePlay,
+  ',': () => timeLine.step(-1),
+  '.': () => timeLine.step(1),
+  '?': () => element('keys').showModal(),
+};
+document.addEventListener('keydown', (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey || element('keys').open) return;
+  // what has the focus takes its own keys first: Space presses a button, digits choose in a list
+  if (event.target.closest('input, select, summary, textarea, button')) {
+    if (event.key === ' ' || event.target.closest('select, textarea')) return;
+  }
+  const action = kKeys[event.key];
+  if (!action) return;
+  event.preventDefault();
+  action();
+});
+
+/** For tests and for looking into a problem from the browser's console; changes nothing. */
+window.hapticdView = Object.freeze({
+  get counters() {
+    return {
+      ...counters,
+      renders: picture?.renders ?? 0,
+      contextsLost: picture?.contextsLost ?? 0,
+      connections: bridge.connections,
+    };
+  },
+  get contextAlive() {
+    return Boolean(picture?.ready) && !picture.gl.isContextLost();
+  },
+  get frameNumber() {
+    return scene.frame?.number ?? 0;
+  },
+  get hip() {
+    return scene.hip && [...scene.hip];
+  },
+  /** 1: each pixel of the depth frame is drawn; n: every n-th both ways. */
+  get every() {
+    return picture.detail.every;
+  },
+  get pixelRatio() {
+    return picture.pixelRatio;
+  },
+  /** CSS pixels from the canvas' upper left corner, and the distance from the eye in metres; null behind the eye. */
+  project: (x, y, z) => orbit.project([x, y, z]),
+  /** Colours of a rectangle of the canvas in device pixels from its lower left corner. */
+  readPixels: (x, y, width, height) => Array.from(picture.readPixels(x, y, width, height)),
+});

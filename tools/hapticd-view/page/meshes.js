@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangles of the solids that the picture is made of. Each corner: position and normal, six numbers.
+
+const kTurns = 48;
+const kRings = 24;
+
+/** A surface of revolution about y, as a grid of `rings` by kTurns corners; `at(share)` is {y, r, ny, nr}. */
+function revolved(rings, at) {
+  const corners = [];
+  for (let ring = 0; ring <= rings; ring++) {
+    const { y, r, ny, nr } = at(ring / rings);
+    for (let turn = 0; turn <= kTurns; turn++) {
+      const angle = (2 * Math.PI * turn) / kTurns;
+      const c = Math.cos(angle);
+      const s = Math.sin(angle);
+      corners.push([r * c, y, r * s, nr * c, ny, nr * s]);
+    }
+  }
+  const triangles = [];
+  const row = kTurns + 1;
+  for (let ring = 0; ring < rings; ring++) {
+    for (let turn = 0; turn < kTurns; turn++) {
+      const a = ring * row + turn;
+      triangles.push(corners[a], corners[a + row], corners[a + 1]);
+      triangles.push(corners[a + 1], corners[a + row], corners[a + row + 1]);
+    }
+  }
+  return new Float32Array(triangles.flat());
+}
+
+/** Radius 1 around the origin. */
+export const sphere = () => revolved(kRings, (share) => {
+  const angle = Math.PI * share;
+  return { y: Math.cos(angle), r: Math.sin(angle), ny: Math.cos(angle), nr: Math.sin(angle) };
+});
+
+/** Radius 1, from y = 0 to y = 1. */
+export const cylinder = () => revolved(1, (share) => ({ y: share, r: 1, ny: 0, nr: 1 }));
+
+/** Radius 1 at y = 0, its tip at y = 1. */
+export const cone = () => revolved(1, (share) => ({ y: share, r: 1 - share, ny: Math.SQRT1_2, nr: Math.SQRT1_2 }));

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands over the picture when it does not show the box as it is now: no connection, no data, no depth, paused.
+
+/** Without a message for longer than this the data counts as stale; the bridge sends at least five a second. */
+const kStaleMs = 1500;
+
+export class Notices {
+  constructor() {
+    const element = (id) => document.getElementById(id);
+    this.notice = element('notice');
+    this.title = element('notice-title');
+    this.text = element('notice-text');
+    this.chip = element('connection');
+    this.connection = { state: 'connecting', reason: '' };
+    this.box = { reachable: true, reason: '' };
+    this.depth = { available: true, reason: '' };
+    this.isTrace = false;
+    this.playing = false;
+    this.paused = false;
+    this.fault = '';
+    this.dataMs = null;
+    this.frameMs = null;
+    this.openMs = performance.now();
+  }
+
+  /** Called for each message with data, and for each depth frame. */
+  gotData(ageMs = 0) {
+    this.dataMs = Math.max(this.dataMs ?? 0, performance.now() - ageMs);
+  }
+
+  gotFrame() {
+    this.frameMs = performance.now();
+  }
+
+  /** Seconds since the newest data; null where there was none. */
+  ageS(sinceMs) {
+    return sinceMs === null ? null : (performance.now() - sinceMs) / 1000;
+  }
+
+  get stale() {
+    if (this.isTrace && !this.playing && this.connection.state === 'open') return false;
+    return this.dataMs !== null && performance.now() - this.dataMs > kStaleMs;
+  }
+
+  /** {level, chip, title, text}: what matters most. */
+  current() {
+    const ageS = this.ageS(this.dataMs);
+    const noData = ageS === null ? 'No data yet' : `No data for ${ageS.toFixed(1)} s`;
+    if (this.fault) return { level: 'wrong', chip: 'Fault', title: 'The page has a fault', text: this.fault };
+    if (this.connection.state === 'unauthorised') {
+      return {
+        level: 'wrong', chip: 'Not authorised', title: 'Not authorised',
+        text: "Run 'hapticctl view' on the box and open the address that it prints.",
+      };
+    }
+    if (this.connection.state !== 'open') {
+      const waits = this.dataMs === null && performance.now() - this.openMs < kStaleMs;
+      return {
+        level: waits ? 'quiet' : 'wrong', chip: waits ? 'Connecting' : 'No connection', title: waits ? '' : noData,
+        text: "hapticd-view does not answer. The page tries again by itself; 'ssh -L' or its unit may have ended.",
+      };
+    }
+    if (!this.box.reachable) {
+      return { level: 'wrong', chip: 'Box not reachable', title: noData, text: this.box.reason };
+    }
+    if (this.stale) {
+      return { level: 'wrong', chip: 'Stale', title: noData, text: 'What is shown is old. The page goes on by itself.' };
+    }
+    return this.lesser();
+  }
+
+  lesser() {
+    if (this.paused) {
+      return { level: 'doubtful', chip: 'Paused', title: 'Paused', text: 'Mode and warnings go on; press Space to go on.' };
+    }
+    const chip = this.isTrace ? 'Recording' : 'Live';
+    if (!this.depth.available) {
+      return { level: 'doubtful', chip, title: 'No depth', text: this.depth.reason };
+    }
+    const ageS = this.ageS(this.frameMs);
+    if (ageS !== null && ageS * 1000 > kStaleMs && !this.isTrace) {
+      return { level: 'doubtful', chip, title: `No depth frame for ${ageS.toFixed(1)} s`, text: '' };
+    }
+    return { level: 'good', chip, title: '', text: '' };
+  }
+
+  show() {
+    const { level, chip, title, text } = this.current();
+    this.chip.dataset.level = level;
+    if (this.chip.textContent !== chip) this.chip.textContent = chip;
+    this.notice.hidden = !title;
+    this.notice.dataset.level = level;
+    if (this.title.textContent !== title) this.title.textContent = title;
+    if (this.text.textContent !== text) this.text.textContent = text;
+    document.body.classList.toggle('stale', level === 'wrong' && this.dataMs !== null);
+  }
+}

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+// The state of the box for people: what is wrong first, then mode, force, health and events.
+
+import { causeInWords, contactInWords, duration, fixed, lawInWords, modeInWords, upTime } from './words.js';
+
+const kMostEvents = 200;
+
+/** What is at "camera.state" in a status; undefined where the box does not report it. */
+const at = (status, path) => path.split('.').reduce((value, name) => value?.[name], status);
+
+function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Rows of a definition list, kept from one call to the next, so that a selection or a screen reader is not disturbed. */
+class Facts {
+  constructor(list) {
+    this.list = list;
+    this.rows = new Map();
+  }
+
+  /** `level`: '', `doubtful` or `wrong`; `detail` stands below in quiet letters. */
+  set(title, text, { level = '', detail = '' } = {}) {
+    let row = this.rows.get(title);
+    if (!row) {
+      const term = document.createElement('dt');
+      term.textContent = title;
+      const value = document.createElement('dd');
+      const main = document.createTextNode('');
+      const more = document.createElement('span');
+      value.append(main, more);
+      this.list.append(term, value);
+      row = { value, main, more };
+      this.rows.set(title, row);
+    }
+    if (row.main.data !== text) row.main.data = text;
+    setText(row.more, detail);
+    row.more.hidden = !detail;
+    row.value.dataset.level = level;
+  }
+}
+
+export class Panel {
+  constructor() {
+    const element = (id) => document.getElementById(id);
+    this.elements = {
+      warnings: element('warnings'), mode: element('mode'), cause: element('cause'), remedy: element('remedy'),
+      force: element('force-number'), events: element('events'), announce: element('announce'),
+    };
+    this.force = new Facts(element('force-facts'));
+    this.health = new Facts(element('health'));
+    this.announced = '';
+    this.numbers = new Set();
+  }
+
+  /** The `status` of a message `state`; everything in it may be missing. */
+  show(status) {
+    this.showMode(at(status, 'mode') ?? '', at(status, 'cause') ?? '');
+    this.showWarnings(this.complaints(status));
+    this.showLaw(status);
+    this.showCamera(status);
+    this.showHandle(status);
+    this.showLoop(status);
+  }
+
+  showMode(mode, cause) {
+    const words = modeInWords(mode);
+    const why = causeInWords(mode, cause);
+    const { elements } = this;
+    setText(elements.mode, words.title);
+    elements.mode.dataset.mode = mode;
+    setText(elements.cause, why.text || words.text);
+    setText(elements.remedy, why.remedy);
+    const text = [`Mode: ${words.title}.`, why.text, why.remedy].filter(Boolean).join(' ');
+    if (text === this.announced) return;
+    this.announced = text;
+    elements.announce.textContent = text;
+  }
+
+  /** What is wrong, each with its remedy; the same as in 'hapticctl status'. */
+  complaints(status) {
+    const lines = [];
+    const withDetail = (text, path) => [text, at(status, path)].filter(Boolean).join(': ');
+    const camera = at(status, 'camera.state');
+    if (camera && camera !== 'streaming') lines.push(withDetail(`Camera ${camera}`, 'camera.detail'));
+    const handle = at(status, 'handle.state');
+    if (handle && handle !== 'present') lines.push(withDetail(`Handle ${handle}`, 'handle.detail'));
+    if (at(status, 'trace.state') === 'waiting') lines.push(withDetail('Trace waits', 'trace.detail'));
+    return [...new Set([...lines, ...(at(status, 'warnings') ?? [])])];
+  }
+
+  showWarnings(lines) {
+    const list = this.elements.warnings;
+    const key = lines.join('\n');
+    if (list.dataset.key === key) return;
+    list.dataset.key = key;
+    list.hidden = lines.length === 0;
+    list.replaceChildren(...lines.map((line) => {
+      const item = document.createElement('li');
+      item.textContent = line;
+      return item;
+    }));
+  }
+
+  showLaw(status) {
+    const law = at(status, 'law.chosen');
+    if (law) {
+      const filtered = at(status, 'law.filtered') ? ', depth filtered' : '';
+      this.force.set('Law', lawInWords(law) + filtered, { detail: at(status, 'law.reason') ?? '' });
+    }
+    const stiffness = at(status, 'law.handStiffnessNPerM');
+    if (stiffness !== undefined) this.force.set('Stiffness', `${fixed(stiffness, 0)} N/m at the hand`);
+  }
+
+  showCamera(status) {
+    const state = at(status, 'camera.state');
+    if (state) {
+      const damaged = at(status, 'camera.damagedFrames');
+      const text = [`${state}, ${fixed(at(status, 'scene.frameRateHz'), 1)} frames/s`];
+      if (damaged > 0) text.push(`${damaged} damaged`);
+      this.health.set('Camera', text.join(', '), {
+        level: state === 'streaming' ? '' : 'wrong',
+        detail: [at(status, 'camera.identity'), at(status, 'camera.advice')].filter(Boolean).join('. '),
+      });
+    }
+    const models = at(status, 'scene.models');
+    if (models === undefined) return;
+    const points = at(status, 'law.chosen') === 'surface' ? 'all pixels' : `${at(status, 'scene.points')} points`;
+    const full = at(status, 'scene.pointsOverCapacity');
+    const skipped = at(status, 'scene.skippedFrames');
+    this.health.set('Scene', `${points}, modelled in ${duration(at(status, 'scene.lastModelNs'))}`, {
+      detail: [
+        full > 0 ? `${full} points beyond grid.point_capacity` : '', skipped > 0 ? `${skipped} frames skipped` : '',
+      ].filter(Boolean).join(', '),
+    });
+  }
+
+  showHandle(status) {
+    const state = at(status, 'handle.state');
+    if (!state) return;
+    const text = [state];
+    if (at(status, 'handle.exertsForce') === false) text.push('exerts no force');
+    const rejected = at(status, 'handle.rejected');
+    if (rejected > 0) text.push(`${rejected} measurements rejected`);
+    this.health.set('Handle', text.join(', '), {
+      level: state === 'present' ? '' : 'wrong',
+      detail: [at(status, 'handle.identity'), at(status, 'handle.advice')].filter(Boolean).join('. '),
+    });
+  }
+
+  showLoop(status) {
+    const loop = at(status, 'loop');
+    if (loop) {
+      const counters = loop.counters ?? {};
+      const realtime = loop.realtimeScheduling ? 'real time' : 'no real time';
+      this.health.set('Force loop', `${fixed(loop.rateHz, 0)} Hz, ${realtime}`, {
+        detail: `${counters.overruns ?? 0} of ${counters.ticks ?? 0} ticks late; wake-up p99.9 ` +
+          `${duration(loop.wakeupLatency?.p999Ns)}, longest ${duration(loop.wakeupLatency?.maxNs)}`,
+      });
+    }
+    const trace = at(status, 'trace.state');
+    if (trace) {
+      const written = trace === 'writing' ? `${at(status, 'trace.name')}, ${upTime(at(status, 'trace.durationS'))}` : '';
+      this.health.set('Trace', trace, { level: trace === 'waiting' ? 'doubtful' : '', detail: written });
+    }
+    const version = at(status, 'version');
+    if (version) this.health.set('hapticd', `${version}, up ${upTime(at(status, 'uptimeS'))}`);
+  }
+
+  /** The newest window of ticks. */
+  showWindow(window_, forceN) {
+    setText(this.elements.force, fixed(forceN, 2));
+    const share = window_.ticks > 0 ? ` (${Math.round((100 * window_.contactTicks) / window_.ticks)} % of the ticks)` : '';
+    const contact = window_.contact ? contactInWords(window_.contact) : window_.contactTicks > 0 ? 'in contact' : 'free';
+    this.force.set('Contact', contact + (window_.contactTicks > 0 ? share : ''));
+    this.force.set('Gain', fixed(window_.gain, 2));
+  }
+
+  clearEvents() {
+    this.numbers.clear();
+    this.elements.events.replaceChildren();
+  }
+
+  /** The newest event stands first. */
+  addEvent(event) {
+    if (this.numbers.has(event.number)) return;
+    this.numbers.add(event.number);
+    const item = document.createElement('li');
+    item.dataset.priority = event.priority;
+    const time = document.createElement('time');
+    const when = new Date(event.timeNs / 1e6);
+    time.dateTime = when.toISOString();
+    time.textContent = when.toLocaleTimeString([], { hour12: false });
+    const text = document.createElement('span');
+    text.textContent = event.text;
+    item.append(time, text);
+    const list = this.elements.events;
+    list.prepend(item);
+    if (list.childElementCount > kMostEvents) list.lastElementChild.remove();
+  }
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The colours of the picture. Those of the page are in view.css; the accent is the same in both.
+
+const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
+
+const kThemes = {
+  dark: {
+    background: rgb('#12161c'),
+    grid: rgb('#46515f'),
+    frustum: rgb('#8896a8'),
+    // near to far, or high to low
+    ramp: [rgb('#f3e4c3'), rgb('#9b8f8c'), rgb('#454d66')],
+    accent: rgb('#35c3f3'),
+    force: rgb('#ff9f2e'),
+    trail: rgb('#35c3f3'),
+    ink: rgb('#e8ecf1'),
+    axes: [rgb('#e5707a'), rgb('#7cc36b'), rgb('#6f9df0')],
+  },
+  light: {
+    background: rgb('#f1f3f6'),
+    grid: rgb('#b6bfca'),
+    frustum: rgb('#66717e'),
+    ramp: [rgb('#8a6a4a'), rgb('#a49a95'), rgb('#c3cad6')],
+    accent: rgb('#0079ad'),
+    force: rgb('#b84a00'),
+    trail: rgb('#0079ad'),
+    ink: rgb('#1b2129'),
+    axes: [rgb('#b93a46'), rgb('#3d7d2e'), rgb('#2f62c4')],
+  },
+};
+
+const kKey = 'hapticd-view-theme';
+
+/** Where the browser keeps nothing for this page (private windows) the choice lasts as long as the page. */
+function stored() {
+  try {
+    return localStorage.getItem(kKey);
+  } catch {
+    return null;
+  }
+}
+
+export class Theme {
+  /** `onChange(colours)` is called at once and after each change. */
+  constructor(onChange) {
+    this.system = matchMedia('(prefers-color-scheme: dark)');
+    this.chosen = stored();
+    this.onChange = onChange;
+    this.system.addEventListener('change', () => this.apply());
+    this.apply();
+  }
+
+  get name() {
+    if (this.chosen in kThemes) return this.chosen;
+    return this.system.matches ? 'dark' : 'light';
+  }
+
+  toggle() {
+    this.chosen = this.name === 'dark' ? 'light' : 'dark';
+    try {
+      localStorage.setItem(kKey, this.chosen);
+    } catch {
+      // kept for this page only
+    }
+    this.apply();
+  }
+
+  apply() {
+    document.documentElement.dataset.theme = this.name;
+    this.onChange(kThemes[this.name]);
+  }
+}
