@@ -28,7 +28,7 @@ try {
   const ticks = new Map();
   for (let record; (record = reader.nextRecord()); ) {
     if (record.type === "Schema") schemas.set(record.id, new TextDecoder().decode(record.data));
-    if (record.type === "Channel") {
+    if (record.type === "Channel" && !channels.has(record.id)) {  // the summary repeats them
       const decoder = new MessageReader(parse(schemas.get(record.schemaId), { ros2: true }));
       channels.set(record.id, { topic: record.topic, decoder, messages: [] });
     }

@@ -22,7 +22,7 @@ namespace foxglove = drivers::foxglove;
 using enum FoxgloveChannel;
 
 /// Levels of the message `status`.
-constexpr int kWarning = 1, kError = 2;
+constexpr int kInformation = 0, kWarning = 1, kError = 2;
 
 /// Drops are reported this often, in numbers of statuses of the box, which come five times a second.
 constexpr int kStatusesPerReport = 10;
@@ -234,9 +234,7 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
     });
   }
   publish(cloud_reach, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    // the status is older than the newest tick, and the ball follows the hand
-    const drivers::ModelledBall ball{hip_m_in_world_.value_or(ball_.centre_m_in_world), ball_.radius_m};
-    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, points_.inBall(header, image, ball), to);
+    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, points_.inBall(header, image, reach()), to);
   });
   publish(depth_image, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
     foxglove::encodeImage(time_ns, foxglove::kOpticalFrame,
@@ -249,6 +247,12 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
   publish(camera_calibration, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
     foxglove::encodeCalibration(time_ns, foxglove::kOpticalFrame, calibrationOf(header), to);
   });
+}
+
+/// The modelled ball follows the hand, and the newest tick knows better than the status where that is.
+drivers::ModelledBall FoxgloveSession::reach() const {
+  if (!hip_m_in_world_) return ball_;
+  return {*hip_m_in_world_, ball_.radius_m > 0 ? ball_.radius_m : kReach_m};
 }
 
 void FoxgloveSession::publishTransforms() {

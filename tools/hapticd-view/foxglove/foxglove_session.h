@@ -36,6 +36,8 @@ class FoxgloveSession final : public Session {
   static constexpr std::int64_t kCloudPeriod_ns = 95'000'000;
   /// `cloud` has every fourth pixel of every fourth row.
   static constexpr std::uint32_t kCloudStep = 4;
+  /// Radius of `cloud_reach` around the HIP where the whole frame is modelled.
+  static constexpr double kReach_m = 0.1;
   static constexpr std::size_t kMaxSubscriptions = 64;
   /// Events and requests for parameters kept until they can be answered.
   static constexpr std::size_t kMaxWaiting = 64;
@@ -83,6 +85,7 @@ class FoxgloveSession final : public Session {
   void publishTransforms();
   void reportDropped();
   bool subscribed(FoxgloveChannel channel) const;
+  drivers::ModelledBall reach() const;
   std::uint64_t realtimeOf(std::int64_t monotonic_ns) const;
 
   void handle(const Subscribe& request);

@@ -64,6 +64,7 @@ Json TraceSource::hello() const {
           {"trace",
            {{"name", session_.name()},
             {"beginNs", session_.begin_ns() + session_.info().realtime_offset_ns},
+            {"realtimeOffsetNs", session_.info().realtime_offset_ns},
             {"durationS", session_.duration_s()},
             {"depth", session_.hasDepth()}}}};
 }

@@ -211,7 +211,7 @@ TEST_F(FoxgloveProtocol, CloudsAreDecimatedAndLimitedInRateAndTheOthersComeWithE
   EXPECT_EQ(payloadsOf(2)[0].size() - payloadsOf(1)[0].size(), kPoint * (8 * 8 - 2 * 2));
 }
 
-TEST_F(FoxgloveProtocol, TheReachFollowsTheHandAndIsEmptyWhereTheWholeFrameIsModelled) {
+TEST_F(FoxgloveProtocol, TheReachFollowsTheHandAndIsSmallWhereTheWholeFrameIsModelled) {
   subscribe(2, FoxgloveChannel::cloud_reach);
   const auto ball = [](const Json& radius) {
     return Json{{"scene", {{"ballCentreMInWorld", {{"x", 9}, {"y", 9}, {"z", 9}}}, {"ballRadiusM", radius}}}};
