@@ -3,6 +3,7 @@
 // a peak of a single tick is never lost.
 
 const kSpanS = 30;
+const kHoleS = 2;
 const kMostSamples = 4096;
 const kAxisPx = 14;
 
@@ -89,12 +90,13 @@ class Chart {
     this.value.textContent = Number.isFinite(newest) ? newest.toFixed(this.digits) : '–';
   }
 
-  /** Columns in between that have no window of their own go on at the value before. */
+  /** Joins the columns; where there was no window for longer than kHoleS, and for unknown values, there is a hole. */
   curve(context, columns, yOf, bottomPx) {
+    const mostGap = Math.max(2, (kHoleS / kSpanS) * columns.length);
     const line = new Path2D();
     const area = new Path2D();
     let begun = -1;
-    let last = NaN;
+    let last = 0;
     let gap = 0;
     const close = (x) => {
       if (begun < 0) return;
@@ -103,9 +105,11 @@ class Chart {
       begun = -1;
     };
     columns.forEach((value, x) => {
-      gap = Number.isNaN(value) ? gap + 1 : 0;
-      if (gap > 4 || Number.isNaN(gap ? last : value)) return close(x - gap);
-      if (gap) return;
+      if (Number.isNaN(value)) {
+        if (++gap > mostGap) close(last);
+        return;
+      }
+      gap = 0;
       const y = yOf(value);
       if (begun < 0) {
         begun = x;
@@ -115,9 +119,9 @@ class Chart {
         line.lineTo(x, y);
         area.lineTo(x, y);
       }
-      last = value;
+      last = x;
     });
-    close(columns.length - 1 - gap);
+    close(last);
     context.fill(area);
     context.stroke(line);
   }

@@ -2,10 +2,10 @@
 // How much of the cloud is drawn: all of it, or every n-th pixel both ways where the machine cannot keep up.
 
 /** A picture that takes longer than this makes the next ones coarser. */
-const kSlowMs = 50;
+const kSlowMs = 70;
 const kCoarsest = 4;
 /** Pictures that must be slow one after the other: the first ones compile shaders. */
-const kSlowPictures = 4;
+const kSlowPictures = 6;
 
 /** Whether this browser draws WebGL on the CPU. */
 export function isSoftware() {
@@ -18,13 +18,12 @@ export function isSoftware() {
 
 export class Detail {
   /** Begins with each `every`-th pixel; `onChange()` when the picture has to be drawn again. */
-  constructor(gl, every, onChange) {
-    this.gl = gl;
+  constructor(every, onChange) {
     this.onChange = onChange;
     this.every = every;
     this.forced = false;
     this.slow = 0;
-    this.fence = null;
+    this.measures = false;
   }
 
   /** Draws every pixel whatever it costs. */
@@ -35,25 +34,18 @@ export class Detail {
     this.onChange();
   }
 
-  /** To be called when all of a picture has been given to the graphics card. */
+  /** To be called before a picture is drawn: the screen takes the next one when this one is done. */
   measure() {
-    if (this.forced || this.fence || this.every >= kCoarsest) return;
-    const { gl } = this;
-    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    gl.flush();
+    if (this.forced || this.measures || this.every >= kCoarsest || document.hidden) return;
+    this.measures = true;
     const begunMs = performance.now();
-    const look = () => {
-      const done = !this.fence || gl.isContextLost() ||
-        gl.getSyncParameter(this.fence, gl.SYNC_STATUS) === gl.SIGNALED;
-      if (!done && performance.now() - begunMs <= kSlowMs) return setTimeout(look, 5);
-      if (this.fence && !gl.isContextLost()) gl.deleteSync(this.fence);
-      this.fence = null;
-      this.slow = done ? 0 : this.slow + 1;
-      if (this.forced || this.slow < kSlowPictures) return undefined;
+    requestAnimationFrame(() => {
+      this.measures = false;
+      this.slow = performance.now() - begunMs > kSlowMs ? this.slow + 1 : 0;
+      if (this.forced || this.slow < kSlowPictures) return;
       this.slow = 0;
       this.every++;
-      return this.onChange();
-    };
-    setTimeout(look, 5);
+      this.onChange();
+    });
   }
 }

@@ -3,6 +3,8 @@
 
 /** Without a message for longer than this the data counts as stale; the bridge sends at least five a second. */
 const kStaleMs = 1500;
+/** A page that was kept from running has messages waiting: so much of that time does not make them old. */
+const kMostCreditMs = 10_000;
 
 export class Notices {
   constructor() {
@@ -21,6 +23,7 @@ export class Notices {
     this.dataMs = null;
     this.frameMs = null;
     this.openMs = performance.now();
+    this.shownMs = this.openMs;
   }
 
   /** Called for each message with data, and for each depth frame. */
@@ -70,9 +73,7 @@ export class Notices {
   }
 
   lesser() {
-    if (this.paused) {
-      return { level: 'doubtful', chip: 'Paused', title: 'Paused', text: 'Mode and warnings go on; press Space to go on.' };
-    }
+    if (this.paused) return { level: 'doubtful', chip: 'Paused', title: '', text: '' };
     const chip = this.isTrace ? 'Recording' : 'Live';
     if (!this.depth.available) {
       return { level: 'doubtful', chip, title: 'No depth', text: this.depth.reason };
@@ -84,7 +85,12 @@ export class Notices {
     return { level: 'good', chip, title: '', text: '' };
   }
 
+  /** To be called ten times a second, and whenever something has changed. */
   show() {
+    const nowMs = performance.now();
+    const keptMs = nowMs - this.shownMs - kStaleMs / 3;
+    this.shownMs = nowMs;
+    if (keptMs > 0 && this.dataMs !== null) this.dataMs = Math.min(this.dataMs + Math.min(keptMs, kMostCreditMs), nowMs);
     const { level, chip, title, text } = this.current();
     this.chip.dataset.level = level;
     if (this.chip.textContent !== chip) this.chip.textContent = chip;

@@ -133,9 +133,9 @@ export const kViews = {
     const origin = frame ? frame.position : [0, 0, 0];
     const middle = add(origin, rotate(axes, [0, 0, -0.92 * distanceM]));
     // between the hand and what the camera sees, so that both are in the picture
-    const target = hip ? scale(add(middle, hip), 0.5) : middle;
+    const target = hip ? add(scale(middle, 0.4), scale(hip, 0.6)) : middle;
     const forward = unit(rotate(axes, [-0.8, -0.42, -1]));
-    const from = 0.95 * distanceM;
+    const from = 0.72 * distanceM;
     orbit.lookAlong(subtract(target, scale(forward, from)), forward, kUp, from);
   },
 };

@@ -35,7 +35,7 @@ export class Picture {
     const antialias = !software;
     this.gl = canvas.getContext('webgl2', { antialias, alpha: false, powerPreference: 'low-power' });
     if (!this.gl) throw new Error('This browser has no WebGL2: the picture cannot be drawn.');
-    this.detail = new Detail(this.gl, software ? 2 : 1, () => this.request());
+    this.detail = new Detail(software ? 2 : 1, () => this.request());
     this.create();
     canvas.addEventListener('webglcontextlost', (event) => {
       event.preventDefault(); // asks the browser to restore it
@@ -78,6 +78,7 @@ export class Picture {
     this.scheduled = true;
     requestAnimationFrame(() => {
       this.scheduled = false;
+      this.detail.measure();
       this.render();
     });
   }
@@ -115,7 +116,6 @@ export class Picture {
     if (scene.layers.hand) this.drawHand();
     this.labels.end();
     this.renders++;
-    this.detail.measure();
   }
 
   addGrid() {

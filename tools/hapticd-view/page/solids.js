@@ -6,7 +6,7 @@ import { solidProgram } from './shaders.js';
 import { add, norm, perpendiculars, placed, scale, unit } from './vectors.js';
 
 /** Opacity of what lies behind the cloud: a hand inside a surface must stay visible. */
-const kHiddenShare = 0.35;
+const kHiddenShare = 0.55;
 
 export class Solids {
   constructor(gl) {
