@@ -98,14 +98,14 @@ OrderedJson lawJson(const LawStatus& law) {
 }
 
 OrderedJson linkJson(const drivers::LinkStatus& link) {
-  const auto& [sent, received, lost, duplicated, reordered, rejected, p50_ns, p99_ns, p999_ns, max_ns] = link;
+  const auto& [sent, received, lost, duplicated, reordered, rejected, round_trip] = link;
   return {{"sent", sent},
           {"received", received},
           {"lost", lost},
           {"duplicated", duplicated},
           {"reordered", reordered},
           {"rejected", rejected},
-          {"roundTrip", latencyJson({p50_ns, p99_ns, p999_ns, max_ns})}};
+          {"roundTrip", latencyJson(round_trip)}};
 }
 
 OrderedJson handleJson(const drivers::HandleStatus& handle) {

@@ -37,10 +37,7 @@ struct LinkStatus {
   std::uint64_t duplicated = 0;  ///< received twice; rejected
   std::uint64_t reordered = 0;   ///< received after a newer one; rejected
   std::uint64_t rejected = 0;    ///< damaged, forged, from an unknown peer, or with values out of range
-  std::uint64_t round_trip_p50_ns = 0;
-  std::uint64_t round_trip_p99_ns = 0;
-  std::uint64_t round_trip_p999_ns = 0;
-  std::uint64_t round_trip_max_ns = 0;
+  rt::LatencySummary round_trip = {};
 };
 
 /// Scheduling of a handle's thread.

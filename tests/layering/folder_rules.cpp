@@ -63,9 +63,9 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",   "tools/lib/client",    "tools/lib/gnuplot",      "tools/lib/offline",
-      "tools/lib/options", "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",
-      "tools/lib/truth",   "tools/lib/whole_file"};
+      "tools/lib/child",   "tools/lib/client", "tools/lib/gnuplot",   "tools/lib/offline",
+      "tools/lib/options", "tools/lib/oracle", "tools/lib/parts",     "tools/lib/registration",
+      "tools/lib/trace",   "tools/lib/truth",  "tools/lib/whole_file"};
   static const std::vector<FolderRule> all{
       {"rt", {}},
       {"config", {}},
@@ -117,7 +117,7 @@ const std::vector<FolderRule>& folderRules() {
        {"tools/lib/options", "tools/lib/truth", "tools/lib/whole_file", "tools/hapticbench",
         "tools/hapticbench/accuracy"}},
       {"tools/hapticbench/pareto",
-       {"tools/lib/gnuplot", "tools/lib/offline", "tools/lib/options", "tools/lib/truth",
+       {"tools/lib/gnuplot", "tools/lib/offline", "tools/lib/options", "tools/lib/oracle", "tools/lib/truth",
         "tools/lib/whole_file", "tools/hapticbench", "tools/hapticbench/accuracy",
         "tools/hapticbench/strokes"}},
       {"tools/hapticbench/recordings",
@@ -154,6 +154,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/offline", {}},
       {"tools/lib/options", {"tools/lib/whole_file"}},
       {"tools/lib/parts", {"tools/lib/options"}},
+      {"tools/lib/oracle", {}},
       {"tools/lib/registration", {}},
       {"tools/lib/trace",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},

@@ -42,19 +42,19 @@ double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-Vector anyDirection(std::mt19937_64& random) {
+rt::Vec3 anyDirection(std::mt19937_64& random) {
   for (;;) {
-    const Vector v{2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
-    const double length = distanceBetween(v, {});
-    if (length > 0.01 && length <= 1) return {v[0] / length, v[1] / length, v[2] / length};
+    const rt::Vec3 v{2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
+    const double length = norm(v);
+    if (length > 0.01 && length <= 1) return {v.x / length, v.y / length, v.z / length};
   }
 }
 
-Vector directionOf(std::size_t kind, const Vector& point, std::mt19937_64& random) {
-  const double distance = distanceBetween(point, {});
+rt::Vec3 directionOf(std::size_t kind, const rt::Vec3& point, std::mt19937_64& random) {
+  const double distance = norm(point);
   switch (kind) {
     case 1:
-      return {point[0] / distance, point[1] / distance, point[2] / distance};
+      return {point.x / distance, point.y / distance, point.z / distance};
     case 2:
       return {0, 0, 1};
     default:
@@ -80,19 +80,20 @@ std::vector<std::uint16_t> sceneImage(std::uint32_t frame) {
   return raw;
 }
 
-std::vector<Vector> positionsNear(const std::vector<Vector>& points, std::size_t count, std::uint64_t seed) {
+std::vector<rt::Vec3> positionsNear(const std::vector<rt::Vec3>& points_m, std::size_t count,
+                                    std::uint64_t seed) {
   constexpr double kFarthest_m = 0.04;
   std::mt19937_64 random(seed);
-  std::vector<Vector> positions;
+  std::vector<rt::Vec3> positions_m;
   for (std::size_t i = 0; i < count; ++i) {
-    Vector position = points[random() % points.size()];
+    rt::Vec3 position_m = points_m[random() % points_m.size()];
     const std::size_t kind = i % 4;
     const double offset = kFarthest_m * (2 * uniform(random) - 1);
-    const Vector direction = directionOf(kind, position, random);
-    for (std::size_t axis = 0; kind != 0 && axis < 3; ++axis) position[axis] += offset * direction[axis];
-    positions.push_back(position);
+    const rt::Vec3 direction = directionOf(kind, position_m, random);
+    if (kind != 0) position_m += offset * direction;
+    positions_m.push_back(position_m);
   }
-  return positions;
+  return positions_m;
 }
 
 }  // namespace hapticd::test

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tests/support/brute_force.h"
+#include "rt/vec3.h"
 
 namespace hapticd::test {
 
@@ -15,8 +15,10 @@ std::vector<std::uint16_t> wallImage(std::uint16_t raw);
 /// without a valid depth. The ball moves to the right from frame to frame.
 std::vector<std::uint16_t> sceneImage(std::uint32_t frame);
 
-/// Returns `count` positions on points and within 0.04 m of them: every fourth on a point itself, the others
-/// along the ray from the camera, along z and in all directions. The same seed gives the same positions.
-std::vector<Vector> positionsNear(const std::vector<Vector>& points, std::size_t count, std::uint64_t seed);
+/// Returns `count` positions in metres on points and within 0.04 m of them: every fourth on a point itself,
+/// the others along the ray from the camera, along z and in all directions. The same seed gives the same
+/// positions.
+std::vector<rt::Vec3> positionsNear(const std::vector<rt::Vec3>& points_m, std::size_t count,
+                                    std::uint64_t seed);
 
 }  // namespace hapticd::test

@@ -26,18 +26,14 @@ std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log) {
     std::string mode;
     fields >> row.time_ns >> row.sequence >> row.made_ns >> row.age_ns >> row.force_tick >>
         row.force_tick_ns >> mode;
-    for (Vector* vector : {&row.commanded_n, &row.exerted_n, &row.position_m}) {
-      for (double& coordinate : *vector) fields >> coordinate;
+    for (rt::Vec3* vector : {&row.commanded_n, &row.exerted_n, &row.position_m}) {
+      fields >> vector->x >> vector->y >> vector->z;
     }
     EXPECT_TRUE(fields) << line;
     row.active = mode == "active";
     rows.push_back(row);
   }
   return rows;
-}
-
-double length(const Vector& vector) {
-  return distanceBetween(vector, {});
 }
 
 std::string ownLoopback(int host) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/brute_force.h"
+#include "rt/vec3.h"
 
 /// The log of haptic-bridge at the device's end of the connection.
 namespace hapticd::test {
@@ -20,15 +20,13 @@ struct BridgeRow {
   std::uint64_t force_tick = 0;    ///< of the force loop, that computed the newest command; 0: none
   std::int64_t force_tick_ns = 0;  ///< when it began, by the daemon's clock
   bool active = false;             ///< false: the driver vetoed the force, or there is no command
-  Vector commanded_n{};
-  Vector exerted_n{};
-  Vector position_m{};
+  rt::Vec3 commanded_n;
+  rt::Vec3 exerted_n;
+  rt::Vec3 position_m;
 };
 
 /// The rows that are in the log so far, none before it is begun; a test fails if the file is not such a log.
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log);
-
-double length(const Vector& vector);
 
 /// Addresses of the loopback network that no other test has at the moment.
 std::string ownLoopback(int host);

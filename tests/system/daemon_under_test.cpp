@@ -102,7 +102,7 @@ void Daemon::showFailure(const nlohmann::json& last) const {
   ADD_FAILURE() << "the status never became as expected: " << last.dump(2) << "\nhapticd said: " << errors();
 }
 
-Vector vectorOf(const nlohmann::json& object) {
+rt::Vec3 vectorOf(const nlohmann::json& object) {
   const auto coordinate = [&object](const char* name) {
     const nlohmann::json& value = object.at(name);
     return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
@@ -111,7 +111,7 @@ Vector vectorOf(const nlohmann::json& object) {
 }
 
 double lengthOf(const nlohmann::json& object) {
-  return distanceBetween(vectorOf(object), {});
+  return norm(vectorOf(object));
 }
 
 testing::AssertionResult contains(const std::string& text, const std::string& part) {

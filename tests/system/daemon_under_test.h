@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/brute_force.h"
+#include "rt/vec3.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -86,7 +86,7 @@ std::vector<std::string> hapticctlCommand(std::vector<std::string> arguments);
 std::vector<std::string> hapticReplayCommand(std::vector<std::string> arguments);
 
 /// Converts an object with `x`, `y` and `z`; NaN for null.
-Vector vectorOf(const nlohmann::json& object);
+rt::Vec3 vectorOf(const nlohmann::json& object);
 double lengthOf(const nlohmann::json& object);
 
 /// Whether `text` holds `part`, with both shown if not.

@@ -9,20 +9,23 @@
 #include <iostream>
 
 #include "tests/support/made_up_scene.h"
+#include "tests/support/raw_image.h"
 #include "tests/support/recording.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/system/daemon_under_test.h"
+#include "tools/lib/oracle/reference_camera.h"
+#include "tools/lib/oracle/spring_oracle.h"
 
 namespace hapticd {
 namespace {
 
 using nlohmann::json;
+using rt::Vec3;
 using test::contains;
 using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
 using test::Finished;
-using test::Vector;
 
 constexpr std::uint16_t kWallRaw = 760;    // 1.003 m
 constexpr double kCoreTolerance_n = 1e-4;  // required of the core
@@ -75,15 +78,15 @@ class FakenectDaemon : public testing::Test {
   /// Expects that the law's force in `status` is that of the paper at its HIP, with that stiffness.
   void expectPaperForce(const json& status, double stiffness_n_per_m) const {
     const json& tick = status.at("tick");
-    const test::BruteForce expected(points_, test::vectorOf(tick.at("hipMInWorld")),
-                                    {.stiffness_n_per_m = stiffness_n_per_m});
-    EXPECT_EQ(tick.at("pointsUsed"), expected.points());
+    const tools::SpringOracle expected(points_, test::vectorOf(tick.at("hipMInWorld")),
+                                       {.stiffness_n_per_m = stiffness_n_per_m});
+    EXPECT_EQ(tick.at("pointsUsed"), expected.pointsUsed());
     EXPECT_LT(expected.error_n(test::vectorOf(tick.at("lawForceNInWorld"))), kCoreTolerance_n) << tick.dump();
-    EXPECT_GT(test::distanceBetween(expected.force_n(), {}), 0.1);  // there is something to compare
+    EXPECT_GT(norm(expected.force_n()), 0.1);  // there is something to compare
   }
 
   const WallRecording recording_{kLongerThanATest};
-  const std::vector<Vector> points_ = test::pointsOf(test::wallImage(kWallRaw));
+  const std::vector<Vec3> points_ = tools::pointsInCamera(test::wallImage(kWallRaw));
   const DaemonHome home_;
   std::unique_ptr<Daemon> daemon_;
 };
@@ -206,9 +209,9 @@ std::vector<std::filesystem::path> imagesOf(const test::Recording& recording) {
 }
 
 /// A point of the first image with many others around it, whatever the later images show there.
-Vector denseSurfacePoint(const std::vector<Vector>& points) {
-  for (const Vector& candidate : test::positionsNear(points, 400, 11)) {
-    if (test::BruteForce(points, candidate).points() == 100) return candidate;
+Vec3 denseSurfacePoint(const std::vector<Vec3>& points) {
+  for (const Vec3& candidate : test::positionsNear(points, 400, 11)) {
+    if (tools::SpringOracle(points, candidate, {}).pointsUsed() == 100) return candidate;
   }
   throw std::runtime_error("no surface");
 }
@@ -223,13 +226,13 @@ TEST(FakenectDaemonOnARecording, FeelsThePaperForceOfTheFrameThatItNames) {
   }
   slow.writeIndex();
 
-  const Vector hip = denseSurfacePoint(test::pointsOf(test::rawPixelsOf(images.front())));
+  const Vec3 hip = denseSurfacePoint(tools::pointsInCamera(test::rawPixelsOf(images.front())));
   const auto start = [](const char* axis, double metres) {
     return std::string("simulated_handle.start_") + axis + "_m=" + std::to_string(metres);
   };
   const DaemonHome home;
   Daemon daemon(home, test::kWallYaml,
-                {"camera.driver=freenect", start("x", hip[0]), start("y", hip[1]), start("z", hip[2])},
+                {"camera.driver=freenect", start("x", hip.x), start("y", hip.y), start("z", hip.z)},
                 fakenect(slow.path()));
   ASSERT_TRUE(daemon.answers());
   std::size_t compared = 0;
@@ -237,9 +240,9 @@ TEST(FakenectDaemonOnARecording, FeelsThePaperForceOfTheFrameThatItNames) {
     const json& tick = status.at("tick");
     if (tick.at("sceneFrame") == 0 || tick.at("pointsUsed") == 0) return false;
     const std::size_t frame = tick.at("sceneFrame").get<std::size_t>() - 1;
-    const auto points = test::pointsOf(test::rawPixelsOf(images.at(frame % images.size())));
-    const test::BruteForce expected(points, test::vectorOf(tick.at("hipMInWorld")));
-    EXPECT_EQ(tick.at("pointsUsed"), expected.points());
+    const auto points = tools::pointsInCamera(test::rawPixelsOf(images.at(frame % images.size())));
+    const tools::SpringOracle expected(points, test::vectorOf(tick.at("hipMInWorld")), {});
+    EXPECT_EQ(tick.at("pointsUsed"), expected.pointsUsed());
     EXPECT_LT(expected.error_n(test::vectorOf(tick.at("lawForceNInWorld"))), kCoreTolerance_n) << tick.dump();
     return ++compared == 10;
   }));

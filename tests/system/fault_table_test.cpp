@@ -113,7 +113,7 @@ std::int64_t nanoseconds(double seconds) {
 struct Command {
   std::uint64_t tick = 0;
   std::int64_t time_ns = 0;
-  Vector force_n{};
+  rt::Vec3 force_n;
 };
 
 /// Returns the commands of the force loop in their order. Where the driver vetoes a command (mode zero)
@@ -131,10 +131,10 @@ std::vector<Command> commandsIn(const std::vector<BridgeRow>& rows) {
 /// once.
 void expectExertedAsCommanded(const std::vector<BridgeRow>& rows) {
   for (const BridgeRow& row : rows) {
-    ASSERT_LE(length(row.commanded_n), kMaxForce_n + kRounding_n) << "tick " << row.force_tick;
-    ASSERT_LE(length(row.exerted_n), length(row.commanded_n) + kRounding_n) << "tick " << row.force_tick;
+    ASSERT_LE(norm(row.commanded_n), kMaxForce_n + kRounding_n) << "tick " << row.force_tick;
+    ASSERT_LE(norm(row.exerted_n), norm(row.commanded_n) + kRounding_n) << "tick " << row.force_tick;
     const bool may_exert = row.active && row.age_ns < kDeadMan_ns;
-    ASSERT_TRUE(may_exert || length(row.exerted_n) == 0) << "at " << row.time_ns;
+    ASSERT_TRUE(may_exert || norm(row.exerted_n) == 0) << "at " << row.time_ns;
   }
 }
 
@@ -221,7 +221,7 @@ class FaultTable : public testing::Test {
 
   bool actsBetween(std::int64_t from_ns, std::int64_t to_ns) const {
     return std::ranges::any_of(commandsBetween(from_ns, to_ns),
-                               [](const Command& command) { return length(command.force_n) > kActs_n; });
+                               [](const Command& command) { return norm(command.force_n) > kActs_n; });
   }
 
   /// Returns when the fault was seen; nothing if another cause preceded it.
@@ -245,15 +245,15 @@ class FaultTable : public testing::Test {
     for (std::size_t i = 1; i < commands_.size(); ++i) {
       const Command& before = commands_[i - 1];
       const Command& now = commands_[i];
-      const double step_n = distanceBetween(now.force_n, before.force_n);
+      const double step_n = norm(now.force_n - before.force_n);
       const auto ticks = static_cast<double>(now.tick - before.tick);
       if (step_n <= kMaxSlew_n_per_s * kPeriod_s * ticks + kRounding_n) continue;
       const auto later =
           std::find_if(commands_.begin() + static_cast<std::ptrdiff_t>(i), commands_.end(),
                        [&](const Command& command) { return command.tick >= now.tick + kReleaseTicks; });
-      const bool releases = later == commands_.end() || length(later->force_n) == 0 ||
+      const bool releases = later == commands_.end() || norm(later->force_n) == 0 ||
                             handleFailedBetween(commands_[i - std::min(i, kBefore)].time_ns, now.time_ns);
-      ASSERT_TRUE(releases && length(now.force_n) < length(before.force_n))
+      ASSERT_TRUE(releases && norm(now.force_n) < norm(before.force_n))
           << step_n << " N from tick " << before.tick << " to " << now.tick;
     }
   }
@@ -268,7 +268,7 @@ class FaultTable : public testing::Test {
     if (commands_.empty() || commands_.back().time_ns < next_ns - nanoseconds(kPause_s / 4)) return {};
     Seen seen;
     for (const Command& command : commandsBetween(begin_ns, next_ns)) {
-      seen.largest_n = std::max(seen.largest_n, length(command.force_n));
+      seen.largest_n = std::max(seen.largest_n, norm(command.force_n));
     }
     if (*stated.cause != '\0') {
       const auto seen_ns = seenAt(stated, begin_ns, end_ns);
@@ -291,13 +291,13 @@ class FaultTable : public testing::Test {
     std::optional<std::uint64_t> first_tick;  // that arrived, from zero_ns on
     for (const Command& command : commandsBetween(begin_ns, end_ns)) {
       if (command.time_ns >= zero_ns && !first_tick) first_tick = command.tick;
-      if (length(command.force_n) == 0) continue;
+      if (norm(command.force_n) == 0) continue;
       last_force_s = 1e-9 * static_cast<double>(command.time_ns - begin_ns);
       if (command.time_ns < seen_ns && stated.seen_within_s) {
         EXPECT_LE(last_force_s, *stated.seen_within_s + 1e-9 * kStartKnown_ns) << "tick " << command.tick;
       }
       if (first_tick) {
-        EXPECT_LT(command.tick, *first_tick + stated.zero_within_ticks) << length(command.force_n) << " N";
+        EXPECT_LT(command.tick, *first_tick + stated.zero_within_ticks) << norm(command.force_n) << " N";
       }
     }
     return last_force_s;
@@ -417,7 +417,7 @@ TEST_F(FaultTable, TheForceGoesOnWhileNobodyTakesTheTicks) {
     learnFrom(status);
     engageIfReplaced(status);
     const std::vector<Command> commands = commandsIn(bridgeRows(log()));
-    return !commands.empty() && commands.back().tick > tick && length(commands.back().force_n) > kActs_n;
+    return !commands.empty() && commands.back().tick > tick && norm(commands.back().force_n) > kActs_n;
   })) << "a force acts";
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
   const std::vector<BridgeRow> rows = bridgeRows(log());

@@ -12,15 +12,17 @@
 #include <random>
 #include <sstream>
 
-#include "tests/support/brute_force.h"
 #include "tests/support/made_up_scene.h"
+#include "tests/support/raw_image.h"
 #include "tests/support/recording.h"
 #include "tests/system/daemon_under_test.h"
+#include "tools/lib/oracle/reference_camera.h"
+#include "tools/lib/oracle/spring_oracle.h"
 
 namespace hapticd {
 namespace {
 
-using test::Vector;
+using rt::Vec3;
 
 constexpr std::size_t kPositions = 2000;
 constexpr double kReplayTolerance_n = 1e-4;  // what is asked of haptic-replay
@@ -67,7 +69,7 @@ struct Printed {
 
 struct Query {
   std::string text;  // the line of the input file
-  Vector hip;        // as that line says
+  Vec3 hip;          // as that line says
   std::size_t image;
 };
 
@@ -79,11 +81,11 @@ std::vector<Query> queriesOf(const std::vector<Image>& images) {
     const std::size_t count = kPositions * (i + 1) / images.size() - kPositions * i / images.size();
     const double begin_s = images[i].time_s;
     const double end_s = i + 1 < images.size() ? images[i + 1].time_s : begin_s + 1;
-    const auto points = test::pointsOf(test::rawPixelsOf(images[i].file));
+    const auto points = tools::pointsInCamera(test::rawPixelsOf(images[i].file));
     std::size_t number = 0;
-    for (const Vector& hip : test::positionsNear(points, count, random())) {
+    for (const Vec3& hip : test::positionsNear(points, count, random())) {
       const double share = static_cast<double>(++number) / static_cast<double>(count + 1);
-      const Printed t(begin_s + share * (end_s - begin_s)), x(hip[0]), y(hip[1]), z(hip[2]);
+      const Printed t(begin_s + share * (end_s - begin_s)), x(hip.x), y(hip.y), z(hip.z);
       queries.push_back(
           {t.text + ',' + x.text + ',' + y.text + ',' + z.text, {x.value, y.value, z.value}, i});
     }
@@ -93,7 +95,7 @@ std::vector<Query> queriesOf(const std::vector<Image>& images) {
 
 struct Answer {
   std::string input;  // the first four columns
-  Vector force_n;
+  Vec3 force_n;
   std::size_t points;
   std::size_t frame;
 };
@@ -104,7 +106,7 @@ Answer answerOf(const std::string& line) {
   Answer answer{line.substr(0, column_begin - 1), {}, 0, 0};
   std::istringstream rest(line.substr(column_begin));
   char comma = 0;
-  rest >> answer.force_n[0] >> comma >> answer.force_n[1] >> comma >> answer.force_n[2] >> comma >>
+  rest >> answer.force_n.x >> comma >> answer.force_n.y >> comma >> answer.force_n.z >> comma >>
       answer.points >> comma >> answer.frame;
   EXPECT_TRUE(rest && rest.peek() == std::istringstream::traits_type::eof()) << line;
   return answer;
@@ -156,22 +158,22 @@ TEST_P(ReplayOfRecordings, IsTheBruteForceOverAllPixelsAt2000PositionsNearAndOnS
   const std::vector<Answer> answers = replay(folder, queries, GetParam().options);
   ASSERT_EQ(answers.size(), kPositions);
 
-  std::vector<Vector> points;
+  std::vector<Vec3> points;
   std::size_t image = images.size();
   std::size_t with_force = 0;
   double largest_error_n = 0;
   for (std::size_t i = 0; i < kPositions; ++i) {
     if (queries[i].image != image) {
       image = queries[i].image;
-      points = test::pointsOf(test::rawPixelsOf(images[image].file));
+      points = tools::pointsInCamera(test::rawPixelsOf(images[image].file));
     }
-    const test::BruteForce expected(points, queries[i].hip);
+    const tools::SpringOracle expected(points, queries[i].hip, {});
     const double error_n = expected.error_n(answers[i].force_n);
     EXPECT_LT(error_n, kReplayTolerance_n) << "at " << queries[i].text;
-    EXPECT_EQ(answers[i].points, expected.points()) << "at " << queries[i].text;
+    EXPECT_EQ(answers[i].points, expected.pointsUsed()) << "at " << queries[i].text;
     EXPECT_EQ(answers[i].frame, image) << "at " << queries[i].text;
     EXPECT_EQ(answers[i].input, queries[i].text);
-    if (expected.points() > 0) ++with_force;
+    if (expected.pointsUsed() > 0) ++with_force;
     largest_error_n = std::max(largest_error_n, error_n);
   }
   EXPECT_GT(with_force, kPositions / 2);  // so that there is something to compare

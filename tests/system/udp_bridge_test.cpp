@@ -34,12 +34,12 @@ std::string udpYaml(const std::string& key_file) {
 }
 
 std::ptrdiff_t countFelt(const std::vector<BridgeRow>& rows) {
-  return std::ranges::count_if(rows, [](const BridgeRow& row) { return length(row.exerted_n) > kFelt_n; });
+  return std::ranges::count_if(rows, [](const BridgeRow& row) { return norm(row.exerted_n) > kFelt_n; });
 }
 
 /// The hand presses with 2 N, and the wall holds it: half of that is far from rounding and from nothing.
 bool isHeld(const std::vector<BridgeRow>& rows) {
-  return std::ranges::count_if(rows, [](const BridgeRow& row) { return row.exerted_n[2] > 1; }) > 100;
+  return std::ranges::count_if(rows, [](const BridgeRow& row) { return row.exerted_n.z > 1; }) > 100;
 }
 
 /// For each row the bridge has looked at its clock once, so that nothing late on this machine counts.
@@ -47,7 +47,7 @@ void expectNothingExertedWithoutCommands(const std::vector<BridgeRow>& rows) {
   EXPECT_GT(countFelt(rows), 0);
   for (const BridgeRow& row : rows) {
     const bool may_exert = row.active && row.age_ns < kDeadManNs;
-    EXPECT_TRUE(may_exert || length(row.exerted_n) == 0) << row.time_ns;
+    EXPECT_TRUE(may_exert || norm(row.exerted_n) == 0) << row.time_ns;
   }
 }
 
@@ -104,7 +104,7 @@ class UdpBridge : public testing::Test {
     EXPECT_EQ(bridge.wait(), exitedWith(0));
     const std::vector<BridgeRow> rows = bridgeRows(log());
     expectNothingExertedWithoutCommands(rows);
-    return rows.back().active && length(rows.back().commanded_n) > kFelt_n;
+    return rows.back().active && norm(rows.back().commanded_n) > kFelt_n;
   }
 
   TemporaryFolder folder_;
@@ -134,7 +134,7 @@ TEST_F(UdpBridge, CarriesTheForceOverACleanNetworkWithoutLosingAPacket) {
   EXPECT_TRUE(contains(bridge.output(), "lost 0, duplicated 0, reordered 0"));
   EXPECT_GT(link.at("roundTrip").at("p50Ns"), 0);
   EXPECT_TRUE(isHeld(rows));
-  for (const BridgeRow& row : rows) EXPECT_TRUE(std::isfinite(length(row.exerted_n)));
+  for (const BridgeRow& row : rows) EXPECT_TRUE(std::isfinite(norm(row.exerted_n)));
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
@@ -162,9 +162,9 @@ TEST_F(UdpBridge, IsToldToLetGoWhenTheDaemonStops) {
   ASSERT_EQ(bridge.wait(), exitedWith(0));
   const std::vector<BridgeRow> rows = bridgeRows(log());
   ASSERT_FALSE(rows.empty());
-  EXPECT_TRUE(std::ranges::any_of(rows, [](const BridgeRow& row) { return length(row.exerted_n) > 0.5; }));
+  EXPECT_TRUE(std::ranges::any_of(rows, [](const BridgeRow& row) { return norm(row.exerted_n) > 0.5; }));
   EXPECT_FALSE(rows.back().active);
-  EXPECT_EQ(length(rows.back().exerted_n), 0);
+  EXPECT_EQ(norm(rows.back().exerted_n), 0);
 }
 
 TEST_F(UdpBridge, NamesEachAccidentOfABadNetworkAndGoesOn) {

@@ -17,8 +17,8 @@ std::string bridgeTable(const BridgeSummary& summary) {
       "strongest force, N       {:>10.3f}\n"
       "energy to the hand, mJ   {:>10.3f}\n",
       summary.ticks, summary.skipped_ticks, link.sent, link.received, link.lost, link.duplicated,
-      link.reordered, link.rejected, us(link.round_trip_p50_ns), us(link.round_trip_p99_ns),
-      us(link.round_trip_p999_ns), us(link.round_trip_max_ns), summary.active_ticks, summary.dead_man_ticks,
+      link.reordered, link.rejected, us(link.round_trip.p50_ns), us(link.round_trip.p99_ns),
+      us(link.round_trip.p999_ns), us(link.round_trip.max_ns), summary.active_ticks, summary.dead_man_ticks,
       summary.most_force_n, summary.energy_j * 1e3);
   if (!summary.last_refusal.empty())
     text += fmt::format("last packet rejected     {}\n", summary.last_refusal);

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
 #include "config/settings.h"
+#include "drivers/camera/synthetic/scene_camera.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
@@ -27,7 +24,7 @@ namespace hapticd::drivers {
 /// `sensor` and `harsh`: SensorNoise::applySensor() with the parameters recorded() and harsh(). A surface
 /// nearer than near_m or farther than far_m is never measured, and no raw value of such a depth is delivered.
 ///
-/// Thread: one at a time (render() uses a buffer of the object).  RT: not safe.
+/// Thread: one at a time (render() uses a buffer of the camera).  RT: not safe.
 class AnalyticScene {
  public:
   AnalyticScene(const config::SyntheticSettings& settings, const rt::DepthModelParameters& depth_model);
@@ -47,22 +44,15 @@ class AnalyticScene {
 
  private:
   rt::Vec3 sphereCentre(double t_s) const;
-  double inversePlaneDepth(double ray_y) const;
-  double inverseSphereDepth(double ray_x, double ray_y, const rt::Vec3& centre) const;
-  double inverseDepth(double ray_x, double ray_y, const rt::Vec3& centre) const;
-  float exactDisparity(double inverse_depth) const;
-  void removeOutsideLimits(std::uint16_t* raw) const;
+  double inversePlaneDepth(const rt::Vec3& ray) const;
+  double inverseSphereDepth(const rt::Vec3& ray, const rt::Vec3& centre) const;
+  double inverseDepth(const rt::Vec3& ray, const rt::Vec3& centre) const;
 
   config::SyntheticSettings settings_;
-  rt::DepthModelParameters model_;
+  SceneCamera camera_;
   SensorNoise noise_;
-  double inverse_distance_per_m_;               // 1/Z of the plane on the optical axis
-  double inverse_distance_slope_per_m_;         // change of 1/Z of the plane per unit of ray_y
-  std::array<double, rt::kFrameWidth> ray_x_;   // x of the rays (x, y, -1) through each column
-  std::array<double, rt::kFrameHeight> ray_y_;  // y of the rays through each row
-  std::uint16_t raw_first_ = 1;                 // first raw value with a depth from near_m to far_m
-  std::uint16_t raw_last_ = 0;                  ///< last raw value with a depth from near_m to far_m
-  std::vector<float> exact_;
+  double inverse_distance_per_m_;        // 1/Z of the plane on the optical axis
+  double inverse_distance_slope_per_m_;  // change of 1/Z of the plane per unit of the ray's y
 };
 
 }  // namespace hapticd::drivers

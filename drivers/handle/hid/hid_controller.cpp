@@ -149,10 +149,7 @@ Report HidController::output(bool exert, const rt::Vec3& force_n, std::int64_t n
 
 LinkStatus HidController::link() const {
   LinkStatus link = link_;
-  link.round_trip_p50_ns = round_trips_.quantileNs(0.5);
-  link.round_trip_p99_ns = round_trips_.quantileNs(0.99);
-  link.round_trip_p999_ns = round_trips_.quantileNs(0.999);
-  link.round_trip_max_ns = round_trips_.maxNs();
+  link.round_trip = rt::summaryOf(round_trips_);
   return link;
 }
 

@@ -118,10 +118,7 @@ void Conversation::takeOver(const Header& header, std::int64_t now_ns) {
 
 LinkStatus Conversation::link() const {
   LinkStatus link = counts_;
-  link.round_trip_p50_ns = round_trip_.quantileNs(0.5);
-  link.round_trip_p99_ns = round_trip_.quantileNs(0.99);
-  link.round_trip_p999_ns = round_trip_.quantileNs(0.999);
-  link.round_trip_max_ns = round_trip_.maxNs();
+  link.round_trip = rt::summaryOf(round_trip_);
   return link;
 }
 

@@ -394,7 +394,7 @@ TEST_F(HidControllerTest, MeasuresTheDelayByTheEchoWithoutTheTimeInTheDevice) {
     delay_s = next()->delay_s;
   }
   EXPECT_NEAR(delay_s, 0.0006, 1e-6);  // 1 ms between the reports, 0.4 ms of it in the device; smoothed
-  EXPECT_NEAR(static_cast<double>(controller_.link().round_trip_p50_ns), 600'000, 600'000 / 16.0);
+  EXPECT_NEAR(static_cast<double>(controller_.link().round_trip.p50_ns), 600'000, 600'000 / 16.0);
   input_.echo = 0xDEAD;  // never sent
   EXPECT_NEAR(next()->delay_s, delay_s, 1e-6);
 }

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "drivers/camera/recorded/depth_pgm.h"
-#include "tests/support/brute_force.h"
+#include "tests/support/raw_image.h"
 #include "tests/support/recording.h"
 #include "tests/support/scratch_recording.h"
 

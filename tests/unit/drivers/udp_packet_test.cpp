@@ -245,8 +245,8 @@ TEST(UdpConversation, BothSidesMeetInThreePacketsAndMeasureTheRoundTrip) {
   sides.now_ns += 7 * kMs;  // the bridge's own time is part of the loop, not of the round trip
   ASSERT_EQ(sides.toBox(sides.bridge->next(sides.now_ns)), Verdict::fresh);
   EXPECT_EQ(sides.box->loopNs(), 9 * kMs);
-  EXPECT_EQ(sides.box->link().round_trip_max_ns, 2'000'000U);
-  EXPECT_EQ(sides.bridge->link().round_trip_max_ns, 2'000'000U);
+  EXPECT_EQ(sides.box->link().round_trip.max_ns, 2'000'000U);
+  EXPECT_EQ(sides.bridge->link().round_trip.max_ns, 2'000'000U);
 }
 
 TEST(UdpConversation, CountsLostDuplicatedAndReorderedPackets) {

@@ -70,7 +70,7 @@ void expectVoxelsToHoldTheirPoints(const rt::Scene& scene) {
   EXPECT_EQ(scene.voxel_begin[occupied], scene.points);
 }
 
-void expectAllPointsOfTheBall(const rt::Scene& scene, const PointCloud& cloud) {
+void expectAllPointsOfTheBall(const rt::Scene& scene, const tools::PointCloud& cloud) {
   constexpr std::uint32_t kNone = ~0U;
   std::vector<std::uint32_t> index_of_pixel(rt::kFramePixels, kNone);
   for (std::uint32_t i = 0; i < scene.points; ++i) {
@@ -81,8 +81,8 @@ void expectAllPointsOfTheBall(const rt::Scene& scene, const PointCloud& cloud) {
   }
   const double error = scene.depth_model->singlePrecisionError_m();
   std::size_t found = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const double distance = norm(cloud.position(i) - scene.ball_centre_m_in_world);
+  for (std::size_t i = 0; i < cloud.points_m.size(); ++i) {
+    const double distance = norm(cloud.points_m[i] - scene.ball_centre_m_in_world);
     const std::uint32_t index = index_of_pixel[cloud.row[i] * rt::kFrameWidth + cloud.column[i]];
     if (index == kNone) {
       ASSERT_GT(distance, scene.ball_radius_m) << cloud.column[i] << ' ' << cloud.row[i];
@@ -93,7 +93,7 @@ void expectAllPointsOfTheBall(const rt::Scene& scene, const PointCloud& cloud) {
     const rt::Vec3 position = scene.origin_m_in_world + rt::Vec3{p.x_m, p.y_m, p.z_m};
     ASSERT_EQ(p.pixel & 2047, cloud.raw[i]);
     ASSERT_LE(distance, scene.ball_radius_m + 2 * error) << cloud.column[i] << ' ' << cloud.row[i];
-    ASSERT_LE(norm(position - cloud.position(i)), error);
+    ASSERT_LE(norm(position - cloud.points_m[i]), error);
   }
   EXPECT_EQ(found, scene.points) << "points that the frame does not have";
 }

@@ -3,7 +3,7 @@
 
 #include "rt/depth_frame.h"
 #include "rt/scene.h"
-#include "tests/unit/rt/reference_camera.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::test {
 
@@ -14,7 +14,7 @@ void expectVoxelsToHoldTheirPoints(const rt::Scene& scene);
 /// Expects that the scene contains each point of the frame within its ball exactly once, at the right
 /// position, and none that is farther away than the ball's radius plus twice the accuracy of positions.
 /// `cloud`: all points of the frame.
-void expectAllPointsOfTheBall(const rt::Scene& scene, const PointCloud& cloud);
+void expectAllPointsOfTheBall(const rt::Scene& scene, const tools::PointCloud& cloud);
 
 /// Expects that two scenes are bitwise equal.
 void expectTheSameScene(const rt::Scene& actual, const rt::Scene& expected);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/depth_model.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +9,11 @@
 #include <memory>
 #include <numbers>
 
-#include "tests/unit/rt/reference_camera.h"
-
 namespace hapticd::rt {
 namespace {
 
-using test::pointByPrintedMatrix;
-using test::ReferenceCamera;
+using tools::pointByPrintedMatrix;
+using tools::ReferenceCamera;
 
 constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
 

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "rt/depth_model.h"
-#include "tests/unit/rt/reference_camera.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::rt {
 namespace {
 
-using test::ReferenceCamera;
+using tools::ReferenceCamera;
 
 struct Ball {
   Vec3 centre;

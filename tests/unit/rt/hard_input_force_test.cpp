@@ -9,15 +9,16 @@
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
-#include "tests/unit/rt/reference_camera.h"
-#include "tests/unit/rt/reference_force.h"
+#include "tests/unit/rt/rounding_tolerance.h"
 #include "tests/unit/rt/simd_targets.h"
+#include "tools/lib/oracle/reference_camera.h"
+#include "tools/lib/oracle/spring_oracle.h"
 
 namespace hapticd::rt {
 namespace {
 
 using test::BuiltScene;
-using test::ReferenceForce;
+using tools::SpringOracle;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -36,7 +37,7 @@ DepthModelParameters longLens(double nearest_m, double farthest_m) {
 void expectForceOfBruteForce(const DepthModelParameters& parameters, const DepthFrame& frame, const Vec3& hip,
                              std::initializer_list<SpringParameters> springs) {
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
-  const test::PointCloud cloud = test::ReferenceCamera(parameters).pointsOf(frame);
+  const tools::PointCloud cloud = tools::ReferenceCamera(parameters).pointsOf(frame.raw);
   GridParameters reach_grid;
   reach_grid.point_capacity = kFramePixels;
   BuiltScene reach(*model, reach_grid);
@@ -45,16 +46,15 @@ void expectForceOfBruteForce(const DepthModelParameters& parameters, const Depth
   reach.build(frame, hip, 0.12);
   whole.build(frame);
   for (const SpringParameters& s : springs) {
-    const ReferenceForce expected = test::bruteForce(cloud, hip, s);
+    const SpringOracle expected(cloud.points_m, hip, s);
     // Where only rounding decides between points (two of 300 000 equally far to 1e-12 m), another one may
     // have been chosen: 2 k D / N.
     const double either =
-        expected.undecided ? 2 * s.stiffness_n_per_m * s.radius_m / expected.points_used : 0;
+        test::isUndecided(expected) ? 2 * s.stiffness_n_per_m * s.radius_m / expected.pointsUsed() : 0;
     for (const Scene* const scene : {&reach.scene, &whole.scene}) {
       const ForceSample sample = nearestSprings(*scene, hip, s, memory);
-      EXPECT_EQ(sample.points_used, expected.points_used);
-      EXPECT_LE(norm(sample.force_n_in_world - expected.force_n_in_world),
-                test::roundingTolerance_n(s) + either);
+      EXPECT_EQ(sample.points_used, expected.pointsUsed());
+      EXPECT_LE(norm(sample.force_n_in_world - expected.force_n()), test::roundingTolerance_n(s) + either);
     }
   }
 }

@@ -11,15 +11,15 @@
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
-#include "tests/unit/rt/reference_camera.h"
-#include "tests/unit/rt/reference_force.h"
+#include "tests/unit/rt/rounding_tolerance.h"
 #include "tests/unit/rt/simd_targets.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::rt {
 namespace {
 
 using test::BuiltScene;
-using test::ReferenceCamera;
+using tools::ReferenceCamera;
 
 /// A plane at 1 m with 2 mm between points and the optical axis in the middle of four pixels: on the axis,
 /// points come in groups of four and eight at bitwise equal distances.

@@ -1,26 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
-#include "tests/unit/rt/reference_camera.h"
-#include "tests/unit/rt/reference_force.h"
+#include "tests/unit/rt/rounding_tolerance.h"
 #include "tests/unit/rt/simd_targets.h"
+#include "tools/lib/oracle/reference_camera.h"
+#include "tools/lib/oracle/spring_oracle.h"
 
 namespace hapticd::rt {
 namespace {
 
 using test::BuiltScene;
 using test::FramePointer;
-using test::PointCloud;
-using test::ReferenceCamera;
-using test::ReferenceForce;
 using test::wholeFrameGrid;
+using tools::PointCloud;
+using tools::ReferenceCamera;
+using tools::SpringOracle;
 
 /// Two walls with a step of 0.3 m between them and holes: depth discontinuities and borders.
 FramePointer steppedFrame() {
@@ -47,7 +51,7 @@ class Comparison {
              double largest_radius_m = 0.04)
       : frame_(frame),
         camera_(kCamera, pose),
-        cloud_(camera_.pointsOf(frame)),
+        cloud_(camera_.pointsOf(frame.raw)),
         model_(std::make_unique<DepthModel>(kCamera, pose)),
         reach_(*model_, tightGrid(largest_radius_m)),
         whole_(*model_, wholeFrameGrid()),
@@ -61,7 +65,7 @@ class Comparison {
 
   /// Returns a random position up to `reach_m` on each axis from a random point of the frame.
   Vec3 randomHip(double reach_m) {
-    const Vec3 point = cloud_.position(random_() % cloud_.size());
+    const Vec3 point = cloud_.points_m[random_() % cloud_.points_m.size()];
     return point + Vec3{between(-reach_m, reach_m), between(-reach_m, reach_m), between(-reach_m, reach_m)};
   }
 
@@ -71,20 +75,28 @@ class Comparison {
     ASSERT_TRUE(reach_.scene.covers(hip, parameters.radius_m));
     const ForceSample by_reach = nearestSprings(reach_.scene, hip, parameters, reach_memory_);
     const ForceSample by_whole = nearestSprings(whole_.scene, hip, parameters, whole_memory_);
-    const ReferenceForce expected = test::bruteForce(cloud_, hip, parameters);
-    touching_ += expected.points_used != 0 ? 1 : 0;
-    undecided_ += expected.undecided ? 1 : 0;
-    if (expected.undecided) return;
-    ASSERT_EQ(by_reach.points_used, expected.points_used);
-    ASSERT_EQ(by_whole.points_used, expected.points_used);
-    const double error_n = norm(by_whole.force_n_in_world - expected.force_n_in_world);
+    const SpringOracle expected(cloud_.points_m, hip, parameters);
+    const bool undecided = test::isUndecided(expected);
+    touching_ += expected.pointsUsed() != 0 ? 1 : 0;
+    undecided_ += undecided ? 1 : 0;
+    if (undecided) return;
+    ASSERT_EQ(by_reach.points_used, expected.pointsUsed());
+    ASSERT_EQ(by_whole.points_used, expected.pointsUsed());
+    const double error_n = norm(by_whole.force_n_in_world - expected.force_n());
     ASSERT_LE(error_n, test::roundingTolerance_n(parameters));
     // The same points in another order: at most 1000 roundings of at most k D, 2^-53 each.
     const double largest_n = parameters.stiffness_n_per_m * parameters.radius_m;
     ASSERT_LE(norm(by_reach.force_n_in_world - by_whole.force_n_in_world), 5e-14 * largest_n);
   }
 
-  double distanceOfRank(const Vec3& hip, std::size_t n) const { return test::distanceOfRank(cloud_, hip, n); }
+  /// Returns the distance in metres from the HIP to the n-th nearest point; n = 1 for the nearest.
+  double distanceOfRank(const Vec3& hip, std::size_t n) const {
+    std::vector<double> distances;
+    for (const Vec3& point : cloud_.points_m) distances.push_back(norm(hip - point));
+    const auto nth = distances.begin() + static_cast<std::ptrdiff_t>(n - 1);
+    std::nth_element(distances.begin(), nth, distances.end());
+    return *nth;
+  }
   int touching() const { return touching_; }
   int undecided() const { return undecided_; }
 

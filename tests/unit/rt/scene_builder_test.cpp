@@ -15,17 +15,17 @@
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/built_scene_check.h"
 #include "tests/unit/rt/made_up_frame.h"
-#include "tests/unit/rt/reference_camera.h"
 #include "tests/unit/rt/simd_targets.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::rt {
 namespace {
 
 using test::BuiltScene;
 using test::FramePointer;
-using test::PointCloud;
-using test::ReferenceCamera;
 using test::wholeFrameGrid;
+using tools::PointCloud;
+using tools::ReferenceCamera;
 
 struct NamedFrame {
   const char* name;
@@ -64,8 +64,8 @@ TEST_P(SceneOfFrame, HoldsEveryValidPixelWhereTheWholeFrameIsModelled) {
     for (std::size_t i = pose; i < frames.size(); i += 2) {
       SCOPED_TRACE(frames[i].name);
       const Scene& scene = built.build(*frames[i].frame);
-      const PointCloud cloud = camera.pointsOf(*frames[i].frame);
-      EXPECT_EQ(scene.points, cloud.size());
+      const PointCloud cloud = camera.pointsOf(frames[i].frame->raw);
+      EXPECT_EQ(scene.points, cloud.points_m.size());
       EXPECT_EQ(scene.points_over_capacity, 0U);
       test::expectAllPointsOfTheBall(scene, cloud);
       test::expectVoxelsToHoldTheirPoints(scene);
@@ -86,13 +86,13 @@ TEST_P(SceneOfFrame, HoldsEveryPointOfTheBallWhereOnlyTheReachIsModelled) {
     grid.point_capacity = kFramePixels;
     BuiltScene built(*model, grid);
     for (const NamedFrame& f : frames) {
-      const PointCloud cloud = camera.pointsOf(*f.frame);
+      const PointCloud cloud = camera.pointsOf(f.frame->raw);
       for (int i = 0; i < 3; ++i) {
         SCOPED_TRACE(f.name);
         Vec3 centre = camera.toWorld({0.2, 0.1, -1});
-        if (cloud.size() != 0 && i != 0) {
-          centre =
-              cloud.position(random() % cloud.size()) + Vec3{shift(random), shift(random), shift(random)};
+        if (cloud.points_m.size() != 0 && i != 0) {
+          centre = cloud.points_m[random() % cloud.points_m.size()] +
+                   Vec3{shift(random), shift(random), shift(random)};
         }
         test::expectAllPointsOfTheBall(built.build(*f.frame, centre, i == 2 ? 0.05 : 1), cloud);
         test::expectVoxelsToHoldTheirPoints(built.scene);
@@ -107,8 +107,8 @@ TEST_P(SceneOfFrame, IsTheSameForEveryShapeOfWindowThatHoldsTheBall) {
   const ReferenceCamera camera(parameters);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   const FramePointer frame = test::planeAndSphereFrame(5, parameters);
-  const PointCloud cloud = camera.pointsOf(*frame);
-  const Vec3 centre = cloud.position(cloud.size() / 2);
+  const PointCloud cloud = camera.pointsOf(frame->raw);
+  const Vec3 centre = cloud.points_m[cloud.points_m.size() / 2];
   for (const int cells : {8, 31, 32, 33, 64}) {
     for (const double edge : {0.005, 0.0131, 0.04}) {
       SCOPED_TRACE(cells);

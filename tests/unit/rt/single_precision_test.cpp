@@ -7,16 +7,16 @@
 
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
-#include "tests/unit/rt/reference_camera.h"
 #include "tests/unit/rt/simd_targets.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::rt {
 namespace {
 
 using test::BuiltScene;
-using test::PointCloud;
-using test::ReferenceCamera;
 using test::wholeFrameGrid;
+using tools::PointCloud;
+using tools::ReferenceCamera;
 
 struct Setting {
   const char* name;

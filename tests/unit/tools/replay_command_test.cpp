@@ -7,16 +7,17 @@
 #include <cmath>
 #include <memory>
 
-#include "tests/support/brute_force.h"
 #include "tests/support/made_up_scene.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/unit/tools/papers_law.h"
 #include "tools/haptic-replay/replay.h"
+#include "tools/lib/oracle/reference_camera.h"
+#include "tools/lib/oracle/spring_oracle.h"
 
 namespace hapticd::tools {
 namespace {
 
-using test::Vector;
+using rt::Vec3;
 
 // Sums of a few hundred numbers below 10 N in double precision; times of some seconds in whole nanoseconds
 // make the slew limit's step uncertain by 1e-9 s * 500 N/s.
@@ -29,15 +30,17 @@ config::Settings slewLimited() {
 }
 
 constexpr std::uint16_t kWallRaw = 760;  // 1.003 m
-const Vector kHip{0.01, 0.02, -0.98};    // 23 mm in front of it
+const Vec3 kHip{0.01, 0.02, -0.98};      // 23 mm in front of it
 
-double lengthOf(const rt::Vec3& v) {
-  return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+/// The points of the wall that the replay sees.
+std::vector<Vec3> wallPoints() {
+  return pointsInCamera(test::wallImage(kWallRaw));
 }
 
 /// The force that the law has at kHip, longer than the limits of the tests.
-Vector lawForce() {
-  return test::BruteForce(test::pointsOf(test::wallImage(kWallRaw)), kHip).force_n();
+const Vec3& lawForce() {
+  static const Vec3 force_n = SpringOracle(wallPoints(), kHip, {}).force_n();
+  return force_n;
 }
 
 class ReplayCommand : public testing::Test {
@@ -52,17 +55,17 @@ class ReplayCommand : public testing::Test {
     replay_ = std::make_unique<Replay>(settings, *source_, Stage::command);
   }
 
-  rt::Vec3 commandAt(double time_s, const Vector& hip = kHip) {
-    return replay_->feel({time_s, {hip[0], hip[1], hip[2]}}).value().force_n_in_world;
+  Vec3 commandAt(double time_s, const Vec3& hip = kHip) {
+    return replay_->feel({time_s, hip}).value().force_n_in_world;
   }
 
   /// Along the law's force, that long.
-  static void expectAlongTheLaw(const rt::Vec3& command, double length_n, double time_s) {
-    const Vector law = lawForce();
-    const double factor = length_n / test::distanceBetween(law, {});
-    EXPECT_NEAR(command.x, factor * law[0], kCommandTolerance_n) << time_s;
-    EXPECT_NEAR(command.y, factor * law[1], kCommandTolerance_n) << time_s;
-    EXPECT_NEAR(command.z, factor * law[2], kCommandTolerance_n) << time_s;
+  static void expectAlongTheLaw(const Vec3& command, double length_n, double time_s) {
+    const Vec3& law = lawForce();
+    const double factor = length_n / norm(law);
+    EXPECT_NEAR(command.x, factor * law.x, kCommandTolerance_n) << time_s;
+    EXPECT_NEAR(command.y, factor * law.y, kCommandTolerance_n) << time_s;
+    EXPECT_NEAR(command.z, factor * law.z, kCommandTolerance_n) << time_s;
   }
 
   test::TemporaryFolder folder_;
@@ -71,7 +74,7 @@ class ReplayCommand : public testing::Test {
 };
 
 TEST_F(ReplayCommand, RisesAtTheSlewLimitToTheLargestForceAndStaysThere) {
-  ASSERT_GT(test::distanceBetween(lawForce(), {}), 4.5);  // beyond the limit of 4 N
+  ASSERT_GT(norm(lawForce()), 4.5);  // beyond the limit of 4 N
   openImage(slewLimited());
   for (int sample = 0; sample < 20; ++sample) {
     const double time_s = 0.001 * sample;
@@ -95,7 +98,7 @@ TEST_F(ReplayCommand, IsTheBareLawWhereNoLimitActs) {
   settings.live.safety.max_force_n = 40;
   settings.live.safety.max_slew_n_per_s = 20000;
   openImage(settings);
-  expectAlongTheLaw(commandAt(0), test::distanceBetween(lawForce(), {}), 0);
+  expectAlongTheLaw(commandAt(0), norm(lawForce()), 0);
 }
 
 /// Limits far away.
@@ -119,11 +122,11 @@ TEST_F(ReplayCommand, DampsByTheVelocityOfTheSamples) {
       source_ = std::make_unique<DepthSource>(
           *DepthSource::open(folder_.write("wall.pgm", test::pgmBytes(test::wallImage(kWallRaw)))));
       replay_ = std::make_unique<Replay>(settings, *source_, Stage::command, delay_s);
-      rt::Vec3 last;
+      Vec3 last;
       for (int sample = 0; sample <= 600; ++sample) {
         last = commandAt(0.001 * sample, {0.01, 0.02, -1.003 + 0.056 - 1e-4 * sample});
       }
-      return lengthOf(last);
+      return norm(last);
     };
     const double bare_n = lengthWith(rt::ContactDamping::off);
     const double damped_n = lengthWith(rt::ContactDamping::automatic);
@@ -143,7 +146,7 @@ TEST_F(ReplayCommand, BooksTheEnergyThatTheHandGets) {
     source_ = std::make_unique<DepthSource>(
         *DepthSource::open(folder_.write("wall.pgm", test::pgmBytes(test::wallImage(kWallRaw)))));
     replay_ = std::make_unique<Replay>(settings, *source_, Stage::command, 0.01);
-    std::vector<rt::Vec3> forces;
+    std::vector<Vec3> forces;
     for (int sample = 0; sample <= 1000; ++sample) {  // 20 Hz, to and fro over 4 mm
       const double out_m = 0.002 * std::sin(2 * 3.14159265 * 0.02 * sample);
       forces.push_back(commandAt(0.001 * sample, {0.01, 0.02, -1.003 - 0.002 + out_m}));
@@ -157,18 +160,18 @@ TEST_F(ReplayCommand, IsZeroWhereNoForceIsPermitted) {
   config::Settings settings = papersLaw();
   settings.live.safety.max_force_n = 0;
   openImage(settings);
-  for (int sample = 0; sample < 10; ++sample) EXPECT_EQ(commandAt(0.001 * sample), (rt::Vec3{}));
+  for (int sample = 0; sample < 10; ++sample) EXPECT_EQ(commandAt(0.001 * sample), (Vec3{}));
 }
 
 TEST_F(ReplayCommand, NeverStepsBeyondTheSlewLimitNorTheLargestForceWhereverTheHipJumps) {
   openImage(slewLimited());
-  const auto points = test::pointsOf(test::wallImage(kWallRaw));
-  rt::Vec3 last;
+  const auto points = wallPoints();
+  Vec3 last;
   double time_s = 0;
-  for (const Vector& hip : test::positionsNear(points, 300, 5)) {
-    const rt::Vec3 command = commandAt(time_s, hip);
-    EXPECT_LE(lengthOf(command - last), 0.5 + kCommandTolerance_n);  // 500 N/s for 1 ms
-    EXPECT_LE(lengthOf(command), 4 + kCommandTolerance_n);
+  for (const Vec3& hip : test::positionsNear(points, 300, 5)) {
+    const Vec3 command = commandAt(time_s, hip);
+    EXPECT_LE(norm(command - last), 0.5 + kCommandTolerance_n);  // 500 N/s for 1 ms
+    EXPECT_LE(norm(command), 4 + kCommandTolerance_n);
     last = command;
     time_s += 0.001;
   }
@@ -187,7 +190,7 @@ TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTi
 
   for (int sample = 0; sample <= 60; ++sample) {
     const double time_s = 0.01 * sample;
-    const rt::Vec3 command = commandAt(time_s);
+    const Vec3 command = commandAt(time_s);
     // 50 N/s for 10 ms are 0.5 N; the first sample counts as 1 ms. The newest frame is from 0.1 s: up to
     // 0.4 s it is fresh.
     if (sample <= 40) {
@@ -195,14 +198,14 @@ TEST_F(ReplayCommand, FallsToZeroWhenTheRecordingHasEndedForLongerThanTheDepthTi
     } else if (sample < 48) {
       expectAlongTheLaw(command, 4.0 - 0.5 * (sample - 40), time_s);
     } else {
-      EXPECT_NEAR(lengthOf(command), 0, sample == 48 ? kCommandTolerance_n : 0) << time_s;
+      EXPECT_NEAR(norm(command), 0, sample == 48 ? kCommandTolerance_n : 0) << time_s;
     }
   }
 }
 
 TEST_F(ReplayCommand, ReportsThePointsOfTheLaw) {
   openImage(papersLaw());
-  EXPECT_EQ(replay_->feel({0, {kHip[0], kHip[1], kHip[2]}}).value().points_used, 100U);
+  EXPECT_EQ(replay_->feel({0, kHip}).value().points_used, 100U);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
 #include "tools/hapticbench/accuracy/force_error.h"
 #include "tools/hapticbench/law_setting.h"
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
 

@@ -7,7 +7,7 @@
 #include "tools/hapticbench/noise/noise_session.h"
 #include "tools/hapticbench/noise/noise_statistics.h"
 #include "tools/hapticbench/study_command.h"
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
 

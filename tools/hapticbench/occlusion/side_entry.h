@@ -6,7 +6,7 @@
 
 #include "rt/force_law.h"
 #include "rt/vec3.h"
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
 

@@ -9,17 +9,15 @@
 #include "rt/periodic_clock.h"
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
 #include "tools/hapticbench/bench_scene.h"
-#include "tools/hapticbench/pareto/reference_force.h"
 #include "tools/hapticbench/pareto/touching_path.h"
+#include "tools/lib/oracle/reference_camera.h"
+#include "tools/lib/oracle/spring_oracle.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 namespace {
 
 using rt::Vec3;
-
-/// Where the N_max-th and the next point are nearer to each other than this, either choice is right.
-constexpr double kAmbiguous_m = 1e-6;
 
 /// The point seen by the pixel that is nearest to the middle of the image and has a depth in easy reach.
 void placeInMiddle(TimedScene& scene) {
@@ -102,12 +100,12 @@ class CostRun {
   void check(const Vec3& hip_m) {
     if (checked_ >= options_.checks) return;
     ++checked_;
-    const ReferenceForce::Sample truth = ReferenceForce(*frame_, scene_.camera).at(hip_m, {});
-    if (truth.gap_m < kAmbiguous_m) return;
+    const SpringOracle truth(pointsInCamera(frame_->raw, scene_.camera), hip_m, {});
+    if (truth.rankMargin_m() < SpringOracle::kTie_m) return;
     for (std::size_t i = 0; i < contenders_.size(); ++i) {
       if (!costs_[i].kind.is_paper_law) continue;
       if (contenders_[i]->needsModel(hip_m)) contenders_[i]->model(*frame_, hip_m);
-      const double difference_n = norm(contenders_[i]->force_n(hip_m) - truth.force_n);
+      const double difference_n = norm(contenders_[i]->force_n(hip_m) - truth.force_n());
       costs_[i].largest_difference_n = std::max(costs_[i].largest_difference_n, difference_n);
     }
   }

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
 

@@ -62,7 +62,8 @@ BodyScene::BodyScene(std::vector<TrueBody> bodies, const RigidFrame& T_camera_bo
     : bodies_(std::move(bodies)),
       T_camera_bodies_(T_camera_bodies),
       motion_(motion),
-      camera_(depth_model, seed) {}
+      camera_(depth_model),
+      sensor_(seed) {}
 
 double BodyScene::signedDistance(const Vec3& p, double t_s) const {
   const Vec3 inside = frameAt(t_s).positionIn(p);
@@ -82,10 +83,11 @@ double BodyScene::trueDepth(double column, double row, double t_s) const {
 void BodyScene::render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame) {
   if (!measured_at_s_ || (!rests() && *measured_at_s_ != t_s)) {
     const BodyRays rays(frameAt(t_s));
-    camera_.measure([&](const Vec3& ray) { return firstDepth(bodies_, rays.camera_m, rays.direction(ray)); });
+    camera_.measure(
+        [&](const Vec3& ray) { return 1 / firstDepth(bodies_, rays.camera_m, rays.direction(ray)); });
     measured_at_s_ = t_s;
   }
-  camera_.deliver(frame_number, noise, frame);
+  sensor_.deliver(camera_, frame_number, noise, frame);
   camera_.removeOutsideLimits(frame);
   frame.arrival_ns = std::llround(t_s * 1e9);
 }

@@ -6,10 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "drivers/camera/synthetic/scene_camera.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "tools/lib/truth/rigid_frame.h"
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 #include "tools/lib/truth/true_body.h"
 
 namespace hapticd::tools {
@@ -59,7 +60,8 @@ class BodyScene {
   std::vector<TrueBody> bodies_;
   RigidFrame T_camera_bodies_;
   BodyMotion motion_;
-  SceneCamera camera_;
+  drivers::SceneCamera camera_;
+  SceneSensor sensor_;
   std::optional<double> measured_at_s_;
 };
 

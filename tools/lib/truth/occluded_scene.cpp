@@ -73,7 +73,8 @@ OccludedScene::OccludedScene(const OccludedSceneParameters& parameters,
                              const rt::DepthModelParameters& camera, SceneNoise noise, std::uint32_t seed)
     : parameters_(parameters),
       noise_(noise),
-      camera_(camera, seed, /*leaves_shadows=*/false) {}  // shadows come from the rays themselves
+      camera_(camera),
+      sensor_(seed, /*leaves_shadows=*/false) {}  // shadows come from the rays themselves
 
 double OccludedScene::depth_m(int column, const OccludedMoment& moment) const {
   const double slope = camera_.rayThrough(column, 0).x;  // x per depth
@@ -105,12 +106,12 @@ void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_num
   for (int column = 0; column < rt::kFrameWidth; ++column) {
     const double depth = depth_m(column, moment);
     of_column[static_cast<std::size_t>(column)] =
-        depth > 0 ? camera_.exactDisparity(depth) : drivers::kNothingSeen;
+        depth > 0 ? camera_.exactDisparity(1 / depth) : drivers::kNothingSeen;
   }
   for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
     camera_.exact()[pixel] = of_column[pixel % rt::kFrameWidth];
   }
-  camera_.deliver(frame_number, noise_, frame);
+  sensor_.deliver(camera_, frame_number, noise_, frame);
 }
 
 }  // namespace hapticd::tools

@@ -6,9 +6,10 @@
 #include <limits>
 #include <vector>
 
+#include "drivers/camera/synthetic/scene_camera.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
 
@@ -56,7 +57,8 @@ class OccludedScene {
  private:
   OccludedSceneParameters parameters_;
   SceneNoise noise_;
-  SceneCamera camera_;
+  drivers::SceneCamera camera_;
+  SceneSensor sensor_;
 };
 
 /// A point of the plane y = 0: x to the right, `depth_m` along -z.

@@ -37,7 +37,7 @@ Strip edgeOn(double x, double outward_x, double distance, double farther) {
 
 TrueScene::TrueScene(const TrueSceneParameters& parameters, const rt::DepthModelParameters& depth_model,
                      std::uint32_t seed)
-    : parameters_(parameters), camera_(depth_model, seed) {}
+    : parameters_(parameters), camera_(depth_model), sensor_(seed) {}
 
 TrueScene::Surface TrueScene::surfaceAt(double t_s) const {
   const double distance = distanceAt(t_s);
@@ -216,10 +216,11 @@ double TrueScene::trueDepth(int column, int row, double t_s) const {
 void TrueScene::render(double t_s, std::uint64_t frame_number, SceneNoise noise, rt::DepthFrame& frame) {
   const bool measured = measured_at_s_ >= 0 && (parameters_.speed_m_per_s == 0 || measured_at_s_ == t_s);
   if (!measured) {
-    camera_.measure([this, surface = surfaceAt(t_s)](const Vec3& ray) { return firstDepth(surface, ray); });
+    camera_.measure(
+        [this, surface = surfaceAt(t_s)](const Vec3& ray) { return 1 / firstDepth(surface, ray); });
     measured_at_s_ = t_s;
   }
-  camera_.deliver(frame_number, noise, frame);
+  sensor_.deliver(camera_, frame_number, noise, frame);
   camera_.removeOutsideLimits(frame);
   frame.arrival_ns = std::llround(t_s * 1e9);
 }

@@ -6,10 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "drivers/camera/synthetic/scene_camera.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "rt/vec3.h"
-#include "tools/lib/truth/scene_camera.h"
+#include "tools/lib/truth/scene_noise.h"
 #include "tools/lib/truth/surface_patch.h"
 
 namespace hapticd::tools {
@@ -101,7 +102,8 @@ class TrueScene {
   double firstDepth(const Surface& surface, const rt::Vec3& ray) const;
 
   TrueSceneParameters parameters_;
-  SceneCamera camera_;
+  drivers::SceneCamera camera_;
+  SceneSensor sensor_;
   double measured_at_s_ = -1;
 };
 

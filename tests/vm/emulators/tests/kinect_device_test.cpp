@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <set>
 
-#include "tests/support/brute_force.h"
+#include "tests/support/raw_image.h"
 #include "tests/support/recording.h"
 #include "tests/vm/emulators/tests/kinect_rig.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/unit/rt/reference_camera.h"
+#include "tools/lib/oracle/reference_camera.h"
 
 #include <array>
 #include <cmath>
 
-namespace hapticd::test {
+namespace hapticd::tools {
 namespace {
 
 using Long = long double;
@@ -28,17 +28,20 @@ LongVector aboutZ(const LongVector& p, Long angle) {
   return {c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]};
 }
 
-LongVector byPrintedMatrix(const rt::DepthModelParameters& m, Long u, Long v, Long d) {
-  const Long row_vector[4] = {u, v, d, 1};
-  const Long matrix[4][4] = {
+PrintedMatrix printedMatrix(const rt::DepthModelParameters& m) {
+  return {{
       {1 / Long(m.fx_px), 0, 0, 0},
       {0, -1 / Long(m.fy_px), 0, 0},
       {0, 0, 0, m.a_per_m},
       {-Long(m.cx_px) / m.fx_px, Long(m.cy_px) / m.fy_px, -1, m.b_per_m},
-  };
+  }};
+}
+
+LongVector byPrintedMatrix(const PrintedMatrix& matrix, Long u, Long v, Long d) {
+  const Long row_vector[4] = {u, v, d, 1};
   Long product[4] = {};
-  for (int column = 0; column < 4; ++column) {
-    for (int i = 0; i < 4; ++i) product[column] += row_vector[i] * matrix[i][column];
+  for (std::size_t column = 0; column < 4; ++column) {
+    for (std::size_t i = 0; i < 4; ++i) product[column] += row_vector[i] * matrix[i][column];
   }
   return {product[0] / product[3], product[1] / product[3], product[2] / product[3]};
 }
@@ -50,11 +53,15 @@ rt::Vec3 rounded(const LongVector& p) {
 }  // namespace
 
 rt::Vec3 pointByPrintedMatrix(const rt::DepthModelParameters& parameters, double u, double v, double d) {
-  return rounded(byPrintedMatrix(parameters, u, v, d));
+  return rounded(byPrintedMatrix(printedMatrix(parameters), u, v, d));
 }
 
 ReferenceCamera::ReferenceCamera(const rt::DepthModelParameters& parameters, const rt::PoseParameters& pose)
-    : parameters_(parameters), pose_(pose) {
+    : pose_(pose), matrix_(printedMatrix(parameters)) {
+  for (std::size_t raw = 0; raw < accepts_.size(); ++raw) {
+    const Long w = Long(parameters.a_per_m) * static_cast<Long>(raw) + parameters.b_per_m;
+    accepts_[raw] = w > 0 && 1 / w >= parameters.near_m && 1 / w <= parameters.far_m;
+  }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     LongVector p{};
     p[axis] = 1;
@@ -64,9 +71,7 @@ ReferenceCamera::ReferenceCamera(const rt::DepthModelParameters& parameters, con
 }
 
 bool ReferenceCamera::accepts(std::uint32_t raw) const {
-  if (raw >= 2047) return false;
-  const Long w = Long(parameters_.a_per_m) * raw + parameters_.b_per_m;
-  return w > 0 && 1 / w >= parameters_.near_m && 1 / w <= parameters_.far_m;
+  return raw < accepts_.size() && accepts_[raw];
 }
 
 rt::Vec3 ReferenceCamera::toWorld(const rt::Vec3& p_m_in_camera) const {
@@ -80,31 +85,31 @@ rt::Vec3 ReferenceCamera::toWorld(const rt::Vec3& p_m_in_camera) const {
 }
 
 rt::Vec3 ReferenceCamera::pointInWorld(std::uint32_t column, std::uint32_t row, std::uint32_t raw) const {
-  return toWorld(rounded(byPrintedMatrix(parameters_, column, row, raw)));
+  return toWorld(rounded(byPrintedMatrix(matrix_, column, row, raw)));
 }
 
-PointCloud ReferenceCamera::pointsOf(const rt::DepthFrame& frame) const {
+PointCloud ReferenceCamera::pointsOf(std::span<const std::uint16_t> raw) const {
   PointCloud cloud;
-  for (std::vector<double>* const numbers : {&cloud.x_m, &cloud.y_m, &cloud.z_m}) {
-    numbers->reserve(rt::kFramePixels);
-  }
+  cloud.points_m.reserve(rt::kFramePixels);
   for (std::vector<std::uint32_t>* const numbers : {&cloud.column, &cloud.row, &cloud.raw}) {
     numbers->reserve(rt::kFramePixels);
   }
   for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
     for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
-      const std::uint32_t raw = frame.raw[row * rt::kFrameWidth + column];
-      if (!accepts(raw)) continue;
-      const rt::Vec3 p = pointInWorld(column, row, raw);
-      cloud.x_m.push_back(p.x);
-      cloud.y_m.push_back(p.y);
-      cloud.z_m.push_back(p.z);
+      const std::uint32_t d = raw[row * rt::kFrameWidth + column];
+      if (!accepts(d)) continue;
+      cloud.points_m.push_back(pointInWorld(column, row, d));
       cloud.column.push_back(column);
       cloud.row.push_back(row);
-      cloud.raw.push_back(raw);
+      cloud.raw.push_back(d);
     }
   }
   return cloud;
 }
 
-}  // namespace hapticd::test
+std::vector<rt::Vec3> pointsInCamera(std::span<const std::uint16_t> raw,
+                                     const rt::DepthModelParameters& parameters) {
+  return ReferenceCamera(parameters).pointsOf(raw).points_m;
+}
+
+}  // namespace hapticd::tools
