@@ -36,7 +36,7 @@ test('state, ticks, parameters and events of the box arrive', async () => {
   });
   await until(page, () => Number.isFinite(Number(document.querySelector('#force-number').textContent)));
   await until(page, () => document.querySelector('#health').textContent.includes('streaming'));
-  assert.equal(await page.locator('#connection').textContent(), 'Live');
+  await until(page, () => document.querySelector('#connection').textContent === 'Live');
 });
 
 test('depth frames arrive in the order of the camera', async () => {

@@ -49,7 +49,7 @@ async function asked(expected) {
 test('the time line is shown for a recording, and the page says that it is one', async () => {
   assert.ok(await page.locator('#timeline').isVisible());
   assert.equal(await page.locator('#source').textContent(), 'recording session');
-  assert.equal(await page.locator('#connection').textContent(), 'Recording');
+  await until(page, () => document.querySelector('#connection').textContent === 'Recording');
   assert.equal(await page.locator('#largest').textContent(), 'Largest force (2.31 N)');
 });
 
