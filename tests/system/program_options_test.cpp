@@ -25,6 +25,7 @@ struct Subject {
 };
 const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticctl", HAPTICCTL_PROGRAM, 2},
+                                     {"hapticd-view", HAPTICD_VIEW_PROGRAM, 64},
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM, 64},
                                      {"haptic-soak", HAPTIC_SOAK_PROGRAM, 64},
@@ -32,9 +33,9 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
 
 /// The words in help that stand for values other than numbers: text.
 const std::set<std::string> kTexts{
-    "ADDRESS:PORT", "AGE",      "CHANNEL", "CMD",    "CSV",      "DIR_OR_PGM", "FIELD ...",
-    "FILE",         "FILE ...", "FOLDER",  "FORMAT", "KIND ...", "LABEL",      "NAME=VALUE ...",
-    "NAME=VALUE",   "PATH",     "PROFILE", "TEXT",   "TEXT ...", "TIME",       "K/N"};
+    "ADDRESS:PORT",   "AGE",        "CHANNEL", "CMD",      "CSV",   "DIR_OR_PGM", "FIELD ...", "FILE",
+    "FILE ...",       "FOLDER",     "FORMAT",  "KIND ...", "LABEL", "DIR",        "NAME ...",  "ORIGIN ...",
+    "NAME=VALUE ...", "NAME=VALUE", "PATH",    "PROFILE",  "TEXT",  "TEXT ...",   "TIME",      "K/N"};
 
 struct Option {
   std::string name;

@@ -115,9 +115,8 @@ void addViewCommand(CommandLine& line) {
       ->type_name("PORT")
       ->check(within(1, 65535))
       ->capture_default_str();
-  command.add_option("--token-file", view->token_file, "File with the token")
-      ->type_name("FILE")
-      ->capture_default_str();
+  command.add_option("--token-file", view->token_file, "File with the token (" + view->token_file + ")")
+      ->type_name("FILE");
 }
 
 }  // namespace hapticd::tools

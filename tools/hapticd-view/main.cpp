@@ -52,7 +52,6 @@ int run(int argc, char** argv) {
   bool no_token = false;
   bool make_token = false;
   app.add_option("--socket", options.socket, "of a running hapticd (" + options.socket + ")")
-      ->envname("HAPTICD_SOCKET")
       ->type_name("FILE");
   app.add_option("--trace", options.trace, "show this trace instead of a running box; needs no hapticd")
       ->type_name("FILE");

@@ -48,7 +48,8 @@ std::size_t expectBruteForce(const config::Settings& settings, const rt::SpringP
   for (const Vec3& hip : test::positionsNear(points, kPositions, 1)) {
     const SpringOracle expected(points, hip, law);
     const ReplayedForce replayed = replay.feel(hip);
-    EXPECT_LT(expected.error_n(replayed.force_n_in_world), kTolerance_n) << hip.x << ' ' << hip.y << ' ' << hip.z;
+    EXPECT_LT(expected.error_n(replayed.force_n_in_world), kTolerance_n)
+        << hip.x << ' ' << hip.y << ' ' << hip.z;
     EXPECT_EQ(replayed.points_used, expected.pointsUsed());
     if (expected.pointsUsed() > 0) ++with_force;
   }
