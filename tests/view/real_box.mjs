@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // hapticd with a synthetic camera and a simulated handle, and hapticd-view in front of it, for the tests of the page.
-import { spawn } from 'node:child_process';
+import { execFile, spawn } from 'node:child_process';
 import { once } from 'node:events';
-import { mkdtemp, readFile, rm } from 'node:fs/promises';
+import { mkdtemp, readdir, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
+import { setTimeout } from 'node:timers/promises';
+import { promisify } from 'node:util';
 import { kLimitMs } from './browser.mjs';
 
 const bin = process.env.HAPTICD_BIN;
@@ -21,15 +23,50 @@ export class RealBox {
     this.everybody = everybody;
     this.scene = scene;
     this.startDaemon();
-    const view = spawn(join(bin, 'hapticd-view'), [
-      '--socket', join(this.folder, 'Status'), '--listen', '127.0.0.1:0', '--token-file', join(this.folder, 'token'),
-      '--page', process.env.HAPTICD_VIEW_PAGE,
-    ], { stdio: ['ignore', 'pipe', 'inherit'] });
-    this.view = view;
-    const lines = createInterface({ input: view.stdout });
+    return this.startView('--socket', join(this.folder, 'Status'), '--token-file', join(this.folder, 'token'));
+  }
+
+  /** Returns the address of the page. */
+  async startView(...options) {
+    this.view = spawn(join(bin, 'hapticd-view'),
+      ['--listen', '127.0.0.1:0', '--page', process.env.HAPTICD_VIEW_PAGE, ...options],
+      { stdio: ['ignore', 'pipe', 'inherit'] });
+    const lines = createInterface({ input: this.view.stdout });
     const [line] = await once(lines, 'line', { signal: AbortSignal.timeout(kLimitMs) });
-    const address = line.match(/https?:\/\/\S+|127\.0\.0\.1:\d+/)[0];
-    return address.startsWith('http') ? address : `http://${address}/`;
+    return `http://${line.match(/127\.0\.0\.1:\d+/)[0]}/`;
+  }
+
+  /** Records at least so many depth frames with all ticks, and goes on with the trace instead of the box. */
+  async showRecording(frames) {
+    await this.answers();
+    await this.control('trace', 'start', '--depth');
+    for (let recorded = 0; recorded < frames;) {
+      const { status } = JSON.parse(await this.control('--json', 'status'));
+      recorded = status.trace.depthFrames;
+    }
+    await this.control('trace', 'stop');
+    await end(this.view);
+    await end(this.daemon);
+    const folder = join(this.folder, 'state', 'traces');
+    const [trace] = (await readdir(folder)).filter((name) => name.endsWith('.mcap'));
+    return this.startView('--no-token', '--trace', join(folder, trace));
+  }
+
+  /** Waits until the daemon answers. */
+  async answers() {
+    for (const begin = Date.now(); ; await setTimeout(50)) {
+      try {
+        return await this.control('status');
+      } catch (error) {
+        if (Date.now() - begin > kLimitMs) throw error;
+      }
+    }
+  }
+
+  async control(...words) {
+    const { stdout } = await promisify(execFile)(
+      join(bin, 'hapticctl'), ['--socket', join(this.folder, 'Control'), ...words], { timeout: kLimitMs });
+    return stdout;
   }
 
   startDaemon() {

@@ -119,7 +119,7 @@ void TraceSource::step(int frames) {
   pause();
   if (!session_.hasDepth()) return seek(position_s_ + frames * kFrame_s);
   // before the first frame counts as the one before it
-  const auto now = session_.frameAt(position_ns());
+  const auto now = frameNow();
   const std::ptrdiff_t target = (now ? static_cast<std::ptrdiff_t>(*now) : -1) + frames;
   const auto last = static_cast<std::ptrdiff_t>(session_.frameCount()) - 1;
   const auto frame = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(target, 0, last));
@@ -179,9 +179,13 @@ void TraceSource::showTicks(std::span<const rt::Tick> ticks) {
   }
 }
 
+/// The depth frame of the position; at the begin the first one, though it arrives a little later.
+std::optional<std::size_t> TraceSource::frameNow() const {
+  return session_.frameAt(std::max(position_ns(), session_.begin_ns() + kFirstFrame_ns));
+}
+
 void TraceSource::showDepth() {
-  // until the first frame arrives: that one, rather than nothing
-  const auto frame = session_.frameAt(std::max(position_ns(), session_.begin_ns() + kFirstFrame_ns));
+  const auto frame = frameNow();
   if (!frame || frame == frame_ || std::ranges::none_of(viewers_, &Viewer::wantsDepth)) return;
   frame_ = frame;
   const auto picture = session_.picture(*frame);

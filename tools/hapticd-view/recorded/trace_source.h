@@ -43,6 +43,7 @@ class TraceSource final : public Source {
   void showStatus();
   void showParameters();
   void showPlayback();
+  std::optional<std::size_t> frameNow() const;
   Json status() const;
   Json playback() const;
   std::int64_t position_ns() const { return session_.timeAt(position_s_); }

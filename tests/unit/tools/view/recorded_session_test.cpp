@@ -213,6 +213,9 @@ TEST_F(RecordedSessionTest, ShowsTheMomentThatAViewerMovesTo) {
   EXPECT_EQ((std::vector<std::uint64_t>{1}), viewer.numbers);
   EXPECT_EQ((std::vector<std::uint64_t>{1}), viewer.frames) << "though it arrives 100 ms after the begin";
 
+  source.control(Step{1});
+  EXPECT_EQ(2U, viewer.frames.back());
+
   source.control(Seek{0.65});
   EXPECT_EQ(kStrongest + 1, viewer.numbers.back());
   EXPECT_EQ(2U, viewer.frames.back());
