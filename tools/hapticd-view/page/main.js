@@ -322,6 +322,10 @@ window.hapticdView = Object.freeze({
   get frameNumber() {
     return scene.frame?.number ?? 0;
   },
+  /** When that frame arrived at the box: CLOCK_MONOTONIC there, in milliseconds. */
+  get frameArrivalMs() {
+    return (scene.frame?.arrivalNs ?? 0) / 1e6;
+  },
   get hip() {
     return scene.hip && [...scene.hip];
   },
