@@ -181,6 +181,6 @@ def latency_with_viewers():
     for client in clients:
         client.end()
     expect(min(received) > 1 << 20, f"{received} bytes received")
-    # the resolution of the clock's histogram is added to the tenth
-    expect(with_viewers <= 1.1 * without + 1000, f"p99.9 {without} ns without, {with_viewers} ns with viewers")
+    # a bucket of the histogram, a sixteenth of a power of two, is added to the tenth
+    expect(with_viewers <= 1.1 * without + 512, f"p99.9 {without} ns without, {with_viewers} ns with viewers")
     return f"p99.9 {without / 1000:.1f} us without, {with_viewers / 1000:.1f} us with {VIEWERS} viewers"
