@@ -25,14 +25,15 @@ namespace hapticd::tools::view {
 /// One client of the Foxglove WebSocket protocol: Foxglove, Lichtblick, PlotJuggler.
 ///
 /// A message is made only for channels that the client has subscribed to, and only from data that it needs.
-/// Of each subscription the newest message waits for a slow client; those that it replaces are counted and
-/// reported as a status. The largest force is never among them: a tick that the client has not taken yet is
-/// replaced only by one with as large a force. Read-only: nothing that a client sends changes the box.
+/// For a slow client only the newest message of each subscription is kept; the messages that it replaces are
+/// counted and reported as a status. A peak of the force is never lost: a tick that the client has not taken
+/// yet is replaced only by one with at least as large a force. Read-only: nothing that a client sends changes
+/// the box.
 class FoxgloveSession final : public Session {
  public:
   /// Ticks and scenes a second. Lichtblick warns beyond 60.
   static constexpr std::int64_t kMaxRate_hz = 60;
-  /// Between two messages of `cloud`: every third frame of a camera with 30 frames a second.
+  /// Least time between two messages of `cloud`: every third frame of a camera with 30 frames a second.
   static constexpr std::int64_t kCloudPeriod_ns = 95'000'000;
   /// `cloud` has every fourth pixel of every fourth row.
   static constexpr std::uint32_t kCloudStep = 4;

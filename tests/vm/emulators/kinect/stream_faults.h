@@ -11,8 +11,8 @@ namespace hapticd::test {
 /// Faults of depth packets in transit. The same faults always hit the same packets of a frame.
 class StreamFaults {
  public:
-  /// Of each following frame that many packets in a row, at most kinect::kPacketsPerFrame, are missing, or of
-  /// the next frame only.
+  /// Leaves out so many packets in a row, at most kinect::kPacketsPerFrame, of each following frame, or with
+  /// `once` of the next frame only.
   void lose(std::size_t packets, bool once);
   void sendGarbage() { garbage_ = true; }
   void sendShortPackets() { short_ = true; }
