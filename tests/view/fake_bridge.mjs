@@ -135,9 +135,14 @@ export class FakeBridge {
   }
 
   greet(client) {
+    this.drawing = false;
     const send = (message) => client.send(JSON.stringify(message));
     client.on('message', (data) => {
       const message = JSON.parse(data);
+      if (message.type === 'drawn') {
+        this.drawing = false;
+        return;
+      }
       this.received.push(message);
       if (message.type === 'depth') this.depthHz = message.maxHz;
     });
@@ -163,7 +168,8 @@ export class FakeBridge {
 
   sendDepth() {
     this.due += this.depthHz / 30;
-    if (this.due < 1 || this.silent) return;
+    if (this.due < 1 || this.silent || this.drawing) return;
+    this.drawing = true;
     this.due -= 1;
     this.message.writeBigUInt64LE(BigInt(++this.frames), 8 + 216);
     this.send(this.message);

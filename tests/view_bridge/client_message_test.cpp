@@ -21,6 +21,12 @@ TEST(ClientMessage, AsksForSoManyDepthFramesASecond) {
   EXPECT_EQ(std::get<DepthRate>(*parseClientMessage(R"({"type":"depth","maxHz":0})")).max_hz, 0);
 }
 
+TEST(ClientMessage, ReportsThatAFrameHasBeenDrawn) {
+  const auto message = parseClientMessage(R"({"type":"drawn"})");
+  ASSERT_TRUE(message);
+  EXPECT_TRUE(std::holds_alternative<Drawn>(*message));
+}
+
 TEST(ClientMessage, ControlsThePlaybackOfARecording) {
   EXPECT_NE(playback<Play>(parseClientMessage(R"({"type":"play"})")), nullptr);
   EXPECT_NE(playback<Pause>(parseClientMessage(R"({"type":"pause","more":1})")), nullptr);

@@ -156,6 +156,38 @@ TEST(LiveSession, ShowsAsManyDepthFramesAsTheClientAskedFor) {
   EXPECT_EQ(live.source.changes, 2);
 }
 
+TEST(LiveSession, SendsTheNewestFrameWhenTheOneBeforeHasBeenDrawn) {
+  Fixture live;
+  const auto frames = [&live] {
+    std::vector<std::uint64_t> numbers;
+    for (const Message& message : live.sink.sent) {
+      if (message.is_text) continue;
+      rt::DepthFrameHeader header;
+      std::memcpy(&header, message.head.data() + 8, sizeof header);
+      numbers.push_back(header.frame);
+    }
+    return numbers;
+  };
+  const auto arrives = [&live](std::uint64_t number) {
+    live.now += 50ms;
+    live.session.onDepth(pictureOf(number));
+  };
+  arrives(1);
+  arrives(2);  // a client that reports nothing gets each
+  EXPECT_EQ(frames(), (std::vector<std::uint64_t>{1, 2}));
+  live.session.onText(R"({"type":"drawn"})");
+  arrives(3);
+  arrives(4);
+  arrives(5);
+  EXPECT_EQ(frames(), (std::vector<std::uint64_t>{1, 2, 3}));
+  live.session.onText(R"({"type":"drawn"})");
+  EXPECT_EQ(frames(), (std::vector<std::uint64_t>{1, 2, 3, 5}));
+  live.session.onText(R"({"type":"drawn"})");
+  EXPECT_EQ(frames().size(), 4U) << "nothing has arrived since";
+  arrives(6);
+  EXPECT_EQ(frames().back(), 6U);
+}
+
 TEST(LiveSession, PassesRequestsForPlaybackOn) {
   Fixture live;
   live.session.onText(R"({"type":"seek","s":2})");

@@ -41,6 +41,8 @@ std::optional<ClientMessage> parseClientMessage(std::string_view text) {
   const auto& name = type->get_ref<const std::string&>();
   if (name == "depth") {
     if (const auto hz = numberIn(message, "maxHz", 0, kFastestDepthHz)) return DepthRate{*hz};
+  } else if (name == "drawn") {
+    return Drawn{};
   } else if (name == "play") {
     return PlaybackRequest(Play{});
   } else if (name == "pause") {

@@ -12,6 +12,9 @@ struct DepthRate {
   double max_hz = 30;
 };
 
+/// The client has drawn the newest depth frame that it got.
+struct Drawn {};
+
 struct Play {};
 struct Pause {};
 /// To that time of the recording, seconds from its begin; finite, not negative.
@@ -31,7 +34,7 @@ struct Speed {
 using PlaybackRequest = std::variant<Play, Pause, Seek, Step, Speed>;
 
 /// What a client of `/live` may ask for.
-using ClientMessage = std::variant<DepthRate, PlaybackRequest>;
+using ClientMessage = std::variant<DepthRate, Drawn, PlaybackRequest>;
 
 /// Parses a text message from a client; nothing: it is none of these, or a number is out of range.
 std::optional<ClientMessage> parseClientMessage(std::string_view text);

@@ -77,6 +77,16 @@ void LiveSession::onEvent(const Json& event) {
 
 void LiveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture) {
   if (depth_max_hz_ <= 0 || !isDue(next_depth_, now_(), depth_max_hz_)) return;
+  // A frame on its way cannot be taken back: one more would wait in the buffers of the network and grow old.
+  if (reports_drawn_ && drawing_) {
+    next_picture_ = picture;
+  } else {
+    sendPicture(picture);
+  }
+}
+
+void LiveSession::sendPicture(const std::shared_ptr<const DepthPicture>& picture) {
+  drawing_ = true;
   std::string head(kPrefixBytes + sizeof picture->header, '\0');
   head.front() = kDepthFrame;
   std::memcpy(head.data() + kPrefixBytes, &picture->header, sizeof picture->header);
@@ -105,6 +115,12 @@ void LiveSession::onText(std::string_view message) {
   const auto request = parseClientMessage(message);
   if (!request) return;
   if (const auto* playback = std::get_if<PlaybackRequest>(&*request)) return source_.control(*playback);
+  if (std::holds_alternative<Drawn>(*request)) {
+    reports_drawn_ = true;
+    drawing_ = false;
+    if (const auto picture = std::exchange(next_picture_, nullptr)) sendPicture(picture);
+    return;
+  }
   depth_max_hz_ = std::get<DepthRate>(*request).max_hz;
   source_.wantsChanged();
 }

@@ -41,6 +41,8 @@ class LiveSession final : public Session {
   void onText(std::string_view message) override;
 
  private:
+  void sendPicture(const std::shared_ptr<const DepthPicture>& picture);
+
   Source& source_;
   MessageSink& sink_;
   Now now_;
@@ -48,6 +50,9 @@ class LiveSession final : public Session {
   Clock::time_point next_window_{};
   Clock::time_point next_depth_{};
   double depth_max_hz_ = 30;
+  bool reports_drawn_ = false;                        // the client reports which frames it has drawn
+  bool drawing_ = false;                              // it has not yet drawn the newest one
+  std::shared_ptr<const DepthPicture> next_picture_;  // for when it has
 };
 
 }  // namespace hapticd::tools::view

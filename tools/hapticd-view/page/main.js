@@ -6,7 +6,6 @@ import { kColourings } from './cloud.js';
 import { Controls } from './controls.js';
 import { kViews, Orbit } from './orbit.js';
 import { Notices } from './notices.js';
-import { Pace } from './pace.js';
 import { Panel } from './panel.js';
 import { pick, PickList } from './picking.js';
 import { Bridge } from './protocol.js';
@@ -17,6 +16,8 @@ import { isVector, norm } from './vectors.js';
 import { isLawOfPoints } from './words.js';
 
 const kTrailNs = 4e9;
+/** Depth frames a second at most. */
+const kDepthHz = 30;
 /** Share by which the range of the colours follows a frame; all at once they would flicker. */
 const kFollow = 0.1;
 const kNoticeMs = 100;
@@ -144,10 +145,15 @@ function follow(frame) {
 function takeDepth(frame) {
   counters.depthFrames++;
   notices.gotFrame();
-  if (paused) return;
+  if (paused) {
+    bridge.drawn();
+    return;
+  }
   scene.frame = frame;
   follow(frame);
   redraw();
+  // after the redraw, which was asked for before
+  requestAnimationFrame(() => bridge.drawn());
 }
 
 function takeHello(message) {
@@ -195,10 +201,9 @@ bridge = new Bridge({
   },
 });
 setInterval(() => notices.show(), kNoticeMs);
-const pace = new Pace((hz) => bridge.setDepthHz(document.hidden ? 0 : hz));
 document.addEventListener('visibilitychange', () => {
   // a page that nobody sees takes no depth
-  bridge.setDepthHz(document.hidden ? 0 : pace.hz);
+  bridge.setDepthHz(document.hidden ? 0 : kDepthHz);
   if (!document.hidden) bridge.retryNow();
 });
 window.addEventListener('online', () => bridge.retryNow());

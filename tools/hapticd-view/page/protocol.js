@@ -29,6 +29,11 @@ export class Bridge {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
+  /** Reports that the newest depth frame has been drawn: only then the bridge sends the next one, so none grows old. */
+  drawn() {
+    this.send({ type: 'drawn' });
+  }
+
   /** Asks for so many depth frames a second; 0: none. */
   setDepthHz(hz) {
     this.depthHz = hz;
@@ -68,6 +73,7 @@ export class Bridge {
         this.handlers.onDepth(new DepthFrame(data, kDepthOffset));
       }
     } catch (error) {
+      if (typeof data !== 'string') this.drawn();
       this.handlers.onFault(error.message);
     }
   }
