@@ -6,17 +6,21 @@ import { Browser, hasFrames, kLimitMs, until } from './browser.mjs';
 import { RealBox } from './real_box.mjs';
 import { assertRimInThreeViews } from './rim.mjs';
 
+const kFrames = 20;
+
 let box;
 let browser;
 let page;
+let firstFrame;
 
 before(async () => {
   box = new RealBox();
   await box.start();
-  const url = await box.showRecording(20);
+  const url = await box.showRecording(kFrames);
   browser = await Browser.start();
   page = await browser.open(url, { viewport: { width: 1024, height: 640 }, colorScheme: 'dark' });
   await hasFrames(page, 1);
+  firstFrame = await page.evaluate(() => window.hapticdView.frameNumber);
 }, { timeout: 2 * kLimitMs });
 
 after(async () => {
@@ -51,13 +55,12 @@ test('it plays to its end, and stands still there', async () => {
   await page.focus('#seek');
   await page.keyboard.press('Home');
   await until(page, () => document.querySelector('#position').textContent.startsWith('0:00.0'));
-  const frames = await page.evaluate(() => window.hapticdView.counters.depthFrames);
-  await page.selectOption('#factor', '4');
   await page.click('#play');
-  await hasFrames(page, frames + 3);
   await until(page, () => {
     const [now, , end] = document.querySelector('#position').textContent.split(' ');
     return now === end && document.querySelector('#play').textContent === 'Play';
   });
+  // a slow machine draws few frames of them, but the last one in any case; some may lie before the first tick
+  await until(page, (least) => window.hapticdView.frameNumber >= least, firstFrame + kFrames / 2);
   assert.deepEqual(page.complaints, []);
 });

@@ -179,9 +179,12 @@ void TraceSource::showTicks(std::span<const rt::Tick> ticks) {
   }
 }
 
-/// The depth frame of the position; at the begin the first one, though it arrives a little later.
+/// The depth frame of the position; before the first one arrives that one, unless it takes long.
 std::optional<std::size_t> TraceSource::frameNow() const {
-  return session_.frameAt(std::max(position_ns(), session_.begin_ns() + kFirstFrame_ns));
+  const auto frame = session_.frameAt(position_ns());
+  if (frame || !session_.hasDepth()) return frame;
+  if (session_.frameTime_ns(0) > session_.begin_ns() + kFirstFrame_ns) return std::nullopt;
+  return 0;
 }
 
 void TraceSource::showDepth() {
