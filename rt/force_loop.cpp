@@ -53,14 +53,23 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   channels_.scenes.refresh();
   channels_.handle_state.refresh();
   channels_.control.directive.refresh();
+  channels_.control.fixtures.refresh();
+  channels_.control.tissue.refresh();
   const HandleState& handle = channels_.handle_state.front();
   Directive directive = channels_.control.directive.front();
   if (stopping_) directive.engage = false;
 
   answerSnapshotRequest();
   const bool release = stopping_ && stop_bound_.releases(planned_ns);
-  Tick tick =
-      core_.step({woke_ns, period_s_, channels_.scenes.front(), handle, directive, overran_, release});
+  Tick tick = core_.step({.now_ns = woke_ns,
+                          .period_s = period_s_,
+                          .scene = channels_.scenes.front(),
+                          .handle = handle,
+                          .directive = directive,
+                          .overran = overran_,
+                          .release = release,
+                          .fixtures = &channels_.control.fixtures.front(),
+                          .tissue = &channels_.control.tissue.front()});
   tick.number = state_.counters.ticks + 1;
   tick.stopping = stopping_;
   tick.planned_ns = planned_ns;

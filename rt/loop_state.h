@@ -4,14 +4,17 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
+#include "rt/fixture.h"
 #include "rt/force_law.h"
 #include "rt/handle_channel.h"
 #include "rt/latency_histogram.h"
 #include "rt/parameters.h"
 #include "rt/spsc_ring.h"
 #include "rt/stiffness_limit.h"
+#include "rt/tissue.h"
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
 #include "rt/words.h"
@@ -58,6 +61,19 @@ constexpr auto wordsOf(Cause) {
 }
 inline constexpr std::size_t kModeCount = enumeratorCount<Mode>();
 inline constexpr std::size_t kCauseCount = enumeratorCount<Cause>();
+
+/// What limits the stiffness k_s.
+enum class StiffnessBound : std::uint8_t {
+  configured,  ///< nothing: it is configured as a number
+  ceiling,     ///< the configured ceiling of the automatic stiffness
+  stability,   ///< the loop's lag (stiffness_limit.h)
+  device,      ///< the device's continuous force
+  noise,       ///< noise of the surface
+  slew,        ///< the surface's change per frame against the slew limit
+};
+constexpr auto wordsOf(StiffnessBound) {
+  return words<StiffnessBound>("configured", "ceiling", "stability", "device", "noise", "slew");
+}
 
 /// A change of mode or cause.
 struct Transition {
@@ -115,6 +131,22 @@ struct Tick {
   Vec3 filtered_force_n_in_world;  ///< after the low-pass
   Vec3 slewed_force_n_in_world;    ///< after the slew limit
   Vec3 command_force_n_in_world;   ///< newtons at the hand: after clamp and finite check
+  std::uint64_t fixture_generation = 0;   ///< of the FixtureSet in effect; 0: none
+  std::uint32_t fixtures_in_contact = 0;  ///< bit n: fixture n of the set holds the HIP back or guides it
+  std::int32_t nearest_fixture = -1;      ///< the forbidden region nearest to the HIP; -1: none
+  /// From the HIP to that fixture's boundary, negative inside the forbidden region; infinite: none.
+  double fixture_distance_m = std::numeric_limits<double>::infinity();
+  Vec3 fixture_proxy_m_in_world;        ///< nearest allowed place; the HIP while no forbidden region acts
+  Vec3 fixture_force_n_in_world;        ///< of all forbidden regions, part of damped_force_n_in_world
+  Vec3 guidance_force_n_in_world;       ///< of all guidance fixtures, part of damped_force_n_in_world
+  std::uint64_t tissue_generation = 0;  ///< of the TissueMap in effect; 0: none
+  std::int32_t tissue_region = -1;      ///< region of the map in contact with the largest share; -1: none
+  Vec3 cue_force_n_in_world;            ///< palpation cue at the hand, added after the low-pass
+  double stiffness_n_per_m = 0;         ///< k_s in effect: configured or automatic
+  /// What limits the automatic stiffness.
+  StiffnessBound stiffness_bound = StiffnessBound::configured;
+  /// Standard deviation of the modelled surface's distance at the proxy from frame to frame; 0: not known.
+  double surface_noise_m = 0;
 };
 
 /// Counters since the start of the loop.
@@ -171,6 +203,8 @@ struct ControlChannels {
   TraceRing trace;                    ///< the same ticks, pushed by the force thread for the trace thread
   LatencyHistogram wakeup_latency;    ///< filled by the force thread
   LatencyHistogram compute_time;      ///< filled by the force thread
+  FixtureChannel fixtures;            ///< written by the control thread
+  TissueChannel tissue;               ///< written by the control thread
 };
 
 /// Real-time privileges that the loop obtained. Written once, before the first tick.

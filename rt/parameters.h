@@ -114,6 +114,12 @@ struct HandleScaleParameters {
   double device_mass_kg = 0.045;           ///< device alone, at the hand; > 0
 };
 
+/// Live. Automatic choice of k_s (automatic_stiffness.h).
+struct AutomaticStiffnessParameters {
+  bool on = false;
+  double ceiling_n_per_m = 1000;  ///< k_s never exceeds it
+};
+
 /// Fixed at start. Timing of the camera.
 struct CameraTimingParameters {
   double latency_s = 0;  ///< from mid-exposure to the arrival of the frame
@@ -130,6 +136,9 @@ struct LiveParameters {
   BlendParameters blend;
   SafetyParameters safety;
   HandleScaleParameters handle;
+  AutomaticStiffnessParameters automatic_stiffness;
+  /// Largest clearance of the enabled stand-off fixtures: the surface is modelled that much farther.
+  double standoff_clearance_m = 0;
 };
 
 /// Conversion of raw disparity to points: Z = 1 / (a d + b) and the pinhole model of eq. (1).

@@ -35,6 +35,8 @@ class Supervisor {
     bool overran = false;      ///< the previous tick ended late
     bool release = false;      ///< the loop is ending: release the remaining force
     double loop_period_s = 0;  ///< time for which the device holds a force; 0: period_s
+    const FixtureSet* fixtures = nullptr;  ///< null: none
+    const TissueMap* tissue = nullptr;     ///< null: none
   };
 
   /// Reason against exerting a force that is known before the law is evaluated.

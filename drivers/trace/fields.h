@@ -37,7 +37,9 @@ void visitFields(Tick& tick, auto&& visit) {
          outside_model, stopping, after_overrun, blending, law, contact, points_used, scene_frame,
          scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit, stiffness_gain,
          stiffness_rule, contact_damping, law_force, blended_force, damped_force, scaled_force, passive_force,
-         filtered_force, slewed_force, command_force] = tick;
+         filtered_force, slewed_force, command_force, fixture_generation, fixtures_in_contact,
+         nearest_fixture, fixture_distance, fixture_proxy, fixture_force, guidance_force, tissue_generation,
+         tissue_region, cue_force, stiffness, stiffness_bound, surface_noise] = tick;
   visit("number", number);
   visit("planned_ns", planned_ns);
   visit("wakeup_latency_ns", wakeup_latency_ns);
@@ -79,6 +81,19 @@ void visitFields(Tick& tick, auto&& visit) {
   visit("filtered_force_n_in_world", filtered_force);
   visit("slewed_force_n_in_world", slewed_force);
   visit("command_force_n_in_world", command_force);
+  visit("fixture_generation", fixture_generation);
+  visit("fixtures_in_contact", fixtures_in_contact);
+  visit("nearest_fixture", nearest_fixture);
+  visit("fixture_distance_m", fixture_distance);
+  visit("fixture_proxy_m_in_world", fixture_proxy);
+  visit("fixture_force_n_in_world", fixture_force);
+  visit("guidance_force_n_in_world", guidance_force);
+  visit("tissue_generation", tissue_generation);
+  visit("tissue_region", tissue_region);
+  visit("cue_force_n_in_world", cue_force);
+  visit("stiffness_n_per_m", stiffness);
+  visit("stiffness_bound", stiffness_bound);
+  visit("surface_noise_m", surface_noise);
 }
 
 template <MaybeConst<ModelRecord> Model>

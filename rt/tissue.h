@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "rt/depth_frame.h"
+#include "rt/shape.h"
+#include "rt/triple_buffer.h"
+#include "rt/words.h"
+
+/// The stiffness map as the force loop reads it: regions of the scene whose contact differs from the rest.
+namespace hapticd::rt {
+
+/// How the force in contact depends on the depth d of the HIP below the surface and on its rate d'.
+enum class ContactModel : std::uint8_t {
+  linear,         ///< K d + B d'
+  hunt_crossley,  ///< K d^n (1 + a d'), Hunt and Crossley 1975; K in N/m^n
+  layered,        ///< K d down to layer_m, lower_stiffness_n_per_m below it
+};
+constexpr auto wordsOf(ContactModel) {
+  return words<ContactModel>("linear", "hunt_crossley", "layered");
+}
+
+/// Where a region is.
+enum class TissuePlace : std::uint8_t {
+  shape,  ///< inside a shape in space
+  label,  ///< where the label image has the region's label
+};
+
+inline constexpr std::size_t kMaxTissueRegions = 32;
+
+/// One region. Where regions overlap, the later one of the map covers the earlier one.
+struct TissueRegion {
+  std::uint32_t identity = 0;  ///< of the region; stays the same when its values change
+  TissuePlace place = TissuePlace::shape;
+  Shape shape;             ///< sphere, box or capsule
+  std::uint8_t label = 0;  ///< 1..255
+  /// Width over which the contact passes to that of the surroundings, half of it inside; > 0. For labels it
+  /// is measured on the surface.
+  double transition_m = 0.01;
+  ContactModel model = ContactModel::linear;
+  double stiffness_n_per_m = 500;        ///< hunt_crossley: at a depth of kReferenceDepth_m; > 0
+  double exponent = 1.5;                 ///< hunt_crossley: n, 1..2
+  double damping_per_speed_s_per_m = 0;  ///< hunt_crossley: a, >= 0
+  double lower_stiffness_n_per_m = 0;    ///< layered: > 0
+  double layer_m = 0.005;                ///< layered: > 0
+  double damping_n_s_per_m = 0;          ///< linear, layered: B, >= 0
+  double friction = 0;                   ///< Coulomb's coefficient
+  double cue_force_n = 0;                ///< amplitude of the palpation cue; 0: none
+  double cue_hz = 22.3;                  ///< its frequency, 1..250
+};
+
+/// Depth at which a Hunt-Crossley contact has the stated secant stiffness: K = stiffness d_ref^(1 - n).
+inline constexpr double kReferenceDepth_m = 0.005;
+
+/// The whole map. Large (about 310 kB): passed by reference only.
+struct TissueMap {
+  std::uint64_t generation = 0;  ///< incremented with each change
+  std::uint32_t count = 0;
+  std::array<TissueRegion, kMaxTissueRegions> regions{};
+  bool has_labels = false;
+  std::array<std::uint8_t, kFramePixels> labels{};  ///< for each pixel of the depth image; 0: no region
+};
+static_assert(std::is_trivially_copyable_v<TissueMap>);
+
+/// Written by the control thread, read by the force thread.
+using TissueChannel = TripleBuffer<TissueMap>;
+
+}  // namespace hapticd::rt
