@@ -18,7 +18,7 @@ constexpr double kMaxGrowth_m_per_s = 0.005;
 constexpr double kMaxMove_m = 0.02;
 /// The proxy has arrived when it moves by less.
 constexpr double kArrived_m = 1e-7;
-constexpr int kMaxIterations = 12;
+constexpr int kMaxIterations = 4;
 /// Damping rises to its full value over this depth.
 constexpr double kDampingRamp_m = 0.001;
 /// Regions within this distance of the HIP count for the stiffness that can act together.
@@ -204,6 +204,8 @@ class FixtureForces::Tick {
 
   /// Moves the proxy to the allowed place nearest to the HIP.
   void moveProxy() noexcept {
+    const double moved_m = norm(hip_ - memory_.hip_m_in_world);
+    for (std::size_t i = 0; i < input_.set.count; ++i) memoryOf(i).room_m -= moved_m;
     grow();
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       linearise(iteration == 0);
@@ -247,7 +249,10 @@ class FixtureForces::Tick {
         addHalfSpace(static_cast<int>(i), carried_[i]);
         continue;
       }
+      const double from_hip_m = norm(hip_ - q_);
+      if (memoryOf(i).room_m - from_hip_m > reach_m) continue;
       const SignedDistance here = evaluate(i, q_);
+      remember(i, here.distance_m - from_hip_m);
       if (here.distance_m > reach_m) continue;
       const Vec3& n = here.normal_in_world;
       const HalfSpace half_space{n, dot(n, q_) - here.distance_m};
@@ -259,6 +264,11 @@ class FixtureForces::Tick {
     }
     if (count_ > 0) lineariseSurface();
     for (std::size_t cut = 0; cut < cut_count_; ++cut) addHalfSpace(cut_origin_[cut], cuts_[cut]);
+  }
+
+  /// Keeps how far the HIP is from a region at least. The live surface moves with each frame.
+  void remember(std::size_t i, double room_m) const noexcept {
+    memoryOf(i).room_m = fixture(i).kind == FixtureKind::standoff ? 0 : room_m;
   }
 
   /// The live surface is curved and may end: a step is no longer than the distance from it, or two pixels.
@@ -371,8 +381,13 @@ class FixtureForces::Tick {
       if (!isForbidden(i)) continue;
       const Fixture& f = fixture(i);
       if (f.kind == FixtureKind::standoff) out_.joint_stiffness_n_per_m += f.stiffness_n_per_m;
-      const double distance_m =
-          depth_[i] > 0 ? -depth_[i] : evaluate(i, hip_).distance_m - memoryOf(i).give_m;
+      if (memoryOf(i).room_m - memoryOf(i).give_m >= out_.distance_m) continue;  // another one is nearer
+      double distance_m = -depth_[i];
+      if (!(depth_[i] > 0)) {
+        const double room_m = evaluate(i, hip_).distance_m;
+        remember(i, room_m);
+        distance_m = room_m - memoryOf(i).give_m;
+      }
       if (distance_m < out_.distance_m) {
         out_.distance_m = distance_m;
         out_.nearest = static_cast<std::int32_t>(i);

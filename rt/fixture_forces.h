@@ -38,7 +38,9 @@ class FixtureForces {
   struct FixtureMemory {
     std::uint64_t definition = 0;  ///< 0: not acting
     std::uint32_t identity = 0;
-    Shape shape;          ///< in the last tick
+    Shape shape;  ///< in the last tick
+    /// The HIP is at least this far from the region's boundary, on the allowed side; 0: not known.
+    double room_m = 0;
     bool inside = false;  ///< side `both`: the HIP is kept inside
     double give_m = 0;    ///< the region is smaller by this, because the HIP was inside when it began to act
     double give_m_per_s = 0;  ///< ... and grows by this

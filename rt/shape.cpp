@@ -56,8 +56,8 @@ SignedDistance fromCone(const Shape& cone, const Vec3& offset_m) noexcept {
   const Vec3 aside = offset_m - along * cone.axis_in_world;
   const double off_axis = norm(aside);
   const Vec3 radial = off_axis > kNoDirection_m ? (1 / off_axis) * aside : across(cone.axis_in_world);
-  const double sine = std::sin(cone.half_angle_rad);
-  const double cosine = std::cos(cone.half_angle_rad);
+  const double sine = cone.half_angle_sine;
+  const double cosine = cone.half_angle_cosine;
   if (along * cosine + off_axis * sine < 0) return fromPoint(offset_m, 0, -cone.axis_in_world);
   return {off_axis * cosine - along * sine, cosine * radial - sine * cone.axis_in_world};
 }

@@ -25,9 +25,11 @@ struct Shape {
   /// plane: unit normal, the solid is behind it; capsule: unit vector to the second end; cone: unit vector
   /// from the tip into the cone.
   Vec3 axis_in_world{0, 0, 1};
-  double length_m = 0;        ///< capsule: distance of its ends, >= 0
-  double radius_m = 0;        ///< sphere, capsule: > 0
-  double half_angle_rad = 0;  ///< cone: between axis and side, 0 < angle < pi / 2
+  double length_m = 0;  ///< capsule: distance of its ends, >= 0
+  double radius_m = 0;  ///< sphere, capsule: > 0
+  /// cone: of the angle between axis and side, which is between 0 and a right angle.
+  double half_angle_sine = 0;
+  double half_angle_cosine = 1;
   /// box: its axes as columns of a rotation matrix, row by row.
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
   Vec3 half_size_m{};  ///< box: along its axes, > 0

@@ -74,14 +74,14 @@ BoundaryPoint onCapsule(Shape& capsule, RandomShapes& random) {
 BoundaryPoint onCone(Shape& cone, RandomShapes& random) {
   cone = {
       .kind = ShapeKind::cone, .position_m_in_world = random.place(0.2), .axis_in_world = random.direction()};
-  cone.half_angle_rad = random.between(0.2, 1.3);
+  const double half_angle = random.between(0.2, 1.3);
+  cone.half_angle_sine = std::sin(half_angle);
+  cone.half_angle_cosine = std::cos(half_angle);
   const Vec3 radial = across(cone.axis_in_world, random);
   const double along = random.between(0.05, 0.3);
-  const Vec3 side =
-      std::cos(cone.half_angle_rad) * cone.axis_in_world + std::sin(cone.half_angle_rad) * radial;
-  const Vec3 outward =
-      std::cos(cone.half_angle_rad) * radial - std::sin(cone.half_angle_rad) * cone.axis_in_world;
-  return {cone.position_m_in_world + along * side, outward, 0.4 * along * std::tan(cone.half_angle_rad)};
+  const Vec3 side = cone.half_angle_cosine * cone.axis_in_world + cone.half_angle_sine * radial;
+  const Vec3 outward = cone.half_angle_cosine * radial - cone.half_angle_sine * cone.axis_in_world;
+  return {cone.position_m_in_world + along * side, outward, 0.4 * along * std::tan(half_angle)};
 }
 
 struct KindOfShape {
