@@ -322,41 +322,117 @@ class FixtureForces::Tick {
     return added;
   }
 
+  /// The force of a spring that saturates, and its energy.
+  struct Spring {
+    double stiffness_n_per_m;
+    double most_n;
+    double force_n(double depth_m) const noexcept { return std::min(stiffness_n_per_m * depth_m, most_n); }
+    double energy_j(double depth_m) const noexcept {
+      const double linear_m = std::min(depth_m, most_n / stiffness_n_per_m);
+      return 0.5 * stiffness_n_per_m * linear_m * linear_m + most_n * (depth_m - linear_m);
+    }
+  };
+
+  /// The spring that all forbidden regions have in common: the softest one with the least largest force.
+  Spring commonSpring() const noexcept {
+    Spring common{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < input_.set.count; ++i) {
+      if (!isForbidden(i)) continue;
+      common.stiffness_n_per_m = std::min(common.stiffness_n_per_m, fixture(i).stiffness_n_per_m);
+      common.most_n = std::min(common.most_n, fixture(i).max_force_n);
+    }
+    return common;
+  }
+
+  /// Computes the force as the gradient of an energy, so that no closed loop of the HIP gains any: the common
+  /// spring to the common proxy, and for each region the rest of its own spring to a proxy that obeys this
+  /// region only.
   void computeForces() noexcept {
-    depth_.fill(0);
-    double surface_depth_m = 0;
-    Vec3 surface_normal;
+    Vec3 to_proxy;
+    Vec3 to_surface;
     for (std::size_t k = 0; k < count_; ++k) {
       if (!(multipliers_[k] > 0)) continue;
       if (origin_[k] == kSurface) {
-        surface_depth_m += multipliers_[k];
-        surface_normal = half_spaces_[k].normal;
+        to_surface += multipliers_[k] * half_spaces_[k].normal;
         continue;
       }
-      push(static_cast<std::size_t>(origin_[k]), half_spaces_[k].normal, multipliers_[k]);
+      to_proxy += multipliers_[k] * half_spaces_[k].normal;
+      hold(static_cast<std::size_t>(origin_[k]), multipliers_[k]);
     }
-    if (out_.holds && surface_depth_m > 0) pushFromSurface(surface_normal, surface_depth_m);
+    const Spring common = commonSpring();
+    if (const double depth_m = norm(to_proxy); out_.holds && depth_m > 0) {
+      out_.spring_force_n = (common.force_n(depth_m) / depth_m) * to_proxy;
+      out_.stored_j = common.energy_j(depth_m);
+    }
+    for (std::size_t i = 0; i < input_.set.count; ++i) {
+      if (isForbidden(i)) pushFromOwnProxy(i, common);
+    }
+    out_.force_n = out_.spring_force_n;
+    for (std::size_t k = 0; k < count_; ++k) {
+      if (multipliers_[k] > 0 && origin_[k] != kSurface) damp(k);
+    }
+    const double surface_depth_m = norm(to_surface);
+    if (out_.holds && surface_depth_m > 0)
+      pushFromSurface((1 / surface_depth_m) * to_surface, surface_depth_m);
   }
 
-  /// Adds the force of one region that the HIP is `depth_m` deep in.
-  void push(std::size_t i, const Vec3& normal, double depth_m) noexcept {
-    const Fixture& f = fixture(i);
+  /// Notes that the HIP is `depth_m` deep in a region.
+  void hold(std::size_t i, double depth_m) noexcept {
     out_.holds = true;
     out_.in_contact |= 1U << i;
+    if (depth_[i] == 0) out_.stiffness_n_per_m += fixture(i).stiffness_n_per_m;
     depth_[i] += depth_m;
-    const double spring_n = std::min(f.stiffness_n_per_m * depth_m, f.max_force_n);
+  }
+
+  /// Adds what the spring of a region is stiffer or stronger than the common one. Its own proxy is the place
+  /// on the region's boundary nearest to the HIP, followed like the common one.
+  void pushFromOwnProxy(std::size_t i, const Spring& common) noexcept {
+    const Fixture& f = fixture(i);
+    FixtureMemory& memory = memoryOf(i);
+    const Spring own{f.stiffness_n_per_m, f.max_force_n};
+    if (!(depth_[i] > 0)) {
+      memory.has_own_proxy = false;
+      return;
+    }
+    const bool is_common = own.stiffness_n_per_m == common.stiffness_n_per_m && own.most_n == common.most_n;
+    if (is_common) return;
+    Vec3 proxy = memory.has_own_proxy ? memory.own_proxy_m : q_;
+    HalfSpace half_space;
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds; ++round) {
+      const SignedDistance here = evaluate(i, proxy);
+      if (!std::isfinite(here.distance_m)) return;
+      const Vec3& n = here.normal_in_world;
+      half_space = {n, dot(n, proxy) - here.distance_m};
+      proxy = hip_ + std::max(0.0, -half_space.room_m(hip_)) * n;
+    }
+    memory.has_own_proxy = true;
+    memory.own_proxy_m = proxy;
+    const double depth_m = std::max(0.0, -half_space.room_m(hip_));
+    const double force_n = own.force_n(depth_m) - common.force_n(depth_m);
+    out_.spring_force_n += force_n * half_space.normal;
+    out_.stored_j += own.energy_j(depth_m) - common.energy_j(depth_m);
+  }
+
+  /// Damps the motion along the normal of a region that holds the HIP; the region never pulls.
+  void damp(std::size_t k) noexcept {
+    const auto i = static_cast<std::size_t>(origin_[k]);
+    const Fixture& f = fixture(i);
+    const Vec3& normal = half_spaces_[k].normal;
     const Vec3 velocity = velocityToDamp(input_.velocity_m_per_s_in_world, speed_m_per_s_[i] * normal);
     const double speed = dot(velocity, normal);
-    const double ramp = std::min(1.0, depth_m / kDampingRamp_m);
-    const double damping =
-        input_.lag_damping_s * f.stiffness_n_per_m * speed + f.damping_n_s_per_m * std::min(speed, 0.0);
-    const double total_n = std::clamp(spring_n - ramp * damping, 0.0, f.max_force_n);
-    out_.spring_force_n += spring_n * normal;
-    out_.force_n += total_n * normal;
-    out_.surface_power_w += spring_n * speed_m_per_s_[i];
-    out_.stiffness_n_per_m += f.stiffness_n_per_m;
-    const double linear_m = spring_n / f.stiffness_n_per_m;
-    out_.stored_j += spring_n * (0.5 * linear_m + (depth_m - linear_m));
+    const double ramp = std::min(1.0, multipliers_[k] / kDampingRamp_m);
+    const double damping_n = ramp * (input_.lag_damping_s * f.stiffness_n_per_m * speed +
+                                     f.damping_n_s_per_m * std::min(speed, 0.0));
+    const double along_n = dot(out_.force_n, normal);
+    const double damped_n = std::clamp(along_n - damping_n, 0.0, std::max(along_n, f.max_force_n));
+    out_.force_n += (damped_n - along_n) * normal;
+    if (f.kind != FixtureKind::standoff) return;
+    const Spring own{f.stiffness_n_per_m, f.max_force_n};
+    const double spring_n = own.force_n(multipliers_[k]);
+    out_.standoff_force_n += spring_n * normal;
+    out_.standoff_j += own.energy_j(multipliers_[k]);
+    out_.standoff_power_w += spring_n * speed_m_per_s_[i];
   }
 
   /// In a corner between a region and the live surface the proxy is deeper behind the surface than the law's

@@ -28,8 +28,11 @@ namespace hapticd::rt {
 /// Regions to keep in are the intersection of such half-spaces. Along the live surface, for stand-offs, steps
 /// are shorter than the distance from it. With the law `surface` the live surface constrains this proxy too.
 ///
-/// The projection also says how the displacement from HIP to proxy is composed of the regions' normals; each
-/// part acts on a spring of its region's stiffness, up to its largest force, which does not move the proxy.
+/// The force is the gradient of an energy: a spring to that proxy, of the softest stiffness and the least
+/// largest force of all regions, and for each region that is stiffer or stronger another one, of the
+/// difference, to a proxy that obeys this region only. So a single region has its own spring exactly, regions
+/// that meet hold in their corner, and no closed loop of the HIP gains energy. The largest force never moves
+/// a proxy.
 ///
 /// Thread: one.  RT: step() is safe.
 class FixtureForces {
@@ -44,6 +47,8 @@ class FixtureForces {
     bool inside = false;  ///< side `both`: the HIP is kept inside
     double give_m = 0;    ///< the region is smaller by this, because the HIP was inside when it began to act
     double give_m_per_s = 0;  ///< ... and grows by this
+    bool has_own_proxy = false;
+    Vec3 own_proxy_m;         ///< proxy that obeys this region only
     HalfSpace last;           ///< stand-off: the newest constraint ...
     std::uint64_t frame = 0;  ///< ... and the depth frame that it was seen in; 0: none
     GuidanceMemory guidance;
@@ -81,7 +86,9 @@ class FixtureForces {
     std::int32_t nearest = -1;     ///< forbidden region nearest to the HIP
     double distance_m = std::numeric_limits<double>::infinity();  ///< from the HIP to its boundary
     double stored_j = 0;                                          ///< in the springs of the forbidden regions
-    double surface_power_w = 0;    ///< exerted on the HIP by stand-offs that move with their surface
+    Vec3 standoff_force_n;                                        ///< part of spring_force_n ...
+    double standoff_j = 0;         ///< ... and of stored_j that comes from stand-offs
+    double standoff_power_w = 0;   ///< exerted on the HIP by stand-offs that move with their surface
     double stiffness_n_per_m = 0;  ///< of the regions that hold the HIP, added up
     /// Largest stiffness that can act along one normal near the HIP, in addition to the law's.
     double joint_stiffness_n_per_m = 0;

@@ -123,7 +123,9 @@ void HapticCore::blend(const Input& input, const ForceSample& sample, const Fixt
                     memory_.before.gain,
                     sample.force_n_in_world,
                     fixtures.stored_j,
-                    fixtures.surface_power_w};
+                    fixtures.standoff_force_n,
+                    fixtures.standoff_j,
+                    fixtures.standoff_power_w};
   const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
                                            changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -186,6 +188,16 @@ Vec3 HapticCore::damp(const Input& input, const ForceSample& sample, const Fixtu
   return tick.damped_force_n_in_world;
 }
 
+/// Computes the work that stand-offs did on the HIP by moving with their surface. Other fixtures do none:
+/// they rest, and when they are changed, the ledger of passivity control gets no credit for it.
+double HapticCore::standoffWork_j(const Before& before, const Input& input,
+                                  const Vec3& hip_motion_m) const HAPTICD_RT {
+  const Before& now = memory_.before;
+  if (!memory_.changed) return now.standoff_power_w * input.period_s;
+  const Vec3 twice_mean = now.standoff_force_n_in_world + before.standoff_force_n_in_world;
+  return now.standoff_j - before.standoff_j + dot(twice_mean, hip_motion_m) / 2;
+}
+
 /// Computes the input of passivity control for this tick. The energy of a spring under a force F that is
 /// exerted with the gain g is g F^2 / (2 k). A change of it beyond the work of the HIP (F . dx with the mean
 /// force over the tick) was caused by the scene or by the gain: a surface moved.
@@ -206,21 +218,19 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
   motion.delay_s = std::max(0.0, input.handle.delay_s);
   if (stiffness > 0) {
-    const Vec3& force = memory_.before.force_n_in_world;
-    const Vec3 twice_mean = force + before.force_n_in_world;
-    const bool fixtures_hold = memory_.before.fixture_j > 0 || before.fixture_j > 0;
-    const Vec3& of_law = fixtures_hold ? memory_.before.law_force_n_in_world : force;
-    const Vec3& of_law_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
-    const double now_n2 = dot(of_law, of_law);
-    const double stored = (now_n2 - dot(of_law_before, of_law_before)) / (2 * stiffness) +
-                          (memory_.before.fixture_j - before.fixture_j);
+    const Before& now = memory_.before;
+    const bool fixtures_hold = now.fixture_j > 0 || before.fixture_j > 0;
+    const Vec3& force = fixtures_hold ? now.law_force_n_in_world : now.force_n_in_world;
+    const Vec3& force_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
+    const Vec3 twice_mean = force + force_before;
+    const double now_n2 = dot(force, force);
+    const double stored = (now_n2 - dot(force_before, force_before)) / (2 * stiffness);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
     double of_surface = memory_.surface_moved
                             ? stored - of_hip
                             : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
-    if (fixtures_hold && !memory_.surface_moved)
-      of_surface += memory_.before.fixture_power_w * input.period_s;
-    const double of_gain = (gain - before.gain) * (now_n2 / (2 * stiffness) + memory_.before.fixture_j);
+    if (fixtures_hold) of_surface += standoffWork_j(before, input, hip_motion_m);
+    const double of_gain = (gain - before.gain) * (now_n2 / (2 * stiffness) + now.fixture_j);
     motion.surface_work_j = (before.gain * of_surface + of_gain) * scale.force_scale * to_hand;
   }
   return motion;

@@ -46,7 +46,9 @@ class HapticCore {
     double gain = 0;
     Vec3 law_force_n_in_world;
     double fixture_j = 0;  ///< energy in the springs of the forbidden regions
-    double fixture_power_w = 0;  ///< FixtureForces::Output::surface_power_w
+    Vec3 standoff_force_n_in_world;
+    double standoff_j = 0;
+    double standoff_power_w = 0;  ///< these three: see FixtureForces::Output
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.
@@ -123,6 +125,7 @@ class HapticCore {
              Tick& tick) HAPTICD_RT;
   double unexplained_n(const Input& input, const FixtureForces::Output& fixtures,
                        const Vec3& force_n_in_world) const HAPTICD_RT;
+  double standoffWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Vec3& surface_velocity_m_per_s) const HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,

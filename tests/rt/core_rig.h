@@ -27,7 +27,13 @@ class CoreRig {
     now_ns += kPeriod_ns;
     if (handle_fresh) handle.time_ns = now_ns;
     if (scene_fresh) wall.scene.frame_time_ns = now_ns;
-    return core.step({now_ns, kPeriod_s, wall.scene, handle, directive, overran});
+    return core.step({.now_ns = now_ns,
+                      .period_s = kPeriod_s,
+                      .scene = wall.scene,
+                      .handle = handle,
+                      .directive = directive,
+                      .overran = overran,
+                      .fixtures = fixtures});
   }
   rt::Tick steps(int count) {
     rt::Tick tick;
@@ -44,6 +50,7 @@ class CoreRig {
   rt::HapticCore core{wall.pointCapacity()};
   rt::HandleState handle;
   rt::Directive directive;
+  const rt::FixtureSet* fixtures = nullptr;
   bool handle_fresh = true;
   bool scene_fresh = true;
   bool overran = false;

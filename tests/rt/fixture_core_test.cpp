@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <random>
+
+#include "tests/rt/core_rig.h"
+
+// Fixtures in the whole tick: changes while the HIP is inside, energy, the stiffness limit, engaging.
+namespace hapticd::test {
+namespace {
+
+using rt::FixtureKind;
+using rt::Shape;
+using rt::ShapeKind;
+using rt::Vec3;
+
+constexpr double kStiffness = 300;
+
+/// A core far in front of its wall, with fixtures around `origin`.
+class FixtureCore {
+ public:
+  FixtureCore() {
+    rig.fixtures = set.get();
+    rig.directive.parameters.safety.max_slew_n_per_s = 20'000;
+    rig.directive.parameters.springs.stiffness_n_per_m = 1000;
+    origin = rig.wall.inFrontOfWall(0.3);
+    rig.handle.position_m_in_world = origin;
+  }
+  rt::Fixture& add(FixtureKind kind, Shape shape) {
+    rt::Fixture& fixture = set->fixtures[set->count++];
+    fixture = {};
+    shape.position_m_in_world += origin;
+    fixture.kind = kind;
+    fixture.shape = shape;
+    fixture.identity = set->count;
+    fixture.stiffness_n_per_m = kStiffness;
+    fixture.damping_n_s_per_m = 0;
+    fixture.max_force_n = 10;
+    fixture.fade_in_s = 0.2;
+    redefine(fixture);
+    return fixture;
+  }
+  void redefine(rt::Fixture& fixture) {
+    fixture.definition = ++definitions_;
+    ++set->generation;
+  }
+  /// One tick with the HIP at `origin + offset`.
+  rt::Tick at(const Vec3& offset_m) {
+    const Vec3 next = origin + offset_m;
+    rig.handle.velocity_m_per_s_in_world = (1 / kPeriod_s) * (next - rig.handle.position_m_in_world);
+    rig.handle.position_m_in_world = next;
+    ++rig.handle.sequence;
+    return rig.step();
+  }
+  void engage(const Vec3& offset_m) {
+    rig.directive.engage = true;
+    for (int i = 0; i < 600; ++i) at(offset_m);
+  }
+
+  CoreRig rig;
+  std::unique_ptr<rt::FixtureSet> set = std::make_unique<rt::FixtureSet>();
+  Vec3 origin;
+
+ private:
+  std::uint64_t definitions_ = 0;
+};
+
+Shape sphere(double radius_m, const Vec3& centre = {}) {
+  Shape shape{.kind = ShapeKind::sphere, .position_m_in_world = centre};
+  shape.radius_m = radius_m;
+  return shape;
+}
+Shape floor(double z = 0) {
+  return {.kind = ShapeKind::plane, .position_m_in_world = {0, 0, z}};
+}
+
+TEST(FixtureCore, AnEmptySetChangesNoBit) {
+  FixtureCore with;
+  CoreRig without;
+  without.directive.parameters = with.rig.directive.parameters;
+  without.directive.engage = with.rig.directive.engage = true;
+  for (int i = 0; i < 800; ++i) {
+    const Vec3 place = with.rig.wall.inFrontOfWall(0.03 - 0.0001 * (i % 300));
+    without.handle.position_m_in_world = with.rig.handle.position_m_in_world = place;
+    const rt::Tick a = with.rig.step();
+    const rt::Tick b = without.step();
+    ASSERT_EQ(std::memcmp(&a.command_force_n_in_world, &b.command_force_n_in_world, sizeof(Vec3)), 0) << i;
+  }
+}
+
+/// Asserts that the commanded force never changes by more than the blend allows while `change` is applied
+/// with the HIP resting at `offset`.
+void expectNoStep(FixtureCore& core, const Vec3& offset, const std::function<void()>& change) {
+  core.engage(offset);
+  Vec3 before = core.at(offset).command_force_n_in_world;
+  change();
+  // the blend's fastest surface, 0.5 m/s, on law and fixture together
+  const double most_n = (1000 + 2 * kStiffness) * 0.5 * kPeriod_s;
+  for (int i = 0; i < 2000; ++i) {
+    const rt::Tick tick = core.at(offset);
+    ASSERT_LE(norm(tick.command_force_n_in_world - before), most_n + 1e-9) << "tick " << i;
+    before = tick.command_force_n_in_world;
+  }
+}
+
+TEST(FixtureCore, DisablingRemovingChangingAndEnablingInsideNeverStepsTheForce) {
+  const Vec3 inside{0, 0, -0.006};
+  {
+    FixtureCore core;
+    rt::Fixture& plane = core.add(FixtureKind::plane, floor(-0.1));
+    core.engage({});
+    plane.shape.position_m_in_world = core.origin;
+    core.redefine(plane);
+    expectNoStep(core, inside, [&] {
+      plane.enabled = false;
+      ++core.set->generation;
+    });
+    expectNoStep(core, inside, [&] {
+      plane.enabled = true;
+      ++core.set->generation;
+    });
+    expectNoStep(core, inside, [&] {
+      plane.shape.position_m_in_world.z += 0.004;
+      core.redefine(plane);
+    });
+    expectNoStep(core, inside, [&] {
+      plane.stiffness_n_per_m *= 2;
+      core.redefine(plane);
+    });
+    expectNoStep(core, inside, [&] {
+      core.set->count = 0;
+      ++core.set->generation;
+    });
+    EXPECT_EQ(core.at(inside).command_force_n_in_world, Vec3{});
+  }
+}
+
+/// Energy that the hand got more than it gave in each of many random closed loops through overlapping
+/// fixtures of different stiffness, less what a device without a person dissipates by itself.
+TEST(FixtureCore, NoClosedLoopOfTheHandGainsEnergy) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    FixtureCore core;
+    core.add(FixtureKind::sphere, sphere(0.03, {0.01, 0, 0})).stiffness_n_per_m = 200;
+    core.add(FixtureKind::sphere, sphere(0.03, {-0.02, 0.015, 0})).stiffness_n_per_m = 900;
+    core.add(FixtureKind::plane, floor(-0.005)).stiffness_n_per_m = 500;
+    core.engage({0, 0, 0.06});
+    const double device_damping = core.rig.directive.parameters.handle.device_damping_n_s_per_m;
+    const Vec3 centre{0.02 * unit(engine), 0.02 * unit(engine), 0.012};
+    const double phase = unit(engine);
+    const auto placeAt = [&](double turn) {
+      const double angle = 2 * M_PI * turn;
+      return centre + Vec3{0.025 * std::sin(angle), 0.02 * std::cos(angle + phase), 0.02 * std::cos(angle)};
+    };
+    const Vec3 start = placeAt(0);
+    for (int i = 1; i <= 300; ++i) core.at(Vec3{0, 0, 0.06} + (i / 300.0) * (start - Vec3{0, 0, 0.06}));
+    double gained_j = 0;
+    Vec3 force = core.at(start).command_force_n_in_world;
+    double worst_j = -1;
+    constexpr int kTicksPerLoop = 1500;
+    Vec3 before = start;
+    for (int tick = 1; tick <= 8 * kTicksPerLoop; ++tick) {
+      const Vec3 place = placeAt(static_cast<double>(tick) / kTicksPerLoop);
+      const Vec3 moved = place - before;
+      gained_j += dot(force, moved) - device_damping * dot(moved, moved) / kPeriod_s;
+      before = place;
+      force = core.at(place).command_force_n_in_world;
+      if (tick % kTicksPerLoop == 0 && tick > kTicksPerLoop) worst_j = std::max(worst_j, gained_j);
+    }
+    // the loops after the first, which stores energy in the springs, and has it back at the same place
+    EXPECT_LE(worst_j, 2e-5) << "seed " << seed;
+  }
+}
+
+TEST(FixtureCore, EngagingInsideAForbiddenRegionIsRefused) {
+  FixtureCore core;
+  core.rig.directive.engage_inside = false;
+  core.add(FixtureKind::plane, floor());
+  core.at({0, 0, 0.01});
+  for (int i = 0; i < 20; ++i) core.at({0, 0, 0.01 - 0.001 * i});
+  core.rig.directive.engage = true;
+  const rt::Tick tick = core.at({0, 0, -0.01});
+  EXPECT_EQ(tick.mode, rt::Mode::idle);
+  EXPECT_EQ(tick.cause, rt::Cause::inside_surface);
+}
+
+TEST(FixtureCore, TheStiffnessLimitCountsWhatActsAlongOneNormal) {
+  const auto gainWith = [](int planes) {
+    FixtureCore core;
+    core.rig.handle.delay_s = 0.004;
+    for (int i = 0; i < planes; ++i) core.add(FixtureKind::plane, floor(-1e-5 * i));
+    core.engage({0, 0, 0.002});
+    rt::Tick tick;
+    for (int i = 0; i < 2000; ++i) tick = core.at({0, 0, -0.001});
+    return tick;
+  };
+  const rt::Tick none = gainWith(0);
+  const rt::Tick one = gainWith(1);
+  const rt::Tick three = gainWith(3);
+  ASSERT_LT(none.stiffness_gain, 1);
+  EXPECT_NEAR(one.stiffness_gain, none.stiffness_gain * 1000 / (1000 + kStiffness), 1e-6);
+  EXPECT_NEAR(three.stiffness_gain, none.stiffness_gain * 1000 / (1000 + 3 * kStiffness), 1e-6);
+}
+
+TEST(FixtureCore, TheTickSaysWhatFixturesDo) {
+  FixtureCore core;
+  core.add(FixtureKind::sphere, sphere(0.02));
+  core.engage({0, 0, 0.05});
+  rt::Tick tick = core.at({0, 0, 0.05});
+  EXPECT_EQ(tick.fixture_generation, core.set->generation);
+  EXPECT_EQ(tick.nearest_fixture, 0);
+  EXPECT_NEAR(tick.fixture_distance_m, 0.03, 1e-9);
+  EXPECT_EQ(tick.fixtures_in_contact, 0U);
+  EXPECT_EQ(tick.fixture_proxy_m_in_world, tick.hip_m_in_world);
+  for (int i = 0; i < 50; ++i) tick = core.at({0, 0, 0.05 - 0.0007 * i});
+  EXPECT_EQ(tick.fixtures_in_contact, 1U);
+  EXPECT_NEAR(tick.fixture_distance_m, 0.05 - 0.0007 * 49 - 0.02, 1e-9);
+  EXPECT_NEAR(norm(tick.fixture_proxy_m_in_world - core.origin), 0.02, 1e-9);
+  EXPECT_GT(tick.fixture_force_n_in_world.z, 0);
+  EXPECT_GT(tick.command_force_n_in_world.z, 0);
+}
+
+TEST(FixtureCore, ACoreRestoredFromMemoryGoesOnWithTheSameBits) {
+  FixtureCore core;
+  core.add(FixtureKind::sphere, sphere(0.02));
+  core.engage({0, 0, 0.03});
+  for (int i = 0; i < 20; ++i) core.at({0.0002 * i, 0, 0.03 - 0.0008 * i});
+  const rt::HapticCore::Memory memory = core.rig.core.memory();
+  const rt::Tick once = core.at({0.005, 0, 0.013});
+  core.rig.core.restore(memory);
+  core.rig.now_ns -= kPeriod_ns;
+  core.rig.handle.position_m_in_world = core.origin + Vec3{0.0038, 0, 0.0148};
+  const rt::Tick again = core.at({0.005, 0, 0.013});
+  EXPECT_EQ(std::memcmp(&once.fixture_force_n_in_world, &again.fixture_force_n_in_world, sizeof(Vec3)), 0);
+  EXPECT_EQ(std::memcmp(&once.command_force_n_in_world, &again.command_force_n_in_world, sizeof(Vec3)), 0);
+}
+
+}  // namespace
+}  // namespace hapticd::test
