@@ -9,11 +9,13 @@
 #include "rt/force_laws.h"
 #include "rt/handle_channel.h"
 #include "rt/loop_state.h"
+#include "rt/palpation_cue.h"
 #include "rt/parameters.h"
 #include "rt/realtime_safe.h"
 #include "rt/safety_chain.h"
 #include "rt/scene.h"
 #include "rt/supervisor.h"
+#include "rt/tissue_contact.h"
 
 namespace hapticd::rt {
 
@@ -34,6 +36,7 @@ class HapticCore {
     SpringParameters springs;
     ContactParameters contact;
     bool held = false;
+    std::uint64_t tissue_generation = 0;  ///< 0: no regions
     friend bool operator==(const Origin&, const Origin&) = default;
   };
   /// The inputs that the previous force was computed from.
@@ -42,6 +45,9 @@ class HapticCore {
     Vec3 velocity_m_per_s_in_world;
     Vec3 force_n_in_world;
     double gain = 0;
+    /// 2 k_s times the energy of the spring under this force: F^2, unless a stiffness map changes the
+    /// contact.
+    double spring_n2 = 0;
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.
@@ -58,6 +64,8 @@ class HapticCore {
     Vec3 held_force_n_in_world;  ///< from the last tick whose neighbourhood was modelled
     double outside_model_s = 0;  ///< time since that tick
     bool too_near = false;       ///< ForceSample::too_near of that tick
+    TissueContact tissue;
+    PalpationCue cue;
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
@@ -99,14 +107,24 @@ class HapticCore {
     double largest_damping_n_s_per_m = 0;  ///< at the hand
   };
 
-  ForceSample evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
-  LagRules lagRules(const Input& input, Tick& tick) HAPTICD_RT;
-  Vec3 damp(const Input& input, const ForceSample& sample, const LagRules& rules,
+  /// The law's result and the contact at its proxy.
+  struct Evaluation {
+    ForceSample sample;
+    LocalContact contact;
+  };
+
+  Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
+  ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
+  LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
+  LagRules lagRules(const Input& input, const LocalContact& contact, Tick& tick) HAPTICD_RT;
+  Vec3 damp(const Input& input, const Evaluation& evaluation, const LagRules& rules,
             Tick& tick) const HAPTICD_RT;
-  void blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
-  double unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
+  void blend(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
+  double unexplained_n(const Input& input, const LocalContact& contact,
+                       const Vec3& force_n_in_world) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
-                                  const Vec3& surface_velocity_m_per_s) const HAPTICD_RT;
+                                  const Evaluation& evaluation) const HAPTICD_RT;
+  Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;
 
