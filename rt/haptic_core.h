@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "rt/fixture_forces.h"
 #include "rt/force_blend.h"
 #include "rt/force_laws.h"
 #include "rt/handle_channel.h"
@@ -36,6 +37,7 @@ class HapticCore {
     SpringParameters springs;
     ContactParameters contact;
     bool held = false;
+    std::uint64_t fixtures = 0;           ///< FixtureSet::generation
     std::uint64_t tissue_generation = 0;  ///< 0: no regions
     friend bool operator==(const Origin&, const Origin&) = default;
   };
@@ -45,14 +47,19 @@ class HapticCore {
     Vec3 velocity_m_per_s_in_world;
     Vec3 force_n_in_world;
     double gain = 0;
-    /// 2 k_s times the energy of the spring under this force: F^2, unless a stiffness map changes the
-    /// contact.
+    Vec3 law_force_n_in_world;
+    double fixture_j = 0;        ///< energy in the springs of the forbidden regions
+    double fixture_power_w = 0;  ///< FixtureForces::Output::surface_power_w
+    /// 2 k_s times the energy of the law's springs under these two forces: F^2, unless a stiffness map
+    /// changes the contact.
     double spring_n2 = 0;
+    double law_spring_n2 = 0;
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.
   struct Memory {
     ForceLaws::Memory laws;
+    FixtureForces::Memory fixtures;
     ForceBlend blend;
     Origin origin;
     Before before;
@@ -64,6 +71,8 @@ class HapticCore {
     Vec3 held_force_n_in_world;  ///< from the last tick whose neighbourhood was modelled
     double outside_model_s = 0;  ///< time since that tick
     bool too_near = false;       ///< ForceSample::too_near of that tick
+    /// FixtureForces::Output::joint_stiffness_n_per_m of the previous tick.
+    double fixture_stiffness_n_per_m = 0;
     TissueContact tissue;
     PalpationCue cue;
   };
@@ -80,16 +89,21 @@ class HapticCore {
                        double frame_age_s = 0) HAPTICD_RT;
 
   /// Discards the proxy; the next force of a constraint law starts with the proxy at the HIP.
-  void release() HAPTICD_RT { laws_.release(); }
+  void release() HAPTICD_RT {
+    laws_.release();
+    fixtures_.release();
+  }
 
   Memory memory() const HAPTICD_RT {
     Memory memory = memory_;
     memory.laws = laws_.memory();
+    memory.fixtures = fixtures_.memory();
     return memory;
   }
   void restore(const Memory& memory) HAPTICD_RT {
     memory_ = memory;
     laws_.restore(memory.laws);
+    fixtures_.restore(memory.fixtures);
   }
 
   /// Returns the place around which the scene must be modelled for the next tick: the proxy of a constraint
@@ -104,6 +118,7 @@ class HapticCore {
   struct LagRules {
     double lag_s = 0;
     double damping_n_s_per_m = 0;          ///< contact damping of the HIP in addition to the law's own
+    double fixture_damping_s = 0;          ///< the same for fixtures, per stiffness
     double largest_damping_n_s_per_m = 0;  ///< at the hand
   };
 
@@ -117,10 +132,13 @@ class HapticCore {
   ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
   LagRules lagRules(const Input& input, const LocalContact& contact, Tick& tick) HAPTICD_RT;
-  Vec3 damp(const Input& input, const Evaluation& evaluation, const LagRules& rules,
-            Tick& tick) const HAPTICD_RT;
-  void blend(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
-  double unexplained_n(const Input& input, const LocalContact& contact,
+  FixtureForces::Output evaluateFixtures(const Input& input, const ForceSample& sample, const LagRules& rules,
+                                         Tick& tick) HAPTICD_RT;
+  Vec3 damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
+            const LagRules& rules, Tick& tick) const HAPTICD_RT;
+  void blend(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
+             Tick& tick) HAPTICD_RT;
+  double unexplained_n(const Input& input, const LocalContact& contact, const FixtureForces::Output& fixtures,
                        const Vec3& force_n_in_world) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Evaluation& evaluation) const HAPTICD_RT;
@@ -129,6 +147,7 @@ class HapticCore {
                                      Tick& tick) HAPTICD_RT;
 
   ForceLaws laws_;
+  FixtureForces fixtures_;
   Memory memory_;
 };
 
