@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <random>
 #include <vector>
@@ -138,7 +137,7 @@ TEST(ForbiddenRegions, NoPushGetsThroughAPlateWithTheLiveSurfaceBehind) {
 constexpr double kPush_n = 2;
 constexpr double kHandDamping = 5;
 
-/// A hand of 0.15 kg that pushes with 2 N.
+/// A hand of 0.15 kg that pushes with 2 N along a line.
 struct PushingHand {
   Vec3 place_m;
   Vec3 direction;
@@ -147,7 +146,8 @@ struct PushingHand {
 
   rt::Tick tick(tools::OfflineBox& box) {
     constexpr double kMass_kg = 0.15;
-    velocity += (kTick_s / kMass_kg) * (force_n + kPush_n * direction - kHandDamping * velocity);
+    const double along_n = dot(force_n, direction) + kPush_n - kHandDamping * dot(velocity, direction);
+    velocity += (kTick_s / kMass_kg * along_n) * direction;
     place_m += kTick_s * velocity;
     const rt::Tick tick = box.tick(place_m, kTick_s, velocity);
     force_n = tick.command_force_n_in_world;
@@ -155,10 +155,14 @@ struct PushingHand {
   }
 };
 
+double rawUnit_m(double depth_m) {
+  return std::abs(rt::DepthModelParameters{}.a_per_m) * depth_m * depth_m;
+}
+
 /// The surface that the pixels around the image of a place measure: a plane through their depths.
 struct SeenSurface {
   double depth_m;
-  double cosine;  ///< of the angle between its normal and the ray
+  Vec3 normal_in_camera;
 };
 
 /// Fits the pixels around the image of a place, or returns nothing beside an outline.
@@ -195,14 +199,48 @@ std::optional<SeenSurface> surfaceAround(const rt::DepthModel& model, const rt::
   if (count < kLeastPixels) return std::nullopt;
   const double mean = sum / count;
   // Missing pixels are few, so rows and columns are still nearly orthogonal and have a mean near zero.
-  const double slope_m_per_px = std::hypot(across - mean * columns, down - mean * rows) / squares;
-  const double unit_m = std::abs(camera.a_per_m) * mean * mean;
-  constexpr double kMostSpread_raw = 4;  // of the noise; the rest is slope
-  if (farthest - nearest > kMostSpread_raw * unit_m + 2 * kRadius_px * slope_m_per_px * std::numbers::sqrt2)
+  const double per_column = (across - mean * columns) / squares;
+  const double per_row = (down - mean * rows) / squares;
+  const double slope_m_per_px = std::hypot(per_column, per_row);
+  constexpr double kMostSpread_raw = 6;  // of the noise; the rest is slope
+  if (farthest - nearest >
+      kMostSpread_raw * rawUnit_m(mean) + 2 * kRadius_px * slope_m_per_px * std::numbers::sqrt2)
     return std::nullopt;
-  const double slope = slope_m_per_px * camera.fx_px / mean;
-  if (slope > 1.5) return std::nullopt;
-  return SeenSurface{mean, 1 / std::hypot(1, slope)};
+  // the plane N * X = 1 with 1 / Z linear in the image, see rt::SurfaceView
+  const double w = 1 / mean;
+  const double w_u = -per_column * w * w;
+  const double w_v = -per_row * w * w;
+  const Vec3 plane{w_u * camera.fx_px, w_v * camera.fy_px,
+                   w - w_u * (column - camera.cx_px) - w_v * (row - camera.cy_px)};
+  return SeenSurface{mean, (1 / norm(plane)) * Vec3{-plane.x, plane.y, plane.z}};
+}
+
+/// What one frame shows at the HIP; depth 0: nothing.
+struct Sample {
+  double depth_m = 0;
+  double hip_depth_m = 0;
+  double cosine = 0;  ///< of the ray, of depth 1, to the surface's normal
+};
+
+constexpr double kAtRest_raw = 1.5;
+
+/// The mean depth around the i-th frame if the surface rests from ten frames before to five frames after it.
+std::optional<double> depthAtRest(const std::vector<Sample>& samples, std::size_t i) {
+  constexpr std::size_t kBefore = 10;
+  constexpr std::size_t kAfter = 5;
+  if (i < kBefore || i + kAfter >= samples.size()) return std::nullopt;
+  double sum = 0;
+  double least = 10;
+  double most = 0;
+  for (std::size_t k = i - kBefore; k <= i + kAfter; ++k) {
+    const double depth = samples[k].depth_m;
+    if (depth <= 0) return std::nullopt;
+    sum += depth;
+    least = std::min(least, depth);
+    most = std::max(most, depth);
+  }
+  const double mean = sum / (kBefore + kAfter + 1);
+  return most - least <= kAtRest_raw * rawUnit_m(mean) ? std::optional(mean) : std::nullopt;
 }
 
 /// Pushes towards many places of a recording. Wherever the pixels around the HIP have rested for half a
@@ -227,9 +265,12 @@ void pushOnRecording(const std::string& archive) {
     if (model.depth_m(raw) <= 0 || model.depth_m(raw) > 3.5) continue;
     const Vec3 aim = model.pointInWorld(
         rt::PackedPixel::pack(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row), raw));
-    const Vec3 ray = (1 / norm(aim)) * aim;
-    PushingHand hand{.place_m = aim - 0.04 * ray, .direction = ray, .velocity = {}, .force_n = {}};
-    std::vector<double> depths;
+    const std::optional<SeenSurface> start = surfaceAround(model, *frame, model.positionInCamera(aim));
+    if (!start) continue;
+    // The hand is guided along the surface's normal, so that it does not slide off.
+    const Vec3 inward = -model.directionInWorld(start->normal_in_camera);
+    PushingHand hand{.place_m = aim - 0.03 * inward, .direction = inward, .velocity = {}, .force_n = {}};
+    std::vector<Sample> samples;
     for (std::size_t index = 0; index < frames; ++index) {
       ASSERT_TRUE(reader->read(index, *frame).has_value());
       frame->sequence = index + 1;
@@ -237,27 +278,21 @@ void pushOnRecording(const std::string& archive) {
       for (int i = 0; i < kTicksPerFrame; ++i) hand.tick(box.rig.box);
       const Vec3 p = model.positionInCamera(hand.place_m);
       const std::optional<SeenSurface> seen = surfaceAround(model, *frame, p);
-      if (!seen) {
-        depths.clear();
-        continue;
-      }
-      depths.push_back(seen->depth_m);
-      constexpr std::size_t kRest = 15;
-      if (depths.size() < kRest) continue;
-      const auto [least, most] = std::minmax_element(depths.end() - kRest, depths.end());
-      const double unit_m = std::abs(model.parameters().a_per_m) * seen->depth_m * seen->depth_m;
-      constexpr double kAtRest_raw = 1.5;
-      if (*most - *least > kAtRest_raw * unit_m) continue;
-      const double mean_m = std::accumulate(depths.end() - kRest, depths.end(), 0.0) / kRest;
-      const double before_m = seen->cosine * (mean_m + p.z);
+      const Vec3 ray = (1 / p.z) * p;  // of depth -1
+      samples.push_back(seen ? Sample{seen->depth_m, -p.z, dot(ray, seen->normal_in_camera)} : Sample{});
+    }
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const std::optional<double> rest_m = depthAtRest(samples, i);
+      if (!rest_m) continue;
+      const double before_m = (*rest_m - samples[i].hip_depth_m) * samples[i].cosine;
       // Somebody who passes between camera and HIP hides it; it is not pushed through him.
       if (before_m < -box.rig.box.parameters().surface.shell_m) continue;
       ++compared;
       // The part of the noise that stands still has 0.35 raw units (the resting room); four of them, because
-      // some hundred places are compared. In that half second the surface may have moved by kAtRest_raw.
-      const double noise_m = (4 * 0.35 + 0.5 * kAtRest_raw) * unit_m;
+      // some hundred places are compared. The surface may have moved by kAtRest_raw meanwhile.
+      const double noise_m = (4 * 0.35 + kAtRest_raw) * rawUnit_m(*rest_m);
       ASSERT_GT(before_m, kClearance_m - kPush_n / kStiffness - noise_m)
-          << archive << " place " << place << " frame " << index << " at " << mean_m << " m";
+          << archive << " place " << place << " frame " << i << " at " << *rest_m << " m";
     }
   }
   EXPECT_GT(compared, 50) << archive;
