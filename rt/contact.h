@@ -36,13 +36,19 @@ inline Vec3 slideOf(const Vec3& to_hip_m, const Vec3& normal, double offset_m, d
   return length <= held ? Vec3{} : (1 - held / length) * tangential;
 }
 
+/// Returns the depth of the HIP below the surface that holds the proxy, >= 0.  RT: safe.
+inline double depthBelow(const Vec3& proxy_m, const Vec3& hip_m, const Vec3& normal,
+                         double offset_m) noexcept {
+  return std::max(0.0, dot(proxy_m - hip_m, normal) - offset_m);
+}
+
 /// Returns the force at the HIP in newtons: the spring to the proxy, shortened by `offset_m` along the
 /// normal, plus damping of the HIP's velocity along the normal. Damping never makes the surface pull.
 /// RT: safe.
 inline Vec3 contactForce(const LawInput& input, const Vec3& proxy_m, const Vec3& normal,
                          double offset_m) noexcept {
   const Vec3 to_proxy = proxy_m - input.hip_m_in_world;
-  const double depth = std::max(0.0, dot(to_proxy, normal) - offset_m);
+  const double depth = depthBelow(proxy_m, input.hip_m_in_world, normal, offset_m);
   const Vec3 tangential = to_proxy - dot(to_proxy, normal) * normal;
   const double stiffness = input.parameters.springs.stiffness_n_per_m;
   const double damping = input.parameters.contact.damping_n_s_per_m;

@@ -86,6 +86,7 @@ struct ForceSample {
   /// The surface in contact has come nearer than the camera can measure; the force is based on its last seen
   /// position.
   bool too_near = false;
+  double depth_m = 0;  ///< laws with a proxy: depth of the HIP below the surface in contact, >= 0
 };
 
 }  // namespace hapticd::rt

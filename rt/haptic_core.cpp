@@ -26,12 +26,39 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
   return laws_.force({scene, hip_m_in_world, {}, parameters, frame_age_s});
 }
 
-/// Evaluates the law at the handle's position, or briefly holds the last force where the scene is not
-/// modelled.
-ForceSample HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
-  ForceSample sample = laws_.force({input.scene, input.handle.position_m_in_world,
-                                    input.handle.velocity_m_per_s_in_world, input.directive.parameters,
-                                    frameAge_s(input.scene, input.now_ns, input.directive.parameters)});
+/// Evaluates the law at the handle's position, with the friction of the tissue where the proxy is.
+ForceSample HapticCore::forceOfLaw(const Input& input) HAPTICD_RT {
+  const LiveParameters& parameters = input.directive.parameters;
+  const double age_s = frameAge_s(input.scene, input.now_ns, parameters);
+  const Vec3& hip = input.handle.position_m_in_world;
+  const Vec3& velocity = input.handle.velocity_m_per_s_in_world;
+  if (!TissueContact::isActive(input.tissue)) {
+    return laws_.force({input.scene, hip, velocity, parameters, age_s});
+  }
+  LiveParameters in_tissue = parameters;
+  in_tissue.contact.friction = memory_.tissue.frictionOfLaw(parameters);
+  return laws_.force({input.scene, hip, velocity, in_tissue, age_s});
+}
+
+/// Replaces the law's force by that of the stiffness map where there is one.
+LocalContact HapticCore::applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT {
+  const LocalContact contact =
+      memory_.tissue.apply({.map = input.tissue,
+                            .model = input.scene.depth_model,
+                            .parameters = input.directive.parameters,
+                            .hip_m_in_world = input.handle.position_m_in_world,
+                            .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                            .period_s = input.period_s},
+                           sample);
+  tick.tissue_region = contact.region;
+  return contact;
+}
+
+/// Evaluates law and stiffness map, or briefly holds the last force where the scene is not modelled.
+HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
+  Evaluation evaluation{forceOfLaw(input), {}};
+  ForceSample& sample = evaluation.sample;
+  evaluation.contact = applyTissue(input, sample, tick);
   tick.law = laws_.law();
   tick.contact = sample.state;
   tick.proxy_m_in_world = sample.proxy_m_in_world;
@@ -43,27 +70,27 @@ ForceSample HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
       memory_.too_near = false;
     }
     sample.force_n_in_world = memory_.held_force_n_in_world;
-    return sample;
+    return evaluation;
   }
   memory_.outside_model_s = 0;
   memory_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
   tick.law_force_n_in_world = sample.force_n_in_world;
   memory_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
-  return sample;
+  return evaluation;
 }
 
 /// Returns how much more the force of a law with a proxy changed than the HIP's displacement explains: the
 /// surface moved, the proxy is still catching up, or it slipped off an edge.
-double HapticCore::unexplained_n(const Input& input, const FixtureForces::Output& fixtures,
+double HapticCore::unexplained_n(const Input& input, const LocalContact& contact,
+                                 const FixtureForces::Output& fixtures,
                                  const Vec3& force_n_in_world) const HAPTICD_RT {
   if (!hasProxy(laws_.law()) && !fixtures.holds) return 0;
-  const LiveParameters& parameters = input.directive.parameters;
   const double displacement_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
   const double speed_change =
       norm(input.handle.velocity_m_per_s_in_world - memory_.before.velocity_m_per_s_in_world);
-  const double stiffness = parameters.springs.stiffness_n_per_m + fixtures.stiffness_n_per_m;
-  const double explained_n = stiffness * displacement_m + parameters.contact.damping_n_s_per_m * speed_change;
+  const double stiffness = contact.steepest_n_per_m + fixtures.stiffness_n_per_m;
+  const double explained_n = stiffness * displacement_m + contact.damping_n_s_per_m * speed_change;
   return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
 }
 
@@ -99,33 +126,46 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const For
 /// Blends the force of law and forbidden regions over a change of scene, law, parameters or fixtures. The
 /// force is clamped to the limit first, so that the blend never starts from more than the handle can have
 /// exerted.
-void HapticCore::blend(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
-                       Tick& tick) HAPTICD_RT {
+void HapticCore::blend(const Input& input, const Evaluation& evaluation,
+                       const FixtureForces::Output& fixtures, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
+  const ForceSample& sample = evaluation.sample;
+  const LocalContact& contact = evaluation.contact;
   const Vec3 force_n_in_world =
       fixtures.holds ? sample.force_n_in_world + fixtures.spring_force_n : sample.force_n_in_world;
-  const double stiffness = parameters.springs.stiffness_n_per_m + fixtures.stiffness_n_per_m;
+  const double stiffness =
+      std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixtures.stiffness_n_per_m;
   const double length = norm(force_n_in_world);
   const double limit = parameters.safety.max_force_n / parameters.handle.force_scale;
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
-  const Origin now{input.scene.model,  laws_.law(),        parameters.springs,
-                   parameters.contact, tick.outside_model, tick.fixture_generation};
+  const Origin now{input.scene.model,
+                   laws_.law(),
+                   parameters.springs,
+                   parameters.contact,
+                   tick.outside_model,
+                   tick.fixture_generation,
+                   TissueContact::generationOf(input.tissue)};
   const double max_n = stiffness * parameters.blend.max_surface_speed_m_per_s * input.period_s;
-  const double unexplained = unexplained_n(input, fixtures, cut);
+  const double unexplained = unexplained_n(input, contact, fixtures, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
   const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > max_n);
   memory_.surface_moved = memory_.changed || unexplained > 0;
   memory_.origin = now;
+  const double share = length > limit ? limit / length : 1;
+  const double tissue_n2 = 2 * parameters.springs.stiffness_n_per_m * contact.energy_j;
+  const Vec3& law_n = sample.force_n_in_world;
   memory_.before = {input.handle.position_m_in_world,
                     input.handle.velocity_m_per_s_in_world,
                     cut,
                     memory_.before.gain,
-                    sample.force_n_in_world,
+                    law_n,
                     fixtures.stored_j,
                     fixtures.standoff_force_n,
                     fixtures.standoff_j,
-                    fixtures.standoff_power_w};
+                    fixtures.standoff_power_w,
+                    contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
+                    contact.in_tissue ? tissue_n2 : dot(law_n, law_n)};
   const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
                                            changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -135,12 +175,13 @@ void HapticCore::blend(const Input& input, const ForceSample& sample, const Fixt
 /// Computes what keeps the loop stable at its current lag: the share of the law's force to exert and the
 /// contact damping. Damping applied by the device itself is not delayed, so the limit by the device's mass
 /// does not apply to it.
-HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTICD_RT {
+HapticCore::LagRules HapticCore::lagRules(const Input& input, const LocalContact& contact,
+                                          Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
-  const double stiffness_of_law = parameters.springs.stiffness_n_per_m;
-  const double stiffness = stiffness_of_law + memory_.fixture_stiffness_n_per_m;  // they may act together
-  const double damping_of_law = hasProxy(parameters.law) ? parameters.contact.damping_n_s_per_m : 0;
+  // The law and the fixtures may act together.
+  const double stiffness = contact.largest_n_per_m + memory_.fixture_stiffness_n_per_m;
+  const double damping_of_law = hasProxy(parameters.law) ? contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
@@ -162,27 +203,29 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTIC
   tick.stiffness_gain = memory_.stiffness_gain;
   if (!automatic) return rules;
 
-  double damping = contactDamping_n_s_per_m(stiffness, rules.lag_s);
+  const double acting = contact.tangent_n_per_m + memory_.fixture_stiffness_n_per_m;
+  double damping = contactDamping_n_s_per_m(acting, rules.lag_s);
   if (by_mass) damping = std::min(damping, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
   if (!std::isfinite(damping)) return rules;
   if (memory_.fixture_stiffness_n_per_m > 0) {
-    rules.fixture_damping_s = input.handle.damps ? 0 : damping / stiffness;
-    damping *= stiffness_of_law / stiffness;
+    rules.fixture_damping_s = input.handle.damps ? 0 : damping / acting;
+    damping *= contact.tangent_n_per_m / acting;
   }
   rules.damping_n_s_per_m = std::max(0.0, damping - damping_of_law);
   return rules;
 }
 
 /// Adds the contact damping, unless the device applies it, and the forces of guidance fixtures.
-Vec3 HapticCore::damp(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+Vec3 HapticCore::damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
                       const LagRules& rules, Tick& tick) const HAPTICD_RT {
+  const ForceSample& sample = evaluation.sample;
   const Vec3 velocity =
       velocityToDamp(input.handle.velocity_m_per_s_in_world, sample.surface_velocity_m_per_s_in_world);
   const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
   const Vec3 force = fixtures.holds ? tick.blended_force_n_in_world - fixtures.spring_force_n
                                     : tick.blended_force_n_in_world;
   tick.damped_force_n_in_world =
-      damped({force, sample.normal_in_world, velocity, input.directive.parameters.contact.friction}, damping);
+      damped({force, sample.normal_in_world, velocity, evaluation.contact.friction}, damping);
   if (fixtures.holds) tick.damped_force_n_in_world += fixtures.force_n;
   if (!(fixtures.guidance_force_n == Vec3{})) tick.damped_force_n_in_world += fixtures.guidance_force_n;
   return tick.damped_force_n_in_world;
@@ -199,10 +242,12 @@ double HapticCore::standoffWork_j(const Before& before, const Input& input,
 }
 
 /// Computes the input of passivity control for this tick. The energy of a spring under a force F that is
-/// exerted with the gain g is g F^2 / (2 k). A change of it beyond the work of the HIP (F . dx with the mean
-/// force over the tick) was caused by the scene or by the gain: a surface moved.
+/// exerted with the gain g is g F^2 / (2 k), or g U in tissue (Before::spring_n2). A change of it beyond the
+/// work of the HIP (F . dx with the mean force over the tick) was caused by the scene or by the gain: a
+/// surface moved.
 SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input,
-                                            const Vec3& surface_velocity_m_per_s) const HAPTICD_RT {
+                                            const Evaluation& evaluation) const HAPTICD_RT {
+  const Vec3& surface_velocity_m_per_s = evaluation.sample.surface_velocity_m_per_s_in_world;
   const LiveParameters& parameters = input.directive.parameters;
   const HandleScaleParameters& scale = parameters.handle;
   const double to_hand = 1 / scale.motion_scale;
@@ -213,7 +258,8 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   motion.known = true;
   motion.hand_m = to_hand * hip_motion_m;
   motion.velocity_m_per_s = to_hand * input.handle.velocity_m_per_s_in_world;
-  motion.stiffness_n_per_m = gain * stiffness * scale.motion_scale * scale.force_scale;
+  motion.stiffness_n_per_m =
+      gain * evaluation.contact.secant_n_per_m * scale.motion_scale * scale.force_scale;
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
   motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
   motion.delay_s = std::max(0.0, input.handle.delay_s);
@@ -223,8 +269,9 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
     const Vec3& force = fixtures_hold ? now.law_force_n_in_world : now.force_n_in_world;
     const Vec3& force_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
     const Vec3 twice_mean = force + force_before;
-    const double now_n2 = dot(force, force);
-    const double stored = (now_n2 - dot(force_before, force_before)) / (2 * stiffness);
+    const double now_n2 = fixtures_hold ? now.law_spring_n2 : now.spring_n2;
+    const double before_n2 = fixtures_hold ? before.law_spring_n2 : before.spring_n2;
+    const double stored = (now_n2 - before_n2) / (2 * stiffness);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
     double of_surface = memory_.surface_moved
                             ? stored - of_hip
@@ -236,17 +283,30 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   return motion;
 }
 
+/// Returns the palpation cue of this tick.
+Vec3 HapticCore::cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT {
+  const bool engaged = memory_.supervisor.mode() == Mode::engaged;
+  return memory_.cue.apply({.allowed = engaged && evaluation.contact.in_tissue,
+                            .amplitude_n = evaluation.contact.cue_force_n,
+                            .frequency_hz = evaluation.contact.cue_hz,
+                            .contact_force_n = norm(tick.scaled_force_n_in_world),
+                            .normal_in_world = evaluation.sample.normal_in_world,
+                            .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                            .period_s = input.period_s},
+                           input.directive.parameters.safety);
+}
+
 /// Computes the command from the law's force.
 SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                                Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
-  const ForceSample sample = evaluateLaw(input, tick);
-  const LagRules rules = lagRules(input, tick);
-  const FixtureForces::Output fixtures = evaluateFixtures(input, sample, rules, tick);
-  blend(input, sample, fixtures, tick);
-  const Vec3 damped_n = damp(input, sample, fixtures, rules, tick);
+  const Evaluation evaluation = evaluateLaw(input, tick);
+  const LagRules rules = lagRules(input, evaluation.contact, tick);
+  const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation.sample, rules, tick);
+  blend(input, evaluation, fixtures, tick);
+  const Vec3 damped_n = damp(input, evaluation, fixtures, rules, tick);
   memory_.supervisor.decide(
       input, obstacle,
       {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds, .too_near = memory_.too_near});
@@ -257,9 +317,10 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
   SafetyChain::Motion motion;
-  if (comparable) motion = motionSince(before, input, sample.surface_velocity_m_per_s_in_world);
+  if (comparable) motion = motionSince(before, input, evaluation);
   motion.max_damping_n_s_per_m =
       rules.largest_damping_n_s_per_m - (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
+  motion.cue_n_in_world = tick.cue_force_n_in_world = cue(input, evaluation, tick);
   return memory_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
 }
 
@@ -272,6 +333,7 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.handle = input.handle;
   tick.directive_generation = input.directive.generation;
   tick.after_overrun = input.overran;
+  tick.tissue_generation = input.tissue == nullptr ? 0 : input.tissue->generation;
   tick.scene_frame = input.scene.frame;
   tick.scene_model = input.scene.model;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
@@ -284,6 +346,8 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
     out = computeCommand(input, obstacle, tick);
   } else {
     release();  // the positions of the proxies have become meaningless
+    memory_.tissue.release();
+    memory_.cue = {};
     memory_.blend.reset();
     memory_.origin = {};
     memory_.too_near = false;

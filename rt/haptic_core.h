@@ -10,11 +10,13 @@
 #include "rt/force_laws.h"
 #include "rt/handle_channel.h"
 #include "rt/loop_state.h"
+#include "rt/palpation_cue.h"
 #include "rt/parameters.h"
 #include "rt/realtime_safe.h"
 #include "rt/safety_chain.h"
 #include "rt/scene.h"
 #include "rt/supervisor.h"
+#include "rt/tissue_contact.h"
 
 namespace hapticd::rt {
 
@@ -35,7 +37,8 @@ class HapticCore {
     SpringParameters springs;
     ContactParameters contact;
     bool held = false;
-    std::uint64_t fixtures = 0;  ///< FixtureSet::generation
+    std::uint64_t fixtures = 0;           ///< FixtureSet::generation
+    std::uint64_t tissue_generation = 0;  ///< 0: no regions
     friend bool operator==(const Origin&, const Origin&) = default;
   };
   /// The inputs that the previous force was computed from.
@@ -49,6 +52,10 @@ class HapticCore {
     Vec3 standoff_force_n_in_world;
     double standoff_j = 0;
     double standoff_power_w = 0;  ///< these three: see FixtureForces::Output
+    /// 2 k_s times the energy of the law's springs under these two forces: F^2, unless a stiffness map
+    /// changes the contact.
+    double spring_n2 = 0;
+    double law_spring_n2 = 0;
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.
@@ -68,6 +75,8 @@ class HapticCore {
     bool too_near = false;       ///< ForceSample::too_near of that tick
     /// FixtureForces::Output::joint_stiffness_n_per_m of the previous tick.
     double fixture_stiffness_n_per_m = 0;
+    TissueContact tissue;
+    PalpationCue cue;
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
@@ -115,19 +124,28 @@ class HapticCore {
     double largest_damping_n_s_per_m = 0;  ///< at the hand
   };
 
-  ForceSample evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
-  LagRules lagRules(const Input& input, Tick& tick) HAPTICD_RT;
+  /// The law's result and the contact at its proxy.
+  struct Evaluation {
+    ForceSample sample;
+    LocalContact contact;
+  };
+
+  Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
+  ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
+  LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
+  LagRules lagRules(const Input& input, const LocalContact& contact, Tick& tick) HAPTICD_RT;
   FixtureForces::Output evaluateFixtures(const Input& input, const ForceSample& sample, const LagRules& rules,
                                          Tick& tick) HAPTICD_RT;
-  Vec3 damp(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+  Vec3 damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
             const LagRules& rules, Tick& tick) const HAPTICD_RT;
-  void blend(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+  void blend(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
              Tick& tick) HAPTICD_RT;
-  double unexplained_n(const Input& input, const FixtureForces::Output& fixtures,
+  double unexplained_n(const Input& input, const LocalContact& contact, const FixtureForces::Output& fixtures,
                        const Vec3& force_n_in_world) const HAPTICD_RT;
   double standoffWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
-                                  const Vec3& surface_velocity_m_per_s) const HAPTICD_RT;
+                                  const Evaluation& evaluation) const HAPTICD_RT;
+  Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;
 

@@ -65,6 +65,7 @@ class ProxyTick {
     result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
     result.normal_in_world = side_;
     result.force_n_in_world = contactForce(input_, p_, side_, here_.height_m);
+    result.depth_m = depthBelow(p_, input_.hip_m_in_world, side_, here_.height_m);
     return result;
   }
 

@@ -24,8 +24,10 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
       parameters);
   out.passivity_acted = passive.acted;
   out.passive_n_in_world = passive.force_n;
-  const Vec3 aim = low_pass_.apply(passive.force_n, parameters.force_filter_hz, period_s);
+  Vec3 aim = low_pass_.apply(passive.force_n, parameters.force_filter_hz, period_s);
   out.filtered_n_in_world = aim;
+  const bool has_cue = !(motion.cue_n_in_world == Vec3{}) && !out.not_finite;
+  if (has_cue) aim += motion.cue_n_in_world;  // a sum with zero would change the sign of -0
 
   const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
   const LimitedForce limited = limitForce(last_, aim, parameters.max_slew_n_per_s * period_s, allowed_n);

@@ -12,7 +12,7 @@
 namespace hapticd::rt {
 
 /// Stages that every force passes from the law to the device, after the scene blend. Their order is fixed:
-/// passivity control, low-pass, slew limit, magnitude clamp (peak and thermal), finite check.
+/// passivity control, low-pass, palpation cue, slew limit, magnitude clamp (peak and thermal), finite check.
 ///
 /// For any input, the output is finite, no longer than the magnitude limit, and differs from the previous
 /// output by no more than the slew limit allows. A release reaches zero in kReleaseTicks equal steps, which
@@ -36,6 +36,7 @@ class SafetyChain {
     double delay_s = 0;                  ///< from a motion of the hand to the force that responds to it
     double max_damping_n_s_per_m = 1e9;  ///< at the hand; limit for damping with this delay
     bool known = false;                  ///< the hand's motion was measured
+    Vec3 cue_n_in_world{};               ///< palpation cue, added after the low-pass
   };
 
   /// Forces after each stage, in newtons at the hand, and which stages acted.

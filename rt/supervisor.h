@@ -32,9 +32,9 @@ class Supervisor {
     const Scene& scene;
     const HandleState& handle;
     const Directive& directive;
-    bool overran = false;      ///< the previous tick ended late
-    bool release = false;      ///< the loop is ending: release the remaining force
-    double loop_period_s = 0;  ///< time for which the device holds a force; 0: period_s
+    bool overran = false;                  ///< the previous tick ended late
+    bool release = false;                  ///< the loop is ending: release the remaining force
+    double loop_period_s = 0;              ///< time for which the device holds a force; 0: period_s
     const FixtureSet* fixtures = nullptr;  ///< null: none
     const TissueMap* tissue = nullptr;     ///< null: none
   };

@@ -441,6 +441,7 @@ class SurfaceTick {
     result.normal_in_world = normal;
     if (!held_ && !at_side_) result.surface_velocity_m_per_s_in_world = here_.sheet.speed_m_per_s * normal;
     result.force_n_in_world = contactForce(input_, proxy, normal, 0);
+    result.depth_m = depthBelow(proxy, input_.hip_m_in_world, normal, 0);
     return result;
   }
 

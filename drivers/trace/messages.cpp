@@ -71,6 +71,8 @@ constexpr std::string_view kNumberType<std::uint32_t> = "uint32";
 template <>
 constexpr std::string_view kNumberType<std::uint64_t> = "uint64";
 template <>
+constexpr std::string_view kNumberType<std::int32_t> = "int32";
+template <>
 constexpr std::string_view kNumberType<std::int64_t> = "int64";
 template <>
 constexpr std::string_view kNumberType<double> = "float64";

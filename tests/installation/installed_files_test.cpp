@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",
+                                      "usr/bin/haptic-palpate",
                                       "usr/bin/haptic-replay",
                                       "usr/bin/haptic-soak",
                                       "usr/bin/hapticbench",
@@ -40,6 +41,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
   const std::vector<std::string> expected{
       "etc/hapticd/hapticd.yaml",
       "usr/bin/haptic-bridge",
+      "usr/bin/haptic-palpate",
       "usr/bin/haptic-replay",
       "usr/bin/haptic-soak",
       "usr/bin/hapticbench",
@@ -94,6 +96,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/udp-protocol.md",
       "usr/share/fish/vendor_completions.d/hapticctl.fish",
       "usr/share/man/man1/haptic-bridge.1.gz",
+      "usr/share/man/man1/haptic-palpate.1.gz",
       "usr/share/man/man1/haptic-replay.1.gz",
       "usr/share/man/man1/haptic-soak.1.gz",
       "usr/share/man/man1/hapticbench.1.gz",

@@ -63,9 +63,9 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",   "tools/lib/client", "tools/lib/gnuplot",   "tools/lib/offline",
-      "tools/lib/options", "tools/lib/oracle", "tools/lib/parts",     "tools/lib/registration",
-      "tools/lib/trace",   "tools/lib/truth",  "tools/lib/whole_file"};
+      "tools/lib/child",        "tools/lib/client", "tools/lib/gnuplot",   "tools/lib/offline",
+      "tools/lib/options",      "tools/lib/oracle", "tools/lib/palpation", "tools/lib/parts",
+      "tools/lib/registration", "tools/lib/trace",  "tools/lib/truth",     "tools/lib/whole_file"};
   static const std::vector<FolderRule> all{
       {"rt", {}},
       {"config", {}},
@@ -99,6 +99,7 @@ const std::vector<FolderRule>& folderRules() {
 
       // programs, which may use all libraries and no other program
       {"tools/haptic-bridge", tool_libraries},
+      {"tools/haptic-palpate", tool_libraries},
       {"tools/haptic-replay", tool_libraries},
       {"tools/haptic-soak", tool_libraries},
       {"tools/hapticbench/main.cpp",
@@ -154,6 +155,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/gnuplot", {"tools/lib/whole_file"}},
       {"tools/lib/offline", {}},
       {"tools/lib/options", {"tools/lib/whole_file"}},
+      {"tools/lib/palpation", {}},
       {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/oracle", {}},
       {"tools/lib/registration", {}},

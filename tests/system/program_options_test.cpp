@@ -27,6 +27,7 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticctl", HAPTICCTL_PROGRAM, 2},
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM, 64},
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
+                                     {"haptic-palpate", HAPTIC_PALPATE_PROGRAM, 64},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM, 64},
                                      {"haptic-soak", HAPTIC_SOAK_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};

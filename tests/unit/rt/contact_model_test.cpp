@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/contact_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace hapticd::rt {
+namespace {
+
+/// A few roundings of forces of some newtons.
+constexpr double kRounding = 1e-9;
+
+TissueRegion linear() {
+  TissueRegion region;
+  region.stiffness_n_per_m = 700;
+  region.damping_n_s_per_m = 1.5;
+  return region;
+}
+
+TissueRegion huntCrossley(double exponent) {
+  TissueRegion region;
+  region.model = ContactModel::hunt_crossley;
+  region.stiffness_n_per_m = 600;
+  region.exponent = exponent;
+  region.damping_per_speed_s_per_m = 0.4;
+  return region;
+}
+
+TissueRegion layered(double lower_n_per_m) {
+  TissueRegion region;
+  region.model = ContactModel::layered;
+  region.stiffness_n_per_m = 300;
+  region.lower_stiffness_n_per_m = lower_n_per_m;
+  region.layer_m = 0.005;
+  region.damping_n_s_per_m = 0.7;
+  return region;
+}
+
+std::vector<TissueRegion> allModels() {
+  return {linear(), huntCrossley(1), huntCrossley(1.5), huntCrossley(2), layered(600), layered(100)};
+}
+
+TEST(ContactModel, LinearIsASpringWithADamper) {
+  const ModelContact contact = contactOf(linear(), 0.004);
+  EXPECT_NEAR(contact.force_n, 700 * 0.004, kRounding);
+  EXPECT_NEAR(contact.energy_j, 700 * 0.004 * 0.004 / 2, kRounding);
+  EXPECT_NEAR(contact.tangent_n_per_m, 700, kRounding);
+  EXPECT_NEAR(contact.damping_n_s_per_m, 1.5, kRounding);
+}
+
+TEST(ContactModel, HuntCrossleyIsThePowerLaw) {
+  for (const double n : {1.0, 1.3, 1.5, 2.0}) {
+    const double K = 600 * std::pow(0.005, 1 - n);
+    for (const double d : {0.0001, 0.003, 0.005, 0.02}) {
+      const ModelContact contact = contactOf(huntCrossley(n), d);
+      EXPECT_NEAR(contact.force_n, K * std::pow(d, n), kRounding);
+      EXPECT_NEAR(contact.energy_j, K * std::pow(d, n + 1) / (n + 1), kRounding);
+      EXPECT_NEAR(contact.tangent_n_per_m, n * K * std::pow(d, n - 1), 1000 * kRounding);
+      EXPECT_NEAR(contact.damping_n_s_per_m, 0.4 * K * std::pow(d, n), kRounding);
+    }
+  }
+}
+
+TEST(ContactModel, HuntCrossleyHasTheStatedStiffnessAtTheReferenceDepth) {
+  for (const double n : {1.0, 1.5, 2.0}) {
+    EXPECT_NEAR(contactOf(huntCrossley(n), kReferenceDepth_m).force_n, 600 * kReferenceDepth_m, kRounding);
+  }
+}
+
+TEST(ContactModel, LayersActOneAfterTheOther) {
+  for (const double lower : {600.0, 100.0}) {
+    EXPECT_NEAR(contactOf(layered(lower), 0.003).force_n, 300 * 0.003, kRounding);
+    EXPECT_NEAR(contactOf(layered(lower), 0.008).force_n, 300 * 0.005 + lower * 0.003, kRounding);
+    EXPECT_NEAR(contactOf(layered(lower), 0.008).tangent_n_per_m, lower, kRounding);
+  }
+}
+
+TEST(ContactModel, TheCornerBetweenLayersIsOneMillimetreWideAndHasNoStep) {
+  const TissueRegion region = layered(600);
+  EXPECT_NEAR(contactOf(region, 0.0045).tangent_n_per_m, 300, kRounding);
+  EXPECT_NEAR(contactOf(region, 0.005).tangent_n_per_m, 450, kRounding);
+  EXPECT_NEAR(contactOf(region, 0.0055).tangent_n_per_m, 600, kRounding);
+  constexpr double kStep_m = 1e-6;
+  for (double d = 0.004; d < 0.006; d += kStep_m) {
+    const double change =
+        contactOf(region, d + kStep_m).tangent_n_per_m - contactOf(region, d).tangent_n_per_m;
+    ASSERT_LE(std::abs(change), 300 * kStep_m / (2 * kHalfLayerCorner_m) + kRounding) << d;
+  }
+}
+
+// Simpson's rule over intervals so short that its error is below the tolerance.
+TEST(ContactModel, EnergyAndTangentBelongToTheForce) {
+  for (const TissueRegion& region : allModels()) {
+    constexpr double kStep_m = 1e-5;
+    for (double d = 0.001; d < 0.012; d += kStep_m) {
+      const ModelContact at = contactOf(region, d);
+      const ModelContact middle = contactOf(region, d + kStep_m / 2);
+      const ModelContact next = contactOf(region, d + kStep_m);
+      ASSERT_NEAR(next.energy_j - at.energy_j, kStep_m / 6 * (at.force_n + 4 * middle.force_n + next.force_n),
+                  1e-12);
+      ASSERT_NEAR(next.force_n - at.force_n,
+                  kStep_m / 6 * (at.tangent_n_per_m + 4 * middle.tangent_n_per_m + next.tangent_n_per_m),
+                  1e-6);
+    }
+  }
+}
+
+TEST(ContactModel, NothingStartsWithAForce) {
+  for (const TissueRegion& region : allModels()) {
+    EXPECT_EQ(contactOf(region, 0).force_n, 0);
+    EXPECT_EQ(contactOf(region, 0).energy_j, 0);
+    EXPECT_TRUE(std::isfinite(contactOf(region, 0).tangent_n_per_m));
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::rt
