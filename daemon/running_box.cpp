@@ -75,6 +75,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       faults_(std::move(faults)),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
+      added_scene_(*control_, settings.camera.pose),
       scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
                     focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
@@ -88,6 +89,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
     handle_ = faults_->around(std::move(handle_));
   }
   directive_.engage = settings.control.engage_at_start;
+  added_scene_.apply(settings_.additions);
   decideLaw();
 }
 
@@ -181,8 +183,24 @@ std::uint64_t RunningBox::apply(const config::Settings& settings) {
   return sendDirective();
 }
 
+/// Every change of the fixtures and regions comes through here, except the stiffness that estimators feed.
+std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions) {
+  settings_.additions = additions;
+  added_scene_.apply(additions);
+  decideLaw();
+  return sendDirective();
+}
+
+void RunningBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+  settings_.additions.regions = regions;
+  added_scene_.applyStiffness(regions);
+}
+
 rt::LiveParameters RunningBox::live() const {
-  return !settings_.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
+  rt::LiveParameters live =
+      !settings_.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
+  live.standoff_clearance_m = added_scene_.standoffClearance_m();
+  return live;
 }
 
 void RunningBox::decideLaw() {
@@ -294,6 +312,9 @@ BoxStatus RunningBox::condition() {
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
+  status.fixtures = added_scene_.fixtureStatus(status.loop.tick, settings_.fixtures.warning_m);
+  status.tissue = added_scene_.tissueStatus(status.loop.tick);
+  status.tissue.feed = feed_status_;
   status.warnings = warnings(status);
   return status;
 }

@@ -131,6 +131,7 @@ void Service::noteControl(Clock::time_point now) {
   control_status_.connections = server_->connections();
   control_status_.refused_connections = server_->refused();
   box_.setControlStatus(control_status_);
+  box_.setFeedStatus(control_.feedStatus());
 }
 
 void Service::checkForChanges(Clock::time_point now) {
