@@ -55,39 +55,76 @@ ForceSample HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
 
 /// Returns how much more the force of a law with a proxy changed than the HIP's displacement explains: the
 /// surface moved, the proxy is still catching up, or it slipped off an edge.
-double HapticCore::unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT {
-  if (!hasProxy(laws_.law())) return 0;
+double HapticCore::unexplained_n(const Input& input, const FixtureForces::Output& fixtures,
+                                 const Vec3& force_n_in_world) const HAPTICD_RT {
+  if (!hasProxy(laws_.law()) && !fixtures.holds) return 0;
   const LiveParameters& parameters = input.directive.parameters;
   const double displacement_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
   const double speed_change =
       norm(input.handle.velocity_m_per_s_in_world - memory_.before.velocity_m_per_s_in_world);
-  const double explained_n = parameters.springs.stiffness_n_per_m * displacement_m +
-                             parameters.contact.damping_n_s_per_m * speed_change;
+  const double stiffness = parameters.springs.stiffness_n_per_m + fixtures.stiffness_n_per_m;
+  const double explained_n = stiffness * displacement_m + parameters.contact.damping_n_s_per_m * speed_change;
   return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
 }
 
-/// Blends the force over a change of scene, law or parameters. The force is clamped to the limit first, so
-/// that the blend never starts from more than the handle can have exerted.
-void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT {
+/// Computes the forces of the virtual fixtures.
+FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const ForceSample& sample,
+                                                   const LagRules& rules, Tick& tick) HAPTICD_RT {
+  FixtureForces::Output output;
+  output.proxy_m_in_world = input.handle.position_m_in_world;
+  if (input.fixtures != nullptr) {
+    const LiveParameters& parameters = input.directive.parameters;
+    output = fixtures_.step({.set = *input.fixtures,
+                             .scene = input.scene,
+                             .hip_m_in_world = input.handle.position_m_in_world,
+                             .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                             .parameters = parameters,
+                             .law = sample,
+                             .surface_law = laws_.law() == ForceLaw::surface,
+                             .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
+                             .period_s = input.period_s,
+                             .lag_damping_s = rules.fixture_damping_s});
+    tick.fixture_generation = input.fixtures->generation;
+  }
+  memory_.fixture_stiffness_n_per_m = output.joint_stiffness_n_per_m;
+  tick.fixtures_in_contact = output.in_contact;
+  tick.nearest_fixture = output.nearest;
+  tick.fixture_distance_m = output.distance_m;
+  tick.fixture_proxy_m_in_world = output.proxy_m_in_world;
+  tick.fixture_force_n_in_world = output.force_n;
+  tick.guidance_force_n_in_world = output.guidance_force_n;
+  return output;
+}
+
+/// Blends the force of law and forbidden regions over a change of scene, law, parameters or fixtures. The
+/// force is clamped to the limit first, so that the blend never starts from more than the handle can have
+/// exerted.
+void HapticCore::blend(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+                       Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
+  const Vec3 force_n_in_world =
+      fixtures.holds ? sample.force_n_in_world + fixtures.spring_force_n : sample.force_n_in_world;
+  const double stiffness = parameters.springs.stiffness_n_per_m + fixtures.stiffness_n_per_m;
   const double length = norm(force_n_in_world);
   const double limit = parameters.safety.max_force_n / parameters.handle.force_scale;
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
-  const Origin now{input.scene.model, laws_.law(), parameters.springs, parameters.contact,
-                   tick.outside_model};
-  const double max_n =
-      parameters.springs.stiffness_n_per_m * parameters.blend.max_surface_speed_m_per_s * input.period_s;
-  const double unexplained = unexplained_n(input, cut);
+  const Origin now{input.scene.model,  laws_.law(),        parameters.springs,
+                   parameters.contact, tick.outside_model, tick.fixture_generation};
+  const double max_n = stiffness * parameters.blend.max_surface_speed_m_per_s * input.period_s;
+  const double unexplained = unexplained_n(input, fixtures, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
   const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > max_n);
   memory_.surface_moved = memory_.changed || unexplained > 0;
   memory_.origin = now;
-  memory_.before = {input.handle.position_m_in_world, input.handle.velocity_m_per_s_in_world, cut,
-                    memory_.before.gain};
-  const Vec3 blended =
-      memory_.blend.apply(cut, changed, parameters.blend, parameters.springs.stiffness_n_per_m,
-                          input.period_s, changed ? 0 : unexplained);
+  memory_.before = {input.handle.position_m_in_world,
+                    input.handle.velocity_m_per_s_in_world,
+                    cut,
+                    memory_.before.gain,
+                    sample.force_n_in_world,
+                    fixtures.stored_j};
+  const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
+                                           changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
   tick.blended_force_n_in_world = blended;
 }
@@ -98,7 +135,8 @@ void HapticCore::blend(const Input& input, const Vec3& force_n_in_world, Tick& t
 HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
-  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double stiffness_of_law = parameters.springs.stiffness_n_per_m;
+  const double stiffness = stiffness_of_law + memory_.fixture_stiffness_n_per_m;  // they may act together
   const double damping_of_law = hasProxy(parameters.law) ? parameters.contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
@@ -123,19 +161,28 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, Tick& tick) HAPTIC
 
   double damping = contactDamping_n_s_per_m(stiffness, rules.lag_s);
   if (by_mass) damping = std::min(damping, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
-  rules.damping_n_s_per_m = std::isfinite(damping) ? std::max(0.0, damping - damping_of_law) : 0;
+  if (!std::isfinite(damping)) return rules;
+  if (memory_.fixture_stiffness_n_per_m > 0) {
+    rules.fixture_damping_s = input.handle.damps ? 0 : damping / stiffness;
+    damping *= stiffness_of_law / stiffness;
+  }
+  rules.damping_n_s_per_m = std::max(0.0, damping - damping_of_law);
   return rules;
 }
 
-/// Adds the contact damping, unless the device applies it.
-Vec3 HapticCore::damp(const Input& input, const ForceSample& sample, const LagRules& rules,
-                      Tick& tick) const HAPTICD_RT {
+/// Adds the contact damping, unless the device applies it, and the forces of guidance fixtures.
+Vec3 HapticCore::damp(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+                      const LagRules& rules, Tick& tick) const HAPTICD_RT {
   const Vec3 velocity =
       velocityToDamp(input.handle.velocity_m_per_s_in_world, sample.surface_velocity_m_per_s_in_world);
   const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
-  return tick.damped_force_n_in_world = damped({tick.blended_force_n_in_world, sample.normal_in_world,
-                                                velocity, input.directive.parameters.contact.friction},
-                                               damping);
+  const Vec3 force = fixtures.holds ? tick.blended_force_n_in_world - fixtures.spring_force_n
+                                    : tick.blended_force_n_in_world;
+  tick.damped_force_n_in_world =
+      damped({force, sample.normal_in_world, velocity, input.directive.parameters.contact.friction}, damping);
+  if (fixtures.holds) tick.damped_force_n_in_world += fixtures.force_n;
+  if (!(fixtures.guidance_force_n == Vec3{})) tick.damped_force_n_in_world += fixtures.guidance_force_n;
+  return tick.damped_force_n_in_world;
 }
 
 /// Computes the input of passivity control for this tick. The energy of a spring under a force F that is
@@ -160,13 +207,17 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   if (stiffness > 0) {
     const Vec3& force = memory_.before.force_n_in_world;
     const Vec3 twice_mean = force + before.force_n_in_world;
-    const double now_n2 = dot(force, force);
-    const double stored = (now_n2 - dot(before.force_n_in_world, before.force_n_in_world)) / (2 * stiffness);
+    const bool fixtures_hold = memory_.before.fixture_j > 0 || before.fixture_j > 0;
+    const Vec3& of_law = fixtures_hold ? memory_.before.law_force_n_in_world : force;
+    const Vec3& of_law_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
+    const double now_n2 = dot(of_law, of_law);
+    const double stored = (now_n2 - dot(of_law_before, of_law_before)) / (2 * stiffness) +
+                          (memory_.before.fixture_j - before.fixture_j);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
     const double of_surface = memory_.surface_moved
                                   ? stored - of_hip
                                   : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
-    const double of_gain = (gain - before.gain) * now_n2 / (2 * stiffness);
+    const double of_gain = (gain - before.gain) * (now_n2 / (2 * stiffness) + memory_.before.fixture_j);
     motion.surface_work_j = (before.gain * of_surface + of_gain) * scale.force_scale * to_hand;
   }
   return motion;
@@ -179,11 +230,13 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
   const ForceSample sample = evaluateLaw(input, tick);
-  blend(input, sample.force_n_in_world, tick);
   const LagRules rules = lagRules(input, tick);
-  const Vec3 damped_n = damp(input, sample, rules, tick);
+  const FixtureForces::Output fixtures = evaluateFixtures(input, sample, rules, tick);
+  blend(input, sample, fixtures, tick);
+  const Vec3 damped_n = damp(input, sample, fixtures, rules, tick);
   memory_.supervisor.decide(
-      input, obstacle, {.in_contact = norm(tick.law_force_n_in_world) > 0, .too_near = memory_.too_near});
+      input, obstacle,
+      {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds, .too_near = memory_.too_near});
   const double gain = memory_.supervisor.gain() * tick.stiffness_gain;
   memory_.before.gain = gain;
   tick.gain = gain;
@@ -201,6 +254,8 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   Tick tick;
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
+  tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
+  tick.stiffness_n_per_m = input.directive.parameters.springs.stiffness_n_per_m;
   tick.handle = input.handle;
   tick.directive_generation = input.directive.generation;
   tick.after_overrun = input.overran;
@@ -215,7 +270,7 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   if (obstacle.law_usable) {
     out = computeCommand(input, obstacle, tick);
   } else {
-    laws_.release();  // the position of the proxy has become meaningless
+    release();  // the positions of the proxies have become meaningless
     memory_.blend.reset();
     memory_.origin = {};
     memory_.too_near = false;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "rt/fixture_forces.h"
 #include "rt/force_blend.h"
 #include "rt/force_laws.h"
 #include "rt/handle_channel.h"
@@ -34,6 +35,7 @@ class HapticCore {
     SpringParameters springs;
     ContactParameters contact;
     bool held = false;
+    std::uint64_t fixtures = 0;  ///< FixtureSet::generation
     friend bool operator==(const Origin&, const Origin&) = default;
   };
   /// The inputs that the previous force was computed from.
@@ -42,11 +44,14 @@ class HapticCore {
     Vec3 velocity_m_per_s_in_world;
     Vec3 force_n_in_world;
     double gain = 0;
+    Vec3 law_force_n_in_world;
+    double fixture_j = 0;  ///< energy in the springs of the forbidden regions
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.
   struct Memory {
     ForceLaws::Memory laws;
+    FixtureForces::Memory fixtures;
     ForceBlend blend;
     Origin origin;
     Before before;
@@ -58,6 +63,8 @@ class HapticCore {
     Vec3 held_force_n_in_world;  ///< from the last tick whose neighbourhood was modelled
     double outside_model_s = 0;  ///< time since that tick
     bool too_near = false;       ///< ForceSample::too_near of that tick
+    /// FixtureForces::Output::joint_stiffness_n_per_m of the previous tick.
+    double fixture_stiffness_n_per_m = 0;
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
@@ -72,16 +79,21 @@ class HapticCore {
                        double frame_age_s = 0) HAPTICD_RT;
 
   /// Discards the proxy; the next force of a constraint law starts with the proxy at the HIP.
-  void release() HAPTICD_RT { laws_.release(); }
+  void release() HAPTICD_RT {
+    laws_.release();
+    fixtures_.release();
+  }
 
   Memory memory() const HAPTICD_RT {
     Memory memory = memory_;
     memory.laws = laws_.memory();
+    memory.fixtures = fixtures_.memory();
     return memory;
   }
   void restore(const Memory& memory) HAPTICD_RT {
     memory_ = memory;
     laws_.restore(memory.laws);
+    fixtures_.restore(memory.fixtures);
   }
 
   /// Returns the place around which the scene must be modelled for the next tick: the proxy of a constraint
@@ -96,21 +108,27 @@ class HapticCore {
   struct LagRules {
     double lag_s = 0;
     double damping_n_s_per_m = 0;          ///< contact damping of the HIP in addition to the law's own
+    double fixture_damping_s = 0;          ///< the same for fixtures, per stiffness
     double largest_damping_n_s_per_m = 0;  ///< at the hand
   };
 
   ForceSample evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
   LagRules lagRules(const Input& input, Tick& tick) HAPTICD_RT;
-  Vec3 damp(const Input& input, const ForceSample& sample, const LagRules& rules,
-            Tick& tick) const HAPTICD_RT;
-  void blend(const Input& input, const Vec3& force_n_in_world, Tick& tick) HAPTICD_RT;
-  double unexplained_n(const Input& input, const Vec3& force_n_in_world) const HAPTICD_RT;
+  FixtureForces::Output evaluateFixtures(const Input& input, const ForceSample& sample, const LagRules& rules,
+                                         Tick& tick) HAPTICD_RT;
+  Vec3 damp(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+            const LagRules& rules, Tick& tick) const HAPTICD_RT;
+  void blend(const Input& input, const ForceSample& sample, const FixtureForces::Output& fixtures,
+             Tick& tick) HAPTICD_RT;
+  double unexplained_n(const Input& input, const FixtureForces::Output& fixtures,
+                       const Vec3& force_n_in_world) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Vec3& surface_velocity_m_per_s) const HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;
 
   ForceLaws laws_;
+  FixtureForces fixtures_;
   Memory memory_;
 };
 

@@ -85,7 +85,10 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = false,
         .has_proxy = true,
         .looks_in_radius = false,
-        .reach_m = [](const LiveParameters&) noexcept { return kReachOfSurface_m; },
+        .reach_m =
+            [](const LiveParameters& parameters) noexcept {
+              return kReachOfSurface_m + parameters.standoff_clearance_m;
+            },
         .force = [](const LawInput& input, LawMemory& memory)
                      HAPTICD_RT { return surfaceForce(input, memory.proxy); }},
 };

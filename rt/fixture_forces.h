@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "rt/fixture.h"
+#include "rt/force_law.h"
+#include "rt/guidance.h"
+#include "rt/half_spaces.h"
+#include "rt/parameters.h"
+#include "rt/realtime_safe.h"
+#include "rt/scene.h"
+#include "rt/vec3.h"
+
+namespace hapticd::rt {
+
+/// Computes the forces of all virtual fixtures.
+///
+/// Forbidden regions are constraints with one proxy for all of them: the allowed place nearest to the HIP,
+/// which follows the HIP without passing through a region. Each region is replaced by the half-space that
+/// touches it next to the proxy; the proxy moves to the point of all half-spaces that is nearest to the HIP
+/// (half_spaces.h), and this is repeated from there. All shapes are convex, so the half-space of a region to
+/// keep out of holds nothing of the region, and a step of any length is safe however thin the region is.
+/// Regions to keep in are the intersection of such half-spaces. Along the live surface, for stand-offs, steps
+/// are shorter than the distance from it. With the law `surface` the live surface constrains this proxy too.
+///
+/// The projection also says how the displacement from HIP to proxy is composed of the regions' normals; each
+/// part acts on a spring of its region's stiffness, up to its largest force, which does not move the proxy.
+///
+/// Thread: one.  RT: step() is safe.
+class FixtureForces {
+ public:
+  /// What a fixture keeps from one tick to the next.
+  struct FixtureMemory {
+    std::uint64_t definition = 0;  ///< 0: not acting
+    std::uint32_t identity = 0;
+    Shape shape;          ///< in the last tick
+    bool inside = false;  ///< side `both`: the HIP is kept inside
+    double give_m = 0;    ///< the region is smaller by this, because the HIP was inside when it began to act
+    double give_m_per_s = 0;  ///< ... and grows by this
+    HalfSpace last;           ///< stand-off: the newest constraint ...
+    std::uint64_t frame = 0;  ///< ... and the depth frame that it was seen in; 0: none
+    GuidanceMemory guidance;
+  };
+  struct Memory {
+    std::uint64_t generation = 0;
+    bool placed = false;
+    Vec3 proxy_m_in_world;
+    Vec3 hip_m_in_world;   ///< of the last tick
+    Vec3 left_guidance_n;  ///< of guidance fixtures that are gone, on its way to zero
+    std::array<FixtureMemory, kMaxFixtures> fixtures;
+  };
+  static_assert(std::is_trivially_copyable_v<Memory>);
+
+  struct Input {
+    const FixtureSet& set;
+    const Scene& scene;
+    Vec3 hip_m_in_world;  ///< finite
+    Vec3 velocity_m_per_s_in_world;
+    const LiveParameters& parameters;
+    const ForceSample& law;    ///< force of the law in this tick
+    bool surface_law = false;  ///< it comes from the law `surface`
+    double frame_age_s = 0;    ///< see LawInput
+    double period_s = 0;
+    double lag_damping_s = 0;  ///< damping per stiffness that the loop's lag requires
+  };
+
+  struct Output {
+    Vec3 spring_force_n;           ///< of the forbidden regions, without damping
+    Vec3 force_n;                  ///< of the forbidden regions
+    Vec3 guidance_force_n;         ///< of the guidance fixtures
+    Vec3 proxy_m_in_world;         ///< the HIP while no region holds it
+    std::uint32_t in_contact = 0;  ///< bit n: fixture n exerts a force
+    bool holds = false;            ///< a forbidden region holds the HIP
+    std::int32_t nearest = -1;     ///< forbidden region nearest to the HIP
+    double distance_m = std::numeric_limits<double>::infinity();  ///< from the HIP to its boundary
+    double stored_j = 0;                                          ///< in the springs of the forbidden regions
+    double stiffness_n_per_m = 0;  ///< of the regions that hold the HIP, added up
+    /// Largest stiffness that can act along one normal near the HIP, in addition to the law's.
+    double joint_stiffness_n_per_m = 0;
+    bool redefined = false;  ///< the set is another one than in the last tick
+  };
+
+  Output step(const Input& input) HAPTICD_RT;
+
+  /// Forgets the proxy and all places; the next tick begins as if all fixtures were new.
+  void release() HAPTICD_RT { memory_ = {}; }
+
+  const Memory& memory() const noexcept { return memory_; }
+  void restore(const Memory& memory) noexcept { memory_ = memory; }
+
+ private:
+  class Tick;
+
+  Memory memory_;
+};
+
+}  // namespace hapticd::rt

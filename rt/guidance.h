@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "rt/fixture.h"
+#include "rt/realtime_safe.h"
+#include "rt/vec3.h"
+
+namespace hapticd::rt {
+
+/// What a guidance fixture keeps from one tick to the next.
+struct GuidanceMemory {
+  bool on_path = false;           ///< the place on the path is known
+  std::uint32_t element = 0;      ///< place on the path: its element ...
+  double along_m = 0;             ///< ... and the arc length within it
+  std::uint32_t search_next = 0;  ///< search for the nearest place: the next element to compare ...
+  std::uint32_t search_best = 0;  ///< ... the nearest one so far ...
+  double search_best_m = 0;       ///< ... and its distance
+  double share = 0;               ///< of the force, 0..1: fades in and, after an escape, out
+  bool escaped = false;           ///< gave way to the hand; until the hand is back
+  double above_escape_s = 0;      ///< time for which the hand has pulled more than the escape force
+  Vec3 force_n;                   ///< of the last tick
+};
+
+/// Input of one tick of guidance.
+struct GuidanceInput {
+  const Fixture& fixture;                 ///< path or point
+  std::span<const PathElement> elements;  ///< of the path
+  Vec3 hip_m_in_world;
+  Vec3 velocity_m_per_s;              ///< of the HIP
+  Vec3 motion_m;                      ///< of the HIP since the last tick
+  double most_stiffness_n_per_m = 0;  ///< guidance is weaker than contact
+  double most_force_n = 0;            ///< the same for the force
+  double lag_damping_s = 0;           ///< damping per stiffness that the loop's lag requires
+  double period_s = 0;
+};
+
+/// Result of one tick of guidance.
+struct GuidanceForce {
+  Vec3 force_n;
+  double stiffness_n_per_m = 0;  ///< in effect
+};
+
+/// Computes the force of one guidance fixture: a spring across the path to the place on the path, with a
+/// deadband, saturation and damping.
+///
+/// The place is followed by arc length: in one tick it moves by no more than twice the HIP's displacement and
+/// a millimetre, so it passes crossings straight on and does not leap from one side of a bend to the other.
+/// In one tick the force changes by no more than the stiffness times the HIP's displacement and 0.04 N. Where
+/// the hand pulls with more than the escape force for 50 ms, the fixture fades out over 0.2 s; when the hand
+/// comes back to half of that distance, the nearest place is looked up again and the fixture fades in.
+/// RT: safe.
+GuidanceForce guide(const GuidanceInput& input, GuidanceMemory& memory) HAPTICD_RT;
+
+/// Returns the place at an arc length within an element, and the direction of the path there.  RT: safe.
+struct PlaceOnPath {
+  Vec3 place_m_in_world;
+  Vec3 tangent_in_world;
+};
+PlaceOnPath placeOn(const PathElement& element, double along_m) noexcept;
+
+/// Returns the arc length within an element at which it is nearest to a place.  RT: safe.
+double nearestOn(const PathElement& element, const Vec3& p_m_in_world) noexcept;
+
+}  // namespace hapticd::rt

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/surface_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd::rt {
+namespace {
+
+constexpr double kHalfBlock_px = 0.5 * BlockLattice::kBlock_px;
+/// Patches and their interpolation differ by less, unless the interpolation belongs to another surface.
+constexpr double kSameSurface_m = 0.002;
+/// Nearer to the surface than this, the patch's normal is the direction.
+constexpr double kOnSurface_m = 1e-6;
+/// Larger windows are searched in steps of more than one block first.
+constexpr int kMostBlocksAcross = 12;
+
+}  // namespace
+
+/// The nearest point found so far, in the camera's frame.
+struct SurfaceDistance::Nearest {
+  double squared_m2;
+  Vec3 place;
+  Vec3 normal;
+  int row = -1;
+  int column = -1;
+};
+
+/// Compares each patch with the nearest one so far. A patch is the part of its plane that the block's pixels
+/// see: the foot of the perpendicular is clamped to them in the image.
+void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, const BlockWindow& window,
+                                  Nearest& nearest) const HAPTICD_RT {
+  const DepthModelParameters& model = model_.parameters();
+  const double a = model.a_per_m;
+  // Here y points down and z forward, as in the image.
+  const Vec3 at{p.x, -p.y, -p.z};
+  const int across = std::max(window.columns(), window.rows());
+  const int stride = (across + kMostBlocksAcross - 1) / kMostBlocksAcross;
+  const auto compare = [&](int row, int column) noexcept {
+    const Facet& facet = layer.facet[BlockLattice::at(row, column)];
+    if (facet.disparity < 0) return;
+    const double u = column * BlockLattice::kBlock_px + BlockLattice::kMiddle_px - model.cx_px;
+    const double v = row * BlockLattice::kBlock_px + BlockLattice::kMiddle_px - model.cy_px;
+    const double w = a * (double{facet.disparity} + age_s_ * double{facet.per_second}) + model.b_per_m;
+    if (!(w > 0)) return;
+    const double w_u = a * double{facet.per_column};
+    const double w_v = a * double{facet.per_row};
+    // the plane N * X = 1, see SurfaceView
+    const Vec3 plane{w_u * model.fx_px, w_v * model.fy_px, w - w_u * u - w_v * v};
+    const double inverse_squared = 1 / dot(plane, plane);
+    const double off = 1 - dot(plane, at);
+    if (off * off * inverse_squared >= nearest.squared_m2) return;
+    const Vec3 foot = at + off * inverse_squared * plane;
+    Vec3 place = foot;
+    const double foot_u = model.fx_px * foot.x - u * foot.z;
+    const double foot_v = model.fy_px * foot.y - v * foot.z;
+    const double half = kHalfBlock_px * foot.z;
+    if (!(std::abs(foot_u) <= half && std::abs(foot_v) <= half)) {
+      const double du = std::clamp(foot.z > 0 ? foot_u / foot.z : 0.0, -kHalfBlock_px, kHalfBlock_px);
+      const double dv = std::clamp(foot.z > 0 ? foot_v / foot.z : 0.0, -kHalfBlock_px, kHalfBlock_px);
+      const double depth = 1 / (w + w_u * du + w_v * dv);
+      if (!(depth > 0)) return;
+      place = {(u + du) / model.fx_px * depth, (v + dv) / model.fy_px * depth, depth};
+    }
+    const Vec3 to = at - place;
+    const double squared = dot(to, to);
+    if (squared >= nearest.squared_m2) return;
+    const double length = std::sqrt(inverse_squared);
+    nearest = {squared,
+               {place.x, -place.y, -place.z},
+               {-length * plane.x, length * plane.y, length * plane.z},
+               row,
+               column};
+  };
+  const int row_before = nearest.row;
+  const int column_before = nearest.column;
+  for (int row = window.row_first; row <= window.row_last; row += stride) {
+    for (int column = window.column_first; column <= window.column_last; column += stride)
+      compare(row, column);
+  }
+  if (stride == 1 || (nearest.row == row_before && nearest.column == column_before)) return;
+  const int middle_row = nearest.row;
+  const int middle_column = nearest.column;
+  for (int row = std::max(window.row_first, middle_row - stride);
+       row <= std::min(window.row_last, middle_row + stride); ++row) {
+    for (int column = std::max(window.column_first, middle_column - stride);
+         column <= std::min(window.column_last, middle_column + stride); ++column)
+      compare(row, column);
+  }
+}
+
+/// Passes from the patch to the interpolated surface, by two steps of Newton's method for the foot of the
+/// perpendicular. Beside an outline, where the interpolation belongs to another body, the patch stays.
+void SurfaceDistance::refine(const Vec3& p, Nearest& nearest) const HAPTICD_RT {
+  Vec3 foot = nearest.place;
+  double distance = 0;
+  Vec3 normal;
+  constexpr int kSteps = 3;
+  for (int step = 0; step < kSteps; ++step) {
+    const double depth = SurfaceView::depthOf(foot);
+    if (!(depth > SurfaceView::kNearest_m)) return;
+    const ImagePosition image = view_.project(foot);
+    if (!SurfaceView::isInImage(image)) return;
+    const Sheet sheet = view_.sheetNear(image, depth);
+    if (!sheet.exists || std::abs(sheet.depth_m() - depth) > kSameSurface_m) return;
+    distance = SurfaceView::distanceFrom(sheet, p);
+    normal = sheet.normal_in_camera;
+    foot = p - distance * normal;
+  }
+  const double patch_m = std::sqrt(nearest.squared_m2);
+  if (std::abs(distance - patch_m) > kSameSurface_m || !(distance > 0)) return;
+  nearest.squared_m2 = distance * distance;
+  nearest.place = foot;
+  nearest.normal = normal;
+}
+
+SurfaceDistance::Result SurfaceDistance::at(const Vec3& p_m_in_world, double most_m) const HAPTICD_RT {
+  Result result;
+  result.modelled = surface_.covers(p_m_in_world, 0);
+  if (!result.modelled) return result;
+  const Vec3 p = model_.positionInCamera(p_m_in_world);
+  const double depth = SurfaceView::depthOf(p);
+  if (!(depth > SurfaceView::kNearest_m)) return result;
+  const SurfaceView::Place here = view_.look(p);
+  if (here.where == SurfaceView::Where::inside) {
+    result.signed_distance = {here.distance_m, model_.directionInWorld(here.sheet.normal_in_camera)};
+    return result;
+  }
+  const double nearest_depth = std::max(SurfaceView::kNearest_m, depth - most_m);
+  const double reach_px = most_m / view_.pitch_m(nearest_depth) + 1;
+  const ImagePosition image = view_.project(p);
+  const auto block = [](double pixel) {
+    return static_cast<int>(std::floor(pixel * (1.0 / BlockLattice::kBlock_px)));
+  };
+  constexpr double kFar_px = 1e6;
+  const double u = std::clamp(image.u, -kFar_px, kFar_px);
+  const double v = std::clamp(image.v, -kFar_px, kFar_px);
+  const BlockWindow window{std::max(surface_.blocks.column_first, block(u - reach_px)),
+                           std::min(surface_.blocks.column_last, block(u + reach_px)),
+                           std::max(surface_.blocks.row_first, block(v - reach_px)),
+                           std::min(surface_.blocks.row_last, block(v + reach_px))};
+  Nearest nearest{most_m * most_m, {}, {}};
+  searchLayer(surface_.visible, p, window, nearest);
+  if (surface_.hides_anything) searchLayer(surface_.hidden, p, window, nearest);
+  if (nearest.row < 0) return result;
+  refine(p, nearest);
+  const double distance = std::sqrt(nearest.squared_m2);
+  const Vec3 normal = distance > kOnSurface_m ? (1 / distance) * (p - nearest.place) : nearest.normal;
+  result.signed_distance = {distance, model_.directionInWorld(normal)};
+  return result;
+}
+
+}  // namespace hapticd::rt
