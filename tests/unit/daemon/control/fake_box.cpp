@@ -36,6 +36,31 @@ std::uint64_t FakeBox::apply(const config::Settings& settings) {
   return newGeneration();
 }
 
+AdditionGenerations FakeBox::additionGenerations() const {
+  const std::lock_guard lock(mutex_);
+  return addition_generations_;
+}
+
+std::uint64_t FakeBox::applyAdditions(const config::SceneAdditions& additions) {
+  const std::lock_guard lock(mutex_);
+  if (additions.fixtures != settings_.additions.fixtures) ++addition_generations_.fixtures;
+  if (additions.regions != settings_.additions.regions) ++addition_generations_.regions;
+  settings_.additions = additions;
+  return newGeneration();
+}
+
+void FakeBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+  const std::lock_guard lock(mutex_);
+  settings_.additions.regions = regions;
+  ++times_stiffness_applied_;
+  changed_.notify_all();
+}
+
+int FakeBox::timesStiffnessWasApplied() const {
+  const std::lock_guard lock(mutex_);
+  return times_stiffness_applied_;
+}
+
 std::uint64_t FakeBox::engage(bool engaged, bool inside) {
   const std::lock_guard lock(mutex_);
   const bool refused = engaged && !inside && status_.loop.tick.points_used > 0;
