@@ -21,7 +21,7 @@ constexpr auto wordsOf(ShapeKind) {
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   /// plane: a point of it; sphere, box: the centre; capsule: the first end; cone: the tip.
-  Vec3 position_m_in_world;
+  Vec3 position_m_in_world{};
   /// plane: unit normal, the solid is behind it; capsule: unit vector to the second end; cone: unit vector
   /// from the tip into the cone.
   Vec3 axis_in_world{0, 0, 1};
@@ -30,7 +30,7 @@ struct Shape {
   double half_angle_rad = 0;  ///< cone: between axis and side, 0 < angle < pi / 2
   /// box: its axes as columns of a rotation matrix, row by row.
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  Vec3 half_size_m;  ///< box: along its axes, > 0
+  Vec3 half_size_m{};  ///< box: along its axes, > 0
 };
 
 /// Signed distance of a place from the boundary of a solid, positive outside, and its gradient.

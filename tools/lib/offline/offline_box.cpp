@@ -71,7 +71,9 @@ rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
                      .scene = scene_,
                      .handle = handle,
                      .directive = directive_,
-                     .loop_period_s = loop_period_s_});
+                     .loop_period_s = loop_period_s_,
+                     .fixtures = fixtures_,
+                     .tissue = tissue_});
 }
 
 rt::ForceSample OfflineBox::lawForce(const rt::Vec3& hip_m_in_world) noexcept {

@@ -42,6 +42,12 @@ class OfflineBox {
   /// Sets how long a device holds each force if that differs from the periods of the ticks; 0: it does not.
   void setLoopPeriod(double period_s) noexcept { loop_period_s_ = period_s; }
 
+  /// Fixtures and tissue regions from now on; null: none. They outlive their use.
+  void setAdditions(const rt::FixtureSet* fixtures, const rt::TissueMap* tissue) noexcept {
+    fixtures_ = fixtures;
+    tissue_ = tissue;
+  }
+
   /// Runs one tick of the whole core, engaged, `period_s` after the one before; models the frame first where
   /// that is needed, as the scene thread would have done in time. `handle_delay_s`: as a driver reports it
   /// (rt::HandleState::delay_s); the caller delays the force.
@@ -80,6 +86,8 @@ class OfflineBox {
   bool time_is_set_ = false;     ///< now_ns_ is the time of the next tick, else of the last one
   std::int64_t now_ns_ = 0;
   double loop_period_s_ = 0;
+  const rt::FixtureSet* fixtures_ = nullptr;
+  const rt::TissueMap* tissue_ = nullptr;
 };
 
 }  // namespace hapticd::tools
