@@ -179,6 +179,8 @@ std::uint64_t RunningBox::sendDirective() {
 std::uint64_t RunningBox::apply(const config::Settings& settings) {
   settings_.force = settings.force;
   settings_.live = settings.live;
+  settings_.proximity = settings.proximity;
+  settings_.additions = settings.additions;
   decideLaw();
   return sendDirective();
 }
@@ -207,8 +209,7 @@ void RunningBox::decideLaw() {
   constexpr double kUsualDistance_m = 1;
   const double class_m =
       distance_class_m_ > 0 ? distance_class_m_ : config::distanceClass_m(kUsualDistance_m, 0);
-  law_decision_ = config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),
-                                    settings_.live.springs.stiffness_n_per_m, class_m);
+  law_decision_ = config::chooseLaw(settings_, class_m);
 }
 
 /// Chooses the law again when the surface in contact is in another class of distances.

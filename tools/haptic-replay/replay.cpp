@@ -45,10 +45,8 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   law_decided_ = true;
   const double distance_m = -box_.depthModel().positionInCamera(hip_m_in_world).z;
   if (settings_.force.law || !(distance_m > 0)) return;
-  box_.parameters() = config::liveWith(
-      settings_,
-      config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),
-                        settings_.live.springs.stiffness_n_per_m, config::distanceClass_m(distance_m, 0)));
+  box_.parameters() =
+      config::liveWith(settings_, config::chooseLaw(settings_, config::distanceClass_m(distance_m, 0)));
 }
 
 config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
