@@ -58,6 +58,7 @@ drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::
   record.engage = directive.engage;
   record.engage_inside = directive.engage_inside;
   record.engage_request = directive.engage_request;
+  record.standoff_clearance_m = directive.parameters.standoff_clearance_m;
   config::Settings used = settings;
   used.live = directive.parameters;
   used.force.law = directive.parameters.law;

@@ -113,6 +113,7 @@ struct Session {
   std::vector<rt::Tick> ticks;
   std::vector<drivers::ModelRecord> models;
   std::vector<drivers::DirectiveRecord> directives;
+  std::vector<drivers::AdditionsRecord> additions;
   std::vector<drivers::SnapshotRecord> snapshots;
   std::vector<drivers::DepthRecord> depth;
 };
@@ -125,6 +126,7 @@ Session recordsIn(const fs::path& trace) {
   const auto info = drivers::readTrace(trace, {.tick = into(content.ticks),
                                                .model = into(content.models),
                                                .directive = into(content.directives),
+                                               .additions = into(content.additions),
                                                .snapshot = into(content.snapshots),
                                                .depth = into(content.depth)});
   EXPECT_TRUE(info) << info.error().text();
@@ -144,6 +146,7 @@ void writeSession(const fs::path& trace, const Session& content) {
   };
   writeAll(content.models);
   writeAll(content.directives);
+  writeAll(content.additions);
   writeAll(content.snapshots);
   writeAll(content.ticks);
   writeAll(content.depth);
@@ -223,6 +226,7 @@ TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
   append(content.ticks, later.ticks);
   append(content.models, later.models);
   append(content.directives, later.directives);
+  append(content.additions, later.additions);
   append(content.snapshots, later.snapshots);
   loseFrames(content, 20, 10);
   append(content.depth, later.depth);
