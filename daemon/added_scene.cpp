@@ -2,15 +2,26 @@
 #include "daemon/added_scene.h"
 
 #include <algorithm>
-#include <cmath>
+#include <chrono>
+#include <utility>
 
-#include "daemon/base/label_image.h"
+#include "config/label_image.h"
+#include "rt/depth_frame.h"
+#include "rt/shape.h"
 #include "rt/vec3.h"
 
 namespace hapticd::daemon {
+namespace {
 
-AddedScene::AddedScene(rt::ControlChannels& channels, const rt::PoseParameters& T_world_camera)
+/// A position is seen by the pixels whose rays come this near.
+constexpr double kRayDistance_m = 0.002;
+
+}  // namespace
+
+AddedScene::AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
+                       const rt::PoseParameters& T_world_camera)
     : channels_(channels),
+      depth_model_(depth_model),
       T_world_camera_(T_world_camera),
       fixtures_(std::make_unique<rt::FixtureSet>()),
       tissue_(std::make_unique<rt::TissueMap>()) {}
@@ -23,9 +34,31 @@ void AddedScene::apply(const config::SceneAdditions& additions) {
   }
   if (additions.regions != additions_.regions || additions.label_image != additions_.label_image) {
     ++regions_generation_;
-    additions_.label_image = additions.label_image;
+    if (additions.label_image != additions_.label_image) readLabels(additions.label_image);
     publishRegions(additions.regions);
   }
+}
+
+/// Reads the image on a thread of its own, because the disk may not respond.
+void AddedScene::readLabels(const std::string& file) {
+  additions_.label_image = file;
+  labels_.clear();
+  warning_.clear();
+  loading_ = {};
+  if (!file.empty()) loading_ = worker_.run([file] { return config::loadLabelImage(file); });
+}
+
+bool AddedScene::takeLabels() {
+  if (!loading_.valid() || loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+    return false;
+  auto labels = loading_.get();
+  if (!labels) {
+    warning_ = labels.error().text();
+    return false;
+  }
+  labels_ = std::move(*labels);
+  publishRegions(additions_.regions);
+  return true;
 }
 
 void AddedScene::applyStiffness(const std::vector<config::RegionSettings>& regions) {
@@ -33,18 +66,9 @@ void AddedScene::applyStiffness(const std::vector<config::RegionSettings>& regio
 }
 
 void AddedScene::publishRegions(const std::vector<config::RegionSettings>& regions) {
-  config::toTissueMap(regions, additions_.regions, labelsOf(additions_), T_world_camera_, *tissue_);
+  config::toTissueMap(regions, additions_.regions, labels_, T_world_camera_, *tissue_);
   additions_.regions = regions;
   channels_.tissue.write(*tissue_);
-}
-
-double AddedScene::standoffClearance_m() const {
-  double largest_m = 0;
-  for (const config::FixtureSettings& fixture : additions_.fixtures) {
-    if (fixture.enabled && fixture.kind == rt::FixtureKind::standoff)
-      largest_m = std::max(largest_m, fixture.clearance_m);
-  }
-  return largest_m;
 }
 
 FixtureStatus AddedScene::fixtureStatus(const rt::Tick& tick, double warning_m) const {
@@ -77,6 +101,27 @@ TissueStatus AddedScene::tissueStatus(const rt::Tick& tick) const {
                      static_cast<std::size_t>(tick.tissue_region) < additions_.regions.size();
   if (known) status.in_contact = additions_.regions[static_cast<std::size_t>(tick.tissue_region)].name;
   return status;
+}
+
+std::uint8_t AddedScene::labelAt(const rt::Vec3& position_m_in_world) const {
+  if (!tissue_->has_labels || depth_model_.positionInCamera(position_m_in_world).z >= 0) return 0;
+  const rt::PixelWindow pixels = depth_model_.pixelsOfBall(position_m_in_world, kRayDistance_m);
+  if (pixels.empty()) return 0;
+  const auto column = static_cast<std::size_t>((pixels.column_first + pixels.column_last) / 2);
+  const auto row = static_cast<std::size_t>((pixels.row_first + pixels.row_last) / 2);
+  return tissue_->labels[row * rt::kFrameWidth + column];
+}
+
+std::optional<std::size_t> AddedScene::regionAt(const rt::Vec3& position_m_in_world) const {
+  const std::uint8_t label = labelAt(position_m_in_world);
+  for (std::size_t i = tissue_->count; i-- > 0;) {
+    const rt::TissueRegion& region = tissue_->regions[i];
+    const bool inside = region.place == rt::TissuePlace::label
+                            ? label != 0 && region.label == label
+                            : rt::distanceFrom(region.shape, position_m_in_world).distance_m <= 0;
+    if (inside) return i;
+  }
+  return std::nullopt;
 }
 
 }  // namespace hapticd::daemon

@@ -73,6 +73,9 @@ class RunningBox final : public Box {
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
   void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
   std::uint64_t engage(bool engaged, bool inside) override;
+  std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {
+    return added_scene_.regionAt(position_m_in_world);
+  }
   std::uint64_t acknowledgedGeneration() override;
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<config::Result<std::string>> stopTrace() override;
@@ -98,6 +101,8 @@ class RunningBox final : public Box {
   config::Result<void> startForceThread();
   config::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
+  /// Puts the fixtures and regions into the trace where they have changed.
+  void recordAdditions();
   /// The parameters for the force loop: the settings, with the law that `auto` has chosen.
   rt::LiveParameters live() const;
   void decideLaw();
@@ -125,6 +130,7 @@ class RunningBox final : public Box {
   drivers::HandleChannels handle_channels_;
   std::unique_ptr<rt::ControlChannels> control_;
   AddedScene added_scene_;
+  std::pair<std::uint64_t, std::uint64_t> recorded_additions_;  // their generations in the trace
   rt::CoreMemoryChannel core_memory_;
   SceneThread scene_thread_;
   std::unique_ptr<drivers::Camera> camera_;

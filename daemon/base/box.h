@@ -222,7 +222,8 @@ class Box {
   virtual BoxStatus status() = 0;
   /// The current parameters; those that only a restart changes have their values from the start.
   virtual const config::Settings& settings() const = 0;
-  /// Hands the changed live parameters to the force loop. Returns the generation to wait for.
+  /// Hands the changed live parameters, fixtures and regions to the force loop. Returns the generation to
+  /// wait for.
   virtual std::uint64_t apply(const config::Settings& settings) = 0;
   /// The fixtures and tissue regions in use.
   virtual const config::SceneAdditions& additions() const = 0;
@@ -230,6 +231,8 @@ class Box {
   /// Hands checked fixtures and regions to the force loop, which replace all others. Returns the generation
   /// to wait for.
   virtual std::uint64_t applyAdditions(const config::SceneAdditions& additions) = 0;
+  /// The region of additions() that covers a position, as an index; nothing: none does.
+  virtual std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const = 0;
   /// Hands regions to the force loop that differ in their stiffness and damping only. Nobody waits for it.
   virtual void applyStiffness(const std::vector<config::RegionSettings>& regions) = 0;
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes

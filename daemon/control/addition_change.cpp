@@ -92,12 +92,14 @@ Problem changeIn(std::vector<T>& items, const std::vector<Json>& changes) {
 }
 
 template <typename T>
-Problem addTo(std::vector<T>& items, const std::vector<Json>& definitions) {
+Problem addTo(std::vector<T>& items, const std::vector<Json>& definitions, const std::string& label_image) {
   if (definitions.empty()) return std::nullopt;
   for (const Json& definition : definitions) {
     if (!definition.is_object()) return problem("", "", "is no definition", kDefinitionRemedy);
   }
-  auto read = config::additionsFromText(textOf({{ListOf<T>::kName, definitions}}), "the call");
+  Json text = {{ListOf<T>::kName, definitions}};
+  if (!label_image.empty()) text["label_image"] = label_image;
+  auto read = config::additionsFromText(textOf(text), "the call");
   if (!read) return read.error().front();
   std::ranges::move((*read).*ListOf<T>::kMember, std::back_inserter(items));
   return std::nullopt;
@@ -108,7 +110,7 @@ Problem apply(config::SceneAdditions& additions, const AdditionChange& change) {
   std::vector<T>& items = additions.*ListOf<T>::kMember;
   if (Problem wrong = removeFrom(items, change.remove)) return wrong;
   if (Problem wrong = changeIn(items, change.change)) return wrong;
-  if (Problem wrong = addTo(items, change.add)) return wrong;
+  if (Problem wrong = addTo(items, change.add, additions.label_image)) return wrong;
   if (auto problems = config::checkTogether(additions); !problems.empty()) return problems.front();
   return std::nullopt;
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/parameter_table.h"
 #include "daemon/control/call_fields.h"
 #include "rt/fixture.h"
 #include "rt/tissue.h"
@@ -189,7 +190,7 @@ void AdditionMethods::setStiffness(const Call& call, const Caller& caller, Repli
   if (!damping) return replies.finish(caller.connection, damping.error());
   Json members = {{"name", *name}, {"stiffness_n_per_m", *stiffness}};
   if (*damping) members["damping_n_s_per_m"] = **damping;
-  apply(AdditionList::regions, {.change = {std::move(members)}}, call, caller, replies);
+  apply(AdditionList::regions, {{}, {std::move(members)}, {}}, call, caller, replies);
 }
 
 void AdditionMethods::apply(AdditionList list, const AdditionChange& change, const Call& call,
@@ -198,6 +199,11 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
   const config::SceneAdditions before = context_.box.additions();
   auto after = changedAdditions(before, list, change);
   if (!after) return replies.finish(caller.connection, refusal(list, after.error()));
+  config::Settings settings = context_.box.settings();
+  settings.additions = *after;
+  if (const auto conflicts = config::checkTogether(settings); !conflicts.empty()) {
+    return replies.finish(caller.connection, refusal(list, {"", "", conflicts.front()}));
+  }
   const std::uint64_t directive = context_.box.applyAdditions(*after);
   logAdditions(context_, caller, "", before, *after);
   context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,

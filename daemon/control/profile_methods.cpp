@@ -194,10 +194,15 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   if (const auto errors = config::checkTogether(settings); !errors.empty()) {
     return std::unexpected(failed(kFailed, textOf(errors)));
   }
-  const std::vector<std::string> changed = logParameters(
+  std::vector<std::string> changed = logParameters(
       context_, caller, fmt::format("sets, by profile {},", name), context_.box.settings(), settings);
+  logAdditions(context_, caller, fmt::format("by profile {}", name), context_.box.additions(),
+               settings.additions);
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
             config::EventKind::profile, {{"ACTION", "load"}, {"PROFILE", name}});
+  const config::SceneAdditions& before = context_.box.additions();
+  if (before.fixtures != settings.additions.fixtures) changed.emplace_back("fixtures");
+  if (before.regions != settings.additions.regions) changed.emplace_back("regions");
   const std::uint64_t generation = context_.box.apply(settings);
   return whenApplied(context_, generation, [generation, changed] {
     return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};

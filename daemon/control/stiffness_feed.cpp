@@ -6,17 +6,11 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/base/label_image.h"
-#include "rt/shape.h"
-
 namespace hapticd::daemon {
 namespace {
 
 /// After this long without a sample of a region the next one begins a feed, which is logged.
 constexpr std::chrono::seconds kPause{10};
-/// A position is seen by the pixels whose rays come this near.
-constexpr double kRayDistance_m = 0.002;
-
 /// The mean with one more value; `past_weight` is the weight of the mean, and grows up to the limit.
 double mean(double past, double& past_weight, double value, double weight) {
   const double result = (past * past_weight + value * weight) / (past_weight + weight);
@@ -32,8 +26,6 @@ std::string membersOf(const StiffnessFeed::Sample& sample) {
 }
 
 }  // namespace
-
-StiffnessFeed::StiffnessFeed(Box& box) : box_(box), map_(std::make_unique<rt::TissueMap>()) {}
 
 bool StiffnessFeed::isTooFast(Clock::time_point now) {
   if (now - second_ >= std::chrono::seconds(1)) {
@@ -58,31 +50,6 @@ void StiffnessFeed::followBox() {
   generation_ = generation;
   known_ = true;
   waits_ = false;
-  const config::CameraSettings& camera = box_.settings().camera;
-  config::toTissueMap(regions_, {}, labelsOf(additions), camera.pose, *map_);
-  if (map_->has_labels && !depth_model_)
-    depth_model_ = std::make_unique<rt::DepthModel>(camera.effectiveDepthModel(), camera.pose);
-}
-
-std::uint8_t StiffnessFeed::labelAt(const rt::Vec3& position_m_in_world) const {
-  if (!map_->has_labels || depth_model_->positionInCamera(position_m_in_world).z >= 0) return 0;
-  const rt::PixelWindow pixels = depth_model_->pixelsOfBall(position_m_in_world, kRayDistance_m);
-  if (pixels.empty()) return 0;
-  const auto column = static_cast<std::size_t>((pixels.column_first + pixels.column_last) / 2);
-  const auto row = static_cast<std::size_t>((pixels.row_first + pixels.row_last) / 2);
-  return map_->labels[row * rt::kFrameWidth + column];
-}
-
-std::optional<std::size_t> StiffnessFeed::regionAt(const rt::Vec3& position_m_in_world) const {
-  const std::uint8_t label = labelAt(position_m_in_world);
-  for (std::size_t i = map_->count; i-- > 0;) {
-    const rt::TissueRegion& region = map_->regions[i];
-    const bool inside = region.place == rt::TissuePlace::label
-                            ? label != 0 && region.label == label
-                            : rt::distanceFrom(region.shape, position_m_in_world).distance_m <= 0;
-    if (inside) return i;
-  }
-  return std::nullopt;
 }
 
 auto StiffnessFeed::take(const Sample& sample, Clock::time_point now) -> std::expected<Accepted, Refusal> {
@@ -91,8 +58,8 @@ auto StiffnessFeed::take(const Sample& sample, Clock::time_point now) -> std::ex
     return std::unexpected(TooFast{});
   }
   followBox();
-  const auto place = regionAt(sample.position_m_in_world);
-  if (!place) {
+  const auto place = box_.regionAt(sample.position_m_in_world);
+  if (!place || *place >= regions_.size()) {
     ++status_.outside;
     return std::unexpected(Outside{});
   }

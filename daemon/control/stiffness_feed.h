@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <expected>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -13,8 +12,6 @@
 
 #include "config/fixture_settings.h"
 #include "daemon/base/box.h"
-#include "rt/depth_model.h"
-#include "rt/tissue.h"
 #include "rt/vec3.h"
 
 namespace hapticd::daemon {
@@ -45,7 +42,7 @@ class StiffnessFeed {
   struct Outside {};
   using Refusal = std::variant<TooFast, Outside, config::AdditionError>;
 
-  explicit StiffnessFeed(Box& box);
+  explicit StiffnessFeed(Box& box) : box_(box) {}
 
   /// Takes one sample. `now`: not earlier than in the last call.
   std::expected<Accepted, Refusal> take(const Sample& sample, Clock::time_point now);
@@ -66,12 +63,8 @@ class StiffnessFeed {
 
   bool isTooFast(Clock::time_point now);
   void followBox();
-  std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;
-  std::uint8_t labelAt(const rt::Vec3& position_m_in_world) const;
 
   Box& box_;
-  const std::unique_ptr<rt::TissueMap> map_;     // places only; too large for the stack
-  std::unique_ptr<rt::DepthModel> depth_model_;  // once a region is given by a label
   std::vector<config::RegionSettings> regions_;
   std::uint64_t generation_ = 0;  // of regions_
   bool known_ = false;            // regions_ have been read once

@@ -26,6 +26,7 @@ class FakeBox final : public Box {
   AdditionGenerations additionGenerations() const override;
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
   void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
+  std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   std::uint64_t engage(bool engaged, bool inside) override;
   std::uint64_t acknowledgedGeneration() override;
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
@@ -73,6 +74,8 @@ class FakeBox final : public Box {
   config::Settings appliedSettings() const;
   /// How often applyStiffness() was called.
   int timesStiffnessWasApplied() const;
+  /// Waits as waitForGeneration() does.
+  bool waitForStiffness(int times);
   std::uint64_t generation() const;
 
  private:
