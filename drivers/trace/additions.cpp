@@ -46,7 +46,7 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
   record.time_ns = time_ns;
   record.fixture_generation = fixtures.generation;
   record.tissue_generation = tissue.generation;
-  record.text = config::textOf({additions.fixtures, additions.regions, {}});
+  record.text = config::textOf(additions);
   if (tissue.has_labels) record.labels.bytes.assign(tissue.labels.begin(), tissue.labels.end());
   for (std::size_t i = 0; i < additions.fixtures.size() && i < fixtures.count; ++i) {
     const rt::Fixture& fixture = fixtures.fixtures[i];
