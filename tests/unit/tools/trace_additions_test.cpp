@@ -34,20 +34,29 @@ constexpr std::uint16_t kWallRaw = 760;  // 1.003 m, out of reach of the hand
 /// A ball, and a path whose points are not short numbers.
 config::SceneAdditions firstAdditions() {
   config::SceneAdditions additions;
-  additions.fixtures.push_back({.name = "ball", .position_m = {0, 0, -0.7}, .radius_m = 0.05});
-  additions.fixtures.push_back({.name = "way",
-                                .kind = rt::FixtureKind::path,
-                                .points_m = {{-0.1, 1.0 / 3, -0.7}, {0.1, 0.2 / 7, -0.7}, {0.1, 0.1, -0.6}},
-                                .stiffness_n_per_m = 100});
-  additions.regions.push_back({.name = "liver", .position_m = {0, 0, -0.7}, .radius_m = 0.1});
+  config::FixtureSettings& ball = additions.fixtures.emplace_back();
+  ball.name = "ball";
+  ball.position_m = {0, 0, -0.7};
+  ball.radius_m = 0.05;
+  config::FixtureSettings& path = additions.fixtures.emplace_back();
+  path.name = "lead";
+  path.kind = rt::FixtureKind::path;
+  path.points_m = {{-0.1, 1.0 / 3, -0.7}, {0.1, 0.2 / 7, -0.7}, {0.1, 0.1, -0.6}};
+  path.stiffness_n_per_m = 100;
+  config::RegionSettings& region = additions.regions.emplace_back();
+  region.name = "liver";
+  region.position_m = {0, 0, -0.7};
+  region.radius_m = 0.1;
   return additions;
 }
 
-/// The same with a larger ball in place of the path's first point.
+/// The same with a plane before the others, the ball disabled, and another stiffness.
 config::SceneAdditions secondAdditions() {
   config::SceneAdditions additions = firstAdditions();
-  additions.fixtures.insert(additions.fixtures.begin(),
-                            {.name = "floor", .kind = rt::FixtureKind::plane, .position_m = {0, 0, -0.69}});
+  config::FixtureSettings& plane = *additions.fixtures.emplace(additions.fixtures.begin());
+  plane.name = "floor";
+  plane.kind = rt::FixtureKind::plane;
+  plane.position_m = {0, 0, -0.69};
   additions.fixtures[1].enabled = false;
   additions.regions[0].stiffness_n_per_m = 321.5;
   return additions;
@@ -191,7 +200,7 @@ test::MadeUpRecords session(const config::Settings& settings) {
       sets.change(secondAdditions());
       records.additions.push_back(sets.record(now_ns));
     }
-    // from 20 mm above the ball down to 20 mm inside it, and then more slowly
+    // from 20 mm above the ball to 20 mm inside it; halfway the plane replaces the ball
     const double depth_m = -0.02 + 0.04 * static_cast<double>(number) / kTicks;
     const rt::HandleState handle{{0.01, 0, -0.65 - depth_m}, {0, 0, -0.0667}, number, now_ns};
     rt::Tick tick = core.step({.now_ns = now_ns,
@@ -211,8 +220,8 @@ test::MadeUpRecords session(const config::Settings& settings) {
 class ReplayWithFixtures : public testing::Test {
  protected:
   ReplayWithFixtures() {
-    settings_.live.safety.depth_timeout_s = 10;
-    settings_.live.safety.engage_ramp_s = 0;
+    settings_.live.safety.depth_timeout_s = 5;
+    settings_.live.safety.engage_ramp_s = 0.01;
     settings_.loop.rate_hz = 1000;
     records_ = session(settings_);
   }

@@ -42,7 +42,7 @@ struct Quantity {
   PlotCurve::Style style;
   double (*valueOf)(const rt::Tick& tick);
   std::array<std::string_view, 2> fields;
-  /// Left out, without mention, where it is zero throughout or the trace's version did not have it.
+  /// Left out, without mention, where its panel is zero throughout or the trace's version did not have it.
   bool only_if_used = false;
 };
 
@@ -155,10 +155,13 @@ Content contentFor(const SelectedTrace& trace) {
 
 /// Removes the quantities that no tick has.
 void takeOutForeign(Content& content) {
-  std::erase_if(content.curves, [](const Curve& curve) {
-    return curve.quantity->only_if_used && std::ranges::none_of(curve.points, [](const PlotPoint& p) {
-             return p.value != 0 && !std::isnan(p.value);
-           });
+  std::vector<std::string_view> used;
+  for (const Curve& curve : content.curves) {
+    const auto acts = [](const PlotPoint& p) { return p.value != 0 && !std::isnan(p.value); };
+    if (std::ranges::any_of(curve.points, acts)) addOnce(used, curve.quantity->panel);
+  }
+  std::erase_if(content.curves, [&used](const Curve& curve) {
+    return curve.quantity->only_if_used && std::ranges::find(used, curve.quantity->panel) == used.end();
   });
   std::erase_if(content.curves, [&content](const Curve& curve) {
     const bool foreign =
