@@ -200,9 +200,9 @@ test::MadeUpRecords session(const config::Settings& settings) {
       sets.change(secondAdditions());
       records.additions.push_back(sets.record(now_ns));
     }
-    // from 20 mm above the ball to 20 mm inside it; halfway the plane replaces the ball
-    const double depth_m = -0.02 + 0.04 * static_cast<double>(number) / kTicks;
-    const rt::HandleState handle{{0.01, 0, -0.65 - depth_m}, {0, 0, -0.0667}, number, now_ns};
+    // from 10 mm above the ball into it; halfway a plane 40 mm below its top replaces it
+    const double depth_m = -0.01 + 0.07 * static_cast<double>(number) / kTicks;
+    const rt::HandleState handle{{0.01, 0, -0.65 - depth_m}, {0, 0, -0.117}, number, now_ns};
     rt::Tick tick = core.step({.now_ns = now_ns,
                                .period_s = 1 / settings.loop.rate_hz,
                                .scene = scene,
@@ -247,7 +247,9 @@ TEST_F(ReplayWithFixtures, ReproducesEveryForceToTheBit) {
   const auto largest = std::ranges::max(records_.ticks, {}, [](const rt::Tick& tick) {
     return rt::norm(tick.fixture_force_n_in_world) + rt::norm(tick.guidance_force_n_in_world);
   });
-  EXPECT_GT(rt::norm(largest.fixture_force_n_in_world), 0.1) << "the fixtures act in this session";
+  EXPECT_GT(rt::norm(largest.fixture_force_n_in_world), 0.1)
+      << rt::wordOf(records_.ticks.back().mode) << ", " << rt::wordOf(records_.ticks.back().cause) << ", "
+      << records_.ticks.back().fixture_distance_m << " m";
   const TraceComparison comparison = replayed();
   EXPECT_EQ(comparison.ticks, kTicks) << comparisonText(comparison);
   EXPECT_EQ(comparison.different, 0U) << comparisonText(comparison);
