@@ -29,7 +29,7 @@ constexpr std::size_t kPastEvents = 64;
 /// All of the status but `tick`, which the stream of ticks brings.
 Json statusFields() {
   return Json::array({"mode", "cause", "warnings", "version", "kernel", "uptimeS", "loop", "camera", "scene",
-                      "handle", "law", "leds", "trace", "control"});
+                      "handle", "law", "leds", "trace", "control", "fixtures", "tissue"});
 }
 
 /// Why a call was refused, in words for people.
