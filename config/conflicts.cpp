@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/addition_checks.h"
 #include "config/hid_id.h"
 #include "config/ipv4_endpoint.h"
 #include "config/line_address.h"
@@ -73,6 +74,21 @@ void checkRecording(const Settings& settings, std::vector<Conflict>& conflicts) 
   if (settings.camera.driver != CameraDriver::recorded || !settings.camera.recording.empty()) return;
   add(conflicts, {"camera.recording", "camera.driver"}, "is empty, and the camera.driver recorded needs it",
       "set camera.recording to the folder that holds INDEX.txt");
+}
+
+void checkStandoff(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
+  if (standoff == nullptr || settings.force.namedLaw() == rt::ForceLaw::surface) return;
+  add(conflicts, {"force.law", "fixtures"},
+      fmt::format("{} has no surface from which the stand-off fixture {} could keep its clearance",
+                  rt::wordOf(settings.force.namedLaw()), standoff->name),
+      fmt::format("set force.law to surface or auto, or disable the fixture {}", standoff->name));
+}
+
+void checkLabelImage(const Settings& settings, std::vector<Conflict>& conflicts) {
+  if (auto problem = labelImageProblem(settings.additions)) {
+    conflicts.push_back({{"regions", "label_image"}, std::move(problem->error)});
+  }
 }
 
 void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) {
@@ -224,6 +240,8 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   checkRecording(settings, conflicts);
   findWindowConflict(settings, conflicts);
   findFrameGridConflict(settings, conflicts);
+  checkStandoff(settings, conflicts);
+  checkLabelImage(settings, conflicts);
   checkDirection(settings, conflicts);
   checkHidHandle(settings, conflicts);
   checkHandlePriority(settings, conflicts);

@@ -23,12 +23,14 @@ enum class EventKind {
   configuration,
   reload,
   stop,
+  fixture,  ///< a virtual fixture was added, changed, enabled, disabled or removed
+  region,   ///< a tissue region likewise, or an estimator began to feed it
 };
 
 constexpr auto wordsOf(EventKind) {
   return rt::words<EventKind>("mode", "camera", "handle", "warning", "engage", "disengage", "clear_fault",
                               "parameter", "profile", "calibration", "trace", "mark", "configuration",
-                              "reload", "stop");
+                              "reload", "stop", "fixture", "region");
 }
 
 }  // namespace hapticd::config

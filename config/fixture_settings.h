@@ -91,6 +91,11 @@ struct SceneAdditions {
   friend bool operator==(const SceneAdditions&, const SceneAdditions&) = default;
 };
 
+/// Returns the enabled stand-off with the largest clearance, or null.
+const FixtureSettings* widestStandoff(const std::vector<FixtureSettings>& fixtures);
+/// Returns its clearance, or 0.
+double standoffClearance_m(const std::vector<FixtureSettings>& fixtures);
+
 /// What is wrong with a fixture or region.
 struct AdditionError {
   std::string name;   ///< of the fixture or region; empty: it has none

@@ -76,8 +76,25 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class
   return decision;
 }
 
+LawDecision chooseLaw(const Settings& settings, double class_m) {
+  const double max_error_n = settings.force.effectiveMaxError_n(settings.live.safety);
+  const double stiffness_n_per_m = settings.live.springs.stiffness_n_per_m;
+  const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
+  if (standoff == nullptr) return chooseLaw(max_error_n, stiffness_n_per_m, class_m);
+  LawDecision decision{
+      .law = rt::ForceLaw::surface,
+      .reason = fmt::format("the only law that the stand-off fixture {} can act with", standoff->name)};
+  for (const MeasuredLaw& measured : kMeasured) {
+    if (measured.law != rt::ForceLaw::surface || measured.distance_m != class_m) continue;
+    decision.error_n = stiffness_n_per_m * measured.error_m;
+    decision.within = decision.error_n <= max_error_n;
+  }
+  return decision;
+}
+
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision) {
   rt::LiveParameters live = settings.live;
+  live.standoff_clearance_m = standoffClearance_m(settings.additions.fixtures);
   live.law = decision.law;
   live.filter = decision.filtered ? filterOfChoice() : rt::FilterParameters{};
   return live;
@@ -89,8 +106,7 @@ std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings) {
   for (const MeasuredLaw& measured : kMeasured) classes_m.insert(measured.distance_m);
   std::vector<rt::LiveParameters> laws;
   for (const double class_m : classes_m) {
-    laws.push_back(liveWith(settings, chooseLaw(settings.force.effectiveMaxError_n(settings.live.safety),
-                                                settings.live.springs.stiffness_n_per_m, class_m)));
+    laws.push_back(liveWith(settings, chooseLaw(settings, class_m)));
   }
   return laws;
 }

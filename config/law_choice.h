@@ -56,7 +56,11 @@ struct LawDecision {
 /// there is none, the cheapest of those within a fifth of the most accurate one's error.
 LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class_m);
 
-/// Returns `settings.live` with the chosen law and filter.
+/// The same for the scene of `settings`: if a stand-off fixture is enabled, `surface`, because it is the only
+/// law that stand-offs can act with.
+LawDecision chooseLaw(const Settings& settings, double class_m);
+
+/// Returns `settings.live` with the chosen law and filter, and the clearance of the stand-off fixtures.
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision);
 
 /// Returns `settings.live` for each law that may be used: the configured one, or all that `auto` may choose,

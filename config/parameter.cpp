@@ -3,9 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "config/parameter_table.h"
@@ -65,33 +63,18 @@ Result<Value> checkText(const Parameter& parameter, const std::string& text) {
   return accepted(text);
 }
 
-// The forms of YAML 1.2: decimal numbers, and .inf and .nan, which are recognised so that the message can
-// name them.
-std::optional<double> numberFrom(std::string_view text) {
-  if (text == ".nan" || text == ".NaN" || text == ".NAN") return std::nan("");
-  std::string_view rest = text;
-  if (rest.starts_with('+')) rest.remove_prefix(1);
-  const bool signed_twice = rest.size() != text.size() && rest.starts_with('-');
-  const std::string_view magnitude = rest.starts_with('-') ? rest.substr(1) : rest;
-  if (magnitude == ".inf" || magnitude == ".Inf" || magnitude == ".INF") return HUGE_VAL;
-  double number = 0;
-  const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
-  if (signed_twice || failure == std::errc::invalid_argument || end != rest.data() + rest.size()) {
-    return std::nullopt;
-  }
-  // Too large for a double, or too small to be distinguished from zero by any parameter's range; both are
-  // refused.
-  if (failure == std::errc::result_out_of_range) return std::numeric_limits<double>::max();
-  return number;
-}
-
 Result<Value> parseBoolean(const Parameter& parameter, std::string_view text) {
   if (text == "true" || text == "false") return accepted(text == "true");
   return std::unexpected(refusal(parameter, inQuotes(text), "is not a truth value"));
 }
 
+bool isWordOf(const Parameter& parameter, std::string_view text) {
+  return std::ranges::find(parameter.choices, text) != parameter.choices.end();
+}
+
 Result<Value> parseNumber(const Parameter& parameter, std::string_view text) {
-  const std::optional<double> number = numberFrom(text);
+  if (isWordOf(parameter, text)) return accepted(std::string(text));
+  const std::optional<double> number = yamlNumberFrom(text);
   if (!number) return std::unexpected(refusal(parameter, inQuotes(text), "is not a number"));
   const bool short_enough = text.size() <= 40;
   return checkNumber(parameter, *number, short_enough ? std::string(text) : inQuotes(text));
@@ -120,8 +103,11 @@ std::string Parameter::range() const {
     case Kind::boolean:
       return "true or false";
     case Kind::integer:
-    case Kind::number:
-      return withUnit(fmt::format("{}..{}", numberText(minimum), numberText(maximum)), *this);
+    case Kind::number: {
+      const std::string numbers =
+          withUnit(fmt::format("{}..{}", numberText(minimum), numberText(maximum)), *this);
+      return choices.empty() ? numbers : fmt::format("{} or {}", numbers, fmt::join(choices, ", "));
+    }
     case Kind::choice:
       return fmt::format("one of: {}", fmt::join(choices, ", "));
     case Kind::text:
@@ -142,6 +128,7 @@ Result<Value> Parameter::check(const Value& value) const {
         return checkNumber(*this, static_cast<double>(*integer), toText(value));
       }
       if (const auto* number = std::get_if<double>(&value)) return checkNumber(*this, *number, toText(value));
+      if (text != nullptr && isWordOf(*this, *text)) return value;
       break;
     case Kind::choice:
       if (text != nullptr) return checkChoice(*this, *text);

@@ -6,6 +6,7 @@
 
 #include "config/nearest_names.h"
 #include "config/parameter_rows.h"
+#include "config/stiffness_rows.h"
 #include "config/value_text.h"
 
 namespace hapticd::config {
@@ -26,9 +27,12 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(force.max_error_n)>(
         "force.max_error_n", kLive, "N", {0, 10}, "",
         "largest force error of the law chosen by auto; 0: 7 % of safety.max_force_n, just noticeable to a hand"),
-    row<HAPTICD_MEMBER(live.springs.stiffness_n_per_m)>(
-        "force.stiffness_n_per_m", kLive, "N/m", {0, 5000}, "k_s",
-        "stiffness of the spring of each point, or of the spring to the proxy"),
+    stiffnessRow(
+        "force.stiffness_n_per_m", {0, 5000},
+        "stiffness of the spring of each point, or of the spring to the proxy; auto: as stiff as is stable and calm"),
+    stiffnessCeilingRow(
+        "force.stiffness_ceiling_n_per_m", {1, 5000},
+        "largest stiffness that the automatic choice of force.stiffness_n_per_m may take"),
     row<HAPTICD_MEMBER(live.springs.radius_m)>(
         "force.radius_m", kLive, "m", {0.005, 0.1}, "D_thresh",
         "points within this distance of the HIP act on it"),
@@ -71,6 +75,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.blend.max_surface_speed_m_per_s)>(
         "blend.max_surface_speed_m_per_s", kLive, "m/s", {0.01, 5}, "",
         "fastest surface; the blend changes the force by at most the stiffness times this per second"),
+    row<HAPTICD_MEMBER(proximity.warning_m)>(
+        "proximity.warning_m", kLive, "m", {0, 0.1}, "",
+        "width of the band before a forbidden region in which status and LEDs warn; 0: none"),
     row<HAPTICD_MEMBER(live.safety.max_force_n)>(
         "safety.max_force_n", kLive, "N", {0, 40}, "",
         "largest commanded force"),

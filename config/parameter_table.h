@@ -13,7 +13,8 @@
 
 namespace hapticd::config {
 
-/// A parameter's value as written by people and programs; a choice is the string of one of its alternatives.
+/// A parameter's value as written by people and programs; a choice is the string of one of its alternatives,
+/// as is a number that is one of its words ("auto").
 using Value = std::variant<bool, std::int64_t, double, std::string>;
 
 enum class Kind { boolean, integer, number, choice, text };
@@ -33,6 +34,7 @@ struct Parameter {
   std::string_view unit;  ///< e.g. "N/m"; empty for pure numbers and words
   double minimum;         ///< inclusive; for numbers and integers
   double maximum;         ///< inclusive; for numbers and integers
+  /// For choices; of a number, the words that it may be instead.
   std::span<const std::string_view> choices;
   std::span<const std::string_view> choice_help;  ///< one line for each of `choices`, or empty
   std::string_view symbol;                        ///< the paper's, or empty

@@ -18,7 +18,22 @@ rt::LiveParameters Settings::effectiveLive() const {
   rt::LiveParameters effective = live;
   effective.law = force.namedLaw();
   effective.handle.device_mass_kg = handle.effectiveDeviceMass_kg();
+  effective.standoff_clearance_m = standoffClearance_m(additions.fixtures);
   return effective;
+}
+
+const FixtureSettings* widestStandoff(const std::vector<FixtureSettings>& fixtures) {
+  const FixtureSettings* widest = nullptr;
+  for (const FixtureSettings& fixture : fixtures) {
+    if (fixture.kind != rt::FixtureKind::standoff || !fixture.enabled) continue;
+    if (widest == nullptr || fixture.clearance_m > widest->clearance_m) widest = &fixture;
+  }
+  return widest;
+}
+
+double standoffClearance_m(const std::vector<FixtureSettings>& fixtures) {
+  const FixtureSettings* const widest = widestStandoff(fixtures);
+  return widest != nullptr ? widest->clearance_m : 0;
 }
 
 double HandleSettings::effectiveDeviceMass_kg() const {

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/fixture_settings.h"
 #include "rt/parameters.h"
 #include "rt/words.h"
 
@@ -199,8 +200,13 @@ struct TraceSettings {
   double flight_recorder_s = 10;
 };
 
+/// Live. Distances at which people are warned of a forbidden region.
+struct ProximitySettings {
+  double warning_m = 0.01;  ///< 0: no warning before contact
+};
+
 /// The complete configuration. The parameter table (parameter_table.h) defines name, unit, range and default
-/// of each member.
+/// of each member, except the additions.
 struct Settings {
   ForceSettings force;
   rt::LiveParameters live;  ///< except the law: see effectiveLive()
@@ -213,8 +219,11 @@ struct Settings {
   ControlSettings control;
   StateSettings state;
   TraceSettings trace;
+  ProximitySettings proximity;
+  SceneAdditions additions;  ///< live
 
-  /// Returns `live` with the law configured in `force` and the mass of the device.
+  /// Returns `live` with the law configured in `force`, the mass of the device and the clearance of the
+  /// stand-off fixtures.
   rt::LiveParameters effectiveLive() const;
 };
 

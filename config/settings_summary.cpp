@@ -19,6 +19,10 @@ std::string shown(const Parameter& parameter, const Value& value) {
   return parameter.kind == Kind::text ? inQuotes(std::get<std::string>(value)) : toText(value);
 }
 
+std::string counted(std::size_t count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 }  // namespace
 
 std::string SettingsSummary::differencesText() const {
@@ -31,14 +35,18 @@ std::string SettingsSummary::differencesText() const {
 }
 
 std::string SettingsSummary::text() const {
-  const std::string count = fmt::format("{} parameter{} set", set, set == 1 ? "" : "s");
+  std::string count = counted(set, "parameter") + " set";
+  if (fixtures > 0) count += ", " + counted(fixtures, "fixture");
+  if (regions > 0) count += ", " + counted(regions, "tissue region");
   if (differences.empty()) return count + ", none differs from the defaults";
   return fmt::format("{}, {} {} from the defaults: {}", count, differences.size(),
                      differences.size() == 1 ? "differs" : "differ", differencesText());
 }
 
 SettingsSummary summaryOf(const Configuration& configuration) {
-  SettingsSummary summary{configuration.parameters_set, {}};
+  const SceneAdditions& additions = configuration.settings.additions;
+  SettingsSummary summary{
+      configuration.parameters_set, additions.fixtures.size(), additions.regions.size(), {}};
   for (const Parameter& parameter : parameterTable()) {
     const Value value = parameter.get(configuration.settings);
     const Value usual = parameter.defaultValue();

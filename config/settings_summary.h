@@ -12,7 +12,9 @@ namespace hapticd::config {
 /// Summary of a configuration's differences from the defaults, so that people can check that all their
 /// settings took effect.
 struct SettingsSummary {
-  std::size_t set = 0;                   ///< number of parameters set by the file and the overrides
+  std::size_t set = 0;  ///< number of parameters set by the file and the overrides
+  std::size_t fixtures = 0;
+  std::size_t regions = 0;
   std::vector<std::string> differences;  ///< e.g. "safety.max_force_n = 1 (default 4)", in the table's order
 
   /// Returns the first of them, joined, and the number of the others; empty if none differs.

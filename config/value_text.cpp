@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace hapticd::config {
 namespace {
@@ -108,6 +111,24 @@ std::string inQuotes(std::string_view text) {
     shown += nextShown(text, at);
   }
   return shown + '"';
+}
+
+std::optional<double> yamlNumberFrom(std::string_view text) {
+  if (text == ".nan" || text == ".NaN" || text == ".NAN") return std::nan("");
+  std::string_view rest = text;
+  if (rest.starts_with('+')) rest.remove_prefix(1);
+  const bool signed_twice = rest.size() != text.size() && rest.starts_with('-');
+  const std::string_view magnitude = rest.starts_with('-') ? rest.substr(1) : rest;
+  if (magnitude == ".inf" || magnitude == ".Inf" || magnitude == ".INF") return HUGE_VAL;
+  double number = 0;
+  const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
+  if (signed_twice || failure == std::errc::invalid_argument || end != rest.data() + rest.size()) {
+    return std::nullopt;
+  }
+  // Too large for a double, or too small to be distinguished from zero by any parameter's range; both are
+  // refused.
+  if (failure == std::errc::result_out_of_range) return std::numeric_limits<double>::max();
+  return number;
 }
 
 std::string numberText(double number) {

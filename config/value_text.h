@@ -29,6 +29,10 @@ std::optional<std::size_t> firstInvalidUtf8(std::string_view text);
 /// Returns true for the bytes 0x00..0x1f and 0x7f.
 bool isControlCharacter(char character);
 
+/// Returns the number in a text of the forms of YAML 1.2, or nothing: decimal numbers, and .inf and .nan,
+/// which are recognised so that messages can name them.
+std::optional<double> yamlNumberFrom(std::string_view text);
+
 /// Returns the shortest decimal form that reads back as the same number: "500", "0.04", "1e-07".
 std::string numberText(double number);
 

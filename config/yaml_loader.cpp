@@ -67,8 +67,9 @@ Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names
 class Loading {
  public:
   /// `belongs`: whether the file may contain a parameter; empty: any.
-  explicit Loading(std::string file_name, std::function<bool(const Parameter&)> belongs = {})
-      : file_name_(std::move(file_name)), belongs_(std::move(belongs)) {}
+  explicit Loading(std::string file_name, std::function<bool(const Parameter&)> belongs = {},
+                   bool with_additions = true)
+      : file_name_(std::move(file_name)), belongs_(std::move(belongs)), with_additions_(with_additions) {}
 
   void take(const YamlFile& file) {
     complete_ = file.complete;
@@ -76,6 +77,7 @@ class Loading {
       report(problem.line, Error{shortened(problem.where), problem.what, problem.remedy});
       refused_.insert(problem.where);
     }
+    takeAdditions(file);
     for (const YamlGroup& group : file.groups) checkGroup(group);
     for (const YamlEntry& entry : file.entries) takeEntry(entry);
   }
@@ -103,12 +105,12 @@ class Loading {
   }
 
   std::expected<Configuration, std::vector<Error>> finish() && {
-    if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size()};
+    if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size() - addition_groups_};
     return std::unexpected(sortedErrors());
   }
 
-  std::expected<std::vector<Assignment>, std::vector<Error>> finishAssignments() && {
-    if (errors_.empty()) return std::move(assignments_);
+  std::expected<SettingsPart, std::vector<Error>> finishPart() && {
+    if (errors_.empty()) return SettingsPart{std::move(assignments_), std::move(additions_)};
     return std::unexpected(sortedErrors());
   }
 
@@ -148,7 +150,25 @@ class Loading {
     errors_.emplace_back(line, std::move(error));
   }
 
+  void takeAdditions(const YamlFile& file) {
+    AdditionsRead read = additionsIn(file);
+    for (PlacedAdditionError& error : read.errors) report(error.line, std::move(error.error.error));
+    if (!read.errors.empty()) refused_.insert({"fixtures", "regions"});
+    additions_ = std::move(read.lists);
+    additions_.applyTo(settings_.additions);
+  }
+
+  // The lists are read by takeAdditions().
+  void placeAdditions(const YamlGroup& group) {
+    if (!with_additions_) {
+      report(group.line,
+             {group.name, "is not part of this file", "remove it; it belongs in hapticd.yaml or a profile"});
+    }
+    if (set_at_.emplace(group.name, Place{group.line, placeOf(group.line)}).second) ++addition_groups_;
+  }
+
   void checkGroup(const YamlGroup& group) {
+    if (isAdditionGroup(group.name)) return placeAdditions(group);
     const std::vector<std::string> names = groupNames();
     if (std::ranges::find(names, group.name) == names.end()) {
       unknown_groups_.insert(group.name);
@@ -161,6 +181,9 @@ class Loading {
   }
 
   void takeEntry(const YamlEntry& entry) {
+    if (isAdditionGroup(entry.group)) {
+      return report(entry.line, {entry.group, "is a mapping", "write the path of a PGM file"});
+    }
     if (unknown_groups_.contains(entry.group)) return;
     const std::string name = entry.group + "." + entry.name;
     const Parameter* parameter = findParameter(name);
@@ -187,7 +210,7 @@ class Loading {
   static Result<Value> valueOf(const YamlEntry& entry, const Parameter& parameter) {
     const bool is_text = parameter.kind == Kind::text || parameter.kind == Kind::choice;
     Result<Value> value = parameter.parse(entry.value);
-    if (!value || is_text || !entry.quoted) return value;
+    if (!value || is_text || !entry.quoted || std::holds_alternative<std::string>(*value)) return value;
     return std::unexpected(
         Error{std::string(parameter.name),
               fmt::format("{} is text because of its quotes, write {} without them (allowed: {})",
@@ -211,6 +234,9 @@ class Loading {
   std::function<bool(const Parameter&)> belongs_;
   Settings settings_;
   std::vector<Assignment> assignments_;
+  bool with_additions_;  // the file may contain lists of SceneAdditions
+  AdditionLists additions_;
+  std::size_t addition_groups_ = 0;            // of those in set_at_
   bool complete_ = false;                      // the file was read to its end
   std::vector<std::pair<int, Error>> errors_;  // with the line, for sorting
   std::map<std::string, Place> set_at_;
@@ -252,9 +278,18 @@ std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view te
 
 std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
+  Loading loading(name, belongs, false);
+  loading.take(readYaml(text));
+  auto part = std::move(loading).finishPart();
+  if (!part) return std::unexpected(std::move(part.error()));
+  return std::move(part->assignments);
+}
+
+std::expected<SettingsPart, std::vector<Error>> partFromText(
+    std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
   Loading loading(name, belongs);
   loading.take(readYaml(text));
-  return std::move(loading).finishAssignments();
+  return std::move(loading).finishPart();
 }
 
 }  // namespace hapticd::config

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/addition_reader.h"
 #include "config/error.h"
 #include "config/file_content.h"
 #include "config/parameter_table.h"
@@ -22,12 +23,11 @@ struct Configuration {
   std::size_t parameters_set = 0;  ///< number set by the file and the overrides, each counted once
 };
 
-/// Loads settings from a YAML 1.2 file of the form `group: {name: value}`, at most 1 MiB, and then applies
-/// `overrides` of the form "group.name=value"; all other parameters keep their defaults. An empty file is
-/// valid. Numbers and truth values are written without quotes; anchors, aliases, tags and multiple documents
-/// are not supported.
-/// Errors: every problem of the file, each with file, line, value and allowed range; nothing is applied
-/// partially.
+/// Loads settings from a YAML 1.2 file of the form `group: {name: value}`, at most 1 MiB, which may also
+/// contain the lists of SceneAdditions, and then applies `overrides` of the form "group.name=value"; all
+/// other parameters keep their defaults. An empty file is valid. Numbers and truth values are written without
+/// quotes; anchors, aliases, tags and multiple documents are not supported. Errors: every problem of the
+/// file, each with file, line, value and allowed range; nothing is applied partially.
 std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::filesystem::path& file,
                                                                    std::span<const std::string> overrides,
                                                                    FileKind kind);
@@ -48,8 +48,19 @@ struct Assignment {
 /// Parses the assignments in a text of the same form, in order, to be applied to other settings; the caller
 /// must then check the rules between parameters (checkTogether). Messages call the text `name`. `belongs`:
 /// whether a parameter is allowed there.
-/// Errors: those of a configuration file, and parameters that are not allowed there.
+/// Errors: those of a configuration file, and parameters that are not allowed there, as the lists of
+/// SceneAdditions.
 std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
+    std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs);
+
+/// A part of a configuration: parameters, and lists of SceneAdditions.
+struct SettingsPart {
+  std::vector<Assignment> assignments;
+  AdditionLists additions;
+};
+
+/// The same for a text that may also contain the lists of SceneAdditions.
+std::expected<SettingsPart, std::vector<Error>> partFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs);
 
 }  // namespace hapticd::config

@@ -8,6 +8,7 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <sstream>
 
@@ -22,9 +23,15 @@ namespace {
 // parameters.
 constexpr int kMaxEvents = 5000;
 
+// The same within lists: 16 paths of 256 points have about 17'000.
+constexpr int kMaxListEvents = 25'000;
+
+constexpr std::array<std::string_view, 2> kListGroups{"fixtures", "regions"};
+
 // Ends the parser early; never leaves this file.
 struct TooManyEvents {
   int line;
+  int limit;
 };
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
@@ -34,7 +41,10 @@ constexpr std::string_view kForm = "write it as `group: {name: value}`, or the s
 // first value of a duplicate name and follows aliases.
 class EntryCollector final : public YAML::EventHandler {
  public:
-  explicit EntryCollector(YamlFile& file) : file_(file) {}
+  /// `whole`: the text is one node, instead of groups.
+  explicit EntryCollector(YamlFile& file, bool whole = false) : file_(file) {
+    if (whole) tree_.emplace();
+  }
 
   void OnDocumentStart(const YAML::Mark& mark) override { document_line_ = lineOf(mark); }
   void OnDocumentEnd() override {}
@@ -45,18 +55,26 @@ class EntryCollector final : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
     count(mark);
     problem(lineOf(mark), "aliases (*name) are not supported", "write the value where it is needed");
+    if (tree_) return endTreeIf(tree_->takeRefused(lineOf(mark)));
     takeScalar(std::nullopt);
   }
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
     count(mark);
+    if (tree_) return endTreeIf(tree_->takeNull(lineOf(mark)));
     takeNull(lineOf(mark));
   }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                 const std::string& value) override {
     count(mark);
-    const bool name = expected_ == Expected::group_key || expected_ == Expected::name_key;
-    source_.push_back({static_cast<std::size_t>(mark.pos), value, name});
-    if (isTagRefused(mark, tag)) {
+    const bool name =
+        tree_ ? tree_->expectsName() : expected_ == Expected::group_key || expected_ == Expected::name_key;
+    const bool in_list = tree_ || (expected_ == Expected::group_key && isListGroup(value));
+    source_.push_back({static_cast<std::size_t>(mark.pos), value, name, in_list});
+    const bool refused = isTagRefused(mark, tag);
+    if (tree_) {
+      endTreeIf(refused ? tree_->takeRefused(lineOf(mark))
+                        : tree_->takeScalar(value, tag == kQuotedTag, lineOf(mark)));
+    } else if (refused) {
       takeScalar(std::nullopt);
     } else {
       takeScalar(Scalar{value, tag == kQuotedTag, lineOf(mark)});
@@ -77,6 +95,11 @@ class EntryCollector final : public YAML::EventHandler {
   }
   void OnMapEnd() override { leave(); }
 
+  /// Keeps what has been read of a list before an error.
+  void endUnfinishedTree() {
+    if (tree_) endTreeIf(true);
+  }
+
   int documentLine() const { return document_line_; }
   const std::vector<SourceScalar>& source() const { return source_; }
 
@@ -95,7 +118,8 @@ class EntryCollector final : public YAML::EventHandler {
   static int lineOf(const YAML::Mark& mark) { return mark.line + 1; }
 
   void count(const YAML::Mark& mark) {
-    if (++events_ > kMaxEvents) throw TooManyEvents{lineOf(mark)};
+    const int limit = tree_ ? kMaxListEvents : kMaxEvents;
+    if (++(tree_ ? list_events_ : events_) > limit) throw TooManyEvents{lineOf(mark), limit};
   }
 
   bool isTagRefused(const YAML::Mark& mark, const std::string& tag) {
@@ -191,7 +215,11 @@ class EntryCollector final : public YAML::EventHandler {
 
   // Handles the beginning of a map or sequence.
   void enter(int line, bool map) {
-    if (skipped_levels_ > 0) {
+    const bool list = expected_ == Expected::group_value && group_ && isListGroup(*group_);
+    if (!tree_ && skipped_levels_ == 0 && list) tree_.emplace();
+    if (tree_) {
+      tree_->enter(line, map);
+    } else if (skipped_levels_ > 0) {
       ++skipped_levels_;
     } else if (map && expected_ == Expected::root) {
       expected_ = Expected::group_key;
@@ -218,7 +246,9 @@ class EntryCollector final : public YAML::EventHandler {
 
   // Handles the end of a map or sequence.
   void leave() {
-    if (skipped_levels_ > 0) {
+    if (tree_) {
+      endTreeIf(tree_->leave());
+    } else if (skipped_levels_ > 0) {
       if (--skipped_levels_ == 0) advance(std::nullopt);
     } else if (expected_ == Expected::name_key) {
       expected_ = Expected::group_key;
@@ -227,11 +257,23 @@ class EntryCollector final : public YAML::EventHandler {
     }
   }
 
+  void endTreeIf(bool complete) {
+    if (!complete) return;
+    const std::string name = group_.value_or("");
+    if (std::ranges::find(file_.lists, name, &YamlList::name) == file_.lists.end()) {
+      file_.lists.push_back({name, tree_->take()});
+    }
+    tree_.reset();
+    advance(std::nullopt);
+  }
+
   YamlFile& file_;
-  std::vector<SourceScalar> source_;  // all scalars in order
+  std::vector<SourceScalar> source_;     // all scalars in order
+  std::optional<YamlNodeBuilder> tree_;  // of the list that is being read
   Expected expected_ = Expected::root;
   int document_line_ = 0;
   int events_ = 0;
+  int list_events_ = 0;
   int skipped_levels_ = 0;            // number of levels inside something that has been reported already
   std::optional<std::string> group_;  // nothing: its name was unusable
   std::optional<Scalar> name_;        // nothing: the name was unusable
@@ -258,18 +300,19 @@ void parseDocument(std::string_view text, YamlFile& file, EntryCollector& collec
   file.complete = true;
 }
 
-void parse(std::string_view text, YamlFile& file) {
-  EntryCollector collector(file);
+void parse(std::string_view text, bool whole, YamlFile& file) {
+  EntryCollector collector(file, whole);
   std::optional<YamlProblem> syntax;
   try {
     parseDocument(text, file, collector);
   } catch (const TooManyEvents& stop) {
     file.problems.push_back({stop.line, "",
-                             fmt::format("more than {} names and values, not read any further", kMaxEvents),
-                             "check that this is the configuration file"});
+                             fmt::format("more than {} names and values, not read any further", stop.limit),
+                             "check that this is the right file"});
   } catch (const YAML::Exception& exception) {
     syntax = syntaxProblem(exception);
   }
+  collector.endUnfinishedTree();
   // If both find a problem, the first place is the cause: an unclosed quote affects later lines.
   if (file.problems.empty()) {
     auto problem = sourceProblem(text, collector.source(), file.complete);
@@ -281,16 +324,28 @@ void parse(std::string_view text, YamlFile& file) {
   if (syntax) file.problems.push_back(std::move(*syntax));
 }
 
-}  // namespace
-
-YamlFile readYaml(std::string_view text) {
+YamlFile read(std::string_view text, bool whole) {
   YamlFile file;
   for (ForbiddenBytes& find : forbiddenBytesIn(text)) {
     file.problems.push_back({find.line, "", std::move(find.what), std::move(find.remedy)});
   }
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  if (file.problems.empty()) parse(text, file);
+  if (file.problems.empty()) parse(text, whole, file);
   return file;
+}
+
+}  // namespace
+
+bool isListGroup(std::string_view name) {
+  return std::ranges::find(kListGroups, name) != kListGroups.end();
+}
+
+YamlFile readYaml(std::string_view text) {
+  return read(text, false);
+}
+
+YamlFile readYamlNode(std::string_view text) {
+  return read(text, true);
 }
 
 }  // namespace hapticd::config

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "config/yaml_node.h"
+
 namespace hapticd::config {
 
 /// One `name: value` of a file of the form `group: {name: value}`.
@@ -24,6 +26,12 @@ struct YamlGroup {
   std::optional<std::string> scalar;  ///< scalar in place of the group's entries: `group: scalar`
 };
 
+/// One group whose value is a list of mappings, for example `fixtures: [{name: nerve}]`.
+struct YamlList {
+  std::string name;
+  YamlNode node;  ///< a list, or whatever is written in its place
+};
+
 /// A problem in a line; line 0: of the file as a whole.
 struct YamlProblem {
   int line = 0;
@@ -36,12 +44,20 @@ struct YamlProblem {
 struct YamlFile {
   std::vector<YamlGroup> groups;   ///< each once, including empty ones
   std::vector<YamlEntry> entries;  ///< each once
+  std::vector<YamlList> lists;     ///< each at its first occurrence; their names are also in `groups`
   std::vector<YamlProblem> problems;
   bool complete = false;  ///< read to the end; false after an error from which no parser can recover
 };
 
-/// Reads the form `group: {name: value}` without knowledge of the names: any other element of YAML, and every
-/// duplicate group or name, is a problem.
+/// Returns whether the value of the group `name` is a list of mappings.
+bool isListGroup(std::string_view name);
+
+/// Reads the form `group: {name: value}` without knowledge of the names, except those of the groups that are
+/// lists: any other element of YAML, and every duplicate group or name, is a problem. Within the lists, the
+/// reader of the nodes finds duplicates and unsuitable forms.
 YamlFile readYaml(std::string_view text);
+
+/// Reads a text that consists of one mapping or list of any form, in `lists` under an empty name.
+YamlFile readYamlNode(std::string_view text);
 
 }  // namespace hapticd::config

@@ -21,10 +21,14 @@ class SourceWalk {
   SourceWalk(std::string_view text, std::span<const SourceScalar> scalars) : text_(text), scalars_(scalars) {}
 
   std::optional<SourceProblem> run(bool complete) {
+    bool was_in_list = false;
     for (const SourceScalar& scalar : scalars_) {
       if (scalar.at < at_ || scalar.at >= text_.size()) return notUnderstood();
+      in_list_ = was_in_list || scalar.in_list;
       if (!passTo(scalar.at) || !pass(scalar)) return problem_;
+      was_in_list = scalar.in_list;
     }
+    in_list_ = was_in_list;
     if (!complete) return std::nullopt;
     if (!passTo(text_.size())) return problem_;
     if (has_version_ && !begun_) {
@@ -62,8 +66,12 @@ class SourceWalk {
         if (at_ > end) return fail("a comment was parsed as a value", "put the value in quotes");
       } else if (before() == '\n' && isMarker()) {
         at_ += restOfLine().starts_with("%") ? restOfLine().size() : 3;
-      } else if (current() == '{' && !mayBeginValue() && !isIndentedGroup()) {
+      } else if ((current() == '{' || (in_list_ && current() == '[')) && !mayBeginValue() &&
+                 !isIndentedGroup()) {
         return failValueElsewhere();
+      } else if (in_list_ && isDash()) {
+        behind_name_ = true;
+        ++at_;
       } else if (!passSign()) {
         return failHere();
       }
@@ -85,17 +93,26 @@ class SourceWalk {
 
   bool passSign() {
     const char sign = current();
-    if (sign == '{') {
+    if (!in_list_ && (sign == '[' || sign == ']')) return false;
+    if (sign == '{' || sign == '[') {
       ++depth_;
       name_column_.reset();
     }
-    if (sign == '}' && --depth_ < 0) return false;
+    if ((sign == '}' || sign == ']') && --depth_ < 0) return false;
     if (sign == ',' && depth_ == 0) return false;
-    constexpr std::string_view kSigns = " \t\r\n{},~";
+    constexpr std::string_view kSigns = " \t\r\n{}[],~";
     if (!kSigns.contains(sign)) return false;
     if (sign == '\n') behind_name_ = false;
     ++at_;
     return true;
+  }
+
+  /// Recognises the mark of an item of a list.
+  bool isDash() const {
+    if (depth_ > 0 || !restOfLine().starts_with('-')) return false;
+    if (restOfLine().size() > 1 && !kBlanks.contains(restOfLine()[1])) return false;
+    const std::string_view before_it = text_.substr(at_ - column(), column());
+    return before_it.find_first_not_of(" -") == std::string_view::npos;
   }
 
   std::size_t column() const {
@@ -127,7 +144,8 @@ class SourceWalk {
   }
 
   bool isEndOfValue() const {
-    return current() == '\n' || current() == ',' || current() == '}' || kBlanks.contains(current());
+    return current() == '\n' || current() == ',' || current() == '}' || (in_list_ && current() == ']') ||
+           kBlanks.contains(current());
   }
 
   bool passColon(bool quoted) {
@@ -175,7 +193,8 @@ class SourceWalk {
   bool has_version_ = false;                // from a line %YAML, which must be followed by a line ---
   bool begun_ = false;                      // by a line ---
   bool in_entries_ = false;                 // after the first name
-  bool behind_name_ = false;                // on its line
+  bool behind_name_ = false;                // on its line, or on that of an item's dash
+  bool in_list_ = false;                    // the last or the next scalar is part of a list
   std::optional<std::size_t> name_column_;  // of the name whose value is expected; nothing in braces
   SourceProblem problem_;
 };

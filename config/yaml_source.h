@@ -13,7 +13,8 @@ namespace hapticd::config {
 struct SourceScalar {
   std::size_t at = 0;  ///< offset of its first byte, including its quote if it has one
   std::string value;
-  bool name = false;  ///< a colon must follow
+  bool name = false;     ///< a colon must follow
+  bool in_list = false;  ///< the punctuation of lists may be beside it
 };
 
 /// A part of a text that the parser did not understand as written.
@@ -26,8 +27,9 @@ struct SourceProblem {
 /// Compares a text with the parser's `scalars`, in order. yaml-cpp silently skips what it cannot interpret,
 /// and quoted text may extend over lines; in both cases names would vanish. Therefore each scalar must be on
 /// one line, as its value indicates, followed by a colon if it is a name, and only blanks, comments and the
-/// punctuation of maps may be between them. Returns the first place that violates this. `complete`: the
-/// parser has reached the end of the text; otherwise, what follows the last scalar is not checked.
+/// punctuation of maps (and of lists, beside scalars of lists) may be between them. Returns the first place
+/// that violates this. `complete`: the parser has reached the end of the text; otherwise, what follows the
+/// last scalar is not checked.
 std::optional<SourceProblem> sourceProblem(std::string_view text, std::span<const SourceScalar> scalars,
                                            bool complete);
 

@@ -8,8 +8,13 @@
 namespace hapticd::config {
 namespace {
 
-/// Returns a double-quoted scalar of YAML 1.2, which can hold any text.
-std::string quoted(const std::string& text) {
+std::string scalar(const Parameter& parameter, const Value& value) {
+  return parameter.kind == Kind::text ? quotedText(std::get<std::string>(value)) : toText(value);
+}
+
+}  // namespace
+
+std::string quotedText(const std::string& text) {
   std::string out = "\"";
   for (const char character : text) {
     if (character == '"' || character == '\\') out += '\\';
@@ -21,12 +26,6 @@ std::string quoted(const std::string& text) {
   }
   return out + '"';
 }
-
-std::string scalar(const Parameter& parameter, const Value& value) {
-  return parameter.kind == Kind::text ? quoted(std::get<std::string>(value)) : toText(value);
-}
-
-}  // namespace
 
 std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen) {
   std::string text;

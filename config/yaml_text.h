@@ -9,6 +9,9 @@
 
 namespace hapticd::config {
 
+/// Returns a double-quoted scalar of YAML 1.2, which can hold any text.
+std::string quotedText(const std::string& text);
+
 /// Returns the parameters selected by `chosen` (all if it is empty) as a file that loadSettings() reads back
 /// to the same values.
 std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen = {});

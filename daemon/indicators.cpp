@@ -48,7 +48,8 @@ LedPattern cameraPattern(const BoxCondition& condition) {
 
 LedPattern contactPattern(const BoxCondition& condition) {
   if (condition.mode != Mode::engaged) return LedPattern::off;
-  return condition.in_contact ? LedPattern::on : LedPattern::slow_blink;
+  if (condition.in_contact) return LedPattern::on;
+  return condition.near_fixture ? LedPattern::double_blink : LedPattern::slow_blink;
 }
 
 LedPattern faultPattern(const BoxCondition& condition) {
@@ -97,7 +98,10 @@ BoxCondition ConditionWatch::follow(const BoxStatus& status, std::int64_t time_n
   if (status.camera.damaged_frames > damaged_frames_) last_damage_ns_ = time_ns;
   BoxCondition condition;
   condition.mode = status.loop.tick.mode;
-  condition.in_contact = contact_ticks > contact_ticks_;
+  const FixtureStatus& fixtures = status.fixtures;
+  condition.in_contact =
+      contact_ticks > contact_ticks_ || (fixtures.force_n > 0 && !fixtures.in_contact.empty());
+  condition.near_fixture = fixtures.warning;
   condition.camera = status.camera.state;
   condition.frames_damaged = last_damage_ns_ && time_ns - *last_damage_ns_ < kDamageShown_ns;
   condition.warned = !status.warnings.empty();

@@ -19,6 +19,7 @@ std::expected<Reload, std::vector<config::Error>> reloaded(const config::Setting
     parameter.set(reload.settings, new_value);
     reload.changes.push_back({parameter.name, config::toText(old_value), config::toText(new_value)});
   }
+  reload.settings.additions = loaded.additions;
   if (auto errors = config::checkTogether(reload.settings); !errors.empty())
     return std::unexpected(std::move(errors));
   return reload;

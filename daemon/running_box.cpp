@@ -22,6 +22,7 @@
 #include "drivers/make_camera.h"
 #include "drivers/make_handle.h"
 #include "drivers/make_led_panel.h"
+#include "drivers/trace/additions.h"
 #include "drivers/trace/trace_format.h"
 #include "rt/haptic_core.h"
 #include "rt/law_table.h"
@@ -58,6 +59,7 @@ drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::
   record.engage = directive.engage;
   record.engage_inside = directive.engage_inside;
   record.engage_request = directive.engage_request;
+  record.standoff_clearance_m = directive.parameters.standoff_clearance_m;
   config::Settings used = settings;
   used.live = directive.parameters;
   used.force.law = directive.parameters.law;
@@ -75,6 +77,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       faults_(std::move(faults)),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
+      added_scene_(*control_, depth_model_, settings.camera.pose),
       scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
                     focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
@@ -88,6 +91,8 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
     handle_ = faults_->around(std::move(handle_));
   }
   directive_.engage = settings.control.engage_at_start;
+  added_scene_.apply(settings_.additions);
+  recordAdditions();
   decideLaw();
 }
 
@@ -177,8 +182,31 @@ std::uint64_t RunningBox::sendDirective() {
 std::uint64_t RunningBox::apply(const config::Settings& settings) {
   settings_.force = settings.force;
   settings_.live = settings.live;
+  settings_.proximity = settings.proximity;
+  return applyAdditions(settings.additions);
+}
+
+/// Every change of the fixtures and regions comes through here, except the stiffness that estimators feed.
+std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions) {
+  settings_.additions = additions;
+  added_scene_.apply(additions);
+  recordAdditions();
   decideLaw();
   return sendDirective();
+}
+
+void RunningBox::recordAdditions() {
+  const rt::FixtureSet& fixtures = added_scene_.fixtures();
+  const rt::TissueMap& tissue = added_scene_.tissue();
+  if (std::pair(fixtures.generation, tissue.generation) == recorded_additions_) return;
+  recorded_additions_ = {fixtures.generation, tissue.generation};
+  trace_.add(drivers::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));
+}
+
+void RunningBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+  settings_.additions.regions = regions;
+  added_scene_.applyStiffness(regions);
+  recordAdditions();
 }
 
 rt::LiveParameters RunningBox::live() const {
@@ -189,8 +217,7 @@ void RunningBox::decideLaw() {
   constexpr double kUsualDistance_m = 1;
   const double class_m =
       distance_class_m_ > 0 ? distance_class_m_ : config::distanceClass_m(kUsualDistance_m, 0);
-  law_decision_ = config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),
-                                    settings_.live.springs.stiffness_n_per_m, class_m);
+  law_decision_ = config::chooseLaw(settings_, class_m);
 }
 
 /// Chooses the law again when the surface in contact is in another class of distances.
@@ -247,6 +274,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
     if (on_tick) on_tick(tick);
   }
   adaptToDistance();
+  if (added_scene_.takeLabels()) recordAdditions();
   sampleRate();
   showLeds();
 }
@@ -294,6 +322,9 @@ BoxStatus RunningBox::condition() {
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
+  status.fixtures = added_scene_.fixtureStatus(status.loop.tick, settings_.proximity.warning_m);
+  status.tissue = added_scene_.tissueStatus(status.loop.tick);
+  status.tissue.feed = feed_status_;
   status.warnings = warnings(status);
   return status;
 }
@@ -339,6 +370,7 @@ drivers::TraceOptions RunningBox::describeTrace() const {
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   std::vector<std::string> list = notices_;
   if (faults_) list.push_back(faults_->notice());
+  if (!added_scene_.warning().empty()) list.push_back(added_scene_.warning());
   const std::vector<std::string> found =
       warningsOf(status, {.settings = settings_,
                           .live = directive_.parameters,

@@ -15,6 +15,7 @@
 
 #include "config/law_choice.h"
 #include "config/settings.h"
+#include "daemon/added_scene.h"
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
@@ -62,11 +63,19 @@ class RunningBox final : public Box {
   /// Sets the warnings of the status that come from outside the box; replaces those given before.
   void setNotices(std::vector<std::string> notices) { notices_ = std::move(notices); }
   void setControlStatus(const ControlStatus& status) { control_status_ = status; }
+  void setFeedStatus(const FeedStatus& status) { feed_status_ = status; }
 
   BoxStatus status() override;
   const config::Settings& settings() const override { return settings_; }
   std::uint64_t apply(const config::Settings& settings) override;
+  const config::SceneAdditions& additions() const override { return settings_.additions; }
+  AdditionGenerations additionGenerations() const override { return added_scene_.generations(); }
+  std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
+  void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
   std::uint64_t engage(bool engaged, bool inside) override;
+  std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {
+    return added_scene_.regionAt(position_m_in_world);
+  }
   std::uint64_t acknowledgedGeneration() override;
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<config::Result<std::string>> stopTrace() override;
@@ -92,6 +101,8 @@ class RunningBox final : public Box {
   config::Result<void> startForceThread();
   config::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
+  /// Puts the fixtures and regions into the trace where they have changed.
+  void recordAdditions();
   /// The parameters for the force loop: the settings, with the law that `auto` has chosen.
   rt::LiveParameters live() const;
   void decideLaw();
@@ -118,6 +129,8 @@ class RunningBox final : public Box {
   rt::TripleBuffer<rt::Vec3> focus_;
   drivers::HandleChannels handle_channels_;
   std::unique_ptr<rt::ControlChannels> control_;
+  AddedScene added_scene_;
+  std::pair<std::uint64_t, std::uint64_t> recorded_additions_;  // their generations in the trace
   rt::CoreMemoryChannel core_memory_;
   SceneThread scene_thread_;
   std::unique_ptr<drivers::Camera> camera_;
@@ -141,6 +154,7 @@ class RunningBox final : public Box {
   std::int64_t led_patterns_ns_ = 0;  // when led_patterns_ were chosen
   std::vector<std::string> notices_;
   ControlStatus control_status_;
+  FeedStatus feed_status_;
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring buffer that spans about a second
   std::size_t next_sample_ = 0;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "daemon/base/names.h"
+#include "daemon/control/addition_change.h"
 #include "daemon/control/peer.h"
 #include "daemon/journal.h"
 #include "daemon/reload.h"
@@ -131,6 +132,7 @@ void Service::noteControl(Clock::time_point now) {
   control_status_.connections = server_->connections();
   control_status_.refused_connections = server_->refused();
   box_.setControlStatus(control_status_);
+  box_.setFeedStatus(control_.feedStatus());
 }
 
 void Service::checkForChanges(Clock::time_point now) {
@@ -176,12 +178,16 @@ void Service::applyReload(const StartSettings& loaded) {
   if (pose_registered_ || loaded.registration) settings.camera.pose = box_.settings().camera.pose;
   const auto reload = reloaded(box_.settings(), settings);
   if (!reload) return refuseReload(reload.error());
+  const auto differences = differencesOf(box_.additions(), reload->settings.additions);
   box_.apply(reload->settings);
   for (const Reload::Change& change : reload->changes) {
     report({Priority::notice,
             fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
             EventKind::parameter,
             {{"PARAMETER", std::string(change.name)}, {"OLD", change.old_value}, {"NEW", change.new_value}}});
+  }
+  for (const AdditionDifference& difference : differences) {
+    report({Priority::notice, "by reload " + difference.text(), difference.kind, difference.fields()});
   }
   notices_ = loaded.notices;
   if (!reload->waiting.empty()) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <future>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "config/error.h"
+#include "config/fixture_settings.h"
 #include "config/parameter_table.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
@@ -69,6 +71,35 @@ struct LawStatus {
   double distance_m = 0;        ///< from the camera to the proxy; 0: not known
   /// Stiffness at the hand: k_s times motion and force scale, reduced as far as the handle's delay demands.
   double hand_stiffness_n_per_m = 0;
+};
+
+/// The virtual fixtures, as people see them.
+struct FixtureStatus {
+  std::uint64_t generation = 0;         ///< of the set of fixtures
+  std::uint64_t count = 0;              ///< all of them
+  std::uint64_t enabled = 0;            ///< those that are enabled
+  std::vector<std::string> in_contact;  ///< names of those that hold the HIP back or guide it
+  std::string nearest;                  ///< name of the nearest forbidden region; empty: none, or not known
+  /// From the HIP to its boundary, negative inside the forbidden region; infinite: none, or not known.
+  double distance_m = std::numeric_limits<double>::infinity();
+  bool warning = false;         ///< distance_m is below fixtures.warning_m
+  double force_n = 0;           ///< magnitude of the force of all forbidden regions
+  double guidance_force_n = 0;  ///< magnitude of the force of all guidance fixtures
+};
+
+/// Counters of the measured stiffness that estimators feed.
+struct FeedStatus {
+  std::uint64_t accepted = 0;  ///< samples
+  std::uint64_t limited = 0;   ///< samples refused because they came too fast
+  std::uint64_t outside = 0;   ///< samples refused because no region contains their position
+};
+
+/// The tissue regions, as people see them.
+struct TissueStatus {
+  std::uint64_t generation = 0;  ///< of the list of regions
+  std::uint64_t count = 0;       ///< of regions
+  std::string in_contact;        ///< name of the region with the largest share of the contact; empty: none
+  FeedStatus feed;
 };
 
 /// How an LED blinks; isLit() (indicators.h) defines the times.
@@ -173,6 +204,14 @@ struct BoxStatus {
   IndicatorStatus leds;
   TraceStatus trace;
   ControlStatus control;
+  FixtureStatus fixtures;
+  TissueStatus tissue;
+};
+
+/// Counts the changes of the fixtures and of the tissue regions.
+struct AdditionGenerations {
+  std::uint64_t fixtures = 0;
+  std::uint64_t regions = 0;  ///< without changes of their stiffness by applyStiffness()
 };
 
 /// The running box as the control API uses it.
@@ -183,8 +222,19 @@ class Box {
   virtual BoxStatus status() = 0;
   /// The current parameters; those that only a restart changes have their values from the start.
   virtual const config::Settings& settings() const = 0;
-  /// Hands the changed live parameters to the force loop. Returns the generation to wait for.
+  /// Hands the changed live parameters, fixtures and regions to the force loop. Returns the generation to
+  /// wait for.
   virtual std::uint64_t apply(const config::Settings& settings) = 0;
+  /// The fixtures and tissue regions in use.
+  virtual const config::SceneAdditions& additions() const = 0;
+  virtual AdditionGenerations additionGenerations() const = 0;
+  /// Hands checked fixtures and regions to the force loop, which replace all others. Returns the generation
+  /// to wait for.
+  virtual std::uint64_t applyAdditions(const config::SceneAdditions& additions) = 0;
+  /// The region of additions() that covers a position, as an index; nothing: none does.
+  virtual std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const = 0;
+  /// Hands regions to the force loop that differ in their stiffness and damping only. Nobody waits for it.
+  virtual void applyStiffness(const std::vector<config::RegionSettings>& regions) = 0;
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
   /// nothing while the box is engaged or holding. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;

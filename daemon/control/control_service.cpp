@@ -27,12 +27,13 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       snapshots_(box),
       depth_(box),
       parameters_(context_),
+      additions_(context_),
       traces_(context_),
       profiles_(context_, worker_),
       calibration_(context_, worker_, options.calibration) {
   for (auto&& theme : {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(),
-                       snapshots_.methods(), depth_.methods(), parameters_.methods(), traces_.methods(),
-                       profiles_.methods(), calibration_.methods()}) {
+                       snapshots_.methods(), depth_.methods(), parameters_.methods(), additions_.methods(),
+                       traces_.methods(), profiles_.methods(), calibration_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }
@@ -69,6 +70,7 @@ void ControlService::closed(ConnectionId connection) {
 }
 
 void ControlService::periodic(Replies& replies) {
+  additions_.periodic();
   context_.pending.answer(replies);
   snapshots_.feed(replies);
   depth_.feed(replies);

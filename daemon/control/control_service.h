@@ -8,6 +8,7 @@
 
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
+#include "daemon/control/addition_methods.h"
 #include "daemon/control/calibration_methods.h"
 #include "daemon/control/depth_streams.h"
 #include "daemon/control/event_streams.h"
@@ -56,6 +57,7 @@ class ControlService final : public CallHandler {
 
   /// Warnings for the status that come from calls of this service, each with its remedy.
   std::vector<std::string> warnings() const { return calibration_.warnings(); }
+  const FeedStatus& feedStatus() const { return additions_.feedStatus(); }
   const std::vector<Method>& methods() const { return methods_; }
 
  private:
@@ -69,6 +71,7 @@ class ControlService final : public CallHandler {
   SnapshotStreams snapshots_;
   DepthStreams depth_;
   ParameterMethods parameters_;
+  AdditionMethods additions_;
   TraceMethods traces_;
   ProfileMethods profiles_;
   CalibrationMethods calibration_;

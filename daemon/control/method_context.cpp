@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "config/parameter_table.h"
+#include "daemon/control/addition_change.h"
 
 namespace hapticd::daemon {
 
@@ -34,6 +35,14 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
               {{"PARAMETER", std::string(parameter.name)}, {"OLD", old_text}, {"NEW", new_text}});
   }
   return changed;
+}
+
+void logAdditions(const MethodContext& context, const Caller& caller, const std::string& change,
+                  const config::SceneAdditions& before, const config::SceneAdditions& after) {
+  const std::string begin = change.empty() ? "" : change + " ";
+  for (const AdditionDifference& difference : differencesOf(before, after)) {
+    logChange(context, caller, begin + difference.text(), difference.kind, difference.fields());
+  }
 }
 
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,

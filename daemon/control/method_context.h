@@ -32,6 +32,11 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
                                        const std::string& change, const config::Settings& before,
                                        const config::Settings& after);
 
+/// Logs each fixture and region that differs. `change`: stands before the verb of each entry ("loads profile
+/// soft, which"); may be empty.
+void logAdditions(const MethodContext& context, const Caller& caller, const std::string& change,
+                  const config::SceneAdditions& before, const config::SceneAdditions& after);
+
 /// Waits until the force loop has taken over `generation`, then answers with `reply()`; after the time-out
 /// with io.hapticd.Control.NotApplied.
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,

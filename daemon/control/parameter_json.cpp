@@ -127,7 +127,7 @@ std::string reasonOf(const config::Error& error) {
 OrderedJson parameterJson(const config::Parameter& parameter, const config::Settings& settings) {
   const bool numeric = parameter.kind == config::Kind::integer || parameter.kind == config::Kind::number;
   OrderedJson choices;
-  if (parameter.kind == config::Kind::choice) {
+  if (!parameter.choices.empty()) {
     choices = OrderedJson::array();
     for (const std::string_view choice : parameter.choices) choices.push_back(std::string(choice));
   }

@@ -27,17 +27,35 @@ Reply listReply(const config::Result<std::vector<ProfileEntry>>& entries) {
   return {"", {{"profiles", std::move(profiles)}}};
 }
 
-/// "name=value, name=value" of the parameters in `some` whose values in `others` differ or are absent; empty
-/// for a profile that could not be read.
+std::string namesOf(const auto& additions) {
+  std::vector<std::string> names;
+  for (const auto& addition : additions) names.push_back(addition.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// "name=value, name=value" of the parameters and lists in `some` whose values in `others` differ or are
+/// absent; empty for a profile that could not be read.
 std::string differences(const ProfileMethods::Loaded& some, const ProfileMethods::Loaded& others) {
   std::vector<std::string> texts;
   if (!some) return {};
-  for (const auto& [parameter, value] : *some) {
+  for (const auto& [parameter, value] : some->assignments) {
     const auto alike = [&](const config::Assignment& other) {
       return other.parameter == parameter && other.value == value;
     };
-    if (others && std::ranges::any_of(*others, alike)) continue;
+    if (others && std::ranges::any_of(others->assignments, alike)) continue;
     texts.push_back(fmt::format("{}={}", parameter->name, config::toText(value)));
+  }
+  const config::AdditionLists none;
+  const config::AdditionLists& mine = some->additions;
+  const config::AdditionLists& theirs = others ? others->additions : none;
+  if (mine.fixtures && mine.fixtures != theirs.fixtures) {
+    texts.push_back(fmt::format("fixtures=[{}]", namesOf(*mine.fixtures)));
+  }
+  if (mine.regions && mine.regions != theirs.regions) {
+    texts.push_back(fmt::format("regions=[{}]", namesOf(*mine.regions)));
+  }
+  if (mine.label_image && mine.label_image != theirs.label_image) {
+    texts.push_back(fmt::format("label_image={}", *mine.label_image));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
 }
@@ -171,14 +189,20 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
                                                                  const Loaded& loaded) {
   if (!loaded) return std::unexpected(failed(kFailed, textOf(loaded.error())));
   config::Settings settings = context_.box.settings();
-  for (const auto& [parameter, value] : *loaded) parameter->set(settings, value);
+  for (const auto& [parameter, value] : loaded->assignments) parameter->set(settings, value);
+  loaded->additions.applyTo(settings.additions);
   if (const auto errors = config::checkTogether(settings); !errors.empty()) {
     return std::unexpected(failed(kFailed, textOf(errors)));
   }
-  const std::vector<std::string> changed = logParameters(
+  std::vector<std::string> changed = logParameters(
       context_, caller, fmt::format("sets, by profile {},", name), context_.box.settings(), settings);
+  logAdditions(context_, caller, fmt::format("by profile {}", name), context_.box.additions(),
+               settings.additions);
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
             config::EventKind::profile, {{"ACTION", "load"}, {"PROFILE", name}});
+  const config::SceneAdditions& before = context_.box.additions();
+  if (before.fixtures != settings.additions.fixtures) changed.emplace_back("fixtures");
+  if (before.regions != settings.additions.regions) changed.emplace_back("regions");
   const std::uint64_t generation = context_.box.apply(settings);
   return whenApplied(context_, generation, [generation, changed] {
     return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};

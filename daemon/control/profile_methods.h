@@ -20,7 +20,7 @@ class ProfileMethods {
   ProfileMethods(MethodContext& context, StateWorker& worker);
   std::vector<Method> methods();
 
-  using Loaded = std::expected<std::vector<config::Assignment>, std::vector<config::Error>>;
+  using Loaded = std::expected<config::SettingsPart, std::vector<config::Error>>;
 
  private:
   /// The log entry for a finished job.

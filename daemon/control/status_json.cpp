@@ -4,6 +4,7 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "config/law_choice.h"
@@ -18,6 +19,14 @@ namespace {
 
 OrderedJson vectorJson(const rt::Vec3& vector) {
   return {{"x", vector.x}, {"y", vector.y}, {"z", vector.z}};
+}
+
+OrderedJson finiteOrNull(double number) {
+  return std::isfinite(number) ? OrderedJson(number) : OrderedJson();
+}
+
+OrderedJson textOrNull(const std::string& text) {
+  return text.empty() ? OrderedJson() : OrderedJson(text);
 }
 
 OrderedJson latencyJson(const LatencySummary& latency) {
@@ -172,6 +181,29 @@ OrderedJson controlJson(const ControlStatus& control) {
           {"refusedConnections", refused_connections}};
 }
 
+OrderedJson fixturesJson(const FixtureStatus& fixtures) {
+  const auto& [generation, count, enabled, in_contact, nearest, distance_m, warning, force_n,
+               guidance_force_n] = fixtures;
+  return {{"generation", generation},
+          {"count", count},
+          {"enabled", enabled},
+          {"inContact", OrderedJson(in_contact)},
+          {"nearest", textOrNull(nearest)},
+          {"distanceM", finiteOrNull(distance_m)},
+          {"warning", warning},
+          {"forceN", force_n},
+          {"guidanceForceN", guidance_force_n}};
+}
+
+OrderedJson tissueJson(const TissueStatus& tissue) {
+  const auto& [generation, count, in_contact, feed] = tissue;
+  const auto& [accepted, limited, outside] = feed;
+  return {{"generation", generation},
+          {"count", count},
+          {"inContact", textOrNull(in_contact)},
+          {"feed", {{"accepted", accepted}, {"limited", limited}, {"outside", outside}}}};
+}
+
 OrderedJson privilegesJson(const rt::LoopPrivileges& privileges) {
   const auto& [realtime_scheduling, memory_locked, cpu] = privileges;
   return {{"realtimeScheduling", realtime_scheduling},
@@ -191,14 +223,18 @@ const std::string& kernelRelease() {
 }  // namespace
 
 /// Not shown here: mode and cause, which are at the top of the status; the ticks that the trace has lost,
-/// which are counted in the loop's status; what only the recording of a handle needs.
+/// which are counted in the loop's status; what only the recording of a handle needs; places of fixtures and
+/// regions in their sets, whose names are in the status.
 OrderedJson tickJson(const rt::Tick& tick) {
   const auto& [number, planned_ns, wakeup_latency_ns, compute_ns, directive_generation, trace_dropped, mode,
                cause, slew_limited, magnitude_clamped, not_finite, released, passivity_acted,
                thermally_limited, outside_model, stopping, after_overrun, blending, law, contact, points_used,
                scene_frame, scene_model, scene_age_ns, handle, hip, proxy, gain, energy_j, stiffness_limit,
                stiffness_gain, stiffness_rule, contact_damping, law_force, blended_force, damped_force,
-               scaled_force, passive_force, filtered_force, slewed_force, command_force] = tick;
+               scaled_force, passive_force, filtered_force, slewed_force, command_force, fixture_generation,
+               fixtures_in_contact, nearest_fixture, fixture_distance, fixture_proxy, fixture_force,
+               guidance_force, tissue_generation, tissue_region, cue_force, stiffness, stiffness_bound,
+               surface_noise] = tick;
   const auto& [handle_position, handle_velocity, handle_sequence, handle_time_ns, handle_session,
                handle_condition, buttons, delay_s, command_latency_ns, damps] = handle;
   const bool has_proxy = rt::hasProxy(law);
@@ -242,12 +278,23 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"passiveForceNInWorld", vectorJson(passive_force)},
           {"filteredForceNInWorld", vectorJson(filtered_force)},
           {"slewedForceNInWorld", vectorJson(slewed_force)},
-          {"commandForceNInWorld", vectorJson(command_force)}};
+          {"commandForceNInWorld", vectorJson(command_force)},
+          {"fixtureGeneration", fixture_generation},
+          {"fixtureDistanceM", finiteOrNull(fixture_distance)},
+          {"fixtureProxyMInWorld", vectorJson(fixture_proxy)},
+          {"fixtureForceNInWorld", vectorJson(fixture_force)},
+          {"guidanceForceNInWorld", vectorJson(guidance_force)},
+          {"tissueGeneration", tissue_generation},
+          {"cueForceNInWorld", vectorJson(cue_force)},
+          {"stiffnessNPerM", stiffness},
+          {"stiffnessBound", nameOf(stiffness_bound)},
+          {"surfaceNoiseM", surface_noise > 0 ? OrderedJson(surface_noise) : OrderedJson()}};
 }
 
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
-               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace, control] = status;
+               force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace, control, fixtures,
+               tissue] = status;
   const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause] =
       loop_state;
 
@@ -261,11 +308,23 @@ OrderedJson statusJson(const BoxStatus& status) {
        {"transitions", transitionsJson(loop_state)},
        {"traceTicksDropped", trace_ticks_dropped},
        {"pageFaults", force_thread_page_faults ? OrderedJson(*force_thread_page_faults) : OrderedJson()}});
-  return {{"mode", nameOf(tick.mode)},  {"cause", nameOf(tick.cause)},  {"warnings", OrderedJson(warnings)},
-          {"version", kProductVersion}, {"kernel", kernelRelease()},    {"uptimeS", uptime_s},
-          {"loop", std::move(loop)},    {"tick", tickJson(tick)},       {"camera", cameraJson(camera)},
-          {"scene", sceneJson(scene)},  {"handle", handleJson(handle)}, {"law", lawJson(law)},
-          {"leds", ledsJson(leds)},     {"trace", traceJson(trace)},    {"control", controlJson(control)}};
+  return {{"mode", nameOf(tick.mode)},
+          {"cause", nameOf(tick.cause)},
+          {"warnings", OrderedJson(warnings)},
+          {"version", kProductVersion},
+          {"kernel", kernelRelease()},
+          {"uptimeS", uptime_s},
+          {"loop", std::move(loop)},
+          {"tick", tickJson(tick)},
+          {"camera", cameraJson(camera)},
+          {"scene", sceneJson(scene)},
+          {"handle", handleJson(handle)},
+          {"law", lawJson(law)},
+          {"leds", ledsJson(leds)},
+          {"trace", traceJson(trace)},
+          {"control", controlJson(control)},
+          {"fixtures", fixturesJson(fixtures)},
+          {"tissue", tissueJson(tissue)}};
 }
 
 OrderedJson windowJson(const TickWindow& window) {

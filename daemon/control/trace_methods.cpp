@@ -20,7 +20,7 @@ constexpr const char* kFailed = "io.hapticd.Control.TraceFailed";
 constexpr std::size_t kLongestLabel = 64;
 constexpr std::size_t kMostListed = 1000;
 /// Largest size of the traces in a reply, so that it stays below kMaxReplyBytes.
-constexpr std::size_t kMostListedBytes = kMaxReplyBytes - 16 * 1024;
+constexpr std::size_t kMostListedBytes = 240 * 1024;
 constexpr std::size_t kLongestMark = 200;
 
 bool isLabel(std::string_view text) {

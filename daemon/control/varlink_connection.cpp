@@ -25,7 +25,7 @@ bool VarlinkConnection::receive() {
   taken_ = 0;
 
   const std::size_t held = input_.size();
-  const std::size_t room = kMaxCallBytes + 1 - held;
+  const std::size_t room = std::min(longestCall() + 1 - held, kMaxCallBytes + 1);
   if (room == 0) return false;
   input_.resize(held + room);
   ssize_t received = -1;
@@ -55,7 +55,7 @@ std::optional<std::string_view> VarlinkConnection::takeMessage() {
 }
 
 bool VarlinkConnection::overfull() const noexcept {
-  return input_.size() - taken_ > kMaxCallBytes && scanned_ == input_.size();
+  return input_.size() - taken_ > longestCall() && scanned_ == input_.size();
 }
 
 void VarlinkConnection::send(std::string_view message, int descriptor) {

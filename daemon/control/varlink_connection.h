@@ -12,6 +12,7 @@
 
 #include "config/descriptor.h"
 #include "daemon/control/listening_socket.h"
+#include "daemon/control/varlink_message.h"
 
 namespace hapticd::daemon {
 
@@ -30,9 +31,9 @@ struct Caller {
 };
 
 /// The bytes of one client: it splits the input into messages and keeps output that could not be sent yet.
-/// Both buffers are bounded: input by kMaxCallBytes, output by one reply and the end of a stream, because the
-/// next call is read only when the kernel has taken the previous reply. Thread: control thread only. Nothing
-/// here blocks or raises SIGPIPE.
+/// Both buffers are bounded: input by the longest call, output by one reply and the end of a stream, because
+/// the next call is read only when the kernel has taken the previous reply. Thread: control thread only.
+/// Nothing here blocks or raises SIGPIPE.
 class VarlinkConnection {
  public:
   VarlinkConnection(config::Descriptor socket, const Caller& caller);
@@ -81,6 +82,9 @@ class VarlinkConnection {
   config::Descriptor release() noexcept { return std::move(socket_); }
 
  private:
+  std::size_t longestCall() const noexcept {
+    return caller_.access == Access::control ? kMaxControlCallBytes : kMaxCallBytes;
+  }
   bool hasMessage() noexcept;
   ssize_t sendSome() noexcept;
 

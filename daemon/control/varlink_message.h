@@ -15,7 +15,9 @@ using Json = nlohmann::json;
 using OrderedJson = nlohmann::ordered_json;
 
 inline constexpr std::size_t kMaxCallBytes = 64 * 1024;  ///< without the NUL that ends it
-inline constexpr std::size_t kMaxReplyBytes = 256 * 1024;
+/// On connections that may control: a set of fixtures with long paths is changed in one call.
+inline constexpr std::size_t kMaxControlCallBytes = 512 * 1024;
+inline constexpr std::size_t kMaxReplyBytes = 512 * 1024;
 inline constexpr std::size_t kMaxCallDepth = 16;  ///< objects and arrays within each other
 
 /// A method call. At most one of `oneway` and `more` is set.

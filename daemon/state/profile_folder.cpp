@@ -91,10 +91,10 @@ config::Result<void> ProfileFolder::save(const std::string& name, const config::
                      "delete one that is not needed");
     }
   }
-  return replaceFile(fileOf(name), config::yamlText(settings, isLive));
+  return replaceFile(fileOf(name), config::yamlText(settings, isLive) + config::textOf(settings.additions));
 }
 
-std::expected<std::vector<config::Assignment>, std::vector<config::Error>> ProfileFolder::load(
+std::expected<config::SettingsPart, std::vector<config::Error>> ProfileFolder::load(
     const std::string& name) const {
   if (auto named = checkNamed(name); !named) return std::unexpected(std::vector{named.error()});
   if (!has(name)) {
@@ -103,12 +103,12 @@ std::expected<std::vector<config::Assignment>, std::vector<config::Error>> Profi
   }
   const auto content = readStateFile(fileOf(name));
   if (!content) return std::unexpected(std::vector{content.error()});
-  auto assignments = config::assignmentsFromText(content->value_or(""), fileOf(name).string(), isLive);
-  if (assignments && assignments->empty()) {
+  auto part = config::partFromText(content->value_or(""), fileOf(name).string(), isLive);
+  if (part && part->assignments.empty() && part->additions.empty()) {
     return std::unexpected(std::vector{
         config::Error{fileOf(name).string(), "names no parameter", "save the profile again, or delete it"}});
   }
-  return assignments;
+  return part;
 }
 
 config::Result<void> ProfileFolder::remove(const std::string& name) const {

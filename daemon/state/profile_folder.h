@@ -24,7 +24,8 @@ struct ProfileEntry {
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of the last change
 };
 
-/// The profiles in a state folder: named sets of live parameters, one of which may be applied at the start.
+/// The profiles in a state folder: named sets of live parameters, fixtures and tissue regions, one of which
+/// may be applied at the start.
 /// Errors of all functions: an invalid name, a failure of the disk.
 /// Thread: any, one at a time.  Progress: blocking.
 class ProfileFolder {
@@ -35,12 +36,12 @@ class ProfileFolder {
 
   /// All profiles, sorted by name; none if there is no such folder.
   config::Result<std::vector<ProfileEntry>> list() const;
-  /// Saves the live parameters of `settings`, and replaces a profile of that name.
+  /// Saves the live parameters and the additions of `settings`, and replaces a profile of that name.
   /// Errors: also more than kMostProfiles.
   config::Result<void> save(const std::string& name, const config::Settings& settings) const;
-  /// Loads a profile. Errors: also no such profile, and every problem in it.
-  std::expected<std::vector<config::Assignment>, std::vector<config::Error>> load(
-      const std::string& name) const;
+  /// Loads a profile; one without fixtures or regions leaves them as they are. Errors: also no such profile,
+  /// and every problem in it.
+  std::expected<config::SettingsPart, std::vector<config::Error>> load(const std::string& name) const;
   /// Deletes a profile. Errors: also no such profile, and that it is the boot profile.
   config::Result<void> remove(const std::string& name) const;
 

@@ -24,11 +24,12 @@ class Layers {
     }
   }
 
-  /// Sets those parameters that no override sets. If that breaks a rule between parameters, it sets none,
-  /// adds a notice and returns false.
-  bool add(const std::string& layer, const Assignments& assignments) {
+  /// Sets those parameters that no override sets, and the fixtures and regions. If that breaks a rule between
+  /// parameters, it sets none, adds a notice and returns false.
+  bool add(const std::string& layer, const config::SettingsPart& part) {
     config::Settings settings = start_.settings;
-    for (const auto& [parameter, value] : assignments) {
+    part.additions.applyTo(settings.additions);
+    for (const auto& [parameter, value] : part.assignments) {
       if (std::ranges::find(overridden_, parameter->name) == overridden_.end())
         parameter->set(settings, value);
     }
@@ -64,7 +65,7 @@ void addRegistration(StartSettings& start, Layers& layers, const std::filesystem
   auto registration = readRegistration(folder);
   if (!registration) return layers.leaveOut(kLayer, registration.error());
   if (!*registration) return;
-  if (layers.add(kLayer, poseAssignments((*registration)->T_world_camera))) {
+  if (layers.add(kLayer, {poseAssignments((*registration)->T_world_camera), {}})) {
     start.registration = std::move(*registration);
   }
 }
@@ -74,9 +75,9 @@ void addBootProfile(StartSettings& start, Layers& layers, const ProfileFolder& p
   if (!name) return layers.leaveOut("the boot profile", {name.error()});
   if (!*name) return;
   const std::string layer = "the boot profile " + **name;
-  const auto assignments = profiles.load(**name);
-  if (!assignments) return layers.leaveOut(layer, assignments.error());
-  if (layers.add(layer, *assignments)) start.boot_profile = **name;
+  const auto part = profiles.load(**name);
+  if (!part) return layers.leaveOut(layer, part.error());
+  if (layers.add(layer, *part)) start.boot_profile = **name;
 }
 
 }  // namespace

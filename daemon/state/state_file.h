@@ -20,7 +20,7 @@ config::Result<void> replaceFile(const std::filesystem::path& file, std::string_
 /// Thread: any.  Progress: blocking.
 config::Result<void> removeFile(const std::filesystem::path& file);
 
-/// The content of a file of at most 64 KiB, or nothing where there is no file.
+/// The content of a file of at most 1 MiB, or nothing where there is no file.
 /// Errors: it is longer, a link or no regular file, no permission.
 /// Thread: any.  Progress: blocking.
 config::Result<std::optional<std::string>> readStateFile(const std::filesystem::path& file);

@@ -12,6 +12,20 @@ namespace {
 /// Capacity for the other records, which are rare; of a flood of changes only the newest are kept.
 constexpr std::size_t kMostRecords = 10'000;
 
+/// The same for fixtures and tissue regions, which a program may change many times a second and of which a
+/// record with a label image holds some hundred kilobytes.
+constexpr std::size_t kMostAdditionsBytes = std::size_t{32} << 20;
+
+std::size_t bytesOf(const drivers::AdditionsRecord& additions) {
+  return sizeof additions + additions.text.size() + additions.labels.bytes.size();
+}
+
+/// Whether the tick was computed with these fixtures and regions or with newer ones.
+bool reached(const rt::Tick& tick, const drivers::AdditionsRecord& additions) {
+  return additions.fixture_generation <= tick.fixture_generation &&
+         additions.tissue_generation <= tick.tissue_generation;
+}
+
 template <typename Record>
 void limit(std::deque<Record>& records) {
   while (records.size() > kMostRecords) records.pop_front();
@@ -43,11 +57,24 @@ void FlightRecorder::add(const drivers::DirectiveRecord& directive) {
   limit(directives_);
 }
 
+void FlightRecorder::add(const drivers::AdditionsRecord& additions) {
+  if (ticks_.empty()) return;
+  forgetOldRecords();
+  additions_.push_back(additions);
+  additions_bytes_ += bytesOf(additions);
+  while (additions_.size() > 1 && additions_bytes_ > kMostAdditionsBytes) forgetOldestAdditions();
+}
+
 void FlightRecorder::add(const drivers::EventRecord& event) {
   if (ticks_.empty()) return;
   forgetOldRecords();
   events_.push_back(event);
   limit(events_);
+}
+
+void FlightRecorder::forgetOldestAdditions() {
+  additions_bytes_ -= bytesOf(additions_.front());
+  additions_.pop_front();
 }
 
 void FlightRecorder::forgetOldRecords() {
@@ -57,6 +84,7 @@ void FlightRecorder::forgetOldRecords() {
   while (directives_.size() > 1 && directives_[1].generation <= oldest.directive_generation) {
     directives_.pop_front();
   }
+  while (additions_.size() > 1 && reached(oldest, additions_[1])) forgetOldestAdditions();
   while (!events_.empty() && events_.front().time_ns < oldest.planned_ns) events_.pop_front();
 }
 
@@ -69,10 +97,12 @@ config::Result<void> FlightRecorder::writeTo(drivers::TraceWriter& writer) const
     }
   };
   auto directive = directives_.begin();
+  auto additions = additions_.begin();
   auto model = models_.begin();
   auto event = events_.begin();
   const auto writeRecordsBefore = [&](std::int64_t time_ns) {
     writeBefore(directives_, directive, time_ns);
+    writeBefore(additions_, additions, time_ns);
     writeBefore(models_, model, time_ns);
     writeBefore(events_, event, time_ns);
   };

@@ -21,6 +21,7 @@ class FlightRecorder {
   void add(const rt::Tick& tick);
   void add(const drivers::ModelRecord& model);
   void add(const drivers::DirectiveRecord& directive);
+  void add(const drivers::AdditionsRecord& additions);
   void add(const drivers::EventRecord& event);
 
   bool empty() const noexcept { return held_ == 0; }
@@ -34,6 +35,7 @@ class FlightRecorder {
  private:
   const rt::Tick& oldest() const { return ticks_[(next_ + ticks_.size() - held_) % ticks_.size()]; }
   void forgetOldRecords();
+  void forgetOldestAdditions();
 
   double rate_hz_;
   std::vector<rt::Tick> ticks_;  // a ring buffer
@@ -41,6 +43,8 @@ class FlightRecorder {
   std::size_t held_ = 0;
   std::deque<drivers::ModelRecord> models_;
   std::deque<drivers::DirectiveRecord> directives_;  // starts with the one that the oldest tick obeyed
+  std::deque<drivers::AdditionsRecord> additions_;   // the same for fixtures and regions
+  std::size_t additions_bytes_ = 0;
   std::deque<drivers::EventRecord> events_;
 };
 

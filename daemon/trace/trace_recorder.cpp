@@ -129,22 +129,27 @@ void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
   }
 }
 
-void TraceRecorder::add(drivers::DirectiveRecord directive) {
+/// Leaves a record to the trace thread. Thread: any.
+template <typename Record>
+void TraceRecorder::accept(Record record, std::deque<Record>& waiting) {
   const std::lock_guard lock(mutex_);
-  if (directives_.size() >= kMostWaitingRecords) {
+  if (waiting.size() >= kMostWaitingRecords) {
     ++records_refused_;
   } else {
-    directives_.push_back(std::move(directive));
+    waiting.push_back(std::move(record));
   }
 }
 
+void TraceRecorder::add(drivers::DirectiveRecord directive) {
+  accept(std::move(directive), directives_);
+}
+
+void TraceRecorder::add(drivers::AdditionsRecord additions) {
+  accept(std::move(additions), additions_);
+}
+
 void TraceRecorder::add(drivers::EventRecord event) {
-  const std::lock_guard lock(mutex_);
-  if (events_.size() >= kMostWaitingRecords) {
-    ++records_refused_;
-  } else {
-    events_.push_back(std::move(event));
-  }
+  accept(std::move(event), events_);
 }
 
 template <typename T>
@@ -286,16 +291,22 @@ void TraceRecorder::write(const Record& record) {
 
 void TraceRecorder::takeRecords() {
   std::deque<drivers::DirectiveRecord> directives;
+  std::deque<drivers::AdditionsRecord> additions;
   std::deque<drivers::EventRecord> events;
   {
     const std::lock_guard lock(mutex_);
     directives = std::exchange(directives_, {});
+    additions = std::exchange(additions_, {});
     events = std::exchange(events_, {});
     own_status_.records_lost = records_refused_ + sources_.scene_thread.models().dropped();
   }
   for (const drivers::DirectiveRecord& directive : directives) {
-    directive_ = directive;
+    in_force_.directive = directive;
     write(directive);
+  }
+  for (drivers::AdditionsRecord& changed : additions) {
+    write(changed);
+    in_force_.additions = std::move(changed);
   }
   for (const drivers::EventRecord& event : events) write(event);
   drivers::ModelRecord model;
@@ -389,11 +400,7 @@ config::Result<void> TraceRecorder::beginSession() {
   session_ = std::move(*session);
   own_status_.detail.clear();
   own_status_.name = session_->name();
-  if (directive_.generation == 0) return {};
-  drivers::DirectiveRecord in_force = directive_;
-  in_force.time_ns =
-      rt::monotonicNow_ns();  // otherwise the trace would seem to start when the directive was issued
-  auto written = session_->write(in_force);
+  auto written = in_force_.writeTo(*session_);
   if (!written) suspend(written.error());
   return written;
 }

@@ -22,6 +22,7 @@
 #include "daemon/state/state_worker.h"
 #include "daemon/trace/disk_space.h"
 #include "daemon/trace/flight_recorder.h"
+#include "daemon/trace/records_in_force.h"
 #include "daemon/trace/retention.h"
 #include "daemon/trace/trace_session.h"
 #include "drivers/trace/trace_folder.h"
@@ -65,6 +66,8 @@ class TraceRecorder {
 
   /// Records the parameters that apply from now on.
   void add(drivers::DirectiveRecord directive);
+  /// Records the fixtures and tissue regions that apply from now on.
+  void add(drivers::AdditionsRecord additions);
   void add(drivers::EventRecord event);
 
   // These do what the functions of Box (box.h) with the same names promise.
@@ -104,6 +107,8 @@ class TraceRecorder {
   void suspend(const config::Error& error);
   template <typename Record>
   void write(const Record& record);
+  template <typename Record>
+  void accept(Record record, std::deque<Record>& waiting);
   config::Result<std::string> dump(const std::string& label);
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
@@ -119,10 +124,11 @@ class TraceRecorder {
   const std::string settings_yaml_;  // all settings at the start, for the traces
   Sources sources_;
 
-  std::mutex mutex_;  // protects the next five members
+  std::mutex mutex_;  // protects the next six members
   std::condition_variable wake_;
   std::deque<std::function<void()>> work_;
   std::deque<drivers::DirectiveRecord> directives_;
+  std::deque<drivers::AdditionsRecord> additions_;
   std::deque<drivers::EventRecord> events_;
   bool stop_ = false;
   std::uint64_t records_refused_ = 0;
@@ -132,7 +138,7 @@ class TraceRecorder {
   std::unique_ptr<TraceSession> session_;
   std::deque<std::unique_ptr<TraceSession>> unfinished_;  // oldest first
   FlightRecorder flight_recorder_;
-  drivers::DirectiveRecord directive_;  // the newest one, with which each trace starts
+  RecordsInForce in_force_;
   rt::Tick last_tick_;
   std::uint64_t ring_drops_ = 0;  // ticks dropped by the ring, as far as known
   std::int64_t dump_due_ns_ = 0;  // 0: no dump is due

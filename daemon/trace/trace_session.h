@@ -45,6 +45,7 @@ class TraceSession {
   config::Result<void> write(const rt::Tick& tick);
   config::Result<void> write(const drivers::ModelRecord& model);
   config::Result<void> write(const drivers::DirectiveRecord& directive) { return writer_->write(directive); }
+  config::Result<void> write(const drivers::AdditionsRecord& additions) { return writer_->write(additions); }
   config::Result<void> write(const drivers::EventRecord& event) { return writer_->write(event); }
   /// Writes what other threads have ready: depth frames, and a requested snapshot.
   config::Result<void> writeWhatIsReady();

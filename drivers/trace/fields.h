@@ -120,13 +120,27 @@ void visitFields(Model& model_record, auto&& visit) {
 
 template <MaybeConst<DirectiveRecord> Directive>
 void visitFields(Directive& directive, auto&& visit) {
-  auto& [time_ns, generation, engage, engage_inside, engage_request, parameters] = directive;
+  auto& [time_ns, generation, engage, engage_inside, engage_request, standoff_clearance, parameters] =
+      directive;
   visit("time_ns", time_ns);
   visit("generation", generation);
   visit("engage", engage);
   visit("engage_inside", engage_inside);
   visit("engage_request", engage_request);
+  visit("standoff_clearance_m", standoff_clearance);
   visit("parameters", parameters);
+}
+
+template <MaybeConst<AdditionsRecord> Additions>
+void visitFields(Additions& additions, auto&& visit) {
+  auto& [time_ns, fixture_generation, tissue_generation, text, labels, fixtures, regions] = additions;
+  visit("time_ns", time_ns);
+  visit("fixture_generation", fixture_generation);
+  visit("tissue_generation", tissue_generation);
+  visit("text", text);
+  visit("labels", labels);
+  visit("fixtures", fixtures);
+  visit("regions", regions);
 }
 
 template <MaybeConst<EventRecord> Event>

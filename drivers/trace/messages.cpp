@@ -23,7 +23,7 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 using CoreMemory = rt::HapticCore::Memory;
 
 /// To be incremented when members of CoreMemory change their meaning but not their size.
-constexpr std::uint32_t kMemoryLayout = 3;
+constexpr std::uint32_t kMemoryLayout = 4;
 
 constexpr std::string_view kTimeSchema = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 constexpr std::string_view kNamedTextSchema = "MSG: hapticd_msgs/NamedText\nstring name\nstring value\n";
@@ -219,8 +219,6 @@ struct DecodePlaces {
       value = kUnknown;
     } else if constexpr (std::is_same_v<Value, rt::Vec3>) {
       value = {kUnknown, kUnknown, kUnknown};
-    } else {
-      value = Value{};
     }
   }
 };
@@ -313,6 +311,7 @@ bool MessageDecoder<Record>::decodeOther(std::string_view message, Record& recor
     return reader.good();
   } else {
     CdrReader reader(message);
+    record = {};
     visitFields(record, DecodePlaces{reader, sources_, places_, unknown_value_});
     return reader.good();
   }
@@ -325,6 +324,7 @@ bool MessageDecoder<Record>::decodeOther(std::string_view message, Record& recor
 HAPTICD_MESSAGES_OF(rt::Tick);
 HAPTICD_MESSAGES_OF(ModelRecord);
 HAPTICD_MESSAGES_OF(DirectiveRecord);
+HAPTICD_MESSAGES_OF(AdditionsRecord);
 HAPTICD_MESSAGES_OF(EventRecord);
 HAPTICD_MESSAGES_OF(SnapshotRecord);
 HAPTICD_MESSAGES_OF(DepthRecord);

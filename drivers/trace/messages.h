@@ -29,6 +29,9 @@ template <>
 inline constexpr ChannelName kChannelName<DirectiveRecord>{"/hapticd/directive",
                                                            "hapticd_msgs/msg/Directive"};
 template <>
+inline constexpr ChannelName kChannelName<AdditionsRecord>{"/hapticd/additions",
+                                                           "hapticd_msgs/msg/Additions"};
+template <>
 inline constexpr ChannelName kChannelName<EventRecord>{"/hapticd/event", "hapticd_msgs/msg/Event"};
 template <>
 inline constexpr ChannelName kChannelName<SnapshotRecord>{"/hapticd/core_snapshot",
@@ -57,8 +60,9 @@ class MessageDecoder {
   static std::expected<MessageDecoder, std::string> forSchema(std::string_view schema);
 
   /// Decodes a message. Returns false if it is invalid or has a value described by unknownValue(); `record`
-  /// is then undefined. A field missing in the messages becomes NaN, or zero if that is impossible. A
-  /// snapshot with another layout of the core's memory is marked as not usable.
+  /// is then undefined. A number of the type double that is missing in the messages becomes
+  /// NaN, any other missing field keeps the default of the record. A snapshot with another layout of the
+  /// core's memory is marked as not usable.
   bool decode(std::string_view message, Record& record);
 
   /// Returns the field of the last message with a value unknown to this version; empty: none.

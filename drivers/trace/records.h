@@ -16,6 +16,11 @@
 /// nanoseconds; a trace contains the offset of its clock to CLOCK_REALTIME.
 namespace hapticd::drivers {
 
+/// Bytes of variable length.
+struct ByteString {
+  std::string bytes = {};
+};
+
 /// A scene built by the scene thread, and the frame that it was built from.
 struct ModelRecord {
   std::uint64_t model = 0;          ///< number of the scene, see Tick::scene_model
@@ -43,9 +48,24 @@ struct DirectiveRecord {
   bool engage = false;
   bool engage_inside = false;
   std::uint64_t engage_request = 0;
+  double standoff_clearance_m = 0;  ///< see rt::LiveParameters; it follows from the fixtures
   /// All live parameters by name, in a form that reads back as the same value. They name the law in use even
   /// if force.law is auto.
   std::vector<std::pair<std::string, std::string>> parameters = {};
+};
+
+/// The virtual fixtures and tissue regions in effect from this pair of generations on. What the force loop
+/// remembers of them refers to the numbers that it knows them by, so these are recorded too.
+struct AdditionsRecord {
+  std::int64_t time_ns = 0;
+  std::uint64_t fixture_generation = 0;  ///< see Tick::fixture_generation
+  std::uint64_t tissue_generation = 0;   ///< see Tick::tissue_generation
+  std::string text = {};                 ///< the lists `fixtures` and `regions` as YAML
+  ByteString labels = {};  ///< label of each pixel of the depth image, row by row; empty: no label image
+  /// Name of each fixture, and its rt::Fixture::identity and rt::Fixture::definition with a blank between.
+  std::vector<std::pair<std::string, std::string>> fixtures = {};
+  /// Name of each region, and its rt::TissueRegion::identity.
+  std::vector<std::pair<std::string, std::string>> regions = {};
 };
 
 /// An event, as in the journal.
@@ -62,11 +82,6 @@ struct SnapshotRecord {
   rt::CoreSnapshot snapshot = {};
   /// False if the trace was written by a version with another layout of the core; its memory is then empty.
   bool usable = true;
-};
-
-/// Bytes of variable length.
-struct ByteString {
-  std::string bytes = {};
 };
 
 /// Encoding of the raw values in DepthRecord::image (depth_codec.h).

@@ -54,6 +54,7 @@ class TraceWriter::Implementation {
     open<rt::Tick>(ticks_channel_);
     open<ModelRecord>(models_channel_);
     open<DirectiveRecord>(directives_channel_);
+    open<AdditionsRecord>(additions_channel_);
     open<EventRecord>(events_channel_);
     open<SnapshotRecord>(snapshots_channel_);
     if (options.depth) open<DepthRecord>(depth_channel_);
@@ -81,6 +82,7 @@ class TraceWriter::Implementation {
     for (const auto& [name, value] : directive.parameters) radii_.set(name, value);
     return add(directives_channel_, directive);
   }
+  config::Result<void> write(const AdditionsRecord& additions) { return add(additions_channel_, additions); }
   config::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
   config::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
   config::Result<void> write(const DepthRecord& depth) {
@@ -192,8 +194,8 @@ class TraceWriter::Implementation {
   std::uint64_t chunk_ns_;
   std::uint64_t first_chunk_ns_;
   std::uint64_t offset_ns_;
-  OpenChannel ticks_channel_, models_channel_, directives_channel_, events_channel_, snapshots_channel_,
-      depth_channel_, scene_channel_, transforms_channel_, cloud_channel_;
+  OpenChannel ticks_channel_, models_channel_, directives_channel_, additions_channel_, events_channel_,
+      snapshots_channel_, depth_channel_, scene_channel_, transforms_channel_, cloud_channel_;
   rt::DepthFrameHeader camera_;
   foxglove::SceneRadii radii_;
   ModelledBall ball_;
@@ -233,6 +235,9 @@ config::Result<void> TraceWriter::write(const ModelRecord& model) {
 }
 config::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
   return implementation_->write(directive);
+}
+config::Result<void> TraceWriter::write(const AdditionsRecord& additions) {
+  return implementation_->write(additions);
 }
 config::Result<void> TraceWriter::write(const EventRecord& event) {
   return implementation_->write(event);

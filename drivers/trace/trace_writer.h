@@ -65,6 +65,7 @@ class TraceWriter {
   config::Result<void> write(const rt::Tick& tick);
   config::Result<void> write(const ModelRecord& model);
   config::Result<void> write(const DirectiveRecord& directive);
+  config::Result<void> write(const AdditionsRecord& additions);
   config::Result<void> write(const EventRecord& event);
   config::Result<void> write(const SnapshotRecord& snapshot);
   /// Only if TraceOptions::depth is set.

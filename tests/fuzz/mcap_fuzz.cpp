@@ -121,6 +121,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   takeMessage<hapticd::rt::Tick>(bytes);
   takeMessage<drivers::ModelRecord>(bytes);
   takeMessage<drivers::DirectiveRecord>(bytes);
+  takeMessage<drivers::AdditionsRecord>(bytes);
   takeMessage<drivers::EventRecord>(bytes);
   takeMessage<drivers::SnapshotRecord>(bytes);
   takeMessage<drivers::DepthRecord>(bytes);

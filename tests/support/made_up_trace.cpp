@@ -13,8 +13,10 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/trace/cdr.h"
 #include "drivers/trace/depth_codec.h"
 #include "drivers/trace/mcap_writer.h"
+#include "drivers/trace/message_layout.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_file.h"
 #include "drivers/trace/trace_format.h"
@@ -29,6 +31,7 @@ struct Any {
   Random& random;
   operator std::uint64_t() const { return random(); }
   operator std::int64_t() const { return static_cast<std::int64_t>(random()); }
+  operator std::int32_t() const { return static_cast<std::int32_t>(random()); }
   operator std::uint32_t() const { return static_cast<std::uint32_t>(random()); }
   operator bool() const { return (random() & 1) != 0; }
 };
@@ -111,6 +114,23 @@ void setForces(rt::Tick& tick, Random& random) {
   tick.command_force_n_in_world = anyVector(random);
 }
 
+void setAdditions(rt::Tick& tick, Random& random) {
+  const Any any{random};
+  tick.fixture_generation = any;
+  tick.fixtures_in_contact = any;
+  tick.nearest_fixture = any;
+  tick.fixture_distance_m = anyDouble(random);
+  tick.fixture_proxy_m_in_world = anyVector(random);
+  tick.fixture_force_n_in_world = anyVector(random);
+  tick.guidance_force_n_in_world = anyVector(random);
+  tick.tissue_generation = any;
+  tick.tissue_region = any;
+  tick.cue_force_n_in_world = anyVector(random);
+  tick.stiffness_n_per_m = anyDouble(random);
+  tick.stiffness_bound = anyOf<rt::StiffnessBound>(random, 6);
+  tick.surface_noise_m = anyDouble(random);
+}
+
 void check(const auto& done) {
   if (!done) throw std::runtime_error(done.error().text());
 }
@@ -145,6 +165,7 @@ rt::Tick madeUpTick(Random& random, std::uint64_t number) {
   tick.stiffness_rule = anyOf<rt::StiffnessRule>(random, 3);
   tick.contact_damping_n_s_per_m = anyDouble(random);
   setForces(tick, random);
+  setAdditions(tick, random);
   return tick;
 }
 
@@ -178,8 +199,24 @@ drivers::DirectiveRecord madeUpDirective(Random& random) {
   directive.engage = any;
   directive.engage_inside = any;
   directive.engage_request = any;
+  directive.standoff_clearance_m = anyDouble(random);
   directive.parameters = anyPairs(random);
   return directive;
+}
+
+drivers::AdditionsRecord madeUpAdditions(Random& random) {
+  const Any any{random};
+  drivers::AdditionsRecord additions;
+  additions.time_ns = anyTime_ns(random);
+  additions.fixture_generation = any;
+  additions.tissue_generation = any;
+  additions.text = anyText(random);
+  for (std::size_t i = random() % 40; i > 0; --i) {
+    additions.labels.bytes.push_back(static_cast<char>(random()));
+  }
+  additions.fixtures = anyPairs(random);
+  additions.regions = anyPairs(random);
+  return additions;
 }
 
 drivers::EventRecord madeUpEvent(Random& random) {
@@ -243,6 +280,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
   for (int i = 0; i < 3; ++i) {
     records.models.push_back(madeUpModel(random));
     records.directives.push_back(madeUpDirective(random));
+    records.additions.push_back(madeUpAdditions(random));
     records.events.push_back(madeUpEvent(random));
     records.snapshots.push_back(madeUpSnapshot(random));
   }
@@ -251,6 +289,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
   };
   sort(records.models);
   sort(records.directives);
+  sort(records.additions);
   sort(records.events);
   sort(records.snapshots);
   return records;
@@ -268,6 +307,7 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
   };
   writeAll(records.models);
   writeAll(records.directives);
+  writeAll(records.additions);
   writeAll(records.events);
   writeAll(records.snapshots);
   writeAll(records.depth);
@@ -283,11 +323,10 @@ void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Ti
   constexpr std::size_t kForceBytes = 3 * sizeof(double);
   const std::string line = fmt::format("float64[3] {}\n", without);
   std::string schema = drivers::schemaOf<rt::Tick>();
-  const std::size_t at = schema.find(line);
-  if (at == std::string::npos) throw std::invalid_argument(line);
-  schema.erase(at, line.size());
-  const auto forces_after = static_cast<std::size_t>(
-      std::count(schema.begin() + static_cast<std::ptrdiff_t>(at), schema.end(), '\n'));
+  const auto layout = drivers::MessageLayout::of(schema);
+  const auto field = layout ? layout->find(without) : std::nullopt;
+  if (!field || schema.find(line) == std::string::npos) throw std::invalid_argument(line);
+  schema.erase(schema.find(line), line.size());
 
   auto part = drivers::TraceFile::create(drivers::partOf(file));
   check(part);
@@ -305,7 +344,9 @@ void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Ti
     const auto time_ns = static_cast<std::uint64_t>(tick.planned_ns);
     std::string message;
     drivers::encode(tick, time_ns, message);
-    message.erase(message.size() - (1 + forces_after) * kForceBytes, kForceBytes);
+    std::vector<std::size_t> places;
+    if (!layout->locate(message, places)) throw std::logic_error("a message without all fields");
+    message.erase(drivers::kCdrHead.size() + places[*field], kForceBytes);
     writer.addMessage(channel, ++sequence, time_ns, message);
   }
   check(writer.finish());

@@ -20,6 +20,7 @@ namespace hapticd::test {
 rt::Tick madeUpTick(std::mt19937_64& random, std::uint64_t number);
 drivers::ModelRecord madeUpModel(std::mt19937_64& random);
 drivers::DirectiveRecord madeUpDirective(std::mt19937_64& random);
+drivers::AdditionsRecord madeUpAdditions(std::mt19937_64& random);
 drivers::EventRecord madeUpEvent(std::mt19937_64& random);
 drivers::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
 /// Returns a depth frame of any small size with a header of any valid values.
@@ -30,6 +31,7 @@ struct MadeUpRecords {
   std::vector<rt::Tick> ticks;
   std::vector<drivers::ModelRecord> models;
   std::vector<drivers::DirectiveRecord> directives;
+  std::vector<drivers::AdditionsRecord> additions;
   std::vector<drivers::EventRecord> events;
   std::vector<drivers::SnapshotRecord> snapshots;
   std::vector<drivers::DepthRecord> depth;  ///< left empty by madeUpRecords()

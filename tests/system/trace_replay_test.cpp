@@ -107,12 +107,37 @@ INSTANTIATE_TEST_SUITE_P(Laws, TraceReplay,
                                          Setting{"automatic", {"force.law=auto"}}),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
+TEST(TraceReplayWithFixtures, ReproducesEveryForceToTheBit) {
+  const DaemonHome home;
+  const std::string fixtures =
+      "fixtures:\n"
+      "  - {name: floor, kind: plane, position_m: [0, 0, -0.945], normal: [0, 0, 1]}\n"
+      "  - {name: lead, kind: path, points_m: [[-0.05, 0, -0.88], [0.05, 0.02, -0.88]], stiffness_n_per_m: "
+      "60}\n"
+      "regions:\n"
+      "  - {name: soft, shape: sphere, position_m: [0, 0, -0.9], radius_m: 0.1, stiffness_n_per_m: 300}\n";
+  Daemon daemon(home, kSceneYaml + fixtures, {"force.law=surface"});
+  const fs::path trace = loggedSession(home, daemon, 75);
+  std::uint64_t acting = 0;
+  const auto info = drivers::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
+                                         return acting += tick.fixtures_in_contact != 0, true;
+                                       }});
+  ASSERT_TRUE(info) << info.error().text();
+  EXPECT_GE(info->additions, 1U);
+  EXPECT_GT(acting, 100U);
+  const Finished replay = replayed(trace);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks")) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks computed again"), 1000U) << replay.output;
+}
+
 /// All that a trace holds, to be rewritten with changes.
 struct Session {
   drivers::TraceOptions options;
   std::vector<rt::Tick> ticks;
   std::vector<drivers::ModelRecord> models;
   std::vector<drivers::DirectiveRecord> directives;
+  std::vector<drivers::AdditionsRecord> additions;
   std::vector<drivers::SnapshotRecord> snapshots;
   std::vector<drivers::DepthRecord> depth;
 };
@@ -125,6 +150,7 @@ Session recordsIn(const fs::path& trace) {
   const auto info = drivers::readTrace(trace, {.tick = into(content.ticks),
                                                .model = into(content.models),
                                                .directive = into(content.directives),
+                                               .additions = into(content.additions),
                                                .snapshot = into(content.snapshots),
                                                .depth = into(content.depth)});
   EXPECT_TRUE(info) << info.error().text();
@@ -144,6 +170,7 @@ void writeSession(const fs::path& trace, const Session& content) {
   };
   writeAll(content.models);
   writeAll(content.directives);
+  writeAll(content.additions);
   writeAll(content.snapshots);
   writeAll(content.ticks);
   writeAll(content.depth);
@@ -223,6 +250,7 @@ TEST_F(TraceReplayOverAGap, GoesOnFromTheNextSnapshotAfterIt) {
   append(content.ticks, later.ticks);
   append(content.models, later.models);
   append(content.directives, later.directives);
+  append(content.additions, later.additions);
   append(content.snapshots, later.snapshots);
   loseFrames(content, 20, 10);
   append(content.depth, later.depth);

@@ -41,6 +41,7 @@ MadeUpRecords recordsIn(const fs::path& file) {
   const auto info = drivers::readTrace(file, {.tick = into(records.ticks),
                                               .model = into(records.models),
                                               .directive = into(records.directives),
+                                              .additions = into(records.additions),
                                               .event = into(records.events),
                                               .snapshot = into(records.snapshots)});
   EXPECT_TRUE(info) << info.error().text();
@@ -91,6 +92,7 @@ TEST_F(RewrittenTrace, IsReadToTheLastBit) {
     expectSameBits(read.ticks, records_.ticks);
     expectSameBits(read.models, records_.models);
     expectSameBits(read.directives, records_.directives);
+    expectSameBits(read.additions, records_.additions);
     expectSameBits(read.events, records_.events);
     expectSameBits(read.snapshots, records_.snapshots);
     const auto recovered = drivers::recoverTrace(out_, folder_.path() / "recovered.mcap");

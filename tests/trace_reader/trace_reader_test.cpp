@@ -75,6 +75,7 @@ class Members {
 
   void number(const std::string& name, std::uint64_t value) { EXPECT_EQ(take(name), text(value)) << name; }
   void number(const std::string& name, std::int64_t value) { EXPECT_EQ(take(name), text(value)) << name; }
+  void number(const std::string& name, std::int32_t value) { number(name, std::int64_t{value}); }
   void number(const std::string& name, std::uint32_t value) { number(name, std::uint64_t{value}); }
   void number(const std::string& name, double value) { EXPECT_TRUE(isNumber(take(name), value)) << name; }
   void flag(const std::string& name, bool value) { EXPECT_EQ(take(name), value) << name; }
@@ -180,6 +181,22 @@ void expectForces(Members& members, const rt::Tick& tick) {
   members.vector("command_force_n_in_world", tick.command_force_n_in_world);
 }
 
+void expectAdditions(Members& members, const rt::Tick& tick) {
+  members.number("fixture_generation", tick.fixture_generation);
+  members.number("fixtures_in_contact", tick.fixtures_in_contact);
+  members.number("nearest_fixture", tick.nearest_fixture);
+  members.number("fixture_distance_m", tick.fixture_distance_m);
+  members.vector("fixture_proxy_m_in_world", tick.fixture_proxy_m_in_world);
+  members.vector("fixture_force_n_in_world", tick.fixture_force_n_in_world);
+  members.vector("guidance_force_n_in_world", tick.guidance_force_n_in_world);
+  members.number("tissue_generation", tick.tissue_generation);
+  members.number("tissue_region", tick.tissue_region);
+  members.vector("cue_force_n_in_world", tick.cue_force_n_in_world);
+  members.number("stiffness_n_per_m", tick.stiffness_n_per_m);
+  members.enumerator("stiffness_bound", tick.stiffness_bound);
+  members.number("surface_noise_m", tick.surface_noise_m);
+}
+
 void expectMembers(Members& members, const rt::Tick& tick) {
   members.time(tick.planned_ns);
   members.number("number", tick.number);
@@ -207,6 +224,7 @@ void expectMembers(Members& members, const rt::Tick& tick) {
   members.enumerator("stiffness_rule", tick.stiffness_rule);
   members.number("contact_damping_n_s_per_m", tick.contact_damping_n_s_per_m);
   expectForces(members, tick);
+  expectAdditions(members, tick);
 }
 
 void expectMembers(Members& members, const drivers::ModelRecord& model) {
@@ -236,7 +254,19 @@ void expectMembers(Members& members, const drivers::DirectiveRecord& directive) 
   members.flag("engage", directive.engage);
   members.flag("engage_inside", directive.engage_inside);
   members.number("engage_request", directive.engage_request);
+  members.number("standoff_clearance_m", directive.standoff_clearance_m);
   members.pairs("parameters", directive.parameters);
+}
+
+void expectMembers(Members& members, const drivers::AdditionsRecord& additions) {
+  members.time(additions.time_ns);
+  members.number("time_ns", additions.time_ns);
+  members.number("fixture_generation", additions.fixture_generation);
+  members.number("tissue_generation", additions.tissue_generation);
+  members.string("text", additions.text);
+  members.bytes("labels", additions.labels.bytes.data(), additions.labels.bytes.size());
+  members.pairs("fixtures", additions.fixtures);
+  members.pairs("regions", additions.regions);
 }
 
 void expectMembers(Members& members, const drivers::EventRecord& event) {
@@ -252,7 +282,7 @@ void expectMembers(Members& members, const drivers::SnapshotRecord& record) {
   members.number("time_ns", record.time_ns);
   members.number("request", record.snapshot.request);
   members.number("tick", record.snapshot.tick);
-  members.number("memory_layout", std::uint64_t{3});
+  members.number("memory_layout", std::uint64_t{4});
   members.bytes("memory", &record.snapshot.memory, sizeof record.snapshot.memory);
 }
 
@@ -318,10 +348,11 @@ void expectAll(Read& read, const MadeUpRecords& records) {
     expectRecords(messages["/hapticd/tick"], records.ticks);
     expectRecords(messages["/hapticd/model"], records.models);
     expectRecords(messages["/hapticd/directive"], records.directives);
+    expectRecords(messages["/hapticd/additions"], records.additions);
     expectRecords(messages["/hapticd/event"], records.events);
     expectRecords(messages["/hapticd/core_snapshot"], records.snapshots);
     expectRecords(messages["/hapticd/depth"], records.depth);
-    EXPECT_EQ(messages.size(), 6U);
+    EXPECT_EQ(messages.size(), 7U);
   }
 }
 

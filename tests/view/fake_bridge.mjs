@@ -95,6 +95,9 @@ export class FakeBridge {
     this.due = 0;
     this.timeline = timeline;
     this.proxy = [kHip[0], kHip[1] + 0.002, kHip[2] + 0.004];
+    /** Sent to each page that connects, and with sendAdditions(); the rest of what windows say of fixtures. */
+    this.additions = { fixtures: [], regions: [] };
+    this.ofFixtures = {};
     this.message = depthMessage(wall ? kWallM : 0);
   }
 
@@ -150,6 +153,7 @@ export class FakeBridge {
       trace: this.timeline ? { name: 'session', beginNs: 0, durationS: this.timeline.durationS, depth: true } : null });
     if (this.timeline) send({ type: 'timeline', ...this.timeline });
     if (this.timeline) send({ type: 'playback', s: 0, playing: true, factor: 1 });
+    send({ type: 'additions', ...this.additions });
     send({ type: 'parameters', parameters: {
       'force.radius_m': 0.04, 'contact.proxy_radius_m': 0.008, 'camera.near_m': 0.4, 'camera.far_m': 4,
       'safety.max_force_n': 4 } });
@@ -164,6 +168,11 @@ export class FakeBridge {
       // like the bridge: a slow page gets the newest only
       if (!Buffer.isBuffer(message) || client.bufferedAmount < message.length) client.send(data);
     }
+  }
+
+  sendAdditions(additions) {
+    this.additions = additions;
+    this.send({ type: 'additions', ...additions });
   }
 
   sendDepth() {
@@ -183,7 +192,7 @@ export class FakeBridge {
       proxy: this.proxy, force: [0.1 * force, 0.4 * force, 0.9 * force],
       forceMaxN: force, penetrationMaxM: force / 500, sceneAgeMaxNs: 3e7 + 1e7 * Math.sin(5 * s),
       wakeupLatencyMaxNs: 8000 + 3000 * Math.sin(9 * s), contact: this.proxy ? 'contact' : 'free', contactTicks: this.proxy ? 16 : 0, gain: 1, law: 'surface',
-      sceneFrame: this.frames,
+      sceneFrame: this.frames, ...this.ofFixtures,
     });
   }
 }

@@ -21,6 +21,7 @@ rt::Tick proxyTick(std::uint64_t number) {
   tick.contact = rt::ContactState::contact;
   tick.hip_m_in_world = {0.1, 0, -0.8};
   tick.proxy_m_in_world = {0.1, 0, -0.795};
+  tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
   tick.command_force_n_in_world = {0, 0, 1.5};
   tick.gain = 0.5;
   tick.scene_frame = 7;
@@ -52,7 +53,14 @@ TEST(TickSummary, ShowsASingleTickAsItIs) {
                          {"contactTicks", 1},
                          {"gain", 0.5},
                          {"law", "surface"},
-                         {"sceneFrame", 7}};
+                         {"sceneFrame", 7},
+                         {"fixtureContacts", 0},
+                         {"nearestFixture", -1},
+                         {"fixtureDistanceM", nullptr},
+                         {"fixtureProxy", nullptr},
+                         {"fixtureForce", {0, 0, 0}},
+                         {"guidanceForce", {0, 0, 0}},
+                         {"tissueRegion", -1}};
   EXPECT_EQ(messageOf(summary), expected);
   EXPECT_NEAR(messageOf(summary)["penetrationMaxM"].get<double>(), 0.005,
               1e-12);  // rounding of the difference

@@ -10,6 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "config/file_content.h"
+#include "config/fixture_settings.h"
+#include "config/label_image.h"
 #include "config/parameter_table.h"
 #include "config/program.h"
 #include "config/yaml_loader.h"
@@ -32,6 +35,7 @@ struct Options {
   std::vector<std::string> overrides;
   std::string depth;
   std::string hip;
+  std::string fixtures;
   std::string out;
   Stage stage = Stage::law;
   double handle_delay_ms = 0;
@@ -74,11 +78,37 @@ config::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample
   return fmt::to_string(text);
 }
 
+/// Adds the fixtures and regions of a file to those of the settings.
+/// Errors: the file, also together with the settings.
+std::vector<config::Error> addFrom(const std::string& file, config::SceneAdditions& additions) {
+  constexpr std::size_t kMostBytes = 1024 * 1024;
+  const auto content = config::fileContent(file, {kMostBytes, config::FileKind::any});
+  if (!content) return {{file, content.error().text(), "name a file with fixtures: or regions:"}};
+  const auto read = config::additionsFromText(*content, file);
+  std::vector<config::AdditionError> problems;
+  if (read) {
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(additions.fixtures, read->fixtures);
+    append(additions.regions, read->regions);
+    if (!read->label_image.empty()) additions.label_image = read->label_image;
+    problems = config::checkTogether(additions);
+  } else {
+    problems = read.error();
+  }
+  std::vector<config::Error> errors;
+  for (const config::AdditionError& problem : problems) errors.push_back(problem.error);
+  return errors;
+}
+
 int replayFile(const Options& options) {
   std::vector<std::string> overrides = options.overrides;
   if (options.full_model) overrides.emplace_back("grid.extent=frame");
-  const auto settings = config::loadSettings(options.config, overrides);
+  auto settings = config::loadSettings(options.config, overrides);
   if (!settings) return fail(settings.error(), EX_CONFIG);
+  if (!options.fixtures.empty()) {
+    const auto errors = addFrom(options.fixtures, settings->additions);
+    if (!errors.empty()) return fail(errors, EX_CONFIG);
+  }
   const auto samples = readHipCsv(options.hip);
   if (!samples) return fail(samples.error(), EX_DATAERR);
   if (options.stage == Stage::command) {
@@ -87,7 +117,13 @@ int replayFile(const Options& options) {
   const auto source = DepthSource::open(options.depth);
   if (!source) return fail({source.error()}, EX_NOINPUT);
 
-  Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3);
+  std::string labels;
+  if (options.stage == Stage::command && !settings->additions.label_image.empty()) {
+    auto loaded = config::loadLabelImage(settings->additions.label_image);
+    if (!loaded) return fail({loaded.error()}, EX_CONFIG);
+    labels = std::move(*loaded);
+  }
+  Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3, labels);
   const auto text = forcesOf(replay, *samples);
   if (!text) return fail({text.error()}, EX_DATAERR);
   const auto written = writeWholeFile(options.out, *text, IfExists::replace);
@@ -195,6 +231,12 @@ int run(int argc, char** argv) {
   app.add_option("--out", options.out, "where the forces go; needed without --trace")
       ->type_name("CSV")
       ->check(endsIn(".csv"));
+  app.add_option(
+         "--fixtures", options.fixtures,
+         "virtual fixtures and tissue regions (YAML) besides those of the configuration, at the stage\n"
+         "command")
+      ->type_name("FILE")
+      ->needs(hip);
   trace->excludes(config)->excludes(hip);
   CLI::Option* const traces =
       app.add_option("--traces", options.traces, "all finished traces of a folder, each as with --trace")
@@ -238,6 +280,9 @@ int run(int argc, char** argv) {
                                     {"--out", options.out}}) {
     if (given.empty())
       return fail({{name, "is required without --trace", "see haptic-replay --help"}}, EX_USAGE);
+  }
+  if (!options.fixtures.empty() && options.stage == Stage::law) {
+    return fail({{"--fixtures", "act after the law only", "add --stage command"}}, EX_USAGE);
   }
   return replayFile(options);
 }

@@ -8,19 +8,24 @@
 namespace hapticd::tools {
 
 Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage,
-               double handle_delay_s)
+               double handle_delay_s, std::string_view labels)
     : settings_(settings),
       source_(source),
       stage_(stage),
       box_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid),
       velocity_(settings.handle.resolution_m * settings.live.handle.motion_scale),
       handle_delay_s_(handle_delay_s),
-      frame_(std::make_unique<rt::DepthFrame>()) {
+      frame_(std::make_unique<rt::DepthFrame>()),
+      fixtures_(std::make_unique<rt::FixtureSet>()),
+      tissue_(std::make_unique<rt::TissueMap>()) {
   settings_.live = settings_.effectiveLive();
   // The ramp is for a person's comfort; a replay begins engaged.
   settings_.live.safety.engage_ramp_s = 0;
   box_.parameters() = settings_.live;
   box_.setLoopPeriod(1 / settings_.loop.rate_hz);
+  config::toFixtureSet(settings.additions.fixtures, {}, settings.camera.pose, *fixtures_);
+  config::toTissueMap(settings.additions.regions, {}, labels, settings.camera.pose, *tissue_);
+  box_.setAdditions(fixtures_.get(), tissue_.get());
 }
 
 config::Result<void> Replay::takeFrame(std::int64_t time_ns) {
@@ -45,10 +50,8 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   law_decided_ = true;
   const double distance_m = -box_.depthModel().positionInCamera(hip_m_in_world).z;
   if (settings_.force.law || !(distance_m > 0)) return;
-  box_.parameters() = config::liveWith(
-      settings_,
-      config::chooseLaw(settings_.force.effectiveMaxError_n(settings_.live.safety),
-                        settings_.live.springs.stiffness_n_per_m, config::distanceClass_m(distance_m, 0)));
+  box_.parameters() =
+      config::liveWith(settings_, config::chooseLaw(settings_, config::distanceClass_m(distance_m, 0)));
 }
 
 config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "config/settings.h"
 #include "drivers/handle/velocity_estimator.h"
@@ -30,8 +31,10 @@ struct ReplayedForce {
 /// The daemon's core without its clock: the same model, law and safety chain, at given times.
 class Replay {
  public:
-  /// `handle_delay_s`: that the driver of the handle would report (rt::HandleState::delay_s).
-  Replay(const config::Settings& settings, const DepthSource& source, Stage stage, double handle_delay_s = 0);
+  /// `handle_delay_s`: that the driver of the handle would report (rt::HandleState::delay_s). `labels`: of
+  /// the label image (config::loadLabelImage), for the tissue regions of the settings; empty: none.
+  Replay(const config::Settings& settings, const DepthSource& source, Stage stage, double handle_delay_s = 0,
+         std::string_view labels = {});
 
   /// Where force.law is auto, the law follows from the distance of the first HIP.
   /// `sample.time_s` must not decrease from call to call at the stage `command`.
@@ -56,6 +59,8 @@ class Replay {
   bool frame_taken_ = false;
   std::optional<double> last_time_s_;  // of the sample before, at the stage `command`
   bool law_decided_ = false;
+  std::unique_ptr<rt::FixtureSet> fixtures_;
+  std::unique_ptr<rt::TissueMap> tissue_;
 };
 
 }  // namespace hapticd::tools

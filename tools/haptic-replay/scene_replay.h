@@ -24,9 +24,10 @@ enum class LeftOut {
   history,    ///< filter or fusion remember a frame that is not recorded, or a scene that is not in the trace
   model,      ///< the scene is not in the trace
   directive,  ///< the parameters are not in the trace
+  additions,  ///< the fixtures or tissue regions are not in the trace
   core,  ///< the core's memory is not known: no snapshot since the beginning, or since ticks left out before
 };
-inline constexpr std::size_t kLeftOutReasons = 6;
+inline constexpr std::size_t kLeftOutReasons = 7;
 
 /// Builds the scenes of a trace again, one after the other.
 ///

@@ -65,6 +65,10 @@ config::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::p
     index.directives[directive.generation] = directive;
     return true;
   };
+  visitor.additions = [&index](const drivers::AdditionsRecord& additions) {
+    index.additions.add(additions);
+    return true;
+  };
   visitor.snapshot = [&index](const drivers::SnapshotRecord& record) {
     index.usable = index.usable && record.usable;
     index.snapshots.emplace(record.snapshot.tick, record.snapshot);
@@ -106,6 +110,8 @@ config::Result<void> TraceReplay::openFrames(const std::filesystem::path& depth)
     frames_ = std::make_unique<FramesInFolder>(std::move(*recording), index_.info.realtime_offset_ns);
   }
   scenes_ = std::make_unique<SceneReplay>(settings_, std::move(index_.models), *frames_);
+  additions_ =
+      std::make_unique<AdditionsReplay>(std::move(index_.additions), settings_.camera.pose, trace_.string());
   core_ = std::make_unique<rt::HapticCore>(scenes_->pointCapacity());
   return {};
 }
@@ -134,6 +140,7 @@ config::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint6
                              .engage_inside = record.engage_inside,
                              .engage_request = record.engage_request,
                              .parameters = settings.effectiveLive()};
+  directive_->parameters.standoff_clearance_m = record.standoff_clearance_m;
   return directive_;
 }
 
@@ -173,11 +180,21 @@ config::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_
   if (!directive) return std::unexpected(directive.error());
   if (*why_not) return leaveOut(**why_not), config::Result<void>{};
   if (!*directive) return leaveOut(LeftOut::directive), config::Result<void>{};
+  const auto additions = additions_->goTo(tick.fixture_generation, tick.tissue_generation);
+  if (!additions) return std::unexpected(additions.error());
+  if (!*additions) return leaveOut(LeftOut::additions), config::Result<void>{};
   if (!takesUp(tick)) return leaveOut(LeftOut::core), config::Result<void>{};
   if (tick.stopping) (*directive)->engage = false;
   const std::int64_t woke_ns = tick.planned_ns + tick.wakeup_latency_ns;
-  const rt::Tick computed = core_->step({woke_ns, 1 / settings_.loop.rate_hz, scenes_->scene(), tick.handle,
-                                         **directive, tick.after_overrun, tick.stopping && tick.released});
+  const rt::Tick computed = core_->step({.now_ns = woke_ns,
+                                         .period_s = 1 / settings_.loop.rate_hz,
+                                         .scene = scenes_->scene(),
+                                         .handle = tick.handle,
+                                         .directive = **directive,
+                                         .overran = tick.after_overrun,
+                                         .release = tick.stopping && tick.released,
+                                         .fixtures = &additions_->fixtures(),
+                                         .tissue = &additions_->tissue()});
   compare(tick, computed);
   if (on_tick) on_tick(tick, computed);
   last_tick_ = tick.number;

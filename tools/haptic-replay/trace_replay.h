@@ -16,6 +16,7 @@
 #include "config/settings.h"
 #include "drivers/trace/trace_reader.h"
 #include "rt/haptic_core.h"
+#include "tools/haptic-replay/additions_replay.h"
 #include "tools/haptic-replay/scene_replay.h"
 #include "tools/haptic-replay/trace_frames.h"
 #include "tools/lib/parts/is.h"
@@ -63,9 +64,10 @@ class TraceReplay {
     drivers::TraceInfo info;
     std::vector<drivers::ModelRecord> models;
     std::map<std::uint64_t, drivers::DirectiveRecord> directives;  // by generation
-    std::map<std::uint64_t, rt::CoreSnapshot> snapshots;           // by the tick that they were taken before
-    std::set<std::int64_t> frames_ns;                              // arrivals of those in the trace
-    bool usable = true;                                            // this version's core has that memory
+    RecordedAdditions additions;
+    std::map<std::uint64_t, rt::CoreSnapshot> snapshots;  // by the tick that they were taken before
+    std::set<std::int64_t> frames_ns;                     // arrivals of those in the trace
+    bool usable = true;                                   // this version's core has that memory
   };
   static config::Result<Index> indexOf(const std::filesystem::path& trace);
 
@@ -86,6 +88,7 @@ class TraceReplay {
   std::unique_ptr<TraceFrames> frames_;
   FramesInTrace* frames_in_trace_ = nullptr;  // the same, where they are there
   std::unique_ptr<SceneReplay> scenes_;
+  std::unique_ptr<AdditionsReplay> additions_;
   std::unique_ptr<rt::HapticCore> core_;
   std::deque<rt::Tick> waiting_;  // for frames that come later in the file
   std::optional<rt::Directive> directive_;

@@ -32,6 +32,7 @@ std::string leftOutText(const TraceComparison& comparison) {
       "filter or fusion remember what is not recorded",
       "their scene is not in the trace",
       "their parameters are not in the trace",
+      "their fixtures or tissue regions are not in the trace",
       "before the first snapshot of the core, or the next one after a gap"};
   std::string text;
   for (std::size_t reason = 0; reason < kLeftOutReasons; ++reason) {

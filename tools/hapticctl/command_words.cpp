@@ -30,6 +30,8 @@ Takes takenBy(const CLI::Option& option) {
   if (type == "PARAMETER") return {Kind::parameters, {}};
   if (type == "PARAMETER=VALUE") return {Kind::assignments, {}};
   if (type == "PROFILE") return {Kind::profiles, {}};
+  if (type == "FIXTURE") return {Kind::fixtures, {}};
+  if (type == "REGION") return {Kind::regions, {}};
   if (type == "TRACE") return {Kind::traces, {}};
   if (type == "NAME|FILE") return {Kind::traces_or_files, {}};
   const bool file = type == "FILE" || type == "PATH" || type == "FOLDER";

@@ -18,6 +18,8 @@ struct Takes {
     parameters,
     assignments,
     profiles,
+    fixtures,
+    regions,
     traces,
     traces_or_files
   };

@@ -76,6 +76,13 @@ bool isFiles(Kind kind) {
 bool isProfiles(Kind kind) {
   return kind == Kind::profiles;
 }
+/// The command that lists the names which the daemon has of such a thing; empty: it has none.
+std::string_view listCommand(Kind kind) {
+  if (kind == Kind::profiles) return "profiles";
+  if (kind == Kind::fixtures) return "fixture list";
+  if (kind == Kind::regions) return "region list";
+  return kind == Kind::traces || kind == Kind::traces_or_files ? "trace list" : "";
+}
 bool isValue(Kind kind) {
   return kind != Kind::nothing;
 }
@@ -125,24 +132,24 @@ std::string bashArgument(const CommandWords& command) {
       return parameterNames(false, "");
     case Kind::assignments:
       return "@assignments";
-    case Kind::profiles:
-      return "@names profiles";
-    case Kind::traces:
-      return "@names trace list";
     case Kind::traces_or_files:
       return "@names_or_files trace list";
-    case Kind::nothing:
-    case Kind::anything:
+    default:
       break;
   }
-  return "";
+  const std::string_view list = listCommand(command.argument.kind);
+  return list.empty() ? "" : fmt::format("@names {}", list);
 }
 
-std::string bashOptionWords(const Commands& commands) {
+/// `line` for each option that takes words, with the pattern of its command and its name, and its words.
+std::string optionWords(const Commands& commands, const char* line) {
   std::string lines;
-  for (const auto& [name, takes] : valueOptions(commands)) {
-    if (takes.kind != Kind::words) continue;
-    lines += fmt::format("    {}) echo \"{}\" ;;\n", name, fmt::join(takes.words, " "));
+  for (const CommandWords& command : commands) {
+    const std::string path = command.path.empty() ? "*" : quoted(command.path);
+    for (const OptionWord& option : command.options) {
+      if (option.takes.kind != Kind::words) continue;
+      lines += fmt::format(fmt::runtime(line), path, option.name, fmt::join(option.takes.words, " "));
+    }
   }
   return lines;
 }
@@ -190,7 +197,7 @@ _hapticctl() {{
   case "$previous" in
     {file_options}) COMPREPLY=($(compgen -f -- "$current")); return ;;
     {profile_options}) COMPREPLY=($(compgen -W "$(_hapticctl_names profiles)" -- "$current")); return ;;
-    {value_options}) COMPREPLY=($(compgen -W "$(_hapticctl_words "$previous")" -- "$current")); return ;;
+    {value_options}) COMPREPLY=($(compgen -W "$(_hapticctl_words "$command:$previous")" -- "$current")); return ;;
   esac
   local argument="$(_hapticctl_argument "$command")"
   if [[ "$current" == -* ]]; then
@@ -220,19 +227,20 @@ complete -F _hapticctl hapticctl
 )sh";
 
 std::string bashScript(const Commands& commands) {
-  return fmt::format(
-      kBashScript,
-      fmt::arg("subcommands", bashCases(commands,
-                                        [](const CommandWords& command) {
-                                          return fmt::format("{}", fmt::join(command.subcommands, " "));
-                                        })),
-      fmt::arg("options", bashCases(commands, optionNames)),
-      fmt::arg("arguments", bashCases(commands, bashArgument)), fmt::arg("words", bashOptionWords(commands)),
-      fmt::arg("values", choiceLines("    {name}) echo \"{words}\" ;;\n")),
-      fmt::arg("value_options", optionPattern(commands, isValue)),
-      fmt::arg("file_options", optionPattern(commands, isFiles)),
-      fmt::arg("profile_options", optionPattern(commands, isProfiles)),
-      fmt::arg("assignments", parameterNames(true, "=")));
+  return fmt::format(kBashScript,
+                     fmt::arg("subcommands", bashCases(commands,
+                                                       [](const CommandWords& command) {
+                                                         return fmt::format(
+                                                             "{}", fmt::join(command.subcommands, " "));
+                                                       })),
+                     fmt::arg("options", bashCases(commands, optionNames)),
+                     fmt::arg("arguments", bashCases(commands, bashArgument)),
+                     fmt::arg("words", optionWords(commands, "    {}:{}) echo \"{}\" ;;\n")),
+                     fmt::arg("values", choiceLines("    {name}) echo \"{words}\" ;;\n")),
+                     fmt::arg("value_options", optionPattern(commands, isValue)),
+                     fmt::arg("file_options", optionPattern(commands, isFiles)),
+                     fmt::arg("profile_options", optionPattern(commands, isProfiles)),
+                     fmt::arg("assignments", parameterNames(true, "=")));
 }
 
 // --- zsh
@@ -265,16 +273,13 @@ std::string zshArgument(const Commands& commands, const CommandWords& command) {
       return "compadd -- " + parameterNames(false, "");
     case Kind::assignments:
       return "_hapticctl_assignments";
-    case Kind::profiles:
-      return "_hapticctl_names profiles";
-    case Kind::traces:
-      return "_hapticctl_names trace list";
     case Kind::traces_or_files:
       return "_hapticctl_names trace list; _files";
-    case Kind::nothing:
-    case Kind::anything:
+    default:
       break;
   }
+  if (const auto list = listCommand(command.argument.kind); !list.empty())
+    return fmt::format("_hapticctl_names {}", list);
   if (command.subcommands.empty()) return "";
   std::string words = "subcommands=(";
   for (const std::string& name : command.subcommands) {
@@ -287,15 +292,6 @@ std::string zshArguments(const Commands& commands) {
   std::string lines;
   for (const CommandWords& command : commands) {
     lines += fmt::format("    ({}) {} ;;\n", quoted(command.path), zshArgument(commands, command));
-  }
-  return lines;
-}
-
-std::string zshOptionWords(const Commands& commands) {
-  std::string lines;
-  for (const auto& [name, takes] : valueOptions(commands)) {
-    if (takes.kind != Kind::words) continue;
-    lines += fmt::format("    ({}) compadd -- {}; return ;;\n", name, fmt::join(takes.words, " "));
   }
   return lines;
 }
@@ -338,7 +334,9 @@ _hapticctl() {{
   case "$words[CURRENT-1]" in
     ({file_options}) _files; return ;;
     ({profile_options}) _hapticctl_names profiles; return ;;
-{words}    ({value_options}) return ;;
+  esac
+  case "$command:$words[CURRENT-1]" in
+{words}    (*:({value_options})) return ;;
   esac
   if [[ "$PREFIX" == -* ]]; then
     for word in "" $command; do
@@ -366,8 +364,8 @@ std::string zshScript(const Commands& commands) {
       fmt::arg("value_options", optionPattern(commands, isValue)),
       fmt::arg("file_options", optionPattern(commands, isFiles)),
       fmt::arg("profile_options", optionPattern(commands, isProfiles)), fmt::arg("steps", zshSteps(commands)),
-      fmt::arg("words", zshOptionWords(commands)), fmt::arg("options", zshOptions(commands)),
-      fmt::arg("arguments", zshArguments(commands)));
+      fmt::arg("words", optionWords(commands, "    ({}:{}) compadd -- {}; return ;;\n")),
+      fmt::arg("options", zshOptions(commands)), fmt::arg("arguments", zshArguments(commands)));
 }
 
 // --- fish
@@ -384,8 +382,11 @@ std::string fishCondition(const CommandWords& command) {
   return " -n " + quoted(condition);
 }
 
-constexpr const char* kFishProfiles = " -a '(__hapticctl_names profiles)'";
-constexpr const char* kFishTraces = " -a '(__hapticctl_names trace list)'";
+/// The part of a line that offers the names which the daemon has of such a thing; empty: it has none.
+std::string fishNames(Kind kind) {
+  const std::string_view list = listCommand(kind);
+  return list.empty() ? "" : fmt::format(" -a '(__hapticctl_names {})'", list);
+}
 
 std::string fishOptions(const CommandWords& command) {
   std::string lines;
@@ -396,7 +397,7 @@ std::string fishOptions(const CommandWords& command) {
                                                            : " -x";
     if (option.takes.kind == Kind::words)
       value += fmt::format(" -a '{}'", fmt::join(option.takes.words, " "));
-    if (option.takes.kind == Kind::profiles) value += kFishProfiles;
+    value += fishNames(option.takes.kind);
     lines +=
         fmt::format("complete -c hapticctl{} -{} {}{} -d {}\n", fishCondition(command), long_name ? "l" : "s",
                     option.name.substr(long_name ? 2 : 1), value, quoted(option.help));
@@ -427,17 +428,13 @@ std::string fishArgument(const CommandWords& command) {
       return fmt::format("complete -c hapticctl{} -a '{}'\n", condition, parameterNames(false, ""));
     case Kind::assignments:
       return fishAssignments(condition);
-    case Kind::profiles:
-      return fmt::format("complete -c hapticctl{}{}\n", condition, kFishProfiles);
-    case Kind::traces:
-      return fmt::format("complete -c hapticctl{}{}\n", condition, kFishTraces);
     case Kind::traces_or_files:
-      return fmt::format("complete -c hapticctl{} -F{}\n", condition, kFishTraces);
-    case Kind::nothing:
-    case Kind::anything:
+      return fmt::format("complete -c hapticctl{} -F{}\n", condition, fishNames(command.argument.kind));
+    default:
       break;
   }
-  return "";
+  const std::string names = fishNames(command.argument.kind);
+  return names.empty() ? "" : fmt::format("complete -c hapticctl{}{}\n", condition, names);
 }
 
 std::string fishSubcommands(const Commands& commands, const CommandWords& command) {

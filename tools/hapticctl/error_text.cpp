@@ -32,7 +32,9 @@ struct Meaning {
   std::string_view error;
   std::string_view text;
 };
-constexpr std::array<Meaning, 3> kMeanings{{
+constexpr std::array<Meaning, 4> kMeanings{{
+    {"io.hapticd.Control.ChangedMeanwhile",
+     "nothing was changed: somebody else has changed the list in the meantime\nlook at it again and repeat"},
     {"io.hapticd.Control.NotApplied",
      "the force loop has not taken over the change in time; it will when it runs again\n"
      "'hapticctl status' shows why it does not run"},
@@ -42,6 +44,16 @@ constexpr std::array<Meaning, 3> kMeanings{{
      "this socket is read-only\n"
      "use the control socket (--socket /run/hapticd/io.hapticd.Control); members of the group haptic may"},
 }};
+
+/// "nothing was changed: fixture nerve, radius_m: must be above 0" and what to do.
+std::string additionText(const char* noun, const Json& parameters) {
+  const std::string name = textAt(parameters, noun);
+  const std::string field = textAt(parameters, "field");
+  const std::string remedy = textAt(parameters, "remedy");
+  return fmt::format("nothing was changed: {}{}{}: {}{}", noun, name.empty() ? "" : " " + name,
+                     field == "-" ? "" : ", " + field, textAt(parameters, "reason"),
+                     remedy.empty() || remedy == "-" ? "" : "\n" + remedy);
+}
 
 std::string refusalText(const Json& parameters) {
   const std::string cause = textAt(parameters, "cause");
@@ -82,6 +94,8 @@ std::string replyText(const ClientError& error) {
     return "unknown parameter:" + problemLines(listAt(parameters, "problems")) +
            "\n'hapticctl params' lists the names";
   }
+  if (name == "io.hapticd.Control.FixtureRefused") return additionText("fixture", parameters);
+  if (name == "io.hapticd.Control.RegionRefused") return additionText("region", parameters);
   if (name == "io.hapticd.Control.RestartRequired") return restartText(parameters);
   if (name == "io.hapticd.Control.Refused") return refusalText(parameters);
   if (name == "io.hapticd.Status.TooManyConnections") return connectionsText(parameters);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "tools/hapticctl/addition_text.h"
 #include "tools/hapticctl/status_text.h"
 
 namespace hapticd::tools {
@@ -120,6 +121,13 @@ std::vector<std::string> rows(const Json& status) {
       statusRow("compute", latencyText(status, "loop.computeTime")),
       hipRow(status),
       statusRow("versions", versionsText(status))};
+  const auto insertBelowForce = [&](const char* title, const std::string& text) {
+    if (!text.empty()) lines.insert(lines.begin() + 2, statusRow(title, text));
+  };
+  if (textAt(status, "tick.stiffnessBound") != "configured")
+    insertBelowForce("stiffness", surfaceStiffnessText(status));
+  insertBelowForce("tissue", tissueText(status));
+  insertBelowForce("fixtures", fixturesText(status));
   if (const std::string leds = ledsText(status); !leds.empty()) lines.push_back(statusRow("leds", leds));
   const Json* link = fieldAt(status, "handle.link");
   if (link && link->is_object())

@@ -10,6 +10,8 @@ int run(int argc, char** argv) {
   addStateCommands(line);
   addControlCommands(line);
   addProfileCommands(line);
+  addFixtureCommands(line);
+  addRegionCommands(line);
   addTraceCommands(line);
   addSnapshotCommand(line);
   addViewCommand(line);

@@ -13,6 +13,7 @@
 #include "drivers/led/led_panel.h"
 #include "rt/loop_state.h"
 #include "rt/words.h"
+#include "tools/hapticctl/addition_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -248,6 +249,16 @@ std::string folderText(const Json& status) {
                      std::isnan(limit) ? "" : " of " + bytesText(limit));
 }
 
+/// "  fixture 3.2 mm  guidance 0.15 N"; empty where there is no fixture near or acting.
+std::string nearFixtureText(const Json& reply) {
+  const double distance_m = numberAt(reply, "status.tick.fixtureDistanceM");
+  const double guidance_n = lengthAt(reply, "status.tick.guidanceForceNInWorld");
+  std::string text;
+  if (!std::isnan(distance_m)) text += fmt::format("  fixture {:.1f} mm", distance_m * 1e3);
+  if (guidance_n > 0) text += fmt::format("  guidance {:.2f} N", guidance_n);
+  return text;
+}
+
 }  // namespace
 
 std::string contactText(const Json& status) {
@@ -368,8 +379,14 @@ std::string statusText(const Json& status, double nominal_rate_hz) {
   std::string text;
   for (const std::string& line : complaints(status, nominal_rate_hz)) text += "! " + line + "\n";
   text += line("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
-  text += loopText(status) + lawText(status) + forceText(status) + safetyText(status) + cameraText(status) +
-          sceneText(status) + handleText(status);
+  text += loopText(status) + lawText(status);
+  if (const std::string stiffness = surfaceStiffnessText(status); !stiffness.empty())
+    text += line("stiffness", stiffness);
+  text += forceText(status);
+  if (const std::string fixtures = fixturesText(status); !fixtures.empty())
+    text += line("fixtures", fixtures);
+  if (const std::string tissue = tissueText(status); !tissue.empty()) text += line("tissue", tissue);
+  text += safetyText(status) + cameraText(status) + sceneText(status) + handleText(status);
   if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);
   text += line("trace", traceText(status));
   text += line("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
@@ -394,13 +411,13 @@ std::string monitorLine(const Json& reply) {
   const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
   return fmt::format(
       "{:>8} s  {:<9} {:>7} Hz  camera {:<9} {:>5} fps  contact {:>3} %  force {}..{} N  wake-up max {}  "
-      "overruns {}  dropped {}",
+      "overruns {}  dropped {}{}",
       fixed(numberAt(reply, "status.uptimeS"), 1), textAt(reply, "status.mode"),
       fixed(numberAt(reply, "status.loop.rateHz"), 1), textAt(reply, "status.camera.state"),
       fixed(numberAt(reply, "status.scene.frameRateHz"), 1), fixed(contact, 0),
       fixed(numberAt(reply, "window.minForceN"), 2), fixed(numberAt(reply, "window.maxForceN"), 2),
       duration(numberAt(reply, "window.maxWakeupLatencyNs")), countAt(reply, "status.loop.counters.overruns"),
-      countAt(reply, "droppedCount"));
+      countAt(reply, "droppedCount"), nearFixtureText(reply));
 }
 
 std::string liveLine(const Json& reply) {

@@ -86,10 +86,15 @@ Json infoJson(const TraceSummary& summary, bool being_written) {
           {"largestForceN", summary.largest_force_n},
           {"largestForceTimeS", summary.largest_force_time_s},
           {"contactShare", summary.contact_share},
+          {"fixtureContacts", summary.fixture_contacts},
+          {"fixtureContactShare", summary.fixture_contact_share},
+          {"largestFixtureForceN", summary.largest_fixture_force_n},
+          {"largestGuidanceForceN", summary.largest_guidance_force_n},
           {"modesS", timesJson(summary.modes_s)},
           {"lawsS", timesJson(summary.laws_s)},
           {"models", info.models},
           {"directives", info.directives},
+          {"additions", info.additions},
           {"events", info.events},
           {"snapshots", info.snapshots},
           {"depthFrames", info.depth_frames},
@@ -150,12 +155,19 @@ void showInfo(const TraceSummary& summary, bool being_written) {
   fmt::print("force        at most {} N, at {} s; in contact {} % of the time\n",
              fixed(summary.largest_force_n, 3), fixed(summary.largest_force_time_s, 3),
              fixed(100 * summary.contact_share, 1));
+  if (summary.fixture_contacts > 0) {
+    fmt::print("fixtures     {} contacts, {} % of the time; at most {} N, guidance at most {} N\n",
+               summary.fixture_contacts, fixed(100 * summary.fixture_contact_share, 1),
+               fixed(summary.largest_fixture_force_n, 3), fixed(summary.largest_guidance_force_n, 3));
+  }
   for (const auto& [mode, seconds] : summary.modes_s) {
     fmt::print("mode         {} for {} s\n", mode, fixed(seconds, 1));
   }
   showLaws(summary);
-  fmt::print("records      {} models, {} parameter sets, {} events, {} snapshots, {} depth frames\n",
-             info.models, info.directives, info.events, info.snapshots, info.depth_frames);
+  fmt::print(
+      "records      {} models, {} parameter sets, {} fixture sets, {} events, {} snapshots, {} depth "
+      "frames\n",
+      info.models, info.directives, info.additions, info.events, info.snapshots, info.depth_frames);
   fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
              stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {

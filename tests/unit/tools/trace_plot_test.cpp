@@ -28,6 +28,7 @@ test::MadeUpRecords experiment() {
     tick.number = number;
     tick.planned_ns = kFirstTick_ns + static_cast<std::int64_t>(number - 1) * 1'000'000;
     tick.mode = number <= 1000 ? rt::Mode::idle : rt::Mode::engaged;
+    if (number > 1500) tick.guidance_force_n_in_world = {0, 1, 0};
     if (number > 1000) tick.command_force_n_in_world = {3, 0, 0};
     records.ticks.push_back(tick);
   }
@@ -65,6 +66,9 @@ TEST_F(TracePlot, ShowsModesForcesPerAxisTheirLimitAndEvents) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
   EXPECT_NE(svg.find("trial 3: it"), std::string::npos);
+  EXPECT_NE(svg.find(">force of fixtures (N)<"), std::string::npos);
+  EXPECT_NE(svg.find(">guidance<"), std::string::npos);
+  EXPECT_NE(svg.find(">fixtures<"), std::string::npos);
   EXPECT_EQ(svg.find("before the first tick"), std::string::npos);
 }
 
@@ -73,6 +77,7 @@ TEST_F(TracePlot, OfAStretchShowsOnlyWhatIsInIt) {
   if (svg.empty()) GTEST_SKIP() << "no gnuplot here (Debian package gnuplot-nox)";
   EXPECT_EQ(svg.find("trial 3"), std::string::npos);
   EXPECT_EQ(svg.find(">idle<"), std::string::npos);
+  EXPECT_EQ(svg.find("force of fixtures"), std::string::npos) << "none acts in that time";
   EXPECT_EQ(svg.find(">fault<"), std::string::npos);
   EXPECT_NE(svg.find(">limit<"), std::string::npos) << "it was set before, and holds";
 }

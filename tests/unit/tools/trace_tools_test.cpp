@@ -292,6 +292,11 @@ TEST_F(TraceTools, SummaryIsWhatTheTicksSay) {
   records.ticks[3].contact = rt::ContactState::contact;
   records.ticks[4].points_used = 12;
   records.ticks[5].after_overrun = true;
+  records.ticks[1].fixtures_in_contact = 0b01;
+  records.ticks[2].fixtures_in_contact = records.ticks[3].fixtures_in_contact = 0b11;
+  records.ticks[5].fixtures_in_contact = 0b10;
+  records.ticks[2].fixture_force_n_in_world = {0, 0, 1.5};
+  records.ticks[3].guidance_force_n_in_world = {0.5, 0, 0};
   records.events.emplace_back().kind = "mode";
   const auto summary = summariseTrace(write(records));
   ASSERT_TRUE(summary) << summary.error().text();
@@ -310,6 +315,10 @@ TEST_F(TraceTools, SummaryIsWhatTheTicksSay) {
   EXPECT_EQ(summary->largest_force_n, 9);
   EXPECT_DOUBLE_EQ(summary->largest_force_time_s, 0.007);
   EXPECT_DOUBLE_EQ(summary->contact_share, 2.0 / 7);
+  EXPECT_EQ(summary->fixture_contacts, 3U);
+  EXPECT_DOUBLE_EQ(summary->fixture_contact_share, 4.0 / 7);
+  EXPECT_EQ(summary->largest_fixture_force_n, 1.5);
+  EXPECT_EQ(summary->largest_guidance_force_n, 0.5);
   ASSERT_EQ(summary->modes_s.size(), 2U);
   EXPECT_EQ(summary->modes_s[0].first, "starting");
   EXPECT_DOUBLE_EQ(summary->modes_s[0].second, 0.005);

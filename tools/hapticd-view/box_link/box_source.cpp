@@ -29,7 +29,7 @@ constexpr std::size_t kPastEvents = 64;
 /// All of the status but `tick`, which the stream of ticks brings.
 Json statusFields() {
   return Json::array({"mode", "cause", "warnings", "version", "kernel", "uptimeS", "loop", "camera", "scene",
-                      "handle", "law", "leds", "trace", "control"});
+                      "handle", "law", "leds", "trace", "control", "fixtures", "tissue"});
 }
 
 /// Why a call was refused, in words for people.
@@ -84,7 +84,8 @@ BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket
               [this](const ClientError& error) {
                 frames_.reset();
                 setDepth(false, textOf(error));
-              }}) {}
+              }}),
+      additions_fetch_(context, socket, [this](const Json& additions) { setAdditions(additions); }) {}
 
 Json BoxSource::hello() const {
   return {{"type", "hello"}, {"protocol", 1}, {"source", "live"}, {"version", version_}, {"trace", nullptr}};
@@ -95,6 +96,7 @@ void BoxSource::add(Viewer& viewer) {
   if (reachable_) viewer.onBox(*reachable_, reason_);
   if (depth_available_) viewer.onDepthState(*depth_available_, depth_reason_);
   if (!parameters_.is_null()) viewer.onParameters(parameters_);
+  if (!additions_.is_null()) viewer.onAdditions(additions_);
   if (!status_.is_null()) viewer.onStatus(status_);
   for (const Json& event : past_events_) viewer.onEvent(event);
   if (picture_ && viewer.wantsDepth()) viewer.onDepth(picture_);
@@ -133,6 +135,8 @@ void BoxSource::forget() {
   depth_available_.reset();
   status_ = {};
   parameters_ = {};
+  additions_ = {};
+  additions_fetch_.forget();
   past_events_.clear();
   picture_.reset();
   parameters_call_.reset();
@@ -160,6 +164,7 @@ void BoxSource::onTicks(const Json& reply) {
     ticks_lost_ = count;
   }
   forEachTick(reply, [this](const rt::Tick& tick) {
+    additions_fetch_.onTick(tick);
     for (Viewer* viewer : viewers_) {
       if (viewer->wantsTicks()) viewer->onTick(tick);
     }
@@ -208,6 +213,11 @@ void BoxSource::setDepth(bool available, const std::string& reason) {
   depth_reason_ = reason;
   if (!available) picture_.reset();
   for (Viewer* viewer : viewers_) viewer->onDepthState(available, reason);
+}
+
+void BoxSource::setAdditions(const Json& additions) {
+  additions_ = additions;
+  for (Viewer* viewer : viewers_) viewer->onAdditions(additions_);
 }
 
 void BoxSource::fetchParameters() {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/hapticd-view/box_link/additions_fetch.h"
 #include "tools/hapticd-view/box_link/depth_frames.h"
 #include "tools/hapticd-view/box_link/lasting_stream.h"
 #include "tools/hapticd-view/live/source.h"
@@ -33,6 +34,7 @@ class BoxSource final : public Source {
   void onDepthShared(const config::Descriptor& memory);
   void setBox(bool reachable, const std::string& reason);
   void setDepth(bool available, const std::string& reason);
+  void setAdditions(const Json& additions);
   void fetchParameters();
   void onParameters(const Json& reply);
   void forget();
@@ -46,6 +48,7 @@ class BoxSource final : public Source {
   LastingStream ticks_;
   LastingStream events_;
   LastingStream depth_;
+  AdditionsFetch additions_fetch_;
   std::shared_ptr<VarlinkStream> parameters_call_;
   bool parameters_changed_ = false;  // since parameters_call_ was sent
 
@@ -56,6 +59,7 @@ class BoxSource final : public Source {
   std::string depth_reason_;
   Json status_;
   Json parameters_;
+  Json additions_;
   std::deque<Json> past_events_;
   std::shared_ptr<const DepthPicture> picture_;
 

@@ -2,6 +2,7 @@
 #include "tools/hapticd-view/box_link/tick_columns.h"
 
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <limits>
@@ -30,8 +31,9 @@ template <std::integral Integer>
 void read(const Json& json, Integer& value) {
   if (json.is_number_integer()) value = json.get<Integer>();
 }
+/// JSON has no infinite numbers either: null stays infinite where that is the default.
 void read(const Json& json, double& value) {
-  value = numberOf(json);
+  if (json.is_number() || !std::isinf(value)) value = numberOf(json);
 }
 void read(const Json& json, rt::Vec3& value) {
   if (!json.is_array() || json.size() != 3) return;

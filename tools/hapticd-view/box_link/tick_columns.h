@@ -13,8 +13,8 @@ namespace hapticd::tools::view {
 Json allTickFields();
 
 /// Rebuilds the ticks of a reply of io.hapticd.Status.Ticks and hands over each, oldest first. A number that
-/// is null becomes NaN. A field that is missing, of another type or unknown keeps its default, because the
-/// daemon may be of another version.
+/// is null becomes NaN, or infinite where that is the default. A field that is missing, of another type or
+/// unknown keeps its default, because the daemon may be of another version.
 void forEachTick(const Json& reply, const std::function<void(const rt::Tick&)>& take);
 
 }  // namespace hapticd::tools::view

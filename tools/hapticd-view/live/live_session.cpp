@@ -17,6 +17,7 @@ enum Key : std::uint64_t {
   kBox = 1,
   kDepthState,
   kParameters,
+  kAdditions,
   kState,
   kWindow,
   kDepth,
@@ -69,6 +70,12 @@ void LiveSession::onStatus(const Json& status) {
 
 void LiveSession::onParameters(const Json& parameters) {
   sink_.send(textMessage(textOf({{"type", "parameters"}, {"parameters", parameters}})), key(kParameters));
+}
+
+void LiveSession::onAdditions(const Json& additions) {
+  Json message = additions;
+  message["type"] = "additions";
+  sink_.send(textMessage(textOf(message)), key(kAdditions));
 }
 
 void LiveSession::onEvent(const Json& event) {

@@ -33,21 +33,28 @@ void TickSummary::add(const rt::Tick& tick) {
   max_scene_age_ns_ = std::max(max_scene_age_ns_, tick.scene_age_ns);
   max_wakeup_latency_ns_ = std::max(max_wakeup_latency_ns_, tick.wakeup_latency_ns);
   if (rt::inContact(tick)) ++contact_ticks_;
+  fixture_contacts_ |= tick.fixtures_in_contact;
   ++ticks_;
   newest_ = tick;
 }
 
 std::string TickSummary::message() const {
   const bool has_proxy = rt::rowOf(newest_.law).has_proxy;
+  const bool held_back = newest_.fixture_proxy_m_in_world != newest_.hip_m_in_world;
   return fmt::format(
       R"({{"type":"window","ticks":{},"lost":{},"number":{},"timeNs":{},"hip":{},"proxy":{},"force":{},)"
       R"("forceMaxN":{},"penetrationMaxM":{},"sceneAgeMaxNs":{},"wakeupLatencyMaxNs":{},"contact":{},)"
-      R"("contactTicks":{},"gain":{},"law":"{}","sceneFrame":{}}})",
+      R"("contactTicks":{},"gain":{},"law":"{}","sceneFrame":{},"fixtureContacts":{},"nearestFixture":{},)"
+      R"("fixtureDistanceM":{},"fixtureProxy":{},"fixtureForce":{},"guidanceForce":{},"tissueRegion":{}}})",
       ticks_, lost_, newest_.number, newest_.planned_ns, vectorText(newest_.hip_m_in_world),
       has_proxy ? vectorText(newest_.proxy_m_in_world) : "null", vectorText(newest_.command_force_n_in_world),
       numberText(max_force_n_), has_penetration_ ? numberText(max_penetration_m_) : "null", max_scene_age_ns_,
       max_wakeup_latency_ns_, has_proxy ? fmt::format("\"{}\"", rt::wordOf(newest_.contact)) : "null",
-      contact_ticks_, numberText(newest_.gain), rt::wordOf(newest_.law), newest_.scene_frame);
+      contact_ticks_, numberText(newest_.gain), rt::wordOf(newest_.law), newest_.scene_frame,
+      fixture_contacts_, newest_.nearest_fixture, numberText(newest_.fixture_distance_m),
+      held_back ? vectorText(newest_.fixture_proxy_m_in_world) : "null",
+      vectorText(newest_.fixture_force_n_in_world), vectorText(newest_.guidance_force_n_in_world),
+      newest_.tissue_region);
 }
 
 }  // namespace hapticd::tools::view

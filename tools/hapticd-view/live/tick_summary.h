@@ -25,6 +25,7 @@ class TickSummary {
   std::uint64_t ticks_ = 0;
   std::uint64_t lost_ = 0;
   std::uint64_t contact_ticks_ = 0;
+  std::uint32_t fixture_contacts_ = 0;  // bit n: fixture n acted
   double max_force_n_ = 0;
   double max_penetration_m_ = 0;
   bool has_penetration_ = false;  // a law with a proxy was in use

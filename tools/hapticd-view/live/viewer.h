@@ -29,6 +29,9 @@ class Viewer {
   virtual void onStatus(const Json&) {}
   /// All parameters, name to value, at the start and after each change.
   virtual void onParameters(const Json&) {}
+  /// All fixtures and tissue regions, at the start and after each change: `fixtures` and `regions`, lists of
+  /// FixtureEntry and RegionEntry of io.hapticd.Status in the order of their sets.
+  virtual void onAdditions(const Json&) {}
   /// An Event object of io.hapticd.Status.
   virtual void onEvent(const Json&) {}
   /// Each depth frame; only the newest where several came together.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wires the page: messages of the bridge into the picture, the panel and the charts; buttons and keys to what they do.
 
+import { Additions } from './additions.js';
 import { Charts } from './charts.js';
 import { kColourings } from './cloud.js';
 import { Controls } from './controls.js';
@@ -21,6 +22,7 @@ const kDepthHz = 30;
 /** Share by which the range of the colours follows a frame; all at once they would flicker. */
 const kFollow = 0.1;
 const kNoticeMs = 100;
+const kLeastGuidanceN = 0.005;
 
 const element = (id) => document.getElementById(id);
 
@@ -31,13 +33,20 @@ const scene = {
   proxy: null,
   force: null,
   forceText: '',
+  /** Force of the guidance fixtures, and what is written beside its arrow; '': too small for an arrow. */
+  guidance: null,
+  guidanceText: '',
+  /** Where the forbidden regions hold the hand; null while none does. */
+  fixtureProxy: null,
+  /** Fixtures and tissue regions: {name, group, definition, shape, enabled, inContact}, see additions.js. */
+  additions: [],
   trail: [],
   /** {centre, radiusM} of the part that is modelled for the hand; null: all of it, or not known. */
   ball: null,
   radii: { hipM: 0.04, proxyM: 0.008 },
   arrowMPerN: arrowScale(NaN),
   picks: [],
-  layers: { cloud: true, model: true, hand: true, force: true, trail: true, camera: true, axes: true, grid: true },
+  layers: { cloud: true, model: true, hand: true, force: true, fixtures: true, trail: true, camera: true, axes: true, grid: true },
   colouring: 'depth',
   /** nearest, farthest, lowest, highest */
   rangeM: [0.4, 4, -1, 1],
@@ -55,6 +64,7 @@ const orbit = new Orbit();
 const notices = new Notices();
 const panel = new Panel();
 const charts = new Charts(element('charts'));
+const additions = new Additions(element('fixtures'), element('fixtures-card'));
 let picture = null;
 let bridge = null;
 
@@ -102,6 +112,7 @@ function takeWindow(window_) {
   scene.force = isVector(window_.force) ? window_.force : null;
   const forceN = scene.force ? norm(scene.force) : NaN;
   scene.forceText = forceN >= 0.005 ? `${forceN.toFixed(2)} N` : '';
+  takeFixtures(window_);
   if (window_.law && window_.law !== known.law) {
     known.law = window_.law;
     takeRadii();
@@ -115,6 +126,15 @@ function takeWindow(window_) {
   charts.add(window_);
   drawCharts();
   redraw();
+}
+
+/** What a window says of fixtures; a bridge of an older version says nothing. */
+function takeFixtures(window_) {
+  scene.guidance = isVector(window_.guidanceForce) ? window_.guidanceForce : null;
+  const guidanceN = scene.guidance ? norm(scene.guidance) : 0;
+  scene.guidanceText = guidanceN >= kLeastGuidanceN ? `${guidanceN.toFixed(2)} N guidance` : '';
+  scene.fixtureProxy = isVector(window_.fixtureProxy) ? window_.fixtureProxy : null;
+  scene.additions = additions.follow(window_, scene.frame, known.parameters['fixtures.warning_m']);
 }
 
 function takeState({ status, ageMs }) {
@@ -162,6 +182,7 @@ function takeHello(message) {
   document.title = notices.isTrace ? `hapticd: ${message.trace?.name ?? 'recording'}` : 'hapticd: live view';
   scene.trail = [];
   panel.clearEvents();
+  additions.take({});
 }
 
 const timeLine = new TimeLine(element('timeline'), (message) => bridge.send(message));
@@ -172,6 +193,7 @@ const kTakers = {
     known.parameters = parameters;
     takeRadii();
   },
+  additions: (message) => additions.take(message),
   state: takeState,
   window: takeWindow,
   event: ({ event }) => {
@@ -248,7 +270,8 @@ async function savePng() {
 const picks = new PickList({
   list: element('picks'), distance: element('pick-distance'), command: element('pick-command'),
   note: element('pick-note'), copy: element('pick-copy'), clear: element('pick-clear'),
-}, (list) => {
+  use: element('pick-use'), useField: element('pick-use-field'),
+}, orbit, (list) => {
   scene.picks = list;
   redraw();
 });

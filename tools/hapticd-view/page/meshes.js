@@ -39,3 +39,23 @@ export const cylinder = () => revolved(1, (share) => ({ y: share, r: 1, ny: 0, n
 
 /** Radius 1 at y = 0, its tip at y = 1. */
 export const cone = () => revolved(1, (share) => ({ y: share, r: 1 - share, ny: Math.SQRT1_2, nr: Math.SQRT1_2 }));
+
+/** From -1 to 1 along each axis. */
+export const cube = () => {
+  const corners = [];
+  for (const axis of [0, 1, 2]) {
+    for (const side of [-1, 1]) {
+      const at = (u, v) => {
+        const place = [0, 0, 0];
+        place[axis] = side;
+        place[(axis + 1) % 3] = u;
+        place[(axis + 2) % 3] = v;
+        const normal = [0, 0, 0];
+        normal[axis] = side;
+        return [...place, ...normal];
+      };
+      corners.push(at(-1, -1), at(1, -1), at(1, 1), at(-1, -1), at(1, 1), at(-1, 1));
+    }
+  }
+  return new Float32Array(corners.flat());
+};

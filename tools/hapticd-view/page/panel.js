@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The state of the box for people: what is wrong first, then mode, force, health and events.
 
+import { isVector, norm } from './vectors.js';
 import { causeInWords, contactInWords, duration, fixed, lawInWords, modeInWords, upTime } from './words.js';
 
 const kMostEvents = 200;
@@ -174,6 +175,15 @@ export class Panel {
     const contact = window_.contact ? contactInWords(window_.contact) : window_.contactTicks > 0 ? 'in contact' : 'free';
     this.force.set('Contact', contact + (window_.contactTicks > 0 ? share : ''));
     this.force.set('Gain', fixed(window_.gain, 2));
+    this.showPart('Of fixtures', window_.fixtureForce);
+    this.showPart('Of guidance', window_.guidanceForce);
+  }
+
+  /** A part of the force on its own; shown from the first time on that it is there. */
+  showPart(title, vector) {
+    if (!isVector(vector)) return;
+    const partN = norm(vector);
+    if (partN > 0 || this.force.rows.has(title)) this.force.set(title, `${fixed(partN, 2)} N`);
   }
 
   clearEvents() {

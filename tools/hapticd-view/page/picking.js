@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads points off the depth frame: which pixel lies nearest to a place of the view, and where it is.
 
-import { norm, subtract } from './vectors.js';
+import { cross, dot, norm, scale, subtract, unit } from './vectors.js';
 import { coordinates, fixed } from './words.js';
 
 /** So far beside the place that was chosen a pixel may be, in CSS pixels. */
@@ -47,10 +47,40 @@ export function registerCommand(picks) {
   ].join('\n');
 }
 
+/** Radius and clearance of a fixture that is made of picks, to be changed by whoever pastes the command. */
+const kFixtureRadiusM = 0.02;
+
+/**
+ * Shell commands that add fixtures at these picks: one makes a sphere; the last two a capsule, and all of them a path;
+ * the last three a plane, its free side towards `eye` (docs/fixtures.md).
+ */
+export function fixtureCommands(picks, eye) {
+  const places = picks.map(({ world }) => world);
+  const text = (v, digits = 4) => v.map((value) => Number(value.toFixed(digits)) + 0).join(',');
+  const [a, b, c] = places.slice(-3);
+  const last = places.at(-1);
+  if (places.length === 1) {
+    return [`hapticctl fixture add NAME --kind sphere --position-m ${text(last)} --radius-m ${kFixtureRadiusM}`];
+  }
+  const before = places.at(-2);
+  const commands = [
+    `hapticctl fixture add NAME --kind capsule --position-m ${text(before)} --end-m ${text(last)} --radius-m ${kFixtureRadiusM}`,
+    `hapticctl fixture add NAME --kind path --points-m "${places.map((p) => text(p)).join(' ')}"`,
+  ];
+  if (places.length < 3) return commands;
+  const across = cross(subtract(b, a), subtract(c, a));
+  if (norm(across) > 1e-9) {
+    const towards = dot(across, subtract(eye, a)) < 0 ? scale(across, -1) : across;
+    commands.push(`hapticctl fixture add NAME --kind plane --position-m ${text(a)} --normal ${text(unit(towards))}`);
+  }
+  return commands;
+}
+
 /** The list of picks in the panel. */
 export class PickList {
-  /** `elements`: list, distance, command, note, copy, clear. `onChange()` after each change. */
-  constructor(elements, onChange) {
+  /** `elements`: list, distance, use, command, note, copy, clear. `onChange()` after each change; `orbit`: the eye. */
+  constructor(elements, orbit, onChange) {
+    this.orbit = orbit;
     this.elements = elements;
     this.onChange = onChange;
     this.picks = [];
@@ -60,6 +90,7 @@ export class PickList {
       this.show();
     });
     elements.copy.addEventListener('click', () => this.copy());
+    elements.use.addEventListener('change', () => this.show());
     this.show();
   }
 
@@ -74,21 +105,27 @@ export class PickList {
   }
 
   show() {
-    const { list, distance, command, note, copy, clear } = this.elements;
+    const { list, distance, use, useField, command, note, copy, clear } = this.elements;
     list.replaceChildren(...this.picks.map((one) => this.row(one)));
     const [a, b] = this.picks.slice(-2);
     const both = this.picks.length >= 2;
     distance.textContent = both ? `${a.name} to ${b.name}: ${fixed(norm(subtract(a.world, b.world)), 3)} m` : '';
     const any = this.picks.length > 0;
-    command.textContent = any ? registerCommand(this.picks) : '';
+    const forFixtures = use.value === 'fixture';
+    const commands = () => (forFixtures ? fixtureCommands(this.picks, this.orbit.eye).join('\n') : registerCommand(this.picks));
+    command.textContent = any ? commands() : '';
+    useField.hidden = !any;
     command.hidden = !any;
     copy.hidden = !any;
     clear.hidden = !any;
-    const missing = kFewestLandmarks - this.picks.length;
-    note.textContent = !any
-      ? 'Click or tap a point of the cloud, or press Enter for the point at the crosshair.'
-      : missing > 0 ? `To register the camera, pick ${missing} more.` : 'Touch each with the handle when asked:';
+    note.textContent = any ? this.noteFor(forFixtures) : 'Click or tap a point of the cloud, or press Enter for the point at the crosshair.';
     this.onChange(this.picks);
+  }
+
+  noteFor(forFixtures) {
+    if (forFixtures) return 'Each line adds a fixture: give it a name.';
+    const missing = kFewestLandmarks - this.picks.length;
+    return missing > 0 ? `To register the camera, pick ${missing} more.` : 'Touch each with the handle when asked:';
   }
 
   row(one) {

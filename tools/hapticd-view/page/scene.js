@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the picture: cloud, hand, force, camera, grid. Draws only when something has changed.
+// Draws the picture: cloud, hand, force, fixtures, camera, grid. Draws only when something has changed.
 
 import { Cloud, kColourings } from './cloud.js';
 import { Detail, isSoftware } from './detail.js';
+import { coneEnd, kPlaneHalfM, middleOf, outlineOf } from './fixtures.js';
 import { Labels } from './labels.js';
 import { Lines } from './lines.js';
 import { Solids } from './solids.js';
@@ -19,6 +20,8 @@ const kCameraM = 0.12;
 const kFrustumM = 4;
 const kAxisM = 0.15;
 const kGridHalfM = 3;
+const kGuidanceKnotM = 0.006;
+const kPlaneThicknessM = 0.0005;
 
 export class Picture {
   /** `scene` is what is drawn, see main.js; `labelFolder` the element that holds the labels. */
@@ -112,7 +115,9 @@ export class Picture {
     if (scene.layers.model && scene.ball) this.addBall();
     if (scene.layers.trail) this.addTrail();
     this.addPicks();
+    if (scene.layers.fixtures) this.addOutlines();
     this.lines.draw(orbit, pixelRatio, 2);
+    if (scene.layers.fixtures) this.drawFixtures();
     if (scene.layers.hand) this.drawHand();
     this.labels.end();
     this.renders++;
@@ -198,8 +203,50 @@ export class Picture {
     this.lines.add(a.world, b.world, [...theme.ink, 0.9]);
   }
 
+  /** Outlines and names of fixtures and tissue regions: bright in contact, faint while disabled. */
+  addOutlines() {
+    const { theme } = this.scene;
+    for (const { name, group, shape, enabled, inContact } of this.scene.additions) {
+      if (!shape) continue;
+      const alpha = inContact ? 1 : enabled ? 0.55 : 0.15;
+      for (const line of outlineOf(shape, this.orbit.eye)) this.lines.addStrip(line, [...theme[group], alpha]);
+      this.labels.put(`${group}-${name}`, middleOf(shape), name, `fixture ${group}`);
+    }
+  }
+
+  drawFixtures() {
+    const { additions, fixtureProxy, radii, theme } = this.scene;
+    this.solids.begin(this.orbit);
+    for (const { group, shape, enabled, inContact } of additions) {
+      if (!shape) continue;
+      const alpha = (inContact ? 0.3 : 0.16) * (enabled ? 1 : 0.3);
+      const look = { colour: theme[group], alpha, rim: 0.3 * alpha, shade: 0.3, throughCloud: false };
+      switch (shape.kind) {
+        case 'sphere': this.solids.drawSphere(shape.at, shape.radiusM, look); break;
+        case 'box': this.solids.drawBox(shape.at, shape.half, shape.axes, look); break;
+        case 'capsule': this.solids.drawCapsule(shape.at, shape.end, shape.radiusM, look); break;
+        case 'plane': this.solids.drawBox(
+          shape.at, [kPlaneHalfM, kPlaneHalfM, kPlaneThicknessM], [...perpendiculars(shape.axis), shape.axis], look);
+          break;
+        case 'cone': {
+          const { centre, radiusM } = coneEnd(shape);
+          this.solids.drawCone(shape.at, centre, radiusM, look);
+          break;
+        }
+        // what leads the hand is small: opaque, so that it is seen
+        default:
+          for (const knot of shape.points ?? [shape.at]) {
+            this.solids.drawSphere(knot, kGuidanceKnotM, { colour: theme[group], alpha: enabled ? 0.9 : 0.3, shade: 0.3 });
+          }
+      }
+    }
+    if (fixtureProxy) {
+      this.solids.drawSphere(fixtureProxy, radii.proxyM, { colour: theme.forbidden, alpha: 0.55, rim: 0.45, shade: 0.35 });
+    }
+  }
+
   drawHand() {
-    const { hip, proxy, force, radii, theme, layers, arrowMPerN, forceText } = this.scene;
+    const { hip, proxy, force, guidance, radii, theme, layers, arrowMPerN, forceText, guidanceText } = this.scene;
     if (!hip) return;
     this.solids.begin(this.orbit);
     this.solids.drawSphere(hip, Math.min(kCoreM, radii.hipM), { colour: theme.accent, shade: 0.25 });
@@ -207,6 +254,11 @@ export class Picture {
       const vector = scale(force, arrowMPerN);
       this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.force, shade: 0.3 });
       if (forceText) this.labels.put('force', add(hip, vector), forceText, 'force');
+    }
+    if (guidanceText && layers.force) {
+      const vector = scale(guidance, arrowMPerN);
+      this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.guidance, shade: 0.3 });
+      this.labels.put('guidance-force', add(hip, vector), guidanceText, 'force guidance');
     }
     if (proxy) {
       this.solids.drawSphere(proxy, radii.proxyM, { colour: theme.ink, alpha: 0.55, rim: 0.45, shade: 0.35 });

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws spheres and arrows, opaque or translucent; what the cloud hides of them shows through faintly.
+// Draws spheres, arrows and the shapes of fixtures, opaque or translucent; what the cloud hides of them shows through faintly.
 
-import { cone, cylinder, sphere } from './meshes.js';
+import { cone, cube, cylinder, sphere } from './meshes.js';
 import { solidProgram } from './shaders.js';
-import { add, norm, perpendiculars, placed, scale, unit } from './vectors.js';
+import { add, norm, perpendiculars, placed, scale, subtract, unit } from './vectors.js';
 
 /** Opacity of what lies behind the cloud: a hand inside a surface must stay visible. */
 const kHiddenShare = 0.55;
@@ -15,6 +15,7 @@ export class Solids {
     this.sphere = this.mesh(sphere());
     this.cylinder = this.mesh(cylinder());
     this.cone = this.mesh(cone());
+    this.cube = this.mesh(cube());
   }
 
   mesh(corners) {
@@ -62,6 +63,26 @@ export class Solids {
 
   drawSphere(centre, radiusM, look) {
     this.draw(this.sphere, placed(centre, [radiusM, 0, 0], [0, radiusM, 0], [0, 0, radiusM]), look);
+  }
+
+  /** `half`: half its edges along `axes`. */
+  drawBox(centre, half, axes, look) {
+    this.draw(this.cube, placed(centre, ...axes.map((axis, i) => scale(axis, half[i]))), look);
+  }
+
+  drawCapsule(from, to, radiusM, look) {
+    const along = subtract(to, from);
+    const [x, z] = perpendiculars(unit(along));
+    this.draw(this.cylinder, placed(from, scale(x, radiusM), along, scale(z, radiusM)), look);
+    this.drawSphere(from, radiusM, look);
+    this.drawSphere(to, radiusM, look);
+  }
+
+  /** `end`: the middle of its wide end. */
+  drawCone(tip, end, radiusM, look) {
+    const along = subtract(tip, end);
+    const [x, z] = perpendiculars(unit(along));
+    this.draw(this.cone, placed(end, scale(x, radiusM), along, scale(z, radiusM)), look);
   }
 
   /** From `tail` along `vector` (metres), with a head. */

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/fixture_settings.h"
 #include "drivers/trace/depth_codec.h"
 #include "rt/clock.h"
 #include "tools/lib/trace/trace_settings.h"
@@ -24,6 +25,23 @@ Json valueOf(const std::string& text) {
   return text;
 }
 
+/// Empty lists where this version cannot read the record.
+Json entriesOf(const drivers::AdditionsRecord& record) {
+  Json entries = {{"fixtures", Json::array()}, {"regions", Json::array()}};
+  const auto additions = config::additionsFromText(record.text, "trace");
+  if (!additions) return entries;
+  for (const config::FixtureSettings& fixture : additions->fixtures) {
+    entries["fixtures"].push_back({{"name", fixture.name},
+                                   {"definition", Json::parse(config::jsonOf(fixture))},
+                                   {"enabled", fixture.enabled}});
+  }
+  for (const config::RegionSettings& region : additions->regions) {
+    entries["regions"].push_back(
+        {{"name", region.name}, {"definition", Json::parse(config::jsonOf(region))}});
+  }
+  return entries;
+}
+
 /// The last item whose time is not after `time_ns`; `timeOf(item)`: ascending.
 template <typename Item, typename TimeOf>
 const Item* lastUntil(const std::vector<Item>& items, std::int64_t time_ns, TimeOf timeOf) {
@@ -36,12 +54,15 @@ const Item* lastUntil(const std::vector<Item>& items, std::int64_t time_ns, Time
 /// Takes the records of a trace in the order of their times.
 class RecordedSession::Loading {
  public:
-  explicit Loading(RecordedSession& session) : session_(session) {}
+  explicit Loading(RecordedSession& session) : session_(session) {
+    session.additions_.push_back({INT64_MIN, entriesOf({})});
+  }
 
   drivers::TraceVisitor visitor() {
     return {.tick = [this](const rt::Tick& tick) { return take(tick); },
             .model = [this](const drivers::ModelRecord& model) { return keep(session_.models_, model); },
             .directive = [this](const drivers::DirectiveRecord& directive) { return take(directive); },
+            .additions = [this](const drivers::AdditionsRecord& additions) { return take(additions); },
             .event = [this](const drivers::EventRecord& event) { return keep(session_.events_, event); },
             .depth = [this](const drivers::DepthRecord& depth) { return take(depth); }};
   }
@@ -71,6 +92,10 @@ class RecordedSession::Loading {
     Json values = Json::object();
     for (const auto& [name, value] : directive.parameters) values[name] = valueOf(value);
     return keep(session_.parameters_, {directive.time_ns, std::move(values)});
+  }
+
+  bool take(const drivers::AdditionsRecord& additions) {
+    return keep(session_.additions_, {additions.time_ns, entriesOf(additions)});
   }
 
   bool take(const drivers::DepthRecord& depth) {
@@ -161,6 +186,10 @@ std::shared_ptr<const DepthPicture> RecordedSession::picture(std::size_t index) 
 
 const drivers::ModelRecord* RecordedSession::modelAt(std::int64_t time_ns) const {
   return lastUntil(models_, time_ns, &drivers::ModelRecord::time_ns);
+}
+
+const Json& RecordedSession::additionsAt(std::int64_t time_ns) const {
+  return lastUntil(additions_, time_ns, &ParameterSet::time_ns)->values;
 }
 
 const Json& RecordedSession::parametersAt(std::int64_t time_ns) const {

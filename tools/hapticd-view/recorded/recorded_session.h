@@ -54,6 +54,8 @@ class RecordedSession {
   const drivers::ModelRecord* modelAt(std::int64_t time_ns) const;
   /// All parameters by name as JSON numbers, truth values and texts, as they were at a time.
   const Json& parametersAt(std::int64_t time_ns) const;
+  /// All fixtures and tissue regions as they were at a time, as Viewer::onAdditions() takes them.
+  const Json& additionsAt(std::int64_t time_ns) const;
   std::span<const drivers::EventRecord> events() const noexcept { return events_; }
 
  private:
@@ -77,6 +79,7 @@ class RecordedSession {
   std::vector<Frame> frames_;
   std::vector<drivers::ModelRecord> models_;
   std::vector<drivers::EventRecord> events_;
+  std::vector<ParameterSet> additions_;   // the first has none
   std::vector<ParameterSet> parameters_;  // the first is that of the configuration
 };
 

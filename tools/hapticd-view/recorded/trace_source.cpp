@@ -147,6 +147,7 @@ void TraceSource::advance() {
   showTicks(session_.ticksWithin(before_ns, position_ns()));
   showDepth();
   showParameters();
+  showAdditions();
   const auto events = session_.events();
   for (; next_event_ < events.size() && events[next_event_].time_ns <= position_ns(); ++next_event_) {
     const Json event = eventJson(events[next_event_], next_event_ + 1, session_.info().realtime_offset_ns);
@@ -164,7 +165,9 @@ void TraceSource::showMoment() {
   next_event_ = static_cast<std::size_t>(after - events.begin());
   frame_.reset();
   parameters_ = nullptr;
+  additions_ = nullptr;
   showParameters();
+  showAdditions();
   showStatus();
   showTicks(session_.ticksWithin(position_ns() - kMoment_ns, position_ns()));
   showDepth();
@@ -208,6 +211,13 @@ void TraceSource::showParameters() {
   if (parameters_ == &now) return;
   parameters_ = &now;
   for (Viewer* viewer : viewers_) viewer->onParameters(now);
+}
+
+void TraceSource::showAdditions() {
+  const Json& now = session_.additionsAt(position_ns());
+  if (additions_ == &now) return;
+  additions_ = &now;
+  for (Viewer* viewer : viewers_) viewer->onAdditions(now);
 }
 
 void TraceSource::showPlayback() {

@@ -42,6 +42,7 @@ class TraceSource final : public Source {
   void showDepth();
   void showStatus();
   void showParameters();
+  void showAdditions();
   void showPlayback();
   std::optional<std::size_t> frameNow() const;
   Json status() const;
@@ -62,6 +63,7 @@ class TraceSource final : public Source {
   std::size_t next_event_ = 0;        // the first event after the position
   std::optional<std::size_t> frame_;  // the depth frame that is shown
   const Json* parameters_ = nullptr;  // those that are shown
+  const Json* additions_ = nullptr;   // the same for fixtures and regions
 };
 
 }  // namespace hapticd::tools::view

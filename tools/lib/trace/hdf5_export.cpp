@@ -29,6 +29,7 @@ hid_t numberType() {
   if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
   if constexpr (std::is_same_v<Number, std::int64_t>) return H5T_NATIVE_INT64;
   if constexpr (std::is_same_v<Number, std::uint32_t>) return H5T_NATIVE_UINT32;
+  if constexpr (std::is_same_v<Number, std::int32_t>) return H5T_NATIVE_INT32;
   if constexpr (sizeof(Number) == 1) return H5T_NATIVE_UINT8;
 }
 

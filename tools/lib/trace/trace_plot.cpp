@@ -42,11 +42,14 @@ struct Quantity {
   PlotCurve::Style style;
   double (*valueOf)(const rt::Tick& tick);
   std::array<std::string_view, 2> fields;
+  /// Left out, without mention, where its panel is zero throughout or the trace's version did not have it.
+  bool only_if_used = false;
 };
 
 using Style = PlotCurve::Style;
 constexpr std::string_view kForce = "force";
-constexpr std::array<Quantity, 6> kQuantities{
+constexpr std::string_view kFixtureForce = "force of fixtures";
+constexpr std::array<Quantity, 8> kQuantities{
     {{kForce,
       "N",
       "x",
@@ -75,6 +78,22 @@ constexpr std::array<Quantity, 6> kQuantities{
       Style::thick,
       [](const rt::Tick& tick) { return norm(tick.command_force_n_in_world); },
       {"command_force_n_in_world"}},
+     {kFixtureForce,
+      "N",
+      "fixtures",
+      "#c05020",
+      Style::thick,
+      [](const rt::Tick& tick) { return norm(tick.fixture_force_n_in_world); },
+      {"fixture_force_n_in_world"},
+      true},
+     {kFixtureForce,
+      "N",
+      "guidance",
+      "#309030",
+      Style::thick,
+      [](const rt::Tick& tick) { return norm(tick.guidance_force_n_in_world); },
+      {"guidance_force_n_in_world"},
+      true},
      {"penetration",
       "mm",
       "penetration",
@@ -126,7 +145,7 @@ Content contentFor(const SelectedTrace& trace) {
     const bool lacks = std::ranges::any_of(
         quantity.fields, [&trace](std::string_view field) { return trace.lacks<rt::Tick>(field); });
     if (lacks) {
-      addOnce(content.lacking, quantity.panel);
+      if (!quantity.only_if_used) addOnce(content.lacking, quantity.panel);
     } else {
       content.curves.push_back({&quantity, {}});
     }
@@ -136,6 +155,14 @@ Content contentFor(const SelectedTrace& trace) {
 
 /// Removes the quantities that no tick has.
 void takeOutForeign(Content& content) {
+  std::vector<std::string_view> used;
+  for (const Curve& curve : content.curves) {
+    const auto acts = [](const PlotPoint& p) { return p.value != 0 && !std::isnan(p.value); };
+    if (std::ranges::any_of(curve.points, acts)) addOnce(used, curve.quantity->panel);
+  }
+  std::erase_if(content.curves, [&used](const Curve& curve) {
+    return curve.quantity->only_if_used && std::ranges::find(used, curve.quantity->panel) == used.end();
+  });
   std::erase_if(content.curves, [&content](const Curve& curve) {
     const bool foreign =
         std::ranges::any_of(curve.quantity->fields, needsProxy) &&

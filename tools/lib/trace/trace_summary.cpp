@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "drivers/trace/messages.h"
@@ -52,6 +53,7 @@ class Summing {
     ++in_law_[static_cast<std::size_t>(tick.law)];
     summary_.law_without_proxy |= !rt::hasProxy(tick.law);
     if (inContact(tick)) ++contacts_;
+    addFixtures(tick);
     if (tick.after_overrun) ++summary_.overruns;
     last_ = tick;
     ++ticks_;
@@ -68,6 +70,7 @@ class Summing {
     summary_.wakeup_latency = durationsOf(std::move(wakeup_ns_));
     summary_.compute_time = durationsOf(std::move(compute_ns_));
     if (ticks_ == 0) return std::move(summary_);
+    summary_.fixture_contact_share = static_cast<double>(fixture_ticks_) / static_cast<double>(ticks_);
     summary_.duration_s = since(last_.planned_ns);
     summary_.contact_share = static_cast<double>(contacts_) / static_cast<double>(ticks_);
     const auto periods = static_cast<double>(last_.number - first_.number);
@@ -95,6 +98,18 @@ class Summing {
     return times;
   }
 
+  void addFixtures(const rt::Tick& tick) {
+    const std::uint32_t before = ticks_ == 0 ? 0 : last_.fixtures_in_contact;
+    summary_.fixture_contacts +=
+        static_cast<std::uint64_t>(std::popcount(tick.fixtures_in_contact & ~before));
+    if (tick.fixtures_in_contact != 0) ++fixture_ticks_;
+    const auto raise = [](double& largest, double value) {
+      if (value > largest) largest = value;  // not if it is NaN, as in older traces
+    };
+    raise(summary_.largest_fixture_force_n, norm(tick.fixture_force_n_in_world));
+    raise(summary_.largest_guidance_force_n, norm(tick.guidance_force_n_in_world));
+  }
+
   double since(std::int64_t time_ns) const {
     return (static_cast<double>(time_ns) - static_cast<double>(first_.planned_ns)) /
            static_cast<double>(rt::kNsPerSecond);
@@ -110,6 +125,7 @@ class Summing {
   rt::Tick first_, last_;
   std::uint64_t ticks_ = 0;
   std::uint64_t contacts_ = 0;
+  std::uint64_t fixture_ticks_ = 0;
   EmptyPeriodCount empty_periods_;
   std::array<std::uint64_t, rt::kModeCount> in_mode_{};
   std::array<std::uint64_t, rt::kWords<rt::ForceLaw>.size()> in_law_{};

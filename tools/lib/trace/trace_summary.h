@@ -41,9 +41,13 @@ struct TraceSummary {
   std::uint64_t overruns = 0;       ///< ticks whose predecessor ended late
   TraceDurations wakeup_latency;
   TraceDurations compute_time;
-  double largest_force_n = 0;       ///< largest magnitude of the commanded force
-  double largest_force_time_s = 0;  ///< its time since the first tick
-  double contact_share = 0;         ///< share of the ticks in contact, 0..1
+  double largest_force_n = 0;           ///< largest magnitude of the commanded force
+  double largest_force_time_s = 0;      ///< its time since the first tick
+  double contact_share = 0;             ///< share of the ticks in contact, 0..1
+  std::uint64_t fixture_contacts = 0;   ///< how often a virtual fixture began to act
+  double fixture_contact_share = 0;     ///< share of the ticks in which one acts, 0..1
+  double largest_fixture_force_n = 0;   ///< largest magnitude of the force of forbidden regions
+  double largest_guidance_force_n = 0;  ///< the same of guidance
   std::vector<std::pair<std::string, double>>
       modes_s;                                         ///< each mode that occurs, and its duration in seconds
   std::vector<std::pair<std::string, double>> laws_s;  ///< the same for each force law

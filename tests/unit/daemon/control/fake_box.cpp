@@ -31,9 +31,50 @@ BoxStatus FakeBox::status() {
 }
 
 std::uint64_t FakeBox::apply(const config::Settings& settings) {
+  applyAdditions(settings.additions);
   const std::lock_guard lock(mutex_);
   settings_ = settings;
+  return generation_;
+}
+
+AdditionGenerations FakeBox::additionGenerations() const {
+  const std::lock_guard lock(mutex_);
+  return addition_generations_;
+}
+
+std::uint64_t FakeBox::applyAdditions(const config::SceneAdditions& additions) {
+  const std::lock_guard lock(mutex_);
+  if (additions.fixtures != settings_.additions.fixtures) ++addition_generations_.fixtures;
+  if (additions.regions != settings_.additions.regions) ++addition_generations_.regions;
+  settings_.additions = additions;
   return newGeneration();
+}
+
+void FakeBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+  const std::lock_guard lock(mutex_);
+  settings_.additions.regions = regions;
+  ++times_stiffness_applied_;
+  changed_.notify_all();
+}
+
+/// Knows regions that are spheres in the world frame only.
+std::optional<std::size_t> FakeBox::regionAt(const rt::Vec3& position_m_in_world) const {
+  const std::lock_guard lock(mutex_);
+  const auto& regions = settings_.additions.regions;
+  for (std::size_t i = regions.size(); i-- > 0;) {
+    if (rt::norm(position_m_in_world - regions[i].position_m) <= regions[i].radius_m) return i;
+  }
+  return std::nullopt;
+}
+
+bool FakeBox::waitForStiffness(int times) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, kPatience, [&] { return times_stiffness_applied_ >= times; });
+}
+
+int FakeBox::timesStiffnessWasApplied() const {
+  const std::lock_guard lock(mutex_);
+  return times_stiffness_applied_;
 }
 
 std::uint64_t FakeBox::engage(bool engaged, bool inside) {

@@ -22,6 +22,11 @@ class FakeBox final : public Box {
   BoxStatus status() override;
   const config::Settings& settings() const override { return settings_; }
   std::uint64_t apply(const config::Settings& settings) override;
+  const config::SceneAdditions& additions() const override { return settings_.additions; }
+  AdditionGenerations additionGenerations() const override;
+  std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
+  void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
+  std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   std::uint64_t engage(bool engaged, bool inside) override;
   std::uint64_t acknowledgedGeneration() override;
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
@@ -67,6 +72,10 @@ class FakeBox final : public Box {
   /// A pixel of the frame that it has delivered.
   static std::uint16_t rawAt(std::size_t pixel) { return static_cast<std::uint16_t>(pixel * 7 % 2048); }
   config::Settings appliedSettings() const;
+  /// How often applyStiffness() was called.
+  int timesStiffnessWasApplied() const;
+  /// Waits as waitForGeneration() does.
+  bool waitForStiffness(int times);
   std::uint64_t generation() const;
 
  private:
@@ -82,6 +91,8 @@ class FakeBox final : public Box {
   config::Settings settings_;
   BoxStatus status_;
   int status_calls_ = 0;
+  AdditionGenerations addition_generations_;
+  int times_stiffness_applied_ = 0;
   std::uint64_t generation_ = 0;
   std::uint64_t acknowledged_ = 0;
   bool held_ = false;

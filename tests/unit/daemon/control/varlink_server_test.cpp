@@ -225,6 +225,17 @@ TEST_F(VarlinkServerTest, TakesMessagesOf64KiBAndNotOneByteMore) {
   expectMalformed(std::string(70'000, 'x'));
 }
 
+TEST_F(VarlinkServerTest, TakesLongerMessagesOnConnectionsThatMayControl) {
+  start();
+  const std::string head = R"({"method":"io.hapticd.Status.Nope")";
+  const auto padded = [&](std::size_t size) { return head + std::string(size - head.size() - 1, ' ') + "}"; };
+  RawClient client = controlClient();
+  client.send(message(padded(524'288)));
+  EXPECT_EQ(kUnknownReply, client.reply());
+  client.send(message(padded(524'289)));
+  EXPECT_EQ("io.hapticd.Status.MalformedCall", client.json()["error"]);
+}
+
 TEST_F(VarlinkServerTest, TreatsNoParametersNullAndAnEmptyObjectAlike) {
   start();
   const std::string expected = answerTo(kGetInfo);

@@ -17,6 +17,8 @@ rt::Tick tickAt(std::uint64_t number) {
   tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
   tick.scene_model = number / 33;
   tick.directive_generation = number / 1000;
+  tick.fixture_generation = number / 1500;
+  tick.tissue_generation = number / 3000;
   return tick;
 }
 
@@ -25,6 +27,7 @@ struct Numbers {
   std::vector<std::uint64_t> ticks;
   std::vector<std::uint64_t> models;
   std::vector<std::uint64_t> directives;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> additions;  // generations
   std::vector<std::int64_t> events_ns;
 };
 
@@ -42,6 +45,9 @@ Numbers written(const FlightRecorder& recorder) {
   visitor.directive = [&](const drivers::DirectiveRecord& directive) {
     return numbers.directives.push_back(directive.generation), true;
   };
+  visitor.additions = [&](const drivers::AdditionsRecord& additions) {
+    return numbers.additions.emplace_back(additions.fixture_generation, additions.tissue_generation), true;
+  };
   visitor.event = [&](const drivers::EventRecord& event) {
     return numbers.events_ns.push_back(event.time_ns), true;
   };
@@ -57,6 +63,11 @@ void record(FlightRecorder& recorder, std::uint64_t last) {
     if (number % 33 == 0) recorder.add(drivers::ModelRecord{.model = tick.scene_model});
     if (number % 1000 == 0 || number == 1) {
       recorder.add(drivers::DirectiveRecord{.generation = tick.directive_generation});
+    }
+    if (number % 1500 == 0 || number == 1) {
+      recorder.add(drivers::AdditionsRecord{.time_ns = tick.planned_ns,
+                                            .fixture_generation = tick.fixture_generation,
+                                            .tissue_generation = tick.tissue_generation});
     }
     if (number % 100 == 0) recorder.add(drivers::EventRecord{.time_ns = tick.planned_ns});
     recorder.add(tick);
@@ -83,8 +94,27 @@ TEST(FlightRecorder, KeepsWhatItsTicksReferTo) {
   ASSERT_FALSE(numbers.directives.empty());
   EXPECT_EQ(numbers.directives.front(), tickAt(8001).directive_generation);
   EXPECT_EQ(numbers.directives.back(), 10U);
+  ASSERT_FALSE(numbers.additions.empty());
+  EXPECT_EQ(numbers.additions.front(), std::pair(std::uint64_t{5}, std::uint64_t{2})) << "of tick 8001";
+  EXPECT_EQ(numbers.additions.back(), std::pair(std::uint64_t{6}, std::uint64_t{3}));
   ASSERT_FALSE(numbers.events_ns.empty());
   EXPECT_LT(numbers.events_ns.size(), 30U);
+}
+
+TEST(FlightRecorder, OfAFloodOfFixtureSetsKeepsTheNewest) {
+  FlightRecorder recorder(2, 1000);
+  recorder.add(tickAt(1));
+  constexpr std::uint64_t kMany = 100;
+  for (std::uint64_t generation = 1; generation <= kMany; ++generation) {
+    drivers::AdditionsRecord additions;
+    additions.fixture_generation = generation;
+    additions.labels.bytes.assign(std::size_t{1} << 20, 'x');
+    recorder.add(additions);
+  }
+  const Numbers numbers = written(recorder);
+  EXPECT_GT(numbers.additions.size(), 20U);
+  EXPECT_LT(numbers.additions.size(), 33U);
+  EXPECT_EQ(numbers.additions.back().first, kMany);
 }
 
 TEST(FlightRecorder, HoldsAllWhileItIsNotFull) {

@@ -70,6 +70,10 @@ test::MadeUpRecords recordsOfSession() {
   records.directives.push_back({.time_ns = kBegin_ns + 600 * kMs_ns,
                                 .generation = 2,
                                 .parameters = {{"force.radius_m", "0.03"}, {"force.law", "surface"}}});
+  records.additions.push_back(
+      {.time_ns = kBegin_ns + 700 * kMs_ns,
+       .fixture_generation = 1,
+       .text = "fixtures: [{name: ball, kind: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n"});
   records.events.push_back({.time_ns = kBegin_ns + 900 * kMs_ns, .kind = "mark", .text = "here"});
   records.events.push_back({.time_ns = kBegin_ns + 1500 * kMs_ns, .kind = "mode", .text = "faulted"});
   drivers::DepthEncoder encoder;
@@ -96,6 +100,16 @@ class RecordedSessionTest : public testing::Test {
  private:
   test::TemporaryFolder folder_;
 };
+
+TEST_F(RecordedSessionTest, GivesFixturesOfAnyTime) {
+  const RecordedSession session = load();
+  EXPECT_TRUE(session.additionsAt(kBegin_ns + 699 * kMs_ns).at("fixtures").empty());
+  const Json& fixtures = session.additionsAt(kBegin_ns + 700 * kMs_ns).at("fixtures");
+  ASSERT_EQ(fixtures.size(), 1U);
+  EXPECT_EQ(fixtures[0].at("name"), "ball");
+  EXPECT_EQ(fixtures[0].at("enabled"), true);
+  EXPECT_EQ(fixtures[0].at("definition").at("radius_m"), 0.05);
+}
 
 TEST_F(RecordedSessionTest, GivesTicksAndFramesOfAnyTime) {
   const RecordedSession session = load();

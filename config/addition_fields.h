@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "config/fixture_settings.h"
+#include "rt/vec3.h"
+
+/// The members of fixtures and regions: one table each, from which the reader, the checks, the texts and the
+/// documentation follow.
+namespace hapticd::config {
+
+/// A member that is one of several words.
+template <typename Owner>
+struct WordMember {
+  std::span<const std::string_view> words;
+  std::size_t (*get)(const Owner&);        ///< index of the word
+  void (*set)(Owner&, std::size_t index);  ///< must exist
+};
+
+/// What the three components of a vector are.
+enum class VectorUse { place, direction, size, angles };
+template <typename Owner>
+struct VectorMember {
+  rt::Vec3 Owner::*member;
+  VectorUse use;
+};
+
+/// One member.
+template <typename Owner>
+struct AdditionField {
+  using Member = std::variant<std::string Owner::*, bool Owner::*, int Owner::*, double Owner::*,
+                              std::vector<rt::Vec3> Owner::*, WordMember<Owner>, VectorMember<Owner>>;
+
+  std::string_view name;
+  std::string_view unit;  ///< empty for pure numbers and words
+  Member member;
+  double minimum = 0;              ///< of numbers and of components of vectors, inclusive
+  double maximum = 0;              ///< inclusive
+  bool (*used)(const Owner&);      ///< whether the fixture or region has this member
+  bool (*required)(const Owner&);  ///< whether it must be given; only where it is used
+  std::string_view help;           ///< one line
+};
+
+/// All members of a fixture, in the order in which they are written.
+std::span<const AdditionField<FixtureSettings>> fixtureFields();
+/// All members of a region.
+std::span<const AdditionField<RegionSettings>> regionFields();
+
+/// The table of a type, by overload.
+inline auto fieldsOf(const FixtureSettings&) {
+  return fixtureFields();
+}
+inline auto fieldsOf(const RegionSettings&) {
+  return regionFields();
+}
+
+/// The words of RegionSettings::place.
+inline constexpr std::array<std::string_view, 2> kPlaceWords{"shape", "label"};
+
+/// The word for messages: "fixture" or "region".
+constexpr std::string_view nounOf(const FixtureSettings&) {
+  return "fixture";
+}
+constexpr std::string_view nounOf(const RegionSettings&) {
+  return "region";
+}
+
+/// What decides which members there are, for messages: "kind sphere", "place label".
+std::string variantOf(const FixtureSettings& fixture);
+std::string variantOf(const RegionSettings& region);
+
+/// Whether the name is one for a fixture or region: 1 to 32 letters, digits, '_' and '-'.
+bool isAdditionName(std::string_view name);
+
+/// Returns the range of a field, for example "0.0001..10 m" or "one of: out, in, both".
+template <typename Owner>
+std::string rangeOf(const AdditionField<Owner>& field);
+extern template std::string rangeOf(const AdditionField<FixtureSettings>&);
+extern template std::string rangeOf(const AdditionField<RegionSettings>&);
+
+}  // namespace hapticd::config

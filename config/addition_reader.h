@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/fixture_settings.h"
+#include "config/yaml_reader.h"
+
+namespace hapticd::config {
+
+/// The lists that a text contains; a list that it does not contain is to stay as it is.
+struct AdditionLists {
+  std::optional<std::vector<FixtureSettings>> fixtures;
+  std::optional<std::vector<RegionSettings>> regions;
+  std::optional<std::string> label_image;
+
+  bool empty() const { return !fixtures && !regions && !label_image; }
+  /// Replaces the lists of `additions`. The caller must then check the whole (checkTogether).
+  void applyTo(SceneAdditions& additions) const;
+
+  friend bool operator==(const AdditionLists&, const AdditionLists&) = default;
+};
+
+/// An error with its line, 1 for the first.
+struct PlacedAdditionError {
+  int line = 0;
+  AdditionError error;
+};
+
+/// What has been read, and everything that is wrong with it by itself.
+struct AdditionsRead {
+  AdditionLists lists;
+  std::vector<PlacedAdditionError> errors;
+};
+
+/// Whether the group `name` of a file is one of the lists, or the label image.
+bool isAdditionGroup(std::string_view name);
+
+/// Reads the lists of a file. The problems of the file itself are left to the caller.
+AdditionsRead additionsIn(const YamlFile& file);
+
+}  // namespace hapticd::config

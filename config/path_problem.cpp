@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "config/addition_checks.h"
+#include "config/value_text.h"
+#include "rt/fixture_path.h"
+
+namespace hapticd::config {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kSharpestTurn_deg = 175;
+constexpr double kCrossingDistance_m = 0.001;
+
+double angleBetween_deg(const Vec3& a, const Vec3& b) {
+  return std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+}
+
+/// Returns the distance of two segments of at least kLeastPointDistance_m (Ericson, Real-Time Collision
+/// Detection, section 5.1.9).
+double segmentDistance_m(const Vec3& p1, const Vec3& q1, const Vec3& p2, const Vec3& q2) {
+  const Vec3 d1 = q1 - p1;
+  const Vec3 d2 = q2 - p2;
+  const Vec3 r = p1 - p2;
+  const double a = dot(d1, d1);
+  const double e = dot(d2, d2);
+  const double f = dot(d2, r);
+  const double c = dot(d1, r);
+  const double b = dot(d1, d2);
+  const double denominator = a * e - b * b;
+  double s = denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0, 1.0) : 0;
+  double t = (b * s + f) / e;
+  if (t < 0 || t > 1) {
+    t = std::clamp(t, 0.0, 1.0);
+    s = std::clamp((b * t - c) / a, 0.0, 1.0);
+  }
+  return norm((p1 + s * d1) - (p2 + t * d2));
+}
+
+std::optional<PathProblem> crossing(std::span<const Vec3> points_m) {
+  const std::size_t segments = points_m.size() - 1;
+  for (std::size_t i = 0; i + 2 < segments; ++i) {
+    double gap_m = 0;
+    for (std::size_t j = i + 2; j < segments; ++j) {
+      gap_m += norm(points_m[j] - points_m[j - 1]);
+      // Near each other along the path, segments are near each other in space too without any crossing.
+      const double least_m = std::min(kCrossingDistance_m, gap_m / 2);
+      const double distance_m = segmentDistance_m(points_m[i], points_m[i + 1], points_m[j], points_m[j + 1]);
+      if (distance_m >= least_m) continue;
+      return PathProblem{
+          fmt::format("the path crosses itself: the segments from point {} to {} and from {} to {} are "
+                      "{:.2g} m apart",
+                      i + 1, i + 2, j + 1, j + 2, distance_m),
+          "move the points apart by more than 0.001 m, or set allow_crossing to true"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<PathProblem> pathProblem(std::span<const Vec3> points_m, bool allow_crossing) {
+  for (std::size_t i = 0; i + 1 < points_m.size(); ++i) {
+    const double distance_m = norm(points_m[i + 1] - points_m[i]);
+    if (distance_m >= rt::kLeastPointDistance_m) continue;
+    return PathProblem{fmt::format("points {} and {} are {:.2g} m apart", i + 1, i + 2, distance_m),
+                       fmt::format("delete one of the two, or move them at least {} m apart",
+                                   numberText(rt::kLeastPointDistance_m))};
+  }
+  for (std::size_t i = 1; i + 1 < points_m.size(); ++i) {
+    const double turn_deg = angleBetween_deg(points_m[i] - points_m[i - 1], points_m[i + 1] - points_m[i]);
+    if (turn_deg <= kSharpestTurn_deg) continue;
+    return PathProblem{fmt::format("the path turns by {:.1f} degrees at point {}", turn_deg, i + 1),
+                       fmt::format("add a point beside it, so that no turn exceeds {} degrees",
+                                   numberText(kSharpestTurn_deg))};
+  }
+  return allow_crossing ? std::nullopt : crossing(points_m);
+}
+
+}  // namespace hapticd::config

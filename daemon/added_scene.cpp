@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/added_scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "config/label_image.h"
+#include "rt/depth_frame.h"
+#include "rt/shape.h"
+#include "rt/vec3.h"
+
+namespace hapticd::daemon {
+namespace {
+
+/// A position is seen by the pixels whose rays come this near.
+constexpr double kRayDistance_m = 0.002;
+
+}  // namespace
+
+AddedScene::AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
+                       const rt::PoseParameters& T_world_camera)
+    : channels_(channels),
+      depth_model_(depth_model),
+      T_world_camera_(T_world_camera),
+      fixtures_(std::make_unique<rt::FixtureSet>()),
+      tissue_(std::make_unique<rt::TissueMap>()) {}
+
+void AddedScene::apply(const config::SceneAdditions& additions) {
+  if (additions.fixtures != additions_.fixtures) {
+    config::toFixtureSet(additions.fixtures, additions_.fixtures, T_world_camera_, *fixtures_);
+    additions_.fixtures = additions.fixtures;
+    channels_.fixtures.write(*fixtures_);
+  }
+  if (additions.regions != additions_.regions || additions.label_image != additions_.label_image) {
+    ++regions_generation_;
+    if (additions.label_image != additions_.label_image) readLabels(additions.label_image);
+    publishRegions(additions.regions);
+  }
+}
+
+/// Reads the image on a thread of its own, because the disk may not respond.
+void AddedScene::readLabels(const std::string& file) {
+  additions_.label_image = file;
+  labels_.clear();
+  warning_.clear();
+  loading_ = {};
+  if (!file.empty()) loading_ = worker_.run([file] { return config::loadLabelImage(file); });
+}
+
+bool AddedScene::takeLabels() {
+  if (!loading_.valid() || loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+    return false;
+  auto labels = loading_.get();
+  if (!labels) {
+    warning_ = labels.error().text();
+    return false;
+  }
+  labels_ = std::move(*labels);
+  publishRegions(additions_.regions);
+  return true;
+}
+
+void AddedScene::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+  if (regions != additions_.regions) publishRegions(regions);
+}
+
+void AddedScene::publishRegions(const std::vector<config::RegionSettings>& regions) {
+  config::toTissueMap(regions, additions_.regions, labels_, T_world_camera_, *tissue_);
+  additions_.regions = regions;
+  channels_.tissue.write(*tissue_);
+}
+
+FixtureStatus AddedScene::fixtureStatus(const rt::Tick& tick, double warning_m) const {
+  const auto& fixtures = additions_.fixtures;
+  FixtureStatus status;
+  status.generation = fixtures_->generation;
+  status.count = fixtures.size();
+  status.enabled =
+      static_cast<std::uint64_t>(std::ranges::count_if(fixtures, &config::FixtureSettings::enabled));
+  status.force_n = rt::norm(tick.fixture_force_n_in_world);
+  status.guidance_force_n = rt::norm(tick.guidance_force_n_in_world);
+  // Places in an older set may mean other fixtures.
+  if (tick.fixture_generation != fixtures_->generation) return status;
+  for (std::size_t i = 0; i < fixtures.size(); ++i) {
+    if ((tick.fixtures_in_contact >> i & 1U) != 0) status.in_contact.push_back(fixtures[i].name);
+  }
+  if (tick.nearest_fixture < 0 || static_cast<std::size_t>(tick.nearest_fixture) >= fixtures.size())
+    return status;
+  status.nearest = fixtures[static_cast<std::size_t>(tick.nearest_fixture)].name;
+  status.distance_m = tick.fixture_distance_m;
+  status.warning = tick.fixture_distance_m < warning_m;
+  return status;
+}
+
+TissueStatus AddedScene::tissueStatus(const rt::Tick& tick) const {
+  TissueStatus status;
+  status.generation = regions_generation_;
+  status.count = additions_.regions.size();
+  const bool known = tick.tissue_generation == tissue_->generation && tick.tissue_region >= 0 &&
+                     static_cast<std::size_t>(tick.tissue_region) < additions_.regions.size();
+  if (known) status.in_contact = additions_.regions[static_cast<std::size_t>(tick.tissue_region)].name;
+  return status;
+}
+
+std::uint8_t AddedScene::labelAt(const rt::Vec3& position_m_in_world) const {
+  if (!tissue_->has_labels || depth_model_.positionInCamera(position_m_in_world).z >= 0) return 0;
+  const rt::PixelWindow pixels = depth_model_.pixelsOfBall(position_m_in_world, kRayDistance_m);
+  if (pixels.empty()) return 0;
+  const auto column = static_cast<std::size_t>((pixels.column_first + pixels.column_last) / 2);
+  const auto row = static_cast<std::size_t>((pixels.row_first + pixels.row_last) / 2);
+  return tissue_->labels[row * rt::kFrameWidth + column];
+}
+
+std::optional<std::size_t> AddedScene::regionAt(const rt::Vec3& position_m_in_world) const {
+  const std::uint8_t label = labelAt(position_m_in_world);
+  for (std::size_t i = tissue_->count; i-- > 0;) {
+    const rt::TissueRegion& region = tissue_->regions[i];
+    const bool inside = region.place == rt::TissuePlace::label
+                            ? label != 0 && region.label == label
+                            : rt::distanceFrom(region.shape, position_m_in_world).distance_m <= 0;
+    if (inside) return i;
+  }
+  return std::nullopt;
+}
+
+}  // namespace hapticd::daemon

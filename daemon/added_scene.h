@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/fixture_settings.h"
+#include "daemon/base/box.h"
+#include "daemon/state/state_worker.h"
+#include "rt/depth_model.h"
+#include "rt/loop_state.h"
+#include "rt/parameters.h"
+
+namespace hapticd::daemon {
+
+/// Hands fixtures and tissue regions to the force loop, and names those of which its ticks know only the
+/// place. Thread: control thread only.
+class AddedScene {
+ public:
+  /// `channels` and `depth_model` must outlive the object.
+  AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
+             const rt::PoseParameters& T_world_camera);
+
+  /// Hands over what differs from the last call; nothing as long as there has never been a fixture or region.
+  void apply(const config::SceneAdditions& additions);
+  /// Takes a label image that has been read meanwhile, and hands its labels over. Returns whether it did.
+  bool takeLabels();
+  /// Hands over regions that differ in their stiffness only.
+  void applyStiffness(const std::vector<config::RegionSettings>& regions);
+
+  AdditionGenerations generations() const { return {fixtures_->generation, regions_generation_}; }
+  /// `warning_m`: nearer than that to a forbidden region is a warning.
+  FixtureStatus fixtureStatus(const rt::Tick& tick, double warning_m) const;
+  TissueStatus tissueStatus(const rt::Tick& tick) const;
+  /// The region that covers a position, as an index; nothing: none does.
+  std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;
+  /// The reason why the label image is not in use, with its remedy; empty: it is, or there is none.
+  const std::string& warning() const { return warning_; }
+
+  /// The whole sets as the force loop has them.
+  const rt::FixtureSet& fixtures() const { return *fixtures_; }
+  const rt::TissueMap& tissue() const { return *tissue_; }
+
+ private:
+  void publishRegions(const std::vector<config::RegionSettings>& regions);
+  void readLabels(const std::string& file);
+  std::uint8_t labelAt(const rt::Vec3& position_m_in_world) const;
+
+  rt::ControlChannels& channels_;
+  const rt::DepthModel& depth_model_;
+  const rt::PoseParameters T_world_camera_;
+  config::SceneAdditions additions_;
+  // large, and kept because each change continues the identities of the one before
+  const std::unique_ptr<rt::FixtureSet> fixtures_;
+  const std::unique_ptr<rt::TissueMap> tissue_;
+  std::uint64_t regions_generation_ = 0;
+  std::string labels_;  // a byte for each pixel of the depth image; empty: none
+  std::future<config::Result<std::string>> loading_;
+  std::string warning_;
+  StateWorker worker_{std::chrono::seconds(1)};  // a job that only reads may be abandoned soon
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/addition_methods.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "config/parameter_table.h"
+#include "daemon/control/call_fields.h"
+#include "rt/fixture.h"
+#include "rt/tissue.h"
+
+namespace hapticd::daemon {
+namespace {
+
+template <typename... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+
+OrderedJson definitionOf(const auto& item) {
+  return OrderedJson::parse(config::jsonOf(item), nullptr, false);
+}
+
+Reply refusal(AdditionList list, const config::AdditionError& error) {
+  const bool fixture = list == AdditionList::fixtures;
+  return {fixture ? "io.hapticd.Control.FixtureRefused" : "io.hapticd.Control.RegionRefused",
+          {{fixture ? "fixture" : "region", error.name},
+           {"field", error.field.empty() ? OrderedJson() : OrderedJson(error.field)},
+           {"reason", error.error.what},
+           {"remedy", error.error.remedy}}};
+}
+
+/// A list of objects; none if it is absent. Errors: InvalidParameter, also for more than `most` objects.
+std::expected<std::vector<Json>, Reply> objectsField(const Call& call, const char* name, std::size_t most) {
+  const Json* const json = field(call, name);
+  if (!json) return std::vector<Json>();
+  const bool objects = json->is_array() && json->size() <= most &&
+                       std::ranges::all_of(*json, [](const Json& item) { return item.is_object(); });
+  if (!objects) return std::unexpected(invalidParameter(name));
+  return json->get<std::vector<Json>>();
+}
+
+/// A finite number; nothing if it is absent. Errors: InvalidParameter.
+Field<double> numberField(const Call& call, const char* name) {
+  const Json* const json = field(call, name);
+  if (!json) return std::nullopt;
+  if (!json->is_number() || !std::isfinite(json->get<double>()))
+    return std::unexpected(invalidParameter(name));
+  return json->get<double>();
+}
+
+std::expected<double, Reply> requiredNumber(const Call& call, const char* name) {
+  const auto number = numberField(call, name);
+  if (!number) return std::unexpected(number.error());
+  if (!*number) return std::unexpected(invalidParameter(name));
+  return **number;
+}
+
+std::expected<AdditionChange, Reply> changeOf(const Call& call, std::size_t most) {
+  auto remove = textsField(call, "remove", most);
+  if (!remove) return std::unexpected(remove.error());
+  auto change = objectsField(call, "change", most);
+  if (!change) return std::unexpected(change.error());
+  auto add = objectsField(call, "add", most);
+  if (!add) return std::unexpected(add.error());
+  return AdditionChange{remove->value_or(std::vector<std::string>()), std::move(*change), std::move(*add)};
+}
+
+std::expected<StiffnessFeed::Sample, Reply> sampleOf(const Call& call) {
+  StiffnessFeed::Sample sample;
+  const std::pair<const char*, double*> required[] = {{"xM", &sample.position_m_in_world.x},
+                                                      {"yM", &sample.position_m_in_world.y},
+                                                      {"zM", &sample.position_m_in_world.z},
+                                                      {"stiffnessNPerM", &sample.stiffness_n_per_m}};
+  for (const auto& [name, value] : required) {
+    const auto number = requiredNumber(call, name);
+    if (!number) return std::unexpected(number.error());
+    *value = *number;
+  }
+  const auto damping = numberField(call, "dampingNSPerM");
+  if (!damping) return std::unexpected(damping.error());
+  sample.damping_n_s_per_m = *damping;
+  const auto weight = numberField(call, "weight");
+  if (!weight) return std::unexpected(weight.error());
+  sample.weight = weight->value_or(1);
+  if (sample.weight <= 0 || sample.weight > StiffnessFeed::kMostPastWeight)
+    return std::unexpected(invalidParameter("weight"));
+  return sample;
+}
+
+Reply refusal(const StiffnessFeed::Refusal& refused) {
+  return std::visit(
+      Overloaded{[](const StiffnessFeed::TooFast&) {
+                   return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMostPerSecond}}};
+                 },
+                 [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
+                 [](const config::AdditionError& error) { return refusal(AdditionList::regions, error); }},
+      refused);
+}
+
+}  // namespace
+
+std::vector<Method> AdditionMethods::methods() {
+  using enum Access;
+  using Self = AdditionMethods;
+  return {{.name = "io.hapticd.Status.ListFixtures", .answer = std::bind_front(&Self::listFixtures, this)},
+          {.name = "io.hapticd.Status.ListRegions", .answer = std::bind_front(&Self::listRegions, this)},
+          {.name = "io.hapticd.Control.ChangeFixtures",
+           .access = control,
+           .parameters = {"remove", "add", "change", "generation"},
+           .answer = std::bind_front(&Self::changeList, this, AdditionList::fixtures)},
+          {.name = "io.hapticd.Control.ChangeRegions",
+           .access = control,
+           .parameters = {"remove", "add", "change", "generation"},
+           .answer = std::bind_front(&Self::changeList, this, AdditionList::regions)},
+          {.name = "io.hapticd.Control.SetStiffness",
+           .access = control,
+           .parameters = {"region", "stiffnessNPerM", "dampingNSPerM"},
+           .answer = std::bind_front(&Self::setStiffness, this)},
+          {.name = "io.hapticd.Control.FeedStiffness",
+           .access = control,
+           .parameters = {"xM", "yM", "zM", "stiffnessNPerM", "dampingNSPerM", "weight"},
+           .answer = std::bind_front(&Self::feedStiffness, this)}};
+}
+
+std::uint64_t AdditionMethods::generationOf(AdditionList list) const {
+  const AdditionGenerations generations = context_.box.additionGenerations();
+  return list == AdditionList::fixtures ? generations.fixtures : generations.regions;
+}
+
+void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& replies) {
+  const FixtureStatus status = context_.box.status().fixtures;
+  OrderedJson entries = OrderedJson::array();
+  for (const config::FixtureSettings& fixture : context_.box.additions().fixtures) {
+    const bool nearest = fixture.name == status.nearest;
+    entries.push_back(
+        {{"name", fixture.name},
+         {"definition", definitionOf(fixture)},
+         {"enabled", fixture.enabled},
+         {"inContact", std::ranges::find(status.in_contact, fixture.name) != status.in_contact.end()},
+         {"nearest", nearest},
+         {"distanceM", nearest ? OrderedJson(status.distance_m) : OrderedJson()}});
+  }
+  replies.finish(
+      caller.connection,
+      {"", {{"generation", generationOf(AdditionList::fixtures)}, {"fixtures", std::move(entries)}}});
+}
+
+void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& replies) {
+  const TissueStatus status = context_.box.status().tissue;
+  OrderedJson entries = OrderedJson::array();
+  for (const config::RegionSettings& region : context_.box.additions().regions) {
+    entries.push_back({{"name", region.name},
+                       {"definition", definitionOf(region)},
+                       {"inContact", region.name == status.in_contact}});
+  }
+  replies.finish(
+      caller.connection,
+      {"", {{"generation", generationOf(AdditionList::regions)}, {"regions", std::move(entries)}}});
+}
+
+void AdditionMethods::changeList(AdditionList list, const Call& call, const Caller& caller,
+                                 Replies& replies) {
+  const auto change =
+      changeOf(call, list == AdditionList::fixtures ? rt::kMaxFixtures : rt::kMaxTissueRegions);
+  if (!change) return replies.finish(caller.connection, change.error());
+  if (const Json* generation = field(call, "generation")) {
+    if (!generation->is_number_integer())
+      return replies.finish(caller.connection, invalidParameter("generation"));
+    const std::uint64_t current = generationOf(list);
+    if (*generation != current) {
+      return replies.finish(caller.connection,
+                            {"io.hapticd.Control.ChangedMeanwhile", {{"generation", current}}});
+    }
+  }
+  apply(list, *change, call, caller, replies);
+}
+
+void AdditionMethods::setStiffness(const Call& call, const Caller& caller, Replies& replies) {
+  const auto name = requiredText(call, "region");
+  if (!name) return replies.finish(caller.connection, name.error());
+  const auto stiffness = requiredNumber(call, "stiffnessNPerM");
+  if (!stiffness) return replies.finish(caller.connection, stiffness.error());
+  const auto damping = numberField(call, "dampingNSPerM");
+  if (!damping) return replies.finish(caller.connection, damping.error());
+  Json members = {{"name", *name}, {"stiffness_n_per_m", *stiffness}};
+  if (*damping) members["damping_n_s_per_m"] = **damping;
+  apply(AdditionList::regions, {{}, {std::move(members)}, {}}, call, caller, replies);
+}
+
+void AdditionMethods::apply(AdditionList list, const AdditionChange& change, const Call& call,
+                            const Caller& caller, Replies& replies) {
+  feed_.flush();
+  const config::SceneAdditions before = context_.box.additions();
+  auto after = changedAdditions(before, list, change);
+  if (!after) return replies.finish(caller.connection, refusal(list, after.error()));
+  config::Settings settings = context_.box.settings();
+  settings.additions = *after;
+  if (const auto conflicts = config::checkTogether(settings); !conflicts.empty()) {
+    return replies.finish(caller.connection, refusal(list, {"", "", conflicts.front()}));
+  }
+  const std::uint64_t directive = context_.box.applyAdditions(*after);
+  logAdditions(context_, caller, "", before, *after);
+  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,
+                       whenApplied(context_, directive, [generation = generationOf(list)] {
+                         return Reply{"", {{"generation", generation}}};
+                       }));
+}
+
+void AdditionMethods::feedStiffness(const Call& call, const Caller& caller, Replies& replies) {
+  const auto sample = sampleOf(call);
+  if (!sample) return replies.finish(caller.connection, sample.error());
+  const auto accepted = feed_.take(*sample, StiffnessFeed::Clock::now());
+  if (!accepted) return replies.finish(caller.connection, refusal(accepted.error()));
+  const auto& [region, stiffness_n_per_m, begins] = *accepted;
+  if (begins) {
+    logChange(context_, caller, "feeds measured stiffness into region " + region, config::EventKind::region,
+              {{"REGION", region}, {"ACTION", "feed"}, {"NEW", fmt::format("{}", stiffness_n_per_m)}});
+  }
+  replies.finish(caller.connection, {"", {{"region", region}, {"stiffnessNPerM", stiffness_n_per_m}}});
+}
+
+}  // namespace hapticd::daemon

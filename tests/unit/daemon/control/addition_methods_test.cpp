@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+// Virtual fixtures and tissue regions as clients see them, over the real sockets.
+#include <gtest/gtest.h>
+
+#include "control_fixture.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+json sphere(const std::string& name, double radius_m = 0.05) {
+  return {{"name", name}, {"kind", "sphere"}, {"position_m", {0, 0, -0.8}}, {"radius_m", radius_m}};
+}
+
+json tissue(const std::string& name, double x_m, double stiffness_n_per_m) {
+  return {{"name", name},      {"place", "shape"},
+          {"shape", "sphere"}, {"position_m", {x_m, 0, 0}},
+          {"radius_m", 0.1},   {"stiffness_n_per_m", stiffness_n_per_m}};
+}
+
+class AdditionMethodsTest : public ControlFixture {
+ protected:
+  void SetUp() override { start(); }
+
+  json ask(const std::string& method, const json& parameters = json::object()) {
+    return askControl("io.hapticd.Control." + method, parameters.dump());
+  }
+  json fixtures() { return askStatus("io.hapticd.Status.ListFixtures")["parameters"]; }
+  json regions() { return askStatus("io.hapticd.Status.ListRegions")["parameters"]; }
+  std::vector<std::string> names() {
+    std::vector<std::string> all;
+    for (const json& entry : fixtures()["fixtures"]) all.push_back(entry["name"]);
+    return all;
+  }
+  double stiffness(const std::string& name) {
+    for (const json& entry : regions()["regions"]) {
+      if (entry["name"] == name) return entry["definition"]["stiffness_n_per_m"];
+    }
+    return 0;
+  }
+  void add(const json& definitions) {
+    ASSERT_FALSE(ask("ChangeFixtures", {{"add", definitions}}).contains("error"));
+  }
+  /// Fields of the error FixtureRefused; fails on any other reply.
+  json refusal(const json& parameters) {
+    const json reply = ask("ChangeFixtures", parameters);
+    EXPECT_EQ("io.hapticd.Control.FixtureRefused", reply["error"]) << reply;
+    return reply["parameters"];
+  }
+  json feed(double x_m, double stiffness_n_per_m, const json& more = json::object()) {
+    json parameters{{"xM", x_m}, {"yM", 0}, {"zM", 0}, {"stiffnessNPerM", stiffness_n_per_m}};
+    parameters.update(more);
+    return ask("FeedStiffness", parameters);
+  }
+};
+
+TEST_F(AdditionMethodsTest, AddsListsChangesAndRemoves) {
+  add({sphere("nerve"), sphere("vein", 0.02)});
+  EXPECT_EQ((std::vector<std::string>{"nerve", "vein"}), names());
+  const json entry = fixtures()["fixtures"][1];
+  EXPECT_EQ(0.02, entry["definition"]["radius_m"]);
+  EXPECT_EQ(json({0, 0, -0.8}), entry["definition"]["position_m"]);
+  EXPECT_FALSE(entry["definition"].contains("size_m")) << "only members that the kind uses";
+  EXPECT_EQ(true, entry["enabled"]);
+  ask("ChangeFixtures", {{"remove", {"vein"}}, {"change", {{{"name", "nerve"}, {"radius_m", 0.06}}}}});
+  EXPECT_EQ((std::vector<std::string>{"nerve"}), names());
+  EXPECT_EQ(0.06, box.appliedSettings().additions.fixtures.at(0).radius_m);
+}
+
+TEST_F(AdditionMethodsTest, CountsChangesAndRefusesACallThatKnowsAnOlderSet) {
+  add({sphere("nerve")});
+  const json generation = fixtures()["generation"];
+  EXPECT_EQ(generation.get<int>() + 1,
+            ask("ChangeFixtures",
+                {{"add", {sphere("vein")}}, {"generation", generation}})["parameters"]["generation"]);
+  EXPECT_EQ(errorReply("io.hapticd.Control.ChangedMeanwhile", {{"generation", generation.get<int>() + 1}}),
+            ask("ChangeFixtures", {{"remove", {"vein"}}, {"generation", generation}}));
+  EXPECT_EQ(2U, names().size());
+}
+
+TEST_F(AdditionMethodsTest, ChangesNothingWhereOneOfSeveralIsBad) {
+  add({sphere("nerve")});
+  const json before = fixtures();
+  const json refused = refusal({{"remove", {"nerve"}}, {"add", {sphere("good"), sphere("flat", 0)}}});
+  EXPECT_EQ("flat", refused["fixture"]);
+  EXPECT_EQ("radius_m", refused["field"]);
+  EXPECT_NE("", refused["reason"]);
+  EXPECT_NE("", refused["remedy"]);
+  EXPECT_EQ(before, fixtures());
+  EXPECT_EQ(1U, logged(config::EventKind::fixture).size());
+}
+
+TEST_F(AdditionMethodsTest, RefusesWhatIsBadWithItsNameAndField) {
+  add({sphere("nerve")});
+  const json before = fixtures();
+  EXPECT_EQ("nerve", refusal({{"add", {sphere("nerve")}}})["fixture"]) << "a name twice";
+  EXPECT_EQ("ghost", refusal({{"remove", {"ghost"}}})["fixture"]);
+  EXPECT_EQ("ghost", refusal({{"change", {{{"name", "ghost"}, {"enabled", false}}}}})["fixture"]);
+  EXPECT_EQ("name", refusal({{"change", {{{"enabled", false}}}}})["field"]);
+  json framed = sphere("a");
+  framed["frame"] = "moon";
+  EXPECT_EQ("frame", refusal({{"add", {framed}}})["field"]);
+  json unknown = sphere("a");
+  unknown["radius"] = 1;
+  EXPECT_EQ("a", refusal({{"add", {unknown}}})["fixture"]);
+  EXPECT_EQ("radius_m", refusal({{"change", {{{"name", "nerve"}, {"radius_m", "wide"}}}}})["field"]);
+  json many = json::array();
+  for (int i = 0; i < 16; ++i) many.push_back(sphere("s" + std::to_string(i)));
+  refusal({{"add", many}});
+  EXPECT_EQ(before, fixtures());
+}
+
+TEST_F(AdditionMethodsTest, RefusesAStandoffWithoutTheSurfaceThatItActsOn) {
+  ask("SetParameters", {{"parameters", {{"force.law", "proxy"}}}});
+  const json refused = refusal({{"add", {{{"name", "skin"}, {"kind", "standoff"}, {"clearance_m", 0.005}}}}});
+  EXPECT_NE(std::string::npos, refused["reason"].get<std::string>().find("skin")) << refused;
+  EXPECT_TRUE(names().empty());
+}
+
+TEST_F(AdditionMethodsTest, LogsEachChangeWithWhoMadeItAndWhatWasBefore) {
+  add({sphere("nerve")});
+  ask("ChangeFixtures", {{"change", {{{"name", "nerve"}, {"enabled", false}}}}});
+  ask("ChangeFixtures", {{"change", {{{"name", "nerve"}, {"enabled", true}}}}});
+  ask("ChangeFixtures", {{"change", {{{"name", "nerve"}, {"radius_m", 0.07}}}}});
+  ask("ChangeFixtures", {{"remove", {"nerve"}}});
+  const auto entries = logged(config::EventKind::fixture);
+  std::vector<std::string> actions;
+  for (const auto& fields : entries) {
+    EXPECT_EQ("nerve", fields.at("FIXTURE"));
+    EXPECT_EQ(std::to_string(::getuid()), fields.at("UID"));
+    actions.push_back(fields.at("ACTION"));
+  }
+  EXPECT_EQ((std::vector<std::string>{"add", "disable", "enable", "change", "remove"}), actions);
+  EXPECT_EQ(json({{"radius_m", 0.05}}), json::parse(entries.at(3).at("OLD")));
+  EXPECT_EQ(json({{"radius_m", 0.07}}), json::parse(entries.at(3).at("NEW")));
+  EXPECT_EQ("", entries.at(0).at("OLD"));
+  EXPECT_EQ("sphere", json::parse(entries.at(4).at("OLD"))["kind"]);
+}
+
+TEST_F(AdditionMethodsTest, ShowsWhichFixtureIsNearestAndWhichAreInContact) {
+  add({sphere("nerve"), sphere("vein")});
+  BoxStatus status;
+  status.fixtures.nearest = "vein";
+  status.fixtures.distance_m = -0.001;
+  status.fixtures.in_contact = {"vein"};
+  box.setStatus(status);
+  const json entries = fixtures()["fixtures"];
+  EXPECT_EQ(false, entries[0]["nearest"]);
+  EXPECT_TRUE(entries[0]["distanceM"].is_null());
+  EXPECT_EQ(true, entries[1]["nearest"]);
+  EXPECT_EQ(-0.001, entries[1]["distanceM"]);
+  EXPECT_EQ(true, entries[1]["inContact"]);
+}
+
+TEST_F(AdditionMethodsTest, KeepsFixturesAndRegionsInProfiles) {
+  add({sphere("nerve")});
+  ask("ChangeRegions", {{"add", {tissue("liver", 0, 300)}}});
+  ask("SaveProfile", {{"name", "case"}});
+  ask("ChangeFixtures", {{"remove", {"nerve"}}});
+  ask("SetStiffness", {{"region", "liver"}, {"stiffnessNPerM", 400}});
+  EXPECT_EQ(json({"fixtures", "regions"}), ask("LoadProfile", {{"name", "case"}})["parameters"]["changed"]);
+  EXPECT_EQ((std::vector<std::string>{"nerve"}), names());
+  EXPECT_EQ(300, stiffness("liver"));
+  EXPECT_EQ("add", logged(config::EventKind::fixture).back().at("ACTION"));
+}
+
+TEST_F(AdditionMethodsTest, SetsTheStiffnessOfARegionByItsName) {
+  ask("ChangeRegions", {{"add", {tissue("liver", 0, 300)}}});
+  EXPECT_EQ(2, ask("SetStiffness", {{"region", "liver"},
+                                    {"stiffnessNPerM", 450},
+                                    {"dampingNSPerM", 2}})["parameters"]["generation"]);
+  EXPECT_EQ(450, stiffness("liver"));
+  EXPECT_EQ(2, box.appliedSettings().additions.regions.at(0).damping_n_s_per_m);
+  const json unknown = ask("SetStiffness", {{"region", "kidney"}, {"stiffnessNPerM", 450}});
+  EXPECT_EQ("io.hapticd.Control.RegionRefused", unknown["error"]);
+  EXPECT_EQ("kidney", unknown["parameters"]["region"]);
+  EXPECT_EQ("stiffness_n_per_m",
+            ask("SetStiffness", {{"region", "liver"}, {"stiffnessNPerM", -1}})["parameters"]["field"]);
+  EXPECT_EQ(450, stiffness("liver"));
+}
+
+TEST_F(AdditionMethodsTest, FeedsMeasurementsIntoTheRegionThatContainsThem) {
+  ask("ChangeRegions", {{"add", {tissue("left", -0.2, 300), tissue("right", 0.2, 300)}}});
+  EXPECT_EQ(json({{"region", "right"}, {"stiffnessNPerM", 500}}), feed(0.21, 500)["parameters"]);
+  EXPECT_EQ(600, feed(0.19, 800, {{"weight", 0.5}})["parameters"]["stiffnessNPerM"])
+      << "(500 + 800 / 2) / 1.5";
+  EXPECT_EQ(errorReply("io.hapticd.Control.OutsideRegions"), feed(0.5, 500));
+  EXPECT_EQ("io.hapticd.Control.RegionRefused", feed(0.2, -5)["error"]);
+  EXPECT_EQ(invalidParameter("weight"), feed(0.2, 500, {{"weight", 0}}));
+  EXPECT_EQ(2, ask("SetStiffness", {{"region", "left"}, {"stiffnessNPerM", 310}})["parameters"]["generation"])
+      << "measurements are no change of the list";
+  EXPECT_EQ(600, stiffness("right")) << "a change waits for the measurements before it";
+  const auto entries = logged(config::EventKind::region);
+  EXPECT_EQ(1, std::ranges::count(entries, "feed", [](const auto& fields) { return fields.at("ACTION"); }));
+}
+
+TEST_F(AdditionMethodsTest, TakesMeasurementsFromCallsThatExpectNoAnswer) {
+  ask("ChangeRegions", {{"add", {tissue("liver", 0, 300)}}});
+  RawClient client = controlClient();
+  client.call(R"({"method":"io.hapticd.Control.FeedStiffness","oneway":true,)"
+              R"("parameters":{"xM":0,"yM":0,"zM":0,"stiffnessNPerM":520}})");
+  client.call(R"({"method":"io.hapticd.Status.ListRegions"})");
+  EXPECT_TRUE(client.json().contains("parameters"));
+  EXPECT_TRUE(box.waitForStiffness(1));
+  EXPECT_EQ(520, stiffness("liver"));
+}
+
+TEST_F(AdditionMethodsTest, OffersNoChangeOnTheStatusSocket) {
+  for (const char* method : {"ChangeFixtures", "ChangeRegions", "SetStiffness", "FeedStiffness"}) {
+    EXPECT_EQ(errorReply("org.varlink.service.PermissionDenied"),
+              askStatus(std::string("io.hapticd.Control.") + method));
+  }
+}
+
+TEST_F(AdditionMethodsTest, TakesSixteenLongPathsInOneCallAndListsThem) {
+  json paths = json::array();
+  for (int i = 0; i < 16; ++i) {
+    json points = json::array();
+    for (int k = 0; k < 256; ++k) points.push_back({0.001 * k, 0.01 * i, -0.8 + 0.0001 * (k % 7)});
+    paths.push_back({{"name", "path" + std::to_string(i)}, {"kind", "path"}, {"points_m", points}});
+  }
+  add(paths);
+  EXPECT_EQ(256U, fixtures()["fixtures"][15]["definition"]["points_m"].size());
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Virtual fixtures and tissue regions are drawn where they are and listed; picked points become commands that add some.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { assertNear, Browser, hasFrames, kLimitMs, pageFolder, until } from './browser.mjs';
+import { FakeBridge, kHip } from './fake_bridge.mjs';
+
+const kBall = [-0.2, 0.15, -0.9];
+const kAdditions = {
+  fixtures: [
+    { name: 'nerve', enabled: true, definition: { name: 'nerve', kind: 'sphere', side: 'out', position_m: kBall, radius_m: 0.06 } },
+    { name: 'plate', enabled: false, definition: { name: 'plate', kind: 'plane', position_m: [0, -0.3, -0.9], normal: [0, 1, 0] } },
+    { name: 'way', enabled: true, definition: { name: 'way', kind: 'path', points_m: [[0, 0.2, -0.8], [0.1, 0.25, -0.8], [0.2, 0.2, -0.8]] } },
+    { name: 'cage', enabled: true, definition: { name: 'cage', kind: 'box', side: 'in', position_m: kHip, size_m: [0.2, 0.2, 0.2], rotation_deg: [0, 0, 0] } },
+    { name: 'rod', enabled: true, definition: { name: 'rod', kind: 'capsule', frame: 'camera', position_m: [0.3, 0, -1], end_m: [0.3, 0.2, -1], radius_m: 0.02 } },
+    { name: 'funnel', enabled: true, definition: { name: 'funnel', kind: 'cone', side: 'in', position_m: [0.25, -0.2, -0.8], axis: [0, 1, 0], half_angle_deg: 30 } },
+    { name: 'skin', enabled: true, definition: { name: 'skin', kind: 'standoff', clearance_m: 0.005 } },
+  ],
+  regions: [
+    { name: 'liver', definition: { name: 'liver', shape: 'sphere', position_m: [0.05, -0.04, -0.85], radius_m: 0.05, model: 'layered' } },
+  ],
+};
+
+let fake;
+let browser;
+let page;
+
+before(async () => {
+  fake = new FakeBridge(pageFolder);
+  browser = await Browser.start();
+  page = await browser.open(await fake.start());
+  await hasFrames(page, 1);
+}, { timeout: kLimitMs });
+
+after(async () => {
+  await browser?.stop();
+  await fake?.stop();
+});
+
+/** Mean colour of a few pixels where a point of the world is seen. */
+const colourAt = (point) => page.evaluate((p) => {
+  const view = window.hapticdView;
+  const canvas = document.querySelector('#view');
+  const { x, y } = view.project(...p);
+  const ratio = view.pixelRatio;
+  const pixels = view.readPixels(Math.round(x * ratio) - 2, Math.round((canvas.clientHeight - y) * ratio) - 2, 4, 4);
+  return [0, 1, 2].map((i) => pixels.filter((_, at) => at % 4 === i).reduce((sum, value) => sum + value, 0) / 16);
+}, point);
+
+const row = (name) => page.locator('#fixtures li', { hasText: name }).textContent();
+
+test('a box without fixtures has no list of them', async () => {
+  assert.equal(await page.locator('#fixtures-card').isVisible(), false);
+});
+
+test('fixtures and regions are listed, named in the picture and drawn', async () => {
+  await page.keyboard.press('1');
+  for (const layer of ['cloud', 'grid']) await page.evaluate((name) => document.querySelector(`[data-layer=${name}]`).click(), layer);
+  const without = await colourAt(kBall);
+  fake.ofFixtures = { fixtureContacts: 0, nearestFixture: 0, fixtureDistanceM: 0.0123, tissueRegion: -1 };
+  fake.sendAdditions(kAdditions);
+  await until(page, () => document.querySelectorAll('#fixtures li').length === 8);
+  await until(page, () => document.querySelector('.label.fixture.forbidden')?.textContent);
+  const labels = await page.locator('.label.fixture').allTextContents();
+  for (const name of ['nerve', 'way', 'cage', 'rod', 'liver']) assert.ok(labels.includes(name), `${name} in ${labels}`);
+  assert.ok(!labels.includes('skin'), 'a stand-off is wherever the surface is');
+  await until(page, () => document.querySelector('#fixtures li').textContent.includes('12.3 mm'));
+  const [red, green, blue] = (await colourAt(kBall)).map((value, i) => value - without[i]);
+  // dark red over a light background takes away least of the red
+  assert.ok(red > green + 10 && red > blue + 10, `changed by ${[red, green, blue]}`);
+});
+
+test('the list tells distances, what is disabled and what is in contact', async () => {
+  assert.match(await row('nerve'), /sphere.*12\.3 mm/);
+  assert.match(await row('plate'), /disabled/);
+  assert.match(await row('skin'), /standoff–/);
+  // the hand is in the middle of a cage with walls 0.1 m away
+  assert.match(await row('cage'), /0\.10 m/);
+  fake.ofFixtures = {
+    fixtureContacts: 0b1001, nearestFixture: 0, fixtureDistanceM: -0.001, tissueRegion: 0, fixtureProxy: kBall,
+    fixtureForce: [0, 0, 0.5], guidanceForce: [0.25, 0, 0],
+  };
+  await until(page, () => document.querySelector('#fixtures li').textContent.includes('in contact, -1.0 mm'));
+  assert.match(await row('cage'), /in contact/);
+  assert.match(await row('liver'), /layered.*in contact/);
+  assert.doesNotMatch(await row('way'), /in contact/);
+});
+
+test('the forces of fixtures and of guidance stand apart', async () => {
+  await until(page, () => document.querySelector('#force-facts').textContent.includes('Of guidance0.25 N'));
+  assert.match(await page.locator('#force-facts').textContent(), /Of fixtures0\.50 N/);
+  assert.equal(await page.locator('.label.guidance.force').textContent(), '0.25 N guidance');
+});
+
+test('picked points become commands that add fixtures', async () => {
+  await page.evaluate(() => document.querySelector('[data-layer=cloud]').click());
+  const canvas = await page.locator('#view').boundingBox();
+  const pickAt = async (point) => {
+    const count = await page.locator('#picks li').count();
+    const place = await page.evaluate((p) => window.hapticdView.project(...p), point);
+    await page.mouse.click(canvas.x + place.x, canvas.y + place.y);
+    await until(page, (n) => document.querySelectorAll('#picks li').length === n, count + 1);
+  };
+  const commands = async () => (await page.locator('#pick-command').textContent()).split('\n');
+  const vectorIn = (text, option) => text.match(new RegExp(`--${option} ([-\\d.,]+)`))[1].split(',').map(Number);
+  const kWall = [[-0.3, 0.2, -1.15], [0.3, 0.2, -1.15], [0.3, -0.3, -1.15]];
+
+  await pickAt(kWall[0]);
+  await page.selectOption('#pick-use', 'fixture');
+  const [sphere] = await commands();
+  assert.match(sphere, /^hapticctl fixture add NAME --kind sphere --position-m \S+ --radius-m 0\.02$/);
+  vectorIn(sphere, 'position-m').forEach((value, i) => assertNear(value, kWall[0][i], 0.003, 'xyz'[i]));
+
+  await pickAt(kWall[1]);
+  const [capsule, path] = await commands();
+  assert.match(capsule, /--kind capsule --position-m \S+ --end-m \S+ --radius-m 0\.02$/);
+  vectorIn(capsule, 'end-m').forEach((value, i) => assertNear(value, kWall[1][i], 0.003, 'xyz'[i]));
+  assert.match(path, /--kind path --points-m "\S+ \S+"$/);
+
+  await pickAt(kWall[2]);
+  const plane = (await commands()).at(-1);
+  assert.match(plane, /--kind plane/);
+  // the wall is perpendicular to the camera's axis; its free side is where the eye is
+  vectorIn(plane, 'normal').forEach((value, i) => assertNear(value, [0, 0, 1][i], 0.01, 'xyz'[i]));
+  assert.deepEqual(page.complaints, []);
+});

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/addition_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <variant>
+#include <vector>
+
+#include "config/addition_fields.h"
+#include "config/file_content.h"
+#include "config/value_text.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr std::size_t kMostPointBytes = std::size_t{1} << 20;
+
+template <typename T>
+std::optional<T> read(const std::string& text) {
+  T value{};
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end) return std::nullopt;
+  return value;
+}
+
+/// A finite number; JSON has no others.
+std::optional<double> numberIn(const std::string& text) {
+  const auto number = read<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+std::vector<std::string> split(const std::string& text, const char* separators) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  while ((begin = text.find_first_not_of(separators, begin)) != std::string::npos) {
+    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end;
+  }
+  return parts;
+}
+
+std::optional<Json> vectorIn(const std::string& text, const char* separators) {
+  Json vector = Json::array();
+  for (const std::string& part : split(text, separators)) {
+    const auto number = numberIn(part);
+    if (!number) return std::nullopt;
+    vector.push_back(*number);
+  }
+  if (vector.size() != 3) return std::nullopt;
+  return vector;
+}
+
+std::optional<Json> pointsIn(const std::string& text) {
+  Json points = Json::array();
+  for (const std::string& part : split(text, " \t\n")) {
+    auto point = vectorIn(part, ",");
+    if (!point) return std::nullopt;
+    points.push_back(std::move(*point));
+  }
+  return points;
+}
+
+template <typename T>
+std::optional<Json> jsonOf(const std::optional<T>& value) {
+  return value ? std::optional<Json>(*value) : std::nullopt;
+}
+
+template <typename... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+
+/// How the value of an option is written, and how it is read.
+struct Form {
+  std::string type;
+  std::vector<std::string> words;  ///< of a choice; empty: it is none
+  std::optional<Json> (*value)(const std::string& text);
+  const char* example;  ///< of a right value, for errors
+};
+
+template <typename Owner>
+Form formOf(const config::AdditionField<Owner>& field) {
+  const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
+  return std::visit(
+      Overloaded{
+          [&](std::string Owner::*) -> Form {
+            return {"TEXT", {}, text_value, ""};
+          },
+          [&](bool Owner::*) -> Form {
+            return {"WORD",
+                    {"true", "false"},
+                    [](const std::string& text) -> std::optional<Json> { return text == "true"; },
+                    ""};
+          },
+          [&](int Owner::*) -> Form {
+            return {
+                "INT", {}, [](const std::string& text) { return jsonOf(read<int>(text)); }, "a whole number"};
+          },
+          [&](double Owner::*) -> Form {
+            return {"NUMBER", {}, [](const std::string& text) { return jsonOf(numberIn(text)); }, "a number"};
+          },
+          [&](std::vector<rt::Vec3> Owner::*) -> Form {
+            return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
+          },
+          [&](const config::WordMember<Owner>& member) -> Form {
+            return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
+          },
+          [&](const config::VectorMember<Owner>&) -> Form {
+            return {"X,Y,Z",
+                    {},
+                    [](const std::string& text) { return vectorIn(text, ","); },
+                    "three numbers, such as 0,0,-0.8"};
+          }},
+      field.member);
+}
+
+std::string optionOf(std::string_view member) {
+  std::string name = fmt::format("--{}", member);
+  std::ranges::replace(name, '_', '-');
+  return name;
+}
+
+template <typename Owner>
+CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& field,
+                       const std::shared_ptr<Json>& members) {
+  const Form form = formOf(field);
+  const std::string unit = field.unit.empty() ? "" : fmt::format(" ({})", field.unit);
+  CLI::Option* const option =
+      command
+          .add_option_function<std::string>(
+              optionOf(field.name),
+              [members, form, name = std::string(field.name)](const std::string& text) {
+                auto value = form.value(text);
+                if (!value) {
+                  throw CLI::ValidationError(
+                      optionOf(name), fmt::format("{} is not {}", config::inQuotes(text), form.example));
+                }
+                (*members)[name] = std::move(*value);
+              },
+              fmt::format("{}{}", field.help, unit))
+          ->type_name(form.type);
+  return form.words.empty() ? option : option->check(CLI::IsMember(form.words));
+}
+
+}  // namespace
+
+config::Result<Json> pointsFromText(const std::string& text, const std::string& name) {
+  Json points = Json::array();
+  std::istringstream lines(text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::string content = line.substr(0, line.find('#'));
+    if (content.find_first_not_of(" \t\r,") == std::string::npos) continue;
+    auto point = vectorIn(content, " \t\r,");
+    if (!point) {
+      return std::unexpected(config::Error{fmt::format("{}:{}", name, number),
+                                           config::inQuotes(content) + " is not a point",
+                                           "write x, y and z in metres on each line"});
+    }
+    points.push_back(std::move(*point));
+  }
+  return points;
+}
+
+void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  CLI::Option* points = nullptr;
+  for (const auto& field : config::fixtureFields()) {
+    if (field.name == "name") continue;
+    CLI::Option* const option = addMember(command, field, members);
+    if (field.name == "points_m") points = option;
+  }
+  command
+      .add_option_function<std::string>(
+          "--points-file",
+          [members](const std::string& file) {
+            const auto content = config::fileContent(file, {kMostPointBytes, config::FileKind::any});
+            if (!content) throw CLI::ValidationError("--points-file", file + " " + content.error().text());
+            auto read_points = pointsFromText(*content, file);
+            if (!read_points) throw CLI::ValidationError("--points-file", read_points.error().text());
+            (*members)["points_m"] = std::move(*read_points);
+          },
+          "Take the points of a path from this file: x y z on each line")
+      ->type_name("FILE")
+      ->excludes(points);
+}
+
+void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  for (const auto& field : config::regionFields()) {
+    if (field.name != "name") addMember(command, field, members);
+  }
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fixtures and tissue regions of the box: what is drawn of them, and their list in the panel.
+
+import { distanceToFixture, isGuidance, shapeOf } from './fixtures.js';
+import { isVector } from './vectors.js';
+
+/** "12.3 mm", "0.42 m" */
+function lengthText(m) {
+  if (!Number.isFinite(m)) return '–';
+  return Math.abs(m) < 0.1 ? `${(1000 * m).toFixed(1)} mm` : `${m.toFixed(2)} m`;
+}
+
+export class Additions {
+  /** `list` gets an item for each; `card` is hidden while there are none. */
+  constructor(list, card) {
+    this.list = list;
+    this.card = card;
+    this.take({});
+  }
+
+  /** A message `additions` of the bridge. */
+  take({ fixtures, regions }) {
+    const known = (entries, group) => (Array.isArray(entries) ? entries : [])
+      .filter((entry) => entry?.definition)
+      .map(({ name, definition, enabled = true }, place) => ({
+        name: String(name ?? definition.name), definition, enabled, place, inContact: false,
+        group: group ?? (isGuidance(definition.kind) ? 'guidance' : 'forbidden'),
+      }));
+    this.entries = [...known(fixtures), ...known(regions, 'tissue')];
+    this.card.hidden = this.entries.length === 0;
+    this.list.replaceChildren(...this.entries.map((entry) => this.rowOf(entry)));
+  }
+
+  /** Returns what is to be drawn after a window of ticks. `frame`: the newest depth frame or null. */
+  follow(window_, frame, warningM) {
+    for (const entry of this.entries) {
+      entry.shape = shapeOf(entry.definition, frame);
+      entry.inContact = entry.group === 'tissue'
+        ? window_.tissueRegion === entry.place
+        : ((window_.fixtureContacts ?? 0) & (1 << entry.place)) !== 0;
+      this.show(entry, this.distanceOf(entry, window_), warningM);
+    }
+    return this.entries;
+  }
+
+  /** The box knows the distance to the nearest forbidden region; the others follow from their shapes. */
+  distanceOf(entry, window_) {
+    if (entry.group === 'forbidden' && entry.place === window_.nearestFixture) return window_.fixtureDistanceM;
+    if (!entry.shape || entry.group === 'tissue' || !isVector(window_.hip)) return NaN;
+    return distanceToFixture(entry.definition, entry.shape, window_.hip);
+  }
+
+  rowOf(entry) {
+    const { name, definition, enabled, group } = entry;
+    const item = document.createElement('li');
+    item.dataset.group = group;
+    const title = document.createElement('strong');
+    title.textContent = name;
+    const kind = document.createElement('span');
+    kind.textContent = group === 'tissue' ? definition.model ?? 'linear' : definition.kind;
+    const state = document.createElement('span');
+    state.className = 'number';
+    state.textContent = enabled ? '' : 'disabled';
+    item.append(title, kind, state);
+    Object.assign(entry, { item, state });
+    return item;
+  }
+
+  show({ item, state, enabled, inContact, group }, distanceM, warningM) {
+    const near = group === 'forbidden' && distanceM < warningM;
+    item.dataset.level = inContact ? 'contact' : enabled && near ? 'near' : '';
+    let text = 'disabled';
+    if (enabled) text = [inContact ? 'in contact' : '', group === 'tissue' ? '' : lengthText(distanceM)].filter(Boolean).join(', ');
+    if (state.textContent !== text) state.textContent = text;
+  }
+}

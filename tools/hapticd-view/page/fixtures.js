@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// What people add to the scene: shapes of virtual fixtures and tissue regions, in the world frame, and how far away
+// they are.
+
+import { add, dot, norm, perpendiculars, rotate, scale, subtract, unit } from './vectors.js';
+
+const kRadPerDeg = Math.PI / 180;
+/** A cone has no end: so much of it is drawn. */
+const kConeM = 0.15;
+
+/** Roll, pitch and yaw about the fixed axes, in this order, as a rotation row by row. */
+function rotationOf([rollDeg, pitchDeg, yawDeg]) {
+  const [cx, cy, cz] = [rollDeg, pitchDeg, yawDeg].map((deg) => Math.cos(deg * kRadPerDeg));
+  const [sx, sy, sz] = [rollDeg, pitchDeg, yawDeg].map((deg) => Math.sin(deg * kRadPerDeg));
+  return [
+    cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx,
+    sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx,
+    -sy, cy * sx, cy * cx,
+  ];
+}
+
+export const isGuidance = (kind) => kind === 'path' || kind === 'point';
+
+/**
+ * The shape of a definition (its members are those of the configuration) in the world: {kind, ...}, or null where it has
+ * none: a stand-off is wherever the surface is, and what rests in the camera's frame needs a depth frame first.
+ */
+export function shapeOf(definition, frame) {
+  const inCamera = definition.frame === 'camera';
+  if (inCamera && !frame) return null;
+  const kind = definition.kind ?? definition.shape ?? (definition.label ? 'label' : 'sphere');
+  const place = (p) => (inCamera ? frame.toWorld(p) : p);
+  const turn = (v) => (inCamera ? rotate(frame.rotation, v) : v);
+  const at = place(definition.position_m ?? [0, 0, 0]);
+  switch (kind) {
+    case 'plane': return { kind, at, axis: unit(turn(definition.normal ?? [0, 0, 1])) };
+    case 'sphere': return { kind, at, radiusM: definition.radius_m };
+    case 'point': return { kind, at };
+    case 'path': return { kind, points: (definition.points_m ?? []).map(place) };
+    case 'capsule': return { kind, at, end: place(definition.end_m ?? [0, 0, 0]), radiusM: definition.radius_m };
+    case 'cone': return {
+      kind, at, axis: unit(turn(definition.axis ?? [0, 0, 1])), halfAngle: (definition.half_angle_deg ?? 30) * kRadPerDeg,
+    };
+    case 'box': {
+      const r = rotationOf(definition.rotation_deg ?? [0, 0, 0]);
+      const half = scale(definition.size_m ?? [0, 0, 0], 0.5);
+      const axes = [0, 1, 2].map((i) => turn([r[i], r[i + 3], r[i + 6]]));
+      return { kind, at, half, axes };
+    }
+    default: return null;
+  }
+}
+
+function toSegment(p, a, b) {
+  const along = subtract(b, a);
+  const square = dot(along, along);
+  const share = square > 0 ? Math.min(1, Math.max(0, dot(subtract(p, a), along) / square)) : 0;
+  return norm(subtract(p, add(a, scale(along, share))));
+}
+
+/** Signed distance of `p` from the boundary of a shape, positive outside; of a path or point its distance. */
+export function distanceM(shape, p) {
+  const offset = shape.at ? subtract(p, shape.at) : null;
+  switch (shape.kind) {
+    case 'plane': return dot(offset, shape.axis);
+    case 'sphere': return norm(offset) - shape.radiusM;
+    case 'point': return norm(offset);
+    case 'capsule': return toSegment(p, shape.at, shape.end) - shape.radiusM;
+    case 'path': return Math.min(...shape.points.slice(1).map((end, i) => toSegment(p, shape.points[i], end)));
+    case 'box': {
+      const beyond = shape.axes.map((axis, i) => Math.abs(dot(offset, axis)) - shape.half[i]);
+      const inside = Math.max(...beyond);
+      return inside > 0 ? norm(beyond.map((value) => Math.max(value, 0))) : inside;
+    }
+    default: {
+      const along = dot(offset, shape.axis);
+      const beside = norm(subtract(offset, scale(shape.axis, along)));
+      const [c, s] = [Math.cos(shape.halfAngle), Math.sin(shape.halfAngle)];
+      return along * c + beside * s < 0 ? norm(offset) : beside * c - along * s;
+    }
+  }
+}
+
+/** From the hand to the boundary of a fixture, negative inside the forbidden region; of guidance how far it is away. */
+export function distanceToFixture(definition, shape, p) {
+  const d = distanceM(shape, p);
+  if (isGuidance(shape.kind)) return d;
+  const clearance = definition.clearance_m ?? 0;
+  if (definition.side === 'in') return -d - clearance;
+  return (definition.side === 'both' ? Math.abs(d) : d) - clearance;
+}
+
+/** Lines of a shape, as lists of points that belong together. `eye`: where it is seen from. */
+export function outlineOf(shape, eye) {
+  const circle = (centre, [x, y], radiusM) => Array.from({ length: 49 }, (_, i) => {
+    const angle = (2 * Math.PI * i) / 48;
+    return add(centre, add(scale(x, radiusM * Math.cos(angle)), scale(y, radiusM * Math.sin(angle))));
+  });
+  const around = (x, y) => [x, y, scale(x, -1), scale(y, -1)];
+  switch (shape.kind) {
+    case 'sphere': return [circle(shape.at, perpendiculars(unit(subtract(eye, shape.at))), shape.radiusM)];
+    case 'path': return [shape.points];
+    case 'plane': return planeLines(shape);
+    case 'box': return boxLines(shape);
+    case 'capsule': {
+      const across = perpendiculars(unit(subtract(shape.end, shape.at)));
+      const sides = around(...across).map((way) => [
+        add(shape.at, scale(way, shape.radiusM)), add(shape.end, scale(way, shape.radiusM))]);
+      return [circle(shape.at, across, shape.radiusM), circle(shape.end, across, shape.radiusM), ...sides];
+    }
+    case 'cone': {
+      const { centre, radiusM } = coneEnd(shape);
+      const across = perpendiculars(shape.axis);
+      const sides = around(...across).map((way) => [shape.at, add(centre, scale(way, radiusM))]);
+      return [circle(centre, across, radiusM), ...sides];
+    }
+    default: return [];
+  }
+}
+
+/** Middle and radius of the end of what is drawn of a cone. */
+export function coneEnd({ at, axis, halfAngle }) {
+  const lengthM = kConeM * Math.cos(halfAngle);
+  return { centre: add(at, scale(axis, lengthM)), radiusM: kConeM * Math.sin(halfAngle), lengthM };
+}
+
+/** A plane has no end: a square patch around its point is drawn, with a line towards the free side. */
+export const kPlaneHalfM = 0.2;
+const kPlaneCellM = 0.05;
+
+function planeLines({ at, axis }) {
+  const [x, y] = perpendiculars(axis);
+  const lines = [[at, add(at, scale(axis, kPlaneCellM))]];
+  const corner = (i, j) => add(at, add(scale(x, i), scale(y, j)));
+  for (let i = -kPlaneHalfM; i < kPlaneHalfM + 1e-9; i += kPlaneCellM) {
+    lines.push([corner(i, -kPlaneHalfM), corner(i, kPlaneHalfM)], [corner(-kPlaneHalfM, i), corner(kPlaneHalfM, i)]);
+  }
+  return lines;
+}
+
+function boxLines({ at, half, axes }) {
+  const corner = (i) => [0, 1, 2].reduce(
+    (p, axis) => add(p, scale(axes[axis], i & (1 << axis) ? half[axis] : -half[axis])), at);
+  const lines = [];
+  for (let i = 0; i < 8; i++) {
+    for (const bit of [1, 2, 4]) {
+      if (!(i & bit)) lines.push([corner(i), corner(i | bit)]);
+    }
+  }
+  return lines;
+}
+
+/** Where the name of a shape stands. */
+export const middleOf = (shape) => {
+  if (shape.kind === 'path') return shape.points[Math.floor(shape.points.length / 2)];
+  return shape.kind === 'capsule' ? scale(add(shape.at, shape.end), 0.5) : shape.at;
+};
