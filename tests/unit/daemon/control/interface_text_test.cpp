@@ -161,13 +161,13 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfFixturesAndRegions) {
   const json sphere = R"({"name":"a","kind":"sphere","position_m":[0,0,0],"radius_m":0.05})"_json;
   const json region =
       R"({"name":"a","place":"shape","shape":"sphere","position_m":[0,0,0],"radius_m":0.05})"_json;
-  EXPECT_EQ(1, checkedReply(control, "ChangeFixtures", {{"add", {sphere}}})["generation"]);
+  EXPECT_EQ(1, checkedReply(control, "ChangeFixtures", {{"add", json::array({sphere})}})["generation"]);
   EXPECT_EQ("io.hapticd.Control.FixtureRefused",
-            checkedReply(control, "ChangeFixtures", {{"add", {sphere}}})["error"]);
+            checkedReply(control, "ChangeFixtures", {{"add", json::array({sphere})}})["error"]);
   EXPECT_EQ("io.hapticd.Control.ChangedMeanwhile",
             checkedReply(control, "ChangeFixtures", {{"generation", 7}})["error"]);
   EXPECT_EQ(1U, checkedReply("io.hapticd.Status", "ListFixtures")["fixtures"].size());
-  EXPECT_EQ(1, checkedReply(control, "ChangeRegions", {{"add", {region}}})["generation"]);
+  EXPECT_EQ(1, checkedReply(control, "ChangeRegions", {{"add", json::array({region})}})["generation"]);
   EXPECT_EQ("io.hapticd.Control.RegionRefused",
             checkedReply(control, "ChangeRegions", {{"remove", {"b"}}})["error"]);
   EXPECT_EQ(1U, checkedReply("io.hapticd.Status", "ListRegions")["regions"].size());
