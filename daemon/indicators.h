@@ -14,7 +14,7 @@ namespace hapticd::daemon {
 struct BoxCondition {
   rt::Mode mode = rt::Mode::starting;
   bool in_contact = false;    ///< a force acts on the HIP
-  bool near_fixture = false;  ///< a forbidden region is nearer than fixtures.warning_m
+  bool near_fixture = false;  ///< a forbidden region is nearer than proximity.warning_m
   drivers::CameraState camera = drivers::CameraState::absent;
   bool frames_damaged = false;  ///< at least one frame within the last second was damaged
   bool warned = false;          ///< the status has warnings

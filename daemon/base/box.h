@@ -82,7 +82,7 @@ struct FixtureStatus {
   std::string nearest;                  ///< name of the nearest forbidden region; empty: none, or not known
   /// From the HIP to its boundary, negative inside the forbidden region; infinite: none, or not known.
   double distance_m = std::numeric_limits<double>::infinity();
-  bool warning = false;         ///< distance_m is below fixtures.warning_m
+  bool warning = false;         ///< distance_m is below proximity.warning_m
   double force_n = 0;           ///< magnitude of the force of all forbidden regions
   double guidance_force_n = 0;  ///< magnitude of the force of all guidance fixtures
 };

@@ -71,7 +71,18 @@ std::expected<AdditionChange, Reply> changeOf(const Call& call, std::size_t most
   return AdditionChange{remove->value_or(std::vector<std::string>()), std::move(*change), std::move(*add)};
 }
 
+/// InvalidParameter for the first of these fields that is there and no finite number.
+std::optional<Reply> wrongNumber(const Call& call, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (const auto number = numberField(call, name); !number) return number.error();
+  }
+  return std::nullopt;
+}
+
 std::expected<StiffnessFeed::Sample, Reply> sampleOf(const Call& call) {
+  // A wrong type is named before what is missing, as for every method.
+  if (const auto wrong = wrongNumber(call, {"xM", "yM", "zM", "stiffnessNPerM", "dampingNSPerM", "weight"}))
+    return std::unexpected(*wrong);
   StiffnessFeed::Sample sample;
   const std::pair<const char*, double*> required[] = {{"xM", &sample.position_m_in_world.x},
                                                       {"yM", &sample.position_m_in_world.y},
@@ -182,6 +193,8 @@ void AdditionMethods::changeList(AdditionList list, const Call& call, const Call
 }
 
 void AdditionMethods::setStiffness(const Call& call, const Caller& caller, Replies& replies) {
+  if (const auto wrong = wrongNumber(call, {"stiffnessNPerM", "dampingNSPerM"}))
+    return replies.finish(caller.connection, *wrong);
   const auto name = requiredText(call, "region");
   if (!name) return replies.finish(caller.connection, name.error());
   const auto stiffness = requiredNumber(call, "stiffnessNPerM");

@@ -168,6 +168,33 @@ void answerEverything(FakeDaemon& daemon) {
                 json{{"traces", json::array()}, {"folder", "/var/lib/hapticd/traces"}});
   daemon.answer("io.hapticd.Control.SaveProfile", json{{"name", "soft"}});
   daemon.answer("io.hapticd.Control.LoadProfile", json{{"generation", 3}, {"changed", {"force.radius_m"}}});
+  daemon.answer("io.hapticd.Status.ListFixtures", json{{"generation", 3},
+                                                       {"fixtures",
+                                                        {{{"name", "nerve"},
+                                                          {"definition",
+                                                           {{"name", "nerve"},
+                                                            {"kind", "sphere"},
+                                                            {"position_m", {0, 0, -0.8}},
+                                                            {"radius_m", 0.05},
+                                                            {"stiffness_n_per_m", 300},
+                                                            {"max_force_n", 2}}},
+                                                          {"enabled", true},
+                                                          {"inContact", false},
+                                                          {"nearest", true},
+                                                          {"distanceM", 0.0032}}}}});
+  daemon.answer("io.hapticd.Status.ListRegions", json{{"generation", 4},
+                                                      {"regions",
+                                                       {{{"name", "liver"},
+                                                         {"definition",
+                                                          {{"name", "liver"},
+                                                           {"place", "shape"},
+                                                           {"shape", "sphere"},
+                                                           {"model", "linear"},
+                                                           {"stiffness_n_per_m", 300}}},
+                                                         {"inContact", true}}}}});
+  for (const char* method : {"ChangeFixtures", "ChangeRegions", "SetStiffness"}) {
+    daemon.answer(std::string("io.hapticd.Control.") + method, json{{"generation", 5}});
+  }
   daemon.answer(
       "io.hapticd.Status.ListProfiles",
       json{{"profiles", {{{"name", "soft"}, {"boot", true}, {"timeNs", 1'772'600'767'000'000'000}}}}});

@@ -28,7 +28,12 @@ const std::string kPairs =
     "name,camera_x_m,camera_y_m,camera_z_m,world_x_m,world_y_m,world_z_m\n"
     "a,0,0,-1,0,0,-1\nb,0.3,0,-1,0.3,0,-1\nc,0,0.3,-1,0,0.3,-1\n";
 
-/// Every command that calls the daemon; PAIRS stands for a file with point pairs.
+const std::string kScene =
+    "fixtures: [{name: nerve, kind: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n"
+    "regions: [{name: liver, shape: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n";
+
+/// Every command that calls the daemon; PAIRS stands for a file with point pairs, SCENE for one with fixtures
+/// and regions.
 const std::vector<Command> kCommands{{"status"},
                                      {"status", "--all"},
                                      {"watch", "--count", "1"},
@@ -47,6 +52,23 @@ const std::vector<Command> kCommands{{"status"},
                                      {"profiles", "--delete", "soft"},
                                      {"profiles", "--boot", "soft"},
                                      {"profiles", "--no-boot"},
+                                     {"fixture", "list"},
+                                     {"fixture", "show", "nerve"},
+                                     {"fixture", "add", "vein", "--kind", "point", "--position-m", "0,0,-1"},
+                                     {"fixture", "change", "nerve", "--radius-m", "0.06"},
+                                     {"fixture", "enable", "nerve"},
+                                     {"fixture", "disable", "nerve"},
+                                     {"fixture", "remove", "nerve"},
+                                     {"fixture", "export"},
+                                     {"fixture", "import", "SCENE"},
+                                     {"region", "list"},
+                                     {"region", "show", "liver"},
+                                     {"region", "add", "nodule", "--stiffness-n-per-m", "800"},
+                                     {"region", "change", "liver", "--friction", "0.1"},
+                                     {"region", "stiffness", "liver", "400"},
+                                     {"region", "remove", "liver"},
+                                     {"region", "export"},
+                                     {"region", "import", "SCENE"},
                                      {"trace", "start"},
                                      {"trace", "stop"},
                                      {"trace", "dump"},
@@ -88,11 +110,15 @@ Expected expectedOf(const std::string& command, const Expected& usual, const Exc
 
 class HapticctlStates : public testing::Test {
  protected:
-  HapticctlStates() { home.folder().write("pairs.csv", kPairs); }
+  HapticctlStates() {
+    home.folder().write("pairs.csv", kPairs);
+    home.folder().write("scene.yaml", kScene);
+  }
 
   Command withFiles(Command command) const {
     for (std::string& word : command) {
       if (word == "PAIRS") word = (home.path() / "pairs.csv").string();
+      if (word == "SCENE") word = (home.path() / "scene.yaml").string();
     }
     return command;
   }
@@ -134,7 +160,8 @@ std::vector<std::string> subcommandsIn(const std::string& help) {
 TEST_F(HapticctlStates, TableNamesEveryCommand) {
   std::set<std::string> listed = kWithoutDaemon;
   for (const Command& command : kCommands) {
-    listed.insert(command[0] == "trace" ? command[0] + " " + command[1] : command[0]);
+    const bool in_group = command[0] == "trace" || command[0] == "fixture" || command[0] == "region";
+    listed.insert(in_group ? command[0] + " " + command[1] : command[0]);
   }
   std::set<std::string> known;
   for (const std::string& name : subcommandsIn(home.run({"--help"}).output)) {
@@ -266,9 +293,10 @@ TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
   FakeDaemon daemon(home.socket());
   answerEverything(daemon);
   const Expected denied{kFailed, "members of the group haptic may"};
-  for (const char* method : {"SetParameters", "Engage", "Disengage", "ClearFault", "StartTrace", "StopTrace",
-                             "DumpTrace", "DeleteTrace", "KeepTrace", "NoteTrace", "MarkTrace", "SaveProfile",
-                             "LoadProfile", "DeleteProfile", "SetBootProfile", "SetCalibration"}) {
+  for (const char* method :
+       {"SetParameters", "Engage", "Disengage", "ClearFault", "StartTrace", "StopTrace", "DumpTrace",
+        "DeleteTrace", "KeepTrace", "NoteTrace", "MarkTrace", "SaveProfile", "LoadProfile", "DeleteProfile",
+        "SetBootProfile", "SetCalibration", "ChangeFixtures", "ChangeRegions", "SetStiffness"}) {
     daemon.refuse(std::string("io.hapticd.Control.") + method, "org.varlink.service.PermissionDenied",
                   json::object());
   }
@@ -284,6 +312,12 @@ TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
                        {"profiles --boot", denied},
                        {"profiles --no-boot", denied},
                        {"profiles", read},
+                       {"fixture list", read},
+                       {"fixture show", read},
+                       {"fixture export", read},
+                       {"region list", read},
+                       {"region show", read},
+                       {"region export", read},
                        {"trace list", read},
                        {"snapshot", read},
                        {"register --show", read}});

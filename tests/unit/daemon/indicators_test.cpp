@@ -51,6 +51,9 @@ TEST(Indicators, CameraShowsItsStateAndDamagedFramesOnlyWhileItStreams) {
 TEST(Indicators, ContactShowsWhatCanBeFeltOnlyWhileEngaged) {
   expectPatterns(Led::contact, {{{.mode = Mode::engaged, .in_contact = true}, on},
                                 {{.mode = Mode::engaged, .in_contact = false}, slow_blink},
+                                {{.mode = Mode::engaged, .near_fixture = true}, double_blink},
+                                {{.mode = Mode::engaged, .in_contact = true, .near_fixture = true}, on},
+                                {{.mode = Mode::idle, .near_fixture = true}, off},
                                 {{.mode = Mode::starting, .in_contact = true}, off},
                                 {{.mode = Mode::idle, .in_contact = true}, off},
                                 {{.mode = Mode::idle, .in_contact = false}, off},

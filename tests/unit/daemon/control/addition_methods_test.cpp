@@ -30,17 +30,21 @@ class AdditionMethodsTest : public ControlFixture {
   json regions() { return askStatus("io.hapticd.Status.ListRegions")["parameters"]; }
   std::vector<std::string> names() {
     std::vector<std::string> all;
-    for (const json& entry : fixtures()["fixtures"]) all.push_back(entry["name"]);
+    const json list = fixtures()["fixtures"];
+    for (const json& entry : list) all.push_back(entry["name"]);
     return all;
   }
   double stiffness(const std::string& name) {
-    for (const json& entry : regions()["regions"]) {
+    const json list = regions()["regions"];
+    for (const json& entry : list) {
       if (entry["name"] == name) return entry["definition"]["stiffness_n_per_m"];
     }
     return 0;
   }
   void add(const json& definitions) {
-    ASSERT_FALSE(ask("ChangeFixtures", {{"add", definitions}}).contains("error"));
+    const json list = definitions.is_array() ? definitions : json::array({definitions});
+    const json reply = ask("ChangeFixtures", {{"add", list}});
+    ASSERT_FALSE(reply.contains("error")) << reply;
   }
   /// Fields of the error FixtureRefused; fails on any other reply.
   json refusal(const json& parameters) {
@@ -69,18 +73,18 @@ TEST_F(AdditionMethodsTest, AddsListsChangesAndRemoves) {
 }
 
 TEST_F(AdditionMethodsTest, CountsChangesAndRefusesACallThatKnowsAnOlderSet) {
-  add({sphere("nerve")});
+  add(sphere("nerve"));
   const json generation = fixtures()["generation"];
   EXPECT_EQ(generation.get<int>() + 1,
-            ask("ChangeFixtures",
-                {{"add", {sphere("vein")}}, {"generation", generation}})["parameters"]["generation"]);
+            ask("ChangeFixtures", {{"add", json::array({sphere("vein")})},
+                                   {"generation", generation}})["parameters"]["generation"]);
   EXPECT_EQ(errorReply("io.hapticd.Control.ChangedMeanwhile", {{"generation", generation.get<int>() + 1}}),
             ask("ChangeFixtures", {{"remove", {"vein"}}, {"generation", generation}}));
   EXPECT_EQ(2U, names().size());
 }
 
 TEST_F(AdditionMethodsTest, ChangesNothingWhereOneOfSeveralIsBad) {
-  add({sphere("nerve")});
+  add(sphere("nerve"));
   const json before = fixtures();
   const json refused = refusal({{"remove", {"nerve"}}, {"add", {sphere("good"), sphere("flat", 0)}}});
   EXPECT_EQ("flat", refused["fixture"]);
@@ -92,18 +96,18 @@ TEST_F(AdditionMethodsTest, ChangesNothingWhereOneOfSeveralIsBad) {
 }
 
 TEST_F(AdditionMethodsTest, RefusesWhatIsBadWithItsNameAndField) {
-  add({sphere("nerve")});
+  add(sphere("nerve"));
   const json before = fixtures();
-  EXPECT_EQ("nerve", refusal({{"add", {sphere("nerve")}}})["fixture"]) << "a name twice";
+  EXPECT_EQ("nerve", refusal({{"add", json::array({sphere("nerve")})}})["fixture"]) << "a name twice";
   EXPECT_EQ("ghost", refusal({{"remove", {"ghost"}}})["fixture"]);
   EXPECT_EQ("ghost", refusal({{"change", {{{"name", "ghost"}, {"enabled", false}}}}})["fixture"]);
   EXPECT_EQ("name", refusal({{"change", {{{"enabled", false}}}}})["field"]);
   json framed = sphere("a");
   framed["frame"] = "moon";
-  EXPECT_EQ("frame", refusal({{"add", {framed}}})["field"]);
+  EXPECT_EQ("frame", refusal({{"add", json::array({framed})}})["field"]);
   json unknown = sphere("a");
   unknown["radius"] = 1;
-  EXPECT_EQ("a", refusal({{"add", {unknown}}})["fixture"]);
+  EXPECT_EQ("a", refusal({{"add", json::array({unknown})}})["fixture"]);
   EXPECT_EQ("radius_m", refusal({{"change", {{{"name", "nerve"}, {"radius_m", "wide"}}}}})["field"]);
   json many = json::array();
   for (int i = 0; i < 16; ++i) many.push_back(sphere("s" + std::to_string(i)));
@@ -119,7 +123,7 @@ TEST_F(AdditionMethodsTest, RefusesAStandoffWithoutTheSurfaceThatItActsOn) {
 }
 
 TEST_F(AdditionMethodsTest, LogsEachChangeWithWhoMadeItAndWhatWasBefore) {
-  add({sphere("nerve")});
+  add(sphere("nerve"));
   ask("ChangeFixtures", {{"change", {{{"name", "nerve"}, {"enabled", false}}}}});
   ask("ChangeFixtures", {{"change", {{{"name", "nerve"}, {"enabled", true}}}}});
   ask("ChangeFixtures", {{"change", {{{"name", "nerve"}, {"radius_m", 0.07}}}}});
@@ -154,8 +158,8 @@ TEST_F(AdditionMethodsTest, ShowsWhichFixtureIsNearestAndWhichAreInContact) {
 }
 
 TEST_F(AdditionMethodsTest, KeepsFixturesAndRegionsInProfiles) {
-  add({sphere("nerve")});
-  ask("ChangeRegions", {{"add", {tissue("liver", 0, 300)}}});
+  add(sphere("nerve"));
+  ask("ChangeRegions", {{"add", json::array({tissue("liver", 0, 300)})}});
   ask("SaveProfile", {{"name", "case"}});
   ask("ChangeFixtures", {{"remove", {"nerve"}}});
   ask("SetStiffness", {{"region", "liver"}, {"stiffnessNPerM", 400}});
@@ -166,7 +170,7 @@ TEST_F(AdditionMethodsTest, KeepsFixturesAndRegionsInProfiles) {
 }
 
 TEST_F(AdditionMethodsTest, SetsTheStiffnessOfARegionByItsName) {
-  ask("ChangeRegions", {{"add", {tissue("liver", 0, 300)}}});
+  ask("ChangeRegions", {{"add", json::array({tissue("liver", 0, 300)})}});
   EXPECT_EQ(2, ask("SetStiffness", {{"region", "liver"},
                                     {"stiffnessNPerM", 450},
                                     {"dampingNSPerM", 2}})["parameters"]["generation"]);
@@ -196,7 +200,7 @@ TEST_F(AdditionMethodsTest, FeedsMeasurementsIntoTheRegionThatContainsThem) {
 }
 
 TEST_F(AdditionMethodsTest, TakesMeasurementsFromCallsThatExpectNoAnswer) {
-  ask("ChangeRegions", {{"add", {tissue("liver", 0, 300)}}});
+  ask("ChangeRegions", {{"add", json::array({tissue("liver", 0, 300)})}});
   RawClient client = controlClient();
   client.call(R"({"method":"io.hapticd.Control.FeedStiffness","oneway":true,)"
               R"("parameters":{"xM":0,"yM":0,"zM":0,"stiffnessNPerM":520}})");

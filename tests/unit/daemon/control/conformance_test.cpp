@@ -3,6 +3,7 @@
 // serves.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "control_fixture.h"
@@ -104,6 +105,12 @@ TEST_F(ConformanceTest, NamesAParameterThatIsMissingOrNullInEveryMethodThatNeeds
   for (const auto& [method, input] : methodsOfTexts()) {
     for (const auto& [name, type] : input.fields) {
       if (type.kind == IdlType::Kind::nullable) continue;
+      // the first of several that are missing is named
+      if (name != std::ranges::find_if(input.fields, [](const auto& field) {
+                    return field.second.kind != IdlType::Kind::nullable;
+                  })->first) {
+        continue;
+      }
       const bool more = isStream(method);
       EXPECT_EQ(invalidParameter(name), ask(controlClient(), {{"method", method}, {"more", more}})) << method;
       EXPECT_EQ(invalidParameter(name),

@@ -87,6 +87,7 @@ TEST_F(InterfaceTextTest, HasTheWordsOfEachEnumeration) {
   EXPECT_EQ(words("Mode"), namesOf(rt::kWords<rt::Mode>));
   EXPECT_EQ(words("Cause"), namesOf(rt::kWords<rt::Cause>));
   EXPECT_EQ(words("Contact"), namesOf(rt::kWords<rt::ContactState>));
+  EXPECT_EQ(words("StiffnessBound"), namesOf(rt::kWords<rt::StiffnessBound>));
   EXPECT_EQ(words("StiffnessRule"), namesOf(rt::kWords<rt::StiffnessRule>));
 }
 
@@ -152,6 +153,30 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfTracesProfilesAndCalibration)
   EXPECT_EQ("io.hapticd.Status.UnknownField", checkedReply(status, "Monitor", {{"fields", {"x"}}})["error"]);
   box.setFrame(false);
   EXPECT_EQ("io.hapticd.Status.NoFrame", checkedReply(status, "GetSnapshot")["error"]);
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfFixturesAndRegions) {
+  start();
+  const std::string control = "io.hapticd.Control";
+  const json sphere = R"({"name":"a","kind":"sphere","position_m":[0,0,0],"radius_m":0.05})"_json;
+  const json region =
+      R"({"name":"a","place":"shape","shape":"sphere","position_m":[0,0,0],"radius_m":0.05})"_json;
+  EXPECT_EQ(1, checkedReply(control, "ChangeFixtures", {{"add", json::array({sphere})}})["generation"]);
+  EXPECT_EQ("io.hapticd.Control.FixtureRefused",
+            checkedReply(control, "ChangeFixtures", {{"add", json::array({sphere})}})["error"]);
+  EXPECT_EQ("io.hapticd.Control.ChangedMeanwhile",
+            checkedReply(control, "ChangeFixtures", {{"generation", 7}})["error"]);
+  EXPECT_EQ(1U, checkedReply("io.hapticd.Status", "ListFixtures")["fixtures"].size());
+  EXPECT_EQ(1, checkedReply(control, "ChangeRegions", {{"add", json::array({region})}})["generation"]);
+  EXPECT_EQ("io.hapticd.Control.RegionRefused",
+            checkedReply(control, "ChangeRegions", {{"remove", {"b"}}})["error"]);
+  EXPECT_EQ(1U, checkedReply("io.hapticd.Status", "ListRegions")["regions"].size());
+  EXPECT_EQ(2,
+            checkedReply(control, "SetStiffness", {{"region", "a"}, {"stiffnessNPerM", 400}})["generation"]);
+  json sample{{"xM", 0}, {"yM", 0}, {"zM", 0}, {"stiffnessNPerM", 400}};
+  EXPECT_EQ("a", checkedReply(control, "FeedStiffness", sample)["region"]);
+  sample["xM"] = 9;
+  EXPECT_EQ("io.hapticd.Control.OutsideRegions", checkedReply(control, "FeedStiffness", sample)["error"]);
 }
 
 TEST_F(InterfaceTextTest, DescribesWhatClearingAFaultAnswers) {

@@ -25,6 +25,9 @@ BoxStatus statusWithEveryNumber() {
   status.law.distance_m = 1;
   status.law.expected_error_n = 1;
   status.trace.state = TraceState::writing;
+  status.fixtures.count = 1;
+  status.tissue.count = 1;
+  status.tissue.feed.accepted = 1;
   status.trace.ticks_lost = 1;
   status.trace.free_bytes = 1'000'000'000;
   status.trace.limit_bytes = 1'000'000'000;
@@ -59,7 +62,17 @@ std::set<std::string> numbersWithoutEffect(const std::function<std::string(const
 
 TEST(StatusCoverage, MetricsShowEveryNumberButTheseFew) {
   // what follows from the settings, what the camera's count has too, and the trace that is being written
-  const std::set<std::string> not_shown{"/handle/wantedThreadPriority",
+  const std::set<std::string> not_shown{"/fixtures/count",
+                                        "/fixtures/enabled",
+                                        "/fixtures/forceN",
+                                        "/fixtures/generation",
+                                        "/fixtures/guidanceForceN",
+                                        "/tissue/count",
+                                        "/tissue/feed/accepted",
+                                        "/tissue/feed/limited",
+                                        "/tissue/feed/outside",
+                                        "/tissue/generation",
+                                        "/handle/wantedThreadPriority",
                                         "/law/distanceM",
                                         "/law/expectedErrorN",
                                         "/law/handStiffnessNPerM",
@@ -87,9 +100,10 @@ TEST(StatusCoverage, HapticctlStatusShowsEveryNumberButTheseFew) {
                 [](const std::string& path) { return path.starts_with("/loop/transitions/"); });
   // what follows from the settings, and what `hapticctl trace` and the metrics show
   const std::set<std::string> not_shown{
-      "/control/longestGapNs", "/handle/wantedThreadPriority", "/law/distanceM",   "/law/expectedErrorN",
-      "/law/maxErrorN",        "/loop/directiveGeneration",    "/trace/deleted",   "/trace/depthFrames",
-      "/trace/dumps",          "/trace/flightRecorderS",       "/trace/recovered", "/trace/ticks"};
+      "/fixtures/generation", "/tissue/generation",  "/control/longestGapNs", "/handle/wantedThreadPriority",
+      "/law/distanceM",       "/law/expectedErrorN", "/law/maxErrorN",        "/loop/directiveGeneration",
+      "/trace/deleted",       "/trace/depthFrames",  "/trace/dumps",          "/trace/flightRecorderS",
+      "/trace/recovered",     "/trace/ticks"};
   EXPECT_EQ(without_effect, not_shown);
 }
 
