@@ -86,6 +86,21 @@ TEST_F(ProfileFolderTest, KeepsFixturesAndRegions) {
   EXPECT_EQ(read, config::SceneAdditions());
 }
 
+TEST_F(ProfileFolderTest, KeepsAsManyLongPathsAsThereMayBe) {
+  config::Settings settings;
+  for (std::size_t i = 0; i < rt::kMaxFixtures; ++i) {
+    config::FixtureSettings path{.name = "p" + std::to_string(i), .kind = rt::FixtureKind::path};
+    for (std::size_t j = 0; j < rt::kMaxPathPoints; ++j) {
+      path.points_m.push_back({static_cast<double>(j) / 300, 1.0 / 3, -0.1234567890123456});
+    }
+    settings.additions.fixtures.push_back(path);
+  }
+  ASSERT_TRUE(profiles.save("long", settings));
+  const auto loaded = profiles.load("long");
+  ASSERT_TRUE(loaded) << textOf(loaded.error());
+  EXPECT_EQ(loaded->additions.fixtures, settings.additions.fixtures);
+}
+
 TEST_F(ProfileFolderTest, WithoutFixturesLeavesThemAsTheyAre) {
   write("old.yaml", "force:\n  min_points: 11\n");
   const auto loaded = profiles.load("old");

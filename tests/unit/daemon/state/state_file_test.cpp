@@ -112,12 +112,13 @@ TEST(StateFile, IsNoLinkFolderOrPipeAndNotEndless) {
   fs::create_symlink(folder.write("other", "x"), folder.path() / "link");
   fs::create_directory(folder.path() / "folder");
   ASSERT_EQ(::mkfifo((folder.path() / "pipe").c_str(), 0600), 0);
-  folder.write("long", std::string(64 * 1024 + 1, 'x'));
+  constexpr std::size_t kLongest = std::size_t{1} << 20;
+  folder.write("long", std::string(kLongest + 1, 'x'));
   for (const char* name : {"link", "folder", "pipe", "long"}) {
     EXPECT_FALSE(readStateFile(folder.path() / name)) << name;
   }
-  folder.write("longest", std::string(64 * 1024, 'x'));
-  EXPECT_EQ(contentOf(folder.path() / "longest").size(), 64U * 1024);
+  folder.write("longest", std::string(kLongest, 'x'));
+  EXPECT_EQ(contentOf(folder.path() / "longest").size(), kLongest);
 }
 
 }  // namespace
