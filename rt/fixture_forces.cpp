@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "rt/contact_damping.h"
 #include "rt/surface_distance.h"
 
 namespace hapticd::rt {
@@ -189,6 +190,7 @@ class FixtureForces::Tick {
     const SurfaceDistance::Result result =
         surface_ ? surface_->at(p, f.clearance_m + kAhead_m) : SurfaceDistance::Result{};
     standoff_seen_[i] = result.found();
+    speed_m_per_s_[i] = result.speed_m_per_s;
     if (result.found()) {
       SignedDistance found = result.signed_distance;
       found.distance_m += memory.give_m - f.clearance_m;
@@ -333,13 +335,15 @@ class FixtureForces::Tick {
     out_.in_contact |= 1U << i;
     depth_[i] += depth_m;
     const double spring_n = std::min(f.stiffness_n_per_m * depth_m, f.max_force_n);
-    const double speed = dot(input_.velocity_m_per_s_in_world, normal);
+    const Vec3 velocity = velocityToDamp(input_.velocity_m_per_s_in_world, speed_m_per_s_[i] * normal);
+    const double speed = dot(velocity, normal);
     const double ramp = std::min(1.0, depth_m / kDampingRamp_m);
     const double damping =
         input_.lag_damping_s * f.stiffness_n_per_m * speed + f.damping_n_s_per_m * std::min(speed, 0.0);
     const double total_n = std::clamp(spring_n - ramp * damping, 0.0, f.max_force_n);
     out_.spring_force_n += spring_n * normal;
     out_.force_n += total_n * normal;
+    out_.surface_power_w += spring_n * speed_m_per_s_[i];
     out_.stiffness_n_per_m += f.stiffness_n_per_m;
     const double linear_m = spring_n / f.stiffness_n_per_m;
     out_.stored_j += spring_n * (0.5 * linear_m + (depth_m - linear_m));
@@ -433,7 +437,8 @@ class FixtureForces::Tick {
   std::size_t cut_count_ = 0;
   std::array<HalfSpace, kMaxFixtures> carried_;
   std::array<bool, kMaxFixtures> is_carried_{};
-  std::array<bool, kMaxFixtures> standoff_seen_{};  ///< the last look found the surface
+  std::array<double, kMaxFixtures> speed_m_per_s_{};  ///< of the surface that a stand-off is above
+  std::array<bool, kMaxFixtures> standoff_seen_{};    ///< the last look found the surface
   std::array<double, kMaxFixtures> depth_{};
   double step_limit_m_ = 0;
   bool near_surface_ = false;  ///< the live surface is one of the constraints

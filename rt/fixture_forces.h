@@ -79,6 +79,7 @@ class FixtureForces {
     std::int32_t nearest = -1;     ///< forbidden region nearest to the HIP
     double distance_m = std::numeric_limits<double>::infinity();  ///< from the HIP to its boundary
     double stored_j = 0;                                          ///< in the springs of the forbidden regions
+    double surface_power_w = 0;    ///< exerted on the HIP by stand-offs that move with their surface
     double stiffness_n_per_m = 0;  ///< of the regions that hold the HIP, added up
     /// Largest stiffness that can act along one normal near the HIP, in addition to the law's.
     double joint_stiffness_n_per_m = 0;

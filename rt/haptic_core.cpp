@@ -122,7 +122,8 @@ void HapticCore::blend(const Input& input, const ForceSample& sample, const Fixt
                     cut,
                     memory_.before.gain,
                     sample.force_n_in_world,
-                    fixtures.stored_j};
+                    fixtures.stored_j,
+                    fixtures.surface_power_w};
   const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
                                            changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -214,9 +215,11 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
     const double stored = (now_n2 - dot(of_law_before, of_law_before)) / (2 * stiffness) +
                           (memory_.before.fixture_j - before.fixture_j);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
-    const double of_surface = memory_.surface_moved
-                                  ? stored - of_hip
-                                  : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
+    double of_surface = memory_.surface_moved
+                            ? stored - of_hip
+                            : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
+    if (fixtures_hold && !memory_.surface_moved)
+      of_surface += memory_.before.fixture_power_w * input.period_s;
     const double of_gain = (gain - before.gain) * (now_n2 / (2 * stiffness) + memory_.before.fixture_j);
     motion.surface_work_j = (before.gain * of_surface + of_gain) * scale.force_scale * to_hand;
   }

@@ -46,6 +46,7 @@ class HapticCore {
     double gain = 0;
     Vec3 law_force_n_in_world;
     double fixture_j = 0;  ///< energy in the springs of the forbidden regions
+    double fixture_power_w = 0;  ///< FixtureForces::Output::surface_power_w
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.

@@ -24,6 +24,7 @@ struct SurfaceDistance::Nearest {
   Vec3 normal;
   int row = -1;
   int column = -1;
+  double speed_m_per_s = 0;
 };
 
 /// Compares each patch with the nearest one so far. A patch is the part of its plane that the block's pixels
@@ -94,6 +95,7 @@ void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, cons
 void SurfaceDistance::refine(const Vec3& p, Nearest& nearest) const HAPTICD_RT {
   Vec3 foot = nearest.place;
   double distance = 0;
+  double speed = 0;
   Vec3 normal;
   constexpr int kSteps = 3;
   for (int step = 0; step < kSteps; ++step) {
@@ -105,6 +107,7 @@ void SurfaceDistance::refine(const Vec3& p, Nearest& nearest) const HAPTICD_RT {
     if (!sheet.exists || std::abs(sheet.depth_m() - depth) > kSameSurface_m) return;
     distance = SurfaceView::distanceFrom(sheet, p);
     normal = sheet.normal_in_camera;
+    speed = sheet.speed_m_per_s;
     foot = p - distance * normal;
   }
   const double patch_m = std::sqrt(nearest.squared_m2);
@@ -112,6 +115,7 @@ void SurfaceDistance::refine(const Vec3& p, Nearest& nearest) const HAPTICD_RT {
   nearest.squared_m2 = distance * distance;
   nearest.place = foot;
   nearest.normal = normal;
+  nearest.speed_m_per_s = speed;
 }
 
 SurfaceDistance::Result SurfaceDistance::at(const Vec3& p_m_in_world, double most_m) const HAPTICD_RT {
@@ -124,6 +128,7 @@ SurfaceDistance::Result SurfaceDistance::at(const Vec3& p_m_in_world, double mos
   const SurfaceView::Place here = view_.look(p);
   if (here.where == SurfaceView::Where::inside) {
     result.signed_distance = {here.distance_m, model_.directionInWorld(here.sheet.normal_in_camera)};
+    result.speed_m_per_s = here.sheet.speed_m_per_s;
     return result;
   }
   const double nearest_depth = std::max(SurfaceView::kNearest_m, depth - most_m);
@@ -147,6 +152,7 @@ SurfaceDistance::Result SurfaceDistance::at(const Vec3& p_m_in_world, double mos
   const double distance = std::sqrt(nearest.squared_m2);
   const Vec3 normal = distance > kOnSurface_m ? (1 / distance) * (p - nearest.place) : nearest.normal;
   result.signed_distance = {distance, model_.directionInWorld(normal)};
+  result.speed_m_per_s = nearest.speed_m_per_s;
   return result;
 }
 

@@ -27,7 +27,8 @@ class SurfaceDistance {
   /// Distance and its gradient; infinite if no surface is within the range of the search.
   struct Result {
     SignedDistance signed_distance{std::numeric_limits<double>::infinity(), {}};
-    bool modelled = false;  ///< the scene covers the place
+    double speed_m_per_s = 0;  ///< of the surface along the normal
+    bool modelled = false;     ///< the scene covers the place
 
     bool found() const noexcept {
       return signed_distance.distance_m < std::numeric_limits<double>::infinity();

@@ -59,6 +59,7 @@ class FixtureRig {
                         .velocity_m_per_s_in_world = velocity,
                         .parameters = parameters,
                         .law = law,
+                        .surface_law = surface_law,
                         .period_s = kTick_s});
   }
   /// Moves the HIP straight to a place, at most `step_m` in each tick.
@@ -81,6 +82,7 @@ class FixtureRig {
   rt::LiveParameters parameters;
   rt::Scene scene;
   rt::ForceSample law;
+  bool surface_law = false;
   rt::FixtureForces forces;
 
  private:
