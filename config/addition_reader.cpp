@@ -20,7 +20,6 @@ namespace hapticd::config {
 namespace {
 
 constexpr std::string_view kLabelImage = "label_image";
-constexpr std::array<std::string_view, 3> kGroups{"fixtures", "regions", kLabelImage};
 constexpr std::size_t kLongestText = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
 
@@ -359,15 +358,16 @@ std::vector<AdditionError> allErrors(const YamlFile& file, std::vector<PlacedAdd
   return all;
 }
 
-void checkGroups(const YamlFile& file, std::vector<PlacedAdditionError>& errors) {
+void checkAdditionGroups(const YamlFile& file, std::vector<PlacedAdditionError>& errors) {
   for (const YamlGroup& group : file.groups) {
     if (isAdditionGroup(group.name)) continue;
-    const std::string guess = didYouMean(group.name, kGroups);
-    errors.push_back({group.line,
-                      {"",
-                       "",
-                       {inQuotes(group.name), "is not one of the lists",
-                        guess.empty() ? fmt::format("lists: {}", fmt::join(kGroups, ", ")) : guess}}});
+    const std::string guess = didYouMean(group.name, kAdditionGroups);
+    errors.push_back(
+        {group.line,
+         {"",
+          "",
+          {inQuotes(group.name), "is not one of the lists",
+           guess.empty() ? fmt::format("lists: {}", fmt::join(kAdditionGroups, ", ")) : guess}}});
   }
 }
 
@@ -396,7 +396,7 @@ void AdditionLists::applyTo(SceneAdditions& additions) const {
 }
 
 bool isAdditionGroup(std::string_view name) {
-  return std::ranges::find(kGroups, name) != kGroups.end();
+  return std::ranges::find(kAdditionGroups, name) != kAdditionGroups.end();
 }
 
 AdditionsRead additionsIn(const YamlFile& file) {
@@ -424,7 +424,7 @@ std::expected<SceneAdditions, std::vector<AdditionError>> additionsFromText(std:
   }
   const YamlFile file = readYaml(text);
   AdditionsRead read = additionsIn(file);
-  checkGroups(file, read.errors);
+  checkAdditionGroups(file, read.errors);
   for (const YamlEntry& entry : file.entries) {
     if (!isAdditionGroup(entry.group)) continue;
     read.errors.push_back(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,7 +37,10 @@ struct AdditionsRead {
   std::vector<PlacedAdditionError> errors;
 };
 
-/// Whether the group `name` of a file is one of the lists, or the label image.
+/// The groups of a file that hold the lists, and the label image.
+inline constexpr std::array<std::string_view, 3> kAdditionGroups{"fixtures", "regions", "label_image"};
+
+/// Whether the group `name` is one of them.
 bool isAdditionGroup(std::string_view name);
 
 /// Reads the lists of a file. The problems of the file itself are left to the caller.

@@ -27,21 +27,21 @@ constexpr auto wordsOf(FixtureFrame) {
 /// One fixture. Vectors are in its frame; members that its kind does not use keep their defaults and must not
 /// be given.
 struct FixtureSettings {
-  std::string name;  ///< 1 to 32 letters, digits, '_' and '-'; unique
+  std::string name{};  ///< 1 to 32 letters, digits, '_' and '-'; unique
   rt::FixtureKind kind = rt::FixtureKind::sphere;
   rt::FixtureSide side = rt::FixtureSide::out;  ///< plane to cone
   FixtureFrame frame = FixtureFrame::world;
   bool enabled = true;
-  rt::Vec3 position_m;  ///< plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; point
-  rt::Vec3 normal{0, 0, 1};        ///< plane: towards the free side; any length except zero
-  rt::Vec3 axis{0, 0, 1};          ///< cone: from the tip into the cone; any length except zero
-  rt::Vec3 end_m;                  ///< capsule: second end
-  rt::Vec3 size_m;                 ///< box: its edges, each > 0
-  rt::Vec3 rotation_deg;           ///< box: roll, pitch, yaw about the fixed axes of its frame, in this order
-  double radius_m = 0;             ///< sphere, capsule
-  double half_angle_deg = 30;      ///< cone
-  std::vector<rt::Vec3> points_m;  ///< path: 2 to kMaxPathPoints
-  bool allow_crossing = false;     ///< path: it may cross itself
+  rt::Vec3 position_m{};  ///< plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; point
+  rt::Vec3 normal{0, 0, 1};    ///< plane: towards the free side; any length except zero
+  rt::Vec3 axis{0, 0, 1};      ///< cone: from the tip into the cone; any length except zero
+  rt::Vec3 end_m{};            ///< capsule: second end
+  rt::Vec3 size_m{};           ///< box: its edges, each > 0
+  rt::Vec3 rotation_deg{};     ///< box: roll, pitch, yaw about the fixed axes of its frame, in this order
+  double radius_m = 0;         ///< sphere, capsule
+  double half_angle_deg = 30;  ///< cone
+  std::vector<rt::Vec3> points_m{};  ///< path: 2 to kMaxPathPoints
+  bool allow_crossing = false;       ///< path: it may cross itself
   double bend_radius_m = 0.005;  ///< path: its bends are arcs of this radius, or less where there is no room
   double clearance_m = 0;        ///< forbidden regions
   double stiffness_n_per_m = 300;
@@ -56,14 +56,14 @@ struct FixtureSettings {
 
 /// One tissue region; the members are those of rt::TissueRegion.
 struct RegionSettings {
-  std::string name;  ///< as of fixtures
+  std::string name{};  ///< as of fixtures
   rt::TissuePlace place = rt::TissuePlace::shape;
   rt::ShapeKind shape = rt::ShapeKind::sphere;  ///< sphere, box or capsule
   FixtureFrame frame = FixtureFrame::world;
-  rt::Vec3 position_m;
-  rt::Vec3 end_m;
-  rt::Vec3 size_m;
-  rt::Vec3 rotation_deg;
+  rt::Vec3 position_m{};
+  rt::Vec3 end_m{};
+  rt::Vec3 size_m{};
+  rt::Vec3 rotation_deg{};
   double radius_m = 0;
   int label = 0;  ///< 1..255, for the place `label`
   double transition_m = 0.01;
@@ -83,10 +83,10 @@ struct RegionSettings {
 
 /// All that people add to the scene: the lists `fixtures` and `regions` of a configuration or of a file.
 struct SceneAdditions {
-  std::vector<FixtureSettings> fixtures;
-  std::vector<RegionSettings> regions;
+  std::vector<FixtureSettings> fixtures{};
+  std::vector<RegionSettings> regions{};
   /// Portable graymap (P5, 640 x 480, 8 bits) with a label for each pixel of the depth image; empty: none.
-  std::string label_image;
+  std::string label_image{};
 
   friend bool operator==(const SceneAdditions&, const SceneAdditions&) = default;
 };

@@ -47,6 +47,7 @@ std::vector<std::string> groupNames() {
   for (const Parameter& parameter : parameterTable()) {
     if (names.empty() || names.back() != groupOf(parameter)) names.push_back(groupOf(parameter));
   }
+  names.insert(names.end(), kAdditionGroups.begin(), kAdditionGroups.end());
   return names;
 }
 

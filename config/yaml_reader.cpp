@@ -306,9 +306,10 @@ void parse(std::string_view text, bool whole, YamlFile& file) {
   try {
     parseDocument(text, file, collector);
   } catch (const TooManyEvents& stop) {
-    file.problems.push_back({stop.line, "",
-                             fmt::format("more than {} names and values, not read any further", stop.limit),
-                             "check that this is the right file"});
+    file.problems.push_back(
+        {stop.line, "", fmt::format("more than {} names and values, not read any further", stop.limit),
+         stop.limit == kMaxEvents ? "check that this is the configuration file"
+                                  : "a path has at most 256 points; leave out the others"});
   } catch (const YAML::Exception& exception) {
     syntax = syntaxProblem(exception);
   }

@@ -17,15 +17,15 @@ bool isNamedBy(const std::string& word, const std::string& name) {
 }
 
 std::string rangeText(const Json& parameter) {
+  std::string text;
   const Json* minimum = fieldAt(parameter, "minimum");
   const Json* maximum = fieldAt(parameter, "maximum");
   if (minimum && maximum && minimum->is_number() && maximum->is_number()) {
-    return fmt::format("{}..{}", valueText(*minimum), valueText(*maximum));
+    text = fmt::format("{}..{}", valueText(*minimum), valueText(*maximum));
   }
-  std::string words;
   for (const Json& choice : listAt(parameter, "choices"))
-    words += (words.empty() ? "" : "|") + valueText(choice);
-  if (!words.empty()) return words;
+    text += (text.empty() ? "" : "|") + valueText(choice);
+  if (!text.empty()) return text;
   return textAt(parameter, "kind") == "boolean" ? "true|false" : "text";
 }
 

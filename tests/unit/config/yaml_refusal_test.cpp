@@ -58,7 +58,7 @@ const std::vector<Refusal> kValues{
     {"NotANumber",
      "force: {radius_m: .nan, stiffness_n_per_m: .inf}",
      {"bad.yaml:1: force.radius_m: .nan is not a finite number (allowed: 0.005..0.1 m)",
-      "bad.yaml:1: force.stiffness_n_per_m: .inf is not a finite number (allowed: 0..5000 N/m)"}},
+      "bad.yaml:1: force.stiffness_n_per_m: .inf is not a finite number (allowed: 0..5000 N/m or auto)"}},
     {"WrongType",
      "force: {radius_m: true}\nloop: {lock_memory: 1}",
      {"bad.yaml:1: force.radius_m: \"true\" is not a number (allowed: 0.005..0.1 m)",
@@ -112,9 +112,11 @@ const std::vector<Refusal> kNames{
     {"UnknownGroupFarFromAll",
      "zzz: {}",
      {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, contact, surface, filter, blend, "
-      "safety, camera, synthetic, grid, "
+      "proximity, safety, camera, synthetic, grid, "
       "loop, "
-      "handle, udp_handle, hid_handle, falcon_handle, simulated_handle, leds, control, state, trace)"}},
+      "handle, udp_handle, hid_handle, falcon_handle, simulated_handle, leds, control, state, trace, "
+      "fixtures, "
+      "regions, label_image)"}},
     {"DottedName",
      "force.radius_m: 0.05",
      {"bad.yaml:1: force.radius_m: is outside its group (write it as `force: {radius_m: 0.05}`)"}},

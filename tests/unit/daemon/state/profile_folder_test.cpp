@@ -57,12 +57,55 @@ TEST_F(ProfileFolderTest, ReadsBackEveryLiveParameter) {
   const auto loaded = profiles.load("all");
   ASSERT_TRUE(loaded) << textOf(loaded.error());
   config::Settings read;
-  for (const auto& [parameter, value] : *loaded) parameter->set(read, value);
+  for (const auto& [parameter, value] : loaded->assignments) parameter->set(read, value);
   for (const config::Parameter& parameter : config::parameterTable()) {
     const bool live = parameter.effect == config::Effect::live;
     EXPECT_EQ(parameter.get(read), live ? parameter.get(settings) : parameter.defaultValue())
         << parameter.name;
   }
+}
+
+TEST_F(ProfileFolderTest, KeepsFixturesAndRegions) {
+  config::Settings settings;
+  settings.additions.fixtures = {
+      {.name = "nerve", .kind = rt::FixtureKind::standoff, .clearance_m = 0.005},
+      {.name = "cut", .kind = rt::FixtureKind::path, .points_m = {{0, 0, -1}, {0.1, 0.2, -1}}}};
+  settings.additions.regions = {{.name = "bone", .place = rt::TissuePlace::label, .label = 3}};
+  settings.additions.label_image = "labels.pgm";
+  ASSERT_TRUE(profiles.save("all", settings));
+  auto loaded = profiles.load("all");
+  ASSERT_TRUE(loaded) << textOf(loaded.error());
+  config::SceneAdditions read;
+  loaded->additions.applyTo(read);
+  EXPECT_EQ(read, settings.additions);
+
+  ASSERT_TRUE(profiles.save("none", config::Settings()));
+  loaded = profiles.load("none");
+  ASSERT_TRUE(loaded) << textOf(loaded.error());
+  loaded->additions.applyTo(read);
+  EXPECT_EQ(read, config::SceneAdditions());
+}
+
+TEST_F(ProfileFolderTest, KeepsAsManyLongPathsAsThereMayBe) {
+  config::Settings settings;
+  for (std::size_t i = 0; i < rt::kMaxFixtures; ++i) {
+    config::FixtureSettings path{.name = "p" + std::to_string(i), .kind = rt::FixtureKind::path};
+    for (std::size_t j = 0; j < rt::kMaxPathPoints; ++j) {
+      path.points_m.push_back({static_cast<double>(j) / 300, 1.0 / 3, -0.1234567890123456});
+    }
+    settings.additions.fixtures.push_back(path);
+  }
+  ASSERT_TRUE(profiles.save("long", settings));
+  const auto loaded = profiles.load("long");
+  ASSERT_TRUE(loaded) << textOf(loaded.error());
+  EXPECT_EQ(loaded->additions.fixtures, settings.additions.fixtures);
+}
+
+TEST_F(ProfileFolderTest, WithoutFixturesLeavesThemAsTheyAre) {
+  write("old.yaml", "force:\n  min_points: 11\n");
+  const auto loaded = profiles.load("old");
+  ASSERT_TRUE(loaded) << textOf(loaded.error());
+  EXPECT_TRUE(loaded->additions.empty());
 }
 
 TEST_F(ProfileFolderTest, ListsProfilesOnlyWhateverElseIsThere) {

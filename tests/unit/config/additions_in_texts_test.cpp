@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// The shipped configuration and the documentation show every member of fixtures and regions with its range.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "config/addition_fields.h"
+#include "tests/support/file_content.h"
+
+namespace hapticd::config {
+namespace {
+
+const std::string kSource = HAPTICD_SOURCE;
+
+/// The section of the shipped configuration from `fixtures:` on, without its comment marks.
+std::string shippedSection() {
+  std::istringstream lines(test::contentOf(kSource + "/config/hapticd.yaml"));
+  std::string section;
+  for (std::string line; std::getline(lines, line);) {
+    if (!section.empty() || line == "# fixtures:") section += line.substr(2) + "\n";
+  }
+  return section;
+}
+
+template <typename Owner>
+std::string listOf(const std::string& section, const Owner& owner) {
+  const std::size_t regions = section.find("\nregions:");
+  return nounOf(owner) == "fixture" ? section.substr(0, regions) : section.substr(regions);
+}
+
+template <typename Owner>
+void expectEveryMember(const Owner& owner) {
+  const std::string section = listOf(shippedSection(), owner);
+  for (const AdditionField<Owner>& field : fieldsOf(owner)) {
+    const std::size_t name = section.find(" " + std::string(field.name) + ": ");
+    ASSERT_NE(name, std::string::npos) << field.name;
+    const std::string line = section.substr(name, section.find('\n', name) - name);
+    // a member of several kinds has its range where it is first
+    EXPECT_TRUE(line.ends_with("  # " + rangeOf(field))) << line << "\n" << rangeOf(field);
+  }
+}
+
+TEST(ShippedFixtures, ShowEveryMemberWithItsRange) {
+  expectEveryMember(FixtureSettings{});
+  expectEveryMember(RegionSettings{});
+}
+
+TEST(ShippedFixtures, LoadWithEveryCommentMarkDeleted) {
+  const auto additions = additionsFromText(shippedSection(), "hapticd.yaml");
+  ASSERT_TRUE(additions) << additions.error().front().error.text();
+  EXPECT_EQ(additions->fixtures.size(), rt::kWords<rt::FixtureKind>.size());
+  EXPECT_EQ(additions->regions.size(), 3U);
+}
+
+TEST(FixturesDocument, HasARowForEveryMemberWithItsRange) {
+  const std::string document = test::contentOf(kSource + "/docs/fixtures.md");
+  const auto expectRows = [&document](const auto& owner, std::string_view heading) {
+    const std::string part = document.substr(document.find(heading));
+    for (const auto& field : fieldsOf(owner)) {
+      const std::size_t row = part.find("\n| `" + std::string(field.name) + "` |");
+      ASSERT_NE(row, std::string::npos) << field.name;
+      const std::string line = part.substr(row + 1, part.find('\n', row + 1) - row - 1);
+      EXPECT_NE(line.find("| " + rangeOf(field) + " |"), std::string::npos) << line;
+    }
+  };
+  expectRows(FixtureSettings{}, "### Members of fixtures");
+  expectRows(RegionSettings{}, "### Members of regions");
+}
+
+TEST(FixturesDocument, ShowsAnExampleThatLoads) {
+  const std::string document = test::contentOf(kSource + "/docs/fixtures.md");
+  const std::size_t reference = document.find("## Reference");
+  const std::size_t begin = document.find("```yaml\n", reference) + 8;
+  const auto additions =
+      additionsFromText(document.substr(begin, document.find("```", begin) - begin), "example");
+  ASSERT_TRUE(additions) << additions.error().front().error.text();
+  EXPECT_EQ(additions->fixtures.size(), 3U);
+}
+
+}  // namespace
+}  // namespace hapticd::config

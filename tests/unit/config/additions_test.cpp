@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fixtures and regions read back from their texts as they were, and changes keep what they do not name.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "config/addition_fields.h"
+#include "config/fixture_settings.h"
+
+namespace hapticd::config {
+namespace {
+
+class RandomAdditions {
+ public:
+  explicit RandomAdditions(unsigned seed) : random_(seed) {}
+
+  SceneAdditions next() {
+    SceneAdditions additions;
+    additions.label_image = "a folder/\"labels\"\\.pgm";
+    for (int count = below(rt::kMaxFixtures + 1); count > 0; --count) {
+      FixtureSettings fixture;
+      fixture.name = "f" + std::to_string(count);
+      fixture.kind = static_cast<rt::FixtureKind>(below(rt::kWords<rt::FixtureKind>.size()));
+      fill(fixture);
+      fixture.clearance_m = fixture.kind == rt::FixtureKind::standoff ? 0.01 : 0;
+      additions.fixtures.push_back(fixture);
+    }
+    for (int count = below(rt::kMaxTissueRegions + 1); count > 0; --count) {
+      RegionSettings region;
+      region.name = "r-" + std::to_string(count);
+      region.place = static_cast<rt::TissuePlace>(below(2));
+      if (region.place == rt::TissuePlace::shape) region.shape = static_cast<rt::ShapeKind>(1 + below(3));
+      region.model = static_cast<rt::ContactModel>(below(3));
+      fill(region);
+      additions.regions.push_back(region);
+    }
+    return additions;
+  }
+
+ private:
+  int below(std::size_t count) { return static_cast<int>(random_() % count); }
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+  template <typename Owner>
+  void fill(Owner& owner) {
+    for (const AdditionField<Owner>& field : fieldsOf(owner)) {
+      if (field.used(owner)) std::visit([&](const auto& member) { set(owner, field, member); }, field.member);
+    }
+  }
+  template <typename Owner>
+  void set(Owner&, const AdditionField<Owner>&, std::string Owner::*) {}
+  template <typename Owner>
+  void set(Owner& owner, const AdditionField<Owner>&, bool Owner::*member) {
+    owner.*member = below(2) == 0;
+  }
+  template <typename Owner>
+  void set(Owner& owner, const AdditionField<Owner>&, int Owner::*member) {
+    owner.*member = 1 + below(255);
+  }
+  template <typename Owner>
+  void set(Owner& owner, const AdditionField<Owner>& field, double Owner::*member) {
+    owner.*member = between(field.minimum, field.maximum);
+  }
+  template <typename Owner>
+  void set(Owner& owner, const AdditionField<Owner>&, std::vector<rt::Vec3> Owner::*member) {
+    double x_m = between(-1, 1);
+    for (int count = 2 + below(255); count > 0; --count) {
+      x_m += between(0.001, 0.01);
+      (owner.*member).push_back({x_m, between(-0.001, 0.001), between(-0.001, 0.001)});
+    }
+  }
+  template <typename Owner>
+  void set(Owner& owner, const AdditionField<Owner>& field, const WordMember<Owner>& member) {
+    const bool chosen_before =
+        field.name == "kind" || field.name == "place" || field.name == "shape" || field.name == "model";
+    if (!chosen_before) member.set(owner, static_cast<std::size_t>(below(member.words.size())));
+  }
+  template <typename Owner>
+  void set(Owner& owner, const AdditionField<Owner>& field, const VectorMember<Owner>& member) {
+    for (double rt::Vec3::*component : {&rt::Vec3::x, &rt::Vec3::y, &rt::Vec3::z}) {
+      owner.*member.member.*component = between(field.minimum, field.maximum);
+    }
+  }
+
+  std::mt19937_64 random_;
+};
+
+std::string allTexts(const std::vector<AdditionError>& errors) {
+  std::string texts;
+  for (const AdditionError& error : errors) texts += error.error.text() + "\n";
+  return texts;
+}
+
+TEST(Additions, ReadBackFromTheirText) {
+  RandomAdditions random(18);
+  for (int i = 0; i < 50; ++i) {
+    const SceneAdditions additions = random.next();
+    ASSERT_TRUE(checkTogether(additions).empty()) << allTexts(checkTogether(additions));
+    const auto read = additionsFromText(textOf(additions), "text");
+    ASSERT_TRUE(read) << allTexts(read.error());
+    EXPECT_EQ(*read, additions);
+  }
+}
+
+TEST(Additions, ReadBackFromJson) {
+  RandomAdditions random(19);
+  for (int i = 0; i < 20; ++i) {
+    const SceneAdditions additions = random.next();
+    std::string fixtures;
+    for (const FixtureSettings& fixture : additions.fixtures) {
+      fixtures += (fixtures.empty() ? "" : ",") + jsonOf(fixture);
+    }
+    std::string regions;
+    for (const RegionSettings& region : additions.regions)
+      regions += (regions.empty() ? "" : ",") + jsonOf(region);
+    const auto read = additionsFromText(
+        R"({"fixtures":[)" + fixtures + R"(],"regions":[)" + regions + R"(],"label_image":"l.pgm"})", "json");
+    ASSERT_TRUE(read) << allTexts(read.error());
+    EXPECT_EQ(read->fixtures, additions.fixtures);
+    EXPECT_EQ(read->regions, additions.regions);
+  }
+}
+
+TEST(Additions, AreReadInEveryFormOfLists) {
+  const auto flow = additionsFromText(
+      "fixtures: [{name: a, kind: path, points_m: [[0, 0, 0], [0.1, 0, 0]]}, {name: b, kind: standoff, "
+      "clearance_m: 0.004}]",
+      "flow");
+  const auto block = additionsFromText(
+      "fixtures:\n"
+      "- name: a  # a comment\n"
+      "  kind: path\n"
+      "  points_m:\n"
+      "    - [0, 0, 0]\n"
+      "    - - 0.1\n"
+      "      - 0\n"
+      "      - 0\n"
+      "\n"
+      "-\n"
+      "  name: 'b'\n"
+      "  kind: \"standoff\"\n"
+      "  clearance_m: 4e-3\n",
+      "block");
+  const auto mixed = additionsFromText(
+      "fixtures:\n"
+      "  - {name: a, kind: path,\n"
+      "     points_m: [[0, 0, 0],\n"
+      "                [0.1, 0, 0]]}\n"
+      "  - {name: b, kind: standoff, clearance_m: 0.004}\n",
+      "mixed");
+  ASSERT_TRUE(flow) << allTexts(flow.error());
+  ASSERT_TRUE(block) << allTexts(block.error());
+  ASSERT_TRUE(mixed) << allTexts(mixed.error());
+  EXPECT_EQ(*block, *flow);
+  EXPECT_EQ(*mixed, *flow);
+  EXPECT_EQ(flow->fixtures[0].points_m, (std::vector<rt::Vec3>{{0, 0, 0}, {0.1, 0, 0}}));
+}
+
+TEST(Additions, MayBeEmpty) {
+  for (const char* const text : {"", "{}", "fixtures:\nregions: []\nlabel_image:\n", "fixtures: ~\n"}) {
+    const auto read = additionsFromText(text, "text");
+    ASSERT_TRUE(read) << text << allTexts(read.error());
+    EXPECT_EQ(*read, SceneAdditions{}) << text;
+  }
+}
+
+TEST(Additions, APathMayCrossItselfIfThatIsAllowed) {
+  const std::string cross =
+      "fixtures: [{name: a, kind: path, points_m: [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.05, -0.1, 0]]";
+  EXPECT_FALSE(additionsFromText(cross + "}]", "text"));
+  EXPECT_TRUE(additionsFromText(cross + ", allow_crossing: true}]", "text"));
+}
+
+TEST(Additions, DensePointsOfABendAreNoCrossing) {
+  FixtureSettings bend{.name = "bend", .kind = rt::FixtureKind::path};
+  for (int i = 0; i <= 8; ++i) {
+    const double angle = 3.0 * i / 8;
+    bend.points_m.push_back({0.0015 * std::cos(angle), 0.0015 * std::sin(angle), 0});
+  }
+  EXPECT_EQ(allTexts(checkTogether({{bend}, {}, {}})), "");
+}
+
+FixtureSettings nerve() {
+  return {.name = "nerve", .kind = rt::FixtureKind::sphere, .position_m = {0.1, 0.2, 0.3}, .radius_m = 0.05};
+}
+
+TEST(ChangedFixture, KeepsWhatIsNotNamed) {
+  const auto change = changed(nerve(), R"({"radius_m": 0.06, "enabled": false})");
+  ASSERT_TRUE(change) << change.error().error.text();
+  FixtureSettings expected = nerve();
+  expected.radius_m = 0.06;
+  expected.enabled = false;
+  EXPECT_EQ(*change, expected);
+  EXPECT_EQ(changed(nerve(), "{}"), nerve());
+}
+
+TEST(ChangedFixture, OfAnotherKindHasTheMembersOfThatKind) {
+  const auto capsule = changed(nerve(), "{kind: capsule, end_m: [0, 0, 0]}");
+  ASSERT_TRUE(capsule) << capsule.error().error.text();
+  EXPECT_EQ(capsule->radius_m, 0.05);
+  const auto point = changed(nerve(), "kind: point\ndeadband_m: 0.01\n");
+  ASSERT_TRUE(point) << point.error().error.text();
+  EXPECT_EQ(point->radius_m, 0);
+  EXPECT_EQ(point->position_m, nerve().position_m);
+  const auto incomplete = changed(nerve(), "{kind: box}");
+  ASSERT_FALSE(incomplete);
+  EXPECT_EQ(incomplete.error().field, "size_m");
+}
+
+TEST(ChangedFixture, IsRefusedWithNameFieldAndRemedy) {
+  struct Case {
+    const char* change;
+    const char* field;
+  };
+  for (const auto& [change, field] :
+       {Case{"{radius_m: 0}", "radius_m"}, Case{"{normal: [0, 0, 1]}", "normal"},
+        Case{"{radius: 1}", "radius"}, Case{"{name: a b}", "name"}, Case{"[", ""}, Case{"7", ""},
+        Case{"", ""}}) {
+    const auto refused = changed(nerve(), change);
+    ASSERT_FALSE(refused) << change;
+    EXPECT_EQ(refused.error().field, field) << change;
+    EXPECT_FALSE(refused.error().error.remedy.empty()) << change;
+  }
+}
+
+TEST(ChangedRegion, KeepsWhatIsNotNamed) {
+  const RegionSettings liver{.name = "liver", .position_m = {0, 0, 1}, .radius_m = 0.1};
+  const auto layered = changed(liver, "{model: layered, layer_m: 0.003}");
+  ASSERT_TRUE(layered) << layered.error().error.text();
+  EXPECT_EQ(layered->model, rt::ContactModel::layered);
+  EXPECT_EQ(layered->layer_m, 0.003);
+  EXPECT_EQ(layered->radius_m, 0.1);
+  const auto refused = changed(liver, "{layer_m: 0.003}");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().field, "layer_m");
+}
+
+}  // namespace
+}  // namespace hapticd::config
