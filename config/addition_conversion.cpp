@@ -102,7 +102,8 @@ rt::Shape shapeOf(const FixtureSettings& fixture, const Frame& frame) {
     case rt::FixtureKind::cone:
       shape.kind = rt::ShapeKind::cone;
       shape.axis_in_world = frame.direction(fixture.axis);
-      shape.half_angle_rad = fixture.half_angle_deg * kRadPerDeg;
+      shape.half_angle_sine = std::sin(fixture.half_angle_deg * kRadPerDeg);
+      shape.half_angle_cosine = std::cos(fixture.half_angle_deg * kRadPerDeg);
       break;
     case rt::FixtureKind::standoff:
     case rt::FixtureKind::path:

@@ -63,7 +63,8 @@ TEST(FixtureConversion, TurnsTheFrameOfTheCameraIntoTheWorld) {
   expectNear(set.at(0).shape.position_m_in_world, {1, 2.5, 3});
   expectNear(set.at(0).shape.axis_in_world, {0, 1, 0});
   expectNear(set.at(1).shape.axis_in_world, {-1, 0, 0});
-  EXPECT_DOUBLE_EQ(set.at(1).shape.half_angle_rad, std::numbers::pi / 4);
+  EXPECT_DOUBLE_EQ(set.at(1).shape.half_angle_sine, std::sqrt(0.5));
+  EXPECT_DOUBLE_EQ(set.at(1).shape.half_angle_cosine, std::sqrt(0.5));
   expectNear(set.at(2).shape.axis_in_world, {0, 1, 0});
   EXPECT_DOUBLE_EQ(set.at(2).shape.length_m, 0.2);
   EXPECT_EQ(set.at(2).shape.radius_m, 0.01);
