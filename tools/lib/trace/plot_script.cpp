@@ -186,7 +186,8 @@ class Script {
         largest = std::max(largest, point.value);
       }
     }
-    return least == largest ? fmt::format("set yrange [{}:{}]", least, least + 1)
+    const double height = std::max(1.0, 0.1 * std::abs(least));  // not lost beside a huge value
+    return least == largest ? fmt::format("set yrange [{}:{}]", least, least + height)
                             : "unset yrange\nset autoscale y\nset offsets 0,0,graph 0.05,0";
   }
 

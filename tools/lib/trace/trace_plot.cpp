@@ -28,6 +28,7 @@ namespace {
 
 constexpr std::size_t kUsualPoints = 2000;
 constexpr double kShortest_s = 0.001;  // an axis of no length cannot be drawn
+constexpr double kLeastDrawn = 1e-9;
 /// With more lines a picture cannot be read.
 constexpr std::size_t kMostEventLines = 300;
 constexpr std::size_t kMostSpans = 1000;
@@ -157,7 +158,10 @@ Content contentFor(const SelectedTrace& trace) {
 void takeOutForeign(Content& content) {
   std::vector<std::string_view> used;
   for (const Curve& curve : content.curves) {
-    const auto acts = [](const PlotPoint& p) { return p.value != 0 && !std::isnan(p.value); };
+    // in a damaged trace a value may be anything
+    const auto acts = [](const PlotPoint& p) {
+      return std::abs(p.value) > kLeastDrawn && std::isfinite(p.value);
+    };
     if (std::ranges::any_of(curve.points, acts)) addOnce(used, curve.quantity->panel);
   }
   std::erase_if(content.curves, [&used](const Curve& curve) {
