@@ -422,8 +422,10 @@ class FixtureForces::Tick {
     const Vec3 velocity = velocityToDamp(input_.velocity_m_per_s_in_world, speed_m_per_s_[i] * normal);
     const double speed = dot(velocity, normal);
     const double ramp = std::min(1.0, multipliers_[k] / kDampingRamp_m);
-    const double damping_n = ramp * (input_.lag_damping_s * f.stiffness_n_per_m * speed +
-                                     f.damping_n_s_per_m * std::min(speed, 0.0));
+    const double of_lag = input_.lag_damping_s * f.stiffness_n_per_m;
+    const double more = std::max(0.0, f.damping_n_s_per_m - of_lag);  // its own, while approaching
+    const double damping_n = ramp * (of_lag * speed + more * std::min(speed, 0.0));
+    out_.damping_n_s_per_m += std::max(of_lag, f.damping_n_s_per_m);
     const double along_n = dot(out_.force_n, normal);
     const double damped_n = std::clamp(along_n - damping_n, 0.0, std::max(along_n, f.max_force_n));
     out_.force_n += (damped_n - along_n) * normal;

@@ -90,6 +90,7 @@ class FixtureForces {
     double standoff_j = 0;         ///< ... and of stored_j that comes from stand-offs
     double standoff_power_w = 0;   ///< exerted on the HIP by stand-offs that move with their surface
     double stiffness_n_per_m = 0;  ///< of the regions that hold the HIP, added up
+    double damping_n_s_per_m = 0;  ///< the same for their damping
     /// Largest stiffness that can act along one normal near the HIP, in addition to the law's.
     double joint_stiffness_n_per_m = 0;
     bool redefined = false;  ///< the set is another one than in the last tick

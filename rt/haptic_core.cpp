@@ -136,7 +136,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
   const double stiffness =
       std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixtures.stiffness_n_per_m;
   const double length = norm(force_n_in_world);
-  const double limit = parameters.safety.max_force_n / parameters.handle.force_scale;
+  const double limit = parameters.safety.max_force_n / (parameters.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   const Origin now{input.scene.model,
@@ -314,7 +314,8 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   memory_.before.gain = gain;
   tick.gain = gain;
   const HandleScaleParameters& scale = parameters.handle;
-  tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
+  const double damping = rules.damping_n_s_per_m + (fixtures.holds ? fixtures.damping_n_s_per_m : 0);
+  tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * damping;
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
   SafetyChain::Motion motion;
   if (comparable) motion = motionSince(before, input, evaluation);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -65,6 +67,16 @@ class CoreWall final : public Wall {
   void approach(double h_m) override;
   double force_n(double h_m, double velocity_m_per_s) override;
   double onset_m() const override;
+  /// Adds fixtures and tissue regions; null: none. They outlive the wall. The surface is at z = -1 m.
+  void setAdditions(const rt::FixtureSet* fixtures, const rt::TissueMap* tissue) {
+    box_.setAdditions(fixtures, tissue);
+    if (fixtures == nullptr) return;
+    for (std::uint32_t i = 0; i < fixtures->count; ++i) {
+      double& clearance_m = box_.parameters().standoff_clearance_m;
+      const rt::Fixture& fixture = fixtures->fixtures[i];
+      if (fixture.kind == rt::FixtureKind::standoff) clearance_m = std::max(clearance_m, fixture.clearance_m);
+    }
+  }
   double stiffnessKept_n_per_m() const override {
     return stiffness_gain_ * box_.parameters().springs.stiffness_n_per_m;
   }
