@@ -109,6 +109,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/accuracy",
        {"tools/lib/offline", "tools/lib/options", "tools/lib/parts", "tools/lib/truth",
         "tools/lib/whole_file", "tools/hapticbench"}},
+      {"tools/hapticbench/fixtures", {"tools/lib/offline", "tools/lib/truth", "tools/hapticbench"}},
       {"tools/hapticbench/jitter",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file",
         "tools/hapticbench"}},
