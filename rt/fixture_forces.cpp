@@ -18,7 +18,10 @@ constexpr double kMaxGrowth_m_per_s = 0.005;
 constexpr double kMaxMove_m = 0.02;
 /// The proxy has arrived when it moves by less.
 constexpr double kArrived_m = 1e-7;
+/// The same on the live surface, which costs more to look at and is known less exactly.
+constexpr double kArrivedAtSurface_m = 1e-5;
 constexpr int kMaxIterations = 4;
+constexpr int kMaxIterationsAtSurface = 2;
 /// Damping rises to its full value over this depth.
 constexpr double kDampingRamp_m = 0.001;
 /// Regions within this distance of the HIP count for the stiffness that can act together.
@@ -216,7 +219,9 @@ class FixtureForces::Tick {
       if (length > step_limit_m_) next = q_ + (step_limit_m_ / length) * (next - q_);
       const double moved = norm(next - q_);
       q_ = next;
-      if (moved < kArrived_m || (q_ == hip_ && !near_surface_)) break;
+      if (moved < (near_surface_ ? kArrivedAtSurface_m : kArrived_m)) break;
+      if (near_surface_ && iteration + 1 >= kMaxIterationsAtSurface) break;
+      if (q_ == hip_ && !near_surface_) break;
     }
   }
 
@@ -262,7 +267,7 @@ class FixtureForces::Tick {
       if (standoff_seen_[i]) memoryOf(i).frame = input_.scene.frame;
       if (surface_) limitStep(here.distance_m + fixture(i).clearance_m - memoryOf(i).give_m);
     }
-    if (count_ > 0) lineariseSurface();
+    if (count_ > 0 && !near_surface_) lineariseSurface();  // a stand-off is in front of it already
     for (std::size_t cut = 0; cut < cut_count_; ++cut) addHalfSpace(cut_origin_[cut], cuts_[cut]);
   }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace hapticd::rt {
 namespace {
@@ -15,6 +16,11 @@ constexpr double kOnSurface_m = 1e-6;
 /// Larger windows are searched in steps of more than one block first.
 constexpr int kMostBlocksAcross = 12;
 
+/// Nothing is hidden in front of this block.
+bool isSame(const Facet& a, const Facet& b) noexcept {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
 }  // namespace
 
 /// The nearest point found so far, in the camera's frame.
@@ -22,6 +28,7 @@ struct SurfaceDistance::Nearest {
   double squared_m2;
   Vec3 place;
   Vec3 normal;
+  const SurfaceLayer* layer = nullptr;  ///< that it belongs to; null: none was found
   int row = -1;
   int column = -1;
   double speed_m_per_s = 0;
@@ -32,14 +39,30 @@ struct SurfaceDistance::Nearest {
 void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, const BlockWindow& window,
                                   Nearest& nearest) const HAPTICD_RT {
   const DepthModelParameters& model = model_.parameters();
+  if (window.empty()) return;
   const double a = model.a_per_m;
   // Here y points down and z forward, as in the image.
   const Vec3 at{p.x, -p.y, -p.z};
   const int across = std::max(window.columns(), window.rows());
   const int stride = (across + kMostBlocksAcross - 1) / kMostBlocksAcross;
+  const ImagePosition image = view_.project(p);
+  // A ray at an angle of n pixels from that of `p` passes at least this far from it, per pixel: the depth
+  // over the focal length times the cosine of the angle to the optical axis.
+  constexpr double kLeastCosine = 0.8;
+  const double per_pixel_m = kLeastCosine * view_.pitch_m(SurfaceView::depthOf(p));
   const auto compare = [&](int row, int column) noexcept {
+    const double first_column = column * BlockLattice::kBlock_px - 0.5;
+    const double first_row = row * BlockLattice::kBlock_px - 0.5;
+    const double beside_px =
+        std::max({0.0, first_column - image.u, image.u - first_column - BlockLattice::kBlock_px});
+    const double above_px =
+        std::max({0.0, first_row - image.v, image.v - first_row - BlockLattice::kBlock_px});
+    if ((beside_px * beside_px + above_px * above_px) * per_pixel_m * per_pixel_m >= nearest.squared_m2)
+      return;
     const Facet& facet = layer.facet[BlockLattice::at(row, column)];
     if (facet.disparity < 0) return;
+    if (&layer == &surface_.hidden && isSame(facet, surface_.visible.facet[BlockLattice::at(row, column)]))
+      return;
     const double u = column * BlockLattice::kBlock_px + BlockLattice::kMiddle_px - model.cx_px;
     const double v = row * BlockLattice::kBlock_px + BlockLattice::kMiddle_px - model.cy_px;
     const double w = a * (double{facet.disparity} + age_s_ * double{facet.per_second}) + model.b_per_m;
@@ -70,11 +93,16 @@ void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, cons
     nearest = {squared,
                {place.x, -place.y, -place.z},
                {-length * plane.x, length * plane.y, length * plane.z},
+               &layer,
                row,
                column};
   };
   const int row_before = nearest.row;
   const int column_before = nearest.column;
+  // The block in front of the place first: it usually leaves few others to compare.
+  constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
+  compare(std::clamp(static_cast<int>(image.v * kPerBlock), window.row_first, window.row_last),
+          std::clamp(static_cast<int>(image.u * kPerBlock), window.column_first, window.column_last));
   for (int row = window.row_first; row <= window.row_last; row += stride) {
     for (int column = window.column_first; column <= window.column_last; column += stride)
       compare(row, column);
@@ -90,20 +118,20 @@ void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, cons
   }
 }
 
-/// Passes from the patch to the interpolated surface, by two steps of Newton's method for the foot of the
+/// Passes from the patch to the interpolated surface, by steps of Newton's method for the foot of the
 /// perpendicular. Beside an outline, where the interpolation belongs to another body, the patch stays.
 void SurfaceDistance::refine(const Vec3& p, Nearest& nearest) const HAPTICD_RT {
   Vec3 foot = nearest.place;
   double distance = 0;
   double speed = 0;
   Vec3 normal;
-  constexpr int kSteps = 3;
+  constexpr int kSteps = 2;
   for (int step = 0; step < kSteps; ++step) {
     const double depth = SurfaceView::depthOf(foot);
     if (!(depth > SurfaceView::kNearest_m)) return;
     const ImagePosition image = view_.project(foot);
     if (!SurfaceView::isInImage(image)) return;
-    const Sheet sheet = view_.sheetNear(image, depth);
+    const Sheet sheet = view_.sheetOf(*nearest.layer, image);
     if (!sheet.exists || std::abs(sheet.depth_m() - depth) > kSameSurface_m) return;
     distance = SurfaceView::distanceFrom(sheet, p);
     normal = sheet.normal_in_camera;
@@ -147,7 +175,7 @@ SurfaceDistance::Result SurfaceDistance::at(const Vec3& p_m_in_world, double mos
   Nearest nearest{most_m * most_m, {}, {}};
   searchLayer(surface_.visible, p, window, nearest);
   if (surface_.hides_anything) searchLayer(surface_.hidden, p, window, nearest);
-  if (nearest.row < 0) return result;
+  if (nearest.layer == nullptr) return result;
   refine(p, nearest);
   const double distance = std::sqrt(nearest.squared_m2);
   const Vec3 normal = distance > kOnSurface_m ? (1 / distance) * (p - nearest.place) : nearest.normal;

@@ -163,6 +163,9 @@ class SurfaceView {
   /// Returns, of the surfaces at an image position, the one nearest to a depth.
   Sheet sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT;
 
+  /// Returns the surface of one layer at an image position.
+  Sheet sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT;
+
   /// Returns the distance of a place from a sheet's tangent plane, negative behind it.
   static double distanceFrom(const Sheet& sheet, const Vec3& p) noexcept {
     return sheet.distance_m + dot(sheet.normal_in_camera, p);
@@ -170,7 +173,6 @@ class SurfaceView {
 
  private:
   double shellAt(double depth_m) const noexcept;
-  Sheet sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT;
 
   const VisibleSurface& surface_;
   const DepthModelParameters& model_;
