@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -190,6 +191,15 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
           "Take the points of a path from this file: x y z on each line")
       ->type_name("FILE")
       ->excludes(points);
+}
+
+void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  static constexpr std::array<std::string_view, 12> kMeasured{
+      "name",  "kind",   "frame",        "position_m", "normal",         "axis",
+      "end_m", "size_m", "rotation_deg", "radius_m",   "half_angle_deg", "points_m"};
+  for (const auto& field : config::fixtureFields()) {
+    if (std::ranges::find(kMeasured, field.name) == kMeasured.end()) addMember(command, field, members);
+  }
 }
 
 void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
