@@ -18,6 +18,7 @@
 #include "tools/hapticctl/model_import.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::tools {
 namespace {
@@ -263,7 +264,8 @@ void addStiffness(CommandLine& line, CLI::App& group) {
       ->type_name("NUMBER")
       ->required();
   *damping = command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Its damping too (N s/m)")
-                 ->type_name("NUMBER");
+                 ->type_name("NUMBER")
+                 ->check(within(0.0, 50.0));
 }
 
 }  // namespace
