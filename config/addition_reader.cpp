@@ -358,10 +358,14 @@ std::vector<AdditionError> allErrors(const YamlFile& file, std::vector<PlacedAdd
   return all;
 }
 
-void checkAdditionGroups(const YamlFile& file, std::vector<PlacedAdditionError>& errors) {
+/// `of_model`: the file may also contain kLandmarkGroup.
+void checkAdditionGroups(const YamlFile& file, bool of_model, std::vector<PlacedAdditionError>& errors) {
   for (const YamlGroup& group : file.groups) {
-    if (isAdditionGroup(group.name)) continue;
-    const std::string guess = didYouMean(group.name, kAdditionGroups);
+    const bool landmarks = group.name == kLandmarkGroup;
+    if (isAdditionGroup(group.name) || (of_model && landmarks)) continue;
+    const std::string guess =
+        landmarks ? "what is in the frame of a model is imported with 'hapticctl fixture import --landmarks'"
+                  : didYouMean(group.name, kAdditionGroups);
     errors.push_back(
         {group.line,
          {"",
@@ -385,6 +389,33 @@ std::expected<Owner, AdditionError> changedBy(const Owner& owner, std::string_vi
   Owner result = reader.read(errors);
   if (!errors.empty()) return std::unexpected(std::move(errors.front().error));
   return result;
+}
+
+std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::string_view text,
+                                                                      const std::string& name,
+                                                                      bool of_model) {
+  if (text.size() > kLongestText) {
+    return std::unexpected(std::vector{AdditionError{
+        "", "", {name, "is longer than 1 MiB", "a path has at most 256 points; leave out the others"}}});
+  }
+  const YamlFile file = readYaml(text);
+  AdditionsRead read = additionsIn(file);
+  checkAdditionGroups(file, of_model, read.errors);
+  for (const YamlEntry& entry : file.entries) {
+    if (!isAdditionGroup(entry.group)) continue;
+    read.errors.push_back(
+        {entry.line, {"", entry.group, {entry.group, "is a mapping", "write the path of a PGM file"}}});
+  }
+  if (!read.errors.empty() || !file.problems.empty()) {
+    return std::unexpected(allErrors(file, std::move(read.errors), name));
+  }
+  SceneAdditions additions;
+  read.lists.applyTo(additions);
+  if (std::vector<AdditionError> errors = checkTogether(additions); !errors.empty()) {
+    for (AdditionError& error : errors) error = placed(std::move(error), 0, name);
+    return std::unexpected(std::move(errors));
+  }
+  return additions;
 }
 
 }  // namespace
@@ -418,28 +449,12 @@ AdditionsRead additionsIn(const YamlFile& file) {
 
 std::expected<SceneAdditions, std::vector<AdditionError>> additionsFromText(std::string_view text,
                                                                             const std::string& name) {
-  if (text.size() > kLongestText) {
-    return std::unexpected(std::vector{AdditionError{
-        "", "", {name, "is longer than 1 MiB", "a path has at most 256 points; leave out the others"}}});
-  }
-  const YamlFile file = readYaml(text);
-  AdditionsRead read = additionsIn(file);
-  checkAdditionGroups(file, read.errors);
-  for (const YamlEntry& entry : file.entries) {
-    if (!isAdditionGroup(entry.group)) continue;
-    read.errors.push_back(
-        {entry.line, {"", entry.group, {entry.group, "is a mapping", "write the path of a PGM file"}}});
-  }
-  if (!read.errors.empty() || !file.problems.empty()) {
-    return std::unexpected(allErrors(file, std::move(read.errors), name));
-  }
-  SceneAdditions additions;
-  read.lists.applyTo(additions);
-  if (std::vector<AdditionError> errors = checkTogether(additions); !errors.empty()) {
-    for (AdditionError& error : errors) error = placed(std::move(error), 0, name);
-    return std::unexpected(std::move(errors));
-  }
-  return additions;
+  return additionsOf(text, name, false);
+}
+
+std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText(std::string_view text,
+                                                                                 const std::string& name) {
+  return additionsOf(text, name, true);
 }
 
 std::expected<FixtureSettings, AdditionError> changed(const FixtureSettings& fixture,

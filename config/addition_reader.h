@@ -40,10 +40,18 @@ struct AdditionsRead {
 /// The groups of a file that hold the lists, and the label image.
 inline constexpr std::array<std::string_view, 3> kAdditionGroups{"fixtures", "regions", "label_image"};
 
-/// Whether the group `name` is one of them.
+/// The group with the landmarks of a model, which may be in the same file as its fixtures and regions.
+inline constexpr std::string_view kLandmarkGroup = "landmarks";
+
+/// Whether the group `name` is one of kAdditionGroups.
 bool isAdditionGroup(std::string_view name);
 
 /// Reads the lists of a file. The problems of the file itself are left to the caller.
 AdditionsRead additionsIn(const YamlFile& file);
+
+/// additionsFromText() for what was made in the frame of a model: the text may also contain kLandmarkGroup,
+/// which is left to another reader.
+std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText(std::string_view text,
+                                                                                 const std::string& name);
 
 }  // namespace hapticd::config

@@ -26,7 +26,7 @@ constexpr int kMaxEvents = 5000;
 // The same within lists: 16 paths of 256 points have about 17'000.
 constexpr int kMaxListEvents = 25'000;
 
-constexpr std::array<std::string_view, 2> kListGroups{"fixtures", "regions"};
+constexpr std::array<std::string_view, 3> kListGroups{"fixtures", "regions", "landmarks"};
 
 // Ends the parser early; never leaves this file.
 struct TooManyEvents {

@@ -44,6 +44,7 @@ const std::map<std::string, Words> kArguments{
     {"fixture change", {"nerve", "--radius-m", "0.06"}},
     {"fixture enable", {"nerve"}},
     {"fixture disable", {"nerve"}},
+    {"fixture touch", {"wall", "--kind", "plane", "--touched", "FOLDER/touched.txt"}},
     {"fixture remove", {"nerve"}},
     {"fixture export", {}},
     {"fixture import", {"FOLDER/scene.yaml"}},
@@ -82,6 +83,7 @@ class HapticctlOutput : public testing::Test {
     home.folder().write("scene.yaml",
                         "fixtures: [{name: nerve, kind: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n"
                         "regions: [{name: liver, shape: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n");
+    home.folder().write("touched.txt", "0 0 -1\n0.1 0 -1\n0.1 0.1 -1\n0 0.1 -1\n");
     home.folder().write("token", std::string(32, 'a') + "\n");
   }
 

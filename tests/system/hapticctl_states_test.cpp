@@ -32,8 +32,10 @@ const std::string kScene =
     "fixtures: [{name: nerve, kind: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n"
     "regions: [{name: liver, shape: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n";
 
+const std::string kTouched = "0 0 -1\n0.1 0 -1\n0.1 0.1 -1\n0 0.1 -1\n";
+
 /// Every command that calls the daemon; PAIRS stands for a file with point pairs, SCENE for one with fixtures
-/// and regions.
+/// and regions, TOUCHED for one with points of a plane.
 const std::vector<Command> kCommands{{"status"},
                                      {"status", "--all"},
                                      {"watch", "--count", "1"},
@@ -58,6 +60,7 @@ const std::vector<Command> kCommands{{"status"},
                                      {"fixture", "change", "nerve", "--radius-m", "0.06"},
                                      {"fixture", "enable", "nerve"},
                                      {"fixture", "disable", "nerve"},
+                                     {"fixture", "touch", "wall", "--kind", "plane", "--touched", "TOUCHED"},
                                      {"fixture", "remove", "nerve"},
                                      {"fixture", "export"},
                                      {"fixture", "import", "SCENE"},
@@ -113,12 +116,14 @@ class HapticctlStates : public testing::Test {
   HapticctlStates() {
     home.folder().write("pairs.csv", kPairs);
     home.folder().write("scene.yaml", kScene);
+    home.folder().write("touched.txt", kTouched);
   }
 
   Command withFiles(Command command) const {
     for (std::string& word : command) {
       if (word == "PAIRS") word = (home.path() / "pairs.csv").string();
       if (word == "SCENE") word = (home.path() / "scene.yaml").string();
+      if (word == "TOUCHED") word = (home.path() / "touched.txt").string();
     }
     return command;
   }

@@ -33,12 +33,11 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// The words in help that stand for values other than numbers: text.
-const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE", "CHANNEL", "CMD", "CSV", "DIR_OR_PGM", "FIELD ...",
-                                   "FILE", "FILE ...", "FOLDER", "FORMAT", "KIND ...", "LABEL", "DIR",
-                                   "NAME ...", "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",
-                                   "PROFILE", "TEXT", "TEXT ...", "TIME", "K/N",
-                                   // members of fixtures and regions, whose ranges the daemon checks
-                                   "NUMBER", "INT", "X,Y,Z", "POINTS"};
+const std::set<std::string> kTexts{
+    "ADDRESS:PORT", "AGE",        "CHANNEL",        "CMD",        "CSV",      "DIR_OR_PGM", "FIELD ...",
+    "FILE",         "FILE ...",   "FOLDER",         "FORMAT",     "KIND ...", "LABEL",      "DIR",
+    "NAME ...",     "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",     "POINTS",     "PROFILE",
+    "TEXT",         "TEXT ...",   "TIME",           "K/N",        "X,Y,Z"};
 
 struct Option {
   std::string name;

@@ -6,55 +6,24 @@
 #include <string>
 #include <vector>
 
+#include "config/addition_reader.h"
 #include "config/file_content.h"
 #include "config/fixture_settings.h"
+#include "tools/hapticctl/addition_calls.h"
 #include "tools/hapticctl/addition_options.h"
 #include "tools/hapticctl/addition_text.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/fixture_touch.h"
+#include "tools/hapticctl/model_import.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/within.h"
 
 namespace hapticd::tools {
 namespace {
 
 constexpr std::size_t kMostFileBytes = std::size_t{1} << 20;
-
-/// One of the two lists, with its methods and words.
-struct List {
-  const char* noun;    ///< also the name of the group of commands
-  const char* plural;  ///< also the name of the list in replies and in files
-  const char* type;    ///< of an argument that names one, for completion
-  const char* list_method;
-  const char* change_method;
-  void (*addMembers)(CLI::App& command, const std::shared_ptr<Json>& members);
-  std::string (*text)(const Json& reply, std::size_t columns);
-  std::vector<std::string> (*definitionsIn)(const config::SceneAdditions& additions);
-};
-
-template <auto kMember>
-std::vector<std::string> definitionsIn(const config::SceneAdditions& additions) {
-  std::vector<std::string> texts;
-  for (const auto& item : additions.*kMember) texts.push_back(config::jsonOf(item));
-  return texts;
-}
-
-constexpr List kFixtures{"fixture",
-                         "fixtures",
-                         "FIXTURE",
-                         "io.hapticd.Status.ListFixtures",
-                         "io.hapticd.Control.ChangeFixtures",
-                         addFixtureMembers,
-                         fixtureListText,
-                         definitionsIn<&config::SceneAdditions::fixtures>};
-constexpr List kRegions{"region",
-                        "regions",
-                        "REGION",
-                        "io.hapticd.Status.ListRegions",
-                        "io.hapticd.Control.ChangeRegions",
-                        addRegionMembers,
-                        regionListText,
-                        definitionsIn<&config::SceneAdditions::regions>};
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
@@ -62,54 +31,32 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-int change(const CommandOptions& options, const List& list, const Json& parameters, const std::string& done) {
-  return callAndPrint(options, {list.change_method, parameters, true},
-                      [&](const Json&) { return done + "\n"; });
-}
-
-/// Adds definitions in one call; `replace`: those of the same names go.
-int addAll(const CommandOptions& options, const List& list, const Json& definitions, bool replace,
-           const std::string& done) {
-  Json parameters{{"add", definitions}};
-  if (replace) {
-    const auto reply = callOnce(options, {list.list_method});
-    if (!reply) return report(reply.error(), options.json);
-    Json replaced = Json::array();
-    for (const Json& entry : listAt(*reply, list.plural)) {
-      const auto isIt = [&](const Json& definition) {
-        return definition.value("name", "") == textAt(entry, "name");
-      };
-      if (std::ranges::any_of(definitions, isIt)) replaced.push_back(textAt(entry, "name"));
-    }
-    parameters["remove"] = std::move(replaced);
-    if (const Json* generation = fieldAt(*reply, "generation")) parameters["generation"] = *generation;
-  }
-  return change(options, list, parameters, done);
-}
-
-int reportProblems(const std::vector<config::AdditionError>& problems, bool json) {
-  constexpr std::size_t kMostShown = 10;
-  const std::size_t shown = json ? 1 : std::min(problems.size(), kMostShown);
-  for (std::size_t i = 0; i < shown; ++i) report(problems[i].error, json);
-  return kFailed;
-}
-
 /// Adds all fixtures or regions of a file, or none.
-int import(const CommandOptions& options, const List& list, const std::string& file, bool replace) {
+int import(const CommandOptions& options, const AdditionList& list, const std::string& file, bool replace,
+           const ModelOptions& model) {
+  const bool of_model = !model.landmarks.empty();
   const auto content = config::fileContent(file, {kMostFileBytes, config::FileKind::any});
   if (!content) return report(config::Error{file, content.error().text(), ""}, options.json);
-  const auto additions = config::additionsFromText(*content, file);
+  auto additions =
+      of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
   if (!additions) return reportProblems(additions.error(), options.json);
-  Json definitions = Json::array();
-  for (const std::string& text : list.definitionsIn(*additions))
-    definitions.push_back(Json::parse(text, nullptr, false));
-  if (definitions.empty()) {
+  if (list.definitionsIn(*additions).empty()) {
     return report(config::Error{file, fmt::format("has no {}", list.plural),
                                 fmt::format("write them below '{}:' as in the configuration", list.plural)},
                   options.json);
   }
+  Json document = Json::object();
+  if (of_model) {
+    auto in_world = registered(options, model, *additions);
+    if (!in_world) return in_world.error();
+    *additions = std::move(in_world->additions);
+    document = std::move(in_world->document);
+  }
+  Json definitions = Json::array();
+  for (const std::string& text : list.definitionsIn(*additions))
+    definitions.push_back(Json::parse(text, nullptr, false));
   const std::string done = fmt::format("imported {} {}", definitions.size(), list.plural);
-  return addAll(options, list, definitions, replace, done);
+  return addAll(options, list, definitions, replace, done, document);
 }
 
 /// A member as YAML, which every JSON text is; a list of points has a line for each.
@@ -122,7 +69,7 @@ std::string memberLines(const std::string& name, const Json& value) {
 }
 
 /// A file that the configuration and `import` read.
-std::string yamlOf(const List& list, const Json& reply) {
+std::string yamlOf(const AdditionList& list, const Json& reply) {
   if (listAt(reply, list.plural).empty()) return fmt::format("{}: []\n", list.plural);
   std::string text = fmt::format("{}:\n", list.plural);
   for (const Json& entry : listAt(reply, list.plural)) {
@@ -136,7 +83,8 @@ std::string yamlOf(const List& list, const Json& reply) {
   return text;
 }
 
-int exportTo(const CommandOptions& options, const List& list, const std::string& file, IfExists if_exists) {
+int exportTo(const CommandOptions& options, const AdditionList& list, const std::string& file,
+             IfExists if_exists) {
   const auto reply = callOnce(options, {list.list_method});
   if (!reply) return report(reply.error(), options.json);
   const std::string text = yamlOf(list, *reply);
@@ -154,7 +102,7 @@ int exportTo(const CommandOptions& options, const List& list, const std::string&
   return kOk;
 }
 
-int show(const CommandOptions& options, const List& list, const std::string& name) {
+int show(const CommandOptions& options, const AdditionList& list, const std::string& name) {
   const auto reply = callOnce(options, {list.list_method});
   if (!reply) return report(reply.error(), options.json);
   const Json& entries = listAt(*reply, list.plural);
@@ -173,7 +121,7 @@ int show(const CommandOptions& options, const List& list, const std::string& nam
   return kOk;
 }
 
-void addList(CommandLine& line, CLI::App& group, const List& list) {
+void addList(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto names_only = std::make_shared<bool>(false);
   CLI::App& command =
@@ -186,14 +134,14 @@ void addList(CommandLine& line, CLI::App& group, const List& list) {
 }
 
 /// Adds the argument that names one of the list.
-CLI::Option* addName(CLI::App& command, const List& list, std::string& name, bool is_new) {
+CLI::Option* addName(CLI::App& command, const AdditionList& list, std::string& name, bool is_new) {
   return command
       .add_option("NAME", name, is_new ? "Its name: 1 to 32 letters, digits, '_' and '-'" : "Its name")
       ->type_name(is_new ? "TEXT" : list.type)
       ->required();
 }
 
-void addShow(CommandLine& line, CLI::App& group, const List& list) {
+void addShow(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto name = std::make_shared<std::string>();
   addName(line.add(group, "show", fmt::format("Show all members of a {}", list.noun),
@@ -201,7 +149,7 @@ void addShow(CommandLine& line, CLI::App& group, const List& list) {
           list, *name, false);
 }
 
-void addAdding(CommandLine& line, CLI::App& group, const List& list) {
+void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto name = std::make_shared<std::string>();
   const auto members = std::make_shared<Json>(Json::object());
@@ -216,7 +164,7 @@ void addAdding(CommandLine& line, CLI::App& group, const List& list) {
   list.addMembers(command, members);
 }
 
-void addChanging(CommandLine& line, CLI::App& group, const List& list) {
+void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto name = std::make_shared<std::string>();
   const auto members = std::make_shared<Json>(Json::object());
@@ -225,29 +173,29 @@ void addChanging(CommandLine& line, CLI::App& group, const List& list) {
                [=, &options, &list] {
                  Json changed = *members;
                  changed["name"] = *name;
-                 return change(options, list, {{"change", Json::array({std::move(changed)})}},
-                               "changed " + printable(*name));
+                 return changeList(options, list, {{"change", Json::array({std::move(changed)})}},
+                                   "changed " + printable(*name));
                });
   addName(command, list, *name, false);
   list.addMembers(command, members);
 }
 
 /// Adds a command that takes names. `parameters`: of the call.
-void addForNames(CommandLine& line, CLI::App& group, const List& list, const char* command,
+void addForNames(CommandLine& line, CLI::App& group, const AdditionList& list, const char* command,
                  const std::string& help, const char* done,
                  std::function<Json(const std::vector<std::string>& names)> parameters) {
   const CommandOptions& options = line.options();
   const auto names = std::make_shared<std::vector<std::string>>();
   line.add(group, command, help,
            [=, &options, &list, parameters = std::move(parameters)] {
-             return change(options, list, parameters(*names), fmt::format("{} {}", done, joined(*names)));
+             return changeList(options, list, parameters(*names), fmt::format("{} {}", done, joined(*names)));
            })
       .add_option("NAME", *names, "Their names; all are changed, or none")
       ->type_name(list.type)
       ->required();
 }
 
-void addFiles(CommandLine& line, CLI::App& group, const List& list) {
+void addFiles(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto out = std::make_shared<std::string>();
   const auto if_exists = std::make_shared<IfExists>(IfExists::refuse);
@@ -258,25 +206,27 @@ void addFiles(CommandLine& line, CLI::App& group, const List& list) {
   addForce(exporting, *if_exists);
 
   const auto in = std::make_shared<std::string>();
+  const auto model = std::make_shared<ModelOptions>();
   const auto replace = std::make_shared<bool>(false);
   CLI::App& importing =
       line.add(group, "import",
                fmt::format("Add all {} of a YAML or JSON file, or none if one is refused", list.plural),
-               [=, &options, &list] { return import(options, list, *in, *replace); });
+               [=, &options, &list] { return import(options, list, *in, *replace, *model); });
   importing.add_option("FILE", *in, fmt::format("The file, with a list below '{}:'", list.plural))
       ->type_name("FILE")
       ->required();
   importing.add_flag("--replace", *replace, fmt::format("Replace {} of the same names", list.plural));
+  addModelOptions(importing, model);
 }
 
-void addCommon(CommandLine& line, CLI::App& group, const List& list) {
+void addCommon(CommandLine& line, CLI::App& group, const AdditionList& list) {
   addList(line, group, list);
   addShow(line, group, list);
   addAdding(line, group, list);
   addChanging(line, group, list);
 }
 
-void addRemoving(CommandLine& line, CLI::App& group, const List& list) {
+void addRemoving(CommandLine& line, CLI::App& group, const AdditionList& list) {
   addForNames(line, group, list, "remove", fmt::format("Remove {}", list.plural), "removed",
               [](const std::vector<std::string>& names) {
                 return Json{{"remove", names}};
@@ -314,7 +264,8 @@ void addStiffness(CommandLine& line, CLI::App& group) {
       ->type_name("NUMBER")
       ->required();
   *damping = command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Its damping too (N s/m)")
-                 ->type_name("NUMBER");
+                 ->type_name("NUMBER")
+                 ->check(within(0.0, 50.0));
 }
 
 }  // namespace
@@ -324,6 +275,7 @@ void addFixtureCommands(CommandLine& line) {
   addCommon(line, group, kFixtures);
   addSwitch(line, group, "enable", "Let fixtures act", true);
   addSwitch(line, group, "disable", "Keep fixtures without letting them act", false);
+  addFixtureTouch(line, group);
   addRemoving(line, group, kFixtures);
   addFiles(line, group, kFixtures);
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -85,39 +86,49 @@ struct Form {
   const char* example;  ///< of a right value, for errors
 };
 
+/// What the help shows; the daemon checks the range, with all other members.
+template <typename Owner>
+std::string helpRangeOf(const config::AdditionField<Owner>& field) {
+  return fmt::format("NUMBER in [{} - {}]", field.minimum, field.maximum);
+}
+
 template <typename Owner>
 Form formOf(const config::AdditionField<Owner>& field) {
   const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
   return std::visit(
-      Overloaded{
-          [&](std::string Owner::*) -> Form {
-            return {"TEXT", {}, text_value, ""};
-          },
-          [&](bool Owner::*) -> Form {
-            return {"WORD",
-                    {"true", "false"},
-                    [](const std::string& text) -> std::optional<Json> { return text == "true"; },
-                    ""};
-          },
-          [&](int Owner::*) -> Form {
-            return {
-                "INT", {}, [](const std::string& text) { return jsonOf(read<int>(text)); }, "a whole number"};
-          },
-          [&](double Owner::*) -> Form {
-            return {"NUMBER", {}, [](const std::string& text) { return jsonOf(numberIn(text)); }, "a number"};
-          },
-          [&](std::vector<rt::Vec3> Owner::*) -> Form {
-            return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
-          },
-          [&](const config::WordMember<Owner>& member) -> Form {
-            return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
-          },
-          [&](const config::VectorMember<Owner>&) -> Form {
-            return {"X,Y,Z",
-                    {},
-                    [](const std::string& text) { return vectorIn(text, ","); },
-                    "three numbers, such as 0,0,-0.8"};
-          }},
+      Overloaded{[&](std::string Owner::*) -> Form {
+                   return {"TEXT", {}, text_value, ""};
+                 },
+                 [&](bool Owner::*) -> Form {
+                   return {"WORD",
+                           {"true", "false"},
+                           [](const std::string& text) -> std::optional<Json> { return text == "true"; },
+                           ""};
+                 },
+                 [&](int Owner::*) -> Form {
+                   return {helpRangeOf(field),
+                           {},
+                           [](const std::string& text) { return jsonOf(read<int>(text)); },
+                           "a whole number"};
+                 },
+                 [&](double Owner::*) -> Form {
+                   return {helpRangeOf(field),
+                           {},
+                           [](const std::string& text) { return jsonOf(numberIn(text)); },
+                           "a number"};
+                 },
+                 [&](std::vector<rt::Vec3> Owner::*) -> Form {
+                   return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
+                 },
+                 [&](const config::WordMember<Owner>& member) -> Form {
+                   return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
+                 },
+                 [&](const config::VectorMember<Owner>&) -> Form {
+                   return {"X,Y,Z",
+                           {},
+                           [](const std::string& text) { return vectorIn(text, ","); },
+                           "three numbers, such as 0,0,-0.8"};
+                 }},
       field.member);
 }
 
@@ -190,6 +201,15 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
           "Take the points of a path from this file: x y z on each line")
       ->type_name("FILE")
       ->excludes(points);
+}
+
+void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  static constexpr std::array<std::string_view, 12> kMeasured{
+      "name",  "kind",   "frame",        "position_m", "normal",         "axis",
+      "end_m", "size_m", "rotation_deg", "radius_m",   "half_angle_deg", "points_m"};
+  for (const auto& field : config::fixtureFields()) {
+    if (std::ranges::find(kMeasured, field.name) == kMeasured.end()) addMember(command, field, members);
+  }
 }
 
 void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {

@@ -14,6 +14,8 @@ namespace hapticd::tools {
 /// What is given becomes a member of `members`, with the type that it has in the configuration.
 /// Errors, as CLI::ValidationError: not a number, not a list of numbers.
 void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
+/// The same for the members that a touch with the handle does not measure.
+void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
 /// The same for regions.
 void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members);
 

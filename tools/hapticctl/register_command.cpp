@@ -1,23 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <iostream>
 #include <memory>
 #include <numbers>
-#include <thread>
 
 #include "config/program.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fetch_snapshot.h"
+#include "tools/hapticctl/handle_touch.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/within.h"
 #include "tools/lib/registration/landmark_depth.h"
 #include "tools/lib/registration/point_files.h"
 #include "tools/lib/registration/rigid_fit.h"
-#include "tools/lib/registration/touch.h"
 
 namespace hapticd::tools {
 namespace {
@@ -62,73 +59,19 @@ std::string poseText(const Json& pose) {
 
 // --- touches of the handle
 
-/// Reads the position of the HIP. Errors: no daemon, no handle.
-ClientResult<rt::Vec3> readHip(VarlinkClient& client) {
-  const auto reply = client.call("io.hapticd.Status.GetStatus");
-  if (!reply) return std::unexpected(reply.error());
-  const rt::Vec3 hip{numberAt(*reply, "status.tick.hipMInWorld.x"),
-                     numberAt(*reply, "status.tick.hipMInWorld.y"),
-                     numberAt(*reply, "status.tick.hipMInWorld.z")};
-  const std::string state = textAt(*reply, "status.handle.state");
-  if (state == "present" && rt::isFinite(hip)) return hip;
-  return std::unexpected(ClientError{ClientError::Kind::error_reply,
-                                     "io.hapticd.Status.NoHandle",
-                                     "",
-                                     {{"reason", "the handle is " + state +
-                                                     ": nothing can be touched with it; "
-                                                     "'hapticctl status' shows what to do"}},
-                                     0});
-}
-
-/// Reads a touch, which takes a second. Errors: those of readHip().
-ClientResult<Touch> readTouch(VarlinkClient& client) {
-  Touch touch;
-  while (true) {
-    const auto hip = readHip(client);
-    if (!hip) return std::unexpected(hip.error());
-    touch.add(*hip);
-    if (touch.isComplete()) return touch;
-    std::this_thread::sleep_for(Touch::kPeriod);
-  }
-}
-
-/// The person's decision about a landmark.
-enum class Wish { take, skip, give_up };
-
-Wish askFor(const std::string& name) {
-  fmt::print(
-      stderr,
-      "touch '{}' with the handle, press Enter and hold still for a second (s: leave it out, q: give up) ",
-      printable(name));
-  std::string line;
-  if (!std::getline(std::cin, line) || line == "q") return Wish::give_up;
-  return line == "s" ? Wish::skip : Wish::take;
-}
-
 /// The world's side of each landmark, by the hand; those left out are taken from `pairs`.
 std::expected<void, int> touchAll(const CommandOptions& options, std::vector<PointPair>& pairs) {
   auto client = connectTo(options, false);
   if (!client) return std::unexpected(report(client.error(), options.json));
   for (std::size_t i = 0; i < pairs.size();) {
-    const Wish wish = askFor(pairs[i].name);
-    if (wish == Wish::give_up) {
-      return std::unexpected(report(Error{"register", "given up, nothing was changed", ""}, options.json));
-    }
-    if (wish == Wish::skip) {
+    const auto place =
+        touch({*client, "register", options.json}, fmt::format("'{}'", printable(pairs[i].name)), true);
+    if (!place) return std::unexpected(place.error());
+    if (*place) {
+      pairs[i++].world_m = **place;
+    } else {
       pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(i));
-      continue;
     }
-    const auto touch = readTouch(*client);
-    if (!touch) return std::unexpected(report(touch.error(), options.json));
-    if (!touch->isSteady()) {
-      fmt::print(
-          stderr,
-          "the handle moved by {:.1f} mm within a second, at most {:.0f} mm are allowed: touch it again "
-          "and hold still\n",
-          1000 * touch->spread_m(), 1000 * Touch::kSteady_m);
-      continue;
-    }
-    pairs[i++].world_m = touch->mean_m_in_world();
   }
   return {};
 }

@@ -71,7 +71,7 @@ Eigen::Matrix3d turnBetween(const Points& camera, const Points& world) {
 
 }  // namespace
 
-config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs) {
+config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* whose) {
   if (const auto good = check(pairs); !good) return std::unexpected(good.error());
   const Points camera = pointsOf(pairs, &PointPair::camera_m);
   const Points world = pointsOf(pairs, &PointPair::world_m);
@@ -79,7 +79,7 @@ config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs) {
   const Eigen::Vector3d world_mean = world.rowwise().mean();
   const Points camera_centred = camera.colwise() - camera_mean;
   const Points world_centred = world.colwise() - world_mean;
-  if (const auto good = check(camera_centred, "camera's"); !good) return std::unexpected(good.error());
+  if (const auto good = check(camera_centred, whose); !good) return std::unexpected(good.error());
   if (const auto good = check(world_centred, "world's"); !good) return std::unexpected(good.error());
 
   const Eigen::Matrix3d turn = turnBetween(camera_centred, world_centred);

@@ -229,6 +229,24 @@ TEST_P(Completion, OffersTheTracesOfTheDaemon) {
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "note", begin}));
 }
 
+TEST_P(Completion, OffersTheFixturesAndRegionsOfTheDaemon) {
+  start();
+  askControl("io.hapticd.Control.ChangeFixtures",
+             R"({"add":[{"name":"nerve","kind":"point","position_m":[0,0,-1]},)"
+             R"({"name":"vein","kind":"point","position_m":[0,0,-1]}]})");
+  askControl("io.hapticd.Control.ChangeRegions",
+             R"({"add":[{"name":"liver","shape":"sphere","position_m":[0,0,-1],"radius_m":0.05}]})");
+  const auto offered = [&](const Words& command) {
+    Words words{"hapticctl", "--socket", controlPath()};
+    words.insert(words.end(), command.begin(), command.end());
+    return completions(words);
+  };
+  EXPECT_EQ((Words{"nerve", "vein"}), offered({"fixture", "enable", ""}));
+  EXPECT_EQ((Words{"vein"}), offered({"fixture", "show", "v"}));
+  EXPECT_EQ((Words{"liver"}), offered({"region", "remove", "l"}));
+  EXPECT_EQ((Words{"box", "path", "plane", "sphere"}), offered({"fixture", "touch", "--kind", ""}));
+}
+
 INSTANTIATE_TEST_SUITE_P(Shells, Completion, testing::Values(kBash, kZsh, kFish),
                          [](const auto& shell) { return shell.param.name; });
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/fixture_settings.h"
+#include "tools/hapticctl/calls.h"
+
+namespace hapticd::tools {
+
+/// One of the two lists of what people add to the scene, with its methods and words.
+struct AdditionList {
+  const char* noun;    ///< also the name of the group of commands
+  const char* plural;  ///< also the name of the list in replies and in files
+  const char* type;    ///< of an argument that names one, for completion
+  const char* list_method;
+  const char* change_method;
+  void (*addMembers)(CLI::App& command, const std::shared_ptr<Json>& members);
+  std::string (*text)(const Json& reply, std::size_t columns);
+  std::vector<std::string> (*definitionsIn)(const config::SceneAdditions& additions);  ///< as JSON
+};
+
+extern const AdditionList kFixtures;
+extern const AdditionList kRegions;
+
+/// Calls the method that changes the list, and prints `done`, or as JSON the reply with the members of
+/// `document`. Returns the exit code.
+int changeList(const CommandOptions& options, const AdditionList& list, const Json& parameters,
+               const std::string& done, const Json& document = Json::object());
+
+/// Adds definitions in one call; `replace`: those of the same names go.
+int addAll(const CommandOptions& options, const AdditionList& list, const Json& definitions, bool replace,
+           const std::string& done, const Json& document = Json::object());
+
+/// Reports what is wrong with fixtures or regions; returns the exit code.
+int reportProblems(const std::vector<config::AdditionError>& problems, bool json);
+
+}  // namespace hapticd::tools
