@@ -78,9 +78,28 @@ constexpr std::array kNumbers{
            "Share of the force of the law that this limit leaves."},
     Number{"tick_contact_damping_newton_seconds_per_metre", Type::gauge, "newton_seconds_per_metre",
            "tick.contactDampingNSPerM", "Damping in contact that the delay calls for."},
+    Number{"tick_stiffness_newtons_per_metre", Type::gauge, "newtons_per_metre", "tick.stiffnessNPerM",
+           "Stiffness of the surface in effect, configured or automatic."},
+    Number{"tick_surface_noise_metres", Type::gauge, "metres", "tick.surfaceNoiseM",
+           "Standard deviation of the surface's distance at the proxy from frame to frame."},
     Number{"tick_points", Type::gauge, "", "tick.pointsUsed", "Points that the newest force comes from."},
     Number{"tick_scene_age_seconds", Type::gauge, "seconds", "tick.sceneAgeNs", "Age of the depth in use.",
            kPerNanosecond},
+    Number{"fixtures", Type::gauge, "", "fixtures.count", "Virtual fixtures."},
+    Number{"fixtures_enabled", Type::gauge, "", "fixtures.enabled", "Virtual fixtures that are enabled."},
+    Number{"fixture_distance_metres", Type::gauge, "metres", "fixtures.distanceM",
+           "From the interaction point to the nearest forbidden region, negative inside it."},
+    Number{"fixture_force_newtons", Type::gauge, "newtons", "fixtures.forceN",
+           "Magnitude of the force of all forbidden regions."},
+    Number{"guidance_force_newtons", Type::gauge, "newtons", "fixtures.guidanceForceN",
+           "Magnitude of the force of all guidance fixtures."},
+    Number{"tissue_regions", Type::gauge, "", "tissue.count", "Regions of the stiffness map."},
+    Number{"tissue_feed_accepted_samples", Type::counter, "", "tissue.feed.accepted",
+           "Samples of measured stiffness applied to a region."},
+    Number{"tissue_feed_limited_samples", Type::counter, "", "tissue.feed.limited",
+           "Samples of measured stiffness refused because they came too fast."},
+    Number{"tissue_feed_outside_samples", Type::counter, "", "tissue.feed.outside",
+           "Samples of measured stiffness refused because no region contains their position."},
     Number{"camera_frames", Type::counter, "", "camera.frames", "Frames that the camera has delivered."},
     Number{"camera_damaged_frames", Type::counter, "", "camera.damagedFrames",
            "Frames not delivered because their data could not be trusted."},
@@ -174,6 +193,8 @@ constexpr std::array kStates{
            rt::kWords<drivers::HandlePresence>},
     States{"trace_state", "trace.state", "State of the trace.", rt::kWords<drivers::TraceState>},
     States{"force_law", "law.chosen", "Force law in use.", rt::kWords<rt::ForceLaw>},
+    States{"stiffness_bound", "tick.stiffnessBound", "What limits the stiffness of the surface.",
+           rt::kWords<rt::StiffnessBound>},
 };
 
 std::string head(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
@@ -264,6 +285,13 @@ std::string warnings(const Json& status) {
          fmt::format("hapticd_warnings {}\n", listAt(status, "warnings").size());
 }
 
+std::string fixturesInContact(const Json& status) {
+  if (!fieldAt(status, "fixtures.inContact")) return "";
+  return head("fixtures_in_contact", "gauge", "",
+              "Virtual fixtures that hold the interaction point back or guide it.") +
+         fmt::format("hapticd_fixtures_in_contact {}\n", listAt(status, "fixtures.inContact").size());
+}
+
 }  // namespace
 
 std::string labelValue(std::string_view text) {
@@ -284,7 +312,7 @@ std::string openMetricsOf(const Json& status) {
     for (const States& states : kStates) text += familyOf(states, status);
     for (const Number& number : kNumbers) text += familyOf(number, status);
     for (const Durations& durations : kDurations) text += familyOf(durations, status);
-    text += transitionCauses(status) + forces(status) + hip(status);
+    text += transitionCauses(status) + forces(status) + hip(status) + fixturesInContact(status);
   }
   return text + "# EOF\n";
 }

@@ -89,7 +89,8 @@ simulated_handle:
 std::vector<std::string> soundFiles() {
   const std::filesystem::path shipped = HAPTICD_SHIPPED_CONFIG;
   std::vector<std::string> files{std::string(kEveryForm), yamlText(Settings{}),
-                                 test::contentOf(shipped / "demo.yaml")};
+                                 test::contentOf(shipped / "demo.yaml"),
+                                 test::contentOf(shipped / "demo-fixtures.yaml")};
   // hapticd.yaml with every value uncommented; its names are in comments
   std::string documented = test::contentOf(shipped / "hapticd.yaml");
   for (std::size_t at = 0; (at = documented.find("\n  # ", at)) != std::string::npos; ++at) {

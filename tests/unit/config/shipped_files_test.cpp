@@ -140,6 +140,22 @@ TEST(ShippedFiles, DemoYamlNeedsNoDeviceAndNoPrivilege) {
   EXPECT_TRUE(std::filesystem::path(settings.control.control_socket).is_relative());
 }
 
+TEST(ShippedFiles, DemoFixturesYamlIsTheDemonstrationWithARestingBallAndNothingAdded) {
+  Settings settings;
+  expectLoads(kShipped / "demo-fixtures.yaml", settings);
+  EXPECT_TRUE(settings.additions.fixtures.empty());
+  EXPECT_TRUE(settings.additions.regions.empty());
+  EXPECT_EQ(settings.camera.driver, CameraDriver::synthetic);
+  EXPECT_EQ(settings.handle.driver, HandleDriver::simulated);
+  EXPECT_EQ(settings.synthetic.motion_amplitude_m, 0);
+  EXPECT_EQ(settings.force.namedLaw(), rt::ForceLaw::surface);
+  EXPECT_TRUE(settings.control.engage_at_start);
+  const double front_m = settings.synthetic.distance_m - settings.synthetic.sphere_radius_m;
+  const double start_m = -settings.handle.simulated.start_m_in_world.z;
+  EXPECT_LT(start_m, front_m);
+  EXPECT_GT(start_m + settings.handle.simulated.travel_m, front_m);
+}
+
 // The hand moves along -z and strokes perpendicular to it, the sphere along x: for all phases of both, the
 // line of the hand meets the sphere within the travel and in front of the hand's start.
 TEST(ShippedFiles, TheHandOfDemoYamlAlwaysMeetsTheSphere) {

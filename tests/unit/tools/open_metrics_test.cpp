@@ -61,6 +61,26 @@ TEST(OpenMetrics, ShowsStatesAsStateSetsAlsoThoseOfANewerDaemon) {
   EXPECT_TRUE(has(text, "hapticd_camera_state{hapticd_camera_state=\"streaming\"} 0"));
 }
 
+TEST(OpenMetrics, ShowsFixturesTissueAndTheStiffnessInEffect) {
+  Json status = kStatus;
+  status["tick"]["stiffnessNPerM"] = 420;
+  status["tick"]["stiffnessBound"] = "noise";
+  status["fixtures"] = {{"count", 3},          {"enabled", 2},  {"inContact", {"keep-off", "incision"}},
+                        {"distanceM", -0.005}, {"forceN", 1.5}, {"guidanceForceN", 0.5}};
+  status["tissue"] = {{"count", 2}, {"feed", {{"accepted", 7}, {"limited", 5}, {"outside", 4}}}};
+  const std::string text = openMetricsOf(status);
+  for (const char* line :
+       {"hapticd_fixtures 3", "hapticd_fixtures_enabled 2", "hapticd_fixtures_in_contact 2",
+        "hapticd_fixture_distance_metres -0.005", "hapticd_fixture_force_newtons 1.5",
+        "hapticd_guidance_force_newtons 0.5", "hapticd_tissue_regions 2",
+        "hapticd_tissue_feed_accepted_samples_total 7", "hapticd_tissue_feed_limited_samples_total 5",
+        "hapticd_tissue_feed_outside_samples_total 4", "hapticd_tick_stiffness_newtons_per_metre 420",
+        "hapticd_stiffness_bound{hapticd_stiffness_bound=\"noise\"} 1"}) {
+    EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
+  }
+  EXPECT_EQ(openMetricsOf(kStatus).find("fixture"), std::string::npos);
+}
+
 TEST(OpenMetrics, LeavesOutWhatTheDaemonDoesNotKnow) {
   const std::string text = openMetricsOf(kStatus);
   EXPECT_EQ(text.find("free_bytes"), std::string::npos);

@@ -62,15 +62,7 @@ std::set<std::string> numbersWithoutEffect(const std::function<std::string(const
 
 TEST(StatusCoverage, MetricsShowEveryNumberButTheseFew) {
   // what follows from the settings, what the camera's count has too, and the trace that is being written
-  const std::set<std::string> not_shown{"/fixtures/count",
-                                        "/fixtures/enabled",
-                                        "/fixtures/forceN",
-                                        "/fixtures/generation",
-                                        "/fixtures/guidanceForceN",
-                                        "/tissue/count",
-                                        "/tissue/feed/accepted",
-                                        "/tissue/feed/limited",
-                                        "/tissue/feed/outside",
+  const std::set<std::string> not_shown{"/fixtures/generation",
                                         "/tissue/generation",
                                         "/handle/wantedThreadPriority",
                                         "/law/distanceM",
