@@ -25,7 +25,7 @@ StiffnessRules StiffnessRules::of(const LiveParameters& parameters, double stabi
 }
 
 StiffnessRules::Limit StiffnessRules::least(double without_noise_n_per_m) const noexcept {
-  const bool noise_is_known = surface.noise_m > 0;
+  const bool noise_is_known = surface.frames > 0;
   Limit least{StiffnessBound::ceiling, ceiling_n_per_m};
   for (const Limit& limit :
        {Limit{StiffnessBound::stability, stability_n_per_m}, Limit{StiffnessBound::device, device_n_per_m},

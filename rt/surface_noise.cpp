@@ -22,6 +22,8 @@ constexpr std::uint32_t kMostWindows = 150;
 /// Number of windows as which a result counts that was measured at another place.
 constexpr std::uint32_t kWindowsElsewhere = 15;
 constexpr std::uint32_t kMostSteps = 15;
+/// Noise alone looks like motion for a frame or two, which is noise that the law sees.
+constexpr int kCertainlyMoving = 4;
 constexpr std::uint64_t kFramesApart = 2;  // one frame may be lost
 constexpr double kLongestPeriod_s = 0.2;
 constexpr double kUsualPeriod_s = 1.0 / 30;
@@ -200,7 +202,8 @@ void SurfaceNoiseMeter::measure(const DepthFrame& frame, const VisibleSurface& s
   if (!placed_ || surface.blocks.empty()) return miss();
   Sample sample = sampleSurface(view, surface.blocks);
   if (!sample.found || (!stays && std::abs(sample.distance_m) > kReach_m)) return miss();
-  sample.moves = moves;
+  moving_frames_ = moves ? moving_frames_ + 1 : 0;
+  sample.moves = moving_frames_ >= kCertainlyMoving;
   take(sample);
 }
 

@@ -15,11 +15,11 @@ namespace hapticd::rt {
 /// How much the modelled surface next to the focus changes from frame to frame, as measured.
 struct SurfaceNoise {
   /// Standard deviation, over 1 s of frames, of the resting surface's distance from a fixed place; 0: not
-  /// known.
+  /// known, or none.
   double noise_m = 0;
   double step_m = 0;          ///< mean absolute change of that distance per frame, motion included
   double frame_period_s = 0;  ///< 0: not known
-  std::uint32_t frames = 0;   ///< number of frames that noise_m rests on
+  std::uint32_t frames = 0;   ///< number of frames that noise_m rests on; 0: not known
 };
 
 /// Measures the noise of the modelled surface next to the focus, as a force law sees it: at a fixed image
@@ -87,6 +87,7 @@ class SurfaceNoiseMeter {
   std::size_t distances_ = 0;                 ///< number of valid ones since measuring started here
   double last_m_ = 0;                         ///< the newest of them
   bool has_last_ = false;
+  int moving_frames_ = 0;  ///< number of successive frames that showed motion
 
   double variance_m2_ = 0;        ///< mean over the windows
   double variance_depth_m_ = 0;   ///< depth that it applies to
