@@ -22,6 +22,8 @@ constexpr std::uint32_t kMostWindows = 150;
 /// Number of windows as which a result counts that was measured at another place.
 constexpr std::uint32_t kWindowsElsewhere = 15;
 constexpr std::uint32_t kMostSteps = 15;
+/// The fusion of frames takes this many frames to settle.
+constexpr std::uint32_t kSettling = 30;
 /// Noise alone looks like motion for a frame or two, which is noise that the law sees.
 constexpr int kCertainlyMoving = 4;
 constexpr std::uint64_t kFramesApart = 2;  // one frame may be lost
@@ -65,6 +67,7 @@ bool SurfaceNoiseMeter::beginFrame(const DepthFrame& frame, const Vec3& focus_m_
   sequence_ = frame.sequence;
   arrival_ns_ = frame.arrival_ns;
   if (!continues) restart();
+  successive_ = continues ? successive_ + 1 : 1;
   if (windows_ > 0 && norm(focus_m_in_world - variance_place_in_world_) > kFar_m) {
     windows_ = 0;
     steps_ = 0;
@@ -170,7 +173,7 @@ void SurfaceNoiseMeter::take(const Sample& sample) noexcept {
   if (sample.moves || (has_last_ && !same)) distances_ = 0;
   last_m_ = sample.distance_m;
   has_last_ = true;
-  if (!sample.moves) {
+  if (!sample.moves && successive_ > kSettling) {
     distance_m_[distances_ % kWindow] = sample.distance_m;
     ++distances_;
     if (distances_ >= kWindow) addToVariance();

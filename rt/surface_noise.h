@@ -75,7 +75,8 @@ class SurfaceNoiseMeter {
 
   std::uint64_t sequence_ = 0;  ///< of the newest frame; 0: none
   std::int64_t arrival_ns_ = 0;
-  std::int64_t found_ns_ = 0;  ///< arrival of the newest frame with a surface
+  std::uint32_t successive_ = 0;  ///< number of successive frames
+  std::int64_t found_ns_ = 0;     ///< arrival of the newest frame with a surface
 
   // The place of measurement, in the camera's frame.
   bool placed_ = false;
