@@ -87,6 +87,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   state_.counters.overruns += overran_ ? 1 : 0;
   state_.counters.skipped_periods += skipped;
   state_.directive_generation = directive.generation;
+  state_.stiffness_rules = core_.stiffnessRules();
   noteTransition(tick, woke_ns);
   count(tick);
   publish(tick);

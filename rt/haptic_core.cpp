@@ -139,9 +139,11 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
   const double limit = parameters.safety.max_force_n / (parameters.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
+  SpringParameters springs = parameters.springs;
+  if (memory_.stiffness.on()) springs.stiffness_n_per_m = 0;
   const Origin now{input.scene.model,
                    laws_.law(),
-                   parameters.springs,
+                   springs,
                    parameters.contact,
                    tick.outside_model,
                    tick.fixture_generation,
@@ -165,7 +167,8 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                     fixtures.standoff_j,
                     fixtures.standoff_power_w,
                     contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
-                    contact.in_tissue ? tissue_n2 : dot(law_n, law_n)};
+                    contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
+                    memory_.stiffness.on() ? parameters.springs.stiffness_n_per_m : 0};
   const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
                                            changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -270,7 +273,10 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
     const Vec3& force_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
     const Vec3 twice_mean = force + force_before;
     const double now_n2 = fixtures_hold ? now.law_spring_n2 : now.spring_n2;
-    const double before_n2 = fixtures_hold ? before.law_spring_n2 : before.spring_n2;
+    double before_n2 = fixtures_hold ? before.law_spring_n2 : before.spring_n2;
+    // An automatic stiffness may have fallen since, and the energy of the springs with it.
+    const bool fell = now.stiffness_n_per_m > 0 && before.stiffness_n_per_m > now.stiffness_n_per_m;
+    if (fell) before_n2 *= now.stiffness_n_per_m / before.stiffness_n_per_m;
     const double stored = (now_n2 - before_n2) / (2 * stiffness);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
     double of_surface = memory_.surface_moved
@@ -317,6 +323,8 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const double damping = rules.damping_n_s_per_m + (fixtures.holds ? fixtures.damping_n_s_per_m : 0);
   tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * damping;
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
+  memory_.stiffness.follow(StiffnessRules::of(parameters, tick.stiffness_limit_n_per_m, input.scene.noise),
+                           inContact(tick) || fixtures.holds, input.period_s);
   SafetyChain::Motion motion;
   if (comparable) motion = motionSince(before, input, evaluation);
   motion.max_damping_n_s_per_m =
@@ -326,6 +334,24 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
 }
 
 Tick HapticCore::step(const Input& input) HAPTICD_RT {
+  const double stiffness_n_per_m = memory_.stiffness.begin(input.directive.parameters);
+  if (!memory_.stiffness.on()) return stepWith(input);
+  Directive directive = input.directive;
+  directive.parameters.springs.stiffness_n_per_m = stiffness_n_per_m;
+  return stepWith({.now_ns = input.now_ns,
+                   .period_s = input.period_s,
+                   .scene = input.scene,
+                   .handle = input.handle,
+                   .directive = directive,
+                   .overran = input.overran,
+                   .release = input.release,
+                   .loop_period_s = input.loop_period_s,
+                   .fixtures = input.fixtures,
+                   .tissue = input.tissue});
+}
+
+/// Computes a tick with the stiffness in effect.
+Tick HapticCore::stepWith(const Input& input) HAPTICD_RT {
   Tick tick;
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
@@ -363,6 +389,8 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   }
   tick.mode = memory_.supervisor.mode();
   tick.cause = memory_.supervisor.cause();
+  tick.stiffness_bound = memory_.stiffness.bound();
+  tick.surface_noise_m = input.scene.frame == 0 ? 0 : input.scene.noise.noise_m;
   tick.slew_limited = out.slew_limited;
   tick.magnitude_clamped = out.magnitude_clamped;
   tick.not_finite = out.not_finite;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "rt/automatic_stiffness.h"
 #include "rt/fixture_forces.h"
 #include "rt/force_blend.h"
 #include "rt/force_laws.h"
@@ -34,7 +35,7 @@ class HapticCore {
   struct Origin {
     std::uint64_t model = 0;  ///< 0: none
     ForceLaw law = ForceLaw::nearest_springs;
-    SpringParameters springs;
+    SpringParameters springs;  ///< stiffness 0: automatic, which changes too slowly to be blended
     ContactParameters contact;
     bool held = false;
     std::uint64_t fixtures = 0;           ///< FixtureSet::generation
@@ -56,6 +57,7 @@ class HapticCore {
     /// changes the contact.
     double spring_n2 = 0;
     double law_spring_n2 = 0;
+    double stiffness_n_per_m = 0;  ///< k_s, if it is automatic; else 0
   };
   /// The complete state that a tick passes to the next one and that the force depends on. A core restored
   /// from another core's memory continues exactly as that one.
@@ -77,6 +79,7 @@ class HapticCore {
     double fixture_stiffness_n_per_m = 0;
     TissueContact tissue;
     PalpationCue cue;
+    AutomaticStiffness stiffness;
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
@@ -108,6 +111,9 @@ class HapticCore {
     fixtures_.restore(memory.fixtures);
   }
 
+  /// Returns the largest stiffness by each rule, at the last tick that evaluated the law.
+  const StiffnessRules& stiffnessRules() const HAPTICD_RT { return memory_.stiffness.rules(); }
+
   /// Returns the place around which the scene must be modelled for the next tick: the proxy of a constraint
   /// law, otherwise the HIP.
   Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
@@ -130,6 +136,7 @@ class HapticCore {
     LocalContact contact;
   };
 
+  Tick stepWith(const Input& input) HAPTICD_RT;
   Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
   ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "rt/automatic_stiffness.h"
 #include "rt/fixture.h"
 #include "rt/force_law.h"
 #include "rt/handle_channel.h"
@@ -61,19 +62,6 @@ constexpr auto wordsOf(Cause) {
 }
 inline constexpr std::size_t kModeCount = enumeratorCount<Mode>();
 inline constexpr std::size_t kCauseCount = enumeratorCount<Cause>();
-
-/// What limits the stiffness k_s.
-enum class StiffnessBound : std::uint8_t {
-  configured,  ///< nothing: it is configured as a number
-  ceiling,     ///< the configured ceiling of the automatic stiffness
-  stability,   ///< the loop's lag (stiffness_limit.h)
-  device,      ///< the device's continuous force
-  noise,       ///< noise of the surface
-  slew,        ///< the surface's change per frame against the slew limit
-};
-constexpr auto wordsOf(StiffnessBound) {
-  return words<StiffnessBound>("configured", "ceiling", "stability", "device", "noise", "slew");
-}
 
 /// A change of mode or cause.
 struct Transition {
@@ -176,6 +164,7 @@ struct LoopState {
   std::uint64_t transition_count = 0;
   std::array<Transition, kTransitionsKept> transitions{};  ///< number n is at index n modulo the size
   std::array<std::uint64_t, kCauseCount> transitions_by_cause{};
+  StiffnessRules stiffness_rules;  ///< of the newest tick that evaluated the law
 };
 
 /// Requests of the control thread to the force loop, as one consistent set.

@@ -11,6 +11,7 @@
 
 #include "rt/depth_model.h"
 #include "rt/parameters.h"
+#include "rt/surface_noise.h"
 #include "rt/triple_buffer.h"
 #include "rt/vec3.h"
 #include "rt/visible_surface.h"
@@ -78,6 +79,7 @@ struct Scene {
   std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values of the points; only image_window is valid
   bool has_surface = false;        ///< the surface below is modelled
   VisibleSurface surface;
+  SurfaceNoise noise;  ///< of the surface next to the focus, from this and the previous frames
 
   /// Returns true if the scene contains all points of the frame within `radius_m` of `centre_m_in_world`.
   /// RT: safe.

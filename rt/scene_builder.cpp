@@ -58,7 +58,8 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       filter_(model),
       occlusions_(model),
-      surface_builder_(model) {}
+      surface_builder_(model),
+      noise_meter_(model) {}
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
@@ -106,13 +107,15 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   scene.has_image = needs.points && needs.image;
   scene.has_surface = needs.visible_surface;
   scene.image_window = {};
-  if (needs.points) buildPoints(frame, needs, scene);
+  if (needs.points) buildPoints(frame, centre_m_in_world, needs, scene);
   if (needs.visible_surface) {
     const PixelWindow window = surface_builder_.windowOf(centre_m_in_world, radius_m);
     occlusions_.update(frame, window);
     const std::uint16_t* const hidden = occlusions_.hidesAnything(window) ? occlusions_.hidden() : nullptr;
     surface_builder_.build(frame, hidden, centre_m_in_world, radius_m, needs.surface, scene.surface);
+    noise_meter_.measure(frame, scene.surface, centre_m_in_world, surface_builder_.moves());
   }
+  scene.noise = noise_meter_.result();
 }
 
 void SceneBuilder::keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept {
@@ -125,7 +128,8 @@ void SceneBuilder::keepImage(const std::uint16_t* raw, const PixelWindow& window
   scene.image_window = window;
 }
 
-void SceneBuilder::buildPoints(const DepthFrame& frame, const SceneNeeds& needs, Scene& scene) noexcept {
+void SceneBuilder::buildPoints(const DepthFrame& frame, const Vec3& focus_m_in_world, const SceneNeeds& needs,
+                               Scene& scene) noexcept {
   PixelWindow window = windowOf(scene);
   if (needs.image && window.empty() && extent_ == ModelExtent::reach) {
     window = model_.pixelsOfBall(scene.ball_centre_m_in_world, scene.ball_radius_m);
@@ -136,6 +140,7 @@ void SceneBuilder::buildPoints(const DepthFrame& frame, const SceneNeeds& needs,
     filter_.apply(frame, window, needs.filter);
     raw = filter_.rounded(window);
   }
+  if (!needs.visible_surface) noise_meter_.measure(frame, raw, window, focus_m_in_world);
   if (needs.image) keepImage(raw, window, scene);
   if (needs.hidden) occlusions_.update(frame, window);
   if (window.raw_first > window.raw_last) return;

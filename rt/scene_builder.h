@@ -12,6 +12,7 @@
 #include "rt/occlusion_memory.h"
 #include "rt/scene.h"
 #include "rt/surface_builder.h"
+#include "rt/surface_noise.h"
 
 namespace hapticd::rt {
 
@@ -67,10 +68,12 @@ class SceneBuilder {
     occlusions_.forget();
     filter_.forget();
     surface_builder_.forget();
+    noise_meter_.forget();
   }
 
  private:
-  void buildPoints(const DepthFrame& frame, const SceneNeeds& needs, Scene& scene) noexcept;
+  void buildPoints(const DepthFrame& frame, const Vec3& focus_m_in_world, const SceneNeeds& needs,
+                   Scene& scene) noexcept;
   static void keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept;
   DeprojectJob jobOf(const Scene& scene, const PixelWindow& window) const noexcept;
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
@@ -88,6 +91,7 @@ class SceneBuilder {
   DisparityFilter filter_;
   OcclusionMemory occlusions_;
   SurfaceBuilder surface_builder_;
+  SurfaceNoiseMeter noise_meter_;
 };
 
 }  // namespace hapticd::rt

@@ -43,6 +43,9 @@ class SurfaceBuilder {
     column_shifts_.forget();
   }
 
+  /// Returns true if the surface at the focus of the newest frame moves.
+  bool moves() const noexcept { return moving_ >= 0.5; }
+
   /// Standard deviation of the sensor's noise in the mean of a block of one frame, in raw units. Measured on
   /// recordings of three devices: 0.5 to 0.6, mostly a static pattern, so that averaging over time does not
   /// reduce it.

@@ -117,6 +117,18 @@ OrderedJson linkJson(const drivers::LinkStatus& link) {
           {"roundTrip", latencyJson(round_trip)}};
 }
 
+/// The noise itself is in the tick.
+OrderedJson stiffnessJson(const rt::StiffnessRules& rules) {
+  const auto& [ceiling, stability, device, noise, slew, surface] = rules;
+  return {{"ceilingNPerM", finiteOrNull(ceiling)},
+          {"stabilityNPerM", finiteOrNull(stability)},
+          {"deviceNPerM", finiteOrNull(device)},
+          {"noiseNPerM", finiteOrNull(noise)},
+          {"slewNPerM", finiteOrNull(slew)},
+          {"surfaceStepM", surface.step_m > 0 ? OrderedJson(surface.step_m) : OrderedJson()},
+          {"noiseFrames", surface.frames}};
+}
+
 OrderedJson handleJson(const drivers::HandleStatus& handle) {
   const auto& [state, detail, identity, measurements, rejected, exerts_force, advice, link, scheduling,
                last_hop] = handle;
@@ -295,8 +307,8 @@ OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
                force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace, control, fixtures,
                tissue] = status;
-  const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause] =
-      loop_state;
+  const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause,
+               stiffness_rules] = loop_state;
 
   OrderedJson loop = {{"rateHz", rate_hz}};
   loop.update(privilegesJson(privileges));
@@ -316,6 +328,7 @@ OrderedJson statusJson(const BoxStatus& status) {
           {"uptimeS", uptime_s},
           {"loop", std::move(loop)},
           {"tick", tickJson(tick)},
+          {"stiffness", stiffnessJson(stiffness_rules)},
           {"camera", cameraJson(camera)},
           {"scene", sceneJson(scene)},
           {"handle", handleJson(handle)},

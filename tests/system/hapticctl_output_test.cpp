@@ -71,6 +71,7 @@ const std::map<std::string, Words> kArguments{
     {"snapshot", {}},
     {"view", {"--port", "PORT", "--token-file", "FOLDER/token"}},
     {"register", {"--show"}},
+    {"calibrate", {}},
     {"doctor", {}},
     {"completion", {"bash"}},
     {"help", {"trace", "list"}}};

@@ -83,7 +83,8 @@ const std::vector<Command> kCommands{{"status"},
                                      {"snapshot"},
                                      {"register", "--points", "PAIRS"},
                                      {"register", "--show"},
-                                     {"register", "--reset"}};
+                                     {"register", "--reset"},
+                                     {"calibrate"}};
 
 /// Commands that work without a daemon, on the machine or on files.
 const std::set<std::string> kWithoutDaemon{"completion",   "doctor",        "help",       "trace info",
@@ -325,7 +326,8 @@ TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
                        {"region export", read},
                        {"trace list", read},
                        {"snapshot", read},
-                       {"register --show", read}});
+                       {"register --show", read},
+                       {"calibrate", read}});
 }
 
 TEST_F(HapticctlStates, ReasonsOfTheDaemonAreShownAsTheyAre) {

@@ -60,6 +60,7 @@ void addTraceCommands(CommandLine& line);      ///< trace ...
 void addSnapshotCommand(CommandLine& line);    ///< snapshot
 void addViewCommand(CommandLine& line);        ///< view
 void addRegisterCommand(CommandLine& line);    ///< register
+void addCalibrateCommand(CommandLine& line);   ///< calibrate
 void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion
 void addHelpCommand(CommandLine& line);        ///< help

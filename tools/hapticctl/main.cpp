@@ -16,6 +16,7 @@ int run(int argc, char** argv) {
   addSnapshotCommand(line);
   addViewCommand(line);
   addRegisterCommand(line);
+  addCalibrateCommand(line);
   addDoctorCommand(line);
   addCompletionCommand(line);
   addHelpCommand(line);

@@ -24,6 +24,9 @@ BoxStatus statusWithEveryNumber() {
   status.scene.ball = Ball{{1, 1, 1}, 1};
   status.law.distance_m = 1;
   status.law.expected_error_n = 1;
+  rt::StiffnessRules& rules = status.loop.stiffness_rules;
+  rules.ceiling_n_per_m = rules.stability_n_per_m = rules.device_n_per_m = 1;
+  rules.noise_n_per_m = rules.slew_n_per_m = rules.surface.step_m = 1;
   status.trace.state = TraceState::writing;
   status.fixtures.count = 1;
   status.tissue.count = 1;
@@ -76,6 +79,13 @@ TEST(StatusCoverage, MetricsShowEveryNumberButTheseFew) {
                                         "/scene/ballCentreMInWorld/z",
                                         "/scene/ballRadiusM",
                                         "/scene/frames",
+                                        "/stiffness/ceilingNPerM",
+                                        "/stiffness/deviceNPerM",
+                                        "/stiffness/noiseFrames",
+                                        "/stiffness/noiseNPerM",
+                                        "/stiffness/slewNPerM",
+                                        "/stiffness/stabilityNPerM",
+                                        "/stiffness/surfaceStepM",
                                         "/trace/bytes",
                                         "/trace/depthFrames",
                                         "/trace/durationS",
@@ -90,6 +100,8 @@ TEST(StatusCoverage, HapticctlStatusShowsEveryNumberButTheseFew) {
   // counts of changes are shown by `hapticctl events`
   std::erase_if(without_effect,
                 [](const std::string& path) { return path.starts_with("/loop/transitions/"); });
+  // `hapticctl calibrate` shows the rules of the stiffness
+  std::erase_if(without_effect, [](const std::string& path) { return path.starts_with("/stiffness/"); });
   // what follows from the settings, and what `hapticctl trace` and the metrics show
   const std::set<std::string> not_shown{
       "/fixtures/generation", "/tissue/generation",  "/control/longestGapNs", "/handle/wantedThreadPriority",
