@@ -93,8 +93,7 @@ LawDecision chooseLaw(const Settings& settings, double class_m) {
 }
 
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision) {
-  rt::LiveParameters live = settings.live;
-  live.standoff_clearance_m = standoffClearance_m(settings.additions.fixtures);
+  rt::LiveParameters live = settings.effectiveLive();
   live.law = decision.law;
   live.filter = decision.filtered ? filterOfChoice() : rt::FilterParameters{};
   return live;

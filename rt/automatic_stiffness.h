@@ -27,8 +27,8 @@ constexpr auto wordsOf(StiffnessBound) {
 
 /// Largest penetration at which the device exerts its continuous force.
 inline constexpr double kPenetration_m = 0.01;
-/// Smallest difference in force that a person notices, as a share of the force (Weber fraction 7 to 10 %:
-/// Jones 1989; Allin, Matsuoka and Klatzky 2002), and the force of a typical contact.
+/// Smallest difference in force that a person notices, as a share of the force (Weber fraction 7 to 10 %),
+/// and the force of a typical contact.
 inline constexpr double kNoticeable = 0.07;
 inline constexpr double kTypicalForce_n = 1;
 /// Stiffness until the noise of the surface is known.

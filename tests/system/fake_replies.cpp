@@ -140,7 +140,7 @@ json statusWith(const json& patch) {
 void answerAsAnOldDaemon(FakeDaemon& daemon) {
   const json mode{{"mode", "engaged"}, {"cause", "requested"}};
   json status = goodStatus();
-  for (const char* newer : {"version", "kernel", "trace"}) status.erase(newer);
+  for (const char* newer : {"version", "kernel", "trace", "stiffness"}) status.erase(newer);
   daemon.answer("org.varlink.service.GetInfo", json{{"version", "0.0.9"}});
   daemon.answer("io.hapticd.Status.GetStatus", json{{"status", status}});
   daemon.answer("io.hapticd.Status.GetParameters",

@@ -279,7 +279,8 @@ TEST_F(HapticctlStates, AnOlderDaemonDoesWhatItKnowsAndIsCalledOldForTheRest) {
                {"set", known},
                {"engage", known},
                {"disengage", known},
-               {"params", known}});
+               {"params", known},
+               {"calibrate", {kFailed, "is it of another version than hapticctl?"}}});
 }
 
 TEST_F(HapticctlStates, WatchAsksADaemonThatKnowsNoFieldsForAll) {

@@ -110,12 +110,14 @@ TEST(LiveWith, TakesLawAndFilterAndLeavesTheRest) {
   settings.live.springs.stiffness_n_per_m = 321;
   settings.live.filter.hold_frames = 9;
   settings.live.surface.fusion_frames = 5;
+  settings.handle.device_mass_kg = 0.2;
   const rt::LiveParameters live =
       liveWith(settings, {.law = rt::ForceLaw::proxy, .filtered = true, .reason = {}});
   EXPECT_EQ(live.law, rt::ForceLaw::proxy);
   EXPECT_EQ(live.filter, filterOfChoice());
   EXPECT_EQ(live.springs.stiffness_n_per_m, 321);
   EXPECT_EQ(live.surface.fusion_frames, 5);
+  EXPECT_EQ(live.handle.device_mass_kg, 0.2) << "the stiffness limit depends on it";
   EXPECT_TRUE(liveWith(settings, {.law = rt::ForceLaw::surface, .reason = {}}).filter.isOff());
 }
 
