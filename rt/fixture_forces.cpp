@@ -296,9 +296,9 @@ class FixtureForces::Tick {
   }
 
   void project(Vec3& place) noexcept {
-    feasible_ = projectOnto(std::span(half_spaces_).first(count_), hip_, place,
-                            std::span(multipliers_).first(count_));
-    if (!feasible_) place = q_;
+    const bool feasible = projectOnto(std::span(half_spaces_).first(count_), hip_, place,
+                                      std::span(multipliers_).first(count_));
+    if (!feasible) place = q_;
   }
 
   /// Adds half-spaces until a place satisfies the regions to keep in, which are their intersection. Returns
@@ -540,7 +540,6 @@ class FixtureForces::Tick {
   std::array<double, kMaxFixtures> depth_{};
   double step_limit_m_ = 0;
   bool near_surface_ = false;  ///< the live surface is one of the constraints
-  bool feasible_ = true;
 };
 
 FixtureForces::Output FixtureForces::step(const Input& input) HAPTICD_RT {
