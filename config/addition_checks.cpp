@@ -165,8 +165,8 @@ void checkClearance(const FixtureSettings& fixture, FieldChecks<FixtureSettings>
 }
 
 template <typename Owner>
-std::vector<DuplicateName> duplicatesIn(std::span<const Owner> owners) {
-  std::vector<DuplicateName> found;
+std::vector<ItemError> duplicatesIn(std::span<const Owner> owners) {
+  std::vector<ItemError> found;
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < owners.size(); ++i) {
     if (names.insert(owners[i].name).second || owners[i].name.empty()) continue;
@@ -220,11 +220,33 @@ std::vector<AdditionError> checkAlone(const RegionSettings& region, const FieldN
   return checks.takeErrors();
 }
 
-std::vector<DuplicateName> duplicateNames(std::span<const FixtureSettings> fixtures) {
+std::vector<ItemError> duplicateNames(std::span<const FixtureSettings> fixtures) {
   return duplicatesIn(fixtures);
 }
-std::vector<DuplicateName> duplicateNames(std::span<const RegionSettings> regions) {
+std::vector<ItemError> duplicateNames(std::span<const RegionSettings> regions) {
   return duplicatesIn(regions);
+}
+
+std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions) {
+  std::vector<ItemError> found;
+  const RegionSettings* first = nullptr;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const RegionSettings& region = regions[i];
+    if (region.place != rt::TissuePlace::label) continue;
+    if (first == nullptr) first = &region;
+    if (region.transition_m == first->transition_m) continue;
+    const std::string width = numberText(first->transition_m);
+    found.push_back(
+        {i,
+         additionError("region", region.name, "transition_m",
+                       fmt::format("{} m differs from the {} m of region {}, and all regions of place label "
+                                   "share one width",
+                                   numberText(region.transition_m), width, printable(first->name)),
+                       fmt::format("set transition_m to {} m, or to another width in all of these regions "
+                                   "at once",
+                                   width))});
+  }
+  return found;
 }
 
 std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, std::size_t count) {
@@ -248,7 +270,8 @@ std::vector<AdditionError> checkTogether(const SceneAdditions& additions) {
     for (const auto& owner : list) std::ranges::move(checkAlone(owner), std::back_inserter(errors));
     using Owner = typename std::decay_t<decltype(list)>::value_type;
     const std::span<const Owner> all(list);
-    for (DuplicateName& duplicate : duplicateNames(all)) errors.push_back(std::move(duplicate.error));
+    for (ItemError& duplicate : duplicateNames(all)) errors.push_back(std::move(duplicate.error));
+    for (ItemError& unlike : unlikeTransitions(all)) errors.push_back(std::move(unlike.error));
     if (auto surplus = tooMany(all, all.size())) errors.push_back(std::move(*surplus));
   };
   checkList(additions.fixtures);

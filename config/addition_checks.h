@@ -23,13 +23,22 @@ AdditionError additionError(std::string_view noun, std::string_view name, std::s
 std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const FieldNames& skipped = {});
 std::vector<AdditionError> checkAlone(const RegionSettings& region, const FieldNames& skipped = {});
 
-/// Returns an error for each name that an earlier fixture or region of the list has too, with its index.
-struct DuplicateName {
+/// An error about one fixture or region of a list, with its index.
+struct ItemError {
   std::size_t index = 0;
   AdditionError error;
 };
-std::vector<DuplicateName> duplicateNames(std::span<const FixtureSettings> fixtures);
-std::vector<DuplicateName> duplicateNames(std::span<const RegionSettings> regions);
+
+/// Returns an error for each name that an earlier fixture or region of the list has too.
+std::vector<ItemError> duplicateNames(std::span<const FixtureSettings> fixtures);
+std::vector<ItemError> duplicateNames(std::span<const RegionSettings> regions);
+
+/// Returns an error for each region of the place `label` with another transition_m than the first of them:
+/// the force loop looks at the labels around the HIP once for each width.
+std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions);
+inline std::vector<ItemError> unlikeTransitions(std::span<const FixtureSettings>) {
+  return {};
+}
 
 /// Returns an error if there are more fixtures or regions than the force loop has room for; `count` may be
 /// above the number in the list.

@@ -227,6 +227,8 @@ void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<R
     if (j < old_count) region.identity = old[j].identity;
   }
   map.has_labels = labels.size() == rt::kFramePixels;
+  map.label_width_px = map.has_labels ? rt::kFrameWidth : 0;
+  map.label_height_px = map.has_labels ? rt::kFrameHeight : 0;
   if (map.has_labels) {
     std::ranges::transform(labels, map.labels.begin(),
                            [](char label) { return static_cast<std::uint8_t>(label); });

@@ -177,7 +177,8 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
     {"label", "", &Region::label, 1, 255, hasLabel, hasLabel,
      "grey value of the region in the label image"},
     {"transition_m", "m", &Region::transition_m, 0.002, 0.1, always<Region>, never<Region>,
-     "width over which the contact passes to that of the surroundings, half of it inside"},
+     "width over which the contact passes to that of the surroundings, half of it inside; the same for "
+     "all regions of place label"},
     {"model", "", wordsFor<&Region::model, Region, rt::ContactModel>(rt::kWords<rt::ContactModel>), 0, 0,
      always<Region>, never<Region>,
      "how the force depends on the depth of the HIP below the surface"},

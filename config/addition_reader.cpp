@@ -303,6 +303,7 @@ std::vector<Owner> listFrom(const YamlList& list, bool complete, std::vector<Pla
     return {};
   }
   std::vector<Owner> owners;
+  const std::size_t errors_before = errors.size();
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool whole = complete || i + 1 < node.items.size();
     const Owner defaults;
@@ -311,9 +312,12 @@ std::vector<Owner> listFrom(const YamlList& list, bool complete, std::vector<Pla
     owners.push_back(reader.read(errors));
   }
   const std::span<const Owner> all(owners);
-  for (DuplicateName& duplicate : duplicateNames(all)) {
-    errors.push_back({node.items[duplicate.index].line, std::move(duplicate.error)});
-  }
+  const auto take = [&](std::vector<ItemError> found) {
+    for (ItemError& error : found) errors.push_back({node.items[error.index].line, std::move(error.error)});
+  };
+  // A width that could not be read is unknown.
+  if (errors.size() == errors_before) take(unlikeTransitions(all));
+  take(duplicateNames(all));
   if (auto surplus = tooMany(all, node.count)) errors.push_back({node.line, std::move(*surplus)});
   return owners;
 }

@@ -23,6 +23,10 @@ std::vector<Conflict> conflictsIn(const Settings& settings);
 /// that the law needs until the next frame.
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
+/// Adds a conflict unless, for each law on points that may be used, the raw values of a V4L2 camera within
+/// its reach are few enough for a scene.
+void findDepthUnitConflict(const Settings& settings, std::vector<Conflict>& conflicts);
+
 /// Adds a conflict unless the grid over the whole frame fits into the memory reserved for it.
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 

@@ -24,6 +24,9 @@ namespace {
 // three scenes.
 constexpr std::size_t kMaxWords = std::size_t{1} << 21;
 
+// Depth unit that cameras are set to where nothing else is configured, in micrometres.
+constexpr double kFineUnit_um = 100;
+
 // Keeps a rounded number on the safe side of the exact one despite rounding errors.
 constexpr double kSafeSide = 1e-9;
 
@@ -179,6 +182,30 @@ void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflic
   conflicts.push_back(
       {.parameters = joinedWithReach({"grid.cells_per_axis", "grid.voxel_edge_m", "grid.extent"}),
        .error = {"grid.cells_per_axis", std::move(what), windowRemedy(settings, *demand)}});
+}
+
+void findDepthUnitConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const CameraSettings& camera = settings.camera;
+  if (camera.driver != CameraDriver::v4l2 || settings.grid.extent != rt::ModelExtent::reach) return;
+  const double unit_m = (camera.v4l2.unit_um > 0 ? camera.v4l2.unit_um : kFineUnit_um) * 1e-6;
+  std::optional<Demand> largest;
+  for (const Demand& demand : demandsOf(settings)) {
+    const bool fits = !demand.needs.points || demand.reach_m <= rt::largestReachOfUnit_m(unit_m);
+    if (!fits && (!largest || demand.reach_m > largest->reach_m)) largest = demand;
+  }
+  if (!largest) return;
+  const double least_um = std::ceil(1e6 * largest->reach_m / rt::largestReachOfUnit_m(1));
+  conflicts.push_back(
+      {.parameters = joinedWithReach({"camera.unit_um", "camera.driver", "grid.extent"}),
+       .error = {
+           "camera.unit_um",
+           fmt::format("a scene holds {:.4g} m of depth in units of {:.4g} um, but the law {} needs {:.4g} "
+                       "m: {}",
+                       2 * rt::largestReachOfUnit_m(unit_m), unit_m * 1e6, lawText(settings, *largest),
+                       2 * largest->reach_m, reachText(settings, *largest)),
+           fmt::format("set camera.unit_um to at least {:.0f}, or lower force.radius_m or "
+                       "grid.max_hip_speed_m_per_s",
+                       least_um)}});
 }
 
 void findFrameGridConflict(const Settings& settings, std::vector<Conflict>& conflicts) {

@@ -15,6 +15,10 @@ constexpr MeasuredLaw kMeasured[] = {
 #include "config/measured_laws.inc"
 };
 
+/// Noise of one pixel of a Kinect v1 in raw units: sigma_Z = kKinectNoise_raw |a| Z^2. A standing part of 0.5
+/// and a temporal part of 0.2, the noise with which the laws were measured.
+constexpr double kKinectNoise_raw = 0.54;
+
 /// Factor by which a distance must be beyond the border of its class to change the class.
 constexpr double kHysteresis = 1.05;
 
@@ -39,6 +43,12 @@ std::string budgetText(double max_error_n, double distance_m) {
 
 std::span<const MeasuredLaw> measuredLaws() {
   return kMeasured;
+}
+
+double equivalentDistance_m(const rt::DepthModelParameters& camera, double distance_m) {
+  if (camera.law == rt::DepthLawKind::reciprocal || !camera.noise.isKnown()) return distance_m;
+  const double kinect_per_m = kKinectNoise_raw * std::abs(rt::DepthModelParameters{}.a_per_m);
+  return std::sqrt(camera.noise.sigma_m(distance_m) / kinect_per_m);
 }
 
 double distanceClass_m(double distance_m, double before_m) {

@@ -24,7 +24,7 @@ constexpr std::string_view nameOf(const LawChoice& choice) {
 struct MeasuredLaw {
   rt::ForceLaw law;
   bool filtered;      ///< depth is filtered by filterOfChoice(); only for laws on points
-  double distance_m;  ///< of the surface from the camera; represents a class of distances
+  double distance_m;  ///< of the surface from a Kinect v1; represents a class of distances
   /// RMS force error against the true surface, with the harsher noise, divided by the stiffness.
   double error_m;
   double cpu_ms_per_s;  ///< CPU time per second of use: 30 frames modelled, 1000 forces
@@ -37,6 +37,11 @@ std::span<const MeasuredLaw> measuredLaws();
 constexpr rt::FilterParameters filterOfChoice() {
   return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
 }
+
+/// Returns the distance at which a Kinect v1, with which measuredLaws() were measured, has the noise that a
+/// camera has at a distance. The error of a law follows from the noise; the distance itself is returned for a
+/// Kinect v1 and for a camera whose noise is not known.
+double equivalentDistance_m(const rt::DepthModelParameters& camera, double distance_m);
 
 /// Returns the class of a distance: the distance in measuredLaws() that is nearest in ratio. `before_m`: the
 /// previous class, or 0; it is kept until the distance is a twentieth beyond its border, to prevent it from

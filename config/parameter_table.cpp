@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "config/camera_rows.h"
 #include "config/nearest_names.h"
 #include "config/parameter_rows.h"
 #include "config/stiffness_rows.h"
@@ -15,12 +16,9 @@ namespace {
 constexpr Effect kLive = Effect::live;
 constexpr Effect kRestart = Effect::restart;
 
-// A little more than pi, so that pi is accepted however it was rounded.
-constexpr double kHalfTurn = 3.1416;
-
 // Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help. All rows have the same shape.
 // clang-format off
-constexpr auto kTable = std::to_array<Parameter>({
+constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(force.law)>(
         "force.law", kLive, "", {}, "",
         "how depth becomes force; auto: the cheapest law and filter within force.max_error_n"),
@@ -129,69 +127,9 @@ constexpr auto kTable = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.safety.max_handle_speed_m_per_s)>(
         "safety.max_handle_speed_m_per_s", kLive, "m/s", {0, 100}, "",
         "faster motion of the hand is treated as a fault of the handle; 0: no limit"),
-    row<HAPTICD_MEMBER(camera.driver)>(
-        "camera.driver", kRestart, "", {}, "",
-        "source of the depth frames"),
-    row<HAPTICD_MEMBER(camera.serial)>(
-        "camera.serial", kRestart, "", {}, "",
-        "serial number of the camera to use; empty: the first one found"),
-    row<HAPTICD_MEMBER(camera.recording)>(
-        "camera.recording", kRestart, "", {}, "",
-        "folder of the recording, for the driver recorded"),
-    row<HAPTICD_MEMBER(camera.loop)>(
-        "camera.loop", kRestart, "", {}, "",
-        "restart the recording at its end, for the driver recorded"),
-    row<HAPTICD_MEMBER(camera.speed)>(
-        "camera.speed", kRestart, "", {0.1, 100}, "",
-        "playback speed relative to real time, for the driver recorded"),
-    row<HAPTICD_MEMBER(live.camera.latency_s)>(
-        "camera.latency_s", kRestart, "s", {0, 0.2}, "",
-        "time from exposure to arrival of a frame; laws that predict motion extrapolate the surface by it"),
-    row<HAPTICD_MEMBER(camera.depth_law)>(
-        "camera.depth_law", kRestart, "", {}, "",
-        "coefficients of the depth conversion: Table I, libfreenect's, or depth_a_per_m and depth_b_per_m"),
-    row<HAPTICD_MEMBER(camera.depth_model.a_per_m)>(
-        "camera.depth_a_per_m", kRestart, "1/m", {-1, 1}, "a",
-        "change of 1/Z per raw unit, for the depth law custom"),
-    row<HAPTICD_MEMBER(camera.depth_model.b_per_m)>(
-        "camera.depth_b_per_m", kRestart, "1/m", {-10, 10}, "b",
-        "1/Z at the raw value 0, for the depth law custom"),
-    row<HAPTICD_MEMBER(camera.depth_model.near_m)>(
-        "camera.near_m", kRestart, "m", {0.1, 10}, "",
-        "nearer measurements are rejected"),
-    row<HAPTICD_MEMBER(camera.depth_model.far_m)>(
-        "camera.far_m", kRestart, "m", {0.1, 10}, "",
-        "farther measurements are rejected"),
-    row<HAPTICD_MEMBER(camera.depth_model.fx_px)>(
-        "camera.fx_px", kRestart, "px", {100, 2000}, "f_x",
-        "focal length, horizontal"),
-    row<HAPTICD_MEMBER(camera.depth_model.fy_px)>(
-        "camera.fy_px", kRestart, "px", {100, 2000}, "f_y",
-        "focal length, vertical"),
-    row<HAPTICD_MEMBER(camera.depth_model.cx_px)>(
-        "camera.cx_px", kRestart, "px", {0, 640}, "c_x",
-        "optical centre, from the left"),
-    row<HAPTICD_MEMBER(camera.depth_model.cy_px)>(
-        "camera.cy_px", kRestart, "px", {0, 480}, "c_y",
-        "optical centre, from the top"),
-    row<HAPTICD_MEMBER(camera.pose.position_m.x)>(
-        "camera.position_x_m", kRestart, "m", {-10, 10}, "",
-        "camera's position in the world, x"),
-    row<HAPTICD_MEMBER(camera.pose.position_m.y)>(
-        "camera.position_y_m", kRestart, "m", {-10, 10}, "",
-        "camera's position in the world, y"),
-    row<HAPTICD_MEMBER(camera.pose.position_m.z)>(
-        "camera.position_z_m", kRestart, "m", {-10, 10}, "",
-        "camera's position in the world, z"),
-    row<HAPTICD_MEMBER(camera.pose.roll_rad)>(
-        "camera.roll_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
-        "camera's rotation about the world's x axis, applied first"),
-    row<HAPTICD_MEMBER(camera.pose.pitch_rad)>(
-        "camera.pitch_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
-        "camera's rotation about the world's y axis, applied second"),
-    row<HAPTICD_MEMBER(camera.pose.yaw_rad)>(
-        "camera.yaw_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
-        "camera's rotation about the world's z axis, applied last"),
+});
+
+constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(synthetic.scene)>(
         "synthetic.scene", kRestart, "", {}, "",
         "scene shown by the driver synthetic"),
@@ -452,6 +390,16 @@ constexpr auto kTable = std::to_array<Parameter>({
         "duration of the newest ticks kept in memory, written on a fault or by hapticctl trace dump; 0: none"),
 });
 // clang-format on
+
+template <std::size_t... kCounts>
+constexpr auto joined(const std::array<Parameter, kCounts>&... parts) {
+  std::array<Parameter, (kCounts + ...)> all{};
+  auto end = all.begin();
+  ((end = std::ranges::copy(parts, end).out), ...);
+  return all;
+}
+
+constexpr auto kTable = joined(kRowsBeforeCamera, kCameraRows, kRowsAfterCamera);
 
 }  // namespace
 

@@ -51,6 +51,16 @@ double HandleSettings::effectiveDeviceMass_kg() const {
 
 rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
   rt::DepthModelParameters model = depth_model;
+  if (driver == CameraDriver::v4l2) {
+    model.width_px = v4l2.width_px;
+    model.height_px = v4l2.height_px;
+    model.law = rt::DepthLawKind::linear;
+    if (v4l2.unit_um > 0) model.unit_m = v4l2.unit_um * 1e-6;
+    model.raw_no_measurement = 0;
+    model.raw_values = 65536;
+    model.principle = rt::DepthPrinciple::active_stereo;
+    return model;
+  }
   switch (depth_law) {
     case DepthLaw::paper:  // Table I, which the defaults are
       model.a_per_m = rt::DepthModelParameters{}.a_per_m;

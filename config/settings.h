@@ -14,13 +14,28 @@ namespace hapticd::config {
 /// A force law, or no value ("auto"): the cheapest law that is accurate enough for the scene.
 using LawChoice = std::optional<rt::ForceLaw>;
 inline constexpr std::string_view kAutomaticLaw = "auto";
-enum class CameraDriver { freenect, recorded, synthetic };
+enum class CameraDriver { freenect, recorded, synthetic, v4l2 };
 constexpr auto wordsOf(CameraDriver) {
-  return rt::words<CameraDriver>("freenect", "recorded", "synthetic");
+  return rt::words<CameraDriver>("freenect", "recorded", "synthetic", "v4l2");
 }
 enum class DepthLaw { paper, factory, custom };
 constexpr auto wordsOf(DepthLaw) {
   return rt::words<DepthLaw>("paper", "factory", "custom");
+}
+/// Source of a camera's intrinsics.
+enum class IntrinsicsSource { camera, configured };
+constexpr auto wordsOf(IntrinsicsSource) {
+  return rt::words<IntrinsicsSource>("camera", "configured");
+}
+/// State of a stereo camera's projector.
+enum class Emitter { unchanged, off, on, automatic };
+constexpr auto wordsOf(Emitter) {
+  return rt::words<Emitter>("unchanged", "off", "on", "auto");
+}
+/// Role of a camera among those whose exposures are synchronised by cable.
+enum class SyncRole { unchanged, standalone, master, slave, full_slave };
+constexpr auto wordsOf(SyncRole) {
+  return rt::words<SyncRole>("unchanged", "standalone", "master", "slave", "full_slave");
 }
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
 constexpr auto wordsOf(SyntheticScene) {
@@ -75,18 +90,34 @@ struct ForceSettings {
   rt::ForceLaw namedLaw() const { return law.value_or(rt::ForceLaw::surface); }
 };
 
+/// A camera that the kernel drives, for the driver `v4l2`.
+struct V4l2Settings {
+  std::string device;  ///< name in /dev/v4l/by-id, or a path; empty: by serial number, or the first one found
+  int width_px = 848;  ///< of the frames that the camera sends
+  int height_px = 480;  ///< of the frames that the camera sends
+  int rate_hz = 30;
+  IntrinsicsSource intrinsics = IntrinsicsSource::camera;
+  int unit_um = 0;  ///< 0: 100 um where possible, otherwise the camera's own
+  Emitter emitter = Emitter::unchanged;
+  int exposure_us = 0;  ///< 0: unchanged
+  int preset = 0;       ///< 0: unchanged
+  SyncRole sync_role = SyncRole::unchanged;
+};
+
 /// The camera: driver, depth conversion and pose.
 struct CameraSettings {
   CameraDriver driver = CameraDriver::freenect;
   std::string serial;     ///< empty: the first camera found
-  std::string recording;  ///< folder with INDEX.txt, for the driver `recorded`
+  std::string recording;  ///< folder with INDEX.txt or camera.yaml, for the driver `recorded`
   bool loop = true;       ///< restart at the end, for the driver `recorded`
   double speed = 1;       ///< playback speed relative to real time, for the driver `recorded`
+  V4l2Settings v4l2;
   DepthLaw depth_law = DepthLaw::paper;
   rt::DepthModelParameters depth_model;  ///< a and b are those of the depth law `custom`
   rt::PoseParameters pose;               ///< T_world_camera
 
-  /// Returns depth_model with the coefficients selected by depth_law.
+  /// Returns depth_model with the coefficients selected by depth_law. For the driver `v4l2`: the model of the
+  /// camera as far as the configuration determines it; the driver completes it with what the camera reports.
   rt::DepthModelParameters effectiveDepthModel() const;
 };
 

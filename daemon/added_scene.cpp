@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/added_scene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -71,6 +73,15 @@ void AddedScene::publishRegions(const std::vector<config::RegionSettings>& regio
   channels_.tissue.write(*tissue_);
 }
 
+std::string AddedScene::warning(const rt::DepthModelParameters& camera) const {
+  if (!warning_.empty() || !tissue_->has_labels || tissue_->hasLabelsFor(camera)) return warning_;
+  return fmt::format(
+      "regions of place label have no effect: the label image has {} x {} pixels and the camera's frames "
+      "have "
+      "{} x {} (use regions of place shape)",
+      tissue_->label_width_px, tissue_->label_height_px, camera.width_px, camera.height_px);
+}
+
 FixtureStatus AddedScene::fixtureStatus(const rt::Tick& tick, double warning_m) const {
   const auto& fixtures = additions_.fixtures;
   FixtureStatus status;
@@ -104,12 +115,14 @@ TissueStatus AddedScene::tissueStatus(const rt::Tick& tick) const {
 }
 
 std::uint8_t AddedScene::labelAt(const rt::Vec3& position_m_in_world) const {
-  if (!tissue_->has_labels || depth_model_.positionInCamera(position_m_in_world).z >= 0) return 0;
+  if (!tissue_->hasLabelsFor(depth_model_.parameters()) ||
+      depth_model_.positionInCamera(position_m_in_world).z >= 0)
+    return 0;
   const rt::PixelWindow pixels = depth_model_.pixelsOfBall(position_m_in_world, kRayDistance_m);
   if (pixels.empty()) return 0;
   const auto column = static_cast<std::size_t>((pixels.column_first + pixels.column_last) / 2);
   const auto row = static_cast<std::size_t>((pixels.row_first + pixels.row_last) / 2);
-  return tissue_->labels[row * rt::kFrameWidth + column];
+  return tissue_->labels[row * static_cast<std::size_t>(tissue_->label_width_px) + column];
 }
 
 std::optional<std::size_t> AddedScene::regionAt(const rt::Vec3& position_m_in_world) const {

@@ -40,7 +40,8 @@ class AddedScene {
   /// The region that covers a position, as an index; nothing: none does.
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;
   /// The reason why the label image is not in use, with its remedy; empty: it is, or there is none.
-  const std::string& warning() const { return warning_; }
+  /// Returns a warning about the label image for a camera of this description; empty: none.
+  std::string warning(const rt::DepthModelParameters& camera) const;
 
   /// The whole sets as the force loop has them.
   const rt::FixtureSet& fixtures() const { return *fixtures_; }

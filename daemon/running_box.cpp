@@ -78,8 +78,8 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
       control_(std::make_unique<rt::ControlChannels>()),
       added_scene_(*control_, depth_model_, settings.camera.pose),
-      scene_thread_(depth_model_, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()), scenes_,
-                    focus_),
+      scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid,
+                    rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
       handle_(drivers::makeHandle(settings.handle, settings.live.handle, handleThreadPolicy(settings))),
       leds_(drivers::makeLedPanel(settings.leds)),
@@ -226,7 +226,8 @@ void RunningBox::adaptToDistance() {
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
   distance_m_ = std::max(0.0, -depth_model_.positionInCamera(tick.proxy_m_in_world).z);
   if (settings_.force.law || distance_m_ <= 0) return;
-  const double class_m = config::distanceClass_m(distance_m_, distance_class_m_);
+  const double as_of_kinect_m = config::equivalentDistance_m(scene_thread_.camera(), distance_m_);
+  const double class_m = config::distanceClass_m(as_of_kinect_m, distance_class_m_);
   if (class_m == distance_class_m_) return;
   distance_class_m_ = class_m;
   decideLaw();
@@ -326,6 +327,8 @@ BoxStatus RunningBox::condition() {
   status.tissue = added_scene_.tissueStatus(status.loop.tick);
   status.tissue.feed = feed_status_;
   status.warnings = warnings(status);
+  if (const std::string fault = scene_thread_.cameraFault(); !fault.empty())
+    status.warnings.push_back("the frames of this camera cannot be modelled: " + fault);
   return status;
 }
 
@@ -370,7 +373,8 @@ drivers::TraceOptions RunningBox::describeTrace() const {
 std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   std::vector<std::string> list = notices_;
   if (faults_) list.push_back(faults_->notice());
-  if (!added_scene_.warning().empty()) list.push_back(added_scene_.warning());
+  if (std::string warning = added_scene_.warning(scene_thread_.camera()); !warning.empty())
+    list.push_back(std::move(warning));
   const std::vector<std::string> found =
       warningsOf(status, {.settings = settings_,
                           .live = directive_.parameters,
@@ -411,11 +415,11 @@ std::future<config::Result<void>> RunningBox::noteTrace(const std::string& name,
 std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
   auto promise = std::make_shared<std::promise<config::Result<SceneSnapshot>>>();
   auto future = promise->get_future();
-  scene_thread_.requestFrame([promise, depth_model = settings_.camera.effectiveDepthModel(),
-                              pose = settings_.camera.pose,
+  scene_thread_.requestFrame([promise, pose = settings_.camera.pose,
                               tick = loopState().tick](std::unique_ptr<rt::DepthFrame> frame) {
     if (frame) {
-      promise->set_value(SceneSnapshot{std::move(frame), depth_model, pose, tick});
+      const rt::DepthModelParameters camera = frame->camera;
+      promise->set_value(SceneSnapshot{std::move(frame), camera, pose, tick});
     } else {
       promise->set_value(std::unexpected(
           config::Error{"camera", "no depth frame has arrived yet", "see hapticctl status for the camera"}));
@@ -432,7 +436,7 @@ config::Result<SharedDepth> RunningBox::shareDepth() {
                          settings = settings_.camera](const rt::DepthFrame& frame) {
     // The camera may have been found only now, so that its serial number is asked for each time.
     const rt::DepthFrameHeader common = drivers::commonDepthHeader(settings, camera.status().identity);
-    region.publish(drivers::headerOf(common, frame), std::as_bytes(std::span(frame.raw)));
+    region.publish(drivers::headerOf(common, frame), std::as_bytes(frame.image()));
   });
   return SharedDepth{depth_region_->descriptor(), depth_region_->bytes()};
 }

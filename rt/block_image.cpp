@@ -92,14 +92,14 @@ bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t first_ra
 
 #if HWY_TARGET == HWY_SCALAR
 /// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
-/// block, inside an image with rows of kFrameWidth pixels.
-void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
+/// block, inside an image whose rows are `stride` pixels apart.
+void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
   const auto stepBetween = [](int a, int b) { return static_cast<std::uint64_t>(std::abs(a - b)); };
   for (int block = 0; block < blocks; ++block) {
     out.sum[block] = out.count[block] = out.largest_step[block] = 0;
     for (int row = 0; row < kSide; ++row) {
-      const std::uint16_t* const pixels = image + row * kFrameWidth + block * kSide;
+      const std::uint16_t* const pixels = image + row * stride + block * kSide;
       for (int column = 0; column < kSide; ++column) {
         const int value = pixels[column];
         if (value < kRawNoMeasurement) {
@@ -108,7 +108,7 @@ void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
         }
         std::uint64_t& largest = out.largest_step[block];
         if (column > 0) largest = std::max(largest, stepBetween(value, pixels[column - 1]));
-        if (row > 0) largest = std::max(largest, stepBetween(value, pixels[column - kFrameWidth]));
+        if (row > 0) largest = std::max(largest, stepBetween(value, pixels[column - stride]));
       }
     }
   }
@@ -141,8 +141,8 @@ HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> 
 }
 
 /// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
-/// block, inside an image with rows of kFrameWidth pixels.
-void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
+/// block, inside an image whose rows are `stride` pixels apart.
+void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out) {
   static_assert(BlockLattice::kBlock_px == 4, "a block's row of pixels is one 64-bit lane");
   const PixelTag d;
   const BlockTag d64;
@@ -156,7 +156,7 @@ void sumUpRow(const std::uint16_t* image, int blocks, BlockRow& out) {
     auto largest_step = hn::Zero(d);
     auto above = hn::LoadU(d, image + block * BlockLattice::kBlock_px);
     for (int row = 0; row < BlockLattice::kBlock_px; ++row) {
-      const auto value = hn::LoadU(d, image + row * kFrameWidth + block * BlockLattice::kBlock_px);
+      const auto value = hn::LoadU(d, image + row * stride + block * BlockLattice::kBlock_px);
       const auto seen = hn::Lt(value, none);
       sum = hn::Add(sum, hn::IfThenElseZero(seen, value));
       count = hn::Add(count, hn::IfThenElseZero(seen, one));
@@ -185,10 +185,6 @@ HWY_EXPORT(sumUpRow);
 
 namespace {
 
-constexpr std::size_t pixelOf(int row, int column) noexcept {
-  return static_cast<std::size_t>(row) * kFrameWidth + static_cast<std::size_t>(column);
-}
-
 /// Consecutive pixels [begin, end) of a row that have no measurement.
 struct Gap {
   int begin;
@@ -207,15 +203,16 @@ void closeGap(std::uint16_t* row, Gap gap, const GapLimits& limits) noexcept {
   }
 }
 
-/// Closes the gaps of one image row within the columns [first, last]. `row` points to column 0.
-void closeGaps(std::uint16_t* row, int first, int last, const GapLimits& limits) noexcept {
+/// Closes the gaps of one image row within the columns [first, last]. `row` points to column 0; an image has
+/// `width` columns.
+void closeGaps(std::uint16_t* row, int width, int first, int last, const GapLimits& limits) noexcept {
   for (int column = first; column <= last; ++column) {
     if (row[column] < kRawNoMeasurement) continue;
     Gap gap{column, column};
     while (gap.end <= last && row[gap.end] >= kRawNoMeasurement) ++gap.end;
     column = gap.end;
     if (gap.end - gap.begin > limits.longest_px) continue;
-    if (gap.begin == 0 || gap.end == kFrameWidth) {
+    if (gap.begin == 0 || gap.end == width) {
       std::fill(row + gap.begin, row + gap.end, SurfaceLayer::kBeyondView);
     } else if (gap.begin > first && gap.end <= last) {
       closeGap(row, gap, limits);
@@ -234,13 +231,13 @@ BlockBits grown(BlockBits bits, BlockBits links, int step) noexcept {
 
 /// Returns the mean raw value of the nearest surface in a block that shows more than one: the pixels
 /// connected to the nearest pixel by differences of at most `max_step`. Returns -1 if these are too few.
-float meanOfNearest(const std::uint16_t* pixels, int max_step) noexcept {
+float meanOfNearest(const std::uint16_t* pixels, int stride, int max_step) noexcept {
   constexpr int kMin = 3;
   constexpr int kSide = BlockLattice::kBlock_px;
   int values[kSide * kSide];
   int nearest = 0;
   for (int i = 0; i < kSide * kSide; ++i) {
-    values[i] = pixels[pixelOf(i / kSide, i % kSide)];
+    values[i] = pixels[i / kSide * stride + i % kSide];
     if (values[i] < values[nearest]) nearest = i;
   }
   BlockBits to_right = 0;
@@ -270,27 +267,27 @@ float meanOfNearest(const std::uint16_t* pixels, int max_step) noexcept {
 
 }  // namespace
 
-void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const PixelWindow& window,
-                     const GapLimits& limits, std::uint16_t* image) noexcept {
+void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const ImageLayout& layout,
+                     const PixelWindow& window, const GapLimits& limits, std::uint16_t* image) noexcept {
   const int columns = window.column_last - window.column_first + 1;
   for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = pixelOf(row, window.column_first);
+    const std::size_t first = layout.at(row, window.column_first);
     const bool all =
         HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, columns, limits.raw_first, limits.raw_last, image + first);
     if (all) continue;
-    closeGaps(image + pixelOf(row, 0), window.column_first, window.column_last, limits);
+    closeGaps(image + layout.at(row, 0), layout.width_px, window.column_first, window.column_last, limits);
     if (fallback == nullptr) continue;
     HWY_DYNAMIC_DISPATCH(fillRow)
     (fallback + first, columns, limits.remembered_first, limits.remembered_last, image + first);
   }
 }
 
-bool insertHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
-                  std::uint16_t* image) noexcept {
+bool insertHidden(const std::uint16_t* hidden, const ImageLayout& layout, const PixelWindow& window,
+                  const GapLimits& limits, std::uint16_t* image) noexcept {
   const int columns = window.column_last - window.column_first + 1;
   bool any = false;
   for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = pixelOf(row, window.column_first);
+    const std::size_t first = layout.at(row, window.column_first);
     any = HWY_DYNAMIC_DISPATCH(putHiddenRow)(hidden + first, columns, limits.remembered_first,
                                              limits.remembered_last, image + first) ||
           any;
@@ -298,14 +295,14 @@ bool insertHidden(const std::uint16_t* hidden, const PixelWindow& window, const 
   return any;
 }
 
-void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int max_step,
-                 const BlockSums& sums) noexcept {
+void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
+                 const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept {
   constexpr int kSide = BlockLattice::kBlock_px;
   BlockRow line;
   for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
-    const std::uint16_t* const pixels = image + pixelOf(row * kSide, blocks.column_first * kSide);
-    HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, blocks.columns(), line);
-    const std::size_t first = BlockLattice::at(row, blocks.column_first);
+    const std::uint16_t* const pixels = image + layout.at(row * kSide, blocks.column_first * kSide);
+    HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, layout.stride_px, blocks.columns(), line);
+    const std::size_t first = lattice.at(row, blocks.column_first);
     for (int i = 0; i < blocks.columns(); ++i) {
       float& disparity = sums.disparity[first + static_cast<std::size_t>(i)];
       const bool full =
@@ -314,7 +311,7 @@ void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int max_
       if (full) {
         disparity = static_cast<float>(line.sum[i]) / (kSide * kSide);
       } else {
-        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, max_step);
+        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
       }
     }
   }

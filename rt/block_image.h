@@ -22,28 +22,41 @@ struct GapLimits {
   float max_raw_per_px;            ///< ... plus this for each pixel of the gap; larger: two surfaces
 };
 
-/// Copies the pixels of `window` from `raw` to `image`, both in frame layout (kFrameWidth x kFrameHeight),
+/// Size and layout of images.
+struct ImageLayout {
+  int width_px;
+  int stride_px;  ///< distance between rows
+
+  explicit ImageLayout(const DepthModel& model) noexcept
+      : width_px(model.width_px()), stride_px(model.stride_px()) {}
+  std::size_t at(int row, int column) const noexcept {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_px) +
+           static_cast<std::size_t>(column);
+  }
+};
+
+/// Copies the pixels of `window` from `raw` to `image`, both in frame layout,
 /// and closes gaps in rows by linear interpolation. A pixel that still has no depth takes the value of
 /// `fallback` (frame layout, may be null); without one it becomes kRawNoMeasurement, or
 /// SurfaceLayer::kBeyondView in a gap that touches the left or right image border and is at most `longest_px`
 /// long.
 /// RT: safe after the first call.  Cost: one pass over the pixels.
-void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const PixelWindow& window,
-                     const GapLimits& limits, std::uint16_t* image) noexcept;
+void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const ImageLayout& layout,
+                     const PixelWindow& window, const GapLimits& limits, std::uint16_t* image) noexcept;
 
 /// Replaces pixels of `image`, which holds the visible surface, by the remembered surface hidden behind it
 /// where `hidden` has one. Both are in frame layout. Returns true if a pixel changed.
 /// RT: safe after the first call.
-bool insertHidden(const std::uint16_t* hidden, const PixelWindow& window, const GapLimits& limits,
-                  std::uint16_t* image) noexcept;
+bool insertHidden(const std::uint16_t* hidden, const ImageLayout& layout, const PixelWindow& window,
+                  const GapLimits& limits, std::uint16_t* image) noexcept;
 
 /// Working memory of sumUpBlocks() for one row of blocks: sum and number of the measurements in each block
 /// and the largest difference between adjacent pixels. The padding lets whole vectors be stored.
 struct BlockRow {
-  std::uint64_t sum[BlockLattice::kColumns + 8];
-  std::uint64_t count[BlockLattice::kColumns + 8];
+  std::uint64_t sum[BlockLattice::kMaxColumns + 8];
+  std::uint64_t count[BlockLattice::kMaxColumns + 8];
   /// Meaningless unless every pixel has a measurement.
-  std::uint64_t largest_step[BlockLattice::kColumns + 8];
+  std::uint64_t largest_step[BlockLattice::kMaxColumns + 8];
 };
 
 /// Statistics of blocks; both arrays have BlockLattice layout.
@@ -52,10 +65,9 @@ struct BlockSums {
   std::uint8_t* is_full;  ///< 1 if all pixels have a measurement and belong to that surface
 };
 
-/// Computes `sums` for `blocks` of `image` (frame layout). A difference between adjacent pixels above
-/// `max_step` raw units separates two surfaces.
-/// RT: safe after the first call.
-void sumUpBlocks(const std::uint16_t* image, const BlockWindow& blocks, int max_step,
-                 const BlockSums& sums) noexcept;
+/// Computes `sums`, in the layout of `lattice`, for `blocks` of `image` (frame layout). A difference between
+/// adjacent pixels above `max_step` raw units separates two surfaces. RT: safe after the first call.
+void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
+                 const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept;
 
 }  // namespace hapticd::rt

@@ -22,8 +22,14 @@ constexpr float kNone_raw = 0.01F;
 
 }  // namespace
 
-ColumnShifts::ColumnShifts()
-    : before_(std::make_unique<std::uint16_t[]>(std::size_t{kRows} * kFrameWidth)), changes_before_{} {
+ColumnShifts::ColumnShifts(const DepthModel& model)
+    : drifts_(model.rawIsDisparity() && model.parameters().principle == DepthPrinciple::structured_light),
+      width_px_(model.width_px()),
+      stride_px_(model.stride_px()),
+      every_(model.height_px() / kRows),
+      tiles_(width_px_ / kTile_px),
+      before_(std::make_unique<std::uint16_t[]>(kRows * static_cast<std::size_t>(width_px_))),
+      changes_before_{} {
   forget();
 }
 
@@ -34,8 +40,8 @@ void ColumnShifts::forget() noexcept {
   any_ = false;
 }
 
-void ColumnShifts::update(const DepthFrame& frame) noexcept {
-  if (frame.sequence == sequence_) return;
+void ColumnShifts::update(const DisparityFrame& frame) noexcept {
+  if (!drifts_ || frame.sequence == sequence_) return;
   const bool follows = sequence_ != 0 && frame.sequence == sequence_ + 1;
   if (any_) fade(std::max(0.0, static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9));
   if (follows) {
@@ -61,13 +67,13 @@ void ColumnShifts::fade(double passed_s) noexcept {
   }
 }
 
-void ColumnShifts::compare(const DepthFrame& frame) noexcept {
+void ColumnShifts::compare(const DisparityFrame& frame) noexcept {
   sum_.fill(0);
   count_.fill(0);
   for (int i = 0; i < kRows; ++i) {
     const std::uint16_t* const now = rowOf(frame, i);
-    const std::uint16_t* const before = before_.get() + i * kFrameWidth;
-    for (std::size_t column = 0; column < kFrameWidth; ++column) {
+    const std::uint16_t* const before = before_.get() + i * width_px_;
+    for (std::size_t column = 0; column < static_cast<std::size_t>(width_px_); ++column) {
       const auto difference = static_cast<std::int16_t>(now[column] - before[column]);
       const bool counts = now[column] < kRawNoMeasurement && before[column] < kRawNoMeasurement &&
                           difference <= kMaxDifference_raw && difference >= -kMaxDifference_raw;
@@ -78,15 +84,15 @@ void ColumnShifts::compare(const DepthFrame& frame) noexcept {
   }
 }
 
-void ColumnShifts::keep(const DepthFrame& frame) noexcept {
+void ColumnShifts::keep(const DisparityFrame& frame) noexcept {
   for (int i = 0; i < kRows; ++i) {
-    std::copy_n(rowOf(frame, i), kFrameWidth, before_.get() + i * kFrameWidth);
+    std::copy_n(rowOf(frame, i), width_px_, before_.get() + i * width_px_);
   }
 }
 
 ColumnShifts::Changes ColumnShifts::changes() const noexcept {
   Changes result;
-  for (std::size_t tile = 0; tile < kTiles; ++tile) {
+  for (std::size_t tile = 0; tile < static_cast<std::size_t>(tiles_); ++tile) {
     int sum = 0;
     int count = 0;
     for (std::size_t column = tile * kTile_px; column < (tile + 1) * kTile_px; ++column) {
@@ -106,7 +112,7 @@ ColumnShifts::Changes ColumnShifts::changes() const noexcept {
 int ColumnShifts::tilesOfBand(const Changes& now, Side side, Change change) const noexcept {
   int tiles = 0;
   int end = 0;
-  for (int i = 0; i < kTiles; ++i) {
+  for (int i = 0; i < tiles_; ++i) {
     const std::size_t tile = tileAt(side, i);
     if (now[tile] == Change::unknown) continue;
     if (now[tile] != change || changes_before_[tile] != Change::rests) break;
@@ -114,14 +120,14 @@ int ColumnShifts::tilesOfBand(const Changes& now, Side side, Change change) cons
     end = i + 1;
   }
   // The band must end sharply: at most one tile contains its end.
-  const auto isAtRest = [&](int i) { return i < kTiles && now[tileAt(side, i)] == Change::rests; };
+  const auto isAtRest = [&](int i) { return i < tiles_ && now[tileAt(side, i)] == Change::rests; };
   return tiles >= kMinTilesInBand && (isAtRest(end) || isAtRest(end + 1)) ? end : 0;
 }
 
 int ColumnShifts::columnsOfBand(Side side, int tiles, int raw) const noexcept {
   int columns = tiles * kTile_px;
   const auto steps = [&](int i) {
-    const auto column = static_cast<std::size_t>(side == Side::left ? i : kFrameWidth - 1 - i);
+    const auto column = static_cast<std::size_t>(side == Side::left ? i : width_px_ - 1 - i);
     return 2 * raw * sum_[column] > count_[column];
   };
   while (columns < (tiles + 1) * kTile_px && steps(columns)) ++columns;
@@ -132,12 +138,12 @@ ColumnShifts::Bands ColumnShifts::findBands(const Changes& now) const noexcept {
   for (const int raw : {1, -1}) {
     const int left = tilesOfBand(now, Side::left, static_cast<Change>(raw));
     const int right = tilesOfBand(now, Side::right, static_cast<Change>(-raw));
-    if (left == 0 || right == 0 || left + right >= kTiles) continue;
+    if (left == 0 || right == 0 || left + right >= tiles_) continue;
     // Between the bands, all tiles that can be compared must be at rest, apart from a few that show moving
     // objects.
     int resting = 0;
     int stepping = 0;
-    for (auto tile = static_cast<std::size_t>(left); tile < static_cast<std::size_t>(kTiles - right);
+    for (auto tile = static_cast<std::size_t>(left); tile < static_cast<std::size_t>(tiles_ - right);
          ++tile) {
       const bool rested = changes_before_[tile] == Change::rests;
       if (now[tile] == Change::rests) ++resting;
@@ -154,9 +160,9 @@ ColumnShifts::Bands ColumnShifts::findBands(const Changes& now) const noexcept {
 void ColumnShifts::shift(const Bands& bands) noexcept {
   constexpr int kSide = BlockLattice::kBlock_px;
   any_ = true;
-  for (int block = 0; block < BlockLattice::kColumns; ++block) {
+  for (int block = 0; block < width_px_ / kSide; ++block) {
     const int columns_left = std::clamp(bands.left_columns - block * kSide, 0, kSide);
-    const int columns_right = std::clamp((block + 1) * kSide - (kFrameWidth - bands.right_columns), 0, kSide);
+    const int columns_right = std::clamp((block + 1) * kSide - (width_px_ - bands.right_columns), 0, kSide);
     offset_raw_[static_cast<std::size_t>(block)] +=
         static_cast<float>(bands.left_raw * (columns_left - columns_right)) / kSide;
   }

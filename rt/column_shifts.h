@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "rt/depth_frame.h"
+#include "rt/disparity_frame.h"
 #include "rt/visible_surface.h"
 
 namespace hapticd::rt {
@@ -27,10 +27,11 @@ class ColumnShifts {
  public:
   static constexpr double kFade_s = 20;
 
-  ColumnShifts();
+  /// Only structured light drifts like this; for other cameras all offsets remain 0.
+  explicit ColumnShifts(const DepthModel& model);
 
   /// Compares a new frame with the previous one and updates the offsets.
-  void update(const DepthFrame& frame) noexcept;
+  void update(const DisparityFrame& frame) noexcept;
 
   /// Returns the offset to subtract from the disparities of a column of blocks, in raw units.
   float offsetOf(int block_column) const noexcept {
@@ -41,17 +42,15 @@ class ColumnShifts {
   void forget() noexcept;
 
  private:
-  /// Every kEvery-th row of the image is compared, kRows in total.
+  /// kRows rows, evenly spread over the image, are compared.
   static constexpr int kRows = 24;
-  static constexpr int kEvery = kFrameHeight / kRows;
-  static_assert(kRows * kEvery == kFrameHeight);
   static constexpr int kTile_px = 16;
-  static constexpr int kTiles = kFrameWidth / kTile_px;
-  static_assert(kTiles * kTile_px == kFrameWidth && kTile_px % BlockLattice::kBlock_px == 0);
+  static constexpr int kMaxTiles = kMaxFrameWidth / kTile_px;
+  static_assert(kTile_px % BlockLattice::kBlock_px == 0);
 
   /// Change of the disparities of a tile of columns since the previous frame.
   enum class Change : std::int8_t { falls = -1, rests = 0, rises = 1, unknown = 2 };
-  using Changes = std::array<Change, kTiles>;
+  using Changes = std::array<Change, kMaxTiles>;
   enum class Side : std::uint8_t { left, right };
   /// The two bands of columns at the image borders that stepped in one frame.
   struct Bands {
@@ -61,15 +60,15 @@ class ColumnShifts {
   };
 
   /// Returns the index of the i-th tile counted from a border of the image.
-  static std::size_t tileAt(Side side, int i) noexcept {
-    return static_cast<std::size_t>(side == Side::left ? i : kTiles - 1 - i);
+  std::size_t tileAt(Side side, int i) const noexcept {
+    return static_cast<std::size_t>(side == Side::left ? i : tiles_ - 1 - i);
   }
   /// Returns the i-th of the compared rows.
-  static const std::uint16_t* rowOf(const DepthFrame& frame, int i) noexcept {
-    return frame.raw + (i * kEvery + kEvery / 2) * kFrameWidth;
+  const std::uint16_t* rowOf(const DisparityFrame& frame, int i) const noexcept {
+    return frame.raw + (i * every_ + every_ / 2) * stride_px_;
   }
-  void compare(const DepthFrame& frame) noexcept;
-  void keep(const DepthFrame& frame) noexcept;
+  void compare(const DisparityFrame& frame) noexcept;
+  void keep(const DisparityFrame& frame) noexcept;
   Changes changes() const noexcept;
   Bands findBands(const Changes& now) const noexcept;
   void fade(double passed_s) noexcept;
@@ -80,10 +79,15 @@ class ColumnShifts {
   int columnsOfBand(Side side, int tiles, int raw) const noexcept;
   void shift(const Bands& bands) noexcept;
 
+  bool drifts_;  ///< the camera drifts like this
+  int width_px_;
+  int stride_px_;
+  int every_;  ///< distance between compared rows
+  int tiles_;
   std::unique_ptr<std::uint16_t[]> before_;  ///< the compared rows of the previous frame
-  std::array<std::int16_t, kFrameWidth> sum_{};
-  std::array<std::int16_t, kFrameWidth> count_{};
-  std::array<float, BlockLattice::kColumns> offset_raw_{};
+  std::array<std::int16_t, kMaxFrameWidth> sum_{};
+  std::array<std::int16_t, kMaxFrameWidth> count_{};
+  std::array<float, BlockLattice::kMaxColumns> offset_raw_{};
   Changes changes_before_{};
   std::uint64_t sequence_ = 0;  ///< of the previous frame; 0: none
   std::int64_t arrival_ns_ = 0;

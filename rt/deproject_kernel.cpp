@@ -39,25 +39,33 @@ HWY_INLINE hn::Vec<IntTag> cellOf(Floats position, Floats voxels_per_m, Floats h
 
 /// Converts pixels to single-precision positions, one vector at a time. The same pixel always gives the same
 /// position.
+template <bool kLinear>
 class Deprojector {
  public:
   HWY_INLINE explicit Deprojector(const DeprojectJob& job)
-      : depth_m_(job.tables->depth_m.data()),
+      : depth_m_(job.tables->depth_m),
+        raw_values_(job.tables->raw_values),
+        raw_first_(hn::Set(UintTag(), job.raw_first)),
+        unit_m_(hn::Set(FloatTag(), job.tables->unit_m)),
+        middle_column_(hn::Set(FloatTag(), job.tables->middle_column)),
+        middle_row_(hn::Set(FloatTag(), job.tables->middle_row)),
         x_(job.tables->middle.x, job.tables->column_step.x, job.tables->row_step.x, job.camera_x_m),
         y_(job.tables->middle.y, job.tables->column_step.y, job.tables->row_step.y, job.camera_y_m),
         z_(job.tables->middle.z, job.tables->column_step.z, job.tables->row_step.z, job.camera_z_m) {}
 
-  /// Looks up the depths of packed pixels; `typical_raw` is the raw value of one of them. Neighbouring pixels
-  /// mostly have nearly the same disparity. Then one vector of the table around it and a permutation suffice,
-  /// which is several times faster than gathering each lane.
+  /// Returns the depths of packed pixels; `typical_raw` is the raw value of one of them. A linear law takes a
+  /// product, others a table. Neighbouring pixels mostly have nearly the same disparity. Then one vector of
+  /// the table around it and a permutation suffice, which is several times faster than gathering each lane.
   HWY_INLINE Floats depth(Uints pixel, std::uint32_t typical_raw) const {
     const FloatTag df;
     const IntTag di;
     const UintTag du;
+    const auto above_first = hn::And(hn::Sub(pixel, raw_first_), hn::Set(du, PackedPixel::kRawRange - 1));
+    const auto raw = hn::BitCast(di, hn::Add(above_first, raw_first_));
+    if constexpr (kLinear) return hn::Mul(hn::ConvertTo(df, raw), unit_m_);
     constexpr std::int32_t kLanes = hn::MaxLanes(df);
     const std::int32_t start =
-        std::clamp(static_cast<std::int32_t>(typical_raw) - kLanes / 2, 0, kRawValues - kLanes);
-    const auto raw = hn::BitCast(di, hn::And(pixel, hn::Set(du, PackedPixel::raw(~0U))));
+        std::max(0, std::min(static_cast<std::int32_t>(typical_raw) - kLanes / 2, raw_values_ - kLanes));
     const auto from_start = hn::Sub(raw, hn::Set(di, start));
     const auto outside = hn::Gt(hn::BitCast(du, from_start), hn::Set(du, kLanes - 1));  // or below the start
     if (hn::AllFalse(du, outside)) {
@@ -73,9 +81,8 @@ class Deprojector {
     const auto column =
         hn::And(hn::ShiftRight<PackedPixel::kRawBits>(pixel), hn::Set(du, PackedPixel::column(~0U)));
     const auto row = hn::ShiftRight<PackedPixel::kRawBits + PackedPixel::kColumnBits>(pixel);
-    const auto u =
-        hn::Sub(hn::ConvertTo(df, hn::BitCast(di, column)), hn::Set(df, DepthModel::kMiddleColumn));
-    const auto v = hn::Sub(hn::ConvertTo(df, hn::BitCast(di, row)), hn::Set(df, DepthModel::kMiddleRow));
+    const auto u = hn::Sub(hn::ConvertTo(df, hn::BitCast(di, column)), middle_column_);
+    const auto v = hn::Sub(hn::ConvertTo(df, hn::BitCast(di, row)), middle_row_);
     x = x_.position(u, v, depth);
     y = y_.position(u, v, depth);
     z = z_.position(u, v, depth);
@@ -96,6 +103,9 @@ class Deprojector {
   };
 
   const float* depth_m_;
+  std::int32_t raw_values_;
+  Uints raw_first_;
+  Floats unit_m_, middle_column_, middle_row_;
   Axis x_, y_, z_;
 };
 
@@ -105,20 +115,21 @@ HWY_INLINE std::size_t pixelsInRange(const DeprojectJob& job, int row) {
   const UintTag du;
   const RawTag dr;
   const int lanes = static_cast<int>(hn::Lanes(di));
-  const std::uint16_t* const raw_row = job.raw + static_cast<std::size_t>(row) * kFrameWidth;
+  const std::uint16_t* const raw_row = job.raw + static_cast<std::ptrdiff_t>(row) * job.stride_px;
   const auto below_first = hn::Set(di, job.window.raw_first - 1);
   const auto above_last = hn::Set(di, job.window.raw_last + 1);
   const auto columns = hn::ShiftLeft<PackedPixel::kRawBits>(hn::Iota(du, 0));
   std::size_t count = 0;
-  // Starting at a multiple of the lane count: 640 is a multiple as well, so whole vectors never pass the end
-  // of the row.
+  // Starting at a multiple of the lane count, of which the distance of the rows is one as well, so that whole
+  // vectors never pass the end of the row; its padding has no measurements.
   for (int column = job.window.column_first / lanes * lanes; column <= job.window.column_last;
        column += lanes) {
     const auto raw = hn::PromoteTo(di, hn::LoadU(dr, raw_row + column));
     const auto in_range = hn::And(hn::Gt(raw, below_first), hn::Lt(raw, above_last));
     const auto first = hn::Set(
         du, PackedPixel::pack(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row), 0));
-    const auto pixel = hn::Or(hn::Add(columns, first), hn::BitCast(du, raw));
+    const auto low_bits = hn::And(hn::BitCast(du, raw), hn::Set(du, PackedPixel::kRawRange - 1));
+    const auto pixel = hn::Or(hn::Add(columns, first), low_bits);
     hn::StoreU(compress(du, pixel, hn::RebindMask(du, in_range)), du, job.pixel_of_row + count);
     count += hn::CountTrue(di, in_range);
   }
@@ -126,8 +137,8 @@ HWY_INLINE std::size_t pixelsInRange(const DeprojectJob& job, int row) {
 }
 
 /// Appends the points of one row of pixels; with kBall only those inside the ball.
-template <bool kBall>
-HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, int row) {
+template <bool kBall, bool kLinear>
+HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector<kLinear>& deprojector, int row) {
   const FloatTag df;
   const IntTag di;
   const UintTag du;
@@ -143,7 +154,7 @@ HWY_INLINE void appendPoints(DeprojectJob& job, const Deprojector& deprojector, 
 
   for (std::size_t i = 0; i < count; i += lanes) {
     const auto pixel = hn::LoadU(du, job.pixel_of_row + i);
-    const auto depth = deprojector.depth(pixel, PackedPixel::raw(job.pixel_of_row[i]));
+    const auto depth = deprojector.depth(pixel, PackedPixel::raw(job.pixel_of_row[i], job.raw_first));
     Floats x, y, z;
     deprojector.positions(pixel, depth, x, y, z);
     auto keep = hn::Gt(depth, hn::Zero(df));
@@ -203,9 +214,10 @@ HWY_INLINE void appendRuns(DeprojectJob& job, std::uint32_t first) {
   job.run_count = run_count;
 }
 
-void deprojectFrame(DeprojectJob& job) {
+template <bool kLinear>
+HWY_INLINE void deprojectRows(DeprojectJob& job) {
   job.voxel_of_row[0] = ~0U;  // no voxel, so the first point of a row starts a run
-  const Deprojector deprojector(job);
+  const Deprojector<kLinear> deprojector(job);
   const bool has_ball = std::isfinite(job.ball_radius_squared_m2);
   for (int row = job.window.row_first; row <= job.window.row_last; ++row) {
     const std::uint32_t first = job.points;
@@ -217,6 +229,14 @@ void deprojectFrame(DeprojectJob& job) {
     appendRuns(job, first);
   }
   job.run_begin[job.run_count] = job.points;
+}
+
+void deprojectFrame(DeprojectJob& job) {
+  if (job.tables->depth_m == nullptr) {
+    deprojectRows<true>(job);
+  } else {
+    deprojectRows<false>(job);
+  }
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE

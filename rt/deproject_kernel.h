@@ -12,8 +12,11 @@ namespace hapticd::rt {
 /// Input and output of deproject(). Positions are single precision, in metres, along world axes from the
 /// grid's origin.
 struct DeprojectJob {
-  const std::uint16_t* raw;  ///< one frame, kFramePixels values
+  const std::uint16_t* raw;  ///< raw values of one frame, in frame layout
+  int stride_px;             ///< distance between rows
   PixelWindow window;        ///< pixels to deproject; not empty
+  /// The raw values of the points are among the PackedPixel::kRawRange from here on, or are left out.
+  std::uint32_t raw_first;
   const DepthModel::SinglePrecisionTables* tables;
   float camera_x_m, camera_y_m, camera_z_m;
   float ball_x_m, ball_y_m, ball_z_m;
@@ -25,8 +28,8 @@ struct DeprojectJob {
 
   std::uint32_t point_capacity;
   GridPoint* points_in_image_order;  ///< room for point_capacity and one more vector
-  std::uint32_t* pixel_of_row;       ///< selected pixels of one row: kFrameWidth + kVectorPadding elements
-  /// Voxels of the points of one row, from element 1 on: kFrameWidth + kVectorPadding elements.
+  std::uint32_t* pixel_of_row;       ///< selected pixels of one row: stride_px + kVectorPadding elements
+  /// Voxels of the points of one row, from element 1 on: stride_px + kVectorPadding elements.
   std::uint32_t* voxel_of_row;
   // A run is a sequence of points adjacent in the image that lie in the same voxel. There is room for as many
   // runs as points.

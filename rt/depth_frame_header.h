@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "rt/parameters.h"
 #include "rt/words.h"
 
 namespace hapticd::rt {
@@ -17,15 +18,6 @@ enum class DepthRawType : std::uint8_t {
 };
 constexpr auto wordsOf(DepthRawType) {
   return words<DepthRawType>("uint16");
-}
-
-/// Function that converts a raw value to Z, the depth along the optical axis.
-enum class DepthLawKind : std::uint8_t {
-  reciprocal,  ///< 1/Z = c0 raw + c1, in 1/m: disparities of structured light
-  linear,      ///< Z = c0 raw + c1, in m, for cameras that deliver depth; c0 is their depth unit
-};
-constexpr auto wordsOf(DepthLawKind) {
-  return words<DepthLawKind>("reciprocal", "linear");
 }
 
 /// Model of the standard deviation of Z.

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
+#include "rt/disparity_frame.h"
 #include "rt/pose.h"
 
 namespace hapticd::rt {
@@ -16,6 +18,9 @@ DepthModel::SingleRay single(double x, double y, double z) {
 
 /// No camera sees this far; comparisons against it also reject NaN.
 constexpr double kOutOfSight_m = 1e6;
+
+constexpr int kLeastSide_px = 16;
+constexpr std::uint32_t kMaxRawValues = 65536;
 
 struct Interval {
   double first;
@@ -37,26 +42,139 @@ void clipToImage(double first, double last, int count, int& pixel_first, int& pi
   pixel_last = static_cast<int>(std::clamp(std::ceil(last) + 1, -1.0, static_cast<double>(count - 1)));
 }
 
+/// Returns a window without pixels of the raw values between two real ones, widened to whole values and
+/// limited to 0..last.
+PixelWindow rawsAround(double one, double other, std::uint32_t last) {
+  const auto [low, high] = std::minmax(one, other);
+  PixelWindow window;
+  window.raw_first = static_cast<std::uint16_t>(std::clamp(std::floor(low), 0.0, last + 1.0));
+  window.raw_last = static_cast<std::uint16_t>(std::clamp(std::ceil(high), 0.0, static_cast<double>(last)));
+  return window;
+}
+
 }  // namespace
+
+CameraFault faultOf(const DepthModelParameters& camera) noexcept {
+  const auto isFinite = [](std::initializer_list<double> numbers) {
+    return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
+  };
+  if (camera.width_px < kLeastSide_px || camera.width_px > kMaxFrameWidth ||
+      camera.height_px < kLeastSide_px || camera.height_px > kMaxFrameHeight) {
+    return CameraFault::size;
+  }
+  if (!isFinite({camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px}) || !(camera.fx_px > 0) ||
+      !(camera.fy_px > 0)) {
+    return CameraFault::intrinsics;
+  }
+  if (!isFinite({camera.near_m, camera.far_m}) || !(camera.near_m > 0) || !(camera.far_m > camera.near_m)) {
+    return CameraFault::limits;
+  }
+  const DepthNoiseParameters& noise = camera.noise;
+  if (!isFinite({noise.c0_m, noise.c1, noise.c2_per_m, noise.correlation_px}) || noise.c0_m < 0 ||
+      noise.c1 < 0 || noise.c2_per_m < 0 || !(noise.standing_share >= 0 && noise.standing_share <= 1) ||
+      noise.correlation_px < 1) {
+    return CameraFault::noise;
+  }
+  const bool has_raws = camera.raw_values >= 2 && camera.raw_values <= kMaxRawValues;
+  const bool linear = camera.law == DepthLawKind::linear;
+  const bool has_law = linear ? std::isfinite(camera.unit_m) && camera.unit_m > 0
+                              : isFinite({camera.a_per_m, camera.b_per_m}) && camera.a_per_m != 0;
+  if (!has_raws || !has_law) return CameraFault::depth_law;
+  for (std::uint32_t raw = 0; raw < camera.raw_values; ++raw) {
+    const double depth =
+        linear ? camera.unit_m * raw : 1 / std::max(1e-9, camera.a_per_m * raw + camera.b_per_m);
+    if (raw != camera.raw_no_measurement && depth >= camera.near_m && depth <= camera.far_m)
+      return CameraFault::none;
+  }
+  return CameraFault::depth_law;
+}
 
 DepthModel::DepthModel(const DepthModelParameters& parameters, const PoseParameters& T_world_camera)
     : parameters_(parameters),
       rotation_world_camera_(rotationOf(T_world_camera)),
-      camera_position_(T_world_camera.position_m) {
+      camera_position_(T_world_camera.position_m),
+      table_size_(parameters.law == DepthLawKind::linear ? 0 : parameters.raw_values),
+      depth_m_(std::make_unique<double[]>(table_size_)),
+      single_depth_m_(std::make_unique<float[]>(table_size_ + kVectorPadding)),
+      raw_is_disparity_(parameters.law == DepthLawKind::reciprocal &&
+                        parameters.raw_values == static_cast<std::uint32_t>(kRawValues) &&
+                        parameters.raw_no_measurement == kRawNoMeasurement),
+      column_rays_(std::make_unique<Ray[]>(static_cast<std::size_t>(parameters.width_px))),
+      row_rays_(std::make_unique<Ray[]>(static_cast<std::size_t>(parameters.height_px))) {
   tabulateDepth();
+  findValidRaws();
+  chooseDisparity();
   tabulateRays();
   computeBounds();
 }
 
 void DepthModel::tabulateDepth() {
-  for (int raw = 0; raw < kRawValues; ++raw) {
+  if (isLinear()) return;
+  for (std::uint32_t raw = 0; raw < parameters_.raw_values; ++raw) {
     const double inverse_depth = parameters_.a_per_m * raw + parameters_.b_per_m;
     const double depth = inverse_depth > 0 ? 1 / inverse_depth : 0;
-    const bool valid = raw != kRawNoMeasurement && depth >= parameters_.near_m && depth <= parameters_.far_m;
-    const auto index = static_cast<std::size_t>(raw);
-    depth_m_[index] = valid ? depth : 0;
-    single_.depth_m[index] = static_cast<float>(depth_m_[index]);
+    const bool valid =
+        raw != parameters_.raw_no_measurement && depth >= parameters_.near_m && depth <= parameters_.far_m;
+    depth_m_[raw] = valid ? depth : 0;
+    single_depth_m_[raw] = static_cast<float>(depth_m_[raw]);
   }
+  single_.depth_m = single_depth_m_.get();
+}
+
+void DepthModel::findValidRaws() {
+  const auto hasDepth = [this](std::uint32_t raw) {
+    if (!isLinear()) return depth_m_[raw] > 0;
+    const double depth = parameters_.unit_m * raw;
+    return raw != parameters_.raw_no_measurement && depth >= parameters_.near_m && depth <= parameters_.far_m;
+  };
+  bool any = false;
+  for (std::uint32_t raw = 0; raw < parameters_.raw_values; ++raw) {
+    if (!hasDepth(raw)) continue;
+    if (!any) raw_first_ = static_cast<std::uint16_t>(raw);
+    raw_last_ = static_cast<std::uint16_t>(raw);
+    any = true;
+  }
+  single_.raw_values = static_cast<std::int32_t>(parameters_.raw_values);
+  single_.unit_m = static_cast<float>(parameters_.unit_m);
+}
+
+void DepthModel::chooseDisparity() {
+  if (raw_is_disparity_) {
+    disparity_ = {parameters_.a_per_m, parameters_.b_per_m};
+    return;
+  }
+  // Raw disparity 0 is at the near limit and the last one at infinity, which leaves the finest steps.
+  constexpr double kSteps = kRawValues - 2;
+  disparity_ = {.a_per_m = -1 / (kSteps * parameters_.near_m), .b_per_m = 1 / parameters_.near_m};
+  constexpr int kDepths = 64;
+  for (int i = 0; i <= kDepths; ++i) {
+    const double depth = parameters_.near_m + (parameters_.far_m - parameters_.near_m) * i / kDepths;
+    largest_noise_scale_ = i == 0 ? noiseScale(depth) : std::max(largest_noise_scale_, noiseScale(depth));
+  }
+}
+
+std::uint16_t DepthModel::rawOfDisparity(double disparity) const noexcept {
+  const double inverse_depth = disparity_.inverseDepth_per_m(disparity);
+  if (!(inverse_depth > 0)) return parameters_.raw_no_measurement;
+  const double raw = std::round(rawOf(1 / inverse_depth));
+  if (!(raw >= raw_first_ && raw <= raw_last_)) return parameters_.raw_no_measurement;
+  return static_cast<std::uint16_t>(raw);
+}
+
+std::uint16_t DepthModel::disparityOf(std::uint16_t raw) const noexcept {
+  const double depth = depth_m(raw);
+  if (!(depth > 0)) return kRawNoMeasurement;
+  return static_cast<std::uint16_t>(
+      std::clamp(std::round(disparity_.rawOf(depth)), 0.0, kRawNoMeasurement - 1.0));
+}
+
+double DepthModel::noiseScale(double depth_m) const noexcept {
+  if (raw_is_disparity_ || !parameters_.noise.isKnown() || !(depth_m > 0)) return 1;
+  // Of a Kinect v1, measured on resting walls: a standing part of 0.5 and a temporal part of 0.2 raw units.
+  constexpr double kKinect_raw = 0.54;
+  // Rounding to whole units, 0.29 raw units, and its steps between neighbours must not exceed the tolerances.
+  constexpr double kLeast = 0.6;
+  return std::max(kLeast, parameters_.noise.sigma_m(depth_m) / (disparity_.unit_m(depth_m) * kKinect_raw));
 }
 
 void DepthModel::tabulateRays() {
@@ -69,10 +187,12 @@ void DepthModel::tabulateRays() {
     const double slope = -(row - parameters_.cy_px) / parameters_.fy_px;
     return Ray{slope * r[1] - r[2], slope * r[4] - r[5], slope * r[7] - r[8], 0};
   };
-  for (std::size_t u = 0; u < kFrameWidth; ++u) column_rays_[u] = columnRay(static_cast<double>(u));
-  for (std::size_t v = 0; v < kFrameHeight; ++v) row_rays_[v] = rowRay(static_cast<double>(v));
-  const Ray column = columnRay(static_cast<double>(kMiddleColumn));
-  const Ray row = rowRay(static_cast<double>(kMiddleRow));
+  for (int u = 0; u < width_px(); ++u) column_rays_[static_cast<std::size_t>(u)] = columnRay(u);
+  for (int v = 0; v < height_px(); ++v) row_rays_[static_cast<std::size_t>(v)] = rowRay(v);
+  single_.middle_column = static_cast<float>(width_px() / 2);
+  single_.middle_row = static_cast<float>(height_px() / 2);
+  const Ray column = columnRay(static_cast<double>(single_.middle_column));
+  const Ray row = rowRay(static_cast<double>(single_.middle_row));
   const double column_step = 1 / parameters_.fx_px;
   const double row_step = -1 / parameters_.fy_px;
   single_.middle = single(column.x + row.x, column.y + row.y, column.z + row.z);
@@ -85,8 +205,8 @@ void DepthModel::computeBounds() {
   Vec3 low{kInfinity, kInfinity, kInfinity};
   Vec3 high{-kInfinity, -kInfinity, -kInfinity};
   double longest_ray = 0;
-  for (const std::size_t u : {std::size_t{0}, std::size_t{kFrameWidth - 1}}) {
-    for (const std::size_t v : {std::size_t{0}, std::size_t{kFrameHeight - 1}}) {
+  for (const std::size_t u : {std::size_t{0}, static_cast<std::size_t>(width_px() - 1)}) {
+    for (const std::size_t v : {std::size_t{0}, static_cast<std::size_t>(height_px() - 1)}) {
       const Vec3 ray{column_rays_[u].x + row_rays_[v].x, column_rays_[u].y + row_rays_[v].y,
                      column_rays_[u].z + row_rays_[v].z};
       longest_ray = std::max(longest_ray, norm(ray));
@@ -107,25 +227,34 @@ void DepthModel::computeBounds() {
   single_precision_error_m_ = 14 * std::ldexp(farthest, -24);
 }
 
-PixelWindow DepthModel::wholeFrame() const noexcept {
-  PixelWindow window = rawsBetween(parameters_.near_m, parameters_.far_m);
-  window.column_last = kFrameWidth - 1;
-  window.row_last = kFrameHeight - 1;
+PixelWindow DepthModel::withAllPixels(PixelWindow window) const noexcept {
+  window.column_first = window.row_first = 0;
+  window.column_last = width_px() - 1;
+  window.row_last = height_px() - 1;
   return window;
 }
 
+PixelWindow DepthModel::wholeFrame() const noexcept {
+  return withAllPixels(rawsBetween(parameters_.near_m, parameters_.far_m));
+}
+
+PixelWindow DepthModel::wholeDisparity() const noexcept {
+  const double of_near = disparity_.rawOf(parameters_.near_m);
+  const double of_far = disparity_.rawOf(parameters_.far_m);
+  return withAllPixels(rawsAround(of_near, of_far, kRawNoMeasurement - 1));
+}
+
 PixelWindow DepthModel::rawsBetween(double nearest_m, double farthest_m) const noexcept {
-  PixelWindow window;
-  window.raw_first = kRawNoMeasurement;
   nearest_m = std::max(nearest_m, parameters_.near_m);
   farthest_m = std::min(farthest_m, parameters_.far_m);
-  if (nearest_m > farthest_m) return window;
-  // raw is a monotonic function of depth, rising or falling with the sign of a
-  const double raw_of_nearest = (1 / nearest_m - parameters_.b_per_m) / parameters_.a_per_m;
-  const double raw_of_farthest = (1 / farthest_m - parameters_.b_per_m) / parameters_.a_per_m;
-  const auto [low, high] = std::minmax(raw_of_nearest, raw_of_farthest);
-  window.raw_first = static_cast<std::uint16_t>(std::clamp(std::floor(low), 0.0, kRawNoMeasurement - 0.0));
-  window.raw_last = static_cast<std::uint16_t>(std::clamp(std::ceil(high), 0.0, kRawNoMeasurement - 1.0));
+  if (nearest_m > farthest_m) return {.raw_first = 1, .raw_last = 0};
+  const bool none_is_last = parameters_.raw_no_measurement == parameters_.raw_values - 1;
+  PixelWindow window =
+      rawsAround(rawOf(nearest_m), rawOf(farthest_m), parameters_.raw_values - (none_is_last ? 2 : 1));
+  if (isLinear()) {
+    window.raw_first = std::max(window.raw_first, raw_first_);
+    window.raw_last = std::min(window.raw_last, raw_last_);
+  }
   return window;
 }
 
@@ -148,17 +277,15 @@ PixelWindow DepthModel::pixelsOfBall(const Vec3& centre_m_in_world, double radiu
   if (depth <= -radius_m) return window;
   constexpr double kTangentMargin = 1.001;  // closer to the camera plane the tangents diverge
   if (depth <= kTangentMargin * radius_m) {
-    window.column_last = kFrameWidth - 1;
-    window.row_last = kFrameHeight - 1;
-    return window;
+    return withAllPixels(window);
   }
   const Interval columns = tangentSlopes(centre.x, depth, radius_m);
   const Interval rows = tangentSlopes(centre.y, depth, radius_m);
   clipToImage(parameters_.cx_px + parameters_.fx_px * columns.first,
-              parameters_.cx_px + parameters_.fx_px * columns.last, kFrameWidth, window.column_first,
+              parameters_.cx_px + parameters_.fx_px * columns.last, width_px(), window.column_first,
               window.column_last);
   clipToImage(parameters_.cy_px - parameters_.fy_px * rows.last,
-              parameters_.cy_px - parameters_.fy_px * rows.first, kFrameHeight, window.row_first,
+              parameters_.cy_px - parameters_.fy_px * rows.first, height_px(), window.row_first,
               window.row_last);
   return window;
 }

@@ -1,22 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "rt/vec3.h"
+#include "rt/words.h"
 
 namespace hapticd::rt {
 
-/// Packs the coordinates of a pixel and its raw disparity into one 32-bit word, from which the exact position
-/// of the point can be computed. Packed values sort in image order, row by row.
+/// Packs the coordinates of a pixel and the lowest bits of its raw value into one 32-bit word, from which the
+/// exact position of the point can be computed. Packed values sort in image order, row by row. Raw values of
+/// more bits follow from the lowest ones because those of a scene cover less than kRawRange values from its
+/// first one on.
 struct PackedPixel {
   static constexpr int kRawBits = 11;
-  static constexpr int kColumnBits = 10;
+  static constexpr int kColumnBits = 11;
+  static constexpr std::uint32_t kRawRange = 1U << kRawBits;
+  static_assert(kMaxFrameWidth <= 1 << kColumnBits && kMaxFrameHeight <= 1 << (32 - kColumnBits - kRawBits));
+
   static constexpr std::uint32_t pack(std::uint32_t column, std::uint32_t row, std::uint32_t raw) noexcept {
-    return (row << (kColumnBits + kRawBits)) | (column << kRawBits) | raw;
+    return (row << (kColumnBits + kRawBits)) | (column << kRawBits) | (raw & (kRawRange - 1));
   }
   static constexpr std::uint32_t column(std::uint32_t packed) noexcept {
     return (packed >> kRawBits) & ((1U << kColumnBits) - 1);
@@ -24,8 +34,9 @@ struct PackedPixel {
   static constexpr std::uint32_t row(std::uint32_t packed) noexcept {
     return packed >> (kColumnBits + kRawBits);
   }
-  static constexpr std::uint32_t raw(std::uint32_t packed) noexcept {
-    return packed & ((1U << kRawBits) - 1);
+  /// Returns the raw value, which is one of the kRawRange values from `raw_first` on.
+  static constexpr std::uint32_t raw(std::uint32_t packed, std::uint32_t raw_first = 0) noexcept {
+    return raw_first + ((packed - raw_first) & (kRawRange - 1));
   }
 };
 
@@ -42,23 +53,113 @@ struct PixelWindow {
   bool empty() const noexcept { return column_first > column_last || row_first > row_last; }
 };
 
-/// Converts raw disparities to metric points, eq. (1)-(2) of the paper, by lookup tables: `P = Z(d) *
-/// (ray_of_column(u) + ray_of_row(v)) + camera position`, in the world frame. The rays include the camera's
-/// rotation, and Z = 1 / (a d + b).
+/// The raw disparities in which surfaces are modelled, see DisparityFrame: 1/Z = a raw + b.
+struct DisparityScale {
+  double a_per_m;  ///< < 0
+  double b_per_m;
+
+  double inverseDepth_per_m(double raw) const noexcept { return a_per_m * raw + b_per_m; }
+  double rawOf(double depth_m) const noexcept { return (1 / depth_m - b_per_m) / a_per_m; }
+  /// Returns the size of one raw unit at a depth, in metres.
+  double unit_m(double depth_m) const noexcept { return std::abs(a_per_m) * depth_m * depth_m; }
+};
+
+/// Reasons why a camera's parameters cannot be used.
+enum class CameraFault : std::uint8_t {
+  none,
+  size,        ///< the frame is empty or larger than kMaxFrameWidth x kMaxFrameHeight
+  intrinsics,  ///< a focal length that is not positive, or a number that is not finite
+  depth_law,   ///< no raw value has a depth between near and far
+  limits,      ///< not 0 < near < far
+  noise,       ///< a negative standard deviation, or a share or length out of range
+};
+constexpr auto wordsOf(CameraFault) {
+  return words<CameraFault>("none", "frame size", "intrinsics", "depth law", "near and far limit", "noise");
+}
+
+/// Returns the first fault of a camera, or `none` if a DepthModel can be made of it.
+/// Thread: any.  RT: safe.
+CameraFault faultOf(const DepthModelParameters& camera) noexcept;
+
+/// Converts raw values to metric points, eq. (1)-(2) of the paper: `P = Z(raw) * (ray_of_column(u) +
+/// ray_of_row(v)) + camera position`, in the world frame. The rays include the camera's rotation. Z follows
+/// from the camera's depth law: by a table for reciprocal laws, by a product for linear ones.
 /// Thread: immutable after construction; any thread may read it.
 class DepthModel {
  public:
-  /// Computes the tables.  RT: not safe.
+  /// Computes the tables. `parameters` have no fault, see faultOf().  RT: not safe.
   DepthModel(const DepthModelParameters& parameters, const PoseParameters& T_world_camera);
+  DepthModel(const DepthModel&) = delete;
+  DepthModel& operator=(const DepthModel&) = delete;
+
+  int width_px() const noexcept { return parameters_.width_px; }
+  int height_px() const noexcept { return parameters_.height_px; }
+  /// Returns the distance between rows of an image in pixels.
+  int stride_px() const noexcept { return strideOf(parameters_.width_px); }
+  /// Returns the number of pixels of an image, with the padding of its rows.
+  std::size_t pixels() const noexcept {
+    return static_cast<std::size_t>(stride_px()) * static_cast<std::size_t>(height_px());
+  }
+  bool isLinear() const noexcept { return parameters_.law == DepthLawKind::linear; }
 
   /// Returns the depth along the optical axis in metres, near..far; 0 for a raw value that is no measurement
-  /// or has a depth outside these limits (including a d + b <= 0, behind the camera). `raw`: 0..2047.  RT:
-  /// safe.
-  double depth_m(std::uint16_t raw) const noexcept { return depth_m_[raw]; }
+  /// or has a depth outside these limits (including a d + b <= 0, behind the camera).  RT: safe.
+  double depth_m(std::uint16_t raw) const noexcept {
+    if (raw < raw_first_ || raw > raw_last_) return 0;
+    return isLinear() ? parameters_.unit_m * raw : depth_m_[raw];
+  }
+  /// Returns the depth of a raw value that is a real number, whatever the limits; 0 behind the camera.
+  double depthOfReal_m(double raw) const noexcept {
+    if (isLinear()) return std::max(0.0, parameters_.unit_m * raw);
+    const double inverse_depth = parameters_.a_per_m * raw + parameters_.b_per_m;
+    return inverse_depth > 0 ? 1 / inverse_depth : 0;
+  }
+  /// Returns the raw value of a depth in metres, > 0, as a real number.  RT: safe.
+  double rawOf(double depth_m) const noexcept {
+    if (isLinear()) return depth_m / parameters_.unit_m;
+    return (1 / depth_m - parameters_.b_per_m) / parameters_.a_per_m;
+  }
+  /// Returns true if a raw value is a measurement, whatever its depth.  RT: safe.
+  bool isMeasurement(std::uint16_t raw) const noexcept {
+    return raw != parameters_.raw_no_measurement && raw < parameters_.raw_values;
+  }
+  /// Returns true if a raw value is a measurement of a depth nearer than the near limit.  RT: safe.
+  bool isNearerThanLimit(std::uint16_t raw) const noexcept {
+    if (!isMeasurement(raw)) return false;
+    if (isLinear()) return parameters_.unit_m * raw < parameters_.near_m;
+    return parameters_.a_per_m * raw + parameters_.b_per_m > 1 / parameters_.near_m;
+  }
+  /// First and last raw value that can have a depth.
+  std::uint16_t firstRaw() const noexcept { return raw_first_; }
+  std::uint16_t lastRaw() const noexcept { return raw_last_; }
 
-  /// Returns the point that a pixel sees, in metres; its raw value must have a depth other than 0.  RT: safe.
-  Vec3 pointInWorld(std::uint32_t packed_pixel) const noexcept {
-    const double depth = depth_m_[PackedPixel::raw(packed_pixel)];
+  /// Returns true if the camera's raw values are the raw disparities of surfaces.
+  bool rawIsDisparity() const noexcept { return raw_is_disparity_; }
+  /// Returns a window of all pixels and of all raw disparities that can have a depth.  RT: safe.
+  PixelWindow wholeDisparity() const noexcept;
+  /// Returns the scale of the raw disparities in which surfaces are modelled: the camera's own if it has 11
+  /// bits, else one that reaches from near_m to infinity.
+  const DisparityScale& disparity() const noexcept { return disparity_; }
+  /// Returns the raw value that is nearest to a raw disparity; raw_no_measurement where none has a depth.
+  /// RT: safe.
+  std::uint16_t rawOfDisparity(double disparity) const noexcept;
+  /// Returns the raw disparity, rounded, of a raw value; kRawNoMeasurement if it has no depth.  RT: safe.
+  std::uint16_t disparityOf(std::uint16_t raw) const noexcept;
+  /// Returns the noise of one pixel's raw disparity at a depth, relative to that of a Kinect v1, whose errors
+  /// the tolerances of all filters and laws are stated for; 1 for a Kinect and where the noise is not known.
+  /// RT: safe.
+  double noiseScale(double depth_m) const noexcept;
+  /// Returns the largest of noiseScale() from near to far.
+  double largestNoiseScale() const noexcept { return largest_noise_scale_; }
+  /// Returns what one raw unit of a Kinect v1 with the same noise would measure at a depth, in metres.
+  double noiseUnit_m(double depth_m) const noexcept {
+    return noiseScale(depth_m) * disparity_.unit_m(depth_m);
+  }
+
+  /// Returns the point that a pixel sees, in metres; its raw value, one of the PackedPixel::kRawRange values
+  /// from `raw_first` on, must have a depth other than 0.  RT: safe.
+  Vec3 pointInWorld(std::uint32_t packed_pixel, std::uint32_t raw_first = 0) const noexcept {
+    const double depth = depth_m(static_cast<std::uint16_t>(PackedPixel::raw(packed_pixel, raw_first)));
     const Ray& column = column_rays_[PackedPixel::column(packed_pixel)];
     const Ray& row = row_rays_[PackedPixel::row(packed_pixel)];
     return {depth * (column.x + row.x) + camera_position_.x, depth * (column.y + row.y) + camera_position_.y,
@@ -89,19 +190,20 @@ class DepthModel {
   struct alignas(32) Ray {
     double x, y, z, unused;
   };
-  const double* depthTable_m() const noexcept { return depth_m_.data(); }
-  const Ray* columnRays() const noexcept { return column_rays_.data(); }
-  const Ray* rowRays() const noexcept { return row_rays_.data(); }
+  const Ray* columnRays() const noexcept { return column_rays_.get(); }
+  const Ray* rowRays() const noexcept { return row_rays_.get(); }
 
   /// Single-precision data for vectorised deprojection. The ray of pixel (u, v) is `middle + (u -
-  /// kMiddleColumn) * column_step + (v - kMiddleRow) * row_step`.
-  static constexpr float kMiddleColumn = kFrameWidth / 2;
-  static constexpr float kMiddleRow = kFrameHeight / 2;
+  /// middle_column) * column_step + (v - middle_row) * row_step`.
   struct SingleRay {
     float x, y, z;
   };
   struct SinglePrecisionTables {
-    alignas(kCacheLine) std::array<float, kRawValues> depth_m;
+    const float* depth_m;     ///< [raw_values] of a reciprocal law; null for a linear one
+    std::int32_t raw_values;  ///< size of the table
+    float unit_m;             ///< of a linear law
+    float middle_column;
+    float middle_row;
     SingleRay middle;
     SingleRay column_step;
     SingleRay row_step;
@@ -137,17 +239,27 @@ class DepthModel {
  private:
   /// Returns a window without pixels whose raw values are those that can have a depth between the two limits.
   PixelWindow rawsBetween(double nearest_m, double farthest_m) const noexcept;
+  PixelWindow withAllPixels(PixelWindow window) const noexcept;
   void tabulateDepth();
+  void findValidRaws();
+  void chooseDisparity();
   void tabulateRays();
   void computeBounds();
 
   DepthModelParameters parameters_;
   std::array<double, 9> rotation_world_camera_;  // row by row
   Vec3 camera_position_;                         // in world
-  std::array<double, kRawValues> depth_m_;
-  std::array<Ray, kFrameWidth> column_rays_;
-  std::array<Ray, kFrameHeight> row_rays_;
-  SinglePrecisionTables single_;
+  std::uint32_t table_size_;                     // 0 with a linear law
+  std::unique_ptr<double[]> depth_m_;            // by raw value
+  std::unique_ptr<float[]> single_depth_m_;      // the same, and one more vector
+  std::uint16_t raw_first_ = 1;
+  std::uint16_t raw_last_ = 0;
+  bool raw_is_disparity_;
+  DisparityScale disparity_{};
+  double largest_noise_scale_ = 1;
+  std::unique_ptr<Ray[]> column_rays_;  // [width_px]
+  std::unique_ptr<Ray[]> row_rays_;     // [height_px]
+  SinglePrecisionTables single_{};
   Bounds bounds_;
   double single_precision_error_m_ = 0;
 };

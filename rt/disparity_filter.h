@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 
-#include "rt/depth_frame.h"
 #include "rt/depth_model.h"
+#include "rt/disparity_frame.h"
 #include "rt/filter_kernel.h"
 #include "rt/parameters.h"
 
 namespace hapticd::rt {
 
-/// Converts raw frames to disparities with less noise, for a requested part of the image.
+/// Converts frames of raw disparities to disparities with less noise, for a requested part of the image.
 ///
 /// Temporal filter: each pixel is the mean over its last frames as long as new measurements stay near that
 /// mean; a jump restarts the mean, so jumps add no lag. Slow motion shows as a non-zero mean of all
@@ -24,27 +24,25 @@ namespace hapticd::rt {
 /// Thread: one (the scene thread).  RT: allocates nothing after construction.
 class DisparityFilter {
  public:
-  /// Allocates all buffers.  RT: not safe.
+  /// Allocates all buffers. `model` outlives the filter.  RT: not safe.
   explicit DisparityFilter(const DepthModel& model);
 
   /// Returns the filtered disparities of the window, in frame layout, with kNoDisparity where nothing usable
   /// was measured. Pixels outside the window are undefined. Valid until the next call. The same frame may be
   /// filtered again with another window.
-  const float* apply(const DepthFrame& frame, const PixelWindow& window,
+  const float* apply(const DisparityFrame& frame, const PixelWindow& window,
                      const FilterParameters& parameters) noexcept;
 
   /// Restarts all means with the next frame.
-  void forget() noexcept { tiles_ = {}; }
+  void forget() noexcept { std::fill_n(tiles_.get(), tile_count_, Tile{}); }
 
-  /// Returns the result of the last apply() rounded to raw values, in frame layout.
+  /// Returns the result of the last apply() as raw values of the camera, in frame layout.
   const std::uint16_t* rounded(const PixelWindow& window) noexcept;
 
  private:
   static constexpr int kTileColumns = 64;
   static constexpr int kTileRows = 16;
-  static constexpr int kTilesAcross = kFrameWidth / kTileColumns;
-  static constexpr int kTilesDown = kFrameHeight / kTileRows;
-  static_assert(kTilesAcross * kTileColumns == kFrameWidth && kTilesDown * kTileRows == kFrameHeight);
+  static_assert(kTileColumns == kRowAlignment_px);
 
   struct Tile {
     std::uint64_t frame = 0;        ///< frame up to which its means are current
@@ -52,15 +50,29 @@ class DisparityFilter {
     float max_frames = 1;           ///< length of the means of its pixels
   };
 
-  void convert(const DepthFrame& frame, const PixelWindow& window) noexcept;
-  void follow(const DepthFrame& frame, const PixelWindow& window) noexcept;
-  void follow(const DepthFrame& frame, int tile_column, int tile_row) noexcept;
+  void convert(const DisparityFrame& frame, const PixelWindow& window) noexcept;
+  void follow(const DisparityFrame& frame, const PixelWindow& window) noexcept;
+  void follow(const DisparityFrame& frame, int tile_column, int tile_row) noexcept;
   void smooth(const PixelWindow& window) noexcept;
 
-  std::uint16_t raw_first_;  // first raw value that has a depth
-  std::uint16_t raw_last_;   // last raw value that has a depth
+  PixelWindow grown(const PixelWindow& window, int margin) const noexcept;
+  std::size_t pixelAt(int row, int column) const noexcept {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_px_) +
+           static_cast<std::size_t>(column);
+  }
+
+  const DepthModel& model_;
+  int stride_px_;
+  std::size_t pixels_;
+  std::size_t margin_;       // pixels before the first and after the last one that the spatial mean may read
+  float gate_raw_;           // a measurement that differs from the mean by more belongs to another surface
+  float motion_raw_;         // a tile whose measurements differ by more on average is moving
+  std::uint16_t raw_first_;  // first raw disparity that has a depth
+  std::uint16_t raw_last_;   // last raw disparity that has a depth
   FilterParameters parameters_;
-  std::array<Tile, static_cast<std::size_t>(kTilesAcross) * kTilesDown> tiles_{};
+  int tiles_across_;
+  std::size_t tile_count_;
+  std::unique_ptr<Tile[]> tiles_;
   // Images of whole frames with a margin on all sides.
   std::unique_ptr<float[]> plain_;  // disparities of the newest frame
   std::unique_ptr<float[]> mean_;

@@ -178,7 +178,7 @@ void storeFacets(const FacetBlocks& blocks, const FacetMemory& memory, Facet* fa
       hn::Store(hn::Mul(mean.slope_u, set(kPer_px)), df, per_column);
       hn::Store(hn::Mul(mean.slope_v, set(kPer_px)), df, per_row);
       const int count = std::min(blocks.sites_across - site, lanes);
-      Facet* const out = facets + BlockLattice::at(row, site);
+      Facet* const out = facets + static_cast<std::ptrdiff_t>(row) * blocks.facets_per_row + site;
       for (int i = 0; i < count; ++i) out[i] = {value[i], per_column[i], per_row[i], out[i].per_second};
     }
   }
@@ -204,14 +204,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hapticd::rt {
 
-FacetMemory::FacetMemory()
+FacetMemory::FacetMemory(int rows)
     : planes{},
       quadratics{},
       estimates{},
       row_sums(nullptr),
       mean_of_9(nullptr),
       mean_of_25(nullptr),
-      memory_(std::make_unique<float[]>(kArrays * FacetBlocks::kSize)) {
+      memory_(std::make_unique<float[]>(kArrays * FacetBlocks::sizeFor(rows))) {
   float** const arrays[] = {&planes.value,
                             &planes.slope_u,
                             &planes.slope_v,
@@ -242,7 +242,7 @@ FacetMemory::FacetMemory()
   float* next = memory_.get();
   for (float** const array : arrays) {
     *array = next;
-    next += FacetBlocks::kSize;
+    next += FacetBlocks::sizeFor(rows);
   }
 }
 

@@ -15,12 +15,16 @@ struct FacetBlocks {
   static constexpr int kBorder = 12;
   /// Vectors of sites may read and write this many elements beyond the end of a row.
   static constexpr int kPadding = 64;
-  static constexpr std::size_t kStride = BlockLattice::kColumns + 2 * kBorder + kPadding;
-  static constexpr std::size_t kSize = (BlockLattice::kRows + 2 * kBorder) * kStride + kPadding;
+  static constexpr std::size_t kStride = BlockLattice::kMaxColumns + 2 * kBorder + kPadding;
+  /// Returns the number of elements of an array for all sites of a lattice with this many rows.
+  static constexpr std::size_t sizeFor(int rows) noexcept {
+    return static_cast<std::size_t>(rows + 2 * kBorder) * kStride + kPadding;
+  }
 
-  const float* disparity;  ///< [kSize]; negative: no measurement; the first site is at(0, 0)
+  const float* disparity;  ///< [sizeFor(rows)]; negative: no measurement; the first site is at(0, 0)
   int sites_across;        ///< columns of sites
   int sites_down;          ///< rows of sites
+  int facets_per_row;      ///< distance between rows of facets: the columns of the lattice
 
   /// Returns the array index of a site.
   static constexpr std::size_t at(int row, int column) noexcept {
@@ -36,11 +40,11 @@ struct FacetFit {
   float largest_quadratic;  ///< width of the widest support of a quadratic, in blocks
 };
 
-/// Working memory of fitFacets(). Each array has [FacetBlocks::kSize] elements in FacetBlocks layout.
+/// Working memory of fitFacets(). Each array has [FacetBlocks::sizeFor(rows)] elements in FacetBlocks layout.
 class FacetMemory {
  public:
-  /// Allocates all arrays.  RT: not safe.
-  FacetMemory();
+  /// Allocates all arrays, for a lattice with this many rows.  RT: not safe.
+  explicit FacetMemory(int rows = BlockLattice::kMaxRows);
 
   /// Planes fitted to 3 x 3 blocks.
   struct Planes {

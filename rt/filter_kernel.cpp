@@ -42,6 +42,29 @@ void toRaw(const float* disparity, int count, std::uint16_t none, std::uint16_t*
   }
 }
 
+void toDisparity(const std::uint16_t* raw, int count, const RawConversion& conversion,
+                 std::uint16_t* disparity) {
+  const FloatTag df;
+  const IntTag di;
+  const RawTag dr;
+  const auto lanes = static_cast<int>(hn::Lanes(df));
+  const auto first = hn::Set(di, conversion.raw_first);
+  const auto last = hn::Set(di, conversion.raw_last);
+  const auto per_raw = hn::Set(df, conversion.per_raw);
+  const auto per_inverse = hn::Set(df, conversion.per_inverse);
+  const auto offset = hn::Set(df, conversion.offset + 0.5F);
+  for (int i = 0; i < count; i += lanes) {
+    const auto value = hn::PromoteTo(di, hn::LoadU(dr, raw + i));
+    const auto unseen = hn::Or(hn::Lt(value, first), hn::Gt(value, last));
+    const auto number = hn::ConvertTo(df, hn::Max(value, hn::Set(di, 1)));
+    const auto real = hn::MulAdd(number, per_raw, hn::Add(hn::Div(per_inverse, number), offset));
+    const auto most = hn::Set(df, static_cast<float>(conversion.most));
+    const auto rounded = hn::ConvertTo(di, hn::Min(hn::Max(real, hn::Zero(df)), most));
+    hn::StoreU(hn::DemoteTo(dr, hn::IfThenElse(unseen, hn::Set(di, conversion.none), rounded)), dr,
+               disparity + i);
+  }
+}
+
 void temporal(const float* disparity, int count, const TemporalLimits& limits, const TemporalRow& row,
               Innovation& innovation) {
   const FloatTag df;
@@ -105,6 +128,7 @@ namespace hapticd::rt {
 
 HWY_EXPORT(fromRaw);
 HWY_EXPORT(toRaw);
+HWY_EXPORT(toDisparity);
 HWY_EXPORT(temporal);
 HWY_EXPORT(similar);
 
@@ -115,6 +139,11 @@ void disparityOfRaw(const std::uint16_t* raw, int count, std::uint16_t first, st
 
 void rawOfDisparity(const float* disparity, int count, std::uint16_t none, std::uint16_t* raw) noexcept {
   HWY_DYNAMIC_DISPATCH(toRaw)(disparity, count, none, raw);
+}
+
+void convertRaw(const std::uint16_t* raw, int count, const RawConversion& conversion,
+                std::uint16_t* disparity) noexcept {
+  HWY_DYNAMIC_DISPATCH(toDisparity)(raw, count, conversion, disparity);
 }
 
 void updateMeans(const float* disparity, int count, const TemporalLimits& limits, const TemporalRow& row,

@@ -16,6 +16,21 @@ void disparityOfRaw(const std::uint16_t* raw, int count, std::uint16_t first, st
 /// Rounds disparities to raw values; kNoDisparity becomes `none`.  RT: safe after the first call.
 void rawOfDisparity(const float* disparity, int count, std::uint16_t none, std::uint16_t* raw) noexcept;
 
+/// Conversion of raw values to raw disparities: per_raw raw + per_inverse / raw + offset, rounded.
+struct RawConversion {
+  std::uint16_t raw_first;  ///< raw values outside raw_first..raw_last have no depth
+  std::uint16_t raw_last;
+  std::uint16_t none;  ///< result of a raw value without depth
+  std::uint16_t most;  ///< results are 0..most
+  float per_raw = 0;
+  float per_inverse = 0;
+  float offset = 0;
+};
+
+/// Converts `count` raw values, a multiple of kRowAlignment_px.  RT: safe after the first call.
+void convertRaw(const std::uint16_t* raw, int count, const RawConversion& conversion,
+                std::uint16_t* disparity) noexcept;
+
 /// State of the temporal mean for a row of pixels; each array has room for one more vector.
 struct TemporalRow {
   float* mean;     ///< kNoDisparity: unknown

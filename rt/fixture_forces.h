@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 
-#include "rt/fixture.h"
-#include "rt/force_law.h"
-#include "rt/guidance.h"
-#include "rt/half_spaces.h"
-#include "rt/parameters.h"
+#include "rt/forbidden_regions.h"
 #include "rt/realtime_safe.h"
-#include "rt/scene.h"
 #include "rt/vec3.h"
 
 namespace hapticd::rt {
@@ -37,44 +29,8 @@ namespace hapticd::rt {
 /// Thread: one.  RT: step() is safe.
 class FixtureForces {
  public:
-  /// What a fixture keeps from one tick to the next.
-  struct FixtureMemory {
-    std::uint64_t definition = 0;  ///< 0: not acting
-    std::uint32_t identity = 0;
-    Shape shape;  ///< in the last tick
-    /// The HIP is at least this far from the region's boundary, on the allowed side; 0: not known.
-    double room_m = 0;
-    bool inside = false;  ///< side `both`: the HIP is kept inside
-    double give_m = 0;    ///< the region is smaller by this, because the HIP was inside when it began to act
-    double give_m_per_s = 0;  ///< ... and grows by this
-    bool has_own_proxy = false;
-    Vec3 own_proxy_m;         ///< proxy that obeys this region only
-    HalfSpace last;           ///< stand-off: the newest constraint ...
-    std::uint64_t frame = 0;  ///< ... and the depth frame that it was seen in; 0: none
-    GuidanceMemory guidance;
-  };
-  struct Memory {
-    std::uint64_t generation = 0;
-    bool placed = false;
-    Vec3 proxy_m_in_world;
-    Vec3 hip_m_in_world;   ///< of the last tick
-    Vec3 left_guidance_n;  ///< of guidance fixtures that are gone, on its way to zero
-    std::array<FixtureMemory, kMaxFixtures> fixtures;
-  };
-  static_assert(std::is_trivially_copyable_v<Memory>);
-
-  struct Input {
-    const FixtureSet& set;
-    const Scene& scene;
-    Vec3 hip_m_in_world;  ///< finite
-    Vec3 velocity_m_per_s_in_world;
-    const LiveParameters& parameters;
-    const ForceSample& law;    ///< force of the law in this tick
-    bool surface_law = false;  ///< it comes from the law `surface`
-    double frame_age_s = 0;    ///< see LawInput
-    double period_s = 0;
-    double lag_damping_s = 0;  ///< damping per stiffness that the loop's lag requires
-  };
+  using Memory = FixturesMemory;
+  using Input = FixtureInput;
 
   struct Output {
     Vec3 spring_force_n;           ///< of the forbidden regions, without damping

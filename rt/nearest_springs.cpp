@@ -105,7 +105,7 @@ class NearestSearch {
   ForceSample forceOfAll() noexcept {
     std::uint32_t within = 0;
     for (std::uint32_t i = 0; i < candidates_.count; ++i) {
-      const Vec3 v = hip_ - scene_.depth_model->pointInWorld(candidates_.pixel[i]);
+      const Vec3 v = hip_ - scene_.depth_model->pointInWorld(candidates_.pixel[i], scene_.raw_first);
       if (norm(v) > parameters_.radius_m) continue;
       memory_.ranked_[within++] = {dot(v, v), candidates_.pixel[i]};
     }
@@ -124,7 +124,7 @@ class NearestSearch {
     const std::uint32_t between = takeBetween(candidates_, surely_near > 0 ? squared(surely_near) : -1.0F,
                                               squared(maybe_near), boundary_);
     for (std::uint32_t i = 0; i < between; ++i) {
-      const Vec3 v = hip_ - scene_.depth_model->pointInWorld(boundary_[i]);
+      const Vec3 v = hip_ - scene_.depth_model->pointInWorld(boundary_[i], scene_.raw_first);
       memory_.ranked_[i] = {dot(v, v), boundary_[i]};
     }
     chooseNearestRanked(between, max_points_ - candidates_.count);
@@ -133,7 +133,7 @@ class NearestSearch {
 
   /// Evaluates eq. (11) over the chosen candidates.
   ForceSample meanOfChosen() noexcept {
-    const Vec3 sum = sumOfUnitSprings(*scene_.depth_model, candidates_.pixel, candidates_.count, hip_,
+    const Vec3 sum = sumOfUnitSprings(scene_, candidates_.pixel, candidates_.count, hip_,
                                       parameters_.radius_m, memory_.work_.get());
     return {.force_n_in_world = (parameters_.stiffness_n_per_m / candidates_.count) * sum,
             .points_used = candidates_.count};

@@ -7,7 +7,7 @@
 
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
-#include "rt/depth_frame.h"
+#include "rt/disparity_frame.h"
 #include "rt/occlusion_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -62,10 +62,10 @@ HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
   const auto raw = hn::LoadU(dr, row.raw + column);
   const auto before = hn::LoadU(dr, row.visible + column);
   const auto seen = hn::IfThenElse(hn::Gt(raw, all(kLastRaw)), all(kNothingSeen), raw);
-  auto changed = differ(seen, before, kMinShell_raw);
+  auto changed = differ(seen, before, row.min_shell);
   if constexpr (kHides) {
     const auto hidden = hn::LoadU(dr, row.hidden + column);
-    changed = hn::Or(changed, hn::Not(differ(seen, hidden, kMinShell_raw)));
+    changed = hn::Or(changed, hn::Not(differ(seen, hidden, row.min_shell)));
   }
   hn::StoreU(hn::IfThenElse(changed, before, seen), dr, row.visible + column);
   return hn::AllFalse(dr, changed);
@@ -93,7 +93,7 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
   auto new_surface = hn::AndNot(missing, unknown);
   auto hidden_now = hidden;
 
-  const auto jumps = hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, kMinShell_raw));
+  const auto jumps = hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, row.min_shell));
   if (!hn::AllFalse(dr, jumps)) {
     const auto nearness_before = nearnessOf(row, before_raw);
     const auto apart = areApart(row, jumps, nearness, nearness_before);
@@ -106,7 +106,7 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
     new_surface = hn::Or(new_surface, apart);
   }
   hidden_now = hn::IfThenElse(withdrawn, none, hidden_now);
-  const auto covered = hn::Lt(hn::Add(nearness, all(kRestNoise_raw)), nearnessOf(row, hidden_now));
+  const auto covered = hn::Lt(hn::Add(nearness, all(row.rest_noise)), nearnessOf(row, hidden_now));
   hidden_now = hn::IfThenElse(hn::Or(missing, covered), hidden_now, none);
 
   const auto lost = hn::AndNot(hn::Or(unknown, was_missing), missing);
@@ -134,7 +134,7 @@ template <bool kHides>
 HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
   const std::size_t lanes = hn::Lanes(RawTag());
   // Without a branch per block, because which blocks change is unpredictable.
-  std::uint32_t changed = 0;
+  std::uint64_t changed = 0;
   for (std::size_t block = row.block_first; block <= row.block_last; ++block) {
     bool unchanged = true;
     const std::size_t soon = block * kOcclusionBlock + row.ahead;
@@ -147,7 +147,7 @@ HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
     for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
       unchanged &= takeUnchanged<kHides>(row, block * kOcclusionBlock + part);
     }
-    changed |= static_cast<std::uint32_t>(!unchanged) << block;
+    changed |= static_cast<std::uint64_t>(!unchanged) << block;
   }
   OcclusionLeft left;
   for (; changed != 0; changed &= changed - 1) {
@@ -156,7 +156,7 @@ HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
     for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
       overdue |= takeChanged(row, block * kOcclusionBlock + part, left);
     }
-    left.overdue_blocks |= static_cast<std::uint32_t>(overdue) << block;
+    left.overdue_blocks |= static_cast<std::uint64_t>(overdue) << block;
   }
   return left;
 }

@@ -16,11 +16,6 @@ inline constexpr std::uint16_t kOffered = 0x4000;
 /// Visible value of a pixel without history. No other value, with or without flags, is near it, even where
 /// differences wrap around.
 inline constexpr std::uint16_t kNothingSeen = 0x2000;
-/// Consecutive measurements of a surface at rest differ by no more than this in 99 % of cases.
-inline constexpr std::uint16_t kRestNoise_raw = 2;
-/// Minimum depth of the shell in raw units; far away, where the shell would be thinner, noise must not look
-/// like an occluder.
-inline constexpr std::uint16_t kMinShell_raw = 3;
 
 /// One row of pixels and the range of its blocks to update. Raw values below kRawNoMeasurement are
 /// measurements.
@@ -34,6 +29,9 @@ struct OcclusionRow {
   std::size_t block_first;
   std::size_t block_last;
   std::size_t ahead;  ///< distance in pixels from this row to the one to prefetch
+  /// Consecutive measurements of a surface at rest differ by no more than this in 99 % of cases.
+  std::uint16_t rest_noise;
+  std::uint16_t min_shell;  ///< changes up to this are no jumps
   /// [kRawValues] indexed by nearness; values below are in front of the shell.
   const std::uint16_t* shell_end;
   bool falls;                 ///< nearness is kRawNoMeasurement - 1 - raw; otherwise it is raw
@@ -45,7 +43,7 @@ struct OcclusionRow {
 /// Result of updatePixels().
 struct OcclusionLeft {
   int more_hidden = 0;  ///< change of the number of pixels that hide something; also applied to the tiles
-  std::uint32_t overdue_blocks = 0;  ///< blocks with overdue pixels, one bit each
+  std::uint64_t overdue_blocks = 0;  ///< blocks with overdue pixels, one bit each
 };
 
 /// Updates all pixels of a row with new measurements, except overdue ones: those without measurement for

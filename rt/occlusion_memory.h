@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <memory>
 
+#include "hwy/aligned_allocator.h"
 #include "rt/cache_line.h"
-#include "rt/depth_frame.h"
 #include "rt/depth_model.h"
+#include "rt/disparity_frame.h"
 #include "rt/occlusion_kernel.h"
 #include "rt/scene.h"
 
@@ -26,9 +27,9 @@ namespace hapticd::rt {
 ///
 /// When the camera moves, pixels no longer correspond to fixed places. Samples all over the image are
 /// compared with their first values: if more than kMovedShare of the comparable samples differ by more than
-/// noise and less than the shell, everything is forgotten, at most kStripPeriod frames (0.27 s) after the
-/// image has changed by one raw unit more than noise. The same happens when a surface comes nearer and fills
-/// the image. After kMaxGap_s without a frame everything is forgotten as well.
+/// noise and less than the shell, everything is forgotten, at most as many frames as the image has strips
+/// (Kinect: 8, 0.27 s) after the image has changed by one raw unit more than noise. The same happens when a
+/// surface comes nearer and fills the image. After kMaxGap_s without a frame everything is forgotten as well.
 ///
 /// Thread: one (the scene thread).  RT: allocates nothing after construction.
 class OcclusionMemory {
@@ -40,8 +41,9 @@ class OcclusionMemory {
   static constexpr int kHoldFrames = 10;
   /// Number of frames after which a visible surface belongs to the scene.
   static constexpr int kSettledFrames = 60;
-  /// Number of frames in which the whole image is updated once, strip by strip.
-  static constexpr int kStripPeriod = 8;
+  /// Each frame updates a strip of rows with at most this many pixels, so that its cost does not grow with
+  /// the size of the image; the whole image is updated strip by strip.
+  static constexpr int kStripPixels = 38400;
   /// Fraction of changed samples above which the camera is assumed to have moved.
   static constexpr double kMovedShare = 0.4;
   /// Longest time between two frames that are compared.
@@ -50,15 +52,19 @@ class OcclusionMemory {
   /// Allocates all images.  RT: not safe.
   explicit OcclusionMemory(const DepthModel& model);
 
-  /// Updates the memory with a new frame: the window's pixels at once and, of the rest of the image, one of
-  /// kStripPeriod strips of rows, so that places away from the hand are remembered too. The same frame again
-  /// (same sequence number, other window) only adds pixels.
-  void update(const DepthFrame& frame, const PixelWindow& window) noexcept;
+  /// Updates the memory with a new frame: the window's pixels at once and, of the rest of the image, one
+  /// strip of rows, so that places away from the hand are remembered too. Pixels of both are valid in
+  /// `frame`. The same frame again (same sequence number, other window) only adds pixels.
+  void update(const DisparityFrame& frame, const PixelWindow& window) noexcept;
+  /// Returns the strip that a frame updates; without a range of raw values.
+  PixelWindow stripOf(std::uint64_t sequence) const noexcept;
+  /// Number of frames in which the whole image is updated once.
+  int strips() const noexcept { return static_cast<int>(strips_); }
 
   /// Returns raw values in frame layout: the surface hidden behind the visible one at each pixel, or
   /// kRawNoMeasurement where nothing is hidden or known. Valid in the windows with which the newest frame was
   /// processed.
-  const std::uint16_t* hidden() const noexcept { return pixels_->hidden; }
+  const std::uint16_t* hidden() const noexcept { return hidden_.get(); }
   /// Returns true if hidden() has any value in the window or at most kTile columns beside it.
   bool hidesAnything(const PixelWindow& window) const noexcept;
 
@@ -67,11 +73,7 @@ class OcclusionMemory {
 
  private:
   static constexpr std::size_t kTile = kOcclusionTile;
-  static constexpr std::size_t kTilesAcross = kFrameWidth / kTile;
-  static_assert(kTilesAcross * kTile == kFrameWidth);
-
-  static constexpr std::size_t kStripRows = kFrameHeight / kStripPeriod;
-  static_assert(kStripRows * kStripPeriod == kFrameHeight);
+  static_assert(kTile == kRowAlignment_px);
 
   /// Result of the last comparison of a strip's samples.
   struct Samples {
@@ -85,18 +87,9 @@ class OcclusionMemory {
     std::uint16_t nearest_beside = 0;  ///< nearest value beside the gap, as nearness; see nearnessOf()
   };
 
-  /// State of all pixels of a frame.
-  struct Pixels {
-    alignas(kCacheLine) std::uint16_t visible[kFramePixels];  ///< see OcclusionRow
-    alignas(kCacheLine) std::uint16_t hidden[kFramePixels + kVectorPadding];
-    /// Low 16 bits of the number of the frame since which the pixel has shown its current surface, or
-    /// nothing.
-    alignas(kCacheLine) std::uint16_t since[kFramePixels];
-  };
-
-  bool cameraMoved(const DepthFrame& frame) noexcept;
-  void compare(const DepthFrame& frame, std::size_t row, Samples& samples) noexcept;
-  void updateRow(const DepthFrame& frame, std::size_t row, std::size_t column_first,
+  bool cameraMoved(const DisparityFrame& frame) noexcept;
+  void compare(const DisparityFrame& frame, std::size_t row, Samples& samples) noexcept;
+  void updateRow(const DisparityFrame& frame, std::size_t row, std::size_t column_first,
                  std::size_t column_last) noexcept;
   void dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept;
   bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
@@ -113,21 +106,32 @@ class OcclusionMemory {
     return nearnessOf(raw) < shell_end_[nearnessOf(than_raw)];
   }
 
-  std::unique_ptr<Pixels> pixels_;
-  bool falls_;  ///< depth falls with rising raw value
+  std::size_t rows_;
+  std::size_t stride_px_;
+  std::size_t tiles_across_;
+  std::size_t strip_rows_;
+  bool falls_;                ///< depth falls with rising raw value
+  std::uint16_t rest_noise_;  ///< see OcclusionRow
+  std::uint16_t min_shell_;   ///< see OcclusionRow
+  // State of all pixels of a frame, see OcclusionRow.
+  hwy::AlignedFreeUniquePtr<std::uint16_t[]> visible_;
+  hwy::AlignedFreeUniquePtr<std::uint16_t[]> hidden_;
+  /// Low 16 bits of the number of the frame since which the pixel has shown its current surface, or nothing.
+  hwy::AlignedFreeUniquePtr<std::uint16_t[]> since_;
   /// Indexed by nearness: smaller values are in front of the shell.
   std::array<std::uint16_t, kRawValues> shell_end_;
-  std::array<std::uint8_t, kFrameHeight * kTilesAcross> hidden_of_tile_{};
-  std::array<Samples, kStripPeriod> samples_of_strip_{};
+  std::size_t strips_;
+  std::unique_ptr<std::uint8_t[]> hidden_of_tile_;
+  std::unique_ptr<Samples[]> samples_of_strip_;
   /// First value of the first pixel of each tile, or kNothingSeen.
-  std::array<std::uint16_t, kFrameHeight * kTilesAcross> first_shown_{};
-  std::array<std::uint32_t, kFrameHeight> epoch_of_row_{};  ///< rows with an older epoch are restarted
+  std::unique_ptr<std::uint16_t[]> first_shown_;
+  std::unique_ptr<std::uint32_t[]> epoch_of_row_;  ///< rows with an older epoch are restarted
   std::uint32_t epoch_ = 1;
   std::uint32_t hidden_count_ = 0;
   std::uint64_t newest_ = 0;  ///< number of the newest frame; 0: none
   std::int64_t newest_ns_ = 0;
   std::uint16_t now_ = 0;
-  std::size_t newest_strip_ = kStripPeriod;  ///< strip updated with the newest frame; kStripPeriod: none
+  PixelWindow newest_strip_;  ///< updated with the newest frame
 };
 
 }  // namespace hapticd::rt

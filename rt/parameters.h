@@ -141,9 +141,47 @@ struct LiveParameters {
   double standoff_clearance_m = 0;
 };
 
-/// Conversion of raw disparity to points: Z = 1 / (a d + b) and the pinhole model of eq. (1).
+/// Principle by which a camera measures depth; it determines the kind of its errors.
+enum class DepthPrinciple : std::uint8_t {
+  structured_light,  ///< a projected pattern, matched block by block: Kinect v1
+  active_stereo,     ///< two imagers, matched window by window: RealSense D400, Orbbec Gemini 330
+  time_of_flight,    ///< phase of modulated light, pixel by pixel: Femto Mega
+};
+constexpr auto wordsOf(DepthPrinciple) {
+  return words<DepthPrinciple>("structured_light", "active_stereo", "time_of_flight");
+}
+
+/// Function that converts a raw value to Z, the depth along the optical axis.
+enum class DepthLawKind : std::uint8_t {
+  reciprocal,  ///< 1/Z = c0 raw + c1, in 1/m: disparities of structured light
+  linear,      ///< Z = c0 raw + c1, in m, for cameras that deliver depth; c0 is their depth unit
+};
+constexpr auto wordsOf(DepthLawKind) {
+  return words<DepthLawKind>("reciprocal", "linear");
+}
+
+/// Noise of a camera's depth, pixel by pixel: sigma(Z) = c0 + c1 Z + c2 Z^2, in m with Z in m. A camera that
+/// triangulates has c2 only: c2 = s / (f b) with the subpixel error s and the focal length f in pixels, and
+/// the baseline b in m. All zero: unknown.
+struct DepthNoiseParameters {
+  double c0_m = 0;
+  double c1 = 0;
+  double c2_per_m = 0;
+  double standing_share =
+      0;  ///< share of the variance that is the same in each frame of a resting scene, 0..1
+  double correlation_px = 1;  ///< distance over which the errors of neighbouring pixels are alike, >= 1
+
+  bool isKnown() const noexcept { return c0_m > 0 || c1 > 0 || c2_per_m > 0; }
+  /// Returns the standard deviation of Z in metres at a depth; 0 if it is not known.
+  double sigma_m(double depth_m) const noexcept { return c0_m + depth_m * (c1 + depth_m * c2_per_m); }
+  friend bool operator==(const DepthNoiseParameters&, const DepthNoiseParameters&) = default;
+};
+
+/// A depth camera as the core knows it: the size of its frames, the conversion of raw values to points by the
+/// law of its depth and the pinhole model of eq. (1), and its noise. Given by the driver with each frame. The
+/// defaults are those of a Kinect v1.
 struct DepthModelParameters {
-  double a_per_m = -0.003071102;  ///< from Table I of the paper
+  double a_per_m = -0.003071102;  ///< reciprocal law, Z = 1 / (a raw + b); from Table I of the paper
   double b_per_m = 3.330949516;   ///< from Table I of the paper
   double fx_px = 594.214342;
   double fy_px = 591.040537;
@@ -151,6 +189,16 @@ struct DepthModelParameters {
   double cy_px = 242.739138;
   double near_m = 0.4;  ///< nearer measurements are rejected
   double far_m = 4.0;   ///< farther measurements are rejected
+  int width_px = 640;   ///< columns u, left to right; a multiple of 16 up to kMaxFrameWidth
+  int height_px = 480;  ///< rows v, top to bottom; a multiple of 4 up to kMaxFrameHeight
+  DepthLawKind law = DepthLawKind::reciprocal;
+  double unit_m = 0.001;                    ///< linear law, Z = unit raw
+  std::uint16_t raw_no_measurement = 2047;  ///< raw value that means no measurement
+  std::uint32_t raw_values = 2048;          ///< raw values are 0..raw_values-1; others are damaged data
+  DepthPrinciple principle = DepthPrinciple::structured_light;
+  DepthNoiseParameters noise{};
+
+  friend bool operator==(const DepthModelParameters&, const DepthModelParameters&) = default;
 };
 
 /// T_world_camera as a translation and rotations about the fixed world axes: first roll about x, then pitch

@@ -81,9 +81,9 @@ class ProxyTick {
   /// The surface that the camera sees on the ray through a place.
   struct Sight {
     bool in_image = false;
-    std::uint16_t raw = kRawNoMeasurement;
-    double behind_m = -1;  ///< distance of the place behind that surface along the ray; -1: nothing is seen
-    double depth_m = 0;    ///< of the place
+    std::uint16_t raw = 0;  ///< of the pixel, if it is in the image
+    double behind_m = -1;   ///< distance of the place behind that surface along the ray; -1: nothing is seen
+    double depth_m = 0;     ///< of the place
   };
 
   Sight sightOf(const Vec3& p) const noexcept {
@@ -101,7 +101,7 @@ class ProxyTick {
     if (!sight.in_image) return sight;
     const auto column = static_cast<std::size_t>(std::lround(u));
     const auto row = static_cast<std::size_t>(std::lround(v));
-    sight.raw = std::min<std::uint16_t>(scene_.image[row * kFrameWidth + column], kRawNoMeasurement);
+    sight.raw = scene_.image[row * static_cast<std::size_t>(model.stride_px()) + column];
     const double seen = model.depth_m(sight.raw);
     if (seen > 0) sight.behind_m = (sight.depth_m - seen) * norm(local) / sight.depth_m;
     return sight;
@@ -215,10 +215,10 @@ class ProxyTick {
   /// Returns whether the surface that held the proxy may have come nearer than the camera can measure.
   bool isTooNear() const noexcept {
     const Sight sight = sightOf(proxy_.position_m_in_world);
-    const DepthModelParameters& camera = scene_.depth_model->parameters();
+    const DepthModel& model = *scene_.depth_model;
     if (!sight.in_image) return false;
-    if (sight.raw == kRawNoMeasurement) return sight.depth_m < (1 + kAlmostTooNear) * camera.near_m;
-    return camera.a_per_m * sight.raw + camera.b_per_m > 1 / camera.near_m;
+    if (model.isMeasurement(sight.raw)) return model.isNearerThanLimit(sight.raw);
+    return sight.depth_m < (1 + kAlmostTooNear) * model.parameters().near_m;
   }
 
   /// Keeps the contact where it was.

@@ -98,7 +98,7 @@ PatchSizes PatchSizes::at(const DepthModel& model, double depth_m, double min_ra
   const DepthModelParameters& camera = model.parameters();
   PatchSizes sizes;
   sizes.pitch_m = depth_m / std::min(camera.fx_px, camera.fy_px);
-  sizes.noise_m = std::max(kMinNoise_m, kNoise_raw * std::abs(camera.a_per_m) * depth_m * depth_m);
+  sizes.noise_m = std::max(kMinNoise_m, kNoise_raw * model.noiseUnit_m(depth_m));
   sizes.small_radius_m = std::min(max_radius_m, std::max(min_radius_m, kSmallRadius_px * sizes.pitch_m));
   sizes.large_radius_m = std::max(
       sizes.small_radius_m, std::min(max_radius_m, std::max(kLargeRadius_px * sizes.pitch_m, kMinLarge_m)));

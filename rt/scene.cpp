@@ -14,19 +14,21 @@ GridShape GridShape::of(const GridParameters& parameters, const DepthModel& mode
   return {cells(size.x), cells(size.y), cells(size.z), edge};
 }
 
-SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity)
+SceneStorage::SceneStorage(const GridShape& shape, std::size_t point_capacity, const DepthModel& model)
     : shape_(shape),
       occupancy_(std::make_unique<std::uint64_t[]>(shape.words())),
       touched_words_(std::make_unique<std::uint64_t[]>(shape.summaryWords())),
       word_rank_(std::make_unique<std::uint32_t[]>(shape.words())),
       voxel_begin_(std::make_unique<std::uint32_t[]>(point_capacity + 2)),
       point_(std::make_unique<GridPoint[]>(point_capacity + kVectorPadding)),
-      image_(std::make_unique<std::uint16_t[]>(kFramePixels)) {}
+      image_(std::make_unique<std::uint16_t[]>(model.pixels())),
+      visible_(model),
+      hidden_(model) {}
 
-SceneStorage::Layer::Layer()
-    : image_(std::make_unique<std::uint16_t[]>(kFramePixels + kVectorPadding)),
-      facet_(std::make_unique<Facet[]>(BlockLattice::kBlocks)),
-      cell_(std::make_unique<Cell[]>(BlockLattice::kBlocks)) {}
+SceneStorage::Layer::Layer(const DepthModel& model)
+    : image_(std::make_unique<std::uint16_t[]>(model.pixels() + kVectorPadding)),
+      facet_(std::make_unique<Facet[]>(BlockLattice(model).blocks())),
+      cell_(std::make_unique<Cell[]>(BlockLattice(model).blocks())) {}
 
 void SceneStorage::Layer::attachTo(SurfaceLayer& layer) const noexcept {
   layer.image = image_.get();

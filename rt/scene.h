@@ -18,10 +18,6 @@
 
 namespace hapticd::rt {
 
-/// Largest number of 32-bit lanes in a vector register of any supported machine. Arrays that kernels read or
-/// write in whole vectors end with this many spare elements.
-inline constexpr std::size_t kVectorPadding = 64;
-
 /// A grid of cubic voxels, axis-aligned in the world frame. Rows of voxels run along x; each row is a
 /// sequence of 64-bit words with one bit per voxel.
 struct GridShape {
@@ -58,12 +54,14 @@ struct Scene {
   std::uint64_t frame = 0;         ///< sequence number of the depth frame; 0: nothing modelled yet
   std::uint64_t model = 0;         ///< number of this scene, starting at 1
   std::int64_t frame_time_ns = 0;  ///< CLOCK_MONOTONIC of the frame's arrival
+  std::int64_t exposure_ns = 0;    ///< CLOCK_MONOTONIC at mid-exposure; 0: the camera does not state it
   const DepthModel* depth_model = nullptr;
 
   Vec3 origin_m_in_world;  ///< lowest corner of the grid
   GridShape shape;
   Vec3 ball_centre_m_in_world;  ///< centre of the ball whose points are modelled
   double ball_radius_m = 0;     ///< infinite: the whole frame
+  std::uint32_t raw_first = 0;  ///< the raw values of the points are the PackedPixel::kRawRange from here on
   std::uint32_t points = 0;
   std::uint32_t points_over_capacity = 0;
 
@@ -76,7 +74,7 @@ struct Scene {
   bool has_points = true;          ///< the points above are modelled
   bool has_image = false;          ///< the image below is modelled
   PixelWindow image_window;        ///< part of the image that is valid
-  std::uint16_t* image = nullptr;  ///< [kFramePixels] raw values of the points; only image_window is valid
+  std::uint16_t* image = nullptr;  ///< raw values of the points, in frame layout; only image_window is valid
   bool has_surface = false;        ///< the surface below is modelled
   VisibleSurface surface;
   SurfaceNoise noise;  ///< of the surface next to the focus, from this and the previous frames
@@ -108,8 +106,8 @@ using SceneChannel = TripleBuffer<Scene>;
 /// Owns the memory of one Scene, allocated at start.  RT: not safe.
 class SceneStorage {
  public:
-  /// Allocates memory for a grid and `point_capacity` points.
-  SceneStorage(const GridShape& shape, std::size_t point_capacity);
+  /// Allocates memory for a grid, `point_capacity` points and images of the size of `model`.
+  SceneStorage(const GridShape& shape, std::size_t point_capacity, const DepthModel& model);
   /// Attaches `scene` to this memory, which holds an empty grid.
   void attachTo(Scene& scene) const noexcept;
 
@@ -122,7 +120,7 @@ class SceneStorage {
   std::unique_ptr<GridPoint[]> point_;
   std::unique_ptr<std::uint16_t[]> image_;
   struct Layer {
-    Layer();
+    explicit Layer(const DepthModel& model);
     void attachTo(SurfaceLayer& layer) const noexcept;
 
    private:

@@ -18,6 +18,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Shared by all builders, so that a number identifies one scene, whoever built it.
 std::atomic<std::uint64_t> models_built{0};
 
+/// Returns a window with a margin, within the image.
+PixelWindow grownBy(PixelWindow window, int margin, const DepthModel& model) noexcept {
+  window.column_first = std::max(0, window.column_first - margin);
+  window.column_last = std::min(model.width_px() - 1, window.column_last + margin);
+  window.row_first = std::max(0, window.row_first - margin);
+  window.row_last = std::min(model.height_px() - 1, window.row_last + margin);
+  return window;
+}
+
 void clearOccupancy(Scene& scene) noexcept {
   forEachTouchedWord(scene, [&scene](std::size_t word) { scene.occupancy[word] = 0; });
   std::fill_n(scene.touched_words, scene.shape.summaryWords(), 0);
@@ -49,13 +58,15 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
     : model_(model),
       extent_(parameters.extent),
       shape_(GridShape::of(parameters, model)),
-      point_capacity_(extent_ == ModelExtent::frame ? kFramePixels
+      point_capacity_(extent_ == ModelExtent::frame ? model.pixels()
                                                     : static_cast<std::size_t>(parameters.point_capacity)),
       in_image_order_(std::make_unique<GridPoint[]>(point_capacity_ + kVectorPadding)),
-      voxel_of_row_(std::make_unique<std::uint32_t[]>(1 + kFrameWidth + kVectorPadding)),
-      pixel_of_row_(std::make_unique<std::uint32_t[]>(kFrameWidth + kVectorPadding)),
+      voxel_of_row_(std::make_unique<std::uint32_t[]>(1 + kMaxFrameWidth + kVectorPadding)),
+      pixel_of_row_(std::make_unique<std::uint32_t[]>(kMaxFrameWidth + kVectorPadding)),
       run_voxel_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
       run_begin_(std::make_unique<std::uint32_t[]>(point_capacity_ + kVectorPadding)),
+      disparity_(model),
+      hidden_raw_(std::make_unique<std::uint16_t[]>(model.rawIsDisparity() ? 0 : model.pixels())),
       filter_(model),
       occlusions_(model),
       surface_builder_(model),
@@ -65,8 +76,11 @@ double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;
   // The window's centre is the voxel corner nearest to the ball's centre, at most half a voxel away on each
   // axis.
-  return shape_.voxel_edge_m * (std::min({shape_.cells_x, shape_.cells_y, shape_.cells_z}) / 2 - 0.5) -
-         2 * model_.singlePrecisionError_m();
+  const double in_grid =
+      shape_.voxel_edge_m * (std::min({shape_.cells_x, shape_.cells_y, shape_.cells_z}) / 2 - 0.5) -
+      2 * model_.singlePrecisionError_m();
+  if (!model_.isLinear()) return in_grid;
+  return std::min(in_grid, largestReachOfUnit_m(model_.parameters().unit_m));
 }
 
 void SceneBuilder::place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept {
@@ -100,6 +114,7 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   scene.model = models_built.fetch_add(1, std::memory_order_relaxed) + 1;
   scene.frame = frame.sequence;
   scene.frame_time_ns = frame.arrival_ns;
+  scene.exposure_ns = frame.exposure_ns;
   scene.depth_model = &model_;
   scene.points = 0;
   scene.points_over_capacity = 0;
@@ -110,22 +125,44 @@ void SceneBuilder::build(const DepthFrame& frame, const Vec3& centre_m_in_world,
   if (needs.points) buildPoints(frame, centre_m_in_world, needs, scene);
   if (needs.visible_surface) {
     const PixelWindow window = surface_builder_.windowOf(centre_m_in_world, radius_m);
-    occlusions_.update(frame, window);
+    updateOcclusions(frame, window);
     const std::uint16_t* const hidden = occlusions_.hidesAnything(window) ? occlusions_.hidden() : nullptr;
-    surface_builder_.build(frame, hidden, centre_m_in_world, radius_m, needs.surface, scene.surface);
+    surface_builder_.build(disparity_.of(frame), hidden, centre_m_in_world, radius_m, needs.surface,
+                           scene.surface);
     noise_meter_.measure(frame, scene.surface, centre_m_in_world, surface_builder_.moves());
   }
   scene.noise = noise_meter_.result();
 }
 
-void SceneBuilder::keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept {
+void SceneBuilder::keepImage(const std::uint16_t* raw, const PixelWindow& window,
+                             Scene& scene) const noexcept {
   const auto columns = static_cast<std::size_t>(window.column_last - window.column_first + 1);
   for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first =
-        static_cast<std::size_t>(row) * kFrameWidth + static_cast<std::size_t>(window.column_first);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * model_.stride_px() + window.column_first;
     std::copy_n(raw + first, columns, scene.image + first);
   }
   scene.image_window = window;
+}
+
+void SceneBuilder::updateOcclusions(const DepthFrame& frame, const PixelWindow& window) noexcept {
+  disparity_.convert(frame, window);
+  disparity_.convert(frame, occlusions_.stripOf(frame.sequence));
+  occlusions_.update(disparity_.of(frame), window);
+}
+
+/// Returns the hidden surface as raw values of the camera.
+const std::uint16_t* SceneBuilder::hiddenAsRaw(const PixelWindow& window) noexcept {
+  const std::uint16_t* const hidden = occlusions_.hidden();
+  if (model_.rawIsDisparity()) return hidden;
+  for (int row = window.row_first; row <= window.row_last; ++row) {
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * model_.stride_px();
+    for (std::ptrdiff_t i = first; i < first + model_.stride_px(); ++i) {
+      hidden_raw_[static_cast<std::size_t>(i)] = hidden[i] == kRawNoMeasurement
+                                                     ? model_.parameters().raw_no_measurement
+                                                     : model_.rawOfDisparity(hidden[i]);
+    }
+  }
+  return hidden_raw_.get();
 }
 
 void SceneBuilder::buildPoints(const DepthFrame& frame, const Vec3& focus_m_in_world, const SceneNeeds& needs,
@@ -137,18 +174,22 @@ void SceneBuilder::buildPoints(const DepthFrame& frame, const Vec3& focus_m_in_w
   if (window.empty()) return;
   const std::uint16_t* raw = frame.raw;
   if (!needs.filter.isOff()) {
-    filter_.apply(frame, window, needs.filter);
+    disparity_.convert(frame, grownBy(window, needs.filter.spatial_radius_px, model_));
+    filter_.apply(disparity_.of(frame), window, needs.filter);
     raw = filter_.rounded(window);
   }
   if (!needs.visible_surface) noise_meter_.measure(frame, raw, window, focus_m_in_world);
   if (needs.image) keepImage(raw, window, scene);
-  if (needs.hidden) occlusions_.update(frame, window);
+  if (needs.hidden) updateOcclusions(frame, window);
   if (window.raw_first > window.raw_last) return;
+  scene.raw_first = window.raw_last < PackedPixel::kRawRange ? 0 : window.raw_first;
+  window.raw_last = static_cast<std::uint16_t>(
+      std::min<std::uint32_t>(window.raw_last, scene.raw_first + PackedPixel::kRawRange - 1));
   DeprojectJob job = jobOf(scene, window);
   job.raw = raw;
   deproject(job);
   if (needs.hidden && occlusions_.hidesAnything(window)) {
-    job.raw = occlusions_.hidden();
+    job.raw = hiddenAsRaw(window);
     deproject(job);
   }
   scene.points = job.points;
@@ -162,6 +203,8 @@ DeprojectJob SceneBuilder::jobOf(const Scene& scene, const PixelWindow& window) 
   const double ball_radius = scene.ball_radius_m + model_.singlePrecisionError_m();
   DeprojectJob job{};
   job.window = window;
+  job.stride_px = model_.stride_px();
+  job.raw_first = scene.raw_first;
   job.tables = &model_.singlePrecision();
   job.camera_x_m = static_cast<float>(camera.x);
   job.camera_y_m = static_cast<float>(camera.y);

@@ -9,6 +9,7 @@
 #include "rt/depth_frame.h"
 #include "rt/depth_model.h"
 #include "rt/disparity_filter.h"
+#include "rt/disparity_image.h"
 #include "rt/occlusion_memory.h"
 #include "rt/scene.h"
 #include "rt/surface_builder.h"
@@ -38,6 +39,13 @@ constexpr double reachOfModel_m(const SceneNeeds& needs, const GridParameters& g
   return needs.radius_m + grid.max_hip_speed_m_per_s * (grid.frame_period_s + grid.frame_margin_s);
 }
 
+/// Returns the largest radius around the focus whose raw values fit into PackedPixel, with a linear depth law
+/// of this unit.  RT: safe.
+constexpr double largestReachOfUnit_m(double unit_m) noexcept {
+  constexpr double kRounding_raw = 4;  // at both ends
+  return 0.5 * (PackedPixel::kRawRange - kRounding_raw) * unit_m;
+}
+
 /// Builds a Scene from a raw depth frame in a fixed amount of memory: the points by a counting sort over
 /// voxels, the surface by a SurfaceBuilder.
 ///
@@ -48,11 +56,12 @@ class SceneBuilder {
   /// `model` outlives the builder and every scene built by it.
   SceneBuilder(const DepthModel& model, const GridParameters& parameters);
 
+  const DepthModel& model() const noexcept { return model_; }
   const GridShape& shape() const noexcept { return shape_; }
   /// Returns the number of points that a scene of this builder can hold.
   std::size_t pointCapacity() const noexcept { return point_capacity_; }
   /// Returns the largest radius of a ball that fits into the window for any position of its centre between
-  /// voxel corners; infinite when the whole frame is modelled.
+  /// voxel corners, and whose raw values fit into PackedPixel; infinite when the whole frame is modelled.
   double largestBall_m() const noexcept;
 
   /// Builds the data listed in `needs` within `radius_m` of `centre_m_in_world`; for the points the radius is
@@ -72,9 +81,11 @@ class SceneBuilder {
   }
 
  private:
+  void updateOcclusions(const DepthFrame& frame, const PixelWindow& window) noexcept;
+  const std::uint16_t* hiddenAsRaw(const PixelWindow& window) noexcept;
   void buildPoints(const DepthFrame& frame, const Vec3& focus_m_in_world, const SceneNeeds& needs,
                    Scene& scene) noexcept;
-  static void keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) noexcept;
+  void keepImage(const std::uint16_t* raw, const PixelWindow& window, Scene& scene) const noexcept;
   DeprojectJob jobOf(const Scene& scene, const PixelWindow& window) const noexcept;
   void place(const Vec3& centre_m_in_world, double radius_m, Scene& scene) const noexcept;
   PixelWindow windowOf(const Scene& scene) const noexcept;
@@ -88,6 +99,8 @@ class SceneBuilder {
   std::unique_ptr<std::uint32_t[]> pixel_of_row_;
   std::unique_ptr<std::uint32_t[]> run_voxel_;
   std::unique_ptr<std::uint32_t[]> run_begin_;
+  DisparityImage disparity_;
+  std::unique_ptr<std::uint16_t[]> hidden_raw_;  // empty if raw values are raw disparities
   DisparityFilter filter_;
   OcclusionMemory occlusions_;
   SurfaceBuilder surface_builder_;

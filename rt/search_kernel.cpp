@@ -91,19 +91,20 @@ std::uint32_t takeCandidatesBetween(Candidates& candidates, float near_m2, float
 }
 
 /// Computes V of eq. (9) for each pixel.
-HWY_INLINE void vectorsToHip(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+HWY_INLINE void vectorsToHip(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                              const Vec3& hip_m_in_world, WorkVector* work) {
   const hn::CappedTag<double, 4> d4;  // one point; two vectors on machines with short registers
   constexpr std::size_t kCoordinates = 4;
   const std::size_t lanes = hn::Lanes(d4);
+  const DepthModel& model = *scene.depth_model;
   const Vec3 from_camera = hip_m_in_world - model.cameraPosition_m_in_world();
   const double offset[kCoordinates] = {from_camera.x, from_camera.y, from_camera.z, 0};
-  const double* const depths = model.depthTable_m();
   const DepthModel::Ray* const columns = model.columnRays();
   const DepthModel::Ray* const rows = model.rowRays();
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t pixel = pixels[i];
-    const auto depth = hn::Set(d4, depths[PackedPixel::raw(pixel)]);
+    const auto raw = static_cast<std::uint16_t>(PackedPixel::raw(pixel, scene.raw_first));
+    const auto depth = hn::Set(d4, model.depth_m(raw));
     const double* const column = &columns[PackedPixel::column(pixel)].x;
     const double* const row = &rows[PackedPixel::row(pixel)].x;
     for (std::size_t part = 0; part < kCoordinates; part += lanes) {
@@ -113,11 +114,11 @@ HWY_INLINE void vectorsToHip(const DepthModel& model, const std::uint32_t* pixel
   }
 }
 
-Vec3 sumOfSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+Vec3 sumOfSprings(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                   const Vec3& hip_m_in_world, double radius_m, WorkVector* work) {
   const hn::ScalableTag<double> dd;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(dd));
-  vectorsToHip(model, pixels, count, hip_m_in_world, work);
+  vectorsToHip(scene, pixels, count, hip_m_in_world, work);
   for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {};  // coincident points add nothing
   const auto radius = hn::Set(dd, radius_m);
   const auto coincident = hn::Set(dd, kCoincident_m);
@@ -149,12 +150,12 @@ struct Terms {
 
 /// Sums `terms(s)` over the points with s up to the radius.
 template <typename TermsOf>
-HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+HWY_INLINE WeightedSum sumOfTerms(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                                   const Vec3& centre_m_in_world, double radius_m, WorkVector* work,
                                   const TermsOf& terms) {
   const DoubleTag dd;
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(dd));
-  vectorsToHip(model, pixels, count, centre_m_in_world, work);
+  vectorsToHip(scene, pixels, count, centre_m_in_world, work);
   // padding of the last vector, out of reach
   for (std::uint32_t i = count; i % lanes != 0; ++i) work[i] = {2 * radius_m, 0, 0, 0};
   const auto radius = hn::Set(dd, radius_m);
@@ -182,11 +183,11 @@ HWY_INLINE WeightedSum sumOfTerms(const DepthModel& model, const std::uint32_t* 
           hn::GetLane(hn::MinOfLanes(dd, nearest))};
 }
 
-WeightedSum sumOfSmoothTerms(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+WeightedSum sumOfSmoothTerms(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                              const Vec3& hip_m_in_world, double radius_m, double fade_m, WorkVector* work) {
   const DoubleTag dd;
   const auto per_radius = hn::Set(dd, 1 / radius_m);
-  return sumOfTerms(model, pixels, count, hip_m_in_world, radius_m, work, [&](Doubles s) HWY_ATTR {
+  return sumOfTerms(scene, pixels, count, hip_m_in_world, radius_m, work, [&](Doubles s) HWY_ATTR {
     const auto weight = hn::NegMulAdd(s, per_radius, hn::Set(dd, 1.0));
     const auto spring = hn::Sub(hn::Set(dd, radius_m), s);
     return Terms{weight, hn::Div(hn::Mul(weight, spring), hn::Max(s, hn::Set(dd, fade_m)))};
@@ -222,15 +223,15 @@ std::uint32_t takeBetween(Candidates& candidates, float near_m2, float far_m2,
   return HWY_DYNAMIC_DISPATCH(takeCandidatesBetween)(candidates, near_m2, far_m2, between);
 }
 
-Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+Vec3 sumOfUnitSprings(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                       const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT {
-  return HWY_DYNAMIC_DISPATCH(sumOfSprings)(model, pixels, count, hip_m_in_world, radius_m, work);
+  return HWY_DYNAMIC_DISPATCH(sumOfSprings)(scene, pixels, count, hip_m_in_world, radius_m, work);
 }
 
-WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+WeightedSum sumOfSmoothSprings(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                                const Vec3& hip_m_in_world, double radius_m, double fade_m,
                                WorkVector* work) HAPTICD_RT {
-  return HWY_DYNAMIC_DISPATCH(sumOfSmoothTerms)(model, pixels, count, hip_m_in_world, radius_m, fade_m, work);
+  return HWY_DYNAMIC_DISPATCH(sumOfSmoothTerms)(scene, pixels, count, hip_m_in_world, radius_m, fade_m, work);
 }
 
 HAPTICD_RT_TRUSTED_END

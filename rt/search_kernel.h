@@ -56,11 +56,11 @@ struct WorkVector {
   double x, y, z, unused;
 };
 
-/// Returns the sum of (D_thresh / s - 1) * V of eq. (9)-(10), without k_s, over `count` pixels, with s = |V|,
-/// in double precision. A point with s below 1e-9 m adds nothing. `work` has room for `count` +
+/// Returns the sum of (D_thresh / s - 1) * V of eq. (9)-(10), without k_s, over `count` pixels of a scene,
+/// with s = |V|, in double precision. A point with s below 1e-9 m adds nothing. `work` has room for `count` +
 /// kVectorPadding vectors.
 /// RT: safe after the first call.
-Vec3 sumOfUnitSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+Vec3 sumOfUnitSprings(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                       const Vec3& hip_m_in_world, double radius_m, WorkVector* work) HAPTICD_RT;
 
 /// A weighted sum over points.
@@ -73,7 +73,7 @@ struct WeightedSum {
 /// Returns the sums of w (radius - s) V / max(s, fade_m) and of w over `count` pixels, with V from each point
 /// to the HIP as in eq. (9), s = |V| and w = 1 - s / radius; points with s above `radius_m` are left out.
 /// RT: safe after the first call.
-WeightedSum sumOfSmoothSprings(const DepthModel& model, const std::uint32_t* pixels, std::uint32_t count,
+WeightedSum sumOfSmoothSprings(const Scene& scene, const std::uint32_t* pixels, std::uint32_t count,
                                const Vec3& hip_m_in_world, double radius_m, double fade_m,
                                WorkVector* work) HAPTICD_RT;
 

@@ -23,8 +23,8 @@ ForceSample smoothSprings(const LawInput& input, SearchMemory& memory) HAPTICD_R
   // A wall 0.4 m away has 11,000 points in the ball of radius D_thresh.
   constexpr std::uint32_t kMaxPoints = 16384;
   thinOut(found, kMaxPoints);
-  const WeightedSum sum = sumOfSmoothSprings(*scene.depth_model, found.pixel, found.count,
-                                             input.hip_m_in_world, springs.radius_m, kFade_m, memory.work());
+  const WeightedSum sum = sumOfSmoothSprings(scene, found.pixel, found.count, input.hip_m_in_world,
+                                             springs.radius_m, kFade_m, memory.work());
   if (sum.weight <= 0) return result;
   const double min_weight = springs.min_points / 3.0;
   result.force_n_in_world = (springs.stiffness_n_per_m / std::max(sum.weight, min_weight)) * sum.sum;

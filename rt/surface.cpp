@@ -16,8 +16,8 @@ constexpr double kStride_px = 2;
 /// On a continuous surface the distance from it changes by no more than the step from one look to the next.
 /// The factor leaves room for facets that do not quite agree.
 constexpr double kContinuity = 2.5;
-/// Tolerated disagreement of facets in raw units.
-constexpr double kFacetNoise_raw = 1.5;
+/// Tolerated disagreement of facets in units of SurfaceView::noiseUnit_m().
+constexpr double kFacetNoise = 1.5;
 constexpr double kAnywhere_m = 10;
 /// A proxy that lags behind by more is repositioned.
 constexpr double kMaxLag_m = 0.005;
@@ -84,7 +84,7 @@ class SurfaceTick {
   double stride_m() const noexcept { return kStride_px * pitch_m(); }
   /// Returns how far a continuous surface may be off the place after a step of this length.
   double roomAfter(double step_m) const noexcept {
-    return kContinuity * step_m + kFacetNoise_raw * view_.rawUnit_m(SurfaceView::depthOf(p_));
+    return kContinuity * step_m + kFacetNoise * view_.noiseUnit_m(SurfaceView::depthOf(p_));
   }
   bool covers(const Vec3& p) const noexcept {
     return input_.scene.surface.covers(model_.positionInWorld(p), 0);
@@ -166,7 +166,7 @@ class SurfaceTick {
   bool settleOn(const Vec3& p, double depth_m, double room_m) noexcept {
     if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(p);
-    if (!SurfaceView::isInImage(image)) return false;
+    if (!view_.isInImage(image)) return false;
     ++looks_;
     const Sheet sheet = view_.sheetNear(image, depth_m);
     if (!sheet.exists || std::abs(SurfaceView::distanceFrom(sheet, p)) > room_m) return false;
@@ -375,7 +375,7 @@ class SurfaceTick {
   bool findPlaceOverHip(const Vec3& proxy, Vec3& place) noexcept {
     if (!(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(hip_);
-    if (!SurfaceView::isInImage(image)) return false;
+    if (!view_.isInImage(image)) return false;
     ++looks_;
     const Sheet sheet = view_.sheetNear(image, SurfaceView::depthOf(proxy));
     if (!sheet.exists || SurfaceView::distanceFrom(sheet, hip_) > 0) return false;
@@ -408,7 +408,7 @@ class SurfaceTick {
       constexpr double kSteepest = 3.7;
       continuous =
           continuous && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
-                            kSteepest * norm(left) / kSteps + kFacetNoise_raw * view_.rawUnit_m(depth_before);
+                            kSteepest * norm(left) / kSteps + kFacetNoise * view_.noiseUnit_m(depth_before);
       continuous = continuous && !(p_ == before);
     }
     const Vec3 still_left = hip_ - p_;

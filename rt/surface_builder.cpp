@@ -10,6 +10,8 @@ namespace hapticd::rt {
 namespace {
 
 constexpr int kBlock_px = BlockLattice::kBlock_px;
+// Tolerances in raw units are those for the noise of a Kinect v1 and multiplied by DepthModel::noiseScale().
+
 /// Adjacent pixels of a surface differ by noise and by its slope; anything steeper relative to the ray is
 /// treated as an edge.
 constexpr double kStep_raw = 3;
@@ -32,7 +34,7 @@ constexpr double kNoisePatch_px = 9;  // distance over which noise is correlated
 constexpr double kNearestDepth_m = 0.05;
 
 /// A block that differs from its mean by more shows another surface or has moved.
-constexpr float kSame_raw = 2;
+constexpr double kSame_raw = 2;
 /// A surface that moves farther than this between two frames counts as another one.
 constexpr double kFarthestMove_m = 0.03;
 /// The surface at the focus is everything within this distance of it, along the ray and across.
@@ -61,11 +63,6 @@ constexpr std::uint32_t kFramesApart = 2;  // one frame may be lost
 
 int blockOf(double pixel) noexcept {
   return static_cast<int>(std::floor((pixel - BlockLattice::kMiddle_px) / kBlock_px));
-}
-
-BlockWindow clipped(const BlockWindow& window) noexcept {
-  return {std::max(0, window.column_first), std::min(BlockLattice::kColumns - 1, window.column_last),
-          std::max(0, window.row_first), std::min(BlockLattice::kRows - 1, window.row_last)};
 }
 
 double smoothStep(double x) noexcept {
@@ -98,14 +95,14 @@ struct CellLimits {
   float max_bend;  ///< more: a crease
 };
 
-/// Classifies a cell whose pixels all have a measurement; `facet` is its upper left one.
-Cell kindOf(const Facet* facet, const CellLimits& limits) noexcept {
+/// Classifies a cell whose pixels all have a measurement; `facet` is its upper left one in rows of `columns`.
+Cell kindOf(const Facet* facet, int columns, const CellLimits& limits) noexcept {
   struct Side {
     const Facet* a;
     const Facet* b;
     int du, dv;
   };
-  const Facet* const below = facet + BlockLattice::kColumns;
+  const Facet* const below = facet + columns;
   const Side sides[] = {
       {facet, facet + 1, 1, 0}, {below, below + 1, 1, 0}, {facet, below, 0, 1}, {facet + 1, below + 1, 0, 1}};
   float least = 0;
@@ -125,40 +122,51 @@ Cell kindOf(const Facet* facet, const CellLimits& limits) noexcept {
 
 }  // namespace
 
-SurfaceBuilder::BlockMeans::BlockMeans()
-    : disparity(std::make_unique<float[]>(BlockLattice::kBlocks)),
-      frames(std::make_unique<float[]>(BlockLattice::kBlocks)),
-      updated(std::make_unique<std::uint32_t[]>(BlockLattice::kBlocks)) {}
+SurfaceBuilder::BlockMeans::BlockMeans(const BlockLattice& lattice)
+    : disparity(std::make_unique<float[]>(lattice.blocks())),
+      frames(std::make_unique<float[]>(lattice.blocks())),
+      updated(std::make_unique<std::uint32_t[]>(lattice.blocks())) {}
 
 SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
     : model_(model),
-      observed_(std::make_unique<float[]>(BlockLattice::kBlocks)),
-      is_full_(std::make_unique<std::uint8_t[]>(BlockLattice::kBlocks)),
-      fit_blocks_(std::make_unique<float[]>(FacetBlocks::kSize)) {
-  const PixelWindow all = model.wholeFrame();
+      lattice_(model),
+      layout_(model),
+      column_shifts_(model),
+      visible_(lattice_),
+      hidden_(lattice_),
+      observed_(std::make_unique<float[]>(lattice_.blocks())),
+      is_full_(std::make_unique<std::uint8_t[]>(lattice_.blocks())),
+      fit_blocks_(std::make_unique<float[]>(FacetBlocks::sizeFor(lattice_.rows))),
+      fit_memory_(lattice_.rows) {
+  const PixelWindow all = model.wholeDisparity();
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;
-  gaps_.max_raw = static_cast<float>(kGapNoise_raw);
   // What vanishes at the near limit came nearer, so it is no longer where it was last seen.
-  const DepthModelParameters& camera = model.parameters();
-  const double beyond_limit = (1 / (camera.near_m + kNearLimitMargin_m) - camera.b_per_m) / camera.a_per_m;
+  const DisparityScale& scale = model.disparity();
+  const double beyond_limit = scale.rawOf(model.parameters().near_m + kNearLimitMargin_m);
   const auto limit_raw =
       static_cast<std::uint16_t>(std::clamp<double>(beyond_limit, all.raw_first, all.raw_last));
-  gaps_.remembered_first = camera.a_per_m < 0 ? limit_raw : all.raw_first;
-  gaps_.remembered_last = camera.a_per_m < 0 ? all.raw_last : limit_raw;
+  gaps_.remembered_first = scale.a_per_m < 0 ? limit_raw : all.raw_first;
+  gaps_.remembered_last = scale.a_per_m < 0 ? all.raw_last : limit_raw;
+}
+
+BlockWindow SurfaceBuilder::clipped(const BlockWindow& window) const noexcept {
+  return {std::max(0, window.column_first), std::min(lattice_.columns - 1, window.column_last),
+          std::max(0, window.row_first), std::min(lattice_.rows - 1, window.row_last)};
 }
 
 SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept {
   Job job{};
   const DepthModelParameters& camera = model_.parameters();
   job.depth_m = std::max(kNearestDepth_m, -model_.positionInCamera(centre_m_in_world).z);
+  job.noise = model_.noiseScale(job.depth_m);
   // Between adjacent pixels the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
-  job.raw_per_px = 1 / (camera.fx_px * std::abs(camera.a_per_m) * job.depth_m);
+  job.raw_per_px = 1 / (camera.fx_px * std::abs(model_.disparity().a_per_m) * job.depth_m);
   const double block_m = kBlock_px * job.depth_m / camera.fx_px;
-  const double raw_m = std::abs(camera.a_per_m) * job.depth_m * job.depth_m;
+  const double raw_m = model_.noiseUnit_m(job.depth_m);
   const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
   constexpr double kMin_blocks = 5;
-  job.fit = {.noise_raw = static_cast<float>(kNoise_raw),
+  job.fit = {.noise_raw = static_cast<float>(job.noise * kNoise_raw),
              .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
              .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
                                                             kMin_blocks + 4, 2.0 * FacetBlocks::kBorder + 1)),
@@ -189,15 +197,14 @@ SurfaceBuilder::Region SurfaceBuilder::regionAround(const Vec3& centre_m_in_worl
   const double u = camera.cx_px + camera.fx_px * p.x / depth;
   const double v = camera.cy_px - camera.fy_px * p.y / depth;
   const double half_px = kRegionHalf_m * camera.fx_px / depth;
-  const auto disparityOf = [&camera](double z) { return (1 / z - camera.b_per_m) / camera.a_per_m; };
-  return {
-      .blocks = {blockOf(u - half_px), blockOf(u + half_px) + 1, blockOf(v - half_px),
-                 blockOf(v + half_px) + 1},
-      .disparity_least = static_cast<float>(disparityOf(std::max(kNearestDepth_m, depth - kRegionDepth_m))),
-      .disparity_greatest = static_cast<float>(disparityOf(depth + kRegionDepth_m))};
+  return {.blocks = {blockOf(u - half_px), blockOf(u + half_px) + 1, blockOf(v - half_px),
+                     blockOf(v + half_px) + 1},
+          .disparity_least =
+              static_cast<float>(model_.disparity().rawOf(std::max(kNearestDepth_m, depth - kRegionDepth_m))),
+          .disparity_greatest = static_cast<float>(model_.disparity().rawOf(depth + kRegionDepth_m))};
 }
 
-void SurfaceBuilder::beginFrame(const DepthFrame& frame, const SurfaceParameters& parameters) noexcept {
+void SurfaceBuilder::beginFrame(const DisparityFrame& frame, const SurfaceParameters& parameters) noexcept {
   const auto sequence = static_cast<std::uint32_t>(frame.sequence);
   if (sequence == sequence_) return;
   const double since_s = static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9;
@@ -220,9 +227,10 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
   const auto moved = static_cast<float>(used_rate_ * period_s_);
   const auto farthest =
       static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
+  const auto most = static_cast<float>(job.noise * kSame_raw);
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
     for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
-      const std::size_t index = BlockLattice::at(row, column);
+      const std::size_t index = lattice_.at(row, column);
       if (means.updated[index] == sequence_) continue;
       const bool known = before_ != 0 && means.updated[index] == before_ && means.disparity[index] >= 0;
       means.updated[index] = sequence_;
@@ -241,14 +249,14 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
         innovation_sum_ += static_cast<double>(innovation);
         ++innovations_;
       }
-      const bool same = std::abs(innovation) <= kSame_raw;
+      const bool same = std::abs(innovation) <= most;
       means.frames[index] = same ? std::min(means.frames[index] + 1, max_frames_) : 1;
       mean = expected + innovation / means.frames[index];
     }
   }
 }
 
-void SurfaceBuilder::estimateMotion() noexcept {
+void SurfaceBuilder::estimateMotion(double noise) noexcept {
   if (innovations_ < kMinInnovations) {
     rate_ = moving_ = used_rate_ = 0;
     return;
@@ -258,7 +266,7 @@ void SurfaceBuilder::estimateMotion() noexcept {
   const double patches =
       std::max(1.0, innovations_ * kBlock_px * kBlock_px / (kNoisePatch_px * kNoisePatch_px));
   innovations_ = 0;
-  const double sigma = kNoise_raw * std::sqrt(2 / patches);
+  const double sigma = noise * kNoise_raw * std::sqrt(2 / patches);
   const double gain = std::abs(mean) > kFastFrom_sigma * sigma ? kFastGain : kSlowGain;
   if (used_rate_ == 0) rate_ *= kForgetRest;
   rate_ += gain * mean / period_s_;
@@ -275,37 +283,37 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
                 job.sites.columns() + 2 * border + FacetBlocks::kPadding, -1.0F);
   }
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
-    std::copy_n(means.disparity.get() + BlockLattice::at(row, job.support.column_first),
-                job.support.columns(),
+    std::copy_n(means.disparity.get() + lattice_.at(row, job.support.column_first), job.support.columns(),
                 fit_blocks_.get() + FacetBlocks::at(row - job.sites.row_first,
                                                     job.support.column_first - job.sites.column_first));
   }
-  const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows()};
+  const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows(), lattice_.columns};
   fitFacets(blocks, job.fit, fit_memory_,
-            layer.facet + BlockLattice::at(job.sites.row_first, job.sites.column_first));
+            layer.facet + lattice_.at(job.sites.row_first, job.sites.column_first));
   for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column <= job.sites.column_last; ++column) {
-      Facet& facet = layer.facet[BlockLattice::at(row, column)];
+      Facet& facet = layer.facet[lattice_.at(row, column)];
       facet.per_second = region.has(row, column, facet.disparity) ? static_cast<float>(used_rate_) : 0.0F;
     }
   }
-  constexpr int kNextRow = BlockLattice::kColumns;
-  const CellLimits limits{.max_step = static_cast<float>(kNeighbours_raw + kNeighbours_px * job.raw_per_px),
-                          .max_bend = static_cast<float>(kCrease_raw + kCrease_px * job.raw_per_px)};
+  const int next_row = lattice_.columns;
+  const CellLimits limits{
+      .max_step = static_cast<float>(job.noise * kNeighbours_raw + kNeighbours_px * job.raw_per_px),
+      .max_bend = static_cast<float>(job.noise * kCrease_raw + kCrease_px * job.raw_per_px)};
   for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
-      const std::size_t index = BlockLattice::at(row, column);
+      const std::size_t index = lattice_.at(row, column);
       const std::uint8_t* const full = is_full_.get() + index;
-      const bool all_full = (full[0] & full[1] & full[kNextRow] & full[kNextRow + 1]) != 0;
-      layer.cell[index] = all_full ? kindOf(layer.facet + index, limits) : Cell::mixed;
+      const bool all_full = (full[0] & full[1] & full[next_row] & full[next_row + 1]) != 0;
+      layer.cell[index] = all_full ? kindOf(layer.facet + index, next_row, limits) : Cell::mixed;
     }
   }
 }
 
 void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region& region,
                                 SurfaceLayer& layer) noexcept {
-  const auto max_step = static_cast<int>(kStep_raw + kSteepestSlope * job.raw_per_px);
-  sumUpBlocks(layer.image, job.support, max_step, {observed_.get(), is_full_.get()});
+  const auto max_step = static_cast<int>(job.noise * kStep_raw + kSteepestSlope * job.raw_per_px);
+  sumUpBlocks(layer.image, layout_, lattice_, job.support, max_step, {observed_.get(), is_full_.get()});
   follow(means, job, region);
 }
 
@@ -314,7 +322,7 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   if (before_ == 0) return;
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
     for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
-      const std::size_t index = BlockLattice::at(row, column);
+      const std::size_t index = lattice_.at(row, column);
       if (hidden_.updated[index] == before_ || hidden_.updated[index] == sequence_) continue;
       if (visible_.updated[index] != before_) continue;
       hidden_.disparity[index] = visible_.disparity[index];
@@ -324,11 +332,12 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   }
 }
 
-void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
+void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hidden,
                            const Vec3& centre_m_in_world, double radius_m,
                            const SurfaceParameters& parameters, VisibleSurface& surface) noexcept {
   surface.centre_m_in_world = centre_m_in_world;
   surface.radius_m = radius_m;
+  surface.lattice = lattice_;
   surface.blocks = {};
   surface.hides_anything = false;
   const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
@@ -338,18 +347,19 @@ void SurfaceBuilder::build(const DepthFrame& frame, const std::uint16_t* hidden,
   if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
   const Region region = regionAround(centre_m_in_world);
   surface.blocks = job.sites;
-  surface.of_facet_raw = static_cast<float>(kOfFacet_raw + kOfFacet_px * job.raw_per_px);
+  surface.of_facet_raw = static_cast<float>(job.noise * kOfFacet_raw + kOfFacet_px * job.raw_per_px);
   gaps_.longest_px =
       std::max(kLongestGap_px, static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m));
+  gaps_.max_raw = static_cast<float>(job.noise * kGapNoise_raw);
   gaps_.max_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
-  copyClosingGaps(frame.raw, hidden, job.pixels, gaps_, surface.visible.image);
+  copyClosingGaps(frame.raw, hidden, layout_, job.pixels, gaps_, surface.visible.image);
   if (hidden != nullptr) {
-    copyClosingGaps(surface.visible.image, nullptr, job.pixels, gaps_, surface.hidden.image);
-    surface.hides_anything = insertHidden(hidden, job.pixels, gaps_, surface.hidden.image);
+    copyClosingGaps(surface.visible.image, nullptr, layout_, job.pixels, gaps_, surface.hidden.image);
+    surface.hides_anything = insertHidden(hidden, layout_, job.pixels, gaps_, surface.hidden.image);
   }
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
-  if (new_frame) estimateMotion();
+  if (new_frame) estimateMotion(job.noise);
   fit(visible_, job, region, surface.visible);
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);

@@ -6,8 +6,8 @@
 
 #include "rt/block_image.h"
 #include "rt/column_shifts.h"
-#include "rt/depth_frame.h"
 #include "rt/depth_model.h"
+#include "rt/disparity_frame.h"
 #include "rt/facet_fit.h"
 #include "rt/parameters.h"
 #include "rt/visible_surface.h"
@@ -34,7 +34,7 @@ class SurfaceBuilder {
   /// Builds `surface`, which must be attached to memory, for a focus at `centre_m_in_world`. `hidden`: raw
   /// values behind the visible surface (OcclusionMemory::hidden()); null: unknown. The same frame may be
   /// built again around another place.
-  void build(const DepthFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
+  void build(const DisparityFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
              double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept;
 
   /// Treats the next frame as the first one.
@@ -46,9 +46,9 @@ class SurfaceBuilder {
   /// Returns true if the surface at the focus of the newest frame moves.
   bool moves() const noexcept { return moving_ >= 0.5; }
 
-  /// Standard deviation of the sensor's noise in the mean of a block of one frame, in raw units. Measured on
-  /// recordings of three devices: 0.5 to 0.6, mostly a static pattern, so that averaging over time does not
-  /// reduce it.
+  /// Standard deviation of the sensor's noise in the mean of a block of one frame, in raw units of a Kinect
+  /// v1 (DepthModel::noiseScale() for other cameras). Measured on recordings of three devices: 0.5 to 0.6,
+  /// mostly a static pattern, so that averaging over time does not reduce it.
   static constexpr double kNoise_raw = 0.5;
 
  private:
@@ -58,7 +58,7 @@ class SurfaceBuilder {
     std::unique_ptr<float[]> frames;           ///< number of frames in the mean
     std::unique_ptr<std::uint32_t[]> updated;  ///< frame of the last update
 
-    BlockMeans();
+    explicit BlockMeans(const BlockLattice& lattice);
   };
   /// The part of a frame to process and how.
   struct Job {
@@ -66,6 +66,7 @@ class SurfaceBuilder {
     BlockWindow sites;    ///< blocks that get a facet
     BlockWindow support;  ///< blocks used by the fits
     double depth_m;       ///< depth of the focus
+    double noise;         ///< DepthModel::noiseScale() at the focus
     double raw_per_px;    ///< change of disparity per pixel of a surface at 45 degrees to the view
     FacetFit fit;
   };
@@ -82,14 +83,18 @@ class SurfaceBuilder {
 
   Job jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept;
   Region regionAround(const Vec3& centre_m_in_world) const noexcept;
-  void beginFrame(const DepthFrame& frame, const SurfaceParameters& parameters) noexcept;
+  void beginFrame(const DisparityFrame& frame, const SurfaceParameters& parameters) noexcept;
   void buildLayer(BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
+  BlockWindow clipped(const BlockWindow& window) const noexcept;
   void follow(BlockMeans& means, const Job& job, const Region& region) noexcept;
-  void estimateMotion() noexcept;
+  /// `noise`: see Job.
+  void estimateMotion(double noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
 
   const DepthModel& model_;
+  BlockLattice lattice_;
+  ImageLayout layout_;
   ColumnShifts column_shifts_;
   GapLimits gaps_{};
   BlockMeans visible_;

@@ -36,15 +36,13 @@ struct SurfaceDistance::Nearest {
 
 /// Compares each patch with the nearest one so far. A patch is the part of its plane that the block's pixels
 /// see: the foot of the perpendicular is clamped to them in the image.
-void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, const BlockWindow& window,
+void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, const BlockWindow& whole,
                                   Nearest& nearest) const HAPTICD_RT {
   const DepthModelParameters& model = model_.parameters();
-  if (window.empty()) return;
+  if (whole.empty()) return;
   const double a = model.a_per_m;
   // Here y points down and z forward, as in the image.
   const Vec3 at{p.x, -p.y, -p.z};
-  const int across = std::max(window.columns(), window.rows());
-  const int stride = (across + kMostBlocksAcross - 1) / kMostBlocksAcross;
   const ImagePosition image = view_.project(p);
   // A ray at an angle of n pixels from that of `p` passes at least this far from it, per pixel: the depth
   // over the focal length times the cosine of the angle to the optical axis.
@@ -59,9 +57,9 @@ void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, cons
         std::max({0.0, first_row - image.v, image.v - first_row - BlockLattice::kBlock_px});
     if ((beside_px * beside_px + above_px * above_px) * per_pixel_m * per_pixel_m >= nearest.squared_m2)
       return;
-    const Facet& facet = layer.facet[BlockLattice::at(row, column)];
+    const Facet& facet = layer.facet[surface_.lattice.at(row, column)];
     if (facet.disparity < 0) return;
-    if (&layer == &surface_.hidden && isSame(facet, surface_.visible.facet[BlockLattice::at(row, column)]))
+    if (&layer == &surface_.hidden && isSame(facet, surface_.visible.facet[surface_.lattice.at(row, column)]))
       return;
     const double u = column * BlockLattice::kBlock_px + BlockLattice::kMiddle_px - model.cx_px;
     const double v = row * BlockLattice::kBlock_px + BlockLattice::kMiddle_px - model.cy_px;
@@ -101,8 +99,17 @@ void SurfaceDistance::searchLayer(const SurfaceLayer& layer, const Vec3& p, cons
   const int column_before = nearest.column;
   // The block in front of the place first: it usually leaves few others to compare.
   constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
-  compare(std::clamp(static_cast<int>(image.v * kPerBlock), window.row_first, window.row_last),
-          std::clamp(static_cast<int>(image.u * kPerBlock), window.column_first, window.column_last));
+  compare(std::clamp(static_cast<int>(image.v * kPerBlock), whole.row_first, whole.row_last),
+          std::clamp(static_cast<int>(image.u * kPerBlock), whole.column_first, whole.column_last));
+  // Blocks beyond this cannot be nearer, see per_pixel_m; compare() decides the same for each.
+  const double reach_px = std::sqrt(nearest.squared_m2) / per_pixel_m + 1;
+  const auto blockAt = [](double pixel) { return static_cast<int>(std::floor(pixel * kPerBlock)); };
+  const BlockWindow window{std::max(whole.column_first, blockAt(image.u - reach_px)),
+                           std::min(whole.column_last, blockAt(image.u + reach_px)),
+                           std::max(whole.row_first, blockAt(image.v - reach_px)),
+                           std::min(whole.row_last, blockAt(image.v + reach_px))};
+  const int across = std::max(window.columns(), window.rows());
+  const int stride = (across + kMostBlocksAcross - 1) / kMostBlocksAcross;
   for (int row = window.row_first; row <= window.row_last; row += stride) {
     for (int column = window.column_first; column <= window.column_last; column += stride)
       compare(row, column);
@@ -130,7 +137,7 @@ void SurfaceDistance::refine(const Vec3& p, Nearest& nearest) const HAPTICD_RT {
     const double depth = SurfaceView::depthOf(foot);
     if (!(depth > SurfaceView::kNearest_m)) return;
     const ImagePosition image = view_.project(foot);
-    if (!SurfaceView::isInImage(image)) return;
+    if (!view_.isInImage(image)) return;
     const Sheet sheet = view_.sheetOf(*nearest.layer, image);
     if (!sheet.exists || std::abs(sheet.depth_m() - depth) > kSameSurface_m) return;
     distance = SurfaceView::distanceFrom(sheet, p);

@@ -90,7 +90,8 @@ void SurfaceNoiseMeter::placeAt(const Vec3& focus_in_camera) noexcept {
   const DepthModelParameters& camera = model_.parameters();
   image_ = {camera.cx_px + camera.fx_px * focus_in_camera.x / depth,
             camera.cy_px - camera.fy_px * focus_in_camera.y / depth};
-  placed_ = SurfaceView::isInImage(image_);
+  placed_ = image_.u > -0.5 && image_.u < camera.width_px - 0.5 && image_.v > -0.5 &&
+            image_.v < camera.height_px - 0.5;
   place_ = focus_in_camera;
   depth_m_ = depth;
 }
@@ -111,9 +112,8 @@ SurfaceNoiseMeter::Sample SurfaceNoiseMeter::sampleSurface(const SurfaceView& vi
 SurfaceNoiseMeter::Sample SurfaceNoiseMeter::samplePatch(const std::uint16_t* raw,
                                                          const PixelWindow& window) const noexcept {
   const DepthModelParameters& camera = model_.parameters();
-  const auto rawAt = [&camera](double depth_m) { return (1 / depth_m - camera.b_per_m) / camera.a_per_m; };
-  const double one = rawAt(std::max(SurfaceView::kNearest_m, depth_m_ - kPatchDepth_m));
-  const double other = rawAt(depth_m_ + kPatchDepth_m);
+  const double one = model_.rawOf(std::max(SurfaceView::kNearest_m, depth_m_ - kPatchDepth_m));
+  const double other = model_.rawOf(depth_m_ + kPatchDepth_m);
   const int half =
       std::clamp(static_cast<int>(kPatch_m * camera.fx_px / depth_m_), kLeastPatch_px, kMostPatch_px);
   const int column = static_cast<int>(std::lround(image_.u));
@@ -121,7 +121,7 @@ SurfaceNoiseMeter::Sample SurfaceNoiseMeter::samplePatch(const std::uint16_t* ra
   double sum = 0;
   int pixels = 0;
   for (int v = std::max(window.row_first, row - half); v <= std::min(window.row_last, row + half); ++v) {
-    const std::uint16_t* const line = raw + static_cast<std::size_t>(v) * kFrameWidth;
+    const std::uint16_t* const line = raw + static_cast<std::ptrdiff_t>(v) * model_.stride_px();
     for (int u = std::max(window.column_first, column - half);
          u <= std::min(window.column_last, column + half); ++u) {
       const double value = line[u];
@@ -133,12 +133,11 @@ SurfaceNoiseMeter::Sample SurfaceNoiseMeter::samplePatch(const std::uint16_t* ra
     }
   }
   if (pixels < kLeastPixels) return {};
-  const double inverse_depth = camera.a_per_m * sum / pixels + camera.b_per_m;
-  if (!(inverse_depth > 0)) return {};
-  const double depth = 1 / inverse_depth;
+  const double depth = model_.depthOfReal_m(sum / pixels);
+  if (!(depth > 0)) return {};
   // The distance along the ray, at least that along the normal.
   const double per_depth = norm(place_) / SurfaceView::depthOf(place_);
-  const double unit_m = std::abs(camera.a_per_m) * depth * depth * per_depth;
+  const double unit_m = model_.noiseUnit_m(depth) * per_depth;
   const double distance = (depth - SurfaceView::depthOf(place_)) * per_depth;
   return {.found = true,
           .distance_m = distance,

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 
 #include "rt/depth_frame.h"
+#include "rt/parameters.h"
 #include "rt/shape.h"
 #include "rt/triple_buffer.h"
 #include "rt/words.h"
@@ -56,13 +58,26 @@ struct TissueRegion {
 /// Depth at which a Hunt-Crossley contact has the stated secant stiffness: K = stiffness d_ref^(1 - n).
 inline constexpr double kReferenceDepth_m = 0.005;
 
-/// The whole map. Large (about 310 kB): passed by reference only.
+/// The whole map. Large (about 1 MB): passed by reference only.
 struct TissueMap {
   std::uint64_t generation = 0;  ///< incremented with each change
   std::uint32_t count = 0;
   std::array<TissueRegion, kMaxTissueRegions> regions{};
   bool has_labels = false;
-  std::array<std::uint8_t, kFramePixels> labels{};  ///< for each pixel of the depth image; 0: no region
+  int label_width_px = 0;   ///< size of the depth image that the labels belong to, at most kMaxFrameWidth
+  int label_height_px = 0;  ///< at most kMaxFrameHeight
+  /// For each pixel of the depth image, row by row; 0: no region.
+  std::array<std::uint8_t, kMaxFramePixels> labels{};
+
+  /// Returns the labels in use: label_height_px rows of label_width_px.  RT: safe.
+  std::span<const std::uint8_t> usedLabels() const noexcept {
+    return {labels.data(),
+            static_cast<std::size_t>(label_width_px) * static_cast<std::size_t>(label_height_px)};
+  }
+  /// Returns whether there are labels that fit the frames of a camera; others have no effect.  RT: safe.
+  bool hasLabelsFor(const DepthModelParameters& camera) const noexcept {
+    return has_labels && label_width_px == camera.width_px && label_height_px == camera.height_px;
+  }
 };
 static_assert(std::is_trivially_copyable_v<TissueMap>);
 

@@ -102,8 +102,10 @@ class LabelWindow {
   }
 
   std::uint8_t labelAt(int column, int row) const noexcept {
-    const bool in_image = column >= 0 && column < kFrameWidth && row >= 0 && row < kFrameHeight;
-    return in_image ? map_.labels[static_cast<std::size_t>(row * kFrameWidth + column)] : std::uint8_t{0};
+    const bool in_image =
+        column >= 0 && column < map_.label_width_px && row >= 0 && row < map_.label_height_px;
+    return in_image ? map_.labels[static_cast<std::size_t>(row * map_.label_width_px + column)]
+                    : std::uint8_t{0};
   }
 
   /// Adds the labels at one place, interpolated between four pixels by smoothsteps.
@@ -115,7 +117,7 @@ class LabelWindow {
     const double y = (p_.y + transition_m * off.y) * scale;
     const double u = camera_.cx_px + camera_.fx_px * x;
     const double v = camera_.cy_px - camera_.fy_px * y;
-    if (!(u > -1 && u < kFrameWidth && v > -1 && v < kFrameHeight)) return;
+    if (!(u > -1 && u < map_.label_width_px && v > -1 && v < map_.label_height_px)) return;
     const int column = static_cast<int>(std::floor(u));
     const int row = static_cast<int>(std::floor(v));
     const double weight = off.weight();
@@ -183,7 +185,8 @@ Presence presenceOf(const Shape& shape, double transition_m, const Vec3& p_m_in_
 
 TissueShares sharesAt(const TissueMap& map, const DepthModel* model, const Vec3& p_m_in_world) HAPTICD_RT {
   std::array<Presence, kMaxTissueRegions> of_labels{};
-  if (map.has_labels && model != nullptr) lookUpLabels(map, *model, p_m_in_world, of_labels);
+  if (model != nullptr && map.hasLabelsFor(model->parameters()))
+    lookUpLabels(map, *model, p_m_in_world, of_labels);
   TissueShares shares;
   TissueShares::Entry& rest = shares.rest;
   // Later regions cover earlier ones, so the last one takes its share first.

@@ -81,12 +81,14 @@ float slopeBetween(int before, int raw, int behind) noexcept {
 
 /// Estimates the surface at a position from its pixel and the neighbours, for surfaces that are too steep or
 /// too small for facets.
-Four estimateFromPixel(const std::uint16_t* image, int row, int column, const ImagePosition& at) noexcept {
-  const std::uint16_t* const pixel = image + row * kFrameWidth + column;
-  const bool has_columns = column > 0 && column + 1 < kFrameWidth;
-  const bool has_rows = row > 0 && row + 1 < kFrameHeight;
+Four estimateFromPixel(const std::uint16_t* image, const DepthModel& model, int row, int column,
+                       const ImagePosition& at) noexcept {
+  const int stride = model.stride_px();
+  const std::uint16_t* const pixel = image + row * stride + column;
+  const bool has_columns = column > 0 && column + 1 < model.width_px();
+  const bool has_rows = row > 0 && row + 1 < model.height_px();
   const float per_column = has_columns ? slopeBetween(pixel[-1], *pixel, pixel[1]) : 0;
-  const float per_row = has_rows ? slopeBetween(pixel[-kFrameWidth], *pixel, pixel[kFrameWidth]) : 0;
+  const float per_row = has_rows ? slopeBetween(pixel[-stride], *pixel, pixel[stride]) : 0;
   const float raw = static_cast<float>(*pixel) + per_column * static_cast<float>(at.u - column) +
                     per_row * static_cast<float>(at.v - row);
   return Four{raw, per_column, per_row, 0};
@@ -114,14 +116,10 @@ bool estimateFromFacets(const Corners& cell, float raw, float of_facet_raw, Four
 
 }  // namespace
 
-double SurfaceView::rawUnit_m(double depth_m) const noexcept {
-  return std::abs(model_.a_per_m) * depth_m * depth_m;
-}
-
 double SurfaceView::shellAt(double depth_m) const noexcept {
-  constexpr double kNoise_raw = 0.5;
+  constexpr double kNoiseUnits = 0.5;
   constexpr double kMin_m = 0.01;
-  return std::max(kMin_m, shell_m_ - kNoise_raw * rawUnit_m(depth_m));
+  return std::max(kMin_m, shell_m_ - kNoiseUnits * noiseUnit_m(depth_m));
 }
 
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
@@ -134,8 +132,8 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
                                     static_cast<double>(window.row_first), window.row_last - 1e-6);
   const int column = std::min(static_cast<int>(block_u), window.column_last - 1);
   const int row = std::min(static_cast<int>(block_v), window.row_last - 1);
-  const std::size_t index = BlockLattice::at(row, column);
-  const Corners corners{layer.facet + index, layer.facet + index + BlockLattice::kColumns,
+  const std::size_t index = surface_.lattice.at(row, column);
+  const Corners corners{layer.facet + index, layer.facet + index + surface_.lattice.columns,
                         static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
   Sheet sheet;
   Four numbers{};
@@ -145,25 +143,25 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   } else if (cell != Cell::mixed) {
     numbers = atCrease(corners, cell == Cell::least);
   } else {
-    const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, kFrameWidth - 1);
-    const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, kFrameHeight - 1);
-    const std::uint16_t raw = layer.image[pixel_row * kFrameWidth + pixel_column];
+    const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, model_.width_px() - 1);
+    const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, model_.height_px() - 1);
+    const std::uint16_t raw = layer.image[pixel_row * model_.stride_px() + pixel_column];
     if (raw >= kRawNoMeasurement) {
       sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
       return sheet;
     }
     if (!estimateFromFacets(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
-      numbers = estimateFromPixel(layer.image, pixel_row, pixel_column, image);
+      numbers = estimateFromPixel(layer.image, model_, pixel_row, pixel_column, image);
   }
-  const double a = model_.a_per_m;
-  const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.b_per_m;
+  const double a = model_.disparity().a_per_m;
+  const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.disparity().b_per_m;
   if (!(w > 0)) return sheet;
   const double w_u = a * double{numbers[1]};
   const double w_v = a * double{numbers[2]};
   // The plane with 1/Z = w at this pixel and these slopes is N * X = 1, with x right, y down, Z forward.
-  const double x = w_u * model_.fx_px;
-  const double y = w_v * model_.fy_px;
-  const double z = w - w_u * (image.u - model_.cx_px) - w_v * (image.v - model_.cy_px);
+  const double x = w_u * camera_.fx_px;
+  const double y = w_v * camera_.fy_px;
+  const double z = w - w_u * (image.u - camera_.cx_px) - w_v * (image.v - camera_.cy_px);
   const double length = std::sqrt(x * x + y * y + z * z);
   sheet.exists = true;
   sheet.inverse_depth_per_m = w;

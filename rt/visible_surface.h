@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "rt/depth_frame.h"
 #include "rt/depth_model.h"
+#include "rt/disparity_frame.h"
 #include "rt/realtime_safe.h"
 #include "rt/vec3.h"
 
@@ -24,18 +24,27 @@ struct alignas(16) Facet {
 /// near.
 inline constexpr double kNearLimitMargin_m = 0.05;
 
-/// Square blocks of pixels, the lattice on which surfaces are estimated.
+/// Square blocks of pixels, the lattice on which surfaces are estimated. Pixels that do not fill a block at
+/// the right or lower border belong to none.
 struct BlockLattice {
   static constexpr int kBlock_px = 4;
-  static constexpr int kColumns = kFrameWidth / kBlock_px;
-  static constexpr int kRows = kFrameHeight / kBlock_px;
-  static constexpr std::size_t kBlocks = std::size_t{kColumns} * kRows;
+  static constexpr int kMaxColumns = kMaxFrameWidth / kBlock_px;
+  static constexpr int kMaxRows = kMaxFrameHeight / kBlock_px;
   /// Offset of the middle of a block from its first pixel.
   static constexpr double kMiddle_px = 0.5 * (kBlock_px - 1);
-  static_assert(kColumns * kBlock_px == kFrameWidth && kRows * kBlock_px == kFrameHeight);
 
-  static constexpr std::size_t at(int row, int column) noexcept {
-    return static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
+  int columns = 0;
+  int rows = 0;
+
+  BlockLattice() = default;
+  explicit BlockLattice(const DepthModel& model) noexcept
+      : columns(model.width_px() / kBlock_px), rows(model.height_px() / kBlock_px) {}
+
+  std::size_t blocks() const noexcept { return at(rows, 0); }
+  /// Returns the index of a block in arrays over the lattice.
+  std::size_t at(int row, int column) const noexcept {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(column);
   }
 };
 
@@ -64,10 +73,10 @@ struct SurfaceLayer {
   /// Value of a pixel at the image border that never has a measurement; treated as outside the image.
   static constexpr std::uint16_t kBeyondView = kRawNoMeasurement + 1;
 
-  /// [kFramePixels] raw values with small gaps closed; kRawNoMeasurement: none.
+  /// Raw disparities with small gaps closed, in frame layout; kRawNoMeasurement: none.
   std::uint16_t* image = nullptr;
-  Facet* facet = nullptr;  ///< [BlockLattice::kBlocks]
-  /// [BlockLattice::kBlocks] between the middle of each block and its right, lower and lower right
+  Facet* facet = nullptr;  ///< [BlockLattice::blocks()]
+  /// [BlockLattice::blocks()] between the middle of each block and its right, lower and lower right
   /// neighbours.
   Cell* cell = nullptr;
 };
@@ -78,6 +87,7 @@ struct SurfaceLayer {
 struct VisibleSurface {
   Vec3 centre_m_in_world;  ///< surfaces are known within `radius_m` of it, as far as the image shows them
   double radius_m = 0;     ///< 0: nothing is modelled
+  BlockLattice lattice;    ///< of the facets
   BlockWindow blocks;      ///< blocks with valid facets
   SurfaceLayer visible;
   SurfaceLayer hidden;  ///< the farthest known surface; equals `visible` where nothing is hidden
@@ -115,11 +125,12 @@ struct Sheet {
 /// Thread: any.  RT: safe.
 class SurfaceView {
  public:
-  /// Surfaces more than `shell_m` in front of a place hide it. Half a raw unit at that depth is subtracted,
-  /// so that noise does not add the front of a passing body so close that the place would be inside it.
-  /// `age_s`: time since the frame, over which moving facets are extrapolated.
+  /// Surfaces more than `shell_m` in front of a place hide it. Half a noise unit at that depth
+  /// (DepthModel::noiseUnit_m) is subtracted, so that noise does not add the front of a passing body so close
+  /// that the place would be inside it. `age_s`: time since the frame, over which moving facets are
+  /// extrapolated.
   SurfaceView(const VisibleSurface& surface, const DepthModel& model, double shell_m, double age_s) noexcept
-      : surface_(surface), model_(model.parameters()), shell_m_(shell_m), age_s_(age_s) {}
+      : surface_(surface), model_(model), camera_(model.parameters()), shell_m_(shell_m), age_s_(age_s) {}
 
   /// Smallest depth at which places are looked up.
   static constexpr double kNearest_m = 0.05;
@@ -128,21 +139,22 @@ class SurfaceView {
   /// Projects a place to its image position.
   ImagePosition project(const Vec3& p) const noexcept {
     const double scale = 1 / depthOf(p);
-    return {model_.cx_px + model_.fx_px * p.x * scale, model_.cy_px - model_.fy_px * p.y * scale};
+    return {camera_.cx_px + camera_.fx_px * p.x * scale, camera_.cy_px - camera_.fy_px * p.y * scale};
   }
-  static bool isInImage(const ImagePosition& image) noexcept {
-    return image.u > -0.5 && image.u < kFrameWidth - 0.5 && image.v > -0.5 && image.v < kFrameHeight - 0.5;
+  bool isInImage(const ImagePosition& image) const noexcept {
+    return image.u > -0.5 && image.u < camera_.width_px - 0.5 && image.v > -0.5 &&
+           image.v < camera_.height_px - 0.5;
   }
   /// Returns the place at a depth on the ray of an image position.
   Vec3 placeAt(const ImagePosition& image, double depth_m) const noexcept {
-    return {(image.u - model_.cx_px) / model_.fx_px * depth_m,
-            (model_.cy_px - image.v) / model_.fy_px * depth_m, -depth_m};
+    return {(image.u - camera_.cx_px) / camera_.fx_px * depth_m,
+            (camera_.cy_px - image.v) / camera_.fy_px * depth_m, -depth_m};
   }
   /// Returns the width of a pixel at a depth, in metres.
-  double pitch_m(double depth_m) const noexcept { return depth_m / model_.fx_px; }
-  /// Returns the size of one raw unit at a depth, in metres.
-  double rawUnit_m(double depth_m) const noexcept;
-  double nearLimit_m() const noexcept { return model_.near_m; }
+  double pitch_m(double depth_m) const noexcept { return depth_m / camera_.fx_px; }
+  /// Returns the unit of tolerances at a depth, see DepthModel::noiseUnit_m().
+  double noiseUnit_m(double depth_m) const noexcept { return model_.noiseUnit_m(depth_m); }
+  double nearLimit_m() const noexcept { return camera_.near_m; }
 
   /// Where a place is relative to the known surfaces.
   enum class Where : std::uint8_t {
@@ -175,7 +187,8 @@ class SurfaceView {
   double shellAt(double depth_m) const noexcept;
 
   const VisibleSurface& surface_;
-  const DepthModelParameters& model_;
+  const DepthModel& model_;
+  const DepthModelParameters& camera_;
   double shell_m_;
   double age_s_;
 };

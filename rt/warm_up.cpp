@@ -15,13 +15,13 @@ void warmUp(HapticCore& core, std::size_t point_capacity) {
   constexpr std::uint16_t kRaw = 750;  // a wall about 1 m away
   const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{});
   const auto frame = std::make_unique<DepthFrame>();
-  std::fill_n(frame->raw, kFramePixels, kRaw);
+  std::fill_n(frame->raw, model->pixels(), kRaw);
   frame->sequence = 1;
 
   GridParameters grid;
-  grid.point_capacity = static_cast<int>(std::min<std::size_t>(point_capacity, kFramePixels));
+  grid.point_capacity = static_cast<int>(std::min<std::size_t>(point_capacity, model->pixels()));
   SceneBuilder builder(*model, grid);
-  const SceneStorage storage(builder.shape(), builder.pointCapacity());
+  const SceneStorage storage(builder.shape(), builder.pointCapacity(), *model);
   Scene scene;
   storage.attachTo(scene);
   const Vec3 wall{0, 0, -model->depth_m(kRaw)};

@@ -17,21 +17,30 @@ namespace hapticd::daemon {
 namespace {
 
 constexpr const char* kNoFrame = "io.hapticd.Status.NoFrame";
-/// Rows in one reply: as many as take less than 64 KiB in base64.
-constexpr int kRowsAtATime = 38;
-/// The most streams at once; each holds a frame of 600 KiB.
+/// Pixels in one reply: as many as take less than 64 KiB in base64.
+constexpr int kPixelsAtATime = 38 * 640;
+/// The most streams at once; each holds a frame of 2 MB.
 constexpr std::size_t kMostStreams = 8;
 
 OrderedJson depthModelJson(const rt::DepthModelParameters& model) {
-  const auto& [a_per_m, b_per_m, fx_px, fy_px, cx_px, cy_px, near_m, far_m] = model;
-  return {{"aPerM", a_per_m}, {"bPerM", b_per_m}, {"fxPx", fx_px},   {"fyPx", fy_px},
-          {"cxPx", cx_px},    {"cyPx", cy_px},    {"nearM", near_m}, {"farM", far_m}};
+  return {{"aPerM", model.a_per_m},
+          {"bPerM", model.b_per_m},
+          {"fxPx", model.fx_px},
+          {"fyPx", model.fy_px},
+          {"cxPx", model.cx_px},
+          {"cyPx", model.cy_px},
+          {"nearM", model.near_m},
+          {"farM", model.far_m},
+          {"law", rt::wordOf(model.law)},
+          {"unitM", model.unit_m},
+          {"rawNoMeasurement", model.raw_no_measurement},
+          {"rawValues", model.raw_values}};
 }
 
 OrderedJson headerJson(const SceneSnapshot& snapshot) {
   return {{"frame", snapshot.frame->sequence},
-          {"width", rt::kFrameWidth},
-          {"height", rt::kFrameHeight},
+          {"width", snapshot.depth_model.width_px},
+          {"height", snapshot.depth_model.height_px},
           {"depthModel", depthModelJson(snapshot.depth_model)},
           {"cameraPose", poseJson(snapshot.T_world_camera)},
           {"tick", tickJson(snapshot.tick)}};
@@ -39,12 +48,14 @@ OrderedJson headerJson(const SceneSnapshot& snapshot) {
 
 std::string rowsText(const rt::DepthFrame& frame, int first_row, int rows) {
   std::vector<std::uint8_t> bytes;
-  bytes.reserve(static_cast<std::size_t>(rows) * rt::kFrameWidth * 2);
-  const auto begin = static_cast<std::size_t>(first_row) * rt::kFrameWidth;
-  const auto end = begin + static_cast<std::size_t>(rows) * rt::kFrameWidth;
-  for (std::size_t pixel = begin; pixel < end; ++pixel) {
-    bytes.push_back(static_cast<std::uint8_t>(frame.raw[pixel] & 0xffU));
-    bytes.push_back(static_cast<std::uint8_t>(frame.raw[pixel] >> 8));
+  const auto width = static_cast<std::size_t>(frame.camera.width_px);
+  bytes.reserve(static_cast<std::size_t>(rows) * width * 2);
+  for (int row = first_row; row < first_row + rows; ++row) {
+    const auto begin = static_cast<std::size_t>(row * rt::strideOf(frame.camera.width_px));
+    for (const std::uint16_t raw : frame.image().subspan(begin, width)) {
+      bytes.push_back(static_cast<std::uint8_t>(raw & 0xffU));
+      bytes.push_back(static_cast<std::uint8_t>(raw >> 8));
+    }
   }
   return config::base64(bytes);
 }
@@ -54,7 +65,7 @@ Reply rowsReply(const SceneSnapshot& snapshot, int first_row, int rows) {
           {{"header", first_row == 0 ? headerJson(snapshot) : OrderedJson()},
            {"firstRow", first_row},
            {"rows", rowsText(*snapshot.frame, first_row, rows)}},
-          first_row + rows < rt::kFrameHeight};
+          first_row + rows < snapshot.depth_model.height_px};
 }
 
 }  // namespace
@@ -91,7 +102,8 @@ bool SnapshotStreams::feed(Stream& stream, Replies& replies) {
   }
   if (stream.connection == kNoConnection) return true;
   for (;;) {
-    const int rows = std::min(kRowsAtATime, rt::kFrameHeight - stream.next_row);
+    const rt::DepthModelParameters& camera = stream.snapshot->depth_model;
+    const int rows = std::min(kPixelsAtATime / camera.width_px, camera.height_px - stream.next_row);
     const Reply reply = rowsReply(*stream.snapshot, stream.next_row, rows);
     if (!reply.continues) {
       replies.finish(stream.connection, reply);

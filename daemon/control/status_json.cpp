@@ -73,10 +73,26 @@ OrderedJson transitionsJson(const rt::LoopState& state) {
   return {{"count", state.transition_count}, {"byCause", by_cause}, {"newest", newest}};
 }
 
+/// Null for cameras that report nothing of themselves.
+OrderedJson detailsJson(const drivers::CameraDetails& details) {
+  const auto& [node, serial, firmware, format, width_px, height_px, rate_hz, temperature_c] = details;
+  if (node.empty()) return {};
+  return {
+      {"node", node},         {"serial", serial},
+      {"firmware", firmware}, {"format", format},
+      {"widthPx", width_px},  {"heightPx", height_px},
+      {"rateHz", rate_hz},    {"temperatureC", temperature_c ? OrderedJson(*temperature_c) : OrderedJson()}};
+}
+
 OrderedJson cameraJson(const drivers::CameraStatus& camera) {
-  const auto& [state, detail, identity, frames, damaged_frames, advice] = camera;
-  return {{"state", nameOf(state)},          {"detail", detail}, {"identity", identity}, {"frames", frames},
-          {"damagedFrames", damaged_frames}, {"advice", advice}};
+  const auto& [state, detail, identity, frames, damaged_frames, advice, details] = camera;
+  return {{"state", nameOf(state)},
+          {"detail", detail},
+          {"identity", identity},
+          {"frames", frames},
+          {"damagedFrames", damaged_frames},
+          {"advice", advice},
+          {"details", detailsJson(details)}};
 }
 
 OrderedJson sceneJson(const SceneStatus& scene) {

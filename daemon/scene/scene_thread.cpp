@@ -20,20 +20,19 @@ constexpr double kFramesOfMean = 10;
 
 }  // namespace
 
-SceneThread::SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters,
-                         const rt::SceneNeeds& needs, rt::SceneChannel& scenes,
-                         rt::TripleBuffer<rt::Vec3>& focus_m_in_world)
+SceneThread::SceneThread(const rt::DepthModelParameters& camera, const rt::PoseParameters& T_world_camera,
+                         const rt::GridParameters& parameters, const rt::SceneNeeds& needs,
+                         rt::SceneChannel& scenes, rt::TripleBuffer<rt::Vec3>& focus_m_in_world)
     : parameters_(parameters),
       scenes_(scenes),
       focus_(focus_m_in_world),
-      builder_(model, parameters),
+      source_(camera, T_world_camera, parameters),
       frames_(std::make_unique<rt::FrameChannel>()),
       models_(std::make_unique<ModelRing>()),
+      camera_(camera),
       requested_{needs, 0} {
-  storage_.reserve(3);
-  scenes_.prepareSlots([this](rt::Scene& slot) {
-    storage_.emplace_back(builder_.shape(), builder_.pointCapacity()).attachTo(slot);
-  });
+  scenes_.prepareSlots([this](rt::Scene& slot) { source_.attach(slot); });
+  frames_->prepareSlots([&camera](rt::DepthFrame& slot) { slot.camera = camera; });
 }
 
 void SceneThread::start() {
@@ -107,7 +106,7 @@ void SceneThread::offerToTap(const rt::DepthFrame& frame) {
   if (!frame_recorded_ || !restart_due_ || frame.arrival_ns < next_restart_ns_) return;
   restart_due_ = false;
   next_restart_ns_ = frame.arrival_ns + kMinRestartInterval_ns;
-  builder_.forget();
+  source_.builder().forget();
   forgot_ = true;
 }
 
@@ -140,9 +139,37 @@ void SceneThread::showFrame(bool new_frame) {
   if (std::exchange(view_is_new_, false) || new_frame) view_(frame);
 }
 
+/// Prepares for frames of a camera; false if it cannot be modelled.
+bool SceneThread::followCamera(const rt::DepthModelParameters& camera) {
+  if (camera == source_.model().parameters()) return true;
+  const bool follows = source_.follow(camera);
+  const std::lock_guard lock(camera_mutex_);
+  camera_ = follows ? camera : camera_;
+  if (follows) {
+    camera_fault_.clear();
+  } else if (const rt::CameraFault fault = rt::faultOf(camera); fault != rt::CameraFault::none) {
+    camera_fault_ = "its " + std::string(rt::wordOf(fault)) + " is impossible";
+  } else if (!source_.fits(camera)) {
+    camera_fault_ = "its whole frame has too wide a range of raw values; set grid.extent to reach";
+  } else {
+    camera_fault_ = "it changed its mode too often; restart hapticd";
+  }
+  return follows;
+}
+
+std::string SceneThread::cameraFault() const {
+  const std::lock_guard lock(camera_mutex_);
+  return camera_fault_;
+}
+
+rt::DepthModelParameters SceneThread::camera() const {
+  const std::lock_guard lock(camera_mutex_);
+  return camera_;
+}
+
 void SceneThread::modelIfNeeded(bool new_frame) {
   const rt::DepthFrame& frame = frames_->front();
-  if (frame.sequence == 0) return;
+  if (frame.sequence == 0 || !followCamera(frame.camera)) return;
   focus_.refresh();
   const rt::Vec3 focus = focus_.front();
   if (!rt::inWorkspace(focus)) return;
@@ -157,7 +184,8 @@ void SceneThread::modelIfNeeded(bool new_frame) {
 
   const std::int64_t begin_ns = rt::monotonicNow_ns();
   rt::Scene& scene = scenes_.back();
-  builder_.build(frame, focus, reach, scene, needs);
+  source_.attach(scene);
+  source_.builder().build(frame, focus, reach, scene, needs);
   newest_ = scene;
   scenes_.publish();
   const std::int64_t build_ns = rt::monotonicNow_ns() - begin_ns;

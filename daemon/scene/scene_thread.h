@@ -6,13 +6,14 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "daemon/base/box.h"
 #include "drivers/camera/camera.h"
+#include "drivers/camera/scene_source.h"
 #include "drivers/trace/records.h"
-#include "rt/depth_model.h"
 #include "rt/scene_builder.h"
 #include "rt/spsc_ring.h"
 
@@ -25,8 +26,10 @@ class SceneThread final : public drivers::FrameSink {
  public:
   /// All references outlive the thread. `focus_m_in_world`: the point around which the force loop needs the
   /// scene.
-  SceneThread(const rt::DepthModel& model, const rt::GridParameters& parameters, const rt::SceneNeeds& needs,
-              rt::SceneChannel& scenes, rt::TripleBuffer<rt::Vec3>& focus_m_in_world);
+  /// `camera`: that of the frames, unless the driver states another one in them.
+  SceneThread(const rt::DepthModelParameters& camera, const rt::PoseParameters& T_world_camera,
+              const rt::GridParameters& parameters, const rt::SceneNeeds& needs, rt::SceneChannel& scenes,
+              rt::TripleBuffer<rt::Vec3>& focus_m_in_world);
   ~SceneThread() override { stop(); }
   SceneThread(const SceneThread&) = delete;
   SceneThread& operator=(const SceneThread&) = delete;
@@ -66,7 +69,11 @@ class SceneThread final : public drivers::FrameSink {
   using ModelRing = rt::SpscRing<drivers::ModelRecord, 1024>;
   ModelRing& models() noexcept { return *models_; }
 
-  std::size_t pointCapacity() const noexcept { return builder_.pointCapacity(); }
+  std::size_t pointCapacity() const noexcept { return source_.builder().pointCapacity(); }
+  /// The camera of the newest modelled frame, or the configured one before. Thread: any.
+  rt::DepthModelParameters camera() const;
+  /// Why the newest frame's camera cannot be modelled, in words; empty: it can. Thread: any.
+  std::string cameraFault() const;
   /// The current counters. Thread: any.
   SceneStatus status() const;
 
@@ -79,6 +86,7 @@ class SceneThread final : public drivers::FrameSink {
   void offerToTap(const rt::DepthFrame& frame);
   void answerFrameRequests();
   void showFrame(bool new_frame);
+  bool followCamera(const rt::DepthModelParameters& camera);
   void modelIfNeeded(bool new_frame);
   /// For which focus and how fast a scene was built.
   struct Build {
@@ -94,8 +102,7 @@ class SceneThread final : public drivers::FrameSink {
   const rt::GridParameters parameters_;
   rt::SceneChannel& scenes_;
   rt::TripleBuffer<rt::Vec3>& focus_;
-  rt::SceneBuilder builder_;
-  std::vector<rt::SceneStorage> storage_;
+  drivers::SceneSource source_;
   std::unique_ptr<rt::FrameChannel> frames_;
   rt::Scene newest_;  // a view of the last published scene, only to know what it covers
   std::unique_ptr<ModelRing> models_;
@@ -104,6 +111,10 @@ class SceneThread final : public drivers::FrameSink {
     rt::SceneNeeds needs;
     std::uint64_t generation = 0;
   };
+  mutable std::mutex camera_mutex_;
+  rt::DepthModelParameters camera_;
+  std::string camera_fault_;
+
   mutable std::mutex requested_mutex_;
   Requested requested_;
 

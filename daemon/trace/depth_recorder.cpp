@@ -71,7 +71,7 @@ void DepthRecorder::run() {
     RecordedFrame recorded;
     const rt::DepthFrame& frame = frames_[slot];
     const rt::DepthFrameHeader header = drivers::headerOf(common_, frame);
-    const auto image = std::as_bytes(std::span(frame.raw));
+    const auto image = std::as_bytes(frame.image());
     encoder_.encode(header, image, recorded.depth);
     recorded.depth.image.bytes.shrink_to_fit();  // the record may stay in memory for a while
     if (cloud_) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "config/error.h"
@@ -20,6 +21,18 @@ constexpr auto wordsOf(CameraState) {
   return rt::words<CameraState>("absent", "streaming", "lost");
 }
 
+/// What a camera that the kernel drives reports of itself; empty or 0 where it does not.
+struct CameraDetails {
+  std::string node;      ///< "/dev/video2"
+  std::string serial;    ///< of the depth module
+  std::string firmware;  ///< "5.15.1.0"
+  std::string format;    ///< "Z16"
+  int width_px = 0;      ///< of the frames that it sends
+  int height_px = 0;     ///< of the frames that it sends
+  double rate_hz = 0;
+  std::optional<double> temperature_c = {};  ///< of its processor, in degrees Celsius
+};
+
 /// State of a camera as shown to people and to clients of the control API.
 struct CameraStatus {
   CameraState state = CameraState::absent;
@@ -28,6 +41,7 @@ struct CameraStatus {
   std::uint64_t frames = 0;          ///< delivered since the start
   std::uint64_t damaged_frames = 0;  ///< discarded because their data was corrupt
   std::string advice = {};           ///< for people: a likely problem of a working camera; may be empty
+  CameraDetails details = {};
 };
 
 /// Destination of a camera driver's frames: fill back(), then call publish().

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "rt/depth_frame.h"
 
@@ -11,14 +12,14 @@ namespace hapticd::drivers {
 
 /// Returns true if some pixel is wider than 11 bits, which no sensor sends: the whole frame is then damaged.
 /// A single OR over all pixels without branches, which the compiler vectorises.
-inline bool hasDamagedPixels(const std::uint16_t (&raw)[rt::kFramePixels]) noexcept {
+inline bool hasDamagedPixels(std::span<const std::uint16_t> raw) noexcept {
   std::uint32_t bits = 0;
   for (const std::uint16_t value : raw) bits |= value;
   return bits >= rt::kRawValues;
 }
 
 /// Returns the number of pixels wider than 11 bits, for the report on a damaged frame.
-inline std::size_t countDamagedPixels(const std::uint16_t (&raw)[rt::kFramePixels]) noexcept {
+inline std::size_t countDamagedPixels(std::span<const std::uint16_t> raw) noexcept {
   return static_cast<std::size_t>(
       std::ranges::count_if(raw, [](std::uint16_t value) { return value >= rt::kRawValues; }));
 }

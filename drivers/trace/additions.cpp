@@ -47,7 +47,10 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
   record.fixture_generation = fixtures.generation;
   record.tissue_generation = tissue.generation;
   record.text = config::textOf(additions);
-  if (tissue.has_labels) record.labels.bytes.assign(tissue.labels.begin(), tissue.labels.end());
+  if (tissue.has_labels) {
+    const auto labels = tissue.usedLabels();
+    record.labels.bytes.assign(labels.begin(), labels.end());
+  }
   for (std::size_t i = 0; i < additions.fixtures.size() && i < fixtures.count; ++i) {
     const rt::Fixture& fixture = fixtures.fixtures[i];
     record.fixtures.emplace_back(additions.fixtures[i].name,

@@ -134,20 +134,64 @@ std::string DepthDecoder::decode(const DepthRecord& record, std::string& image) 
   return fmt::format("the checksum of depth frame {} does not match", header.frame);
 }
 
+namespace {
+
+/// Returns the camera that a header describes; `limits`: states near_m and far_m, which headers do not.
+rt::DepthModelParameters cameraOf(const rt::DepthFrameHeader& header,
+                                  const rt::DepthModelParameters& limits) {
+  rt::DepthModelParameters camera;
+  camera.near_m = limits.near_m;
+  camera.far_m = limits.far_m;
+  camera.width_px = static_cast<int>(header.width_px);
+  camera.height_px = static_cast<int>(header.height_px);
+  camera.fx_px = header.fx_px;
+  camera.fy_px = header.fy_px;
+  camera.cx_px = header.cx_px;
+  camera.cy_px = header.cy_px;
+  camera.law = header.depth_law;
+  camera.raw_no_measurement = static_cast<std::uint16_t>(header.raw_no_measurement);
+  if (header.depth_law == rt::DepthLawKind::reciprocal) {
+    camera.a_per_m = header.depth_law_coefficients[0];
+    camera.b_per_m = header.depth_law_coefficients[1];
+    if (header.raw_no_measurement == rt::kRawNoMeasurement) return camera;
+  } else {
+    camera.unit_m = header.depth_law_coefficients[0];
+    camera.principle = rt::DepthPrinciple::active_stereo;
+  }
+  constexpr std::uint32_t kAllRaws = 65536;
+  camera.raw_values = kAllRaws;
+  if (header.noise == rt::DepthNoiseKind::polynomial) {
+    camera.noise = {.c0_m = header.noise_coefficients[0],
+                    .c1 = header.noise_coefficients[1],
+                    .c2_per_m = header.noise_coefficients[2]};
+  }
+  return camera;
+}
+
+}  // namespace
+
 std::string DepthDecoder::decode(const DepthRecord& record, rt::DepthFrame& frame) {
   if (std::string wrong = decode(record, image_); !wrong.empty()) return wrong;
   const rt::DepthFrameHeader& header = record.header;
-  if (header.width_px != rt::kFrameWidth || header.height_px != rt::kFrameHeight ||
-      header.stride_bytes != rt::kFrameWidth * kPixelBytes) {
-    return fmt::format("depth frame {} has {} x {} pixels; only {} x {} are modelled", header.frame,
-                       header.width_px, header.height_px, rt::kFrameWidth, rt::kFrameHeight);
+  frame.camera = cameraOf(header, frame.camera);
+  if (const rt::CameraFault fault = rt::faultOf(frame.camera); fault != rt::CameraFault::none) {
+    return fmt::format("depth frame {} is of a camera that cannot be modelled: {}", header.frame,
+                       rt::wordOf(fault));
   }
-  std::memcpy(frame.raw, image_.data(), sizeof frame.raw);
-  if (std::ranges::any_of(frame.raw, [](std::uint16_t raw) { return raw >= rt::kRawValues; })) {
-    return fmt::format("depth frame {} has a raw value above {}", header.frame, rt::kRawValues - 1);
+  const std::size_t row_bytes = header.width_px * kPixelBytes;
+  const std::span<std::uint16_t> image = frame.image();
+  if (header.stride_bytes != row_bytes || image.size_bytes() != image_.size())
+    std::ranges::fill(image, frame.camera.raw_no_measurement);
+  for (std::size_t row = 0; row < header.height_px; ++row) {
+    std::memcpy(image.data() + row * static_cast<std::size_t>(rt::strideOf(frame.camera.width_px)),
+                image_.data() + row * header.stride_bytes, row_bytes);
+  }
+  if (std::ranges::any_of(image, [&](std::uint16_t raw) { return raw >= frame.camera.raw_values; })) {
+    return fmt::format("depth frame {} has a raw value above {}", header.frame, frame.camera.raw_values - 1);
   }
   frame.sequence = header.frame;
   frame.arrival_ns = header.arrival_ns;
+  frame.exposure_ns = header.exposure_ns;
   frame.device_ticks = header.device_ticks;
   return "";
 }
@@ -175,10 +219,25 @@ std::string depthHeaderFault(const rt::DepthFrameHeader& header) {
 
 rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::DepthFrame& frame) {
   rt::DepthFrameHeader header = common;
-  header.width_px = rt::kFrameWidth;
-  header.height_px = rt::kFrameHeight;
-  header.stride_bytes = rt::kFrameWidth * kPixelBytes;
-  header.raw_no_measurement = rt::kRawNoMeasurement;
+  const rt::DepthModelParameters& camera = frame.camera;
+  header.width_px = static_cast<std::uint32_t>(camera.width_px);
+  header.height_px = static_cast<std::uint32_t>(camera.height_px);
+  header.stride_bytes = static_cast<std::uint32_t>(rt::strideOf(camera.width_px)) * kPixelBytes;
+  header.raw_no_measurement = camera.raw_no_measurement;
+  header.depth_law = camera.law;
+  const bool linear = camera.law == rt::DepthLawKind::linear;
+  header.depth_law_coefficients = {linear ? camera.unit_m : camera.a_per_m, linear ? 0 : camera.b_per_m};
+  header.fx_px = camera.fx_px;
+  header.fy_px = camera.fy_px;
+  header.cx_px = camera.cx_px;
+  header.cy_px = camera.cy_px;
+  if (camera.noise.isKnown()) {
+    header.noise = rt::DepthNoiseKind::polynomial;
+    header.noise_coefficients = {camera.noise.c0_m, camera.noise.c1, camera.noise.c2_per_m};
+  } else if (linear) {
+    header.noise = rt::DepthNoiseKind::unknown;
+  }
+  header.exposure_ns = frame.exposure_ns;
   header.arrival_ns = frame.arrival_ns;
   header.frame = frame.sequence;
   header.device_ticks = frame.device_ticks;

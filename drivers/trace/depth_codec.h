@@ -34,8 +34,8 @@ class DepthDecoder {
   /// Decodes to the bytes that were passed to encode(). Returns "" or a description of the record's fault,
   /// such as a checksum mismatch; `image` is then undefined.
   std::string decode(const DepthRecord& record, std::string& image);
-  /// Decodes to a frame of the Kinect v1's size with its number and times. A frame of another size, or with a
-  /// raw value above 2047, is a fault here.
+  /// Decodes to a frame with its number, times and camera. A camera with a fault (rt::faultOf), with `near_m`
+  /// and `far_m` of `frame`, or a raw value that it does not have is a fault here.
   std::string decode(const DepthRecord& record, rt::DepthFrame& frame);
 
  private:
@@ -46,7 +46,7 @@ class DepthDecoder {
 /// Returns why a header cannot be used, e.g. "a depth frame of header version 7; ...", or "".
 std::string depthHeaderFault(const rt::DepthFrameHeader& header);
 
-/// Returns the header of a Kinect v1's frame; `common`: the fields shared by all frames.
+/// Returns the header of a frame; `common`: the fields shared by all frames.
 rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::DepthFrame& frame);
 
 }  // namespace hapticd::drivers

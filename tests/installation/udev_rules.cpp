@@ -15,8 +15,9 @@ bool isMatch(const UdevToken& token) {
 }
 
 bool isKnown(const UdevToken& token) {
-  static const std::set<std::string> kMatches{"ACTION",       "SUBSYSTEM",      "KERNEL",         "KERNELS",
-                                              "ENV{DEVTYPE}", "ATTR{idVendor}", "ATTR{idProduct}"};
+  static const std::set<std::string> kMatches{"ACTION",          "SUBSYSTEM",         "KERNEL",
+                                              "KERNELS",         "ENV{DEVTYPE}",      "ATTR{idVendor}",
+                                              "ATTR{idProduct}", "ENV{ID_VENDOR_ID}", "ENV{ID_MODEL_ID}"};
   static const std::set<std::string> kAssignments{"GROUP", "MODE", "GOTO", "LABEL", "ATTR{power/control}"};
   return (isMatch(token) ? kMatches : kAssignments).contains(token.key);
 }

@@ -68,6 +68,20 @@ TEST(UdevRules, GiveTheGroupOnlyTheHidDevicesThatAreNamed) {
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw3", "0003:046D:C31C.0004")), kUntouched);
 }
 
+TEST(UdevRules, GiveTheGroupOnlyTheDepthCamerasAmongTheVideoDevices) {
+  const auto video = [](const std::string& vendor, const std::string& product) {
+    UdevDevice node = device("video4linux", "video0");
+    node["ENV{ID_VENDOR_ID}"] = vendor;
+    node["ENV{ID_MODEL_ID}"] = product;
+    return node;
+  };
+  EXPECT_EQ(applyUdevRules(shippedRules(), video("8086", "0b07")), kOurs);
+  EXPECT_EQ(applyUdevRules(shippedRules(), video("8086", "0b5b")), kOurs);
+  EXPECT_EQ(applyUdevRules(shippedRules(), video("2bc5", "0800")), kOurs);
+  EXPECT_EQ(applyUdevRules(shippedRules(), video("8086", "0ada")), kUntouched);
+  EXPECT_EQ(applyUdevRules(shippedRules(), video("046d", "0825")), kUntouched);
+}
+
 TEST(UdevRules, GiveTheGroupGpioChipsAndTheLatencyRequest) {
   EXPECT_EQ(applyUdevRules(shippedRules(), device("gpio", "gpiochip0")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("misc", "cpu_dma_latency")), kOurs);

@@ -63,9 +63,10 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",        "tools/lib/client", "tools/lib/gnuplot",   "tools/lib/offline",
-      "tools/lib/options",      "tools/lib/oracle", "tools/lib/palpation", "tools/lib/parts",
-      "tools/lib/registration", "tools/lib/trace",  "tools/lib/truth",     "tools/lib/whole_file"};
+      "tools/lib/child",     "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/gnuplot",
+      "tools/lib/offline",   "tools/lib/options",      "tools/lib/oracle",      "tools/lib/palpation",
+      "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",       "tools/lib/truth",
+      "tools/lib/whole_file"};
   static const std::vector<FolderRule> all{
       {"rt", {}},
       {"config", {}},
@@ -77,6 +78,7 @@ const std::vector<FolderRule>& folderRules() {
       {"drivers/camera/freenect", {"drivers/base", "drivers/camera"}},
       {"drivers/camera/recorded", {"drivers/base", "drivers/camera"}},
       {"drivers/camera/synthetic", {"drivers/base", "drivers/camera"}},
+      {"drivers/camera/v4l2", {"drivers/base", "drivers/camera"}},
       {"drivers/depth_region", {}},
       {"drivers/handle", {"drivers/base"}},
       {"drivers/handle/falcon", {"drivers/base", "drivers/handle"}},
@@ -109,6 +111,8 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/accuracy",
        {"tools/lib/offline", "tools/lib/options", "tools/lib/parts", "tools/lib/truth",
         "tools/lib/whole_file", "tools/hapticbench"}},
+      {"tools/hapticbench/cameras",
+       {"tools/lib/offline", "tools/lib/truth", "tools/hapticbench", "tools/hapticbench/pareto"}},
       {"tools/hapticbench/fixtures", {"tools/lib/offline", "tools/lib/truth", "tools/hapticbench"}},
       {"tools/hapticbench/jitter",
        {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file",
@@ -136,8 +140,8 @@ const std::vector<FolderRule>& folderRules() {
         "tools/lib/whole_file", "tools/hapticbench", "tools/hapticbench/accuracy",
         "tools/hapticbench/stability"}},
       {"tools/hapticctl",
-       {"tools/lib/child", "tools/lib/client", "tools/lib/options", "tools/lib/registration",
-        "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
+       {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options",
+        "tools/lib/registration", "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
       {"tools/hapticd-view",
@@ -153,6 +157,7 @@ const std::vector<FolderRule>& folderRules() {
       // libraries
       {"tools/lib/child", {}},
       {"tools/lib/client", {}},
+      {"tools/lib/depth_noise", {}},
       {"tools/lib/gnuplot", {"tools/lib/whole_file"}},
       {"tools/lib/offline", {}},
       {"tools/lib/options", {"tools/lib/whole_file"}},

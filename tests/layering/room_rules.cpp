@@ -143,7 +143,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"libusb", {"drivers"}},
       {"lz4", {"drivers/trace"}},
       {"nettle/", {"drivers/handle/udp"}},
-      {"png.h", {"tools/hapticctl/snapshot"}},
+      {"png.h", {"drivers/camera/recorded", "tools/hapticctl/snapshot"}},
       {"nlohmann/", {"daemon", "tools"}},
       {"systemd/", {"daemon", "tools/hapticd-view/server"}},
       {"yaml-cpp/", {"config"}},

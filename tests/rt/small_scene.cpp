@@ -18,7 +18,7 @@ SmallScene::SmallScene()
     : model_(rt::DepthModelParameters{}, rt::PoseParameters{}),
       wall_depth_m_(model_.depth_m(kWallRaw)),
       builder_(model_, rt::GridParameters{}),
-      storage_(builder_.shape(), builder_.pointCapacity()) {
+      storage_(builder_.shape(), builder_.pointCapacity(), builder_.model()) {
   const auto frame = std::make_unique<rt::DepthFrame>();
   std::fill_n(frame->raw, rt::kFramePixels, kWallRaw);
   frame->sequence = 1;

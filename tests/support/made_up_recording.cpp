@@ -86,11 +86,11 @@ void makeRecording(MadeUpScene scene, std::uint32_t frames, const std::filesyste
     const double time_s = (frame + 0.5) / kFrameRate_hz;
     behind->render(time_s, *seen);
     sceneOf(ballAt(time_s, parts.ball))->render(time_s, *ball_seen);
-    std::ranges::transform(seen->raw, ball_seen->raw, std::begin(seen->raw),
+    std::ranges::transform(seen->image(), ball_seen->image(), seen->image().begin(),
                            [](std::uint16_t a, std::uint16_t b) { return std::min(a, b); });
     const std::string name =
         fmt::format("d-{:.6f}-{}.pgm", 1'500'000'000 + frame / kFrameRate_hz, (frame + 1) * kTicksPerFrame);
-    writeFile(folder / name, pgmBytes(seen->raw));
+    writeFile(folder / name, pgmBytes(seen->image()));
     index += name + '\n';
   }
   writeFile(folder / "INDEX.txt", index);

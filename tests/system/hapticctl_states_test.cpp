@@ -87,8 +87,9 @@ const std::vector<Command> kCommands{{"status"},
                                      {"calibrate"}};
 
 /// Commands that work without a daemon, on the machine or on files.
-const std::set<std::string> kWithoutDaemon{"completion",   "doctor",        "help",       "trace info",
-                                           "trace export", "trace recover", "trace plot", "view"};
+const std::set<std::string> kWithoutDaemon{"camera list", "camera test", "completion",   "doctor",
+                                           "help",        "trace info",  "trace export", "trace recover",
+                                           "trace plot",  "view"};
 
 std::string textOf(const Command& command) {
   std::string text;

@@ -7,7 +7,8 @@
 
 namespace hapticd::tools {
 
-config::Result<DepthSource> DepthSource::open(const std::filesystem::path& path) {
+config::Result<DepthSource> DepthSource::open(const std::filesystem::path& path,
+                                              const drivers::DepthLimits& limits) {
   DepthSource source;
   std::error_code no_file;
   if (!std::filesystem::exists(path, no_file)) {
@@ -18,7 +19,7 @@ config::Result<DepthSource> DepthSource::open(const std::filesystem::path& path)
     source.image_ = path;
     return source;
   }
-  auto recording = drivers::RecordingReader::open(path);
+  auto recording = drivers::RecordingReader::open(path, limits);
   if (!recording) return std::unexpected(recording.error());
   source.recording_ = std::move(*recording);
   return source;

@@ -114,7 +114,8 @@ int replayFile(const Options& options) {
   if (options.stage == Stage::command) {
     if (const auto error = timeGoesBack(*samples)) return fail({*error}, EX_DATAERR);
   }
-  const auto source = DepthSource::open(options.depth);
+  const auto source = DepthSource::open(
+      options.depth, {settings->camera.depth_model.near_m, settings->camera.depth_model.far_m});
   if (!source) return fail({source.error()}, EX_NOINPUT);
 
   std::string labels;

@@ -7,12 +7,27 @@
 
 namespace hapticd::tools {
 
+namespace {
+
+/// Returns the settings with the camera that the depth is of.
+config::Settings settingsFor(const config::Settings& settings, const DepthSource& source) {
+  config::Settings own = settings;
+  if (const auto camera = source.camera()) {
+    own.camera.driver = config::CameraDriver::recorded;
+    own.camera.depth_law = config::DepthLaw::custom;  // so that the model is taken as it is
+    own.camera.depth_model = *camera;
+  }
+  return own;
+}
+
+}  // namespace
+
 Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage,
                double handle_delay_s, std::string_view labels)
-    : settings_(settings),
+    : settings_(settingsFor(settings, source)),
       source_(source),
       stage_(stage),
-      box_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid),
+      box_(settings_.camera.effectiveDepthModel(), settings.camera.pose, settings.grid),
       velocity_(settings.handle.resolution_m * settings.live.handle.motion_scale),
       handle_delay_s_(handle_delay_s),
       frame_(std::make_unique<rt::DepthFrame>()),

@@ -20,11 +20,10 @@ SceneReplay::SceneReplay(const config::Settings& settings, std::vector<drivers::
                          TraceFrames& frames)
     : frames_(frames),
       models_(std::move(models)),
-      depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
-      builder_(depth_model_, settings.grid),
-      storage_(builder_.shape(), builder_.pointCapacity()),
+      source_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid),
       frame_(std::make_unique<rt::DepthFrame>()) {
-  storage_.attachTo(scene_);
+  frame_->camera = settings.camera.effectiveDepthModel();
+  source_.attach(scene_);
   std::ranges::sort(models_, {}, &drivers::ModelRecord::model);
   models_.erase(models_.begin(), std::ranges::find_if(models_, &drivers::ModelRecord::depth_recorded));
 }
@@ -65,7 +64,7 @@ std::int64_t SceneReplay::neededFrom_ns() const {
 config::Result<std::optional<LeftOut>> SceneReplay::build(const drivers::ModelRecord& record,
                                                           const ParametersOf& parameters_of) {
   if (record.forgot) {
-    builder_.forget();
+    source_.builder().forget();
     memory_known_ = true;
   }
   const bool recorded =
@@ -81,7 +80,12 @@ config::Result<std::optional<LeftOut>> SceneReplay::build(const drivers::ModelRe
   if (remembers(needs) && !memory_known_) return LeftOut::history;
   if (auto read = frames_.read(record.frame_time_ns, *frame_); !read) return std::unexpected(read.error());
   frame_->sequence = record.frame;
-  builder_.build(*frame_, record.centre_m_in_world, record.radius_m, scene_, needs);
+  if (!source_.follow(frame_->camera)) {
+    return std::unexpected(config::Error{"depth", "a frame is of a camera that cannot be modelled",
+                                         "see the camera of the trace"});
+  }
+  source_.attach(scene_);
+  source_.builder().build(*frame_, record.centre_m_in_world, record.radius_m, scene_, needs);
   scene_.model = record.model;
   ++built_;
   return std::nullopt;

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "config/settings.h"
+#include "drivers/camera/scene_source.h"
 #include "drivers/trace/records.h"
 #include "rt/depth_model.h"
-#include "rt/scene_builder.h"
 #include "tools/haptic-replay/trace_frames.h"
 
 namespace hapticd::tools {
@@ -56,7 +56,7 @@ class SceneReplay {
   std::int64_t neededFrom_ns() const;
 
   const rt::Scene& scene() const { return scene_; }
-  std::size_t pointCapacity() const { return builder_.pointCapacity(); }
+  std::size_t pointCapacity() const { return source_.builder().pointCapacity(); }
   std::uint64_t built() const { return built_; }
   /// Numbers of the frames that were needed and are missing.
   const std::set<std::uint64_t>& missingFrames() const { return missing_frames_; }
@@ -67,9 +67,7 @@ class SceneReplay {
 
   TraceFrames& frames_;
   std::vector<drivers::ModelRecord> models_;  // by number, from the first one of a recorded frame on
-  rt::DepthModel depth_model_;
-  rt::SceneBuilder builder_;
-  rt::SceneStorage storage_;
+  drivers::SceneSource source_;
   rt::Scene scene_;
   std::unique_ptr<rt::DepthFrame> frame_;
   std::size_t next_ = 0;            // of models_

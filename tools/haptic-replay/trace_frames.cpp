@@ -36,7 +36,9 @@ TraceFrames::State FramesInFolder::stateOf(std::int64_t arrival_ns) const {
 }
 
 config::Result<void> FramesInFolder::read(std::int64_t arrival_ns, rt::DepthFrame& frame) {
-  auto read = recording_.read(frames_.at(arrival_ns), frame);
+  const std::size_t index = frames_.at(arrival_ns);
+  auto read = recording_.read(index, frame);
+  if (recording_.frames()[index].exposure_ns) frame.exposure_ns += arrival_ns - frame.arrival_ns;
   frame.arrival_ns = arrival_ns;
   return read;
 }

@@ -56,7 +56,7 @@ class FramesInTrace final : public TraceFrames {
   drivers::DepthDecoder decoder_;
 };
 
-/// The frames in a folder in libfreenect's format, as older versions of hapticd recorded them.
+/// The frames of a recording in a folder, as older versions of hapticd recorded them.
 class FramesInFolder final : public TraceFrames {
  public:
   FramesInFolder(drivers::RecordingReader recording, std::int64_t realtime_offset_ns);

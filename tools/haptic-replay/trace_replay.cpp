@@ -105,7 +105,8 @@ config::Result<void> TraceReplay::openFrames(const std::filesystem::path& depth)
     return refuse(trace_, fmt::format("holds no depth, and there is no recording {}", folder.string()),
                   "write it with depth: hapticctl trace start --depth");
   } else {
-    auto recording = drivers::RecordingReader::open(folder);
+    auto recording = drivers::RecordingReader::open(
+        folder, {settings_.camera.depth_model.near_m, settings_.camera.depth_model.far_m});
     if (!recording) return std::unexpected(recording.error());
     frames_ = std::make_unique<FramesInFolder>(std::move(*recording), index_.info.realtime_offset_ns);
   }

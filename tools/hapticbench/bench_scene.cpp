@@ -41,6 +41,10 @@ config::Result<BenchSequence> firstFrames(const std::string& name, const fs::pat
                                           std::size_t most_frames) {
   const auto reader = drivers::RecordingReader::open(recording);
   if (!reader) return std::unexpected(reader.error());
+  if (reader->camera()) {
+    return std::unexpected(config::Error{recording.string(), "is not of a Kinect v1",
+                                         "take a recording in libfreenect's format (with INDEX.txt)"});
+  }
   BenchSequence sequence{name, {}};
   for (std::size_t i = 0; i < std::min(most_frames, reader->frames().size()); ++i) {
     sequence.frames.push_back(std::make_unique<rt::DepthFrame>());

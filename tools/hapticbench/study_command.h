@@ -134,6 +134,7 @@ class StudyCommand {
 /// Creates the subcommand of each study. `app` outlives them.
 StudyCommand accuracyCommand(CLI::App& app);
 StudyCommand jitterCommand(CLI::App& app);
+StudyCommand camerasCommand(CLI::App& app);
 StudyCommand fixturesCommand(CLI::App& app);
 StudyCommand noiseCommand(CLI::App& app);
 StudyCommand occlusionCommand(CLI::App& app);

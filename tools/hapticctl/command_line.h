@@ -61,6 +61,7 @@ void addSnapshotCommand(CommandLine& line);    ///< snapshot
 void addViewCommand(CommandLine& line);        ///< view
 void addRegisterCommand(CommandLine& line);    ///< register
 void addCalibrateCommand(CommandLine& line);   ///< calibrate
+void addCameraCommands(CommandLine& line);     ///< camera ...
 void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion
 void addHelpCommand(CommandLine& line);        ///< help

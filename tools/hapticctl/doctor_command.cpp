@@ -71,7 +71,10 @@ DaemonView daemonView(const CommandOptions& options, const Examination& box, boo
 int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
   const bool this_machine = doctor.root == "/";
   Examination box{Machine(doctor.root), thisCaller(), std::nullopt, {}, readConfiguration(doctor.root)};
-  if (this_machine) box.unit = askServiceManager();
+  if (this_machine) {
+    box.unit = askServiceManager();
+    box.depth_probe = depthFormatOf;
+  }
   box.daemon = daemonView(options, box, this_machine);
   const Findings findings = examine(box);
   fmt::print("{}", options.json ? jsonOf(findings) : textOf(findings));

@@ -17,6 +17,7 @@ int run(int argc, char** argv) {
   addViewCommand(line);
   addRegisterCommand(line);
   addCalibrateCommand(line);
+  addCameraCommands(line);
   addDoctorCommand(line);
   addCompletionCommand(line);
   addHelpCommand(line);

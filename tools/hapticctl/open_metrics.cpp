@@ -103,6 +103,8 @@ constexpr std::array kNumbers{
     Number{"camera_frames", Type::counter, "", "camera.frames", "Frames that the camera has delivered."},
     Number{"camera_damaged_frames", Type::counter, "", "camera.damagedFrames",
            "Frames not delivered because their data could not be trusted."},
+    Number{"camera_temperature_celsius", Type::gauge, "celsius", "camera.details.temperatureC",
+           "Temperature of the camera's processor."},
     Number{"scene_frame_rate_hertz", Type::gauge, "hertz", "scene.frameRateHz", "Depth frames per second."},
     Number{"scene_models", Type::counter, "", "scene.models", "Models of the scene built."},
     Number{"scene_remodels", Type::counter, "", "scene.remodels",

@@ -44,14 +44,15 @@ config::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions&
 }
 
 void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& requested, bool json) {
-  const auto measured =
-      std::ranges::count_if(snapshot.raw, [](auto raw) { return raw < rt::kRawNoMeasurement; });
+  const auto measured = std::ranges::count_if(snapshot.raw, [&](auto raw) {
+    return raw != snapshot.depth_model.raw_no_measurement && raw < snapshot.depth_model.raw_values;
+  });
   Json files = Json::array();
   for (const std::string& file : {requested.ply, requested.png}) {
     if (!file.empty()) files.push_back(file);
   }
   if (json) return printJson({{"frame", snapshot.frame}, {"measuredPixels", measured}, {"files", files}});
-  fmt::print("frame {}: {} of {} pixels measured\n", snapshot.frame, measured, rt::kFramePixels);
+  fmt::print("frame {}: {} of {} pixels measured\n", snapshot.frame, measured, snapshot.raw.size());
   for (const Json& file : files) fmt::print("{}\n", printable(file.get<std::string>()));
 }
 

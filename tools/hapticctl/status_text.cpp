@@ -147,10 +147,30 @@ std::string lawText(const Json& status) {
   return line("law", text + ": " + textAt(status, "law.reason"));
 }
 
+/// The device, mode, firmware, serial number and temperature of a camera; empty where it does not report
+/// them.
+std::string cameraDetailsText(const Json& status) {
+  const Json* details = fieldAt(status, "camera.details");
+  if (!details || details->is_null()) return "";
+  std::string text = fmt::format("{}, {} {} x {} at {} Hz", textAt(*details, "node"),
+                                 textAt(*details, "format"), countAt(*details, "widthPx"),
+                                 countAt(*details, "heightPx"), fixed(numberAt(*details, "rateHz"), 0));
+  const auto add = [&](const char* title, const char* path) {
+    const std::string value = textAt(*details, path);
+    if (!value.empty() && value != "-") text += fmt::format(", {} {}", title, value);
+  };
+  add("firmware", "firmware");
+  add("serial", "serial");
+  const double temperature_c = numberAt(*details, "temperatureC");
+  if (!std::isnan(temperature_c)) text += fmt::format(", {} degrees Celsius", fixed(temperature_c, 0));
+  return line("", text);
+}
+
 std::string cameraText(const Json& status) {
   return line("camera",
               fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
-         line("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}}));
+         line("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}})) +
+         cameraDetailsText(status);
 }
 
 /// Empty where the whole depth frame is modelled, or nothing yet.

@@ -114,10 +114,11 @@ void addFiles(CommandLine& line, CLI::App& group) {
       [&options, requested](const fs::path& file) { return runTraceExport(options, file, *requested); });
   exported
       .add_option("--format", requested->format,
-                  "csv, hdf5, or libfreenect: the depth as a folder that fakenect plays (default: by the\n"
-                  "ending of --out, else csv)")
+                  "csv, hdf5, or recording: the depth as a folder that camera.driver recorded plays, in\n"
+                  "libfreenect's format if it is of a Kinect v1 (also called libfreenect); default: by the\n"
+                  "ending of --out, else csv")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"csv", "hdf5", "libfreenect"}));
+      ->check(CLI::IsMember({"csv", "hdf5", "recording", "libfreenect"}));
   exported
       .add_option("--channel", requested->channel,
                   "What a CSV file holds: ticks (default), models, directives, events")

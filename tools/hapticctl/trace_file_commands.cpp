@@ -342,7 +342,8 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
                    const ExportOptions& requested) {
-  if (requested.format == "libfreenect") return exportDepth(options, file, requested);
+  if (requested.format == "recording" || requested.format == "libfreenect")
+    return exportDepth(options, file, requested);
   if (const auto good = mayBecome(requested.out, file); !good) return report(good.error(), options.json);
   const auto format = formatFor(requested);
   if (!format) return report(format.error(), options.json);

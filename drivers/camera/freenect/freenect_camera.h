@@ -3,12 +3,11 @@
 
 #include <chrono>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 
 #include "drivers/camera/camera.h"
 #include "drivers/camera/freenect/freenect_worker.h"
+#include "drivers/camera/worker_thread.h"
 
 namespace hapticd::drivers {
 
@@ -33,9 +32,7 @@ class FreenectCamera final : public Camera {
  private:
   std::string serial_;
   std::chrono::milliseconds stop_limit_;
-  mutable std::mutex worker_mutex_;
-  std::shared_ptr<FreenectWorker> worker_;  // kept after stop(), for status()
-  std::thread thread_;
+  WorkerThread<FreenectWorker> thread_;
 };
 
 }  // namespace hapticd::drivers

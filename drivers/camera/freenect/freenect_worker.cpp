@@ -119,8 +119,8 @@ std::uint16_t* FreenectWorker::takeFrame(const std::optional<std::string>& damag
   rt::DepthFrame& frame = sink_.back();
   if (damage) {
     board_.countDamagedFrame(*damage);
-  } else if (hasDamagedPixels(frame.raw)) {
-    board_.countDamagedFrame(std::to_string(countDamagedPixels(frame.raw)) + " pixels are above 2047");
+  } else if (hasDamagedPixels(frame.image())) {
+    board_.countDamagedFrame(std::to_string(countDamagedPixels(frame.image())) + " pixels are above 2047");
   } else {
     frame.sequence = ++published_;
     frame.arrival_ns = rt::monotonicNow_ns();

@@ -62,8 +62,8 @@ std::unexpected<config::Error> refuseHeader(const std::filesystem::path& file, s
 }
 
 std::unexpected<config::Error> refusePixels(const std::filesystem::path& file, rt::DepthFrame& frame) {
-  const std::size_t damaged = countDamagedPixels(frame.raw);
-  const bool byte_swapped = std::ranges::all_of(frame.raw, [](std::uint16_t value) {
+  const std::size_t damaged = countDamagedPixels(frame.image());
+  const bool byte_swapped = std::ranges::all_of(frame.image(), [](std::uint16_t value) {
     return static_cast<std::uint16_t>(value << 8 | value >> 8) <= 2047;
   });
   if (byte_swapped) {
@@ -101,7 +101,7 @@ config::Result<void> readDepthPgm(const std::filesystem::path& file, rt::DepthFr
     return refuse(file, fmt::format("has more than the expected {} bytes", kFileBytes),
                   "libfreenect's depth images are 640 x 480; copy or record it again");
   }
-  if (hasDamagedPixels(frame.raw)) return refusePixels(file, frame);
+  if (hasDamagedPixels(frame.image())) return refusePixels(file, frame);
   return {};
 }
 

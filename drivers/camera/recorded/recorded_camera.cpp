@@ -23,13 +23,14 @@ config::Result<void> RecordedCamera::start(FrameSink& sink) {
   if (!(speed_ > 0) || !std::isfinite(speed_)) {
     return std::unexpected(config::Error{"camera.speed", fmt::format("{} is not above 0", speed_), ""});
   }
-  auto reader = RecordingReader::open(folder_);
+  auto reader = RecordingReader::open(folder_, limits_);
   if (!reader) return std::unexpected(reader.error());
   const auto probe = std::make_unique<rt::DepthFrame>();
   if (auto readable = reader->read(0, *probe); !readable) return readable;
   reader_.emplace(std::move(*reader));
 
-  board_.reset("recorded " + folder_.string());
+  const std::string serial = reader_->serial().empty() ? "" : ", camera " + reader_->serial();
+  board_.reset("recorded " + folder_.string() + serial);
   published_ = 0;
   stop_signal_.reset();
   auto thread = startThread("camera", [this, &sink] { play(sink); });
@@ -79,7 +80,9 @@ bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
       continue;
     }
     frame.sequence = ++published_;
+    const std::int64_t exposed_before_ns = frame.arrival_ns - frame.exposure_ns;
     frame.arrival_ns = rt::monotonicNow_ns();
+    if (frames[index].exposure_ns) frame.exposure_ns = frame.arrival_ns - exposed_before_ns;
     sink.publish();
     board_.countFrame();
   }

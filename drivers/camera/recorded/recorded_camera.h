@@ -14,11 +14,13 @@ namespace hapticd::drivers {
 
 /// Plays a recording by the host times of its frames, at `speed` times real time. Every readable frame is
 /// delivered; a damaged one is counted and skipped. At the end it restarts one frame period later (`loop`),
-/// or the camera is lost.
+/// or the camera is lost. Where the recording states exposures, each frame keeps its time from the exposure
+/// to the arrival.
 class RecordedCamera final : public Camera {
  public:
-  RecordedCamera(std::filesystem::path folder, bool loop, double speed)
-      : folder_(std::move(folder)), loop_(loop), speed_(speed) {}
+  /// `limits`: accepted depths of a camera that the recording describes.
+  RecordedCamera(std::filesystem::path folder, bool loop, double speed, const DepthLimits& limits = {})
+      : folder_(std::move(folder)), loop_(loop), speed_(speed), limits_(limits) {}
   ~RecordedCamera() override { stop(); }
 
   /// Errors: the folder is not a recording, its first frame is damaged, the speed is not above zero.
@@ -35,6 +37,7 @@ class RecordedCamera final : public Camera {
   std::filesystem::path folder_;
   bool loop_;
   double speed_;
+  DepthLimits limits_;
   std::optional<RecordingReader> reader_;
   CameraStatusBoard board_;
   StopSignal stop_signal_;

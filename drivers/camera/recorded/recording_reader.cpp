@@ -4,51 +4,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <string_view>
 
 #include "config/file_content.h"
 #include "config/value_text.h"
+#include "drivers/camera/recorded/camera_description.h"
+#include "drivers/camera/recorded/decimal_time.h"
+#include "drivers/camera/recorded/depth_image.h"
 #include "drivers/camera/recorded/depth_pgm.h"
-#include "rt/clock.h"
+#include "drivers/camera/recorded/frame_list.h"
+#include "rt/depth_model.h"
 
 namespace hapticd::drivers {
 namespace {
 
 constexpr const char* kIndexName = "INDEX.txt";
-constexpr std::size_t kMaxIndexBytes = 64 << 20;  // 1.6 million lines of 40 bytes
 
 std::unexpected<config::Error> refuse(std::string where, std::string what, std::string remedy) {
   return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
-}
-
-/// Converts all of `text` to a number; nothing if it is not a number.
-template <typename Number>
-std::optional<Number> wholeNumber(std::string_view text) {
-  Number number{};
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (text.empty() || failure != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-/// Converts e.g. "1513096835.219278" to nanoseconds, without the rounding of floating-point numbers.
-std::optional<std::int64_t> decimalSecondsInNs(std::string_view text) {
-  constexpr std::size_t kMaxDigits = 9;
-  const std::size_t point = text.find('.');
-  const auto seconds = wholeNumber<std::uint32_t>(text.substr(0, point));
-  if (!seconds) return std::nullopt;
-  std::int64_t fraction_ns = 0;
-  if (point != std::string_view::npos) {
-    const std::string_view digits = text.substr(point + 1);
-    const auto fraction = wholeNumber<std::uint32_t>(digits.substr(0, kMaxDigits));
-    if (!fraction || !std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) {
-      return std::nullopt;
-    }
-    fraction_ns = *fraction;
-    for (std::size_t digit = digits.size(); digit < kMaxDigits; ++digit) fraction_ns *= 10;
-  }
-  return std::int64_t{*seconds} * rt::kNsPerSecond + fraction_ns;
 }
 
 /// Parses "d-<host seconds>-<device ticks>.pgm"; host_ns is the absolute time here.
@@ -61,22 +35,30 @@ std::optional<RecordedFrame> parseDepthName(std::string_view name) {
   const auto host_ns = decimalSecondsInNs(numbers.substr(0, dash));
   const auto ticks = wholeNumber<std::uint32_t>(numbers.substr(dash + 1));
   if (!host_ns || !ticks) return std::nullopt;
-  return RecordedFrame{std::string(name), *host_ns, *host_ns, *ticks};
+  return RecordedFrame{.file = std::string(name),
+                       .host_ns = *host_ns,
+                       .realtime_ns = *host_ns,
+                       .device_ticks = *ticks,
+                       .exposure_ns = {},
+                       .pose = {}};
 }
 
 config::Result<std::string> readIndex(const std::filesystem::path& folder) {
   std::error_code failure;
   if (!std::filesystem::is_directory(folder, failure)) {
-    return refuse(folder.string(), failure ? failure.message() : "not a folder",
-                  "give the folder of a recording that holds INDEX.txt; unpack archives first");
+    return refuse(
+        folder.string(), failure ? failure.message() : "not a folder",
+        "give the folder of a recording that holds INDEX.txt or camera.yaml; unpack archives first");
   }
   const std::filesystem::path file = folder / kIndexName;
   auto text = config::fileContent(file, {.longest = kMaxIndexBytes});
   if (text) return std::move(*text);
-  return refuse(file.string(), text.error().text(),
-                text.error().reason == config::FileFault::Reason::too_long
-                    ? "split the recording"
-                    : "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it");
+  return refuse(
+      file.string(), text.error().text(),
+      text.error().reason == config::FileFault::Reason::too_long
+          ? "split the recording"
+          : "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it, or with "
+            "camera.yaml for other cameras");
 }
 
 /// Returns the frame named by a line, or nothing for a line without depth.
@@ -112,7 +94,7 @@ void makeRelative(std::vector<RecordedFrame>& frames) {
 
 }  // namespace
 
-config::Result<RecordingReader> RecordingReader::open(const std::filesystem::path& folder) {
+config::Result<RecordingReader> RecordingReader::openKinect(const std::filesystem::path& folder) {
   const auto text = readIndex(folder);
   if (!text) return std::unexpected(text.error());
   std::vector<RecordedFrame> frames;
@@ -132,12 +114,48 @@ config::Result<RecordingReader> RecordingReader::open(const std::filesystem::pat
   return RecordingReader(folder, std::move(frames));
 }
 
+config::Result<RecordingReader> RecordingReader::openCamera(const std::filesystem::path& folder,
+                                                            const DepthLimits& limits) {
+  const std::filesystem::path file = folder / kCameraFile;
+  const auto description = readCameraDescription(file);
+  if (!description) return std::unexpected(description.error());
+  rt::DepthModelParameters camera = description->camera;
+  camera.near_m = std::max(limits.near_m, description->near_m.value_or(limits.near_m));
+  camera.far_m = std::min(limits.far_m, description->far_m.value_or(limits.far_m));
+  if (rt::faultOf(camera) != rt::CameraFault::none) {
+    return refuse(file.string(),
+                  fmt::format("the camera measures no depth within {} to {} m", limits.near_m, limits.far_m),
+                  "set camera.near_m and camera.far_m to what it reaches");
+  }
+  auto frames = readFrameList(folder);
+  if (!frames) return std::unexpected(frames.error());
+  RecordingReader reader(folder, std::move(*frames));
+  reader.camera_ = camera;
+  reader.serial_ = description->serial;
+  return reader;
+}
+
+config::Result<RecordingReader> RecordingReader::open(const std::filesystem::path& folder,
+                                                      const DepthLimits& limits) {
+  std::error_code ignored;
+  const bool has_camera = std::filesystem::exists(folder / kCameraFile, ignored);
+  if (has_camera && std::filesystem::exists(folder / kIndexName, ignored)) {
+    return refuse(folder.string(), fmt::format("holds both {} and {}", kCameraFile, kIndexName),
+                  "a recording has one index; remove the other");
+  }
+  return has_camera ? openCamera(folder, limits) : openKinect(folder);
+}
+
 config::Result<void> RecordingReader::read(std::size_t index, rt::DepthFrame& frame) const {
   const RecordedFrame& recorded = frames_.at(index);
   frame.sequence = index + 1;
   frame.arrival_ns = recorded.host_ns;
   frame.device_ticks = recorded.device_ticks;
-  return readDepthPgm(folder_ / recorded.file, frame);
+  frame.exposure_ns =
+      recorded.exposure_ns ? recorded.host_ns - (recorded.realtime_ns - *recorded.exposure_ns) : 0;
+  if (!camera_) return readDepthPgm(folder_ / recorded.file, frame);
+  frame.camera = *camera_;
+  return readDepthImage(folder_ / recorded.file, frame);
 }
 
 }  // namespace hapticd::drivers

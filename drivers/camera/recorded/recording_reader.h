@@ -4,48 +4,62 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/error.h"
+#include "drivers/camera/recorded/recorded_frame.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::drivers {
 
-/// One depth frame of a recording.
-struct RecordedFrame {
-  std::string file;          ///< file name in the recording's folder
-  std::int64_t host_ns = 0;  ///< host time since the first depth frame of the recording; never decreases
-
-  /// Host time as given in the file name: CLOCK_REALTIME of the recording host.
-  std::int64_t realtime_ns = 0;
-  std::uint32_t device_ticks = 0;  ///< the camera's own counter
+/// Depths that a configuration accepts, in metres; those of a Kinect v1 by default.
+struct DepthLimits {
+  double near_m = rt::DepthModelParameters{}.near_m;
+  double far_m = rt::DepthModelParameters{}.far_m;
 };
 
-/// The depth frames of a recording in libfreenect's format: a folder with INDEX.txt, which lists one file per
-/// line in playback order, `d-<host seconds>-<device ticks>.pgm` for depth. Lines of colour (`r-`) and tilt
-/// (`a-`) are ignored. Where the host's clock was set back, the time stands still until the clock catches up.
+/// The depth frames of a recording, which is a folder of one of two forms; README.md describes them.
+///
+/// With INDEX.txt it has libfreenect's format and is of a Kinect v1: the index lists one file per line in
+/// playback order, `d-<host seconds>-<device ticks>.pgm` for depth. Lines of colour (`r-`) and tilt (`a-`)
+/// are ignored. Where the host's clock was set back, the time stands still until the clock catches up.
+/// With camera.yaml it is of any camera, and frames.csv lists the frames.
 /// Thread: any; several threads may call read() with separate frames.  RT: not safe.
 class RecordingReader {
  public:
-  /// Checks the folder, the index and that each depth file exists; read() checks the images.
-  /// Errors: name the line of INDEX.txt and the remedy.
-  static config::Result<RecordingReader> open(const std::filesystem::path& folder);
+  /// Checks the folder, the index, the camera and that each depth file exists; read() checks the images.
+  /// `limits`: accepted depths of a camera from camera.yaml, besides its own.
+  /// Errors: name the line of the index and the remedy.
+  static config::Result<RecordingReader> open(const std::filesystem::path& folder,
+                                              const DepthLimits& limits = {});
 
   /// Returns all frames; never empty.
   const std::vector<RecordedFrame>& frames() const { return frames_; }
   const std::filesystem::path& folder() const { return folder_; }
+  /// Returns the camera from camera.yaml with the accepted depths; nothing for libfreenect's format.
+  const std::optional<rt::DepthModelParameters>& camera() const { return camera_; }
+  /// Serial number from camera.yaml; empty if it is not known.
+  const std::string& serial() const { return serial_; }
 
   /// Reads frame `index` (below frames().size()). Sets raw, sequence = index + 1, arrival_ns = its host_ns,
-  /// and device_ticks.  Errors: see readDepthPgm().
+  /// device_ticks, and camera if camera() is known. exposure_ns is relative to the first frame as arrival_ns
+  /// is, and may be below 0.  Errors: see readDepthPgm() and readDepthImage().
   config::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
 
  private:
   RecordingReader(std::filesystem::path folder, std::vector<RecordedFrame> frames)
       : folder_(std::move(folder)), frames_(std::move(frames)) {}
 
+  static config::Result<RecordingReader> openKinect(const std::filesystem::path& folder);
+  static config::Result<RecordingReader> openCamera(const std::filesystem::path& folder,
+                                                    const DepthLimits& limits);
+
   std::filesystem::path folder_;
   std::vector<RecordedFrame> frames_;
+  std::optional<rt::DepthModelParameters> camera_;
+  std::string serial_;
 };
 
 }  // namespace hapticd::drivers

@@ -41,13 +41,13 @@ float SceneCamera::exactDisparity(double inverse_depth) const noexcept {
 }
 
 void SceneCamera::deliverRounded(rt::DepthFrame& frame) const {
-  std::ranges::transform(exact_, frame.raw, [](float exact) {
+  std::ranges::transform(exact_, frame.image().begin(), [](float exact) {
     return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;
   });
 }
 
 void SceneCamera::removeOutsideLimits(rt::DepthFrame& frame) const {
-  for (std::uint16_t& raw : frame.raw) {
+  for (std::uint16_t& raw : frame.image()) {
     if (raw < raw_first_ || raw > raw_last_) raw = rt::kRawNoMeasurement;
   }
 }

@@ -194,6 +194,13 @@ const Refusal kRegions[] = {
      "is not a whole number"},
     {"NoLabelImage", "regions: [{name: a, place: label, label: 1}]", "a", "label", "set label_image"},
     {"Transition", region("transition_m: 0.001"), "a", "transition_m", "0.002..0.1 m"},
+    {"TransitionsOfLabels",
+     "label_image: l.pgm\nregions: [{name: a, place: label, label: 1}, {name: b, place: label, label: 2, "
+     "transition_m: 0.02}]",
+     "b", "transition_m",
+     "f.yaml:2: region b: transition_m: 0.02 m differs from the 0.01 m of region a, and all regions of place "
+     "label share one width (set transition_m to 0.01 m, or to another width in all of these regions at "
+     "once)"},
     {"Stiffness", region("stiffness_n_per_m: 5001"), "a", "stiffness_n_per_m", "1..5000 N/m"},
     {"Exponent", region("model: hunt_crossley, exponent: 2.1"), "a", "exponent", "1..2"},
     {"ExponentOfLinear", region("exponent: 2"), "a", "exponent", "model linear"},
@@ -209,6 +216,26 @@ const Refusal kRegions[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Regions, AdditionRefusal, testing::ValuesIn(kRegions),
                          [](const auto& each) { return each.param.label; });
+
+TEST(AdditionsText, MayHaveOtherTransitionsForShapesThanForLabels) {
+  const std::string label = "place: label, transition_m: 0.02, label: ";
+  const auto additions = additionsFromText(
+      "label_image: l.pgm\nregions: [{name: a, shape: sphere, position_m: [0, 0, 0], "
+      "radius_m: 0.1, transition_m: 0.01}, {name: b, " +
+          label + "1}, {name: c, " + label + "2}]",
+      "f.yaml");
+  EXPECT_TRUE(additions) << allTexts(additions.error());
+}
+
+TEST(AdditionsText, DoesNotCompareTransitionsOfLabelsWhereOneIsUnknown) {
+  const std::string label = "place: label, transition_m: ";
+  const auto additions = additionsFromText("label_image: l.pgm\nregions: [{name: a, " + label +
+                                               "wide, label: 1}, {name: b, " + label + "0.02, label: 2}]",
+                                           "f.yaml");
+  ASSERT_FALSE(additions);
+  ASSERT_EQ(additions.error().size(), 1U) << allTexts(additions.error());
+  EXPECT_EQ(additions.error()[0].name, "a");
+}
 
 TEST(AdditionsText, AreAllRefusedTogetherInTheOrderOfTheirLines) {
   const auto additions = additionsFromText(

@@ -37,12 +37,15 @@ class RandomAdditions {
       if (region.place == rt::TissuePlace::shape) region.shape = static_cast<rt::ShapeKind>(1 + below(3));
       region.model = static_cast<rt::ContactModel>(below(3));
       fill(region);
+      if (region.place == rt::TissuePlace::label) region.transition_m = kLabelTransition_m;
       additions.regions.push_back(region);
     }
     return additions;
   }
 
  private:
+  static constexpr double kLabelTransition_m = 0.03;  // must be the same for all regions with a label
+
   int below(std::size_t count) { return static_cast<int>(random_() % count); }
   double between(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);

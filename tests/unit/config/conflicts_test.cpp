@@ -111,6 +111,41 @@ TEST(Conflicts, ADepthLawNeedsAValidRawValue) {
   EXPECT_EQ(textsFor({"camera.depth_a_per_m=-0.003", "camera.depth_b_per_m=-1"}), Texts{});
 }
 
+TEST(Conflicts, ConfiguredIntrinsicsAreNotThoseOfAKinect) {
+  EXPECT_EQ(textsFor({"camera.driver=v4l2"}), Texts{});
+  EXPECT_EQ(
+      textsFor({"camera.driver=v4l2", "camera.intrinsics=configured"}),
+      Texts{"camera.intrinsics: configured takes camera.fx_px and camera.fy_px, which are still those of a "
+            "Kinect v1 (set camera.fx_px, camera.fy_px, camera.cx_px and camera.cy_px for the chosen size "
+            "of the frames)"});
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "camera.intrinsics=configured", "camera.fx_px=430",
+                      "camera.fy_px=430", "camera.cx_px=424"}),
+            Texts{});
+  EXPECT_EQ(
+      textsFor({"camera.driver=v4l2", "camera.intrinsics=configured", "camera.fx_px=430", "camera.fy_px=430",
+                "camera.cx_px=900"}),
+      Texts{"camera.cx_px: the optical centre (900, 242.739138) lies outside the frame of 848 x 480 pixels "
+            "(set camera.cx_px and camera.cy_px for the chosen size of the frames)"});
+}
+
+TEST(Conflicts, ADepthUnitReachesTheNearLimit) {
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "camera.unit_um=10"}), Texts{});
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "camera.unit_um=1"}),
+            Texts{"camera.unit_um: 16 bits of 1 um end at 0.065535 m, nearer than camera.near_m, 0.4 m (set "
+                  "camera.unit_um to 100 or 1000, or to 0)"});
+}
+
+TEST(Conflicts, ADepthUnitIsCoarseEnoughForTheReachOfLawsOnPoints) {
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "force.law=nearest_springs"}), Texts{});
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "force.law=nearest_springs", "camera.unit_um=71"}), Texts{});
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "force.law=nearest_springs", "camera.unit_um=70"}),
+            Texts{"camera.unit_um: a scene holds 0.1431 m of depth in units of 70 um, but the law "
+                  "nearest_springs needs 0.144 m: 0.072 m on each side: 0.04 m that it looks at + "
+                  "grid.max_hip_speed_m_per_s 0.6 m/s * 0.05333 s of frame period and margin (set "
+                  "camera.unit_um to at least 71, or lower force.radius_m or grid.max_hip_speed_m_per_s)"});
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "force.law=surface", "camera.unit_um=10"}), Texts{});
+}
+
 TEST(Conflicts, LimitsBetweenTwoRawValuesHoldNoDepth) {
   // Table I: raw 1052 is 9.991 m, raw 1053 is 10.308 m.
   const Texts texts = textsFor({"camera.near_m=9.995", "camera.far_m=10"});
@@ -123,7 +158,7 @@ TEST(Conflicts, TheRecordedDriverNeedsARecording) {
   EXPECT_EQ(
       textsFor({"camera.driver=recorded"}),
       Texts{"camera.recording: is empty, and the camera.driver recorded needs it (set camera.recording to "
-            "the folder that holds INDEX.txt)"});
+            "the folder that holds INDEX.txt or camera.yaml)"});
 }
 
 TEST(Conflicts, TheHandlesThreadIsLessUrgentThanTheForceThread) {

@@ -121,5 +121,17 @@ TEST(LiveWith, TakesLawAndFilterAndLeavesTheRest) {
   EXPECT_TRUE(liveWith(settings, {.law = rt::ForceLaw::surface, .reason = {}}).filter.isOff());
 }
 
+TEST(EquivalentDistance, IsWhereAKinectHasTheSameNoise) {
+  EXPECT_EQ(equivalentDistance_m({}, 1.3), 1.3);
+  rt::DepthModelParameters stereo;
+  stereo.law = rt::DepthLawKind::linear;
+  EXPECT_EQ(equivalentDistance_m(stereo, 0.5), 0.5) << "its noise is not known";
+  stereo.noise.c2_per_m = 4 * 0.54 * 0.003071102;  // twice as noisy as a Kinect at twice the distance
+  EXPECT_NEAR(equivalentDistance_m(stereo, 0.5), 1.0, 1e-9);
+  stereo.noise = {.c0_m = 0.54 * 0.003071102};  // the same everywhere, as a Kinect's at 1 m
+  EXPECT_NEAR(equivalentDistance_m(stereo, 0.2), 1.0, 1e-9);
+  EXPECT_NEAR(equivalentDistance_m(stereo, 3), 1.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace hapticd::config

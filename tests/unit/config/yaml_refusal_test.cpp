@@ -85,7 +85,7 @@ const std::vector<Refusal> kValues{
     {"NoSuchChoice",
      "camera:\n  driver: kinect",
      {"bad.yaml:2: camera.driver: \"kinect\" is not an allowed choice (allowed: one of: freenect, recorded, "
-      "synthetic)"}},
+      "synthetic, v4l2)"}},
     {"NoValue",
      "camera:\n  serial:\n  fx_px: ~\n",
      {"bad.yaml:2: camera.serial: has no value (give a value, \"\" for an empty text, or delete the line)",

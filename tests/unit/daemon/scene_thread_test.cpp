@@ -24,7 +24,7 @@ class ScenesOfFrames : public testing::Test {
   /// The record of the frame's scene.
   drivers::ModelRecord model(std::uint64_t frame, std::int64_t arrival_ns) {
     rt::DepthFrame& raw = thread_.back();
-    std::fill(std::begin(raw.raw), std::end(raw.raw), std::uint16_t{760});
+    std::fill(raw.image().begin(), raw.image().end(), std::uint16_t{760});
     raw.sequence = frame;
     raw.arrival_ns = arrival_ns;
     raw.device_ticks = 0;
@@ -34,10 +34,9 @@ class ScenesOfFrames : public testing::Test {
     return record;
   }
 
-  rt::DepthModel depth_model_{{}, {}};
   rt::SceneChannel scenes_;
   rt::TripleBuffer<rt::Vec3> focus_;
-  SceneThread thread_{depth_model_, {}, {}, scenes_, focus_};
+  SceneThread thread_{{}, {}, {}, {}, scenes_, focus_};
 };
 
 TEST_F(ScenesOfFrames, BeginAnewWithTheFirstRecordedFrameAndWithTheFirstOneAfterAGap) {

@@ -204,9 +204,9 @@ TEST(AnalyticScene, RendersTheSameImageForTheSameSeedAndTime) {
   first.render(0.1, *b);
   first.render(1.7, *a);
   second.render(1.7, *b);
-  EXPECT_TRUE(std::ranges::equal(a->raw, b->raw));
+  EXPECT_TRUE(std::ranges::equal(a->image(), b->image()));
   other.render(1.7, *b);
-  EXPECT_FALSE(std::ranges::equal(a->raw, b->raw));
+  EXPECT_FALSE(std::ranges::equal(a->image(), b->image()));
 }
 
 }  // namespace

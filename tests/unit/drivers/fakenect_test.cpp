@@ -44,7 +44,7 @@ void expectEveryFrameOfTheRecording() {
   for (std::size_t index = 0; index < frames.count(); ++index) {
     ASSERT_TRUE(reader->read(index, *expected));
     const rt::DepthFrame& frame = frames.frame(index);
-    EXPECT_TRUE(std::ranges::equal(frame.raw, expected->raw)) << "frame " << index;
+    EXPECT_TRUE(std::ranges::equal(frame.image(), expected->image())) << "frame " << index;
     EXPECT_EQ(frame.device_ticks, expected->device_ticks);
     EXPECT_EQ(frame.sequence, index + 1);
     EXPECT_GT(frame.arrival_ns, index == 0 ? 0 : frames.frame(index - 1).arrival_ns);

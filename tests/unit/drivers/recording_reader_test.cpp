@@ -219,7 +219,7 @@ TEST(RecordingReader, ReadsEveryFrameAsItIsInItsFile) {
   for (std::string name; std::getline(index, name);) {
     if (!name.starts_with("d-")) continue;
     ASSERT_TRUE(reader->read(number, *frame)) << name;
-    EXPECT_TRUE(std::ranges::equal(frame->raw, test::rawPixelsOf(recording.path() / name))) << name;
+    EXPECT_TRUE(std::ranges::equal(frame->image(), test::rawPixelsOf(recording.path() / name))) << name;
     EXPECT_EQ(reader->frames()[number].device_ticks, std::stoul(name.substr(name.rfind('-') + 1))) << name;
     ++number;
   }
@@ -232,7 +232,7 @@ TEST(RecordingReader, ReadsEveryFrameAsItIsInItsFile) {
   ASSERT_EQ(number, 60U);
   ASSERT_TRUE(reader->read(0, *frame));
   std::vector<std::uint16_t> valid;
-  std::ranges::copy_if(frame->raw, std::back_inserter(valid), [](auto value) { return value < 2047; });
+  std::ranges::copy_if(frame->image(), std::back_inserter(valid), [](auto value) { return value < 2047; });
   std::ranges::sort(valid);
   EXPECT_EQ(valid.front(), 405);
   EXPECT_EQ(valid[valid.size() / 2], 702);

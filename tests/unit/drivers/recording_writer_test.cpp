@@ -44,7 +44,7 @@ void expectFrame(const RecordingReader& reader, std::uint32_t number) {
   const auto expected = madeUpFrame(number), read = std::make_unique<rt::DepthFrame>();
   const auto readable = reader.read(number, *read);
   ASSERT_TRUE(readable) << readable.error().text();
-  EXPECT_TRUE(std::ranges::equal(read->raw, expected->raw)) << number;
+  EXPECT_TRUE(std::ranges::equal(read->image(), expected->image())) << number;
   EXPECT_EQ(read->device_ticks, expected->device_ticks);
   EXPECT_EQ(reader.frames()[number].realtime_ns, expected->arrival_ns + kRealtimeOffset_ns);
   EXPECT_EQ(reader.frames()[number].host_ns, expected->arrival_ns - kFirst_ns);

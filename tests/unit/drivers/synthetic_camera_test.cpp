@@ -30,7 +30,7 @@ TEST(SyntheticCamera, FilmsTheSceneAtTheTimeOfItsTicks) {
     EXPECT_EQ(frame.sequence, index + 1);
     EXPECT_EQ(frame.device_ticks % 3'000'000, 0U) << "whole periods of 1/20 s at 60 MHz";
     scene.render(frame.device_ticks / 60e6, *expected);
-    EXPECT_TRUE(std::ranges::equal(frame.raw, expected->raw)) << index;
+    EXPECT_TRUE(std::ranges::equal(frame.image(), expected->image())) << index;
   }
 }
 

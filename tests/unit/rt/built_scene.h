@@ -15,7 +15,7 @@ namespace hapticd::test {
 class BuiltScene {
  public:
   BuiltScene(const rt::DepthModel& model, const rt::GridParameters& parameters)
-      : builder(model, parameters), storage_(builder.shape(), builder.pointCapacity()) {
+      : builder(model, parameters), storage_(builder.shape(), builder.pointCapacity(), builder.model()) {
     storage_.attachTo(scene);
   }
 

@@ -75,7 +75,8 @@ void expectAllPointsOfTheBall(const rt::Scene& scene, const tools::PointCloud& c
   std::vector<std::uint32_t> index_of_pixel(rt::kFramePixels, kNone);
   for (std::uint32_t i = 0; i < scene.points; ++i) {
     const std::uint32_t pixel = scene.point[i].pixel;
-    std::uint32_t& index = index_of_pixel[(pixel >> 21) * rt::kFrameWidth + (pixel >> 11 & 1023)];
+    std::uint32_t& index =
+        index_of_pixel[rt::PackedPixel::row(pixel) * rt::kFrameWidth + rt::PackedPixel::column(pixel)];
     ASSERT_EQ(index, kNone) << "a point twice";
     index = i;
   }
@@ -91,7 +92,7 @@ void expectAllPointsOfTheBall(const rt::Scene& scene, const tools::PointCloud& c
     ++found;
     const rt::GridPoint& p = scene.point[index];
     const rt::Vec3 position = scene.origin_m_in_world + rt::Vec3{p.x_m, p.y_m, p.z_m};
-    ASSERT_EQ(p.pixel & 2047, cloud.raw[i]);
+    ASSERT_EQ(rt::PackedPixel::raw(p.pixel), cloud.raw[i]);
     ASSERT_LE(distance, scene.ball_radius_m + 2 * error) << cloud.column[i] << ' ' << cloud.row[i];
     ASSERT_LE(norm(position - cloud.points_m[i]), error);
   }

@@ -50,7 +50,8 @@ class ColumnShiftsOf : public ::testing::Test {
     }
   }
 
-  rt::ColumnShifts shifts;
+  rt::DepthModel model{{}, {}};
+  rt::ColumnShifts shifts{model};
 
  private:
   std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();

@@ -52,7 +52,7 @@ class Seen {
   explicit Seen(const rt::DepthModelParameters& camera)
       : model_(camera, {}),
         builder_(model_),
-        storage_({1, 1, 1, 1}, 1),
+        storage_({1, 1, 1, 1}, 1, model_),
         frame_(std::make_unique<rt::DepthFrame>()) {
     storage_.attachTo(scene_);
   }

@@ -37,7 +37,7 @@ DepthModelParameters longLens(double nearest_m, double farthest_m) {
 void expectForceOfBruteForce(const DepthModelParameters& parameters, const DepthFrame& frame, const Vec3& hip,
                              std::initializer_list<SpringParameters> springs) {
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
-  const tools::PointCloud cloud = tools::ReferenceCamera(parameters).pointsOf(frame.raw);
+  const tools::PointCloud cloud = tools::ReferenceCamera(parameters).pointsOf(frame.image());
   GridParameters reach_grid;
   reach_grid.point_capacity = kFramePixels;
   BuiltScene reach(*model, reach_grid);

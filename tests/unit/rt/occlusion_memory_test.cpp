@@ -155,8 +155,11 @@ TEST_P(OcclusionMemoryOf, FollowsAPlateThatMovesHalfAMetrePerSecond) {
   }
 }
 
+/// Number of frames in which the whole image of a Kinect is updated once.
+constexpr int kStrips = 640 * 480 / rt::OcclusionMemory::kStripPixels;
+
 TEST_P(OcclusionMemoryOf, RemembersSurfacesAwayFromTheHand) {
-  show(everywhere(kWall), rt::OcclusionMemory::kStripPeriod);
+  show(everywhere(kWall), kStrips);
   show(fromColumn(40, kArm), 1);
   const rt::PixelWindow elsewhere{.column_first = 30, .column_last = 90, .row_first = 0, .row_last = 60};
   seeAgain(elsewhere);

@@ -41,8 +41,8 @@ class ReferenceMemory {
 
   void update(const rt::DepthFrame& frame, const rt::PixelWindow& window) {
     ++now_;
-    const int strip_rows = kFrameHeight / OcclusionMemory::kStripPeriod;
-    const int strip = static_cast<int>(frame.sequence % OcclusionMemory::kStripPeriod);
+    const int strip_rows = OcclusionMemory::kStripPixels / kFrameWidth;
+    const int strip = static_cast<int>(frame.sequence % (kFrameHeight / static_cast<unsigned>(strip_rows)));
     for (int row = 0; row < kFrameHeight; ++row) {
       const std::uint16_t* const raw = frame.raw + row * kFrameWidth;
       if (row / strip_rows == strip) {

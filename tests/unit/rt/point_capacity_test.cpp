@@ -96,12 +96,12 @@ TEST_P(PointCapacity, KeepsTheFirstPointsOfTheImageAndCountsTheRest) {
     EXPECT_TRUE(guarded.isIntact());
     test::expectVoxelsToHoldTheirPoints(scene);
     std::vector<std::uint32_t> pixels(kept);
-    for (std::uint32_t i = 0; i < kept; ++i) pixels[i] = scene.point[i].pixel >> 11;  // row and column
+    for (std::uint32_t i = 0; i < kept; ++i) pixels[i] = scene.point[i].pixel >> PackedPixel::kRawBits;
     std::sort(pixels.begin(), pixels.end());
     std::uint32_t next = 0;
     for (std::uint32_t i = 0; next < kept; ++i) {
       if (i % 3 == 0) continue;
-      ASSERT_EQ(pixels[next++], i / kFrameWidth << 10 | i % kFrameWidth);
+      ASSERT_EQ(pixels[next++], i / kFrameWidth << PackedPixel::kColumnBits | i % kFrameWidth);
     }
   }
 }

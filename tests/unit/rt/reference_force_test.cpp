@@ -51,7 +51,7 @@ class Comparison {
              double largest_radius_m = 0.04)
       : frame_(frame),
         camera_(kCamera, pose),
-        cloud_(camera_.pointsOf(frame.raw)),
+        cloud_(camera_.pointsOf(frame.image())),
         model_(std::make_unique<DepthModel>(kCamera, pose)),
         reach_(*model_, tightGrid(largest_radius_m)),
         whole_(*model_, wholeFrameGrid()),

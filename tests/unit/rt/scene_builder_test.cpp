@@ -86,7 +86,7 @@ TEST_P(SceneOfFrame, HoldsEveryPointOfTheBallWhereOnlyTheReachIsModelled) {
     grid.point_capacity = kFramePixels;
     BuiltScene built(*model, grid);
     for (const NamedFrame& f : frames) {
-      const PointCloud cloud = camera.pointsOf(f.frame->raw);
+      const PointCloud cloud = camera.pointsOf(f.frame->image());
       for (int i = 0; i < 3; ++i) {
         SCOPED_TRACE(f.name);
         Vec3 centre = camera.toWorld({0.2, 0.1, -1});
@@ -107,7 +107,7 @@ TEST_P(SceneOfFrame, IsTheSameForEveryShapeOfWindowThatHoldsTheBall) {
   const ReferenceCamera camera(parameters);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   const FramePointer frame = test::planeAndSphereFrame(5, parameters);
-  const PointCloud cloud = camera.pointsOf(frame->raw);
+  const PointCloud cloud = camera.pointsOf(frame->image());
   const Vec3 centre = cloud.points_m[cloud.points_m.size() / 2];
   for (const int cells : {8, 31, 32, 33, 64}) {
     for (const double edge : {0.005, 0.0131, 0.04}) {
@@ -140,7 +140,7 @@ TEST_P(SceneOfFrame, HoldsThePointsNextToEachFaceOfTheWindow) {
     const Vec3 point = camera.pointInWorld(column, row, raw);
     for (const Vec3& direction : directions) {
       const Scene& scene = built.build(*frame, point + reach * direction);
-      const std::uint32_t pixel = row << 21 | column << 11 | raw;
+      const std::uint32_t pixel = PackedPixel::pack(column, row, raw);
       EXPECT_TRUE(std::any_of(scene.point, scene.point + scene.points,
                               [pixel](const GridPoint& p) { return p.pixel == pixel; }));
       test::expectVoxelsToHoldTheirPoints(scene);

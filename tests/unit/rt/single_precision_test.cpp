@@ -43,7 +43,8 @@ double largestError_m(const Scene& scene, const ReferenceCamera& camera) {
   double largest = 0;
   for (std::uint32_t i = 0; i < scene.points; ++i) {
     const GridPoint& p = scene.point[i];
-    const Vec3 exact = camera.pointInWorld(p.pixel >> 11 & 1023, p.pixel >> 21, p.pixel & 2047);
+    const Vec3 exact = camera.pointInWorld(PackedPixel::column(p.pixel), PackedPixel::row(p.pixel),
+                                           PackedPixel::raw(p.pixel));
     largest = std::max(largest, norm(scene.origin_m_in_world + Vec3{p.x_m, p.y_m, p.z_m} - exact));
   }
   return largest;

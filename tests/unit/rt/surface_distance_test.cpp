@@ -26,21 +26,21 @@ class FacetScene {
   /// `depth_m`: Z of the surface on a ray (x right, y up, -1 forward), or 0.
   explicit FacetScene(const std::function<double(const Vec3& ray)>& depth_m)
       : image_(rt::kFramePixels, rt::kRawNoMeasurement),
-        facets_(BlockLattice::kBlocks),
-        cells_(BlockLattice::kBlocks, rt::Cell::smooth) {
+        facets_(lattice_.blocks()),
+        cells_(lattice_.blocks(), rt::Cell::smooth) {
     const rt::DepthModelParameters& camera = model_.parameters();
     const auto disparityAt = [&](double u, double v) {
       const double depth =
           depth_m({(u - camera.cx_px) / camera.fx_px, (camera.cy_px - v) / camera.fy_px, -1});
       return depth > 0 ? (1 / depth - camera.b_per_m) / camera.a_per_m : -1;
     };
-    for (int row = 0; row < BlockLattice::kRows; ++row) {
-      for (int column = 0; column < BlockLattice::kColumns; ++column) {
+    for (int row = 0; row < lattice_.rows; ++row) {
+      for (int column = 0; column < lattice_.columns; ++column) {
         const double u = column * BlockLattice::kBlock_px + BlockLattice::kMiddle_px;
         const double v = row * BlockLattice::kBlock_px + BlockLattice::kMiddle_px;
         const double d = disparityAt(u, v);
         const double step = 0.01;
-        facets_[BlockLattice::at(row, column)] = {
+        facets_[lattice_.at(row, column)] = {
             static_cast<float>(d),
             static_cast<float>((disparityAt(u + step, v) - disparityAt(u - step, v)) / (2 * step)),
             static_cast<float>((disparityAt(u, v + step) - disparityAt(u, v - step)) / (2 * step)), 0};
@@ -48,7 +48,8 @@ class FacetScene {
     }
     rt::VisibleSurface& surface = scene.surface;
     surface.radius_m = 10;
-    surface.blocks = {0, BlockLattice::kColumns - 1, 0, BlockLattice::kRows - 1};
+    surface.lattice = lattice_;
+    surface.blocks = {0, lattice_.columns - 1, 0, lattice_.rows - 1};
     surface.visible = {image_.data(), facets_.data(), cells_.data()};
     surface.hidden = surface.visible;
     scene.frame = 1;
@@ -60,6 +61,7 @@ class FacetScene {
 
  private:
   rt::DepthModel model_{{}, {}};
+  rt::BlockLattice lattice_{model_};
   std::vector<std::uint16_t> image_;
   std::vector<rt::Facet> facets_;
   std::vector<rt::Cell> cells_;
@@ -180,6 +182,20 @@ TEST(SurfaceDistance, BesideAnOutlineItIsTheDistanceFromTheLastPatch) {
     }
     before = found.signed_distance.distance_m;
     EXPECT_LT(found.signed_distance.normal_in_world.x, -0.9);
+  }
+}
+
+TEST_P(EachSurface, ALookOverAWiderRangeFindsTheSamePlace) {
+  const FacetScene facets(GetParam().depth_m);
+  const rt::SurfaceDistance field(facets.scene, 0.035, 0);
+  RandomShapes random(4);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 on_surface = placeOnSurface(GetParam(), random);
+    const Vec3 p = on_surface + random.between(0.001, 0.009) * random.direction();
+    const auto narrow = field.at(p, 0.01);
+    const auto wide = field.at(p, 0.02);
+    ASSERT_EQ(narrow.found(), wide.found()) << i;
+    ASSERT_EQ(narrow.signed_distance.distance_m, wide.signed_distance.distance_m) << i;
   }
 }
 

@@ -118,6 +118,8 @@ class LabelledPlane : public testing::Test {
  protected:
   LabelledPlane() {
     tissue_.map->has_labels = true;
+    tissue_.map->label_width_px = kFrameWidth;
+    tissue_.map->label_height_px = kFrameHeight;
     for (const int label : {1, 2}) {
       TissueRegion region;
       region.place = TissuePlace::label;
@@ -157,6 +159,14 @@ TEST_F(LabelledPlane, PassesOverBordersAsShapesDo) {
           << angle << ' ' << s;
     }
   }
+}
+
+TEST_F(LabelledPlane, HasNoLabelsForACameraOfAnotherSize) {
+  labelHalfPlane(0, 0, 2);
+  DepthModelParameters other = camera_;
+  other.width_px = 848;
+  const DepthModel wider(other, PoseParameters{});
+  EXPECT_EQ(sharesAt(*tissue_.map, &wider, onPlane(-0.02, 0)).count, 0U);
 }
 
 TEST_F(LabelledPlane, IsWholeInsideAndNothingOutsideALabel) {

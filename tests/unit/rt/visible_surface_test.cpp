@@ -24,7 +24,7 @@ class Built {
   explicit Built(const std::function<double(double, double)>& inverse_depth)
       : model_(camera(), {}),
         builder_(model_),
-        storage_({1, 1, 1, 1}, 1),
+        storage_({1, 1, 1, 1}, 1, model_),
         frame_(std::make_unique<rt::DepthFrame>()) {
     storage_.attachTo(scene_);
     for (int row = 0; row < rt::kFrameHeight; ++row) {
@@ -57,7 +57,7 @@ class Built {
     builder_.build(*frame_, nullptr, centre, 0.06, parameters, scene_.surface);
   }
   void shift(int raw) {
-    for (std::uint16_t& value : frame_->raw) {
+    for (std::uint16_t& value : frame_->image()) {
       if (value < rt::kRawNoMeasurement) value = static_cast<std::uint16_t>(value + raw);
     }
   }

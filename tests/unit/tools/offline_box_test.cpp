@@ -22,7 +22,7 @@ class OfflineBoxTime : public testing::Test {
   OfflineBoxTime() : box({}, {}, {}), frame(std::make_unique<rt::DepthFrame>()) {
     frame->sequence = 1;
     frame->arrival_ns = 100 * kMillisecond_ns;
-    std::ranges::fill(frame->raw, rt::kRawNoMeasurement);
+    std::ranges::fill(frame->image(), rt::kRawNoMeasurement);
   }
   OfflineBox box;
   std::unique_ptr<rt::DepthFrame> frame;

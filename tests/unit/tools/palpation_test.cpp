@@ -202,7 +202,7 @@ class PalpatingHand {
 
   rt::DepthModel model_{rt::DepthModelParameters{}, rt::PoseParameters{}};
   rt::SceneBuilder builder_{model_, rt::GridParameters{}};
-  rt::SceneStorage storage_{builder_.shape(), builder_.pointCapacity()};
+  rt::SceneStorage storage_{builder_.shape(), builder_.pointCapacity(), builder_.model()};
   rt::Scene scene_;
   rt::HapticCore core_{builder_.pointCapacity()};
   rt::HandleState handle_;

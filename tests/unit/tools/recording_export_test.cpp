@@ -13,6 +13,7 @@
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_pixel.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 namespace {
@@ -46,7 +47,7 @@ class RecordingExport : public testing::Test {
       if (number > frames) continue;
       const auto raw = frame(number);
       drivers::DepthRecord record;
-      encoder.encode(drivers::headerOf({}, *raw), std::as_bytes(std::span(raw->raw)), record);
+      encoder.encode(drivers::headerOf({}, *raw), std::as_bytes(raw->image()), record);
       EXPECT_TRUE((*writer)->write(record));
     }
     EXPECT_TRUE((*writer)->close());
@@ -71,10 +72,40 @@ TEST_F(RecordingExport, GivesEveryFrameAsItWasRecorded) {
   for (std::uint32_t number = 1; number <= 12; ++number) {
     const auto expected = frame(number);
     ASSERT_TRUE(reader->read(number - 1, *read));
-    EXPECT_EQ(std::memcmp(read->raw, expected->raw, sizeof read->raw), 0) << number;
+    EXPECT_EQ(std::memcmp(read->raw, expected->raw, read->image().size_bytes()), 0) << number;
     EXPECT_EQ(read->device_ticks, expected->device_ticks);
     EXPECT_EQ(reader->frames()[number - 1].realtime_ns, expected->arrival_ns + kOffset_ns);
   }
+}
+
+TEST_F(RecordingExport, GivesAnotherCamerasFramesWithTheCamera) {
+  const rt::DepthModelParameters camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.4, 4);
+  const auto raw = tools::frameOf(camera, tools::ball(camera, {0, 0, -0.6}, 0.1));
+  raw->arrival_ns = kPeriod_ns;
+  {
+    const auto writer =
+        drivers::TraceWriter::create(path("a.mcap"), {.realtime_offset_ns = kOffset_ns, .depth = true});
+    ASSERT_TRUE(writer) << writer.error().text();
+    rt::Tick tick;
+    tick.number = 1;
+    tick.planned_ns = kPeriod_ns;
+    ASSERT_TRUE((*writer)->write(tick));
+    drivers::DepthRecord record;
+    drivers::DepthEncoder().encode(drivers::headerOf({}, *raw), std::as_bytes(raw->image()), record);
+    ASSERT_TRUE((*writer)->write(record));
+    ASSERT_TRUE((*writer)->close());
+  }
+  const auto frames = exportRecording(path("a.mcap"), path("out"), {}, {});
+  ASSERT_TRUE(frames) << frames.error().text();
+  const auto reader = drivers::RecordingReader::open(path("out"));
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_TRUE(reader->camera());
+  EXPECT_EQ(reader->camera()->fx_px, camera.fx_px);
+  EXPECT_EQ(reader->camera()->unit_m, camera.unit_m);
+  const auto read = std::make_unique<rt::DepthFrame>();
+  ASSERT_TRUE(reader->read(0, *read));
+  EXPECT_TRUE(std::ranges::equal(read->image(), raw->image()));
+  EXPECT_EQ(reader->frames()[0].realtime_ns, kPeriod_ns + kOffset_ns);
 }
 
 TEST_F(RecordingExport, GivesTheTimeThatIsWanted) {

@@ -180,8 +180,9 @@ TEST(SnapshotAssembler, RefusesRepliesThatDoNotFit) {
   };
   EXPECT_EQ(errorOf("/firstRow", 0), "");
   EXPECT_EQ(errorOf("/header", nullptr), "the first reply has no header");
-  EXPECT_EQ(errorOf("/header/width", 320), "a frame of 320x480 pixels, 640x480 expected");
-  EXPECT_EQ(errorOf("/header/depthModel/aPerM", nullptr), "the depth model or the camera's pose is missing");
+  EXPECT_EQ(errorOf("/header/width", 1288), "a frame of 1288x480 pixels, at most 1280x800 expected");
+  EXPECT_EQ(errorOf("/header/depthModel/aPerM", nullptr),
+            "the depth model or the camera's pose is missing or wrong");
   EXPECT_EQ(errorOf("/firstRow", 5), "row 5 where 0 is due");
   EXPECT_EQ(errorOf("/rows", "Zm9v"), "rows that are no whole rows");
   EXPECT_EQ(errorOf("/rows", "*"), "rows that are no whole rows");

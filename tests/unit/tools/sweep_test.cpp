@@ -122,7 +122,7 @@ TEST(FeelProbe, FindsConstraintLawsAsStiffAsSetAndWithoutPopThrough) {
 /// A frame whose every measurement is `raw`.
 std::unique_ptr<rt::DepthFrame> flatFrame(std::uint16_t raw) {
   auto frame = std::make_unique<rt::DepthFrame>();
-  std::fill(std::begin(frame->raw), std::end(frame->raw), raw);
+  std::fill(frame->image().begin(), frame->image().end(), raw);
   frame->sequence = 1;
   return frame;
 }

@@ -149,21 +149,37 @@ TEST(AdditionsRecord, IsRefusedWhereItsPartsDoNotAgree) {
   EXPECT_NE(refusal(record).find("another size"), std::string::npos) << refusal(record);
 }
 
+TEST(AdditionsRecord, KeepsALabelImage) {
+  const config::Settings settings;
+  const auto sent = std::make_unique<rt::TissueMap>();
+  config::SceneAdditions additions;
+  std::string labels(rt::kFramePixels, '\0');
+  for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = static_cast<char>(i % 7);
+  config::toTissueMap(additions.regions, {}, labels, settings.camera.pose, *sent);
+  const auto none = std::make_unique<rt::FixtureSet>();
+  const drivers::AdditionsRecord record = drivers::recordOf(additions, *none, *sent, 0);
+  const auto back = std::make_unique<rt::TissueMap>();
+  const auto restored = drivers::restore(record, settings.camera.pose, "a.mcap", *back);
+  ASSERT_TRUE(restored) << restored.error().text();
+  EXPECT_TRUE(back->hasLabelsFor(settings.camera.effectiveDepthModel()));
+  EXPECT_TRUE(std::ranges::equal(back->usedLabels(), sent->usedLabels()));
+}
+
 /// A session of an engaged core in front of a wall: the hand presses into the ball, later through the floor.
 test::MadeUpRecords session(const config::Settings& settings) {
   test::MadeUpRecords records;
   const rt::DepthModel model(settings.camera.effectiveDepthModel(), settings.camera.pose);
   rt::SceneBuilder builder(model, settings.grid);
-  rt::SceneStorage storage(builder.shape(), builder.pointCapacity());
+  rt::SceneStorage storage(builder.shape(), builder.pointCapacity(), builder.model());
   rt::Scene scene;
   storage.attachTo(scene);
   const auto frame = std::make_unique<rt::DepthFrame>();
-  std::ranges::copy(test::wallImage(kWallRaw), frame->raw);
+  std::ranges::copy(test::wallImage(kWallRaw), frame->image().begin());
   frame->sequence = 1;
   frame->arrival_ns = kBegin_ns - kTick_ns;
   drivers::DepthEncoder().encode(
       drivers::headerOf(drivers::commonDepthHeader(settings.camera, "synthetic"), *frame),
-      std::as_bytes(std::span(frame->raw)), records.depth.emplace_back());
+      std::as_bytes(frame->image()), records.depth.emplace_back());
 
   rt::Directive directive{.generation = 1,
                           .engage = true,

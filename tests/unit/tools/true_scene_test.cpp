@@ -252,9 +252,9 @@ TEST(TrueScene, NoiseDependsOnTheFrameNumberAloneAndIsASensors) {
   const auto second = std::make_unique<rt::DepthFrame>();
   scene.render(0, 1, SceneNoise::sensor, *first);
   scene.render(0, 2, SceneNoise::sensor, *second);
-  EXPECT_FALSE(std::ranges::equal(first->raw, second->raw));
+  EXPECT_FALSE(std::ranges::equal(first->image(), second->image()));
   scene.render(0.5, 1, SceneNoise::sensor, *second);
-  EXPECT_TRUE(std::ranges::equal(first->raw, second->raw));
+  EXPECT_TRUE(std::ranges::equal(first->image(), second->image()));
   EXPECT_EQ(second->sequence, 1U);
   EXPECT_EQ(second->arrival_ns, 500'000'000);
   EXPECT_EQ(first->raw[rt::kFrameWidth - 1], rt::kRawNoMeasurement);  // the camera's dead columns
@@ -269,7 +269,7 @@ TEST(TrueScene, NothingIsMeasuredOutsideNearAndFar) {
     const auto frame = std::make_unique<rt::DepthFrame>();
     scene.render(0, 1, noise, *frame);
     int valid = 0;
-    for (const std::uint16_t raw : frame->raw) {
+    for (const std::uint16_t raw : frame->image()) {
       if (raw == rt::kRawNoMeasurement) continue;
       const double depth = 1 / (model.a_per_m * raw + model.b_per_m);
       ASSERT_TRUE(depth >= model.near_m && depth <= model.far_m);

@@ -56,6 +56,50 @@ class Kinect(Emulator):
         super().__init__("emulated-kinect", name, "--recording", RECORDING, "--serial", serial, *options)
 
 
+class DepthCamera(Emulator):
+    """A depth camera of the USB video class: our own program behind vhci_hcd, driven by the kernel's uvcvideo."""
+
+    def __init__(self, serial="814512070123", name="depth-camera", options=()):
+        for module in ("vhci-hcd", "uvcvideo"):
+            must("modprobe", module)
+        self.serial = serial
+        super().__init__("emulated-depth-camera", name, "--serial", serial, *options)
+
+    def _nodes(self):
+        found = {}
+        for node in os.listdir("/sys/class/video4linux"):
+            folder = "/sys/class/video4linux/" + node
+            try:
+                if read(folder + "/device/../serial").strip() == self.serial:
+                    found[int(read(folder + "/index"))] = "/dev/" + node
+            except OSError:  # it vanishes while we look
+                continue
+        return found
+
+    def nodes(self):
+        """The camera's nodes: that of the frames, and that of the metadata."""
+        found = self._nodes()
+        expect(len(found) == 2 and all(os.path.exists(path) for path in found.values()), f"nodes: {found}")
+        return [found[index] for index in sorted(found)]
+
+    def node(self):
+        return wait_for("the kernel makes nodes of the camera", self.nodes)[0]
+
+    def is_absent(self):
+        return not self._nodes()
+
+    def replug(self, *commands):
+        """Unplugs it, gives it commands, plugs it in again."""
+        self.tell("unplug")
+        wait_for("its nodes vanish", self.is_absent)
+        for command in commands:
+            self.tell(command)
+        self.tell("replug")
+
+    def stats(self):
+        return json.loads(self.tell("status"))
+
+
 class HidHandle(Emulator):
     """A controller in a hand, or a SpaceMouse, on the HID level through uhid; driven by hidapi over hidraw."""
 

@@ -54,7 +54,7 @@ class WallModel {
         scenes_(scenes) {
     storage_.reserve(3);
     scenes_.prepareSlots([this](rt::Scene& slot) {
-      storage_.emplace_back(builder_.shape(), builder_.pointCapacity()).attachTo(slot);
+      storage_.emplace_back(builder_.shape(), builder_.pointCapacity(), builder_.model()).attachTo(slot);
     });
     drivers::AnalyticScene(settings.synthetic, settings.camera.effectiveDepthModel()).render(0, *frame_);
     frame_->sequence = 0;

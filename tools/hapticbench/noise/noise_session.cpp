@@ -32,6 +32,10 @@ int periodsBetween(const drivers::RecordedFrame& earlier, const drivers::Recorde
 config::Result<NoiseSession> readSession(const std::filesystem::path& recording, const SessionPart& part) {
   const auto reader = drivers::RecordingReader::open(recording);
   if (!reader) return std::unexpected(reader.error());
+  if (reader->camera()) {
+    return std::unexpected(config::Error{recording.string(), "is not of a Kinect v1",
+                                         "take a recording in libfreenect's format (with INDEX.txt)"});
+  }
   const auto& recorded = reader->frames();
   const auto first = static_cast<std::size_t>(part.first);
   const std::size_t end = std::min(recorded.size(), first + static_cast<std::size_t>(part.frames));

@@ -46,11 +46,14 @@ class OnPoints : public Contender {
   /// Returns the points within `within_m` of `centre_m`.
   const std::vector<Vec3>& pointsOf(const rt::DepthFrame& frame, const Vec3& centre_m, double within_m) {
     points_m_.clear();
-    for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
-      for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
-        const std::uint16_t raw = frame.raw[row * rt::kFrameWidth + column];
-        if (raw >= rt::kRawNoMeasurement || depth_model_.depth_m(raw) <= 0) continue;
-        const Vec3 point = depth_model_.pointInWorld(rt::PackedPixel::pack(column, row, raw));
+    const auto width = static_cast<std::uint32_t>(depth_model_.width_px());
+    const auto height = static_cast<std::uint32_t>(depth_model_.height_px());
+    const auto stride = static_cast<std::uint32_t>(depth_model_.stride_px());
+    for (std::uint32_t row = 0; row < height; ++row) {
+      for (std::uint32_t column = 0; column < width; ++column) {
+        const std::uint16_t raw = frame.raw[row * stride + column];
+        if (depth_model_.depth_m(raw) <= 0) continue;
+        const Vec3 point = depth_model_.pointInWorld(rt::PackedPixel::pack(column, row, raw), raw);
         const Vec3 away = point - centre_m;
         if (dot(away, away) <= within_m * within_m) points_m_.push_back(point);
       }

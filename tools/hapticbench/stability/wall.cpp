@@ -46,7 +46,7 @@ CoreWall::CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreO
     : box_(fineDepthModel(), {}, gridOf(parameters)),
       output_(output),
       frame_(std::make_unique<rt::DepthFrame>()) {
-  std::fill(std::begin(frame_->raw), std::end(frame_->raw), kRaw);
+  std::fill(frame_->image().begin(), frame_->image().end(), kRaw);
   frame_->sequence = 1;
   box_.parameters() = parameters;
   box_.parameters().law = law;

@@ -144,7 +144,7 @@ std::string digestOf(const std::vector<BenchSequence>& sequences) {
   std::uint64_t digest = 0xcbf29ce484222325;
   for (const BenchSequence& sequence : sequences) {
     for (const auto& frame : sequence.frames) {
-      for (const std::uint16_t raw : frame->raw) digest = (digest ^ raw) * 0x100000001b3;
+      for (const std::uint16_t raw : frame->image()) digest = (digest ^ raw) * 0x100000001b3;
     }
   }
   return fmt::format("{:016x}", digest);

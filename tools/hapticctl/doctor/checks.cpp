@@ -9,8 +9,8 @@ Findings examine(const Examination& box) {
   static constexpr std::array kChecks{
       checkKernel,    checkClock,      checkThrottling, checkIsolation, checkInterrupts, checkSibling,
       checkGovernor,  checkIdleStates, checkMemory,     checkLimits,    checkAccounts,   checkCaller,
-      checkUdevRules, checkOtherRules, checkKinect,     checkHid,       checkGpio,       checkHandle,
-      checkTraces,    checkGnuplot,    checkService,    checkDaemon};
+      checkUdevRules, checkOtherRules, checkKinect,     checkCameras,   checkHid,        checkGpio,
+      checkHandle,    checkTraces,     checkGnuplot,    checkService,   checkDaemon};
   Findings all;
   for (const auto check : kChecks) {
     for (Finding& finding : check(box)) all.push_back(std::move(finding));

@@ -35,6 +35,9 @@ Findings checkHid(const Examination& box);
 // kinect_check.cpp
 Findings checkKinect(const Examination& box);
 
+// camera_check.cpp
+Findings checkCameras(const Examination& box);
+
 // handle_check.cpp
 Findings checkHandle(const Examination& box);
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/configuration.h"
 #include "tools/hapticctl/doctor/machine.h"
 
@@ -45,6 +46,7 @@ struct Examination {
   std::optional<UnitProperties> unit;  ///< nothing: the service manager cannot be queried
   DaemonView daemon;
   Configuration configuration = {};
+  DepthProbe depth_probe = {};  ///< none if the files are not those of this machine
 };
 
 /// The user of this process.

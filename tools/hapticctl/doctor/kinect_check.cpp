@@ -76,8 +76,10 @@ Findings checkKinect(const Examination& box) {
     findings.push_back(busFinding(*devices, camera));
     findings.push_back(driverFinding(box.machine, camera));
   }
-  if (findings.empty()) findings.push_back(absenceFinding(*devices));
-  return findings;
+  if (!findings.empty()) return findings;
+  const config::CameraDriver driver = box.configuration.settings.camera.driver;
+  if (driver == config::CameraDriver::freenect) return {absenceFinding(*devices)};
+  return {good("kinect", fmt::format("there is none on USB, and camera.driver is {}", rt::wordOf(driver)))};
 }
 
 }  // namespace hapticd::tools

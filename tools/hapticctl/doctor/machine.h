@@ -44,6 +44,8 @@ class Machine {
  public:
   explicit Machine(std::filesystem::path root) : root_(std::move(root)) {}
 
+  const std::filesystem::path& root() const { return root_; }
+
   /// The content of a file, at most 1 MiB, without white space at its end.
   Reading<std::string> read(const std::string& path) const;
   /// The decimal integer in a file; EINVAL for other content.

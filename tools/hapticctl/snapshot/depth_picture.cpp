@@ -13,10 +13,10 @@ namespace {
 
 constexpr int kCrossReach_px = 8;
 
-void drawCross(std::vector<Rgb>& picture, int column, int row) {
+void drawCross(std::vector<Rgb>& picture, const rt::DepthModelParameters& camera, int column, int row) {
   const auto dot = [&](int u, int v) {
-    if (u < 0 || u >= rt::kFrameWidth || v < 0 || v >= rt::kFrameHeight) return;
-    picture[static_cast<std::size_t>(v * rt::kFrameWidth + u)] = kHipColour;
+    if (u < 0 || u >= camera.width_px || v < 0 || v >= camera.height_px) return;
+    picture[static_cast<std::size_t>(v * camera.width_px + u)] = kHipColour;
   };
   for (int reach = -kCrossReach_px; reach <= kCrossReach_px; ++reach) {
     dot(column + reach, row);
@@ -32,16 +32,16 @@ void markHip(std::vector<Rgb>& picture, const Snapshot& snapshot, const rt::Dept
   const double column = m.cx_px - m.fx_px * hip_in_camera.x / hip_in_camera.z;
   const double row = m.cy_px + m.fy_px * hip_in_camera.y / hip_in_camera.z;
   // far outside the picture the numbers would not fit into pixels
-  if (std::abs(column) > 2 * rt::kFrameWidth || std::abs(row) > 2 * rt::kFrameWidth) return;
-  drawCross(picture, static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
+  if (std::abs(column) > 2 * rt::kMaxFrameWidth || std::abs(row) > 2 * rt::kMaxFrameWidth) return;
+  drawCross(picture, m, static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
 }
 
-std::vector<Rgb> sideBySide(const std::vector<Rgb>& picture, const std::vector<Rgb>& scale) {
+std::vector<Rgb> sideBySide(const std::vector<Rgb>& picture, std::ptrdiff_t width,
+                            const std::vector<Rgb>& scale) {
   std::vector<Rgb> both;
   both.reserve(picture.size() + scale.size());
-  for (std::ptrdiff_t row = 0; row < rt::kFrameHeight; ++row) {
-    both.insert(both.end(), picture.begin() + row * rt::kFrameWidth,
-                picture.begin() + (row + 1) * rt::kFrameWidth);
+  for (std::ptrdiff_t row = 0; row < std::ssize(picture) / width; ++row) {
+    both.insert(both.end(), picture.begin() + row * width, picture.begin() + (row + 1) * width);
     both.insert(both.end(), scale.begin() + row * kScaleWidth, scale.begin() + (row + 1) * kScaleWidth);
   }
   return both;
@@ -52,10 +52,10 @@ std::vector<Rgb> sideBySide(const std::vector<Rgb>& picture, const std::vector<R
 std::vector<Rgb> depthPicture(const Snapshot& snapshot) {
   const rt::DepthModel model(snapshot.depth_model, snapshot.T_world_camera);
   const DepthRange range = contrastRange(snapshot);
-  std::vector<Rgb> picture(rt::kFramePixels, kNoDepthColour);
+  std::vector<Rgb> picture(snapshot.raw.size(), kNoDepthColour);
   for (std::size_t i = 0; i < picture.size(); ++i) {
     const std::uint16_t raw = snapshot.raw[i];
-    if (raw >= rt::kRawValues || model.depth_m(raw) <= 0) continue;
+    if (model.depth_m(raw) <= 0) continue;
     picture[i] = colourOfDepth(model.depth_m(raw), range.near_m, range.far_m);
   }
   markHip(picture, snapshot, model);
@@ -65,11 +65,12 @@ std::vector<Rgb> depthPicture(const Snapshot& snapshot) {
 config::Result<std::string> pngOf(const Snapshot& snapshot) {
   static_assert(sizeof(Rgb) == 3, "rows are handed to libpng as they are");
   const std::vector<Rgb> picture =
-      sideBySide(depthPicture(snapshot), depthScale(contrastRange(snapshot), rt::kFrameHeight));
+      sideBySide(depthPicture(snapshot), snapshot.depth_model.width_px,
+                 depthScale(contrastRange(snapshot), snapshot.depth_model.height_px));
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = rt::kFrameWidth + kScaleWidth;
-  image.height = rt::kFrameHeight;
+  image.width = static_cast<png_uint_32>(snapshot.depth_model.width_px) + kScaleWidth;
+  image.height = static_cast<png_uint_32>(snapshot.depth_model.height_px);
   image.format = PNG_FORMAT_RGB;
   png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::string file(bytes, '\0');

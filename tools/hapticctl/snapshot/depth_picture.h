@@ -10,7 +10,7 @@
 
 namespace hapticd::tools {
 
-/// The depth image as the camera sees it, kFramePixels colours row by row: depth by colour, spread over
+/// The depth image as the camera sees it, one colour for each pixel, row by row: depth by colour, spread over
 /// contrastRange(); black where there is no depth; a cross at the HIP where it is in front of the camera and
 /// in the picture.
 std::vector<Rgb> depthPicture(const Snapshot& snapshot);

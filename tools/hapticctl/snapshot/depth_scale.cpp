@@ -109,7 +109,7 @@ DepthRange contrastRange(const Snapshot& snapshot) {
   const rt::DepthModel model(snapshot.depth_model, snapshot.T_world_camera);
   std::vector<double> depths_m;
   for (const std::uint16_t raw : snapshot.raw) {
-    if (raw < rt::kRawValues && model.depth_m(raw) > 0) depths_m.push_back(model.depth_m(raw));
+    if (model.depth_m(raw) > 0) depths_m.push_back(model.depth_m(raw));
   }
   if (depths_m.empty()) return {snapshot.depth_model.near_m, snapshot.depth_model.far_m};
   std::ranges::sort(depths_m);

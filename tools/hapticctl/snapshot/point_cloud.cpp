@@ -38,11 +38,11 @@ class Vertices {
 
 void addPixels(Vertices& vertices, const Snapshot& snapshot, double radius_m) {
   const rt::DepthModel model(snapshot.depth_model, snapshot.T_world_camera);
-  for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
-    for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
-      const std::uint16_t raw = snapshot.raw[row * rt::kFrameWidth + column];
-      if (raw >= rt::kRawValues || model.depth_m(raw) <= 0) continue;
-      const rt::Vec3 point = model.pointInWorld(rt::PackedPixel::pack(column, row, raw));
+  for (std::uint32_t row = 0; row < static_cast<std::uint32_t>(model.height_px()); ++row) {
+    for (std::uint32_t column = 0; column < static_cast<std::uint32_t>(model.width_px()); ++column) {
+      const std::uint16_t raw = snapshot.raw[row * static_cast<std::uint32_t>(model.width_px()) + column];
+      if (model.depth_m(raw) <= 0) continue;
+      const rt::Vec3 point = model.pointInWorld(rt::PackedPixel::pack(column, row, raw), raw);
       const bool near_hip = rt::norm(point - snapshot.hip_m_in_world) <= radius_m;
       vertices.add(point, near_hip ? kNeighbourColour
                                    : colourOfDepth(model.depth_m(raw), snapshot.depth_model.near_m,

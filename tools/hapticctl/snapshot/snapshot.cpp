@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "config/base64.h"
+#include "rt/depth_model.h"
 
 namespace hapticd::tools {
 namespace {
@@ -21,19 +22,35 @@ rt::Vec3 vectorAt(const Json& json, const std::string& path) {
   return {numberAt(json, path + ".x"), numberAt(json, path + ".y"), numberAt(json, path + ".z")};
 }
 
+/// Returns a whole number from 0 to 65536, or 0 if there is none.
+double wholeAt(const Json& json, const std::string& path) {
+  const double number = numberAt(json, path);
+  return number >= 0 && number <= 65536 ? std::floor(number) : 0;
+}
+
 rt::DepthModelParameters depthModelAt(const Json& header) {
   const auto at = [&](const char* name) { return numberAt(header, std::string("depthModel.") + name); };
-  return {at("aPerM"), at("bPerM"), at("fxPx"), at("fyPx"), at("cxPx"), at("cyPx"), at("nearM"), at("farM")};
+  rt::DepthModelParameters camera{.a_per_m = at("aPerM"),
+                                  .b_per_m = at("bPerM"),
+                                  .fx_px = at("fxPx"),
+                                  .fy_px = at("fyPx"),
+                                  .cx_px = at("cxPx"),
+                                  .cy_px = at("cyPx"),
+                                  .near_m = at("nearM"),
+                                  .far_m = at("farM"),
+                                  .width_px = static_cast<int>(wholeAt(header, "width")),
+                                  .height_px = static_cast<int>(wholeAt(header, "height"))};
+  if (textAt(header, "depthModel.law") != rt::wordOf(rt::DepthLawKind::linear)) return camera;
+  camera.law = rt::DepthLawKind::linear;
+  camera.unit_m = at("unitM");
+  camera.raw_no_measurement = static_cast<std::uint16_t>(wholeAt(header, "depthModel.rawNoMeasurement"));
+  camera.raw_values = static_cast<std::uint32_t>(wholeAt(header, "depthModel.rawValues"));
+  return camera;
 }
 
 rt::PoseParameters poseAt(const Json& header) {
   const auto at = [&](const char* name) { return numberAt(header, std::string("cameraPose.") + name); };
   return {{at("xM"), at("yM"), at("zM")}, at("rollRad"), at("pitchRad"), at("yawRad")};
-}
-
-bool isFinite(const rt::DepthModelParameters& m) {
-  // one NaN makes the sum NaN
-  return std::isfinite(m.a_per_m + m.b_per_m + m.fx_px + m.fy_px + m.cx_px + m.cy_px + m.near_m + m.far_m);
 }
 
 bool isFinite(const rt::PoseParameters& pose) {
@@ -43,11 +60,6 @@ bool isFinite(const rt::PoseParameters& pose) {
 }  // namespace
 
 Result<void> SnapshotAssembler::addHeader(const Json& header) {
-  if (numberAt(header, "width") != rt::kFrameWidth || numberAt(header, "height") != rt::kFrameHeight) {
-    return std::unexpected(
-        unfitting(fmt::format("a frame of {}x{} pixels, {}x{} expected", countAt(header, "width"),
-                              countAt(header, "height"), rt::kFrameWidth, rt::kFrameHeight)));
-  }
   const double frame = numberAt(header, "frame");
   snapshot_.frame = std::isnan(frame) ? 0 : static_cast<std::int64_t>(frame);
   snapshot_.depth_model = depthModelAt(header);
@@ -55,10 +67,16 @@ Result<void> SnapshotAssembler::addHeader(const Json& header) {
   // null if the core knows none: the mark is not drawn then
   snapshot_.hip_m_in_world = vectorAt(header, "tick.hipMInWorld");
   snapshot_.proxy_m_in_world = vectorAt(header, "tick.proxyMInWorld");
-  if (!isFinite(snapshot_.depth_model) || !isFinite(snapshot_.T_world_camera)) {
-    return std::unexpected(unfitting("the depth model or the camera's pose is missing"));
+  const rt::DepthModelParameters& camera = snapshot_.depth_model;
+  if (const rt::CameraFault fault = rt::faultOf(camera); fault == rt::CameraFault::size) {
+    return std::unexpected(
+        unfitting(fmt::format("a frame of {}x{} pixels, at most {}x{} expected", countAt(header, "width"),
+                              countAt(header, "height"), rt::kMaxFrameWidth, rt::kMaxFrameHeight)));
+  } else if (fault != rt::CameraFault::none || !isFinite(snapshot_.T_world_camera)) {
+    return std::unexpected(unfitting("the depth model or the camera's pose is missing or wrong"));
   }
-  snapshot_.raw.assign(rt::kFramePixels, rt::kRawNoMeasurement);
+  snapshot_.raw.assign(static_cast<std::size_t>(camera.width_px) * static_cast<std::size_t>(camera.height_px),
+                       camera.raw_no_measurement);
   has_header_ = true;
   return {};
 }
@@ -76,12 +94,14 @@ Result<void> SnapshotAssembler::add(const Json& reply) {
   const Json* rows = fieldAt(reply, "rows");
   const auto bytes =
       rows && rows->is_string() ? config::base64Decoded(rows->get_ref<const std::string&>()) : std::nullopt;
-  constexpr std::size_t kRowBytes = 2 * rt::kFrameWidth;
-  if (!bytes || bytes->size() % kRowBytes != 0)
+  const auto width = static_cast<std::size_t>(snapshot_.depth_model.width_px);
+  const std::size_t row_bytes = 2 * width;
+  if (!bytes || bytes->size() % row_bytes != 0)
     return std::unexpected(unfitting("rows that are no whole rows"));
-  const int count = static_cast<int>(bytes->size() / kRowBytes);
-  if (rows_ + count > rt::kFrameHeight) return std::unexpected(unfitting("more rows than a frame has"));
-  const std::size_t first = static_cast<std::size_t>(rows_) * rt::kFrameWidth;
+  const int count = static_cast<int>(bytes->size() / row_bytes);
+  if (rows_ + count > snapshot_.depth_model.height_px)
+    return std::unexpected(unfitting("more rows than a frame has"));
+  const std::size_t first = static_cast<std::size_t>(rows_) * width;
   for (std::size_t i = 0; 2 * i < bytes->size(); ++i) {
     const auto low = static_cast<unsigned char>((*bytes)[2 * i]);
     const auto high = static_cast<unsigned char>((*bytes)[2 * i + 1]);
@@ -92,8 +112,8 @@ Result<void> SnapshotAssembler::add(const Json& reply) {
 }
 
 Result<Snapshot> SnapshotAssembler::finish() {
-  if (rows_ != rt::kFrameHeight) {
-    return std::unexpected(unfitting(fmt::format("{} rows where a frame has {}", rows_, rt::kFrameHeight)));
+  if (const int height = snapshot_.depth_model.height_px; rows_ != height) {
+    return std::unexpected(unfitting(fmt::format("{} rows where a frame has {}", rows_, height)));
   }
   return std::move(snapshot_);
 }

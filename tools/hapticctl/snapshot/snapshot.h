@@ -17,7 +17,7 @@ namespace hapticd::tools {
 /// A depth frame, the parameters of the camera that took it, and where HIP and proxy were at that time.
 struct Snapshot {
   std::int64_t frame = 0;          ///< number of the frame
-  std::vector<std::uint16_t> raw;  ///< kFramePixels raw disparities, row by row
+  std::vector<std::uint16_t> raw;  ///< raw values of the whole image, row by row without gaps
   rt::DepthModelParameters depth_model;
   rt::PoseParameters T_world_camera;
   rt::Vec3 hip_m_in_world;
@@ -29,7 +29,7 @@ struct Snapshot {
 class SnapshotAssembler {
  public:
   config::Result<void> add(const Json& reply);
-  /// The number of rows received so far, of kFrameHeight.
+  /// The number of rows received so far, of depth_model.height_px.
   int rows() const noexcept { return rows_; }
   config::Result<Snapshot> finish();
 

@@ -11,7 +11,7 @@ OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::Po
     : depth_model_(depth_model, T_world_camera),
       grid_(grid),
       builder_(depth_model_, grid),
-      storage_(builder_.shape(), builder_.pointCapacity()),
+      storage_(builder_.shape(), builder_.pointCapacity(), builder_.model()),
       core_(builder_.pointCapacity()) {
   storage_.attachTo(scene_);
   directive_ = {

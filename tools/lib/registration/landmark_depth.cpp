@@ -9,19 +9,19 @@
 namespace hapticd::tools {
 namespace {
 
-/// Raw disparities about the landmark that have a depth, and how many pixels were looked at.
+/// Raw values about the landmark that have a depth, and how many pixels were looked at.
 std::vector<std::uint16_t> rawsAbout(const Landmark& landmark, std::span<const std::uint16_t> frame,
                                      const rt::DepthModel& model, std::size_t& looked_at) {
   std::vector<std::uint16_t> raws;
   const int top = std::max(landmark.row_px - kLandmarkReach_px, 0);
-  const int bottom = std::min(landmark.row_px + kLandmarkReach_px, rt::kFrameHeight - 1);
+  const int bottom = std::min(landmark.row_px + kLandmarkReach_px, model.height_px() - 1);
   const int left = std::max(landmark.column_px - kLandmarkReach_px, 0);
-  const int right = std::min(landmark.column_px + kLandmarkReach_px, rt::kFrameWidth - 1);
+  const int right = std::min(landmark.column_px + kLandmarkReach_px, model.width_px() - 1);
   for (int row = top; row <= bottom; ++row) {
     for (int column = left; column <= right; ++column) {
-      const std::uint16_t raw = frame[static_cast<std::size_t>(row * rt::kFrameWidth + column)];
+      const std::uint16_t raw = frame[static_cast<std::size_t>(row * model.width_px() + column)];
       ++looked_at;
-      if (raw < rt::kRawValues && model.depth_m(raw) > 0) raws.push_back(raw);
+      if (model.depth_m(raw) > 0) raws.push_back(raw);
     }
   }
   return raws;
@@ -42,11 +42,12 @@ config::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<co
         fmt::format("choose a place that shows in 'hapticctl snapshot --png', {}..{} m from the camera",
                     parameters.near_m, parameters.far_m)});
   }
-  // raw disparity is monotonic in depth, so its median is that of the depths
+  // raw values are monotonic in depth, so its median is that of the depths
   const auto middle = raws.begin() + static_cast<std::ptrdiff_t>(raws.size() / 2);
   std::ranges::nth_element(raws, middle);
   return model.pointInWorld(rt::PackedPixel::pack(static_cast<std::uint32_t>(landmark.column_px),
-                                                  static_cast<std::uint32_t>(landmark.row_px), *middle));
+                                                  static_cast<std::uint32_t>(landmark.row_px), *middle),
+                            *middle);
 }
 
 }  // namespace hapticd::tools

@@ -9,10 +9,12 @@
 
 namespace hapticd::tools {
 
-/// Writes the raw depth frames of a trace as a recording in libfreenect's format, which `fakenect` and the
-/// camera driver `recorded` play: a folder with INDEX.txt and a .pgm file for each frame. It gets its name
-/// when it is complete. Returns the number of frames. Errors: those of readTrace(), no depth in the trace,
-/// the folder exists, errors of the disk.
+/// Writes the raw depth frames of a trace as a recording, which the camera driver `recorded` plays: a folder
+/// with a .pgm file for each frame. That of a Kinect v1 is in libfreenect's format, with INDEX.txt, which
+/// `fakenect` plays too; that of any other camera has camera.yaml and frames.csv, where near_m, far_m and
+/// what else the trace does not hold are left out. It gets its name when it is complete. Returns the number
+/// of frames. Errors: those of readTrace(), no depth in the trace, the camera changes, the folder exists,
+/// errors of the disk.
 config::Result<std::uint64_t> exportRecording(const std::filesystem::path& trace,
                                               const std::filesystem::path& folder,
                                               const TraceSelection& selection, const Progress& progress);

@@ -184,6 +184,29 @@ TEST_F(AdditionMethodsTest, SetsTheStiffnessOfARegionByItsName) {
   EXPECT_EQ(450, stiffness("liver"));
 }
 
+TEST_F(AdditionMethodsTest, RefusesLabelsOfDifferentTransitionsUnlessAllChangeTogether) {
+  const auto label = [](const char* name, int value) {
+    return config::RegionSettings{.name = name, .place = rt::TissuePlace::label, .label = value};
+  };
+  config::Settings settings = box.appliedSettings();
+  settings.additions.label_image = "labels.pgm";
+  settings.additions.regions = {label("liver", 1), label("bone", 2)};
+  stop();
+  box.setSettings(settings);
+  start();
+  const json before = regions();
+  const auto wider = [](const char* name) { return json{{"name", name}, {"transition_m", 0.02}}; };
+  const json refused = ask("ChangeRegions", {{"change", json::array({wider("bone")})}});
+  EXPECT_EQ("io.hapticd.Control.RegionRefused", refused["error"]);
+  EXPECT_EQ("bone", refused["parameters"]["region"]);
+  EXPECT_EQ("transition_m", refused["parameters"]["field"]);
+  EXPECT_NE(std::string::npos, refused["parameters"]["reason"].get<std::string>().find("region liver"));
+  EXPECT_NE("", refused["parameters"]["remedy"]);
+  EXPECT_EQ(before, regions());
+  const json changed = ask("ChangeRegions", {{"change", {wider("liver"), wider("bone")}}});
+  EXPECT_FALSE(changed.contains("error")) << changed;
+}
+
 TEST_F(AdditionMethodsTest, FeedsMeasurementsIntoTheRegionThatContainsThem) {
   ask("ChangeRegions", {{"add", {tissue("left", -0.2, 300), tissue("right", 0.2, 300)}}});
   EXPECT_EQ(json({{"region", "right"}, {"stiffnessNPerM", 500}}), feed(0.21, 500)["parameters"]);

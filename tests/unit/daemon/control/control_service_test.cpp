@@ -317,7 +317,13 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   status.loop.directive_generation = 112;
   status.trace_ticks_dropped = 113;
   status.force_thread_page_faults = 131;
-  status.camera = {drivers::CameraState::lost, "unplugged", "freenect A00", 114, 115, "two found"};
+  status.camera = {drivers::CameraState::lost,
+                   "unplugged",
+                   "v4l2 A00",
+                   114,
+                   115,
+                   "two found",
+                   {"/dev/video2", "A00", "5.15.1.0", "Z16", 848, 480, 30, 41.5}};
   status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
   status.wakeup_latency = {123, 124, 125, 126};
   status.compute_time = {127, 128, 129, 130};
@@ -340,8 +346,10 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   EXPECT_EQ(113, shown["loop"]["traceTicksDropped"]);
   EXPECT_EQ(131, shown["loop"]["pageFaults"]);
   EXPECT_EQ(
-      R"({"state":"lost","detail":"unplugged","identity":"freenect A00","frames":114,
-          "damagedFrames":115,"advice":"two found"})"_json,
+      R"({"state":"lost","detail":"unplugged","identity":"v4l2 A00","frames":114,
+          "damagedFrames":115,"advice":"two found",
+          "details":{"node":"/dev/video2","serial":"A00","firmware":"5.15.1.0","format":"Z16",
+                     "widthPx":848,"heightPx":480,"rateHz":30.0,"temperatureC":41.5}})"_json,
       shown["camera"]);
   EXPECT_EQ(R"({"frames":116,"models":117,"remodels":118,"points":119,"pointsOverCapacity":120,
                 "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5,

@@ -68,7 +68,7 @@ TEST_F(DepthStreamsTest, HandOverTheMemoryWithTheFirstReply) {
   std::vector<std::byte> image;
   ASSERT_TRUE(reader->read(header, image));
   EXPECT_EQ(77U, header.frame);
-  ASSERT_EQ(sizeof(rt::DepthFrame::raw), image.size());
+  ASSERT_EQ(rt::kFramePixels * sizeof(std::uint16_t), image.size());
   for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
     std::uint16_t raw = 0;
     std::memcpy(&raw, image.data() + 2 * pixel, sizeof(raw));

@@ -27,7 +27,7 @@ std::unique_ptr<rt::DepthFrame> madeUpFrame(std::uint64_t number) {
 
 TEST(DepthRecorder, GivesEveryFrameInItsOrderWithTheCamerasHeader) {
   rt::DepthFrameHeader common;
-  common.fx_px = 594;
+  common.device_tick_hz = 594;
   const auto recorder = DepthRecorder::start(common);
   ASSERT_TRUE(recorder) << recorder.error().text();
   drivers::DepthDecoder decoder;
@@ -39,8 +39,8 @@ TEST(DepthRecorder, GivesEveryFrameInItsOrderWithTheCamerasHeader) {
       ASSERT_EQ(decoder.decode(recorded.depth, *back), "");
       const auto expected = madeUpFrame(++taken);
       EXPECT_EQ(back->sequence, expected->sequence);
-      EXPECT_EQ(std::memcmp(back->raw, expected->raw, sizeof back->raw), 0) << taken;
-      EXPECT_EQ(recorded.depth.header.fx_px, 594);
+      EXPECT_EQ(std::memcmp(back->raw, expected->raw, back->image().size_bytes()), 0) << taken;
+      EXPECT_EQ(recorded.depth.header.device_tick_hz, 594U);
       EXPECT_TRUE(recorded.cloud.points_m_in_camera.empty());
     }
   };
@@ -59,15 +59,15 @@ TEST(DepthRecorder, RefusesAndCountsWhatASlowDiskHasNoRoomForAndLosesNothingThat
   ASSERT_TRUE(recorder) << recorder.error().text();
   std::mt19937_64 random(1);
   const auto noise = std::make_unique<rt::DepthFrame>();  // it cannot be compressed
-  for (std::uint16_t& raw : noise->raw) raw = static_cast<std::uint16_t>(random() % 65'536);
+  for (std::uint16_t& raw : noise->image()) raw = static_cast<std::uint16_t>(random() % 65'536);
   std::uint64_t offered = 0;
   // nobody takes any: it must come to an end
   ASSERT_TRUE(test::becomesTrue([&] {
     if ((*recorder)->offer(*noise)) ++offered;
     return offered > DepthRecorder::kFrames && (*recorder)->lost() > 50;
   }));
-  EXPECT_LE(offered * sizeof noise->raw,
-            DepthRecorder::kMostWaitingBytes + (DepthRecorder::kFrames + 1) * sizeof noise->raw);
+  EXPECT_LE(offered * noise->image().size_bytes(),
+            DepthRecorder::kMostWaitingBytes + (DepthRecorder::kFrames + 1) * noise->image().size_bytes());
   (*recorder)->finish();
   std::uint64_t taken = 0;
   for (RecordedFrame recorded; (*recorder)->take(recorded);) ++taken;
@@ -85,7 +85,7 @@ TEST(DepthRecorder, GivesThePointsInTheNewestBallWithTheTimeOfTheirFrame) {
   ASSERT_TRUE(recorder) << recorder.error().text();
   const drivers::ModelledBall ball{{0, 0, -1}, 0.3};
   auto frame = madeUpFrame(3);
-  std::ranges::fill(frame->raw, std::uint16_t{760});  // 1.003 m
+  std::ranges::fill(frame->image(), std::uint16_t{760});  // 1.003 m
   const auto take = [&] {
     RecordedFrame recorded;
     EXPECT_TRUE(test::becomesTrue([&] { return (*recorder)->take(recorded); }));
@@ -98,8 +98,7 @@ TEST(DepthRecorder, GivesThePointsInTheNewestBallWithTheTimeOfTheirFrame) {
   const RecordedFrame recorded = take();
   EXPECT_EQ(recorded.cloud.time_ns, frame->arrival_ns);
   drivers::DepthPoints points;
-  const auto expected =
-      points.inBall(drivers::headerOf(common, *frame), std::as_bytes(std::span(frame->raw)), ball);
+  const auto expected = points.inBall(drivers::headerOf(common, *frame), std::as_bytes(frame->image()), ball);
   EXPECT_GT(expected.size(), 3000U);
   EXPECT_TRUE(std::ranges::equal(recorded.cloud.points_m_in_camera, expected));
 }

@@ -106,11 +106,14 @@ class TraceRecorderTest : public testing::Test {
 
   TemporaryFolder folder;
   config::Settings settings;
-  rt::DepthModel model{settings.camera.effectiveDepthModel(), settings.camera.pose};
   std::unique_ptr<rt::SceneChannel> scenes = std::make_unique<rt::SceneChannel>();
   rt::TripleBuffer<rt::Vec3> focus;
-  daemon::SceneThread scene_thread{model, settings.grid, rt::SceneNeeds::of(settings.effectiveLive()),
-                                   *scenes, focus};
+  daemon::SceneThread scene_thread{settings.camera.effectiveDepthModel(),
+                                   settings.camera.pose,
+                                   settings.grid,
+                                   rt::SceneNeeds::of(settings.effectiveLive()),
+                                   *scenes,
+                                   focus};
   std::unique_ptr<rt::TraceRing> ring = std::make_unique<rt::TraceRing>();
   std::unique_ptr<rt::CoreMemoryChannel> memory = std::make_unique<rt::CoreMemoryChannel>();
   std::mutex mutex;

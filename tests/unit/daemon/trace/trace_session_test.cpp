@@ -41,10 +41,9 @@ class SessionWithDepth : public testing::Test {
   std::uint64_t snapshots() const { return core_memory_.request.load(); }
 
   const test::TemporaryFolder folder_;
-  rt::DepthModel depth_model_{{}, {}};
   rt::SceneChannel scenes_;
   rt::TripleBuffer<rt::Vec3> focus_;
-  SceneThread scene_thread_{depth_model_, {}, {}, scenes_, focus_};
+  SceneThread scene_thread_{{}, {}, {}, {}, scenes_, focus_};
   rt::CoreMemoryChannel core_memory_;
   std::unique_ptr<TraceSession> session_;
   std::uint64_t ticks_ = 0;

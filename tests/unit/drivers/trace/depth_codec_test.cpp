@@ -95,9 +95,9 @@ TEST(DepthCodec, RestoresEveryFrameOfTheRecordingsBitByBit) {
     for (std::size_t i = 0; i < reader->frames().size(); ++i) {
       ASSERT_TRUE(reader->read(i, *frame));
       DepthRecord record;
-      encoder.encode(headerOf({}, *frame), std::as_bytes(std::span(frame->raw)), record);
+      encoder.encode(headerOf({}, *frame), std::as_bytes(frame->image()), record);
       ASSERT_EQ(decoder.decode(record, *back), "");
-      ASSERT_EQ(std::memcmp(back->raw, frame->raw, sizeof frame->raw), 0) << archive << " " << i;
+      ASSERT_EQ(std::memcmp(back->raw, frame->raw, frame->image().size_bytes()), 0) << archive << " " << i;
       EXPECT_EQ(back->sequence, frame->sequence);
       EXPECT_EQ(back->arrival_ns, frame->arrival_ns);
       EXPECT_EQ(back->device_ticks, frame->device_ticks);
@@ -105,7 +105,7 @@ TEST(DepthCodec, RestoresEveryFrameOfTheRecordingsBitByBit) {
     }
     // zstd alone reduces it to a sixth or an eighth; with the prediction to a tenth
     if (!recording.isReal()) continue;
-    EXPECT_LT(bytes, reader->frames().size() * sizeof frame->raw / 9) << archive;
+    EXPECT_LT(bytes, reader->frames().size() * frame->image().size_bytes() / 9) << archive;
   }
 }
 
@@ -174,13 +174,42 @@ TEST(DepthCodec, AMessageContainsTheHeaderAsInMemory) {
   EXPECT_EQ(std::memcmp(message.data() + kHeadAndStamp, &record.header, sizeof record.header), 0);
 }
 
-TEST(DepthCodec, AFrameOfAnotherSizeCannotBeModelled) {
-  const Image image(848 * 480, 1200);
+TEST(DepthCodec, RestoresTheFrameOfAnyCameraWithItsNumbers) {
+  const auto sent = std::make_unique<rt::DepthFrame>();
+  rt::DepthModelParameters& camera = sent->camera;
+  camera.width_px = 424;
+  camera.height_px = 240;
+  camera.fx_px = camera.fy_px = 212;
+  camera.law = rt::DepthLawKind::linear;
+  camera.unit_m = 1e-4;
+  camera.raw_no_measurement = 0;
+  camera.raw_values = 65536;
+  camera.principle = rt::DepthPrinciple::active_stereo;
+  camera.noise.c2_per_m = 0.0075;
+  sent->sequence = 12;
+  sent->exposure_ns = 99;
+  for (std::size_t i = 0; i < sent->pixels(); ++i) {
+    const bool padding = i % static_cast<std::size_t>(rt::strideOf(424)) >= 424;
+    sent->raw[i] = padding ? camera.raw_no_measurement : static_cast<std::uint16_t>(4000 + i % 977);
+  }
+  DepthRecord record;
+  DepthEncoder().encode(headerOf({}, *sent), std::as_bytes(sent->image()), record);
+  const auto back = std::make_unique<rt::DepthFrame>();
+  ASSERT_EQ(DepthDecoder().decode(record, *back), "");
+  EXPECT_EQ(back->camera, camera);
+  EXPECT_EQ(back->exposure_ns, 99);
+  EXPECT_TRUE(std::ranges::equal(back->image(), sent->image()));
+}
+
+TEST(DepthCodec, AFrameOfACameraWithAFaultCannotBeModelled) {
   const auto frame = std::make_unique<rt::DepthFrame>();
-  EXPECT_EQ(DepthDecoder().decode(encoded(headerFor(848, 480, 0), image), *frame),
-            "depth frame 12 has 848 x 480 pixels; only 640 x 480 are modelled");
+  const Image large(1288 * 480, 1200);
+  EXPECT_EQ(DepthDecoder().decode(encoded(headerFor(1288, 480, 0), large), *frame),
+            "depth frame 12 is of a camera that cannot be modelled: frame size");
   const Image beyond(640 * 480, 2048);
-  EXPECT_EQ(DepthDecoder().decode(encoded(headerFor(640, 480), beyond), *frame),
+  const auto kinect = std::make_unique<rt::DepthFrame>();
+  kinect->sequence = 12;
+  EXPECT_EQ(DepthDecoder().decode(encoded(headerOf({}, *kinect), beyond), *frame),
             "depth frame 12 has a raw value above 2047");
 }
 

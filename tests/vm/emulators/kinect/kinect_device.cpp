@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/vm/emulators/kinect/kinect_device.h"
+#include "tests/vm/emulators/usbip/command_words.h"
 
 #include <fmt/format.h>
 #include <linux/usb/ch9.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace hapticd::test {
@@ -57,19 +57,6 @@ usbip::Descriptors describe(const std::string& serial) {
                       {kManufacturer, usbip::stringDescriptor("Microsoft")},
                       {kProductName, usbip::stringDescriptor("Xbox NUI Camera")},
                       {kSerialString, usbip::stringDescriptor(serial)}}};
-}
-
-std::optional<std::size_t> wholeNumber(std::string_view text) {
-  std::size_t number = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (failure != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-/// Returns the text after `word` and a space.
-std::optional<std::string_view> argumentsOf(std::string_view line, std::string_view word) {
-  if (!line.starts_with(word) || line.size() <= word.size() || line[word.size()] != ' ') return std::nullopt;
-  return line.substr(word.size() + 1);
 }
 
 }  // namespace
@@ -175,8 +162,8 @@ std::optional<std::int64_t> KinectDevice::due_ns(const usbip::PendingUrbs& urbs)
 }
 
 std::string KinectDevice::command(std::string_view line) {
-  if (const auto arguments = argumentsOf(line, "lose")) return lose(*arguments);
-  if (const auto argument = argumentsOf(line, "freeze")) return freeze(*argument);
+  if (const auto arguments = usbip::argumentsOf(line, "lose")) return lose(*arguments);
+  if (const auto argument = usbip::argumentsOf(line, "freeze")) return freeze(*argument);
   if (line == "play") {
     frozen_ = false;
   } else if (line == "mute") {
@@ -207,7 +194,7 @@ std::string KinectDevice::lose(std::string_view arguments) {
   constexpr std::string_view kOnce = " once";
   const bool once = arguments.ends_with(kOnce);
   const std::string_view count = once ? arguments.substr(0, arguments.size() - kOnce.size()) : arguments;
-  const auto packets = arguments == "off" ? 0 : wholeNumber(count);
+  const auto packets = arguments == "off" ? 0 : usbip::wholeNumber(count);
   if (!packets || *packets > kPacketsPerFrame) {
     return fmt::format("error: \"{}\" packets cannot be lost of a frame, 0 to {} can", count,
                        kPacketsPerFrame);
@@ -217,7 +204,7 @@ std::string KinectDevice::lose(std::string_view arguments) {
 }
 
 std::string KinectDevice::freeze(std::string_view argument) {
-  const auto frame = wholeNumber(argument);
+  const auto frame = usbip::wholeNumber(argument);
   if (!frame || *frame >= recording_.frames()) {
     return fmt::format("error: there is no frame \"{}\", there are 0 to {}", argument,
                        recording_.frames() - 1);

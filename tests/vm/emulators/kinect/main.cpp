@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <signal.h>
-#include <sys/signalfd.h>
 #include <sysexits.h>
 #include <unistd.h>
 
@@ -13,6 +11,7 @@
 #include "config/program.h"
 #include "tests/vm/emulators/kinect/kinect_device.h"
 #include "tests/vm/emulators/usbip/emulator.h"
+#include "tests/vm/emulators/usbip/emulator_program.h"
 #include "tests/vm/emulators/usbip/vhci_port.h"
 #include "tools/lib/options/within.h"
 
@@ -28,28 +27,10 @@ struct Options {
   std::string command;
 };
 
+constexpr const char* kProgram = "emulated-kinect";
+
 int fail(const config::Error& error, int status) {
-  std::fputs(fmt::format("emulated-kinect: {}\n", error.text()).c_str(), stderr);
-  return status;
-}
-
-int sendCommand(const Options& options) {
-  if (options.control.empty()) return fail({"--tell", "needs --control PATH of the emulator", ""}, EX_USAGE);
-  const auto answer = usbip::tell(options.control, options.command);
-  if (!answer) return fail(answer.error(), EX_UNAVAILABLE);
-  std::fputs((*answer + "\n").c_str(), stdout);
-  return answer->starts_with("error") ? EX_DATAERR : EX_OK;
-}
-
-/// Readable at SIGTERM and SIGINT, which do nothing else from then on.
-int stopSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  ::sigprocmask(SIG_BLOCK, &signals, nullptr);
-  ::signal(SIGPIPE, SIG_IGN);  // the reader of stderr may close it
-  return ::signalfd(-1, &signals, SFD_CLOEXEC);
+  return usbip::fail(kProgram, error, status);
 }
 
 int emulate(const Options& options) {
@@ -67,7 +48,7 @@ int emulate(const Options& options) {
   const usbip::Log log = [&options](std::string_view line) {
     std::fputs(fmt::format("emulated-kinect {}: {}\n", options.kinect.serial, line).c_str(), stderr);
   };
-  const int stop = stopSignals();
+  const int stop = usbip::stopSignals();
   KinectDevice device(std::move(*recording), options.kinect, log);
   usbip::Emulator emulator(device, {options.vhci, options.control}, log);
   const auto served = emulator.run(stop);
@@ -116,7 +97,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return config::endWithoutWork(app, error, EX_USAGE);
   }
-  return app.count("--tell") != 0 ? sendCommand(options) : emulate(options);
+  return app.count("--tell") != 0 ? usbip::sendCommand(kProgram, options.control, options.command)
+                                  : emulate(options);
 }
 
 }  // namespace

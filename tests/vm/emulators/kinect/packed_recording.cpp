@@ -21,9 +21,10 @@ config::Result<PackedRecording> PackedRecording::load(const std::filesystem::pat
   recording.packed_.resize(frames * kinect::kPackedFrameBytes);
   for (std::size_t index = 0; index < frames; ++index) {
     if (const auto read = reader->read(index, *frame); !read) return std::unexpected(read.error());
-    kinect::packDepth(frame->raw, std::span(recording.packed_)
-                                      .subspan(index * kinect::kPackedFrameBytes)
-                                      .first<kinect::kPackedFrameBytes>());
+    kinect::packDepth(frame->image().first<rt::kFramePixels>(),
+                      std::span(recording.packed_)
+                          .subspan(index * kinect::kPackedFrameBytes)
+                          .first<kinect::kPackedFrameBytes>());
   }
   return recording;
 }

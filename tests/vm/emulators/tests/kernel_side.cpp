@@ -27,9 +27,11 @@ std::uint32_t numberAt(const Bytes& bytes, std::size_t at) {
   return value;
 }
 
-Bytes setupOf(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::size_t length) {
+Bytes setupOf(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+              std::size_t length) {
   const auto low = [](std::size_t number) { return static_cast<std::uint8_t>(number & 0xff); };
-  return {request_type, request, low(value), low(value >> 8U), 0, 0, low(length), low(length >> 8)};
+  return {request_type, request,          low(value),  low(value >> 8U),
+          low(index),   low(index >> 8U), low(length), low(length >> 8)};
 }
 
 bool becomesReadable(int socket, int timeout_ms) {
@@ -60,14 +62,18 @@ std::uint32_t KernelSide::submit(bool in, std::uint8_t endpoint, std::uint32_t l
 }
 
 std::uint32_t KernelSide::submitIn(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
-                                   std::uint16_t length) {
-  return submit(true, 0, length, setupOf(request_type, request, value, length), 0, {});
+                                   std::uint16_t length, std::uint16_t index) {
+  return submit(true, 0, length, setupOf(request_type, request, value, index, length), 0, {});
 }
 
 std::uint32_t KernelSide::submitOut(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
-                                    const Bytes& data) {
+                                    const Bytes& data, std::uint16_t index) {
   return submit(false, 0, static_cast<std::uint32_t>(data.size()),
-                setupOf(request_type, request, value, data.size()), 0, data);
+                setupOf(request_type, request, value, index, data.size()), 0, data);
+}
+
+std::uint32_t KernelSide::submitBulk(std::uint8_t endpoint, std::uint32_t bytes) {
+  return submit(true, endpoint & 0x0f, bytes, Bytes(8), 0, {});
 }
 
 std::uint32_t KernelSide::submitIso(std::uint8_t endpoint, std::size_t packets, std::uint32_t packet_bytes) {

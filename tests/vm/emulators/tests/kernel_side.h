@@ -30,9 +30,10 @@ class KernelSide {
 
   /// Each returns the number of the request.
   std::uint32_t submitIn(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
-                         std::uint16_t length);
+                         std::uint16_t length, std::uint16_t index = 0);
   std::uint32_t submitOut(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
-                          const Bytes& data);
+                          const Bytes& data, std::uint16_t index = 0);
+  std::uint32_t submitBulk(std::uint8_t endpoint, std::uint32_t bytes);
   std::uint32_t submitIso(std::uint8_t endpoint, std::size_t packets, std::uint32_t packet_bytes = 1920);
   std::uint32_t unlink(std::uint32_t sequence);
   void send(const Bytes& bytes);

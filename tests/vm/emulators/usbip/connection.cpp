@@ -134,6 +134,11 @@ std::size_t Connection::pendingIsoPackets(std::uint8_t endpoint) const {
   return urb != nullptr ? urb->command.iso_packets : 0;
 }
 
+std::size_t Connection::pendingBytes(std::uint8_t endpoint) const {
+  const Urb* const urb = urbs_.oldest(endpoint);
+  return urb != nullptr ? std::min<std::size_t>(urb->command.transfer_bytes, kMostReplyDataBytes) : 0;
+}
+
 void Connection::complete(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) {
   const Command command = urbs_.oldest(endpoint)->command;
   urbs_.remove(command.sequence);
@@ -169,7 +174,8 @@ void Connection::completeIsochronous(std::uint8_t endpoint) {
 
 void Connection::reply(const SubmitReply& reply, std::span<const std::uint8_t> data) {
   writeSubmitReply(reply, part<kHeaderBytes>(reply_, 0));
-  std::ranges::copy(data, reply_.begin() + kHeaderBytes);
+  // a loop over bytes would be most of what an emulated CPU does while a camera streams
+  if (!data.empty()) std::memcpy(reply_.data() + kHeaderBytes, data.data(), data.size());
   ++counts_.completed;
   send(kHeaderBytes + data.size());
 }

@@ -45,6 +45,7 @@ class Connection final : public PendingUrbs {
 
   bool isPending(std::uint8_t endpoint) const override { return urbs_.oldest(endpoint) != nullptr; }
   std::size_t pendingIsoPackets(std::uint8_t endpoint) const override;
+  std::size_t pendingBytes(std::uint8_t endpoint) const override;
   void complete(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) override;
   void completeIsochronous(std::uint8_t endpoint) override;
 

@@ -33,6 +33,7 @@ std::optional<ControlAnswer> StandardRequests::answer(const SetupPacket& setup) 
       answer_ = {};
       return ControlAnswer::done(answer_);
     case USB_REQ_CLEAR_FEATURE:
+      return clearFeature(setup);
     case USB_REQ_SET_FEATURE:
       return ControlAnswer::done();
     default:
@@ -57,6 +58,14 @@ std::optional<ControlAnswer> StandardRequests::descriptor(const SetupPacket& set
     default:
       return std::nullopt;
   }
+}
+
+ControlAnswer StandardRequests::clearFeature(const SetupPacket& setup) {
+  const bool endpoint = (setup.request_type & USB_RECIP_MASK) == USB_RECIP_ENDPOINT;
+  if (endpoint && setup.value == USB_ENDPOINT_HALT) {
+    device_.clearHalt(static_cast<std::uint8_t>(setup.index & 0xff));
+  }
+  return ControlAnswer::done();
 }
 
 ControlAnswer StandardRequests::setConfiguration(std::uint8_t value) {

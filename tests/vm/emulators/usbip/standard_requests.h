@@ -21,6 +21,7 @@ class StandardRequests {
   std::uint8_t configuration() const { return configuration_; }
 
  private:
+  ControlAnswer clearFeature(const SetupPacket& setup);
   std::optional<ControlAnswer> descriptor(const SetupPacket& setup) const;
   ControlAnswer setConfiguration(std::uint8_t value);
 

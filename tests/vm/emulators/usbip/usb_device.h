@@ -37,6 +37,8 @@ class PendingUrbs {
   virtual bool isPending(std::uint8_t endpoint) const = 0;
   /// Packets of the oldest isochronous URB of an endpoint; 0 when there is none.
   virtual std::size_t pendingIsoPackets(std::uint8_t endpoint) const = 0;
+  /// Bytes that the oldest URB of an interrupt or bulk IN endpoint takes; 0 when there is none.
+  virtual std::size_t pendingBytes(std::uint8_t endpoint) const = 0;
   /// Completes the oldest URB of an interrupt or bulk IN endpoint, which must be pending.
   virtual void complete(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) = 0;
   /// Completes the oldest isochronous IN URB, which must be pending, with UsbDevice::isoPacket() of each
@@ -71,6 +73,9 @@ class UsbDevice {
   virtual void receive(std::uint8_t /*endpoint*/, std::span<const std::uint8_t> /*data*/) {}
   /// Writes the next packet of an isochronous IN endpoint; returns its length, 0 for none.
   virtual std::size_t isoPacket(std::uint8_t /*endpoint*/, IsoPacketBuffer) { return 0; }
+
+  /// The host has cleared the halt feature of an endpoint.
+  virtual void clearHalt(std::uint8_t /*endpoint*/) {}
 
   /// Completes what is due. Called after each batch of requests and at due_ns(). now_ns: CLOCK_MONOTONIC.
   virtual void work(std::int64_t /*now_ns*/, PendingUrbs&) {}

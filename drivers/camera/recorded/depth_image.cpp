@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/camera/recorded/depth_image.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/camera/recorded/png_pixels.h"
+
+namespace hapticd::drivers {
+namespace {
+
+namespace fs = std::filesystem;
+
+static_assert(std::endian::native == std::endian::little, "the bytes of PGM's pixels are swapped");
+
+constexpr int kMostValue = 65535;
+constexpr int kFewestValues = 256;  // with a smaller maximum a pixel has one byte
+constexpr const char* kFormats =
+    "depth images are binary PGM (P5) or PNG with 16 bits of grey for each pixel";
+constexpr const char* kCopyAgain = "copy the recording again";
+
+struct CloseFile {
+  void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+std::unexpected<config::Error> refuse(const fs::path& file, std::string what, std::string remedy) {
+  return std::unexpected(config::Error{file.string(), std::move(what), std::move(remedy)});
+}
+
+config::Result<File> opened(const fs::path& file) {
+  std::error_code failure;
+  if (!fs::is_regular_file(file, failure)) {
+    return refuse(file, failure ? failure.message() : "not a file", "check the path");
+  }
+  File stream(std::fopen(file.c_str(), "rbe"));
+  if (!stream) return refuse(file, std::strerror(errno), "check the path and the permissions");
+  return stream;
+}
+
+/// Returns whether the file begins like a PNG image; the position is at the beginning afterwards.
+bool isPng(std::FILE* stream) {
+  constexpr std::string_view kSignature = "\x89PNG";
+  char first[kSignature.size()] = {};
+  const std::size_t bytes = std::fread(first, 1, sizeof first, stream);
+  std::rewind(stream);
+  return std::string_view(first, bytes) == kSignature;
+}
+
+config::Result<ImageSize> checkedSize(const fs::path& file, std::uint64_t width, std::uint64_t height) {
+  if (width < 1 || height < 1 || width > static_cast<std::uint64_t>(rt::kMaxFrameWidth) ||
+      height > static_cast<std::uint64_t>(rt::kMaxFrameHeight)) {
+    return refuse(file, fmt::format("is an image of {} x {} pixels", width, height),
+                  fmt::format("frames have at most {} x {} pixels", rt::kMaxFrameWidth, rt::kMaxFrameHeight));
+  }
+  return ImageSize{static_cast<int>(width), static_cast<int>(height)};
+}
+
+/// Reads a number of a PGM header after spaces and comments; 0: there is none, or it is far too large.
+std::uint64_t pgmNumber(std::FILE* stream) {
+  int next = std::fgetc(stream);
+  while (next == '#' || (next != EOF && std::isspace(next) != 0)) {
+    while (next == '#' && next != EOF) {
+      do next = std::fgetc(stream);
+      while (next != '\n' && next != EOF);
+    }
+    if (next != EOF) next = std::fgetc(stream);
+  }
+  constexpr std::uint64_t kMost = 1'000'000'000;
+  std::uint64_t number = 0;
+  for (; next >= '0' && next <= '9'; next = std::fgetc(stream)) {
+    number = number * 10 + static_cast<std::uint64_t>(next - '0');
+    if (number > kMost) return 0;
+  }
+  // one white space ends the number; any other character belongs to no header
+  return next != EOF && std::isspace(next) != 0 ? number : 0;
+}
+
+/// Reads the header of a PGM image; the pixels follow.
+config::Result<ImageSize> readPgmHeader(const fs::path& file, std::FILE* stream) {
+  char magic[2] = {};
+  if (std::fread(magic, 1, sizeof magic, stream) != sizeof magic || magic[0] != 'P' || magic[1] != '5') {
+    return refuse(file, "is neither a PGM (P5) nor a PNG image", kFormats);
+  }
+  const std::uint64_t width = pgmNumber(stream);
+  const std::uint64_t height = pgmNumber(stream);
+  const std::uint64_t most = pgmNumber(stream);
+  if (width == 0 || height == 0 || most == 0 || most > kMostValue) {
+    return refuse(file, "has a damaged PGM header",
+                  "the header is \"P5\", width, height and 65535, each followed by white space");
+  }
+  if (most < kFewestValues) {
+    return refuse(file, fmt::format("has 8 bits for each pixel (a maximum of {})", most), kFormats);
+  }
+  return checkedSize(file, width, height);
+}
+
+config::Result<ImageSize> readPngHeader(const fs::path& file, PngPixels& png) {
+  PngPixels::Header header;
+  if (!png.readHeader(header)) return refuse(file, "is a damaged PNG image: " + png.fault(), kCopyAgain);
+  if (!header.grey) return refuse(file, "is a PNG image in colour", kFormats);
+  if (header.bits != 16)
+    return refuse(file, fmt::format("has {} bits for each pixel", header.bits), kFormats);
+  return checkedSize(file, header.width_px, header.height_px);
+}
+
+config::Result<void> requireSize(const fs::path& file, const ImageSize& size,
+                                 const rt::DepthModelParameters& camera) {
+  if (size.width_px == camera.width_px && size.height_px == camera.height_px) return {};
+  return refuse(file,
+                fmt::format("is an image of {} x {} pixels, the camera's frames have {} x {}", size.width_px,
+                            size.height_px, camera.width_px, camera.height_px),
+                "all images of a recording have the size that camera.yaml states");
+}
+
+std::uint16_t* rowOf(rt::DepthFrame& frame, int row) {
+  return frame.raw + static_cast<std::ptrdiff_t>(row) * rt::strideOf(frame.camera.width_px);
+}
+
+std::uint16_t swapped(std::uint16_t value) {
+  return static_cast<std::uint16_t>(value << 8 | value >> 8);
+}
+
+config::Result<void> readPgmPixels(const fs::path& file, std::FILE* stream, rt::DepthFrame& frame) {
+  const auto width = static_cast<std::size_t>(frame.camera.width_px);
+  for (int v = 0; v < frame.camera.height_px; ++v) {
+    std::uint16_t* const row = rowOf(frame, v);
+    if (std::fread(row, sizeof *row, width, stream) != width) {
+      return refuse(file, fmt::format("is truncated in row {} of {}", v + 1, frame.camera.height_px),
+                    kCopyAgain);
+    }
+    std::transform(row, row + width, row, swapped);
+  }
+  if (std::fgetc(stream) == EOF) return {};
+  return refuse(file, "goes on after the last pixel", "write one image into each file");
+}
+
+config::Result<void> readPngPixels(const fs::path& file, PngPixels& png, rt::DepthFrame& frame) {
+  std::vector<std::uint16_t*> rows;
+  for (int v = 0; v < frame.camera.height_px; ++v) rows.push_back(rowOf(frame, v));
+  if (png.readRows(rows)) return {};
+  return refuse(file, "is a damaged or truncated PNG image: " + png.fault(), kCopyAgain);
+}
+
+config::Result<void> readPixels(const fs::path& file, std::FILE* stream, rt::DepthFrame& frame) {
+  if (isPng(stream)) {
+    PngPixels png(stream);
+    const auto size = readPngHeader(file, png);
+    if (!size) return std::unexpected(size.error());
+    if (auto fits = requireSize(file, *size, frame.camera); !fits) return fits;
+    return readPngPixels(file, png, frame);
+  }
+  const auto size = readPgmHeader(file, stream);
+  if (!size) return std::unexpected(size.error());
+  if (auto fits = requireSize(file, *size, frame.camera); !fits) return fits;
+  return readPgmPixels(file, stream, frame);
+}
+
+void fillPadding(rt::DepthFrame& frame) {
+  for (int v = 0; v < frame.camera.height_px; ++v) {
+    std::uint16_t* const row = rowOf(frame, v);
+    std::fill(row + frame.camera.width_px, row + rt::strideOf(frame.camera.width_px),
+              frame.camera.raw_no_measurement);
+  }
+}
+
+}  // namespace
+
+config::Result<ImageSize> sizeOfDepthImage(const fs::path& file) {
+  const auto stream = opened(file);
+  if (!stream) return std::unexpected(stream.error());
+  if (!isPng(stream->get())) return readPgmHeader(file, stream->get());
+  PngPixels png(stream->get());
+  return readPngHeader(file, png);
+}
+
+config::Result<void> readDepthImage(const fs::path& file, rt::DepthFrame& frame) {
+  const auto stream = opened(file);
+  if (!stream) return std::unexpected(stream.error());
+  if (auto read = readPixels(file, stream->get(), frame); !read) return read;
+  fillPadding(frame);
+  const rt::DepthModelParameters& camera = frame.camera;
+  const auto damaged =
+      std::ranges::count_if(frame.image(), [&camera](std::uint16_t raw) { return raw >= camera.raw_values; });
+  if (damaged == 0) return {};
+  return refuse(file, fmt::format("{} pixels are above {}", damaged, camera.raw_values - 1),
+                "correct raw_values in camera.yaml if the camera has such raw values, else copy the "
+                "recording again");
+}
+
+config::Result<void> writeDepthImage(const fs::path& file, const rt::DepthFrame& frame) {
+  const rt::DepthModelParameters& camera = frame.camera;
+  const File stream(std::fopen(file.c_str(), "wbe"));
+  const std::string header = fmt::format("P5\n{} {}\n{}\n", camera.width_px, camera.height_px, kMostValue);
+  bool whole = stream != nullptr;
+  whole = whole && std::fwrite(header.data(), 1, header.size(), stream.get()) == header.size();
+  std::vector<std::uint16_t> row(static_cast<std::size_t>(camera.width_px));
+  for (int v = 0; whole && v < camera.height_px; ++v) {
+    const std::uint16_t* const from =
+        frame.raw + static_cast<std::ptrdiff_t>(v) * rt::strideOf(camera.width_px);
+    std::transform(from, from + camera.width_px, row.begin(), swapped);
+    whole = std::fwrite(row.data(), sizeof row[0], row.size(), stream.get()) == row.size();
+  }
+  whole = whole && std::fflush(stream.get()) == 0;
+  if (whole) return {};
+  const int problem = errno;
+  std::error_code ignored;
+  if (stream) fs::remove(file, ignored);
+  return refuse(file, fmt::format("cannot be written: {}", std::strerror(problem)), "check the disk");
+}
+
+}  // namespace hapticd::drivers

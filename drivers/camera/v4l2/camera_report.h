@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "config/settings.h"
+#include "drivers/camera/v4l2/pinhole.h"
+#include "drivers/camera/v4l2/system_calls.h"
+#include "rt/parameters.h"
+
+namespace hapticd::drivers {
+
+inline constexpr std::uint16_t kRealSenseVendor = 0x8086;
+inline constexpr std::uint16_t kOrbbecVendor = 0x2bc5;
+
+/// What a camera reports of itself.
+struct CameraReport {
+  std::optional<Pinhole> pinhole;    ///< of the chosen mode
+  std::optional<double> baseline_m;  ///< of a stereo camera
+  std::optional<double> unit_m;
+  std::string firmware;
+  std::string serial;
+  std::string problem;  ///< why something above is missing; empty: nothing is
+};
+
+/// Asks an opened camera for its calibration, and sets it as configured: depth unit, emitter, exposure,
+/// preset and synchronisation. Cameras of unknown vendors are not asked. Errors: the camera is gone or does
+/// not respond; it delivers disparities; a configured setting is refused.
+config::Result<CameraReport> prepareCamera(const OpenDevice& device, std::uint16_t vendor,
+                                           const config::CameraSettings& settings);
+
+/// Returns the temperature of the camera's processor in degrees Celsius, if it reports one.
+std::optional<double> temperatureOf(const OpenDevice& device, std::uint16_t vendor);
+
+/// A camera's model for the core, and what the user should know of it.
+struct CompletedModel {
+  rt::DepthModelParameters model;
+  std::string advice;
+};
+
+/// Combines the configuration and the camera's report to the model of frames of this size.
+/// Errors: neither has intrinsics or a depth unit.
+config::Result<CompletedModel> completedModel(const config::CameraSettings& settings,
+                                              const CameraReport& report, std::uint16_t vendor);
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/camera/v4l2/v4l2_camera.h"
+
+namespace hapticd::drivers {
+
+config::Result<void> V4l2Camera::start(FrameSink& sink) {
+  return thread_.start(std::make_shared<V4l2Worker>(settings_, calls_, root_, sink), "v4l2");
+}
+
+void V4l2Camera::stop() {
+  thread_.stop(kStopLimit);
+}
+
+CameraStatus V4l2Camera::status() const {
+  return thread_.status("v4l2");
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/camera/v4l2/v4l2_worker.h"
+
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "drivers/camera/v4l2/depth_metadata.h"
+#include "rt/clock.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kRetryPeriod{1000};
+constexpr milliseconds kFirstFrameLimit{3000};  // a camera that was just opened adjusts its exposure first
+constexpr milliseconds kFrameLimit{1000};
+constexpr milliseconds kPollLimit{100};  // how long a stop may go unnoticed
+constexpr milliseconds kTemperaturePeriod{5000};
+
+config::Error failure(std::string what, std::string remedy) {
+  return {"v4l2", std::move(what), std::move(remedy)};
+}
+
+std::string identityOf(const VideoDevice& video, const std::string& serial) {
+  const std::string& shown = video.serial.empty() ? serial : video.serial;
+  return shown.empty() ? "v4l2 " + video.node : "v4l2 " + shown;
+}
+
+}  // namespace
+
+/// The metadata node of a camera that has one, and its newest buffers.
+struct V4l2Worker::Metadata {
+  explicit Metadata(std::unique_ptr<OpenDevice> opened)
+      : device(std::move(opened)), stream(*device, V4L2_BUF_TYPE_META_CAPTURE) {}
+
+  /// Returns the age of the exposure of a frame at the start of its transmission, if its metadata has come.
+  std::optional<std::int64_t> ageOf(std::uint32_t sequence) {
+    for (;;) {
+      const auto taken = stream.take();
+      if (!taken || !*taken) break;
+      const auto metadata = depthMetadataFrom((*taken)->bytes);
+      newest_sequence = (*taken)->sequence;
+      newest_age_ns = metadata ? exposureAge_ns(*metadata) : std::nullopt;
+      if (!stream.giveBack(**taken) || newest_sequence == sequence) break;
+    }
+    return newest_sequence == sequence ? newest_age_ns : std::nullopt;
+  }
+
+  std::unique_ptr<OpenDevice> device;
+  CaptureStream stream;
+  std::optional<std::uint32_t> newest_sequence;
+  std::optional<std::int64_t> newest_age_ns;
+};
+
+void V4l2Worker::run() {
+  board_.set(CameraState::absent, "looking for the camera");
+  board_.setIdentity("v4l2");
+  Clock::time_point next_try = Clock::now();
+  while (!stop_signal_.waitUntil(next_try)) {
+    if (auto used = useCameraOnce(); !used && !stop_signal_.raised()) {
+      board_.set(seen_ ? CameraState::lost : CameraState::absent, used.error().text());
+    }
+    next_try = Clock::now() + kRetryPeriod;
+  }
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+  changed_.notify_all();
+}
+
+bool V4l2Worker::stop(milliseconds limit) {
+  stop_signal_.raise();
+  std::unique_lock lock(mutex_);
+  stop_requested_ = true;
+  return changed_.wait_for(lock, limit, [this] { return ended_; });
+}
+
+config::Result<V4l2Worker::Chosen> V4l2Worker::chosenDevice() {
+  const auto candidates = candidatesOf(settings_, videoDevices(root_));
+  if (!candidates) return std::unexpected(candidates.error());
+  std::optional<config::Error> problem;
+  for (const VideoDevice& video : *candidates) {
+    auto device = std::make_unique<OpenDevice>(*calls_, calls_->open(video.node));
+    if (device->descriptor() < 0) {
+      problem = callFailure("open", device->descriptor());
+      continue;
+    }
+    const auto capability = capabilityOf(*device);
+    if (!capability) problem = capability.error();
+    if (!capability || capability->depth_format == 0) continue;
+    return Chosen{video, std::move(device), *capability};
+  }
+  if (problem) return std::unexpected(*problem);
+  return std::unexpected(failure(
+      "none of the video devices delivers depth (formats Z16, Y16)",
+      "connect a depth camera; hapticctl doctor names the cameras that need their vendor's software"));
+}
+
+config::Result<void> V4l2Worker::useCameraOnce() {
+  auto camera = chosenDevice();
+  if (!camera) return std::unexpected(camera.error());
+  const auto report = prepareCamera(*camera->device, camera->video.vendor, settings_);
+  if (!report) return std::unexpected(report.error());
+  if (stop_signal_.raised()) return {};
+  board_.setIdentity(identityOf(camera->video, report->serial));
+  const auto completed = completedModel(settings_, *report, camera->video.vendor);
+  if (!completed) return std::unexpected(completed.error());
+  const auto format =
+      negotiateDepth(*camera->device, camera->capability.depth_format,
+                     {settings_.v4l2.width_px, settings_.v4l2.height_px}, settings_.v4l2.rate_hz);
+  if (!format) return std::unexpected(format.error());
+  board_.update([&](CameraStatus& status) {
+    status.details = {camera->video.node,
+                      report->serial,
+                      report->firmware,
+                      fourccText(format->pixels),
+                      format->size.width_px,
+                      format->size.height_px,
+                      static_cast<double>(settings_.v4l2.rate_hz),
+                      std::nullopt};
+  });
+  return deliver(*camera, *format, completed->model, completed->advice);
+}
+
+std::unique_ptr<V4l2Worker::Metadata> V4l2Worker::startedMetadata(const Chosen& camera) {
+  if (camera.video.usb_interface.empty()) return nullptr;
+  for (const VideoDevice& video : videoDevices(root_)) {
+    if (video.usb_interface != camera.video.usb_interface || video.index != camera.video.index + 1) continue;
+    auto device = std::make_unique<OpenDevice>(*calls_, calls_->open(video.node));
+    if (device->descriptor() < 0) continue;
+    const auto capability = capabilityOf(*device);
+    if (!capability || !capability->is_metadata || !negotiateMetadata(*device)) continue;
+    auto metadata = std::make_unique<Metadata>(std::move(device));
+    if (metadata->stream.start()) return metadata;
+  }
+  return nullptr;
+}
+
+config::Result<void> V4l2Worker::deliver(const Chosen& camera, const StreamFormat& format,
+                                         const rt::DepthModelParameters& model, std::string advice) {
+  const std::unique_ptr<Metadata> metadata = startedMetadata(camera);
+  CaptureStream stream(*camera.device, V4L2_BUF_TYPE_VIDEO_CAPTURE);
+  if (auto started = stream.start(); !started) return started;
+  board_.setAdvice(std::move(advice));
+  last_frame_ = Clock::now() + (kFirstFrameLimit - kFrameLimit);
+  Clock::time_point next_temperature = Clock::now() + kTemperaturePeriod;
+  bool has_temperature = true;  // a control that fails may take the kernel seconds: it is not tried again
+  while (!stop_signal_.raised()) {
+    if (has_temperature && Clock::now() >= next_temperature) {
+      next_temperature = Clock::now() + kTemperaturePeriod;
+      const std::optional<double> temperature_c = temperatureOf(*camera.device, camera.video.vendor);
+      has_temperature = temperature_c.has_value();
+      board_.update([&](CameraStatus& status) { status.details.temperature_c = temperature_c; });
+    }
+    const int events = calls_->poll(camera.device->descriptor(), kPollLimit);
+    if (events < 0) return std::unexpected(callFailure("poll", events));
+    if ((events & POLLIN) != 0) {
+      if (auto taken = takeFrames(stream, format, model, metadata.get()); !taken) return taken;
+    } else if ((events & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
+      return std::unexpected(callFailure("poll", -ENODEV));
+    }
+    if (Clock::now() - last_frame_ > kFrameLimit) {
+      return std::unexpected(
+          failure("the camera has stopped sending frames", "check its USB cable and port"));
+    }
+  }
+  return {};
+}
+
+config::Result<void> V4l2Worker::takeFrames(CaptureStream& stream, const StreamFormat& format,
+                                            const rt::DepthModelParameters& model, Metadata* metadata) {
+  const auto taken = stream.take();
+  if (!taken) return std::unexpected(taken.error());
+  if (!*taken) return {};
+  const FilledBuffer& buffer = **taken;
+  last_frame_ = Clock::now();
+  if (buffer.is_damaged) {
+    board_.countDamagedFrame("the kernel has flagged it as damaged");
+  } else if (buffer.bytes.size() < format.bytes) {
+    board_.countDamagedFrame(fmt::format("{} of {} bytes arrived", buffer.bytes.size(), format.bytes));
+  } else {
+    publish(buffer, format, model, metadata);
+  }
+  return stream.giveBack(buffer);
+}
+
+void V4l2Worker::publish(const FilledBuffer& buffer, const StreamFormat& format,
+                         const rt::DepthModelParameters& model, Metadata* metadata) {
+  const std::size_t row_bytes = static_cast<std::size_t>(model.width_px) * sizeof(std::uint16_t);
+  const std::optional<std::int64_t> age_ns =
+      metadata != nullptr ? metadata->ageOf(buffer.sequence) : std::nullopt;
+  const std::lock_guard lock(mutex_);
+  if (stop_requested_) return;
+  rt::DepthFrame& frame = sink_.back();
+  frame.camera = model;
+  std::span<std::uint16_t> padded = frame.image();
+  const auto stride = static_cast<std::size_t>(rt::strideOf(model.width_px));
+  for (std::size_t first_byte = 0; !padded.empty(); padded = padded.subspan(stride)) {
+    const Bytes line = buffer.bytes.subspan(first_byte, row_bytes);
+    std::memcpy(padded.data(), line.data(), row_bytes);
+    std::ranges::fill(padded.first(stride).subspan(static_cast<std::size_t>(model.width_px)),
+                      model.raw_no_measurement);
+    first_byte += format.bytes_per_line;
+  }
+  frame.sequence = ++published_;
+  frame.arrival_ns = rt::monotonicNow_ns();
+  frame.exposure_ns = age_ns && buffer.time_ns > 0 ? buffer.time_ns - *age_ns : 0;
+  frame.device_ticks = buffer.sequence;
+  seen_ = true;
+  sink_.publish();
+  board_.countFrame();
+}
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/base/stop_signal.h"
+#include "drivers/camera/camera.h"
+#include "drivers/camera/camera_status_board.h"
+#include "drivers/camera/v4l2/camera_report.h"
+#include "drivers/camera/v4l2/capture_stream.h"
+#include "drivers/camera/v4l2/video_devices.h"
+
+namespace hapticd::drivers {
+
+/// The driver's thread function and its state: searches for the camera, delivers its frames, and starts again
+/// when it is lost. Owned jointly by the thread and the driver, because the kernel takes up to 5 s for a
+/// control that a camera does not answer, and the driver does not wait that long.
+class V4l2Worker {
+ public:
+  V4l2Worker(config::CameraSettings settings, std::shared_ptr<SystemCalls> calls, std::filesystem::path root,
+             FrameSink& sink)
+      : settings_(std::move(settings)), calls_(std::move(calls)), root_(std::move(root)), sink_(sink) {}
+
+  /// Runs until stop().  Thread: the driver's own, which ends with it.
+  void run();
+  /// Asks run() to end, after which the sink is no longer accessed. Returns true if it has ended, or false if
+  /// it still waits for the kernel after `limit`.
+  bool stop(std::chrono::milliseconds limit);
+  /// Returns the current state.  Thread: any.
+  CameraStatus status() const { return board_.snapshot(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Metadata;
+
+  /// A camera's node with depth.
+  struct Chosen {
+    VideoDevice video;
+    std::unique_ptr<OpenDevice> device;
+    Capability capability;
+  };
+
+  config::Result<void> useCameraOnce();
+  config::Result<Chosen> chosenDevice();
+  std::unique_ptr<Metadata> startedMetadata(const Chosen& camera);
+  config::Result<void> deliver(const Chosen& camera, const StreamFormat& format,
+                               const rt::DepthModelParameters& model, std::string advice);
+  config::Result<void> takeFrames(CaptureStream& stream, const StreamFormat& format,
+                                  const rt::DepthModelParameters& model, Metadata* metadata);
+  void publish(const FilledBuffer& buffer, const StreamFormat& format, const rt::DepthModelParameters& model,
+               Metadata* metadata);
+
+  const config::CameraSettings settings_;
+  const std::shared_ptr<SystemCalls> calls_;
+  const std::filesystem::path root_;
+  FrameSink& sink_;
+  CameraStatusBoard board_;
+  StopSignal stop_signal_;
+  bool seen_ = false;             // run() only: the camera has been found before
+  std::uint64_t published_ = 0;   // run() only
+  Clock::time_point last_frame_;  // run() only
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stop_requested_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace hapticd::drivers

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rt/depth_frame.h"
+
+namespace hapticd::test {
+
+/// Returns the pixels of a frame without the padding of its rows.
+std::vector<std::uint16_t> pixelsOf(const rt::DepthFrame& frame);
+
+/// Returns a PNG image with 16 bits of grey.
+std::string greyPng(int width_px, int height_px, const std::vector<std::uint16_t>& pixels);
+/// Returns a PNG image with 8 bits of grey, or of each of three colours.
+std::string bytePng(int width_px, int height_px, bool colour = false);
+/// Returns a PGM image of 16 bits, the more significant byte first.
+std::string bigEndianPgm(int width_px, int height_px, const std::vector<std::uint16_t>& pixels);
+
+}  // namespace hapticd::test

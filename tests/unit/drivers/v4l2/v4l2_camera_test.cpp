@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// The driver with a camera behind the system calls.
+
+#include "drivers/camera/v4l2/v4l2_camera.h"
+
+#include <gtest/gtest.h>
+#include <linux/videodev2.h>
+
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/drivers/frame_collector.h"
+#include "tests/unit/drivers/v4l2/fake_video.h"
+#include "tests/unit/drivers/v4l2/made_up_sysfs.h"
+#include "tests/unit/drivers/v4l2/realsense_tables.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using test::eventually;
+
+class V4l2 : public testing::Test {
+ protected:
+  void SetUp() override {
+    test::addNode(folder_.path(), {});
+    settings_.driver = config::CameraDriver::v4l2;
+  }
+  void TearDown() override {
+    if (camera_) camera_->stop();
+    EXPECT_EQ(video_->descriptors(), 0);
+    EXPECT_EQ(video_->mappings(), 0);
+  }
+
+  void start() {
+    camera_ = std::make_unique<V4l2Camera>(settings_, video_, folder_.path());
+    ASSERT_TRUE(camera_->start(frames_));
+  }
+  bool reports(const std::string& text) {
+    return eventually([&] { return camera_->status().detail.find(text) != std::string::npos; });
+  }
+
+  test::TemporaryFolder folder_;
+  std::shared_ptr<test::FakeVideo> video_ = std::make_shared<test::FakeVideo>();
+  config::CameraSettings settings_;
+  test::FrameCollector frames_;
+  std::unique_ptr<V4l2Camera> camera_;
+};
+
+constexpr std::size_t kStride = rt::strideOf(848);
+
+TEST_F(V4l2, PublishesEachPixelWithTheModelThatTheCameraReports) {
+  start();
+  video_->send(video_->countingFrame(5));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  const rt::DepthFrame& frame = frames_.frame(0);
+  ASSERT_EQ(frame.pixels(), std::size_t{kStride} * 480);
+  for (std::size_t row = 0; row < 480; ++row) {
+    for (std::size_t column = 0; column < kStride; ++column) {
+      const auto sent = static_cast<std::uint16_t>(5 + row * 848 + column);
+      ASSERT_EQ(frame.raw[row * kStride + column], column < 848 ? sent : frame.camera.raw_no_measurement)
+          << row << ", " << column;
+    }
+  }
+  EXPECT_EQ(frame.sequence, 1U);
+  EXPECT_EQ(frame.camera.width_px, 848);
+  EXPECT_EQ(frame.camera.height_px, 480);
+  EXPECT_EQ(frame.camera.law, rt::DepthLawKind::linear);
+  EXPECT_EQ(frame.camera.raw_no_measurement, 0);
+  EXPECT_EQ(frame.camera.raw_values, 65536U);
+  EXPECT_DOUBLE_EQ(frame.camera.unit_m, 1e-4);
+  EXPECT_EQ(frame.camera.fx_px, 424);
+  EXPECT_EQ(frame.camera.cx_px, 422);
+  EXPECT_EQ(frame.camera.principle, rt::DepthPrinciple::active_stereo);
+  // s / (f b) with s = 0.08 px, f = 424 px, b = 50 mm
+  EXPECT_NEAR(frame.camera.noise.c2_per_m, 0.08 / (424 * 0.05), 1e-9);
+  EXPECT_TRUE(eventually([&] { return camera_->status().state == CameraState::streaming; }));
+  EXPECT_EQ(camera_->status().identity, "v4l2 012345678901");
+  EXPECT_EQ(camera_->status().advice, "");
+}
+
+TEST_F(V4l2, ShowsWhatTheCameraReportsOfItself) {
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  const CameraDetails details = camera_->status().details;
+  EXPECT_EQ(details.node, "/dev/video0");
+  EXPECT_EQ(details.serial, "012345abcdef");
+  EXPECT_EQ(details.firmware, "5.15.1.0");
+  EXPECT_EQ(details.format, "Z16");
+  EXPECT_EQ(details.width_px, 848);
+  EXPECT_EQ(details.height_px, 480);
+  EXPECT_EQ(details.rate_hz, 30);
+}
+
+TEST_F(V4l2, TheMetadataNodeGivesTheTimeOfTheExposure) {
+  test::addNode(folder_.path(), {.name = "video1", .link = "usb-metadata", .index = "1"});
+  start();
+  for (const int first : {0, 1}) video_->send(video_->countingFrame(static_cast<std::uint16_t>(first)));
+  ASSERT_TRUE(frames_.waitForFrames(2));
+  // sent from 100 s on; mid-exposure 30 ms - 8 ms earlier
+  EXPECT_EQ(frames_.frame(0).exposure_ns, 100'000'000'000 - 22'000'000);
+  EXPECT_EQ(frames_.frame(1).exposure_ns, 100'000'000'000 - 22'000'000);
+}
+
+TEST_F(V4l2, WithoutMetadataTheExposureIsUnknown) {
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  EXPECT_EQ(frames_.frame(0).exposure_ns, 0);
+}
+
+TEST_F(V4l2, OldFirmwareIsAskedForTable25) {
+  video_->change([](auto& it) { it.has_depth_modes = false; });
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  EXPECT_EQ(frames_.frame(0).camera.fx_px, 425);
+  EXPECT_EQ(frames_.frame(0).camera.cx_px, 420);
+}
+
+TEST_F(V4l2, ReadsY16WithPaddedLines) {
+  video_->change([](auto& it) {
+    it.format = V4L2_PIX_FMT_Y16;
+    it.line_bytes = 848 * 2 + 32;
+  });
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  for (std::size_t row = 0; row < 480; ++row) {
+    ASSERT_EQ(frames_.frame(0).raw[row * kStride], static_cast<std::uint16_t>(row * 864)) << row;
+    ASSERT_EQ(frames_.frame(0).raw[row * kStride + 847], static_cast<std::uint16_t>(row * 864 + 847)) << row;
+  }
+}
+
+TEST_F(V4l2, DeliversASizeThatFillsNoWholeTiles) {
+  video_->change([](auto& it) {
+    it.width = 424;
+    it.height = 240;
+  });
+  settings_.v4l2.width_px = 424;
+  settings_.v4l2.height_px = 240;
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  const rt::DepthFrame& frame = frames_.frame(0);
+  EXPECT_EQ(frame.camera.width_px, 424);
+  EXPECT_EQ(frame.camera.height_px, 240);
+  EXPECT_EQ(frame.raw[1], 1);
+  EXPECT_EQ(frame.raw[424], frame.camera.raw_no_measurement);
+  EXPECT_EQ(frame.raw[rt::strideOf(424)], 424);
+  // table 25, as the modes do not list it
+  EXPECT_EQ(frame.camera.fx_px, 212.5);
+  EXPECT_EQ(frame.camera.cx_px, 210);
+}
+
+TEST_F(V4l2, DamagedAndShortFramesAreCountedAndNotPublished) {
+  start();
+  test::SentFrame damaged = video_->countingFrame(1);
+  damaged.is_damaged = true;
+  test::SentFrame cut = video_->countingFrame(2);
+  cut.bytes -= 2;
+  video_->send(damaged);
+  video_->send(cut);
+  video_->send(video_->countingFrame(3));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  EXPECT_EQ(frames_.frame(0).raw[0], 3);
+  EXPECT_EQ(camera_->status().damaged_frames, 2U);
+}
+
+TEST_F(V4l2, ACameraThatIsUnpluggedIsLostAndFoundAgain) {
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  video_->change([](auto& it) { it.plugged = false; });
+  ASSERT_TRUE(eventually([&] { return camera_->status().state == CameraState::lost; }));
+  video_->change([](auto& it) { it.plugged = true; });
+  video_->send(video_->countingFrame(9));
+  ASSERT_TRUE(frames_.waitForFrames(2));
+  EXPECT_EQ(frames_.frame(1).raw[0], 9);
+  EXPECT_EQ(frames_.frame(1).sequence, 2U);
+}
+
+TEST_F(V4l2, ACameraThatFallsSilentIsOpenedAgain) {
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  ASSERT_TRUE(reports("has stopped sending frames"));
+  EXPECT_EQ(camera_->status().state, CameraState::lost);
+  EXPECT_TRUE(eventually([&] { return video_->opened() >= 2; }));
+}
+
+TEST_F(V4l2, SetsWhatIsConfigured) {
+  settings_.v4l2.emitter = config::Emitter::on;
+  settings_.v4l2.exposure_us = 8000;
+  settings_.v4l2.preset = 4;
+  settings_.v4l2.unit_um = 200;
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  const std::map<int, std::vector<std::byte>> expected{
+      {2, {std::byte{1}}},
+      {3, {std::byte{0x40}, std::byte{0x1F}, std::byte{0}, std::byte{0}}},
+      {6, {std::byte{4}}},
+      {0xB, {std::byte{0}}}};
+  EXPECT_EQ(video_->controls(), expected);
+  EXPECT_DOUBLE_EQ(frames_.frame(0).camera.unit_m, 2e-4);
+}
+
+TEST_F(V4l2, ConfiguredIntrinsicsAndUnitServeACameraThatDoesNotAnswer) {
+  video_->change([](auto& it) { it.answers_controls = false; });
+  settings_.v4l2.intrinsics = config::IntrinsicsSource::configured;
+  settings_.depth_model.fx_px = settings_.depth_model.fy_px = 430;
+  settings_.v4l2.unit_um = 1000;
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  EXPECT_EQ(frames_.frame(0).camera.fx_px, 430);
+  EXPECT_DOUBLE_EQ(frames_.frame(0).camera.unit_m, 1e-3);
+  EXPECT_NE(camera_->status().advice.find("the noise of this camera is not known"), std::string::npos);
+}
+
+// Cameras and configurations that cannot be used: a named error, and the driver keeps searching.
+struct Refusal {
+  std::string name;
+  std::function<void(test::FakeVideo::Camera&)> camera;
+  std::string expected;
+  std::function<void(config::CameraSettings&)> settings = [](config::CameraSettings&) {};
+};
+
+class Refused : public V4l2, public testing::WithParamInterface<Refusal> {};
+
+TEST_P(Refused, IsANamedErrorAndIsTriedAgain) {
+  video_->change(GetParam().camera);
+  GetParam().settings(settings_);
+  start();
+  EXPECT_TRUE(reports(GetParam().expected)) << camera_->status().detail;
+  EXPECT_EQ(camera_->status().state, CameraState::absent);
+  EXPECT_EQ(frames_.count(), 0U);
+}
+
+const std::vector<Refusal> kRefusals{
+    {"Unplugged", [](auto& it) { it.plugged = false; }, "No such file"},
+    {"NoDepthFormat", [](auto& it) { it.format = V4L2_PIX_FMT_YUYV; }, "none of the video devices"},
+    {"OtherSize", [](auto& it) { it.width = 640; }, "answers with 640 x 480 instead of 848 x 480"},
+    {"OtherRate", [](auto& it) { it.rate_hz = 15; }, "set camera.rate_hz to one of: 15"},
+    {"ShortLines", [](auto& it) { it.line_bytes = 100; }, "lines of 100 bytes"},
+    {"InUse", [](auto& it) { it.in_use = true; }, "another program uses the camera"},
+    {"Disparities", [](auto& it) { it.disparity_mode = 1; }, "disparities instead of depth"},
+    {"Mute", [](auto& it) { it.answers_controls = false; }, "does not report intrinsics"},
+    {"KeepsUnit", [](auto& it) { it.keeps_unit = true; }, "keeps its depth unit of 1000 um",
+     [](auto& it) { it.v4l2.unit_um = 100; }},
+    {"NoUnit", [](auto& it) { it.unit_um = 0; }, "does not report its depth unit"},
+    {"DamagedTable",
+     [](auto& it) {
+       it.has_depth_modes = false;
+       it.table[300] = std::byte{1};
+     },
+     "checksum"},
+    {"OtherSerial", [](auto&) {}, "no camera has the serial number 7", [](auto& it) { it.serial = "7"; }},
+};
+INSTANTIATE_TEST_SUITE_P(Cameras, Refused, testing::ValuesIn(kRefusals),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace hapticd::drivers

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// `hapticctl camera list` on synthetic files of /sys and /dev.
+#include "tools/hapticctl/doctor/camera_list.h"
+
+#include <gtest/gtest.h>
+#include <linux/videodev2.h>
+
+#include <nlohmann/json.hpp>
+
+#include "made_up_machine.h"
+#include "tests/support/program.h"
+#include "tests/unit/drivers/v4l2/made_up_sysfs.h"
+
+namespace hapticd::tools {
+namespace {
+
+using config::CameraDriver;
+
+class CameraListing : public testing::Test {
+ protected:
+  CameraListing() { settings.driver = CameraDriver::v4l2; }
+
+  /// A device on USB of which the kernel shows no video node.
+  void addUsbDevice(const std::string& name, const std::string& vendor, const std::string& product) const {
+    const std::string folder = "sys/bus/usb/devices/" + name + "/";
+    files.set(folder + "idVendor", vendor);
+    files.set(folder + "idProduct", product);
+    files.set(folder + "busnum", "2");
+    files.set(folder + "devnum", "5");
+  }
+  CameraList list() const { return listCameras(Machine(files.root()), settings, probe); }
+  ConnectedCamera only() const {
+    const CameraList found = list();
+    EXPECT_EQ(found.cameras.size(), 1U) << textOf(found);
+    return found.cameras.empty() ? ConnectedCamera{} : found.cameras.front();
+  }
+
+  test::MadeUpMachine files;
+  config::CameraSettings settings;
+  std::string depth_node = "/dev/video0";
+  DepthProbe probe = [this](const drivers::VideoDevice& video) -> config::Result<std::uint32_t> {
+    return video.node == depth_node ? V4L2_PIX_FMT_Z16 : 0;
+  };
+};
+
+TEST_F(CameraListing, ShowsOneLineForAllNodesOfADevice) {
+  depth_node = "/dev/video2";
+  for (const char* name : {"video0", "video1", "video2"}) {
+    test::addNode(files.root(), {.name = name, .link = std::string("link-") + name});
+  }
+  EXPECT_EQ(textOf(list()),
+            "used      /dev/video2: Intel RealSense D435, serial number 012345678901, depth in Z16\n"
+            "hapticd takes its depth from /dev/video2\n");
+}
+
+TEST_F(CameraListing, NamesTheSettingThatWouldUseAnotherCamera) {
+  test::addNode(files.root(), {});
+  settings.driver = CameraDriver::synthetic;
+  EXPECT_EQ(only().suitability, Suitability::usable);
+  EXPECT_EQ(only().note, "set camera.driver to v4l2");
+  EXPECT_EQ(list().source, "a computed scene");
+  settings.driver = CameraDriver::v4l2;
+  settings.serial = "77";
+  EXPECT_EQ(only().note, "set camera.serial to 012345678901");
+  EXPECT_EQ(list().source, "");
+  EXPECT_NE(list().problem.find("no camera has the serial number 77"), std::string::npos) << list().problem;
+}
+
+TEST_F(CameraListing, SaysThatACameraDeliversNoDepth) {
+  depth_node.clear();
+  test::addNode(files.root(), {.vendor = "046d", .product = "0825"});
+  EXPECT_EQ(only().suitability, Suitability::unusable);
+  EXPECT_EQ(only().name, "Depth Camera");  // as it calls itself
+  EXPECT_EQ(only().note, "it delivers no depth in the formats Z16 and Y16");
+  EXPECT_EQ(list().problem, "none of the video devices that the configuration allows delivers depth");
+}
+
+TEST_F(CameraListing, ShowsWhyADeviceCannotBeOpened) {
+  test::addNode(files.root(), {});
+  probe = [](const drivers::VideoDevice&) -> config::Result<std::uint32_t> {
+    return std::unexpected(config::Error{"v4l2", "the camera cannot be opened: Permission denied", ""});
+  };
+  EXPECT_EQ(only().suitability, Suitability::unusable);
+  EXPECT_EQ(only().note, "v4l2: the camera cannot be opened: Permission denied");
+}
+
+TEST_F(CameraListing, NamesCamerasThatNeedTheirVendorsSoftware) {
+  struct Case {
+    std::string vendor, product, name, reason;
+  };
+  for (const auto& [vendor, product, name, reason] :
+       std::vector<Case>{{"045e", "097c", "Azure Kinect", "computes the depth"},
+                         {"2bc5", "066b", "Orbbec Femto Bolt", "computes the depth"},
+                         {"03e7", "2485", "Luxonis OAK-D", "not a video device"},
+                         {"2b03", "f780", "Stereolabs ZED", "computes the depth"},
+                         {"045e", "02c4", "Kinect v2", "libfreenect2"}}) {
+    addUsbDevice("2-1", vendor, product);
+    EXPECT_EQ(only().suitability, Suitability::unusable) << name;
+    EXPECT_EQ(only().name, name);
+    EXPECT_EQ(only().place, vendor + ":" + product + " at 2-1");
+    EXPECT_NE(only().note.find(reason), std::string::npos) << only().note;
+  }
+}
+
+TEST_F(CameraListing, AVideoDeviceOfAVendorsSoftwareIsNamedToo) {
+  depth_node.clear();
+  test::addNode(files.root(), {.vendor = "2b03", .product = "f582"});
+  EXPECT_EQ(only().name, "Stereolabs ZED");
+  EXPECT_NE(only().note.find("two colour images"), std::string::npos) << only().note;
+}
+
+TEST_F(CameraListing, AsksForTheKernelsModuleWhereADepthCameraHasNoNode) {
+  addUsbDevice("2-1", "8086", "0b5b");
+  EXPECT_EQ(only().name, "Intel RealSense D405");
+  EXPECT_NE(only().note.find("modprobe uvcvideo"), std::string::npos) << only().note;
+}
+
+TEST_F(CameraListing, AKinectIsForTheDriverFreenect) {
+  addUsbDevice("1-1.1", "045e", "02ae");
+  // the kernel's driver, which libfreenect detaches
+  test::addNode(files.root(), {.vendor = "045e", .product = "02ae"});
+  EXPECT_EQ(only().note, "set camera.driver to freenect");
+  settings.driver = CameraDriver::freenect;
+  EXPECT_EQ(only().suitability, Suitability::used);
+  EXPECT_EQ(list().source, "045e:02ae at 1-1.1");
+  settings.serial = "A1";
+  EXPECT_EQ(only().note, "camera.serial chooses one of several");
+  EXPECT_EQ(list().source, "the Kinect v1 with the serial number A1");
+}
+
+TEST_F(CameraListing, ADeviceOfAnotherMachineIsJudgedByItsIds) {
+  test::addNode(files.root(), {});
+  probe = {};
+  EXPECT_EQ(only().suitability, Suitability::used);
+  EXPECT_EQ(list().source, "/dev/video0");
+}
+
+TEST_F(CameraListing, OtherDevicesOnUsbAreNoCameras) {
+  addUsbDevice("2-1", "046d", "c52b");
+  EXPECT_EQ(
+      textOf(list()),
+      "no camera is connected\nhapticd finds no camera: v4l2: there is no video device (connect the camera "
+      "to a USB 3 port; v4l2-ctl --list-devices shows it when the kernel has found it)\n");
+}
+
+TEST_F(CameraListing, TheCommandReadsTheConfigurationBelowItsRoot) {
+  test::addNode(files.root(), {});
+  files.set("etc/hapticd/hapticd.yaml", "camera: {driver: v4l2}");
+  const auto finished =
+      test::runToEnd({HAPTICCTL_PROGRAM, "--json", "camera", "list", "--root", files.root()});
+  EXPECT_EQ(finished.ending, test::exitedWith(0)) << finished.errors;
+  const nlohmann::json shown = nlohmann::json::parse(finished.output);
+  EXPECT_EQ(shown["source"], "/dev/video0");
+  EXPECT_EQ(shown["cameras"][0]["suitability"], "used");
+  files.set("etc/hapticd/hapticd.yaml", "camera: {driver: video}");
+  EXPECT_EQ(test::runToEnd({HAPTICCTL_PROGRAM, "camera", "list", "--root", files.root()}).ending,
+            test::exitedWith(1));
+}
+
+TEST(CameraTestCommand, ShowsWhyTheCameraCannotBeUsed) {
+  const auto finished =
+      test::runToEnd({HAPTICCTL_PROGRAM, "camera", "test", "--device", "/dev/no-such-video"});
+  EXPECT_EQ(finished.ending, test::exitedWith(1));
+  EXPECT_EQ(finished.output, "");
+  EXPECT_NE(finished.errors.find("the camera delivers no frames: v4l2: there is no "), std::string::npos)
+      << finished.errors;
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "tests/vm/emulators/usbip/usb_device.h"
+#include "tests/vm/emulators/uvc/camera_model.h"
+#include "tests/vm/emulators/uvc/faults.h"
+#include "tests/vm/emulators/uvc/frame_source.h"
+#include "tests/vm/emulators/uvc/streaming_control.h"
+
+namespace hapticd::test::uvc {
+
+/// The frames on the bulk endpoint: one payload each, begun by the clock, cut into the host's URBs. A frame
+/// whose turn comes while the one before is still waiting for URBs is skipped, as a camera without memory
+/// does it.  Thread: one.
+class DepthStream {
+ public:
+  /// All outlive it.
+  DepthStream(const CameraModel& model, const Faults& faults, FrameSource& source)
+      : model_(model), faults_(faults), source_(source) {}
+
+  void start(const StreamMode& stream, std::uint32_t unit_um);
+  void stop() { stream_.reset(); }
+  bool isStreaming() const { return stream_.has_value(); }
+
+  /// Repeats this frame of the source; nothing: plays on.
+  void freeze(std::optional<std::uint32_t> frame) { frozen_ = frame; }
+  /// The faults of the stream apply to the next frame only.
+  void spoilOnce(Fault fault) { once_ = fault; }
+
+  /// Completes what is due at now_ns, CLOCK_MONOTONIC.
+  void work(std::int64_t now_ns, usbip::PendingUrbs& urbs);
+  /// When the next frame is due; nothing while none is awaited.
+  std::optional<std::int64_t> due_ns() const;
+
+  std::uint64_t framesSent() const { return sent_; }
+  std::uint64_t framesSkipped() const { return skipped_; }
+  std::uint64_t framesSpoilt() const { return spoilt_; }
+  /// Number of the newest frame that was begun.
+  std::uint32_t frameNumber() const { return number_; }
+
+ private:
+  void beginFrame(std::int64_t now_ns);
+  void makePayload(std::int64_t now_ns);
+  void spoilHeader(std::size_t header_bytes);
+  void spoilSize(std::size_t header_bytes);
+  void send(usbip::PendingUrbs& urbs);
+  bool hasFault(Fault fault) const { return faults_.has(fault) || spoiling_ == fault; }
+  const DepthMode& mode() const { return model_.modes[stream_->mode]; }
+
+  const CameraModel& model_;
+  const Faults& faults_;
+  FrameSource& source_;
+  std::optional<StreamMode> stream_;
+  std::optional<std::int64_t> begun_ns_;  // of frame 0; nothing before the first URB
+  std::optional<std::uint32_t> frozen_;
+  std::optional<Fault> once_;
+  std::optional<Fault> spoiling_;  // in the frame in progress
+  std::vector<std::uint8_t> payload_;
+  std::size_t payload_sent_ = 0;
+  bool in_progress_ = false;
+  bool frame_id_ = false;
+  std::uint32_t next_number_ = 0;
+  std::uint32_t number_ = 0;
+  std::uint64_t sent_ = 0;
+  std::uint64_t skipped_ = 0;
+  std::uint64_t spoilt_ = 0;
+};
+
+}  // namespace hapticd::test::uvc

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/camera_test.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "config/value_text.h"
+#include "tools/lib/depth_noise/depth_picture.h"
+
+namespace hapticd::tools {
+namespace {
+
+using config::printable;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kPictureColumns = 64;
+constexpr std::chrono::milliseconds kLookPeriod{100};
+constexpr double kNanosecondsPerSecond = 1e9;
+
+/// Measures each frame in the driver's thread.
+class MeasuringSink final : public drivers::FrameSink {
+ public:
+  rt::DepthFrame& back() override { return *frame_; }
+
+  void publish() override {
+    const std::lock_guard lock(mutex_);
+    noise_.add(*frame_);
+    if (count_++ == 0) {
+      first_ns_ = frame_->arrival_ns;
+    } else if (const std::uint32_t step = frame_->device_ticks - last_ticks_; step > 1 && step < kMostLost) {
+      lost_ += step - 1;
+    }
+    last_ns_ = frame_->arrival_ns;
+    last_ticks_ = frame_->device_ticks;
+    changed_.notify_all();
+  }
+
+  bool waitForFirst(std::chrono::milliseconds limit) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, limit, [this] { return count_ > 0; });
+  }
+
+  /// After the driver has stopped.
+  CameraTest result() const {
+    CameraTest test;
+    const double span_s = static_cast<double>(last_ns_ - first_ns_) / kNanosecondsPerSecond;
+    test.rate_hz = count_ > 1 && span_s > 0 ? static_cast<double>(count_ - 1) / span_s : std::nan("");
+    test.lost_frames = lost_;
+    test.noise = noise_.report();
+    test.model = noise_.camera();
+    test.mean_depth_m = noise_.meanDepth_m();
+    return test;
+  }
+
+ private:
+  static constexpr std::uint32_t kMostLost = 1000;  // a larger step is a counter that started anew
+
+  std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  DepthNoise noise_;
+  std::uint64_t count_ = 0;
+  std::uint64_t lost_ = 0;
+  std::int64_t first_ns_ = 0;
+  std::int64_t last_ns_ = 0;
+  std::uint32_t last_ticks_ = 0;
+};
+
+/// Whether the driver has looked for the camera and knows why it cannot use it.
+bool hasReason(const drivers::CameraStatus& status, const std::string& searching) {
+  const bool is_absent = status.state == drivers::CameraState::absent && status.damaged_frames == 0;
+  return is_absent && !searching.empty() && status.detail != searching;
+}
+
+bool waitForFirst(MeasuringSink& sink, const drivers::Camera& camera, std::chrono::milliseconds patience) {
+  const auto deadline = Clock::now() + patience;
+  std::string searching = camera.status().detail;  // until the first attempt has ended
+  do {
+    if (sink.waitForFirst(kLookPeriod)) return true;
+    const drivers::CameraStatus status = camera.status();
+    if (hasReason(status, searching)) break;
+    if (searching.empty()) searching = status.detail;
+  } while (Clock::now() < deadline);
+  return false;
+}
+
+std::optional<rt::DepthNoiseParameters> fitOf(const CameraTest& test) {
+  return fittedNoise(test.noise.at_depths, test.model.principle);
+}
+
+std::string noiseText(const CameraTest& test) {
+  if (test.noise.at_depths.empty())
+    return "noise        not measured: too few frames, or nothing within camera.near_m and camera.far_m\n";
+  std::string text = "noise        depth_m  changing_mm  standing_mm  pixels\n";
+  for (const NoiseAtDepth& at : test.noise.at_depths) {
+    text += fmt::format("             {:>7.3f}  {:>11.3f}  {:>11.3f}  {:>6}\n", at.depth_m,
+                        at.changing_m * 1e3, at.standing_m * 1e3, at.pixels);
+  }
+  const auto fit = fitOf(test);
+  if (!fit) return text;
+  text += fmt::format("correlation  {:.1f} px\nstanding     {:.0f} % of the variance\n",
+                      test.noise.correlation_px, 100 * fit->standing_share);
+  return text + fmt::format("\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n",
+                            fit->c0_m, fit->c1, fit->c2_per_m);
+}
+
+}  // namespace
+
+config::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::milliseconds duration,
+                                      std::chrono::milliseconds patience) {
+  MeasuringSink sink;
+  if (const auto started = camera.start(sink); !started) return std::unexpected(started.error());
+  const bool delivers = waitForFirst(sink, camera, patience);
+  if (delivers) std::this_thread::sleep_for(duration);
+  const drivers::CameraStatus status = camera.status();
+  camera.stop();
+  if (!delivers) {
+    return std::unexpected(config::Error{
+        "", fmt::format("the camera delivers no frames: {}", status.detail),
+        "hapticctl camera list shows what is connected; while hapticd runs it holds its camera"});
+  }
+  CameraTest test = sink.result();
+  test.status = status;
+  return test;
+}
+
+std::string textOf(const CameraTest& test) {
+  const drivers::CameraDetails& details = test.status.details;
+  std::string text =
+      depthPicture(test.mean_depth_m, test.model.width_px, test.model.height_px, kPictureColumns);
+  text += fmt::format("camera       {}, {} {} x {} at {:.0f} Hz\n", printable(test.status.identity),
+                      printable(details.format), test.model.width_px, test.model.height_px, details.rate_hz);
+  text += fmt::format("frames       {}, {:.2f} per second, {} lost, {} damaged\n", test.noise.frames,
+                      test.rate_hz, test.lost_frames, test.status.damaged_frames);
+  text += fmt::format("holes        {:.1f} % of the pixels\n", 100 * test.noise.share_of_holes);
+  return text + noiseText(test);
+}
+
+std::string jsonOf(const CameraTest& test) {
+  using Json = nlohmann::ordered_json;
+  Json depths = Json::array();
+  for (const NoiseAtDepth& at : test.noise.at_depths) {
+    depths.push_back({{"depthM", at.depth_m},
+                      {"changingM", at.changing_m},
+                      {"standingM", at.standing_m},
+                      {"pixels", at.pixels}});
+  }
+  const auto fit = fitOf(test);
+  const Json noise = fit ? Json{{"c0M", fit->c0_m},
+                                {"c1", fit->c1},
+                                {"c2PerM", fit->c2_per_m},
+                                {"standingShare", fit->standing_share},
+                                {"correlationPx", test.noise.correlation_px}}
+                         : Json();
+  const Json document{{"identity", test.status.identity},
+                      {"format", test.status.details.format},
+                      {"widthPx", test.model.width_px},
+                      {"heightPx", test.model.height_px},
+                      {"frames", test.noise.frames},
+                      {"rateHz", test.rate_hz},
+                      {"lostFrames", test.lost_frames},
+                      {"damagedFrames", test.status.damaged_frames},
+                      {"shareOfHoles", test.noise.share_of_holes},
+                      {"noiseAtDepths", depths},
+                      {"noise", noise}};
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "tools/hapticctl/doctor/camera_list.h"
+#include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/findings.h"
+#include "tools/hapticctl/doctor/usb_device.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr int kBytesPerPixel = 2;
+/// What bulk transfers reach of the nominal rate: about 36 of 60 MB/s on USB 2, 380 of 625 MB/s on USB 3.
+constexpr double kUsableShare = 0.6;
+constexpr double kBitsPerByte = 8;
+
+std::string modeText(const config::V4l2Settings& mode) {
+  return fmt::format("{} x {} at {} Hz", mode.width_px, mode.height_px, mode.rate_hz);
+}
+
+Finding bandwidthFinding(const Examination& box, const ConnectedCamera& camera) {
+  const std::string name = "depth camera bandwidth";
+  const config::V4l2Settings& mode = box.configuration.settings.camera.v4l2;
+  const double needed_mb_s = 1e-6 * kBytesPerPixel * mode.width_px * mode.height_px * mode.rate_hz;
+  const std::string needs = fmt::format("{} takes {:.1f} MB/s", modeText(mode), needed_mb_s);
+  const auto devices = usbDevices(box.machine).value_or(std::vector<UsbDevice>{});
+  const auto device = std::ranges::find(devices, camera.usb, &UsbDevice::name);
+  if (camera.usb.empty() || device == devices.end()) return good(name, needs);
+  double speed_mbit_s = 0;
+  const std::string& speed = device->speed_mbit_s;
+  std::from_chars(speed.data(), speed.data() + speed.size(), speed_mbit_s);
+  const std::string fact =
+      fmt::format("{} of a link with {} Mbit/s", needs, speed.empty() ? "an unknown number of" : speed);
+  if (speed_mbit_s <= 0 || needed_mb_s <= kUsableShare * speed_mbit_s / kBitsPerByte) return good(name, fact);
+  return failure(name, fact + ": more than it carries",
+                 "plug the camera into a USB 3 port with a USB 3 cable, or set camera.width_px, "
+                 "camera.height_px and camera.rate_hz to a smaller mode");
+}
+
+Findings findingsOfUsed(const Examination& box, const ConnectedCamera& camera) {
+  Findings findings{
+      good("depth camera", fmt::format("{} at {}{}{}", camera.name, camera.place,
+                                       camera.format.empty() ? "" : ", " + camera.format,
+                                       camera.serial.empty() ? "" : ", serial number " + camera.serial))};
+  findings.push_back(bandwidthFinding(box, camera));
+  const Findings wrong = accessFindings(box, "depth camera access", camera.name, camera.place.substr(1));
+  findings.insert(findings.end(), wrong.begin(), wrong.end());
+  if (wrong.empty()) findings.push_back(good("depth camera access", "for the group hapticd only"));
+  return findings;
+}
+
+Finding moduleFinding(const Examination& box) {
+  if (box.machine.exists("sys/module/uvcvideo")) return good("uvcvideo", "loaded");
+  return warning("uvcvideo", "the kernel's driver of USB cameras is not loaded", "modprobe uvcvideo");
+}
+
+}  // namespace
+
+Findings checkCameras(const Examination& box) {
+  const config::CameraSettings& settings = box.configuration.settings.camera;
+  const CameraList list = listCameras(box.machine, settings, box.depth_probe);
+  Findings findings;
+  for (const ConnectedCamera& camera : list.cameras) {
+    if (!camera.is_known || camera.suitability != Suitability::unusable) continue;
+    findings.push_back(
+        warning("depth camera",
+                fmt::format("{} at {} cannot be used: {}", camera.name, camera.place, camera.note), ""));
+  }
+  if (settings.driver != config::CameraDriver::v4l2) {
+    findings.push_back(good("depth camera", fmt::format("none of the kernel's is used: camera.driver is {}",
+                                                        rt::wordOf(settings.driver))));
+    return findings;
+  }
+  findings.push_back(moduleFinding(box));
+  const auto used = std::ranges::find(list.cameras, Suitability::used, &ConnectedCamera::suitability);
+  if (used == list.cameras.end()) {
+    findings.push_back(
+        warning("depth camera", list.problem, "hapticctl camera list shows what is connected"));
+    return findings;
+  }
+  for (Finding& finding : findingsOfUsed(box, *used)) findings.push_back(std::move(finding));
+  return findings;
+}
+
+}  // namespace hapticd::tools

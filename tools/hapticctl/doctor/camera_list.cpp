@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/doctor/camera_list.h"
+
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "config/value_text.h"
+#include "drivers/camera/v4l2/capture_stream.h"
+#include "drivers/camera/v4l2/system_calls.h"
+#include "tools/hapticctl/doctor/known_cameras.h"
+#include "tools/hapticctl/doctor/usb_device.h"
+
+namespace hapticd::tools {
+namespace {
+
+using config::CameraDriver;
+using drivers::VideoDevice;
+
+constexpr const char* kKinect = "Kinect v1";
+
+/// The video nodes of one device.
+struct Nodes {
+  std::string usb;  ///< empty: not a USB device
+  std::vector<VideoDevice> videos;
+};
+
+/// A camera with its first node that delivers depth.
+struct Examined {
+  ConnectedCamera camera;
+  std::string depth_node;  ///< empty: none
+};
+
+std::string usbPlaceOf(const VideoDevice& video) {
+  return video.usb_interface.substr(0, video.usb_interface.find(':'));
+}
+
+std::uint16_t idFrom(const std::string& digits) {
+  std::uint16_t id = 0;
+  std::from_chars(digits.data(), digits.data() + digits.size(), id, 16);
+  return id;
+}
+
+bool isKinectNode(const VideoDevice& video) {
+  return fmt::format("{:04x}", video.vendor) == kKinectVendor &&
+         std::ranges::find(kKinectCameras, fmt::format("{:04x}", video.product)) != kKinectCameras.end();
+}
+
+/// The video nodes by device; without those of a Kinect, whose driver of hapticd does not need them.
+std::vector<Nodes> nodesByDevice(const std::vector<VideoDevice>& videos) {
+  std::vector<Nodes> devices;
+  for (const VideoDevice& video : videos) {
+    if (isKinectNode(video)) continue;
+    const std::string usb = usbPlaceOf(video);
+    const auto device =
+        std::ranges::find_if(devices, [&](const Nodes& it) { return !usb.empty() && it.usb == usb; });
+    if (device == devices.end()) {
+      devices.push_back({usb, {video}});
+    } else {
+      device->videos.push_back(video);
+    }
+  }
+  return devices;
+}
+
+Examined examined(const Nodes& device, const DepthProbe& probe) {
+  const VideoDevice& first = device.videos.front();
+  const KnownCamera* const known = knownCamera(first.vendor, first.product);
+  Examined result;
+  ConnectedCamera& camera = result.camera;
+  camera.is_known = known != nullptr;
+  camera.name = config::printable(known ? known->name : first.name);
+  camera.place = first.node;
+  camera.usb = device.usb;
+  camera.serial = config::printable(first.serial);
+  camera.note = "it delivers no depth in the formats Z16 and Y16";
+  if (!probe && known && *known->obstacle == '\0') result.depth_node = first.node;
+  for (const VideoDevice& video : device.videos) {
+    if (!probe || !result.depth_node.empty()) break;
+    const auto format = probe(video);
+    if (!format) camera.note = format.error().text();
+    if (!format || *format == 0) continue;
+    camera.format = drivers::fourccText(*format);
+    result.depth_node = video.node;
+  }
+  if (!result.depth_node.empty()) {
+    camera.suitability = Suitability::usable;
+    camera.driver = "v4l2";
+    camera.place = result.depth_node;
+    camera.note.clear();
+  } else if (known && *known->obstacle != '\0') {
+    camera.note = known->obstacle;
+  }
+  return result;
+}
+
+ConnectedCamera kinectAt(const UsbDevice& device) {
+  ConnectedCamera camera;
+  camera.suitability = Suitability::usable;
+  camera.name = kKinect;
+  camera.place = device.text();
+  camera.driver = "freenect";
+  camera.usb = device.name;
+  return camera;
+}
+
+/// A depth camera by its ids of which the kernel shows no video device.
+std::optional<ConnectedCamera> cameraWithoutNode(const UsbDevice& device) {
+  const KnownCamera* const known = knownCamera(idFrom(device.vendor), idFrom(device.product));
+  if (!known) return std::nullopt;
+  ConnectedCamera camera;
+  camera.is_known = true;
+  camera.name = known->name;
+  camera.place = device.text();
+  camera.usb = device.name;
+  camera.note = *known->obstacle != '\0' ? known->obstacle
+                                         : "the kernel shows no video device of it: modprobe uvcvideo";
+  return camera;
+}
+
+/// The node that the driver v4l2 takes.
+void chooseNode(CameraList& list, const std::vector<Examined>& found, const config::CameraSettings& settings,
+                const std::vector<VideoDevice>& videos) {
+  const auto candidates = drivers::candidatesOf(settings, videos);
+  if (!candidates) {
+    list.problem = candidates.error().text();
+    return;
+  }
+  for (const VideoDevice& video : *candidates) {
+    const auto camera = std::ranges::find(found, video.node, &Examined::depth_node);
+    if (camera == found.end()) continue;
+    list.source = video.node;
+    return;
+  }
+  list.problem = "none of the video devices that the configuration allows delivers depth";
+}
+
+void chooseKinect(CameraList& list, const config::CameraSettings& settings) {
+  const auto kinect = std::ranges::find(list.cameras, "freenect", &ConnectedCamera::driver);
+  if (kinect == list.cameras.end()) {
+    list.problem = "there is no Kinect v1 on USB (plug it into a USB port and into its own power supply)";
+  } else if (settings.serial.empty()) {
+    list.source = kinect->place;
+  } else {
+    list.source = "the Kinect v1 with the serial number " + settings.serial;
+  }
+}
+
+void choose(CameraList& list, const std::vector<Examined>& found, const config::CameraSettings& settings,
+            const std::vector<VideoDevice>& videos) {
+  switch (settings.driver) {
+    case CameraDriver::v4l2:
+      return chooseNode(list, found, settings, videos);
+    case CameraDriver::freenect:
+      return chooseKinect(list, settings);
+    case CameraDriver::recorded:
+      list.source = "the recording " + settings.recording;
+      return;
+    case CameraDriver::synthetic:
+      list.source = "a computed scene";
+      return;
+  }
+}
+
+/// What to set so that hapticd uses the camera.
+std::string remedyFor(const ConnectedCamera& camera, const config::CameraSettings& settings) {
+  const bool is_driver = camera.driver == rt::wordOf(settings.driver);
+  if (!is_driver) return fmt::format("set camera.driver to {}", camera.driver);
+  if (camera.driver == "freenect") return "camera.serial chooses one of several";
+  return camera.serial.empty() ? fmt::format("set camera.device to {}", camera.place)
+                               : fmt::format("set camera.serial to {}", camera.serial);
+}
+
+}  // namespace
+
+config::Result<std::uint32_t> depthFormatOf(const VideoDevice& video) {
+  drivers::KernelCalls calls;
+  const drivers::OpenDevice device(calls, calls.open(video.node));
+  if (device.descriptor() < 0) return std::unexpected(drivers::callFailure("open", device.descriptor()));
+  const auto capability = drivers::capabilityOf(device);
+  if (!capability) return std::unexpected(capability.error());
+  return capability->depth_format;
+}
+
+CameraList listCameras(const Machine& machine, const config::CameraSettings& settings,
+                       const DepthProbe& probe) {
+  const std::vector<VideoDevice> videos = drivers::videoDevices(machine.root());
+  std::vector<Examined> found;
+  for (const Nodes& device : nodesByDevice(videos)) found.push_back(examined(device, probe));
+  CameraList list;
+  for (const Examined& it : found) list.cameras.push_back(it.camera);
+  for (const UsbDevice& device : usbDevices(machine).value_or(std::vector<UsbDevice>{})) {
+    const bool has_node =
+        std::ranges::find(list.cameras, device.name, &ConnectedCamera::usb) != list.cameras.end();
+    if (device.isKinectCamera()) {
+      list.cameras.push_back(kinectAt(device));
+    } else if (auto camera = has_node ? std::nullopt : cameraWithoutNode(device)) {
+      list.cameras.push_back(std::move(*camera));
+    }
+  }
+  choose(list, found, settings, videos);
+  for (ConnectedCamera& camera : list.cameras) {
+    if (camera.suitability != Suitability::usable) continue;
+    if (camera.place == list.source) {
+      camera.suitability = Suitability::used;
+    } else {
+      camera.note = remedyFor(camera, settings);
+    }
+  }
+  return list;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lib/depth_noise/depth_noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/lib/depth_noise/plane_residual.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr double kRatioOfBins = 1.1;        // far to near end of an interval of depths
+constexpr std::size_t kFewestPixels = 200;  // of an interval that is shown
+constexpr std::size_t kFewestTiles = 3;     // of an interval whose standing part is shown
+constexpr int kTile_px = 32;                // several correlation lengths of any camera
+constexpr double kTileShare = 0.9;          // pixels of a tile that must be measured
+constexpr int kRowStep = 4;                 // every fourth row suffices for the correlation
+constexpr double kSameSurface = 0.05;       // relative difference in depth of neighbours on one surface
+constexpr double kCorrelated = 0.05;        // less than this counts as none
+constexpr double kOutlier = 4;              // variances beyond this multiple are of something that moves
+constexpr double kRoundingVariance =
+    1.0 / 4;  // largest variance of a value between two raw steps, in steps^2
+
+double depthOf_m(const rt::DepthModelParameters& camera, std::uint16_t raw) {
+  if (raw == camera.raw_no_measurement || raw >= camera.raw_values) return 0;
+  const bool is_linear = camera.law == rt::DepthLawKind::linear;
+  const double z_m = is_linear ? camera.unit_m * raw : 1 / (camera.a_per_m * raw + camera.b_per_m);
+  return z_m >= camera.near_m && z_m <= camera.far_m ? z_m : 0;
+}
+
+/// Depth that one raw step makes.
+double step_m(const rt::DepthModelParameters& camera, double depth_m) {
+  return camera.law == rt::DepthLawKind::linear ? camera.unit_m
+                                                : std::abs(camera.a_per_m) * depth_m * depth_m;
+}
+
+double medianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Mean of the variances without those of pixels at edges and of what moves.
+double meanAtRest(std::vector<double>& variances_m2, double step) {
+  const double limit = kOutlier * (medianOf(variances_m2) + kRoundingVariance * step * step);
+  double sum = 0;
+  std::size_t count = 0;
+  for (const double variance : variances_m2) {
+    if (variance > limit) continue;
+    sum += variance;
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
+}  // namespace
+
+void DepthNoise::startAnew(const rt::DepthModelParameters& camera) {
+  *this = DepthNoise();
+  camera_ = camera;
+  const auto pixels = static_cast<std::size_t>(camera.width_px) * static_cast<std::size_t>(camera.height_px);
+  pixels_.resize(pixels);
+  depth_m_.resize(pixels);
+  previous_m_.resize(pixels);
+}
+
+void DepthNoise::add(const rt::DepthFrame& frame) {
+  if (pixels_.empty() || !(frame.camera == camera_)) startAnew(frame.camera);
+  std::swap(depth_m_, previous_m_);
+  const int stride = rt::strideOf(camera_.width_px);
+  std::size_t pixel = 0;
+  for (int row = 0; row < camera_.height_px; ++row) {
+    for (int column = 0; column < camera_.width_px; ++column, ++pixel) {
+      const double z_m = depthOf_m(camera_, frame.raw[row * stride + column]);
+      depth_m_[pixel] = static_cast<float>(z_m);
+      if (!(z_m > 0)) {
+        ++holes_;
+        continue;
+      }
+      Pixel& sums = pixels_[pixel];
+      if (sums.count == 0) sums.first_m = static_cast<float>(z_m);
+      const double difference_m = z_m - static_cast<double>(sums.first_m);
+      ++sums.count;
+      sums.sum_m += difference_m;
+      sums.sum_m2 += difference_m * difference_m;
+    }
+    if (frames_ > 0 && row % kRowStep == 0) addDifferences(row);
+  }
+  ++frames_;
+}
+
+void DepthNoise::addDifferences(int row) {
+  const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(camera_.width_px);
+  const auto difference = [&](std::size_t at) {
+    return static_cast<double>(depth_m_[at]) - static_cast<double>(previous_m_[at]);
+  };
+  const auto isMeasured = [&](std::size_t at) { return depth_m_[at] > 0 && previous_m_[at] > 0; };
+  const auto areNear = [](double a_m, double b_m) { return std::abs(a_m - b_m) < kSameSurface * a_m; };
+  for (std::size_t column = 0; column + kLags < static_cast<std::size_t>(camera_.width_px); column += 2) {
+    const std::size_t here = first + column;
+    const auto depth_m = static_cast<double>(depth_m_[here]);
+    if (!isMeasured(here) || !areNear(depth_m, static_cast<double>(previous_m_[here]))) continue;
+    for (std::size_t lag = 0; lag <= kLags; ++lag) {
+      const std::size_t there = here + lag;
+      if (!isMeasured(there) || !areNear(depth_m, static_cast<double>(depth_m_[there]))) continue;
+      products_[lag] += difference(here) * difference(there);
+      squares_[lag] += 0.5 * (difference(here) * difference(here) + difference(there) * difference(there));
+    }
+  }
+}
+
+double DepthNoise::mean_m(std::size_t pixel) const {
+  const Pixel& sums = pixels_[pixel];
+  return sums.count == 0 ? 0 : static_cast<double>(sums.first_m) + sums.sum_m / sums.count;
+}
+
+double DepthNoise::variance_m2(std::size_t pixel) const {
+  const Pixel& sums = pixels_[pixel];
+  return std::max(0.0, (sums.sum_m2 - sums.sum_m * sums.sum_m / sums.count) / (sums.count - 1));
+}
+
+std::vector<double> DepthNoise::meanDepth_m() const {
+  std::vector<double> means(pixels_.size());
+  for (std::size_t pixel = 0; pixel < means.size(); ++pixel) {
+    means[pixel] = 2 * pixels_[pixel].count >= frames_ ? mean_m(pixel) : 0;
+  }
+  return means;
+}
+
+std::vector<DepthNoise::Tile> DepthNoise::tiles() const {
+  std::vector<Tile> tiles;
+  const auto width = static_cast<std::size_t>(camera_.width_px);
+  for (int top = 0; top + kTile_px <= camera_.height_px; top += kTile_px) {
+    for (int left = 0; left + kTile_px <= camera_.width_px; left += kTile_px) {
+      PlaneResidual plane;
+      double rest_m2 = 0;  // what is left of the changing part in the mean
+      for (int row = 0; row < kTile_px; ++row) {
+        for (int column = 0; column < kTile_px; ++column) {
+          const std::size_t pixel =
+              static_cast<std::size_t>(top + row) * width + static_cast<std::size_t>(left + column);
+          if (pixels_[pixel].count < kFewestMeasurements) continue;
+          plane.add(column - kTile_px / 2, row - kTile_px / 2, 1 / mean_m(pixel));
+          rest_m2 += variance_m2(pixel) / pixels_[pixel].count;
+        }
+      }
+      if (static_cast<double>(plane.count()) < kTileShare * kTile_px * kTile_px) continue;
+      // a plane in space is a plane in 1/Z over the image
+      const double depth_m = 1 / plane.mean();
+      const double residual_m2 = plane.variance() * std::pow(depth_m, 4);
+      tiles.push_back({depth_m, residual_m2 - rest_m2 / static_cast<double>(plane.count())});
+    }
+  }
+  return tiles;
+}
+
+std::vector<DepthNoise::Bin> DepthNoise::bins() const {
+  const auto binOf = [&](double depth_m) {
+    const double ratio = std::clamp(depth_m, camera_.near_m, camera_.far_m) / camera_.near_m;
+    return static_cast<std::size_t>(std::log(ratio) / std::log(kRatioOfBins));
+  };
+  std::vector<Bin> bins(binOf(camera_.far_m) + 1);
+  for (std::size_t pixel = 0; pixel < pixels_.size(); ++pixel) {
+    if (pixels_[pixel].count < kFewestMeasurements || 2 * pixels_[pixel].count < frames_) continue;
+    Bin& bin = bins[binOf(mean_m(pixel))];
+    bin.variances_m2.push_back(variance_m2(pixel));
+    bin.sum_of_depths_m += mean_m(pixel);
+  }
+  for (const Tile& tile : tiles()) bins[binOf(tile.depth_m)].standing_m2.push_back(tile.standing_m2);
+  return bins;
+}
+
+DepthNoiseReport DepthNoise::report() const {
+  DepthNoiseReport report;
+  report.frames = frames_;
+  if (frames_ == 0) return report;
+  const double measurements = static_cast<double>(frames_) * static_cast<double>(pixels_.size());
+  report.share_of_holes = static_cast<double>(holes_) / measurements;
+  for (Bin& bin : bins()) {
+    NoiseAtDepth at;
+    at.pixels = bin.variances_m2.size();
+    if (at.pixels < kFewestPixels) continue;
+    at.depth_m = bin.sum_of_depths_m / static_cast<double>(at.pixels);
+    at.changing_m = std::sqrt(meanAtRest(bin.variances_m2, step_m(camera_, at.depth_m)));
+    if (bin.standing_m2.size() >= kFewestTiles) {
+      at.standing_m = std::sqrt(std::max(0.0, medianOf(bin.standing_m2)));
+    }
+    report.at_depths.push_back(at);
+  }
+  report.correlation_px = correlation_px();
+  return report;
+}
+
+double DepthNoise::correlation_px() const {
+  // the integral of the correlation over both directions: the width of a box that smooths white noise
+  double length_px = 1;
+  for (std::size_t lag = 1; lag <= kLags && squares_[lag] > 0; ++lag) {
+    const double correlation = products_[lag] / squares_[lag];
+    if (correlation < kCorrelated) break;
+    length_px += 2 * correlation;
+  }
+  return length_px;
+}
+
+}  // namespace hapticd::tools
