@@ -6,7 +6,6 @@
 #include <span>
 
 #include "config/fixture_settings.h"
-#include "rt/depth_frame.h"
 #include "rt/fixture_path.h"
 #include "rt/pose.h"
 
@@ -213,7 +212,7 @@ void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vecto
 }
 
 void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<RegionSettings>& before,
-                 std::string_view labels, const rt::PoseParameters& T_world_camera, rt::TissueMap& map) {
+                 const LabelImage& image, const rt::PoseParameters& T_world_camera, rt::TissueMap& map) {
   const auto old = map.regions;
   const std::size_t old_count = std::min<std::size_t>(map.count, before.size());
   ++map.generation;
@@ -226,15 +225,12 @@ void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<R
     const std::size_t j = indexOf(regions[i].name, before, old_count);
     if (j < old_count) region.identity = old[j].identity;
   }
-  map.has_labels = labels.size() == rt::kFramePixels;
-  map.label_width_px = map.has_labels ? rt::kFrameWidth : 0;
-  map.label_height_px = map.has_labels ? rt::kFrameHeight : 0;
-  if (map.has_labels) {
-    std::ranges::transform(labels, map.labels.begin(),
-                           [](char label) { return static_cast<std::uint8_t>(label); });
-  } else {
-    map.labels.fill(0);
-  }
+  map.has_labels = !image.labels.empty();
+  map.label_width_px = image.width_px;
+  map.label_height_px = image.height_px;
+  map.labels.fill(0);
+  std::ranges::transform(image.labels, map.labels.begin(),
+                         [](char label) { return static_cast<std::uint8_t>(label); });
 }
 
 }  // namespace hapticd::config

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/error.h"
+#include "config/label_image.h"
 #include "rt/fixture.h"
 #include "rt/parameters.h"
 #include "rt/tissue.h"
@@ -85,7 +86,7 @@ struct RegionSettings {
 struct SceneAdditions {
   std::vector<FixtureSettings> fixtures{};
   std::vector<RegionSettings> regions{};
-  /// Portable graymap (P5, 640 x 480, 8 bits) with a label for each pixel of the depth image; empty: none.
+  /// Portable graymap (P5, 8 bits) with a label for each pixel of the depth image; empty: none.
   std::string label_image{};
 
   friend bool operator==(const SceneAdditions&, const SceneAdditions&) = default;
@@ -126,8 +127,8 @@ std::string jsonOf(const RegionSettings& region);
 /// incremented.
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
                   const rt::PoseParameters& T_world_camera, rt::FixtureSet& set);
-/// The same for regions. `labels`: of the label image, kFramePixels bytes, or empty.
+/// The same for regions. `image`: their label image, at most kMaxFrameWidth x kMaxFrameHeight; empty: none.
 void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<RegionSettings>& before,
-                 std::string_view labels, const rt::PoseParameters& T_world_camera, rt::TissueMap& map);
+                 const LabelImage& image, const rt::PoseParameters& T_world_camera, rt::TissueMap& map);
 
 }  // namespace hapticd::config

@@ -15,7 +15,7 @@ namespace hapticd::config {
 namespace {
 
 // Room for the header and long comments in it.
-constexpr std::size_t kLongestFile = rt::kFramePixels + 65536;
+constexpr std::size_t kLongestFile = rt::kMaxFramePixels + 65536;
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
 std::unexpected<Error> failure(const std::filesystem::path& file, std::string what, std::string remedy) {
@@ -55,11 +55,11 @@ class Header {
 
 }  // namespace
 
-Result<std::string> loadLabelImage(const std::filesystem::path& file) {
+Result<LabelImage> loadLabelImage(const std::filesystem::path& file) {
   const auto content = fileContent(file, {.longest = kLongestFile, .kind = FileKind::regular});
   if (!content) {
     return failure(file, content.error().text(),
-                   "name a PGM file of 640 x 480 pixels of 8 bits that hapticd can read");
+                   "name a PGM file of 8 bits, of the size of the depth image, that hapticd can read");
   }
   if (!content->starts_with("P5")) {
     return failure(file, "is not a binary portable graymap: it does not begin with P5",
@@ -73,22 +73,22 @@ Result<std::string> loadLabelImage(const std::filesystem::path& file) {
     return failure(file, "has a damaged header: width, height and largest value must follow P5",
                    "write the file again");
   }
-  if (*width != rt::kFrameWidth || *height != rt::kFrameHeight) {
-    return failure(
-        file, fmt::format("has {} x {} pixels", *width, *height),
-        fmt::format("draw it over a depth image, which has {} x {}", rt::kFrameWidth, rt::kFrameHeight));
+  if (*width < 1 || *height < 1 || *width > rt::kMaxFrameWidth || *height > rt::kMaxFrameHeight) {
+    return failure(file, fmt::format("has {} x {} pixels", *width, *height),
+                   fmt::format("draw it over a depth image, which has at most {} x {}", rt::kMaxFrameWidth,
+                               rt::kMaxFrameHeight));
   }
   if (*maximum != 255) {
     return failure(file, fmt::format("has the largest value {}", *maximum),
                    "write it with 8 bits for each pixel, that is with the largest value 255");
   }
   const std::string_view pixels = header.rest();
-  if (pixels.size() != rt::kFramePixels) {
-    return failure(file,
-                   fmt::format("has {} bytes of pixels, and {} are needed", pixels.size(), rt::kFramePixels),
+  const std::size_t needed = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
+  if (pixels.size() != needed) {
+    return failure(file, fmt::format("has {} bytes of pixels, and {} are needed", pixels.size(), needed),
                    "write the file again");
   }
-  return std::string(pixels);
+  return LabelImage{*width, *height, std::string(pixels)};
 }
 
 }  // namespace hapticd::config

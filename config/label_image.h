@@ -8,10 +8,16 @@
 
 namespace hapticd::config {
 
-/// Loads a label image: a binary portable graymap (P5) of 640 x 480 pixels of 8 bits, one label for each
-/// pixel of the depth image, row by row. Returns kFramePixels bytes.
-/// Errors: each kind of file that is no such image, with the remedy.
-/// Thread: any.  Progress: blocking on the disk.
-Result<std::string> loadLabelImage(const std::filesystem::path& file);
+/// One label for each pixel of a camera's depth image; 0: no region.
+struct LabelImage {
+  int width_px = 0;  ///< 0: there is no image
+  int height_px = 0;
+  std::string labels = {};  ///< width_px * height_px bytes, row by row
+};
+
+/// Loads a label image: a binary portable graymap (P5) of 8 bits, of the size of the camera's depth image,
+/// which is at most kMaxFrameWidth x kMaxFrameHeight pixels. Errors: each kind of file that is no such image,
+/// with the remedy. Thread: any.  Progress: blocking on the disk.
+Result<LabelImage> loadLabelImage(const std::filesystem::path& file);
 
 }  // namespace hapticd::config

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <utility>
 
-#include "config/label_image.h"
 #include "rt/depth_frame.h"
 #include "rt/shape.h"
 #include "rt/vec3.h"
@@ -44,7 +43,7 @@ void AddedScene::apply(const config::SceneAdditions& additions) {
 /// Reads the image on a thread of its own, because the disk may not respond.
 void AddedScene::readLabels(const std::string& file) {
   additions_.label_image = file;
-  labels_.clear();
+  labels_ = {};
   warning_.clear();
   loading_ = {};
   if (!file.empty()) loading_ = worker_.run([file] { return config::loadLabelImage(file); });
@@ -77,8 +76,7 @@ std::string AddedScene::warning(const rt::DepthModelParameters& camera) const {
   if (!warning_.empty() || !tissue_->has_labels || tissue_->hasLabelsFor(camera)) return warning_;
   return fmt::format(
       "regions of place label have no effect: the label image has {} x {} pixels and the camera's frames "
-      "have "
-      "{} x {} (use regions of place shape)",
+      "have {} x {} (draw it over a depth image of this camera)",
       tissue_->label_width_px, tissue_->label_height_px, camera.width_px, camera.height_px);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/fixture_settings.h"
+#include "config/label_image.h"
 #include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
 #include "rt/depth_model.h"
@@ -60,8 +61,8 @@ class AddedScene {
   const std::unique_ptr<rt::FixtureSet> fixtures_;
   const std::unique_ptr<rt::TissueMap> tissue_;
   std::uint64_t regions_generation_ = 0;
-  std::string labels_;  // a byte for each pixel of the depth image; empty: none
-  std::future<config::Result<std::string>> loading_;
+  config::LabelImage labels_;
+  std::future<config::Result<config::LabelImage>> loading_;
   std::string warning_;
   StateWorker worker_{std::chrono::seconds(1)};  // a job that only reads may be abandoned soon
 };

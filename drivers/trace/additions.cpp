@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <optional>
 #include <string_view>
 #include <system_error>
 
@@ -11,6 +12,7 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr const char* kOtherNames = "their names and numbers do not agree";
+constexpr const char* kOtherLabels = "the labels do not fit the size of their image";
 constexpr const char* kNoNumber = "a number of theirs is missing";
 
 config::Error unreadable(const std::string& name, const std::string& what) {
@@ -38,6 +40,22 @@ bool sameNames(const auto& settings, const auto& recorded) {
   return true;
 }
 
+/// The label image of a record; nothing if its size and its labels do not agree.
+std::optional<config::LabelImage> labelsOf(const AdditionsRecord& record) {
+  const std::string& labels = record.labels.bytes;
+  if (labels.empty()) return config::LabelImage{};
+  // Traces that do not state the size are of a Kinect v1.
+  const bool stated = record.label_width_px != 0 || record.label_height_px != 0;
+  const std::uint32_t width_px = stated ? record.label_width_px : 640;
+  const std::uint32_t height_px = stated ? record.label_height_px : 480;
+  if (width_px > static_cast<std::uint32_t>(rt::kMaxFrameWidth) ||
+      height_px > static_cast<std::uint32_t>(rt::kMaxFrameHeight) ||
+      labels.size() != std::size_t{width_px} * height_px) {
+    return std::nullopt;
+  }
+  return config::LabelImage{static_cast<int>(width_px), static_cast<int>(height_px), labels};
+}
+
 }  // namespace
 
 AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::FixtureSet& fixtures,
@@ -50,6 +68,8 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
   if (tissue.has_labels) {
     const auto labels = tissue.usedLabels();
     record.labels.bytes.assign(labels.begin(), labels.end());
+    record.label_width_px = static_cast<std::uint32_t>(tissue.label_width_px);
+    record.label_height_px = static_cast<std::uint32_t>(tissue.label_height_px);
   }
   for (std::size_t i = 0; i < additions.fixtures.size() && i < fixtures.count; ++i) {
     const rt::Fixture& fixture = fixtures.fixtures[i];
@@ -85,11 +105,10 @@ config::Result<void> restore(const AdditionsRecord& record, const rt::PoseParame
   const auto additions = config::additionsFromText(record.text, name);
   if (!additions) return std::unexpected(unreadable(name, additions.error().front().error.text()));
   if (!sameNames(additions->regions, record.regions)) return std::unexpected(unreadable(name, kOtherNames));
-  if (!record.labels.bytes.empty() && record.labels.bytes.size() != tissue.labels.size()) {
-    return std::unexpected(unreadable(name, "the labels are of an image of another size"));
-  }
+  const auto labels = labelsOf(record);
+  if (!labels) return std::unexpected(unreadable(name, kOtherLabels));
   tissue.count = 0;
-  config::toTissueMap(additions->regions, {}, record.labels.bytes, T_world_camera, tissue);
+  config::toTissueMap(additions->regions, {}, *labels, T_world_camera, tissue);
   tissue.generation = record.tissue_generation;
   for (std::size_t i = 0; i < record.regions.size(); ++i) {
     std::string_view numbers = record.regions[i].second;

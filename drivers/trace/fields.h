@@ -133,12 +133,15 @@ void visitFields(Directive& directive, auto&& visit) {
 
 template <MaybeConst<AdditionsRecord> Additions>
 void visitFields(Additions& additions, auto&& visit) {
-  auto& [time_ns, fixture_generation, tissue_generation, text, labels, fixtures, regions] = additions;
+  auto& [time_ns, fixture_generation, tissue_generation, text, labels, label_width, label_height, fixtures,
+         regions] = additions;
   visit("time_ns", time_ns);
   visit("fixture_generation", fixture_generation);
   visit("tissue_generation", tissue_generation);
   visit("text", text);
   visit("labels", labels);
+  visit("label_width_px", label_width);
+  visit("label_height_px", label_height);
   visit("fixtures", fixtures);
   visit("regions", regions);
 }

@@ -118,7 +118,7 @@ int replayFile(const Options& options) {
       options.depth, {settings->camera.depth_model.near_m, settings->camera.depth_model.far_m});
   if (!source) return fail({source.error()}, EX_NOINPUT);
 
-  std::string labels;
+  config::LabelImage labels;
   if (options.stage == Stage::command && !settings->additions.label_image.empty()) {
     auto loaded = config::loadLabelImage(settings->additions.label_image);
     if (!loaded) return fail({loaded.error()}, EX_CONFIG);

@@ -23,7 +23,7 @@ config::Settings settingsFor(const config::Settings& settings, const DepthSource
 }  // namespace
 
 Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage,
-               double handle_delay_s, std::string_view labels)
+               double handle_delay_s, const config::LabelImage& labels)
     : settings_(settingsFor(settings, source)),
       source_(source),
       stage_(stage),

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "config/settings.h"
 #include "drivers/handle/velocity_estimator.h"
@@ -34,7 +33,7 @@ class Replay {
   /// `handle_delay_s`: that the driver of the handle would report (rt::HandleState::delay_s). `labels`: of
   /// the label image (config::loadLabelImage), for the tissue regions of the settings; empty: none.
   Replay(const config::Settings& settings, const DepthSource& source, Stage stage, double handle_delay_s = 0,
-         std::string_view labels = {});
+         const config::LabelImage& labels = {});
 
   /// Where force.law is auto, the law follows from the distance of the first HIP.
   /// `sample.time_s` must not decrease from call to call at the stage `command`.

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "config/fixture_settings.h"
-#include "rt/depth_frame.h"
 
 namespace hapticd::config {
 namespace {
@@ -161,11 +160,12 @@ TEST(TissueConversion, KeepsIdentitiesAndTakesTheLabels) {
                              .size_m = {0.1, 0.1, 0.1},
                              .stiffness_n_per_m = 250};
   const RegionSettings bone{.name = "bone", .place = rt::TissuePlace::label, .label = 200};
-  std::string labels(rt::kFramePixels, '\0');
-  labels[5] = '\xc8';
+  LabelImage labels{848, 480, std::string(848 * 480, '\0')};
+  labels.labels[5] = '\xc8';
   toTissueMap({liver, bone}, {}, labels, kCamera, *map);
   ASSERT_EQ(map->count, 2U);
   EXPECT_TRUE(map->has_labels);
+  EXPECT_EQ(map->usedLabels().size(), 848U * 480U);
   EXPECT_EQ(map->labels[5], 200);
   EXPECT_EQ(map->regions[1].label, 200);
   EXPECT_EQ(map->regions[0].stiffness_n_per_m, 250);
@@ -175,7 +175,7 @@ TEST(TissueConversion, KeepsIdentitiesAndTakesTheLabels) {
 
   RegionSettings harder = bone;
   harder.stiffness_n_per_m = 2000;
-  toTissueMap({harder}, {liver, bone}, "", kCamera, *map);
+  toTissueMap({harder}, {liver, bone}, {}, kCamera, *map);
   EXPECT_EQ(map->regions[0].identity, identity);
   EXPECT_EQ(map->regions[0].stiffness_n_per_m, 2000);
   EXPECT_EQ(map->regions[1].identity, 0U);

@@ -9,7 +9,10 @@
 #include <cstring>
 #include <memory>
 #include <span>
+#include <string>
+#include <utility>
 
+#include "config/label_image.h"
 #include "config/yaml_text.h"
 #include "drivers/camera/common_depth_header.h"
 #include "drivers/trace/depth_codec.h"
@@ -149,20 +152,52 @@ TEST(AdditionsRecord, IsRefusedWhereItsPartsDoNotAgree) {
   EXPECT_NE(refusal(record).find("another size"), std::string::npos) << refusal(record);
 }
 
-TEST(AdditionsRecord, KeepsALabelImage) {
-  const config::Settings settings;
-  const auto sent = std::make_unique<rt::TissueMap>();
-  config::SceneAdditions additions;
-  std::string labels(rt::kFramePixels, '\0');
-  for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = static_cast<char>(i % 7);
-  config::toTissueMap(additions.regions, {}, labels, settings.camera.pose, *sent);
-  const auto none = std::make_unique<rt::FixtureSet>();
-  const drivers::AdditionsRecord record = drivers::recordOf(additions, *none, *sent, 0);
-  const auto back = std::make_unique<rt::TissueMap>();
-  const auto restored = drivers::restore(record, settings.camera.pose, "a.mcap", *back);
-  ASSERT_TRUE(restored) << restored.error().text();
-  EXPECT_TRUE(back->hasLabelsFor(settings.camera.effectiveDepthModel()));
-  EXPECT_TRUE(std::ranges::equal(back->usedLabels(), sent->usedLabels()));
+/// Settings, a map and the record of a label image of a size.
+struct RecordedLabels {
+  explicit RecordedLabels(int width_px, int height_px) {
+    config::LabelImage image{width_px, height_px,
+                             std::string(static_cast<std::size_t>(width_px * height_px), 0)};
+    for (std::size_t i = 0; i < image.labels.size(); ++i) image.labels[i] = static_cast<char>(i % 7);
+    config::toTissueMap({}, {}, image, settings.camera.pose, *sent);
+    record = drivers::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
+  }
+  config::Result<void> restore() const {
+    return drivers::restore(record, settings.camera.pose, "a.mcap", *back);
+  }
+
+  config::Settings settings;
+  std::unique_ptr<rt::TissueMap> sent = std::make_unique<rt::TissueMap>();
+  std::unique_ptr<rt::TissueMap> back = std::make_unique<rt::TissueMap>();
+  drivers::AdditionsRecord record;
+};
+
+TEST(AdditionsRecord, KeepsALabelImageOfAnySize) {
+  for (const auto& [width_px, height_px] : {std::pair{640, 480}, {848, 480}, {1280, 800}, {1, 1}}) {
+    const RecordedLabels labels(width_px, height_px);
+    const auto restored = labels.restore();
+    ASSERT_TRUE(restored) << restored.error().text();
+    EXPECT_EQ(labels.back->label_width_px, width_px);
+    EXPECT_EQ(labels.back->label_height_px, height_px);
+    EXPECT_TRUE(std::ranges::equal(labels.back->usedLabels(), labels.sent->usedLabels()));
+  }
+}
+
+TEST(AdditionsRecord, ReadsLabelsWithoutASizeAsThoseOfAKinect) {
+  RecordedLabels labels(640, 480);
+  labels.record.label_width_px = labels.record.label_height_px = 0;
+  ASSERT_TRUE(labels.restore());
+  EXPECT_TRUE(labels.back->hasLabelsFor(labels.settings.camera.effectiveDepthModel()));
+}
+
+TEST(AdditionsRecord, RefusesLabelsThatDoNotFitTheirSize) {
+  for (const auto& [width_px, height_px] : {std::pair{640U, 479U}, {0U, 480U}, {307'200U, 1U}, {~0U, ~0U}}) {
+    RecordedLabels labels(640, 480);
+    labels.record.label_width_px = width_px;
+    labels.record.label_height_px = height_px;
+    const auto restored = labels.restore();
+    ASSERT_FALSE(restored) << width_px;
+    EXPECT_NE(restored.error().text().find("do not fit the size"), std::string::npos);
+  }
 }
 
 /// A session of an engaged core in front of a wall: the hand presses into the ball, later through the floor.
