@@ -137,8 +137,10 @@ std::string textOf(const CameraTest& test) {
       depthPicture(test.mean_depth_m, test.model.width_px, test.model.height_px, kPictureColumns);
   text += fmt::format("camera       {}, {} {} x {} at {:.0f} Hz\n", printable(test.status.identity),
                       printable(details.format), test.model.width_px, test.model.height_px, details.rate_hz);
-  text += fmt::format("frames       {}, {:.2f} per second, {} lost, {} damaged\n", test.noise.frames,
-                      test.rate_hz, test.lost_frames, test.status.damaged_frames);
+  const std::string rate =
+      std::isnan(test.rate_hz) ? "rate not measured" : fmt::format("{:.2f} per second", test.rate_hz);
+  text += fmt::format("frames       {}, {}, {} lost, {} damaged\n", test.noise.frames, rate, test.lost_frames,
+                      test.status.damaged_frames);
   text += fmt::format("holes        {:.1f} % of the pixels\n", 100 * test.noise.share_of_holes);
   return text + noiseText(test);
 }

@@ -9,7 +9,7 @@
 
 #include "made_up_machine.h"
 #include "tests/support/program.h"
-#include "tests/unit/drivers/v4l2/made_up_sysfs.h"
+#include "tests/support/video/made_up_sysfs.h"
 
 namespace hapticd::tools {
 namespace {

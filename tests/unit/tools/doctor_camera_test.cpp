@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "made_up_machine.h"
-#include "tests/unit/drivers/v4l2/made_up_sysfs.h"
+#include "tests/support/video/made_up_sysfs.h"
 #include "tools/hapticctl/doctor/checks.h"
 
 namespace hapticd::tools {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/drivers/v4l2/realsense_tables.h"
+#include "tests/support/video/realsense_tables.h"
 
 namespace hapticd::drivers {
 namespace {

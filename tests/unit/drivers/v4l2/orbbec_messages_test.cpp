@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "tests/unit/drivers/v4l2/realsense_tables.h"
+#include "tests/support/video/realsense_tables.h"
 
 namespace hapticd::drivers::orbbec {
 namespace {

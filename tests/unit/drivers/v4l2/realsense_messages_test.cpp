@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/unit/drivers/v4l2/realsense_tables.h"
+#include "tests/support/video/realsense_tables.h"
 
 namespace hapticd::drivers::realsense {
 namespace {

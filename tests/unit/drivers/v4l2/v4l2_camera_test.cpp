@@ -8,9 +8,9 @@
 
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/drivers/frame_collector.h"
-#include "tests/unit/drivers/v4l2/fake_video.h"
-#include "tests/unit/drivers/v4l2/made_up_sysfs.h"
-#include "tests/unit/drivers/v4l2/realsense_tables.h"
+#include "tests/support/video/fake_video.h"
+#include "tests/support/video/made_up_sysfs.h"
+#include "tests/support/video/realsense_tables.h"
 
 namespace hapticd::drivers {
 namespace {

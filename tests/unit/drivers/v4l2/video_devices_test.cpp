@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/drivers/v4l2/made_up_sysfs.h"
+#include "tests/support/video/made_up_sysfs.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/unit/drivers/v4l2/realsense_tables.h"
+#include "tests/support/video/realsense_tables.h"
 
 #include <algorithm>
 

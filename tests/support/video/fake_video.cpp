@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/unit/drivers/v4l2/fake_video.h"
+#include "tests/support/video/fake_video.h"
 
 #include <linux/usb/video.h>
 #include <linux/uvcvideo.h>
@@ -11,7 +11,7 @@
 #include <cstring>
 #include <thread>
 
-#include "tests/unit/drivers/v4l2/realsense_tables.h"
+#include "tests/support/video/realsense_tables.h"
 
 namespace hapticd::test {
 namespace {
