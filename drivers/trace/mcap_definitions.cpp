@@ -27,6 +27,11 @@ bool SchemaRecord::of(std::string_view content, SchemaRecord& schema) {
   return reader.good() && schema.id != 0;
 }
 
+bool SchemaRecord::fills(std::string_view content) {
+  SchemaRecord schema;
+  return of(content, schema) && schema.text.end() == content.end();
+}
+
 bool ChannelRecord::of(std::string_view content, ChannelRecord& channel) {
   ByteReader reader(content);
   channel.id = reader.number<std::uint16_t>();

@@ -27,6 +27,8 @@ struct SchemaRecord {
 
   /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, SchemaRecord& schema);
+  /// Returns whether a record is valid and has no bytes after its last field.
+  static bool fills(std::string_view content);
 };
 
 /// A decoded Channel record.

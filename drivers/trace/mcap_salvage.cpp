@@ -213,6 +213,8 @@ class Search {
         has_all_checksums_ = isByHapticd(content);
         return "";
       case Opcode::schema:
+        // hapticd writes nothing after the last text, so the length of a text has changed.
+        if (has_all_checksums_ && !SchemaRecord::fills(content)) return malformedText(head.opcode);
         keep(found_.schemas, offset, std::move(content));
         return "";
       case Opcode::channel:

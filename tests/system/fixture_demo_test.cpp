@@ -26,7 +26,8 @@ std::vector<std::string> demoCommand(const DaemonHome& home) {
                                "--set=control.status_socket=" + home.statusSocket(),
                                "--set=control.control_socket=" + home.controlSocket(),
                                "--set=state.folder=" + home.stateFolder().string(),
-                               "--set=safety.handle_timeout_s=1", "--set=safety.depth_timeout_s=5"});
+                               "--set=safety.handle_timeout_s=1", "--set=safety.depth_timeout_s=5",
+                               "--set=safety.overrun_burst=65"});
 }
 
 /// Runs a command of a shell in the folder of the daemon, with the environment of the tutorial's reader.

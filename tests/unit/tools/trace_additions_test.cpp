@@ -149,7 +149,7 @@ TEST(AdditionsRecord, IsRefusedWhereItsPartsDoNotAgree) {
   EXPECT_NE(refusal(record).find("hyperboloid"), std::string::npos) << refusal(record);
   record = whole;
   record.labels.bytes = "abc";
-  EXPECT_NE(refusal(record).find("another size"), std::string::npos) << refusal(record);
+  EXPECT_NE(refusal(record).find("do not fit the size"), std::string::npos) << refusal(record);
 }
 
 /// Settings, a map and the record of a label image of a size.

@@ -15,7 +15,6 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr double kDistances_m[] = {0.3, 0.5, 0.7, 1.0, 1.5};
 constexpr double kTilt_rad = 0.3;
 constexpr std::uint32_t kSeed = 1;
 
@@ -145,10 +144,10 @@ CameraCost costOf(const NamedCamera& named, double distance_m, int repetitions) 
 
 }  // namespace
 
-std::vector<CameraCost> measureCameraCosts(int repetitions) {
+std::vector<CameraCost> measureCameraCosts(int repetitions, const std::vector<double>& distances_m) {
   std::vector<CameraCost> costs;
   for (const NamedCamera& camera : cameras()) {
-    for (const double distance_m : kDistances_m) {
+    for (const double distance_m : distances_m) {
       if (distance_m > camera.camera.near_m + 0.05) costs.push_back(costOf(camera, distance_m, repetitions));
     }
   }

@@ -31,7 +31,7 @@ struct CameraCost {
   }
 };
 
-/// Measures all cameras at all distances. `repetitions`: of each timed model.
-std::vector<CameraCost> measureCameraCosts(int repetitions);
+/// Measures all cameras at the distances that lie in their range. `repetitions`: of each timed model.
+std::vector<CameraCost> measureCameraCosts(int repetitions, const std::vector<double>& distances_m);
 
 }  // namespace hapticd::tools

@@ -32,12 +32,16 @@ const std::vector<Column<CameraCost>>& columns() {
 StudyCommand camerasCommand(CLI::App& app) {
   const auto repetitions = std::make_shared<int>(200);
   StudyCommand command(app, "cameras", "what a depth frame costs with cameras of other sizes");
-  command.quick("5 frames of each", [repetitions] { *repetitions = 5; });
+  const auto distances_m = std::make_shared<std::vector<double>>(std::vector{0.3, 0.5, 0.7, 1.0, 1.5});
+  command.quick("3 frames of each, at 0.7 m only", [repetitions, distances_m] {
+    *repetitions = 3;
+    *distances_m = {0.7};
+  });
   command->add_option("--frames", *repetitions, "number of frames of each camera (200)")
       ->check(within(3, 100'000));
   command.json();
-  command.onRun([repetitions](const StudyCommand& self) {
-    const std::vector<CameraCost> costs = measureCameraCosts(*repetitions);
+  command.onRun([repetitions, distances_m](const StudyCommand& self) {
+    const std::vector<CameraCost> costs = measureCameraCosts(*repetitions, *distances_m);
     return self.report("one depth frame modelled, medians\n" + tableText(columns(), costs),
                        Json{{"frames", *repetitions}, {"rows", tableJson(columns(), costs)}}.dump(2) + "\n");
   });

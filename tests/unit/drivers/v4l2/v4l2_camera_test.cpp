@@ -7,10 +7,10 @@
 #include <linux/videodev2.h>
 
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/drivers/frame_collector.h"
 #include "tests/support/video/fake_video.h"
 #include "tests/support/video/made_up_sysfs.h"
 #include "tests/support/video/realsense_tables.h"
+#include "tests/unit/drivers/frame_collector.h"
 
 namespace hapticd::drivers {
 namespace {
