@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "drivers/trace/mcap_definitions.h"
 #include "drivers/trace/mcap_record_form.h"
 
 namespace hapticd::drivers::mcap {

@@ -187,16 +187,19 @@ TEST(HapticCoreForce, IsHeldOutsideTheModelFor10MillisecondsAtMost) {
   EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
 }
 
+// A proxy at rest may alternate between places that differ in the last bits, and so may the force.
 TEST(HapticCoreForce, IsTheLawsAgainOnceTheModelHasCaughtUp) {
   CoreRig rig;
   const Vec3 full = rig.engageFully().command_force_n_in_world;
+  Vec3 last = full;
   for (int round = 0; round < 3; ++round) {
     rig.handle.position_m_in_world = rig.wall.besideModel();
-    EXPECT_EQ(rig.steps(5).command_force_n_in_world, full) << "a new hold of 10 ms each time";
+    EXPECT_EQ(rig.steps(5).command_force_n_in_world, last) << "a new hold of 10 ms each time";
     rig.handle.position_m_in_world = rig.wall.inFrontOfWall(0.02);
     const rt::Tick back = rig.step();
     EXPECT_FALSE(back.outside_model);
-    EXPECT_EQ(back.command_force_n_in_world, full);
+    last = back.command_force_n_in_world;
+    EXPECT_LT(norm(last - full), kRounding);
   }
 }
 

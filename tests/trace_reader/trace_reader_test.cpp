@@ -265,6 +265,8 @@ void expectMembers(Members& members, const drivers::AdditionsRecord& additions) 
   members.number("tissue_generation", additions.tissue_generation);
   members.string("text", additions.text);
   members.bytes("labels", additions.labels.bytes.data(), additions.labels.bytes.size());
+  members.number("label_width_px", additions.label_width_px);
+  members.number("label_height_px", additions.label_height_px);
   members.pairs("fixtures", additions.fixtures);
   members.pairs("regions", additions.regions);
 }
