@@ -31,10 +31,16 @@ BoxStatus FakeBox::status() {
 }
 
 std::uint64_t FakeBox::apply(const config::Settings& settings) {
-  applyAdditions(settings.additions);
   const std::lock_guard lock(mutex_);
+  return take(settings);
+}
+
+/// Settings and generation change together, for tests that wait for the generation.
+std::uint64_t FakeBox::take(const config::Settings& settings) {
+  if (settings.additions.fixtures != settings_.additions.fixtures) ++addition_generations_.fixtures;
+  if (settings.additions.regions != settings_.additions.regions) ++addition_generations_.regions;
   settings_ = settings;
-  return generation_;
+  return newGeneration();
 }
 
 AdditionGenerations FakeBox::additionGenerations() const {
@@ -44,10 +50,9 @@ AdditionGenerations FakeBox::additionGenerations() const {
 
 std::uint64_t FakeBox::applyAdditions(const config::SceneAdditions& additions) {
   const std::lock_guard lock(mutex_);
-  if (additions.fixtures != settings_.additions.fixtures) ++addition_generations_.fixtures;
-  if (additions.regions != settings_.additions.regions) ++addition_generations_.regions;
-  settings_.additions = additions;
-  return newGeneration();
+  config::Settings settings = settings_;
+  settings.additions = additions;
+  return take(settings);
 }
 
 void FakeBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {

@@ -79,6 +79,7 @@ class FakeBox final : public Box {
   std::uint64_t generation() const;
 
  private:
+  std::uint64_t take(const config::Settings& settings);
   std::uint64_t newGeneration();
   /// Returns the future of a job that is done now or by finishJobs(). `job` is called with the lock held.
   template <typename T>
