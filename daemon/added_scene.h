@@ -40,8 +40,8 @@ class AddedScene {
   TissueStatus tissueStatus(const rt::Tick& tick) const;
   /// The region that covers a position, as an index; nothing: none does.
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;
-  /// The reason why the label image is not in use, with its remedy; empty: it is, or there is none.
-  /// Returns a warning about the label image for a camera of this description; empty: none.
+  /// Returns why the label image has no effect with a camera of this description, and the remedy; empty: it
+  /// has, or there is none.
   std::string warning(const rt::DepthModelParameters& camera) const;
 
   /// The whole sets as the force loop has them.

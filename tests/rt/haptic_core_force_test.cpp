@@ -187,7 +187,8 @@ TEST(HapticCoreForce, IsHeldOutsideTheModelFor10MillisecondsAtMost) {
   EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
 }
 
-// A proxy at rest may alternate between places that differ in the last bits, and so may the force.
+// From tick to tick the search may find the same points in another order, which changes the force by the
+// rounding of its sum (SearchMemory).
 TEST(HapticCoreForce, IsTheLawsAgainOnceTheModelHasCaughtUp) {
   CoreRig rig;
   const Vec3 full = rig.engageFully().command_force_n_in_world;

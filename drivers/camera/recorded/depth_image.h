@@ -21,7 +21,7 @@ config::Result<ImageSize> sizeOfDepthImage(const std::filesystem::path& file);
 
 /// Reads an image of raw values into `frame.raw`, in the padded rows of `frame.camera`, whose size it must
 /// have: binary PGM (P5) of 16 bits as netpbm defines it, with the more significant byte first, or PNG of 16
-/// bits of grey. The format is told from the file's first bytes. The other members of `frame` are not
+/// bits of grey. The file's first bytes decide the format. The other members of `frame` are not
 /// changed. Errors: no such file, another size or number of bits, a truncated or damaged file, a raw value
 /// that the camera does not have; frame.raw then holds no valid image. Thread: any, one at a time per frame.
 /// RT: not safe.
