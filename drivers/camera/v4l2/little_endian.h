@@ -28,8 +28,9 @@ Number numberAt(Bytes bytes, std::size_t offset) {
 template <typename Number>
 void append(std::vector<std::byte>& bytes, Number number) {
   static_assert(std::is_arithmetic_v<Number>);
-  const auto* const first = reinterpret_cast<const std::byte*>(&number);
-  bytes.insert(bytes.end(), first, first + sizeof number);
+  const std::size_t offset = bytes.size();
+  bytes.resize(offset + sizeof number);
+  std::memcpy(bytes.data() + offset, &number, sizeof number);
 }
 
 }  // namespace hapticd::drivers
