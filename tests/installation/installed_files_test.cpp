@@ -93,6 +93,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/examples/demo.yaml",
       "usr/share/doc/hapticd/examples/depth.py",
       "usr/share/doc/hapticd/examples/hapticd-alerts.yml",
+      "usr/share/doc/hapticd/examples/recording_from_images.py",
       "usr/share/doc/hapticd/examples/ticks.py",
       "usr/share/doc/hapticd/hid-reports.md",
       "usr/share/doc/hapticd/udp-protocol.md",

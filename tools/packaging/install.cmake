@@ -77,6 +77,6 @@ list(TRANSFORM documents APPEND .md)
 install(FILES ${documents} docs/box.svg docs/pareto.svg docs/view.png DESTINATION ${doc_folder}/docs COMPONENT hapticd)
 install(FILES drivers/handle/udp/protocol.md DESTINATION ${doc_folder} RENAME udp-protocol.md COMPONENT hapticd)
 install(FILES drivers/handle/hid/reports.md DESTINATION ${doc_folder} RENAME hid-reports.md COMPONENT hapticd)
-install(FILES docs/examples/depth.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
+install(FILES docs/examples/depth.py docs/examples/recording_from_images.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
 install(FILES config/demo.yaml config/demo-fixtures.yaml systemd/examples/50-cpu.conf systemd/examples/60-udp-peer.conf systemd/examples/hapticd-alerts.yml
         DESTINATION ${doc_folder}/examples COMPONENT hapticd)
