@@ -8,11 +8,11 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <thread>
 
 #include "config/value_text.h"
 #include "tools/lib/depth_noise/depth_picture.h"
+#include "tools/lib/depth_noise/noise_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -91,26 +91,6 @@ bool waitForFirst(MeasuringSink& sink, const drivers::Camera& camera, std::chron
   return false;
 }
 
-std::optional<rt::DepthNoiseParameters> fitOf(const CameraTest& test) {
-  return fittedNoise(test.noise.at_depths, test.model.principle);
-}
-
-std::string noiseText(const CameraTest& test) {
-  if (test.noise.at_depths.empty())
-    return "noise        not measured: too few frames, or nothing within camera.near_m and camera.far_m\n";
-  std::string text = "noise        depth_m  changing_mm  standing_mm  pixels\n";
-  for (const NoiseAtDepth& at : test.noise.at_depths) {
-    text += fmt::format("             {:>7.3f}  {:>11.3f}  {:>11.3f}  {:>6}\n", at.depth_m,
-                        at.changing_m * 1e3, at.standing_m * 1e3, at.pixels);
-  }
-  const auto fit = fitOf(test);
-  if (!fit) return text;
-  text += fmt::format("correlation  {:.1f} px\nstanding     {:.0f} % of the variance\n",
-                      test.noise.correlation_px, 100 * fit->standing_share);
-  return text + fmt::format("\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n",
-                            fit->c0_m, fit->c1, fit->c2_per_m);
-}
-
 }  // namespace
 
 config::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::milliseconds duration,
@@ -142,36 +122,21 @@ std::string textOf(const CameraTest& test) {
   text += fmt::format("frames       {}, {}, {} lost, {} damaged\n", test.noise.frames, rate, test.lost_frames,
                       test.status.damaged_frames);
   text += fmt::format("holes        {:.1f} % of the pixels\n", 100 * test.noise.share_of_holes);
-  return text + noiseText(test);
+  return text + textOf(test.noise, test.model.principle);
 }
 
 std::string jsonOf(const CameraTest& test) {
   using Json = nlohmann::ordered_json;
-  Json depths = Json::array();
-  for (const NoiseAtDepth& at : test.noise.at_depths) {
-    depths.push_back({{"depthM", at.depth_m},
-                      {"changingM", at.changing_m},
-                      {"standingM", at.standing_m},
-                      {"pixels", at.pixels}});
-  }
-  const auto fit = fitOf(test);
-  const Json noise = fit ? Json{{"c0M", fit->c0_m},
-                                {"c1", fit->c1},
-                                {"c2PerM", fit->c2_per_m},
-                                {"standingShare", fit->standing_share},
-                                {"correlationPx", test.noise.correlation_px}}
-                         : Json();
-  const Json document{{"identity", test.status.identity},
-                      {"format", test.status.details.format},
-                      {"widthPx", test.model.width_px},
-                      {"heightPx", test.model.height_px},
-                      {"frames", test.noise.frames},
-                      {"rateHz", test.rate_hz},
-                      {"lostFrames", test.lost_frames},
-                      {"damagedFrames", test.status.damaged_frames},
-                      {"shareOfHoles", test.noise.share_of_holes},
-                      {"noiseAtDepths", depths},
-                      {"noise", noise}};
+  Json document{{"identity", test.status.identity},
+                {"format", test.status.details.format},
+                {"widthPx", test.model.width_px},
+                {"heightPx", test.model.height_px},
+                {"frames", test.noise.frames},
+                {"rateHz", test.rate_hz},
+                {"lostFrames", test.lost_frames},
+                {"damagedFrames", test.status.damaged_frames},
+                {"shareOfHoles", test.noise.share_of_holes}};
+  addTo(document, test.noise, test.model.principle);
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

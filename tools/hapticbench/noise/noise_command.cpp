@@ -3,10 +3,15 @@
 #include <sysexits.h>
 
 #include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
 
+#include "drivers/camera/recorded/recording_reader.h"
 #include "tools/hapticbench/noise/noise_session.h"
 #include "tools/hapticbench/noise/noise_statistics.h"
 #include "tools/hapticbench/study_command.h"
+#include "tools/lib/depth_noise/depth_noise.h"
+#include "tools/lib/depth_noise/noise_text.h"
 #include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {
@@ -27,10 +32,44 @@ config::Result<NoiseSession> sessionOf(const Chosen& chosen) {
   return madeUpSession(drivers::SensorNoise(chosen.seed, parameters), chosen.part.frames);
 }
 
+/// The depths of a recording of any camera that are measured: all that the camera itself delivers.
+constexpr drivers::DepthLimits kAllDepths{0.001, 100};
+
+/// Measures a recording with camera.yaml, in metres and not in raw units as a Kinect's.
+int runAnyCamera(const Chosen& chosen, const drivers::RecordingReader& reader, const StudyCommand& command) {
+  const std::size_t recorded = reader.frames().size();
+  const auto part = framesOf(chosen.recording, recorded, chosen.part);
+  if (!part) return fail(part.error(), EX_NOINPUT);
+  DepthNoise noise;
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::size_t i = part->begin; i < part->end; ++i) {
+    if (const auto read = reader.read(i, *frame); !read) return fail(read.error(), EX_NOINPUT);
+    noise.add(*frame);
+  }
+  const rt::DepthModelParameters& camera = *reader.camera();
+  const DepthNoiseReport report = noise.report();
+  const std::string text =
+      fmt::format("{}: {} frames of {} x {} pixels, {:.1f} % holes\n", chosen.recording, report.frames,
+                  camera.width_px, camera.height_px, 100 * report.share_of_holes) +
+      textOf(report, camera.principle);
+  nlohmann::ordered_json document{
+      {"source", chosen.recording}, {"frames", report.frames}, {"shareOfHoles", report.share_of_holes}};
+  addTo(document, report, camera.principle);
+  return command.report(text, document.dump(2) + "\n");
+}
+
 int runNoise(const Chosen& chosen, const StudyCommand& command) {
   if (chosen.recording.empty() && chosen.synthetic.empty()) {
     return fail({"noise", "there is nothing to measure", "name the folder of a recording, or give --made-up"},
                 EX_USAGE);
+  }
+  if (chosen.synthetic.empty()) {
+    const auto reader = drivers::RecordingReader::open(chosen.recording, kAllDepths);
+    if (!reader) return fail(reader.error(), EX_NOINPUT);
+    if (reader->camera()) {
+      if (command->count("--windows") == 0) return runAnyCamera(chosen, *reader, command);
+      return fail({"--windows", "is for recordings of a Kinect v1", "leave it out"}, EX_USAGE);
+    }
   }
   const auto session = sessionOf(chosen);
   if (!session) return fail(session.error(), EX_NOINPUT);

@@ -29,6 +29,18 @@ int periodsBetween(const drivers::RecordedFrame& earlier, const drivers::Recorde
 
 }  // namespace
 
+config::Result<FrameRange> framesOf(const std::filesystem::path& recording, std::size_t recorded,
+                                    const SessionPart& part) {
+  const auto first = static_cast<std::size_t>(part.first);
+  const std::size_t end = std::min(recorded, first + static_cast<std::size_t>(part.frames));
+  if (end >= first + kFewestFrames) return FrameRange{first, end};
+  return std::unexpected(
+      config::Error{recording.string(),
+                    fmt::format("has {} depth frames from frame {} on, at least {} are needed",
+                                end > first ? end - first : 0, part.first, kFewestFrames),
+                    "take another recording, or an earlier first frame"});
+}
+
 config::Result<NoiseSession> readSession(const std::filesystem::path& recording, const SessionPart& part) {
   const auto reader = drivers::RecordingReader::open(recording);
   if (!reader) return std::unexpected(reader.error());
@@ -37,22 +49,15 @@ config::Result<NoiseSession> readSession(const std::filesystem::path& recording,
                                          "take a recording in libfreenect's format (with INDEX.txt)"});
   }
   const auto& recorded = reader->frames();
-  const auto first = static_cast<std::size_t>(part.first);
-  const std::size_t end = std::min(recorded.size(), first + static_cast<std::size_t>(part.frames));
-  if (end < first + kFewestFrames) {
-    return std::unexpected(
-        config::Error{recording.string(),
-                      fmt::format("has {} depth frames from frame {} on, at least {} are needed",
-                                  end > first ? end - first : 0, part.first, kFewestFrames),
-                      "take another recording, or an earlier first frame"});
-  }
+  const auto range = framesOf(recording, recorded.size(), part);
+  if (!range) return std::unexpected(range.error());
   NoiseSession session;
   const auto image = std::make_unique<rt::DepthFrame>();
   int period = 0;
-  for (std::size_t i = first; i < end; ++i) {
+  for (std::size_t i = range->begin; i < range->end; ++i) {
     const auto read = reader->read(i, *image);
     if (!read) return std::unexpected(read.error());
-    if (i > first) period += periodsBetween(recorded[i - 1], recorded[i]);
+    if (i > range->begin) period += periodsBetween(recorded[i - 1], recorded[i]);
     session.frames.push_back({period, {image->raw, image->raw + rt::kFramePixels}});
   }
   return session;

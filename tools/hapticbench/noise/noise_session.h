@@ -26,6 +26,17 @@ struct SessionPart {
   int frames = 60;
 };
 
+/// The frames of a part that a recording has: begin is included, end is not.
+struct FrameRange {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+/// Returns which of `recorded` frames belong to `part`.
+/// Errors: fewer than a measurement takes (kFewestFrames).
+config::Result<FrameRange> framesOf(const std::filesystem::path& recording, std::size_t recorded,
+                                    const SessionPart& part);
+
 /// The depth frames of a recording in libfreenect's format, by the camera's own counter or, where it has
 /// none, by the host's clock. Errors: those of the reader, and fewer frames than a measurement takes
 /// (kFewestFrames).
