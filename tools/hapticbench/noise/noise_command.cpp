@@ -19,8 +19,8 @@ namespace {
 
 struct Chosen {
   std::string recording;
-  std::string synthetic;  // setting of the synthetic camera
-  std::vector<int> windows_px{std::begin(kWindowSides_px), std::end(kWindowSides_px)};
+  std::string synthetic;        // setting of the synthetic camera
+  std::vector<int> windows_px;  // empty: kWindowSides_px
   SessionPart part;
   std::uint32_t seed = 1;
 };
@@ -67,14 +67,16 @@ int runNoise(const Chosen& chosen, const StudyCommand& command) {
     const auto reader = drivers::RecordingReader::open(chosen.recording, kAllDepths);
     if (!reader) return fail(reader.error(), EX_NOINPUT);
     if (reader->camera()) {
-      if (command->count("--windows") == 0) return runAnyCamera(chosen, *reader, command);
+      if (chosen.windows_px.empty()) return runAnyCamera(chosen, *reader, command);
       return fail({"--windows", "is for recordings of a Kinect v1", "leave it out"}, EX_USAGE);
     }
   }
   const auto session = sessionOf(chosen);
   if (!session) return fail(session.error(), EX_NOINPUT);
   std::vector<NoiseStatistics> statistics;
-  for (const int window_px : chosen.windows_px) statistics.push_back(measureNoise(*session, window_px));
+  std::vector<int> windows_px = chosen.windows_px;
+  if (windows_px.empty()) windows_px.assign(std::begin(kWindowSides_px), std::end(kWindowSides_px));
+  for (const int window_px : windows_px) statistics.push_back(measureNoise(*session, window_px));
   const std::string source =
       chosen.synthetic.empty() ? chosen.recording : fmt::format("the synthetic camera, {}", chosen.synthetic);
   return command.report(noiseText(source, statistics), noiseJson(source, session->frames.size(), statistics));
