@@ -78,6 +78,7 @@ TEST(UdevRules, GiveTheGroupOnlyTheDepthCamerasAmongTheVideoDevices) {
   EXPECT_EQ(applyUdevRules(shippedRules(), video("8086", "0b07")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), video("8086", "0b5b")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), video("2bc5", "0800")), kOurs);
+  EXPECT_EQ(applyUdevRules(shippedRules(), video("2bc5", "0669")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), video("8086", "0ada")), kUntouched);
   EXPECT_EQ(applyUdevRules(shippedRules(), video("046d", "0825")), kUntouched);
 }
