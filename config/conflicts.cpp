@@ -41,7 +41,7 @@ void checkPointCounts(const Settings& settings, std::vector<Conflict>& conflicts
 }
 
 bool hasValidRawValue(const rt::DepthModelParameters& model) {
-  for (int raw = 0; raw < rt::kRawNoMeasurement; ++raw) {
+  for (int raw = 0; raw < model.raw_no_measurement; ++raw) {
     const double inverse_depth = model.a_per_m * raw + model.b_per_m;
     const double depth = inverse_depth > 0 ? 1 / inverse_depth : 0;
     if (depth >= model.near_m && depth <= model.far_m) return true;
@@ -62,9 +62,9 @@ void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
   add(conflicts,
       {"camera.depth_law", "camera.depth_a_per_m", "camera.depth_b_per_m", "camera.near_m", "camera.far_m"},
       fmt::format("Z = 1 / ({} d + {}) lies between camera.near_m, {} m, and camera.far_m, {} m, for no raw "
-                  "value d of 0..2046",
+                  "value d of 0..{}",
                   numberText(model.a_per_m), numberText(model.b_per_m), numberText(model.near_m),
-                  numberText(model.far_m)),
+                  numberText(model.far_m), model.raw_no_measurement - 1),
       settings.camera.depth_law == DepthLaw::custom
           ? "correct camera.depth_a_per_m and camera.depth_b_per_m: about -0.003 and 3.3 for a Kinect v1"
           : "move camera.near_m and camera.far_m further apart");

@@ -17,14 +17,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 using PixelTag = hn::ScalableTag<std::uint16_t>;
 
 /// Copies `count` pixels from `raw` to `out`. A raw value outside [raw_first, raw_last] has no depth and
-/// becomes kRawNoMeasurement. Returns true if every pixel has a depth.
+/// becomes kNoRawDisparity. Returns true if every pixel has a depth.
 bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::uint16_t raw_last,
              std::uint16_t* out) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const auto first = hn::Set(d, raw_first);
   const auto last = hn::Set(d, raw_last);
-  const auto none = hn::Set(d, kRawNoMeasurement);
+  const auto none = hn::Set(d, kNoRawDisparity);
   bool all = true;
   int i = 0;
   for (; i + lanes <= count; i += lanes) {
@@ -35,7 +35,7 @@ bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::
   }
   for (; i < count; ++i) {
     const bool seen = raw[i] >= raw_first && raw[i] <= raw_last;
-    out[i] = seen ? raw[i] : kRawNoMeasurement;
+    out[i] = seen ? raw[i] : kNoRawDisparity;
     all = all && seen;
   }
   return all;
@@ -47,7 +47,7 @@ void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, 
              std::uint16_t* image) {
   const PixelTag d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto none = hn::Set(d, kRawNoMeasurement);
+  const auto none = hn::Set(d, kNoRawDisparity);
   const auto first = hn::Set(d, first_raw);
   const auto last = hn::Set(d, last_raw);
   int i = 0;
@@ -60,7 +60,7 @@ void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, 
   }
   for (; i < count; ++i) {
     const bool usable = fallback[i] >= first_raw && fallback[i] <= last_raw;
-    if (image[i] >= kRawNoMeasurement && usable) image[i] = fallback[i];
+    if (image[i] >= kNoRawDisparity && usable) image[i] = fallback[i];
   }
 }
 
@@ -102,7 +102,7 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out)
       const std::uint16_t* const pixels = image + row * stride + block * kSide;
       for (int column = 0; column < kSide; ++column) {
         const int value = pixels[column];
-        if (value < kRawNoMeasurement) {
+        if (value < kNoRawDisparity) {
           out.sum[block] += static_cast<std::uint64_t>(value);
           ++out.count[block];
         }
@@ -147,7 +147,7 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out)
   const PixelTag d;
   const BlockTag d64;
   const auto lanes = static_cast<int>(hn::Lanes(d64));
-  const auto none = hn::Set(d, kRawNoMeasurement);
+  const auto none = hn::Set(d, kNoRawDisparity);
   const auto one = hn::Set(d, std::uint16_t{1});
   const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
   for (int block = 0; block < blocks; block += lanes) {
@@ -207,9 +207,9 @@ void closeGap(std::uint16_t* row, Gap gap, const GapLimits& limits) noexcept {
 /// `width` columns.
 void closeGaps(std::uint16_t* row, int width, int first, int last, const GapLimits& limits) noexcept {
   for (int column = first; column <= last; ++column) {
-    if (row[column] < kRawNoMeasurement) continue;
+    if (row[column] < kNoRawDisparity) continue;
     Gap gap{column, column};
-    while (gap.end <= last && row[gap.end] >= kRawNoMeasurement) ++gap.end;
+    while (gap.end <= last && row[gap.end] >= kNoRawDisparity) ++gap.end;
     column = gap.end;
     if (gap.end - gap.begin > limits.longest_px) continue;
     if (gap.begin == 0 || gap.end == width) {
@@ -243,9 +243,9 @@ float meanOfNearest(const std::uint16_t* pixels, int stride, int max_step) noexc
   BlockBits to_right = 0;
   BlockBits to_below = 0;
   for (int i = 0; i < kSide * kSide; ++i) {
-    if (values[i] >= kRawNoMeasurement) continue;
+    if (values[i] >= kNoRawDisparity) continue;
     const auto isLinkedTo = [&](int other) {
-      return values[other] < kRawNoMeasurement && std::abs(values[other] - values[i]) <= max_step;
+      return values[other] < kNoRawDisparity && std::abs(values[other] - values[i]) <= max_step;
     };
     if (i % kSide + 1 < kSide && isLinkedTo(i + 1)) to_right |= 1U << i;
     if (i / kSide + 1 < kSide && isLinkedTo(i + kSide)) to_below |= 1U << i;

@@ -37,7 +37,7 @@ struct ImageLayout {
 
 /// Copies the pixels of `window` from `raw` to `image`, both in frame layout,
 /// and closes gaps in rows by linear interpolation. A pixel that still has no depth takes the value of
-/// `fallback` (frame layout, may be null); without one it becomes kRawNoMeasurement, or
+/// `fallback` (frame layout, may be null); without one it becomes kNoRawDisparity, or
 /// SurfaceLayer::kBeyondView in a gap that touches the left or right image border and is at most `longest_px`
 /// long.
 /// RT: safe after the first call.  Cost: one pass over the pixels.

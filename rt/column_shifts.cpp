@@ -27,6 +27,7 @@ ColumnShifts::ColumnShifts(const DepthModel& model)
       width_px_(model.width_px()),
       stride_px_(model.stride_px()),
       every_(model.height_px() / kRows),
+      last_raw_(model.disparity().last_raw),
       tiles_(width_px_ / kTile_px),
       before_(std::make_unique<std::uint16_t[]>(kRows * static_cast<std::size_t>(width_px_))),
       changes_before_{} {
@@ -75,7 +76,7 @@ void ColumnShifts::compare(const DisparityFrame& frame) noexcept {
     const std::uint16_t* const before = before_.get() + i * width_px_;
     for (std::size_t column = 0; column < static_cast<std::size_t>(width_px_); ++column) {
       const auto difference = static_cast<std::int16_t>(now[column] - before[column]);
-      const bool counts = now[column] < kRawNoMeasurement && before[column] < kRawNoMeasurement &&
+      const bool counts = now[column] <= last_raw_ && before[column] <= last_raw_ &&
                           difference <= kMaxDifference_raw && difference >= -kMaxDifference_raw;
       const auto mask = static_cast<std::int16_t>(counts ? -1 : 0);
       sum_[column] = static_cast<std::int16_t>(sum_[column] + (difference & mask));

@@ -82,7 +82,8 @@ class ColumnShifts {
   bool drifts_;  ///< the camera drifts like this
   int width_px_;
   int stride_px_;
-  int every_;  ///< distance between compared rows
+  int every_;               ///< distance between compared rows
+  std::uint16_t last_raw_;  ///< see DisparityScale
   int tiles_;
   std::unique_ptr<std::uint16_t[]> before_;  ///< the compared rows of the previous frame
   std::array<std::int16_t, kMaxFrameWidth> sum_{};

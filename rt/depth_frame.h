@@ -11,16 +11,6 @@
 
 namespace hapticd::rt {
 
-/// The Kinect v1's depth image: 640 columns u (left to right) and 480 rows v (top to bottom).
-inline constexpr int kFrameWidth = 640;
-inline constexpr int kFrameHeight = 480;
-inline constexpr std::size_t kFramePixels = std::size_t{kFrameWidth} * kFrameHeight;
-
-/// Raw disparities have 11 bits: 0..2046, falling with nearness; 2047 means that there is no measurement.
-/// 1/Z is linear in them, so a plane in space is a plane in the image.
-inline constexpr int kRawValues = 2048;
-inline constexpr std::uint16_t kRawNoMeasurement = 2047;
-
 /// Largest number of 32-bit lanes in a vector register of any supported machine. Arrays that kernels read or
 /// write in whole vectors end with this many spare elements.
 inline constexpr std::size_t kVectorPadding = 64;

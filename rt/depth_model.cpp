@@ -97,8 +97,8 @@ DepthModel::DepthModel(const DepthModelParameters& parameters, const PoseParamet
       depth_m_(std::make_unique<double[]>(table_size_)),
       single_depth_m_(std::make_unique<float[]>(table_size_ + kVectorPadding)),
       raw_is_disparity_(parameters.law == DepthLawKind::reciprocal &&
-                        parameters.raw_values == static_cast<std::uint32_t>(kRawValues) &&
-                        parameters.raw_no_measurement == kRawNoMeasurement),
+                        parameters.raw_values <= static_cast<std::uint32_t>(kRawDisparities) &&
+                        parameters.raw_no_measurement == parameters.raw_values - 1),
       column_rays_(std::make_unique<Ray[]>(static_cast<std::size_t>(parameters.width_px))),
       row_rays_(std::make_unique<Ray[]>(static_cast<std::size_t>(parameters.height_px))) {
   tabulateDepth();
@@ -140,17 +140,20 @@ void DepthModel::findValidRaws() {
 
 void DepthModel::chooseDisparity() {
   if (raw_is_disparity_) {
-    disparity_ = {parameters_.a_per_m, parameters_.b_per_m};
-    return;
+    disparity_ = {.a_per_m = parameters_.a_per_m,
+                  .b_per_m = parameters_.b_per_m,
+                  .last_raw = static_cast<std::uint16_t>(parameters_.raw_no_measurement - 1)};
+  } else {
+    // Raw disparity 0 is at the near limit and the last one at infinity, which leaves the finest steps.
+    constexpr std::uint16_t kLast = kNoRawDisparity - 1;
+    disparity_ = {
+        .a_per_m = -1 / (kLast * parameters_.near_m), .b_per_m = 1 / parameters_.near_m, .last_raw = kLast};
   }
-  // Raw disparity 0 is at the near limit and the last one at infinity, which leaves the finest steps.
-  constexpr double kSteps = kRawValues - 2;
-  disparity_ = {.a_per_m = -1 / (kSteps * parameters_.near_m), .b_per_m = 1 / parameters_.near_m};
-  constexpr int kDepths = 64;
-  for (int i = 0; i <= kDepths; ++i) {
-    const double depth = parameters_.near_m + (parameters_.far_m - parameters_.near_m) * i / kDepths;
-    largest_noise_scale_ = i == 0 ? noiseScale(depth) : std::max(largest_noise_scale_, noiseScale(depth));
-  }
+  const double of_near = disparity_.rawOf(parameters_.near_m);
+  const double of_far = disparity_.rawOf(parameters_.far_m);
+  const double at_near = noiseScale(parameters_.near_m);
+  const double per_raw = (noiseScale(parameters_.far_m) - at_near) / (of_far - of_near);
+  noise_bound_ = {.at_zero = at_near - per_raw * of_near, .per_raw = per_raw};
 }
 
 std::uint16_t DepthModel::rawOfDisparity(double disparity) const noexcept {
@@ -163,13 +166,13 @@ std::uint16_t DepthModel::rawOfDisparity(double disparity) const noexcept {
 
 std::uint16_t DepthModel::disparityOf(std::uint16_t raw) const noexcept {
   const double depth = depth_m(raw);
-  if (!(depth > 0)) return kRawNoMeasurement;
+  if (!(depth > 0)) return kNoRawDisparity;
   return static_cast<std::uint16_t>(
-      std::clamp(std::round(disparity_.rawOf(depth)), 0.0, kRawNoMeasurement - 1.0));
+      std::clamp(std::round(disparity_.rawOf(depth)), 0.0, static_cast<double>(disparity_.last_raw)));
 }
 
 double DepthModel::noiseScale(double depth_m) const noexcept {
-  if (raw_is_disparity_ || !parameters_.noise.isKnown() || !(depth_m > 0)) return 1;
+  if (!parameters_.noise.isKnown() || !(depth_m > 0)) return 1;
   // Of a Kinect v1, measured on resting walls: a standing part of 0.5 and a temporal part of 0.2 raw units.
   constexpr double kKinect_raw = 0.54;
   // Rounding to whole units, 0.29 raw units, and its steps between neighbours must not exceed the tolerances.
@@ -241,7 +244,7 @@ PixelWindow DepthModel::wholeFrame() const noexcept {
 PixelWindow DepthModel::wholeDisparity() const noexcept {
   const double of_near = disparity_.rawOf(parameters_.near_m);
   const double of_far = disparity_.rawOf(parameters_.far_m);
-  return withAllPixels(rawsAround(of_near, of_far, kRawNoMeasurement - 1));
+  return withAllPixels(rawsAround(of_near, of_far, disparity_.last_raw));
 }
 
 PixelWindow DepthModel::rawsBetween(double nearest_m, double farthest_m) const noexcept {

@@ -55,13 +55,22 @@ struct PixelWindow {
 
 /// The raw disparities in which surfaces are modelled, see DisparityFrame: 1/Z = a raw + b.
 struct DisparityScale {
-  double a_per_m;  ///< < 0
+  double a_per_m;  ///< not 0; < 0 unless the camera's own scale rises with nearness
   double b_per_m;
+  std::uint16_t last_raw;  ///< the greatest raw disparity; greater ones are no measurements
 
   double inverseDepth_per_m(double raw) const noexcept { return a_per_m * raw + b_per_m; }
   double rawOf(double depth_m) const noexcept { return (1 / depth_m - b_per_m) / a_per_m; }
   /// Returns the size of one raw unit at a depth, in metres.
   double unit_m(double depth_m) const noexcept { return std::abs(a_per_m) * depth_m * depth_m; }
+};
+
+/// A tolerance that is linear in the raw disparity.
+struct DisparityTolerance {
+  double at_zero;
+  double per_raw;
+
+  double at(double raw) const noexcept { return at_zero + per_raw * raw; }
 };
 
 /// Reasons why a camera's parameters cannot be used.
@@ -137,20 +146,21 @@ class DepthModel {
   bool rawIsDisparity() const noexcept { return raw_is_disparity_; }
   /// Returns a window of all pixels and of all raw disparities that can have a depth.  RT: safe.
   PixelWindow wholeDisparity() const noexcept;
-  /// Returns the scale of the raw disparities in which surfaces are modelled: the camera's own if it has 11
-  /// bits, else one that reaches from near_m to infinity.
+  /// Returns the scale of the raw disparities in which surfaces are modelled: the camera's own if it delivers
+  /// them in at most 13 bits, else one that reaches from near_m to infinity.
   const DisparityScale& disparity() const noexcept { return disparity_; }
   /// Returns the raw value that is nearest to a raw disparity; raw_no_measurement where none has a depth.
   /// RT: safe.
   std::uint16_t rawOfDisparity(double disparity) const noexcept;
-  /// Returns the raw disparity, rounded, of a raw value; kRawNoMeasurement if it has no depth.  RT: safe.
+  /// Returns the raw disparity, rounded, of a raw value; kNoRawDisparity if it has no depth.  RT: safe.
   std::uint16_t disparityOf(std::uint16_t raw) const noexcept;
   /// Returns the noise of one pixel's raw disparity at a depth, relative to that of a Kinect v1, whose errors
   /// the tolerances of all filters and laws are stated for; 1 for a Kinect and where the noise is not known.
   /// RT: safe.
   double noiseScale(double depth_m) const noexcept;
-  /// Returns the largest of noiseScale() from near to far.
-  double largestNoiseScale() const noexcept { return largest_noise_scale_; }
+  /// Returns an upper bound of noiseScale() by raw disparity, exact at the near and the far limit. Between
+  /// them sigma / Z^2 is a convex function of 1/Z, and so of the disparity, so that its chord lies above it.
+  const DisparityTolerance& noiseBound() const noexcept { return noise_bound_; }
   /// Returns what one raw unit of a Kinect v1 with the same noise would measure at a depth, in metres.
   double noiseUnit_m(double depth_m) const noexcept {
     return noiseScale(depth_m) * disparity_.unit_m(depth_m);
@@ -256,7 +266,7 @@ class DepthModel {
   std::uint16_t raw_last_ = 0;
   bool raw_is_disparity_;
   DisparityScale disparity_{};
-  double largest_noise_scale_ = 1;
+  DisparityTolerance noise_bound_{};
   std::unique_ptr<Ray[]> column_rays_;  // [width_px]
   std::unique_ptr<Ray[]> row_rays_;     // [height_px]
   SinglePrecisionTables single_{};

@@ -12,13 +12,20 @@ constexpr int kMaxRadius_px = 4;
 // Tolerances for the noise of a Kinect v1, multiplied by DepthModel::noiseScale().
 
 /// Noise exceeds this in 1 % of cases.
-constexpr double kGate_raw = 2.5;
-/// The noise of a tile's average, over 12 independent noise patches per tile and about 6 frames, is 0.07 raw
-/// units.
-constexpr double kMotion_raw = 0.25;
+constexpr float kGate_raw = 2.5F;
+/// A tile whose measurements differ from their means by more than this on average is moving. The noise of a
+/// tile's average, over 12 independent noise patches per tile and about 6 frames, is 0.07 raw units.
+constexpr float kMotion_raw = 0.25F;
 constexpr float kNewWeight = 0.3F;
 constexpr float kFramesInMotion = 2;
 constexpr float kMinPixels = 64;
+
+/// Returns a tolerance for the noise of a camera at each disparity.
+Gate scaled(float tolerance_raw, const DepthModel& model) {
+  const DisparityTolerance& noise = model.noiseBound();
+  return {.at_zero = static_cast<float>(double{tolerance_raw} * noise.at_zero),
+          .per_raw = static_cast<float>(double{tolerance_raw} * noise.per_raw)};
+}
 
 /// Converts disparities to raw values of a camera with another depth law.
 void rawOfCamera(const DepthModel& model, const float* disparity, int count, std::uint16_t* raw) noexcept {
@@ -34,8 +41,7 @@ DisparityFilter::DisparityFilter(const DepthModel& model)
       stride_px_(model.stride_px()),
       pixels_(model.pixels()),
       margin_(static_cast<std::size_t>(kMaxRadius_px * stride_px_) + kVectorPadding),
-      gate_raw_(static_cast<float>(kGate_raw * model.largestNoiseScale())),
-      motion_raw_(static_cast<float>(kMotion_raw * model.largestNoiseScale())),
+      gate_(scaled(kGate_raw, model)),
       raw_first_(model.rawIsDisparity() ? model.firstRaw() : model.wholeDisparity().raw_first),
       raw_last_(model.rawIsDisparity() ? model.lastRaw() : model.wholeDisparity().raw_last),
       tiles_across_(stride_px_ / kTileColumns),
@@ -113,7 +119,7 @@ void DisparityFilter::follow(const DisparityFrame& frame, int tile_column, int t
   if (!continues) tile = {.frame = 0, .mean_difference_raw = 0, .max_frames = max_frames};
   tile.frame = frame.sequence;
 
-  const TemporalLimits limits{tile.max_frames, gate_raw_, static_cast<float>(parameters_.hold_frames)};
+  const TemporalLimits limits{tile.max_frames, gate_, static_cast<float>(parameters_.hold_frames)};
   Innovation innovation;
   const int end = std::min(model_.height_px(), (tile_row + 1) * kTileRows);
   for (int row = tile_row * kTileRows; row < end; ++row) {
@@ -131,7 +137,8 @@ void DisparityFilter::follow(const DisparityFrame& frame, int tile_column, int t
   if (innovation.pixels < kMinPixels) return;
   tile.mean_difference_raw +=
       kNewWeight * (innovation.sum_raw / innovation.pixels - tile.mean_difference_raw);
-  const bool moving = std::abs(tile.mean_difference_raw) > motion_raw_;
+  const float motion_raw = kMotion_raw / kGate_raw * (innovation.sum_of_gates / innovation.pixels);
+  const bool moving = std::abs(tile.mean_difference_raw) > motion_raw;
   tile.max_frames = std::min(max_frames, moving ? kFramesInMotion : tile.max_frames + 1);
 }
 
@@ -139,7 +146,7 @@ void DisparityFilter::smooth(const PixelWindow& window) noexcept {
   const int columns = window.column_last - window.column_first + 1;
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelAt(row, window.column_first);
-    meanOfSimilar(newest_ + first, stride_px_, columns, parameters_.spatial_radius_px, gate_raw_,
+    meanOfSimilar(newest_ + first, stride_px_, columns, parameters_.spatial_radius_px, gate_,
                   smooth_.get() + margin_ + first);
   }
   newest_ = smooth_.get() + margin_;
@@ -150,7 +157,8 @@ const std::uint16_t* DisparityFilter::rounded(const PixelWindow& window) noexcep
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelAt(row, window.column_first);
     if (model_.rawIsDisparity()) {
-      rawOfDisparity(newest_ + first, columns, kRawNoMeasurement, rounded_.get() + first);
+      rawOfDisparity(newest_ + first, columns, model_.parameters().raw_no_measurement,
+                     rounded_.get() + first);
     } else {
       rawOfCamera(model_, newest_ + first, columns, rounded_.get() + first);
     }

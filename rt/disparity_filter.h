@@ -65,8 +65,7 @@ class DisparityFilter {
   int stride_px_;
   std::size_t pixels_;
   std::size_t margin_;       // pixels before the first and after the last one that the spatial mean may read
-  float gate_raw_;           // a measurement that differs from the mean by more belongs to another surface
-  float motion_raw_;         // a tile whose measurements differ by more on average is moving
+  Gate gate_;                // a measurement that differs from the mean by more belongs to another surface
   std::uint16_t raw_first_;  // first raw disparity that has a depth
   std::uint16_t raw_last_;   // last raw disparity that has a depth
   FilterParameters parameters_;

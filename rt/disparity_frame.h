@@ -7,8 +7,14 @@
 
 namespace hapticd::rt {
 
-/// A view of one image of raw disparities (kRawValues), in frame layout. A Kinect v1 delivers them; the depth
-/// of other cameras is converted by DisparityImage. Only requested pixels are valid.
+/// Raw disparities, in which surfaces are modelled, have at most 13 bits: 1/Z is linear in them, so a plane
+/// in space is a plane in the image. Of a camera those up to DisparityScale::last_raw are measurements.
+inline constexpr int kRawDisparities = 8192;
+/// Where the core writes raw disparities, this one means that there is no measurement.
+inline constexpr std::uint16_t kNoRawDisparity = kRawDisparities - 1;
+
+/// A view of one image of raw disparities, in frame layout. A Kinect v1 delivers them; the depth of other
+/// cameras is converted by DisparityImage. Only requested pixels are valid.
 struct DisparityFrame {
   const std::uint16_t* raw;
   std::uint64_t sequence;   ///< see DepthFrame

@@ -11,7 +11,7 @@ DisparityImage::DisparityImage(const DepthModel& model)
     : model_(model),
       size_(model.rawIsDisparity() ? 0 : model.pixels() + kVectorPadding),
       disparity_(std::make_unique<std::uint16_t[]>(size_)) {
-  std::fill_n(disparity_.get(), size_, kRawNoMeasurement);
+  std::fill_n(disparity_.get(), size_, kNoRawDisparity);
 }
 
 DisparityFrame DisparityImage::of(const DepthFrame& frame) const noexcept {
@@ -23,8 +23,8 @@ void DisparityImage::convert(const DepthFrame& frame, const PixelWindow& window)
   const DisparityScale& scale = model_.disparity();
   RawConversion conversion{.raw_first = model_.firstRaw(),
                            .raw_last = model_.lastRaw(),
-                           .none = kRawNoMeasurement,
-                           .most = kRawNoMeasurement - 1};
+                           .none = kNoRawDisparity,
+                           .most = scale.last_raw};
   if (model_.isLinear()) {
     conversion.per_raw = 0;
     conversion.per_inverse = static_cast<float>(1 / (scale.a_per_m * model_.parameters().unit_m));

@@ -65,6 +65,11 @@ void toDisparity(const std::uint16_t* raw, int count, const RawConversion& conve
   }
 }
 
+HWY_INLINE hn::Vec<FloatTag> gateAt(const Gate& gate, hn::Vec<FloatTag> disparity) {
+  const FloatTag df;
+  return hn::MulAdd(disparity, hn::Set(df, gate.per_raw), hn::Set(df, gate.at_zero));
+}
+
 void temporal(const float* disparity, int count, const TemporalLimits& limits, const TemporalRow& row,
               Innovation& innovation) {
   const FloatTag df;
@@ -73,14 +78,15 @@ void temporal(const float* disparity, int count, const TemporalLimits& limits, c
   const auto one = hn::Set(df, 1.0F);
   auto sum = zero;
   auto pixels = zero;
+  auto gates = zero;
   for (int i = 0; i < count; i += lanes) {
     const auto measured = hn::LoadU(df, disparity + i);
     const auto mean = hn::LoadU(df, row.mean + i);
     const auto seen = hn::Ge(measured, zero);
     const auto known = hn::Ge(mean, zero);
     const auto difference = hn::Sub(measured, mean);
-    const auto same =
-        hn::And(hn::And(seen, known), hn::Le(hn::Abs(difference), hn::Set(df, limits.gate_raw)));
+    const auto gate = gateAt(limits.gate, mean);
+    const auto same = hn::And(hn::And(seen, known), hn::Le(hn::Abs(difference), gate));
     const auto more = hn::Min(hn::Add(hn::LoadU(df, row.frames + i), one), hn::Set(df, limits.max_frames));
     const auto frames = hn::IfThenElse(same, more, one);
     const auto missing = hn::IfThenZeroElse(seen, hn::Add(hn::LoadU(df, row.missing + i), one));
@@ -92,17 +98,19 @@ void temporal(const float* disparity, int count, const TemporalLimits& limits, c
     hn::StoreU(missing, df, row.missing + i);
     sum = hn::Add(sum, hn::IfThenElseZero(same, difference));
     pixels = hn::Add(pixels, hn::IfThenElseZero(same, one));
+    gates = hn::Add(gates, hn::IfThenElseZero(same, gate));
   }
   innovation.sum_raw += hn::GetLane(hn::SumOfLanes(df, sum));
   innovation.pixels += hn::GetLane(hn::SumOfLanes(df, pixels));
+  innovation.sum_of_gates += hn::GetLane(hn::SumOfLanes(df, gates));
 }
 
-void similar(const float* centre, int stride, int count, int radius, float gate_raw, float* out) {
+void similar(const float* centre, int stride, int count, int radius, const Gate& limit, float* out) {
   const FloatTag df;
   const auto lanes = static_cast<int>(hn::Lanes(df));
-  const auto gate = hn::Set(df, gate_raw);
   for (int i = 0; i < count; i += lanes) {
     const auto own = hn::LoadU(df, centre + i);
+    const auto gate = gateAt(limit, own);
     auto sum = hn::Zero(df);
     auto weight = hn::Zero(df);
     for (int dv = -radius; dv <= radius; ++dv) {
@@ -151,9 +159,9 @@ void updateMeans(const float* disparity, int count, const TemporalLimits& limits
   HWY_DYNAMIC_DISPATCH(temporal)(disparity, count, limits, row, innovation);
 }
 
-void meanOfSimilar(const float* centre, int stride, int count, int radius, float gate_raw,
+void meanOfSimilar(const float* centre, int stride, int count, int radius, const Gate& gate,
                    float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(similar)(centre, stride, count, radius, gate_raw, out);
+  HWY_DYNAMIC_DISPATCH(similar)(centre, stride, count, radius, gate, out);
 }
 
 }  // namespace hapticd::rt

@@ -38,10 +38,16 @@ struct TemporalRow {
   float* missing;  ///< frames since the last measurement
 };
 
+/// Largest difference of disparities of one surface, linear in the disparity.
+struct Gate {
+  float at_zero;
+  float per_raw;
+};
+
 /// Limits of the temporal mean.
 struct TemporalLimits {
   float max_frames;   ///< longest mean, in frames
-  float gate_raw;     ///< a measurement farther from the mean restarts it
+  Gate gate;          ///< a measurement farther from the mean restarts it
   float hold_frames;  ///< number of frames for which a pixel without measurement keeps its mean
 };
 
@@ -49,6 +55,7 @@ struct TemporalLimits {
 struct Innovation {
   float sum_raw = 0;
   float pixels = 0;
+  float sum_of_gates = 0;  ///< over the same pixels
 };
 
 /// Updates the means with a row of new disparities.  RT: safe after the first call.
@@ -56,10 +63,10 @@ void updateMeans(const float* disparity, int count, const TemporalLimits& limits
                  Innovation& innovation) noexcept;
 
 /// Computes, for `count` pixels, the mean of those of the (2 radius + 1)^2 surrounding pixels that differ
-/// from the centre pixel by at most `gate_raw`; kNoDisparity stays. `centre` points to the first pixel of the
+/// from the centre pixel by at most `gate`; kNoDisparity stays. `centre` points to the first pixel of the
 /// row; rows are `stride` apart, and the neighbours in all directions must be readable.  RT: safe after the
 /// first call.
-void meanOfSimilar(const float* centre, int stride, int count, int radius, float gate_raw,
+void meanOfSimilar(const float* centre, int stride, int count, int radius, const Gate& gate,
                    float* out) noexcept;
 
 }  // namespace hapticd::rt

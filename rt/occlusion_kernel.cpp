@@ -18,16 +18,19 @@ using RawTag = hn::CappedTag<std::uint16_t, kOcclusionBlock>;
 using Raws = hn::Vec<RawTag>;
 using Pixels = hn::Mask<RawTag>;
 
-constexpr std::uint16_t kLastRaw = kRawNoMeasurement - 1;
-constexpr std::uint16_t kRawBits = kRawValues - 1;
+constexpr std::uint16_t kRawBits = kRawDisparities - 1;
 
 HWY_INLINE Raws all(std::uint16_t value) {
   return hn::Set(RawTag(), value);
 }
 
 /// Returns the lanes in which `a` and `b`, which may wrap around, differ by more than `most`.
-HWY_INLINE Pixels differ(Raws a, Raws b, std::uint16_t most) {
-  return hn::Gt(hn::Add(hn::Sub(a, b), all(most)), all(static_cast<std::uint16_t>(2 * most)));
+HWY_INLINE Pixels differ(Raws a, Raws b, Raws most) {
+  return hn::Gt(hn::Add(hn::Sub(a, b), most), hn::Add(most, most));
+}
+
+HWY_INLINE Raws toleranceAt(const FallingTolerance& tolerance, Raws raw) {
+  return hn::Sub(all(tolerance.at_zero), hn::MulHigh(raw, all(tolerance.fall)));
 }
 
 HWY_INLINE Pixels isAtLeast(Raws a, std::uint16_t least) {
@@ -35,7 +38,7 @@ HWY_INLINE Pixels isAtLeast(Raws a, std::uint16_t least) {
 }
 
 HWY_INLINE Raws nearnessOf(const OcclusionRow& row, Raws raw) {
-  return row.falls ? hn::Sub(all(kLastRaw), raw) : raw;
+  return row.falls ? hn::Sub(all(row.last_raw), raw) : raw;
 }
 
 /// Returns the lanes of `pixels` in which one nearness lies in front of the shell of the other.
@@ -61,11 +64,12 @@ HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
   const RawTag dr;
   const auto raw = hn::LoadU(dr, row.raw + column);
   const auto before = hn::LoadU(dr, row.visible + column);
-  const auto seen = hn::IfThenElse(hn::Gt(raw, all(kLastRaw)), all(kNothingSeen), raw);
-  auto changed = differ(seen, before, row.min_shell);
+  const auto seen = hn::IfThenElse(hn::Gt(raw, all(row.last_raw)), all(kNothingSeen), raw);
+  const auto min_shell = toleranceAt(row.min_shell, raw);
+  auto changed = differ(seen, before, min_shell);
   if constexpr (kHides) {
     const auto hidden = hn::LoadU(dr, row.hidden + column);
-    changed = hn::Or(changed, hn::Not(differ(seen, hidden, row.min_shell)));
+    changed = hn::Or(changed, hn::Not(differ(seen, hidden, min_shell)));
   }
   hn::StoreU(hn::IfThenElse(changed, before, seen), dr, row.visible + column);
   return hn::AllFalse(dr, changed);
@@ -74,7 +78,7 @@ HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
 /// Updates one vector of pixels except those that are overdue; returns whether there are any overdue ones.
 HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, OcclusionLeft& left) {
   const RawTag dr;
-  const auto none = all(kRawNoMeasurement);
+  const auto none = all(kNoRawDisparity);
   const auto now = all(row.now);
   const auto raw = hn::LoadU(dr, row.raw + column);
   const auto before = hn::LoadU(dr, row.visible + column);
@@ -84,7 +88,7 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
   const auto before_raw = hn::And(before, all(kRawBits));
   const auto nearness = nearnessOf(row, raw);
 
-  const auto missing = hn::Gt(raw, all(kLastRaw));
+  const auto missing = hn::Gt(raw, all(row.last_raw));
   const auto unknown = hn::Eq(before, all(kNothingSeen));
   const auto was_missing = hn::TestBit(before, all(kMissing));
   const auto hides_none = hn::Eq(hidden, none);
@@ -93,7 +97,8 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
   auto new_surface = hn::AndNot(missing, unknown);
   auto hidden_now = hidden;
 
-  const auto jumps = hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, row.min_shell));
+  const auto jumps =
+      hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, toleranceAt(row.min_shell, raw)));
   if (!hn::AllFalse(dr, jumps)) {
     const auto nearness_before = nearnessOf(row, before_raw);
     const auto apart = areApart(row, jumps, nearness, nearness_before);
@@ -106,7 +111,8 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
     new_surface = hn::Or(new_surface, apart);
   }
   hidden_now = hn::IfThenElse(withdrawn, none, hidden_now);
-  const auto covered = hn::Lt(hn::Add(nearness, all(row.rest_noise)), nearnessOf(row, hidden_now));
+  const auto covered =
+      hn::Lt(hn::Add(nearness, toleranceAt(row.rest_noise, raw)), nearnessOf(row, hidden_now));
   hidden_now = hn::IfThenElse(hn::Or(missing, covered), hidden_now, none);
 
   const auto lost = hn::AndNot(hn::Or(unknown, was_missing), missing);

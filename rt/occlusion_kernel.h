@@ -15,14 +15,26 @@ inline constexpr std::uint16_t kMissing = 0x8000;
 inline constexpr std::uint16_t kOffered = 0x4000;
 /// Visible value of a pixel without history. No other value, with or without flags, is near it, even where
 /// differences wrap around.
-inline constexpr std::uint16_t kNothingSeen = 0x2000;
+inline constexpr std::uint16_t kNothingSeen = 0x3000;
+/// Largest tolerance, in raw disparities, that keeps it so.
+inline constexpr std::uint16_t kMaxTolerance = 0x0FFF;
 
-/// One row of pixels and the range of its blocks to update. Raw values below kRawNoMeasurement are
-/// measurements.
+/// A tolerance in raw disparities that falls linearly with the disparity, where it is rounded upwards.
+struct FallingTolerance {
+  std::uint16_t at_zero;   ///< at most kMaxTolerance
+  std::uint16_t fall = 0;  ///< per raw disparity, in 65536ths
+
+  std::uint16_t at(std::uint32_t raw) const noexcept {
+    return static_cast<std::uint16_t>(at_zero - (raw * fall >> 16));
+  }
+};
+
+/// One row of pixels and the range of its blocks to update. Raw disparities up to
+/// `last_raw` are measurements.
 struct OcclusionRow {
   const std::uint16_t* raw;      ///< new measurements
   std::uint16_t* visible;        ///< last visible values with flags, or kNothingSeen
-  std::uint16_t* hidden;         ///< surface hidden behind it, or kRawNoMeasurement
+  std::uint16_t* hidden;         ///< surface hidden behind it, or kNoRawDisparity
   std::uint16_t* since;          ///< frame since which the visible surface, or its absence, has been shown
   std::uint8_t* hidden_of_tile;  ///< for each tile, number of pixels that hide something
   bool hides;                    ///< false: no pixel hides anything
@@ -30,11 +42,12 @@ struct OcclusionRow {
   std::size_t block_last;
   std::size_t ahead;  ///< distance in pixels from this row to the one to prefetch
   /// Consecutive measurements of a surface at rest differ by no more than this in 99 % of cases.
-  std::uint16_t rest_noise;
-  std::uint16_t min_shell;  ///< changes up to this are no jumps
-  /// [kRawValues] indexed by nearness; values below are in front of the shell.
+  FallingTolerance rest_noise;
+  FallingTolerance min_shell;  ///< changes up to this are no jumps
+  /// [last_raw + 1] indexed by nearness; values below are in front of the shell.
   const std::uint16_t* shell_end;
-  bool falls;                 ///< nearness is kRawNoMeasurement - 1 - raw; otherwise it is raw
+  std::uint16_t last_raw;
+  bool falls;                 ///< nearness is last_raw - raw; otherwise it is raw
   std::uint16_t now;          ///< current frame
   std::uint16_t hold_frames;  ///< see OcclusionMemory
   std::uint16_t settled_frames;

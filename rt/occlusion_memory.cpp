@@ -18,10 +18,6 @@ double depthOf(const DepthModel& model, int raw) {
   return inverse_depth > 1 / kFarthest_m ? 1 / inverse_depth : kFarthest_m;
 }
 
-bool isMeasured(std::uint16_t raw) noexcept {
-  return raw < kRawNoMeasurement;
-}
-
 /// Tolerances for the noise of a Kinect v1, multiplied by DepthModel::noiseScale(); see OcclusionRow. Far
 /// away, where the shell would be thinner than kMinShell_raw, noise must not look like an occluder.
 constexpr double kRestNoise_raw = 2;
@@ -29,8 +25,18 @@ constexpr double kMinShell_raw = 3;
 
 /// Returns a tolerance for a noise scale in whole raw units.
 std::uint16_t scaled(double tolerance_raw, double noise_scale) {
-  constexpr double kMost_raw = 255;
-  return static_cast<std::uint16_t>(std::min(kMost_raw, std::ceil(noise_scale * tolerance_raw)));
+  return static_cast<std::uint16_t>(std::min<double>(kMaxTolerance, std::ceil(noise_scale * tolerance_raw)));
+}
+
+/// Returns a tolerance for the noise of a camera at each disparity. Where the noise rises with the disparity,
+/// which no camera's does, it is that at the greatest disparity.
+FallingTolerance scaled(double tolerance_raw, const DepthModel& model) {
+  const DisparityTolerance& noise = model.noiseBound();
+  const double last = model.disparity().last_raw;
+  const double least = std::max(0.0, noise.at(last));
+  const std::uint16_t at_zero = scaled(tolerance_raw, std::max(noise.at_zero, least));
+  const double fall = (at_zero - scaled(tolerance_raw, least)) / last;
+  return {.at_zero = at_zero, .fall = static_cast<std::uint16_t>(std::floor(fall * 0x1p16))};
 }
 
 }  // namespace
@@ -41,12 +47,13 @@ OcclusionMemory::OcclusionMemory(const DepthModel& model)
       tiles_across_(stride_px_ / kTile),
       strip_rows_(std::min(rows_, kStripPixels / stride_px_)),
       falls_(model.disparity().a_per_m > 0),
-      rest_noise_(scaled(kRestNoise_raw, model.largestNoiseScale())),
-      min_shell_(scaled(kMinShell_raw, model.largestNoiseScale())),
+      last_raw_(model.disparity().last_raw),
+      rest_noise_(scaled(kRestNoise_raw, model)),
+      min_shell_(scaled(kMinShell_raw, model)),
       visible_(hwy::AllocateAligned<std::uint16_t>(model.pixels())),
       hidden_(hwy::AllocateAligned<std::uint16_t>(model.pixels() + kVectorPadding)),
       since_(hwy::AllocateAligned<std::uint16_t>(model.pixels())),
-      shell_end_{},
+      shell_end_(std::make_unique<std::uint16_t[]>(last_raw_ + std::size_t{1})),
       strips_((rows_ + strip_rows_ - 1) / strip_rows_),
       hidden_of_tile_(std::make_unique<std::uint8_t[]>(rows_ * tiles_across_)),
       samples_of_strip_(std::make_unique<Samples[]>(strips_)),
@@ -56,10 +63,10 @@ OcclusionMemory::OcclusionMemory(const DepthModel& model)
     return depthOf(model, nearnessOf(static_cast<std::uint16_t>(nearness)));
   };
   std::fill_n(visible_.get(), model.pixels(), kNothingSeen);
-  std::fill_n(hidden_.get(), model.pixels() + kVectorPadding, kRawNoMeasurement);
+  std::fill_n(hidden_.get(), model.pixels() + kVectorPadding, kNoRawDisparity);
   std::fill_n(since_.get(), model.pixels(), std::uint16_t{0});
   int end = 0;
-  for (int nearness = 0; nearness < kRawNoMeasurement; ++nearness) {
+  for (int nearness = 0; nearness <= last_raw_; ++nearness) {
     const double shell_from_m = depthOfNearness(nearness) - kShell_m;
     while (end < nearness && depthOfNearness(end) < shell_from_m) ++end;
     const int least = scaled(kMinShell_raw, model.noiseScale(depthOfNearness(nearness)));
@@ -152,7 +159,7 @@ void OcclusionMemory::compare(const DisparityFrame& frame, std::size_t row, Samp
       continue;
     }
     ++samples.comparable;
-    if (std::max(raw, first) - std::min(raw, first) > rest_noise_) ++samples.moved;
+    if (std::max(raw, first) - std::min(raw, first) > rest_noise_.at(raw)) ++samples.moved;
   }
 }
 
@@ -165,7 +172,7 @@ bool OcclusionMemory::rowHides(std::size_t row) const noexcept {
 void OcclusionMemory::startRow(std::size_t row) noexcept {
   epoch_of_row_[row] = epoch_;
   std::fill_n(visible_.get() + row * stride_px_, stride_px_, kNothingSeen);
-  std::fill_n(hidden_.get() + row * stride_px_, stride_px_, kRawNoMeasurement);
+  std::fill_n(hidden_.get() + row * stride_px_, stride_px_, kNoRawDisparity);
   std::fill_n(&first_shown_[row * tiles_across_], tiles_across_, kNothingSeen);
   std::fill_n(&hidden_of_tile_[row * tiles_across_], tiles_across_, std::uint8_t{0});
 }
@@ -185,7 +192,8 @@ void OcclusionMemory::updateRow(const DisparityFrame& frame, std::size_t row, st
                             .ahead = row + kRowsAhead < rows_ ? kRowsAhead * stride_px_ : 0,
                             .rest_noise = rest_noise_,
                             .min_shell = min_shell_,
-                            .shell_end = shell_end_.data(),
+                            .shell_end = shell_end_.get(),
+                            .last_raw = last_raw_,
                             .falls = falls_,
                             .now = now_,
                             .hold_frames = kHoldFrames,
@@ -208,8 +216,8 @@ void OcclusionMemory::dropOverdue(const OcclusionRow& row, std::size_t column_fi
       continue;
     }
     row.visible[column] = kNothingSeen;
-    if (hidden == kRawNoMeasurement) continue;
-    hidden = kRawNoMeasurement;
+    if (hidden == kNoRawDisparity) continue;
+    hidden = kNoRawDisparity;
     --row.hidden_of_tile[column / kTile];
     --hidden_count_;
   }
@@ -226,7 +234,7 @@ bool OcclusionMemory::inShadow(const std::uint16_t* raw_row, std::size_t column,
     if (gap.begin > 0) gap.nearest_beside = nearnessOf(raw_row[gap.begin - 1]);
     if (gap.end < stride_px_) gap.nearest_beside = std::min(gap.nearest_beside, nearnessOf(raw_row[gap.end]));
   }
-  return raw != kRawNoMeasurement && gap.nearest_beside < shell_end_[nearnessOf(raw)];
+  return raw != kNoRawDisparity && gap.nearest_beside < shell_end_[nearnessOf(raw)];
 }
 
 }  // namespace hapticd::rt

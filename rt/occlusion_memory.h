@@ -62,7 +62,7 @@ class OcclusionMemory {
   int strips() const noexcept { return static_cast<int>(strips_); }
 
   /// Returns raw values in frame layout: the surface hidden behind the visible one at each pixel, or
-  /// kRawNoMeasurement where nothing is hidden or known. Valid in the windows with which the newest frame was
+  /// kNoRawDisparity where nothing is hidden or known. Valid in the windows with which the newest frame was
   /// processed.
   const std::uint16_t* hidden() const noexcept { return hidden_.get(); }
   /// Returns true if hidden() has any value in the window or at most kTile columns beside it.
@@ -93,13 +93,14 @@ class OcclusionMemory {
                  std::size_t column_last) noexcept;
   void dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept;
   bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
+  bool isMeasured(std::uint16_t raw) const noexcept { return raw <= last_raw_; }
   bool rowHides(std::size_t row) const noexcept;
   void startRow(std::size_t row) noexcept;
 
   /// Maps raw values to nearness keys, ordered by depth for either sign of the camera's coefficient; small is
   /// near.
   std::uint16_t nearnessOf(std::uint16_t raw) const noexcept {
-    return falls_ ? static_cast<std::uint16_t>(kRawNoMeasurement - 1 - raw) : raw;
+    return falls_ ? static_cast<std::uint16_t>(last_raw_ - raw) : raw;
   }
   /// Returns true if `raw` is nearer than `than_raw` by more than the shell.
   bool isNearer(std::uint16_t raw, std::uint16_t than_raw) const noexcept {
@@ -110,16 +111,17 @@ class OcclusionMemory {
   std::size_t stride_px_;
   std::size_t tiles_across_;
   std::size_t strip_rows_;
-  bool falls_;                ///< depth falls with rising raw value
-  std::uint16_t rest_noise_;  ///< see OcclusionRow
-  std::uint16_t min_shell_;   ///< see OcclusionRow
+  bool falls_;                   ///< depth falls with rising raw value
+  std::uint16_t last_raw_;       ///< see DisparityScale
+  FallingTolerance rest_noise_;  ///< see OcclusionRow
+  FallingTolerance min_shell_;   ///< see OcclusionRow
   // State of all pixels of a frame, see OcclusionRow.
   hwy::AlignedFreeUniquePtr<std::uint16_t[]> visible_;
   hwy::AlignedFreeUniquePtr<std::uint16_t[]> hidden_;
   /// Low 16 bits of the number of the frame since which the pixel has shown its current surface, or nothing.
   hwy::AlignedFreeUniquePtr<std::uint16_t[]> since_;
   /// Indexed by nearness: smaller values are in front of the shell.
-  std::array<std::uint16_t, kRawValues> shell_end_;
+  std::unique_ptr<std::uint16_t[]> shell_end_;
   std::size_t strips_;
   std::unique_ptr<std::uint8_t[]> hidden_of_tile_;
   std::unique_ptr<Samples[]> samples_of_strip_;

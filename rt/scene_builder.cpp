@@ -157,7 +157,7 @@ const std::uint16_t* SceneBuilder::hiddenAsRaw(const PixelWindow& window) noexce
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * model_.stride_px();
     for (std::ptrdiff_t i = first; i < first + model_.stride_px(); ++i) {
-      hidden_raw_[static_cast<std::size_t>(i)] = hidden[i] == kRawNoMeasurement
+      hidden_raw_[static_cast<std::size_t>(i)] = hidden[i] == kNoRawDisparity
                                                      ? model_.parameters().raw_no_measurement
                                                      : model_.rawOfDisparity(hidden[i]);
     }

@@ -72,7 +72,7 @@ Four atCrease(const Corners& cell, bool least) noexcept {
 /// Returns the slope at a pixel from its two neighbours, limited to that of the flatter side; where a surface
 /// ends, the other side determines it.
 float slopeBetween(int before, int raw, int behind) noexcept {
-  if (before >= kRawNoMeasurement || behind >= kRawNoMeasurement) return 0;
+  if (before >= kNoRawDisparity || behind >= kNoRawDisparity) return 0;
   const int up = raw - before;
   const int down = behind - raw;
   if ((up < 0) != (down < 0)) return 0;
@@ -146,7 +146,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
     const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, model_.width_px() - 1);
     const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, model_.height_px() - 1);
     const std::uint16_t raw = layer.image[pixel_row * model_.stride_px() + pixel_column];
-    if (raw >= kRawNoMeasurement) {
+    if (raw >= kNoRawDisparity) {
       sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
       return sheet;
     }

@@ -71,9 +71,9 @@ enum class Cell : std::uint8_t {
 /// One of the surfaces shown by a depth image, by blocks and, where it ends, by pixels.
 struct SurfaceLayer {
   /// Value of a pixel at the image border that never has a measurement; treated as outside the image.
-  static constexpr std::uint16_t kBeyondView = kRawNoMeasurement + 1;
+  static constexpr std::uint16_t kBeyondView = kNoRawDisparity + 1;
 
-  /// Raw disparities with small gaps closed, in frame layout; kRawNoMeasurement: none.
+  /// Raw disparities with small gaps closed, in frame layout; kNoRawDisparity: none.
   std::uint16_t* image = nullptr;
   Facet* facet = nullptr;  ///< [BlockLattice::blocks()]
   /// [BlockLattice::blocks()] between the middle of each block and its right, lower and lower right

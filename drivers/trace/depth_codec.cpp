@@ -153,7 +153,7 @@ rt::DepthModelParameters cameraOf(const rt::DepthFrameHeader& header,
   if (header.depth_law == rt::DepthLawKind::reciprocal) {
     camera.a_per_m = header.depth_law_coefficients[0];
     camera.b_per_m = header.depth_law_coefficients[1];
-    if (header.raw_no_measurement == rt::kRawNoMeasurement) return camera;
+    if (header.raw_no_measurement == camera.raw_values - 1) return camera;
   } else {
     camera.unit_m = header.depth_law_coefficients[0];
     camera.principle = rt::DepthPrinciple::active_stereo;

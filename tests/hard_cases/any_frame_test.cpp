@@ -4,6 +4,8 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
+#include "drivers/camera/kinect_image.h"
+
 // Frames with few, no, or too many measurements.
 namespace hapticd::test {
 namespace {
@@ -29,9 +31,10 @@ TEST_P(EachLaw, FramesWithoutMeasurementsGiveNoForce) {
 /// Presses from 20 mm in front of the wall that the pixels selected by `shown` lie on to 20 mm behind it.
 void expectBoundedForces(HardRig& rig, const std::function<bool(int, int)>& shown) {
   rig.show([&](rt::DepthFrame& frame) {
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
-        frame.raw[row * rt::kFrameWidth + column] = shown(row, column) ? kRaw : rt::kRawNoMeasurement;
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
+        frame.raw[row * drivers::kKinectWidth + column] =
+            shown(row, column) ? kRaw : drivers::kKinectNoMeasurement;
       }
     }
   });
@@ -80,8 +83,8 @@ TEST(HardCase, SmoothSpringsAreContinuousInTheNumberOfPoints) {
   for (int points = 0; points <= 60; ++points) {
     HardRig rig(rt::ForceLaw::smooth_springs);
     rig.show([points](rt::DepthFrame& frame) {
-      std::fill_n(frame.raw, rt::kFramePixels, rt::kRawNoMeasurement);
-      for (int i = 0; i < points; ++i) frame.raw[(240 + i / 8) * rt::kFrameWidth + 336 + i % 8] = kRaw;
+      std::fill_n(frame.raw, drivers::kKinectPixels, drivers::kKinectNoMeasurement);
+      for (int i = 0; i < points; ++i) frame.raw[(240 + i / 8) * drivers::kKinectWidth + 336 + i % 8] = kRaw;
     });
     const Vec3 point = rig.box.depthModel().pointInWorld(rt::PackedPixel::pack(340, 243, kRaw));
     const double force = norm(rig.tick(point + Vec3{0, 0, 0.02}).law_force_n_in_world);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "config/law_choice.h"
+#include "drivers/camera/kinect_image.h"
 #include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::test {
@@ -32,7 +33,7 @@ void HardRig::show(tools::TrueScene& scene, double t_s, tools::SceneNoise noise)
 }
 
 void HardRig::showConstant(std::uint16_t raw) {
-  show([raw](rt::DepthFrame& frame) { std::fill_n(frame.raw, rt::kFramePixels, raw); });
+  show([raw](rt::DepthFrame& frame) { std::fill_n(frame.raw, drivers::kKinectPixels, raw); });
 }
 
 rt::Tick HardRig::moveTo(const rt::Vec3& to_m_in_world, double step_m) {

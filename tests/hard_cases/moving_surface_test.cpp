@@ -3,6 +3,8 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
+#include "drivers/camera/kinect_image.h"
+
 // Surfaces that move between frames.
 namespace hapticd::test {
 namespace {
@@ -136,7 +138,7 @@ TEST_P(EachConstraint, AnObjectThatAppearsAroundTheHipPushesItOutOrLeavesItAlone
   for (const double depth_m : {0.005, 0.01, 0.02, 0.03, 0.1, 0.4}) {
     TrueScene wall({.kind = SceneKind::plane, .distance_m = kDistance_m});
     HardRig rig(GetParam(), wall.depthModel());
-    rig.showConstant(rt::kRawNoMeasurement);
+    rig.showConstant(drivers::kKinectNoMeasurement);
     const Vec3 hip{0, 0, -kDistance_m - depth_m};
     for (int i = 0; i < 40; ++i) rig.tick(hip);
     rig.show(wall);

@@ -3,6 +3,8 @@
 
 #include "tests/hard_cases/hard_rig.h"
 
+#include "drivers/camera/kinect_image.h"
+
 // Strokes of the law `proxy` over exact scenes: only friction may hold the proxy back, at any distance.
 namespace hapticd::test {
 namespace {
@@ -133,8 +135,8 @@ class PassingArm : public HardRig {
   /// Covers the columns from `first` on.
   void arm(int first) {
     show([first](rt::DepthFrame& frame) {
-      for (std::size_t i = 0; i < rt::kFramePixels; ++i) {
-        const int column = static_cast<int>(i) % rt::kFrameWidth;
+      for (std::size_t i = 0; i < drivers::kKinectPixels; ++i) {
+        const int column = static_cast<int>(i) % drivers::kKinectWidth;
         frame.raw[i] = column >= first && column < first + 60 ? kArm : kWall;
       }
     });

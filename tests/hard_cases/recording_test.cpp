@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/recording.h"
@@ -16,7 +17,8 @@ Vec3 nearestPoint(const rt::DepthModel& model, const rt::DepthFrame& frame) {
   Vec3 nearest{0, 0, -1e9};
   for (int row = 100; row < 380; ++row) {
     for (int column = 140; column < 500; ++column) {
-      const std::uint16_t raw = std::min<std::uint16_t>(frame.raw[row * rt::kFrameWidth + column], 2047);
+      const std::uint16_t raw =
+          std::min<std::uint16_t>(frame.raw[row * drivers::kKinectWidth + column], 2047);
       if (model.depth_m(raw) <= 0) continue;
       const Vec3 point = model.pointInWorld(
           rt::PackedPixel::pack(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row), raw));

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/recording.h"
@@ -179,10 +180,11 @@ std::optional<SeenSurface> surfaceAround(const rt::DepthModel& model, const rt::
     for (int c = -kRadius_px; c <= kRadius_px; ++c) {
       const int at_row = row + r;
       const int at_column = column + c;
-      if (at_row < 0 || at_row >= rt::kFrameHeight || at_column < 0 || at_column >= rt::kFrameWidth)
+      if (at_row < 0 || at_row >= drivers::kKinectHeight || at_column < 0 ||
+          at_column >= drivers::kKinectWidth)
         return std::nullopt;
       const double depth =
-          model.depth_m(std::min<std::uint16_t>(frame.raw[at_row * rt::kFrameWidth + at_column], 2047));
+          model.depth_m(std::min<std::uint16_t>(frame.raw[at_row * drivers::kKinectWidth + at_column], 2047));
       if (depth <= 0) continue;
       sum += depth;
       across += depth * c;
@@ -261,7 +263,7 @@ void pushOnRecording(const std::string& archive) {
     ASSERT_TRUE(reader->read(0, *frame).has_value());
     const int column = 100 + 40 * (place % 12);
     const int row = 100 + 90 * (place / 12);
-    const std::uint16_t raw = std::min<std::uint16_t>(frame->raw[row * rt::kFrameWidth + column], 2047);
+    const std::uint16_t raw = std::min<std::uint16_t>(frame->raw[row * drivers::kKinectWidth + column], 2047);
     if (model.depth_m(raw) <= 0 || model.depth_m(raw) > 3.5) continue;
     const Vec3 aim = model.pointInWorld(
         rt::PackedPixel::pack(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row), raw));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 
@@ -20,7 +21,7 @@ SmallScene::SmallScene()
       builder_(model_, rt::GridParameters{}),
       storage_(builder_.shape(), builder_.pointCapacity(), builder_.model()) {
   const auto frame = std::make_unique<rt::DepthFrame>();
-  std::fill_n(frame->raw, rt::kFramePixels, kWallRaw);
+  std::fill_n(frame->raw, drivers::kKinectPixels, kWallRaw);
   frame->sequence = 1;
   frame->arrival_ns = 0;
   storage_.attachTo(scene);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 #include "tools/hapticbench/temporary_folder.h"
@@ -88,7 +89,7 @@ BenchSequence syntheticScene() {
   drivers::AnalyticScene(table, {}).render(0, frame);
   drivers::AnalyticScene(ball, {}).render(0, *in_front);
   // the nearer surface has the smaller disparity; 2047 means no measurement
-  for (std::size_t i = 0; i < rt::kFramePixels; ++i) {
+  for (std::size_t i = 0; i < drivers::kKinectPixels; ++i) {
     frame.raw[i] = std::min(frame.raw[i], in_front->raw[i]);
   }
   frame.sequence = 1;

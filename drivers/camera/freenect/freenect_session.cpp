@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::drivers {
@@ -67,7 +68,7 @@ config::Error FreenectSession::failure(std::string what, std::string remedy) con
 }
 
 config::Result<void> FreenectSession::initialise() {
-  spare_buffer_ = std::make_unique<std::uint16_t[]>(rt::kFramePixels);
+  spare_buffer_ = std::make_unique<std::uint16_t[]>(kKinectPixels);
   if (const int status = freenect_init(&context_, nullptr); status < 0) {
     context_ = nullptr;
     return std::unexpected(failure(fmt::format("USB cannot be used (status {})", status),

@@ -14,6 +14,7 @@
 
 #include "config/value_text.h"
 #include "drivers/camera/damaged_pixels.h"
+#include "drivers/camera/kinect_image.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "pixels are read in the file's own byte order");
 
 constexpr std::string_view kHeader = "P5 640 480 65535\n";
-constexpr std::size_t kPixelBytes = rt::kFramePixels * sizeof(std::uint16_t);
+constexpr std::size_t kPixelBytes = kKinectPixels * sizeof(std::uint16_t);
 constexpr std::size_t kFileBytes = kHeader.size() + kPixelBytes;
 
 struct CloseFile {
@@ -71,7 +72,7 @@ std::unexpected<config::Error> refusePixels(const std::filesystem::path& file, r
                   "swap the bytes of the pixels; libfreenect's recordings are little-endian, unlike the PGM "
                   "standard");
   }
-  return refuse(file, fmt::format("{} of {} pixels are above 2047", damaged, rt::kFramePixels),
+  return refuse(file, fmt::format("{} of {} pixels are above 2047", damaged, kKinectPixels),
                 "the frame is damaged; copy the recording again");
 }
 

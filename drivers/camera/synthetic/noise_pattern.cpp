@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/random_bits.h"
 #include "rt/depth_frame.h"
 
@@ -23,8 +24,8 @@ constexpr std::uint32_t kEpochPurpose = 0x14;
 constexpr std::uint64_t kFramesUntilItRepeats = 65536;  // keeps epochs exact in a float
 constexpr std::uint32_t kCellFactor = 0x9e3779b9U;      // odd: distinct cells stay distinct
 constexpr std::uint32_t kLevelFactor = 0x85157af5U;
-constexpr int kWidth = rt::kFrameWidth;
-constexpr int kHeight = rt::kFrameHeight;
+constexpr int kWidth = kKinectWidth;
+constexpr int kHeight = kKinectHeight;
 
 /// Returns a uniformly distributed value with mean 0 and variance 1; the mean of the 81 values of a window is
 /// normal to within a thousandth of its fourth moment.
@@ -97,7 +98,7 @@ void sumAlongRow(const float* row, float* sums) {
 /// window; the image wraps around.
 template <int window>
 void smooth(const std::vector<float>& cells, std::span<float> image) {
-  std::vector<float> row_sums(rt::kFramePixels);
+  std::vector<float> row_sums(kKinectPixels);
   for (std::size_t row = 0; row < kHeight; ++row)
     sumAlongRow<window>(&cells[row * kWidth], &row_sums[row * kWidth]);
   constexpr int kReach = window / 2;
@@ -117,7 +118,7 @@ void smooth(const std::vector<float>& cells, std::span<float> image) {
 
 /// Returns independent cells with the given standard deviation.
 std::vector<float> fixedCells(std::uint32_t seed, std::uint32_t purpose, double deviation) {
-  std::vector<float> cells(rt::kFramePixels);
+  std::vector<float> cells(kKinectPixels);
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     cells[cell] =
         static_cast<float>(deviation) * uniform(static_cast<std::uint32_t>(bitsFor(seed, purpose, cell)));
@@ -134,8 +135,8 @@ NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& par
       drift_salt_(static_cast<std::uint32_t>(bitsFor(seed, kDriftPurpose, 0))),
       fast_salt_(static_cast<std::uint32_t>(bitsFor(seed, kFastPurpose, 0))),
       fixed_(fixedCells(seed, kFixedPurpose, parameters.static_raw * std::sqrt(parameters.share_of_pixel))),
-      coarse_(parameters.coarse_raw > 0 ? rt::kFramePixels : 0),
-      epochs_(parameters.drift_raw > 0 ? rt::kFramePixels : 0) {
+      coarse_(parameters.coarse_raw > 0 ? kKinectPixels : 0),
+      epochs_(parameters.drift_raw > 0 ? kKinectPixels : 0) {
   if (!coarse_.empty())
     smooth<kCoarseWindow>(fixedCells(seed, kCoarsePurpose, parameters.coarse_raw), coarse_);
   // A cell keeps a value for T frames. If T is distributed as the sum of two exponential variables of mean
@@ -186,7 +187,7 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
 }
 
 void NoisePattern::render(std::uint64_t frame, std::span<const float> exact, std::span<float> noise) const {
-  std::vector<float> cells(rt::kFramePixels);
+  std::vector<float> cells(kKinectPixels);
   fillCells(frame, exact, cells);
   smooth<kWindow>(cells, noise);
   for (std::size_t pixel = 0; pixel < coarse_.size(); ++pixel) noise[pixel] += coarse_[pixel];

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::drivers {
 
 /// Standard deviations of the components of a depth camera's noise, before rounding, in raw units.
@@ -56,7 +58,7 @@ class NoisePattern {
   static double staticCorrelation(const NoisePatternParameters& parameters, double change_raw);
 
   /// Computes the noise of frame `frame` (modulo 65536) for an image of exact disparities, in raw units; both
-  /// arrays have rt::kFramePixels elements. Windows wrap around at the image borders.
+  /// arrays have kKinectPixels elements. Windows wrap around at the image borders.
   void render(std::uint64_t frame, std::span<const float> exact, std::span<float> noise) const;
 
  private:

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -12,14 +14,14 @@ constexpr double kRounding_raw = 1e-6;
 
 }  // namespace
 
-SceneCamera::SceneCamera(const rt::DepthModelParameters& model) : model_(model), exact_(rt::kFramePixels) {
-  for (int column = 0; column < rt::kFrameWidth; ++column) {
+SceneCamera::SceneCamera(const rt::DepthModelParameters& model) : model_(model), exact_(kKinectPixels) {
+  for (int column = 0; column < kKinectWidth; ++column) {
     ray_x_[static_cast<std::size_t>(column)] = rayThrough(column, 0).x;
   }
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
+  for (int row = 0; row < kKinectHeight; ++row) {
     ray_y_[static_cast<std::size_t>(row)] = rayThrough(0, row).y;
   }
-  for (std::uint16_t raw = 0; raw < rt::kRawNoMeasurement; ++raw) {
+  for (std::uint16_t raw = 0; raw < kKinectNoMeasurement; ++raw) {
     const double inverse_depth = model_.a_per_m * raw + model_.b_per_m;
     const bool within =
         inverse_depth > 0 && 1 / inverse_depth >= model_.near_m && 1 / inverse_depth <= model_.far_m;
@@ -36,19 +38,19 @@ rt::Vec3 SceneCamera::rayThrough(double column, double row) const noexcept {
 float SceneCamera::exactDisparity(double inverse_depth) const noexcept {
   const double disparity = (inverse_depth - model_.b_per_m) / model_.a_per_m;
   const bool measured = inverse_depth * model_.near_m <= 1 && inverse_depth * model_.far_m >= 1 &&
-                        disparity > -kRounding_raw && disparity < rt::kRawNoMeasurement - 1 + kRounding_raw;
+                        disparity > -kRounding_raw && disparity < kKinectNoMeasurement - 1 + kRounding_raw;
   return measured ? static_cast<float>(std::max(disparity, 0.0)) : kNothingSeen;
 }
 
 void SceneCamera::deliverRounded(rt::DepthFrame& frame) const {
   std::ranges::transform(exact_, frame.image().begin(), [](float exact) {
-    return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : rt::kRawNoMeasurement;
+    return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : kKinectNoMeasurement;
   });
 }
 
 void SceneCamera::removeOutsideLimits(rt::DepthFrame& frame) const {
   for (std::uint16_t& raw : frame.image()) {
-    if (raw < raw_first_ || raw > raw_last_) raw = rt::kRawNoMeasurement;
+    if (raw < raw_first_ || raw > raw_last_) raw = kKinectNoMeasurement;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/nothing_seen.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
@@ -39,7 +40,7 @@ class SceneCamera {
     }
   }
 
-  /// The exact disparities of the newest measurement, row by row, kFramePixels of them; a scene that is not
+  /// The exact disparities of the newest measurement, row by row, kKinectPixels of them; a scene that is not
   /// measured ray by ray writes them itself.
   std::vector<float>& exact() noexcept { return exact_; }
   const std::vector<float>& exact() const noexcept { return exact_; }
@@ -53,10 +54,10 @@ class SceneCamera {
 
  private:
   rt::DepthModelParameters model_;
-  std::array<double, rt::kFrameWidth> ray_x_;   // x of the rays (x, y, -1) through each column
-  std::array<double, rt::kFrameHeight> ray_y_;  // y of the rays through each row
-  std::uint16_t raw_first_ = 1;                 // first raw value with a depth from near_m to far_m
-  std::uint16_t raw_last_ = 0;                  // last raw value with a depth from near_m to far_m
+  std::array<double, kKinectWidth> ray_x_;   // x of the rays (x, y, -1) through each column
+  std::array<double, kKinectHeight> ray_y_;  // y of the rays through each row
+  std::uint16_t raw_first_ = 1;              // first raw value with a depth from near_m to far_m
+  std::uint16_t raw_last_ = 0;               // last raw value with a depth from near_m to far_m
   std::vector<float> exact_;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/random_bits.h"
 
 namespace hapticd::drivers {
@@ -48,9 +49,9 @@ float quantileAbove(std::vector<float> values, double share) {
 }
 
 std::uint16_t toRaw(float disparity) noexcept {
-  return disparity >= 0 && disparity < static_cast<float>(rt::kRawNoMeasurement)
+  return disparity >= 0 && disparity < static_cast<float>(kKinectNoMeasurement)
              ? static_cast<std::uint16_t>(disparity)
-             : rt::kRawNoMeasurement;
+             : kKinectNoMeasurement;
 }
 
 bool jumps(float a, float b) noexcept {
@@ -105,7 +106,7 @@ void SensorNoise::dither(std::uint64_t frame, std::span<const float> exact, std:
   const auto salt = static_cast<std::uint32_t>(bitsFor(seed_, kDitherPurpose, frame));
   for (std::size_t pixel = 0; pixel < exact.size(); ++pixel) {
     const std::uint32_t bits = scramble32(static_cast<std::uint32_t>(pixel) * 0x9e3779b9U + salt);
-    raw[pixel] = exact[pixel] >= 0 ? toRaw(exact[pixel] + fractionOf(bits)) : rt::kRawNoMeasurement;
+    raw[pixel] = exact[pixel] >= 0 ? toRaw(exact[pixel] + fractionOf(bits)) : kKinectNoMeasurement;
   }
 }
 
@@ -118,16 +119,16 @@ std::uint16_t SensorNoise::atEdge(std::uint32_t bits, float disparity, float nei
 
 void SensorNoise::applyRow(std::uint64_t frame, int row, const Offsets& offsets, std::span<const float> lit,
                            std::span<const float> noise, std::uint16_t* raw) const {
-  const auto first = static_cast<std::size_t>(row) * rt::kFrameWidth;
+  const auto first = static_cast<std::size_t>(row) * kKinectWidth;
   const float* const line = &lit[first];
-  const float* const above = row > 0 ? line - rt::kFrameWidth : line;
-  const float* const below = row + 1 < rt::kFrameHeight ? line + rt::kFrameWidth : line;
+  const float* const above = row > 0 ? line - kKinectWidth : line;
+  const float* const below = row + 1 < kKinectHeight ? line + kKinectWidth : line;
   const auto salt = static_cast<std::uint32_t>(bitsFor(seed_, kFlyingPurpose, frame));
   for (int column = 0; column < kFirstDeadColumn; ++column) {
     const std::size_t pixel = first + static_cast<std::size_t>(column);
     const float disparity = line[column];
     if (disparity < 0) {
-      raw[pixel] = rt::kRawNoMeasurement;
+      raw[pixel] = kKinectNoMeasurement;
       continue;
     }
     const float left = line[std::max(column - 1, 0)];
@@ -139,7 +140,7 @@ void SensorNoise::applyRow(std::uint64_t frame, int row, const Offsets& offsets,
     const bool edge = jumps(disparity, beside);
     const bool unsteady = edge || field(offsets.weak, column, row) > weak_above_;
     if (unsteady && field(offsets.flicker, column, row) > 0) {
-      raw[pixel] = rt::kRawNoMeasurement;
+      raw[pixel] = kKinectNoMeasurement;
     } else if (edge) {
       const std::uint32_t bits = scramble32(static_cast<std::uint32_t>(pixel) * 0x9e3779b9U + salt);
       raw[pixel] = atEdge(bits, disparity, beside, noise[pixel]);
@@ -147,19 +148,19 @@ void SensorNoise::applyRow(std::uint64_t frame, int row, const Offsets& offsets,
       raw[pixel] = toRaw(disparity + noise[pixel] + 0.5F);
     }
   }
-  std::fill_n(raw + first + kFirstDeadColumn, rt::kFrameWidth - kFirstDeadColumn, rt::kRawNoMeasurement);
+  std::fill_n(raw + first + kFirstDeadColumn, kKinectWidth - kFirstDeadColumn, kKinectNoMeasurement);
 }
 
 void SensorNoise::applySensor(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const {
-  std::vector<float> noise(rt::kFramePixels);
+  std::vector<float> noise(kKinectPixels);
   pattern_.render(frame, exact, noise);
   std::vector<float> lit(exact.begin(), exact.end());
-  for (std::size_t row = 0; row < rt::kFrameHeight; ++row) {
-    removeShadow(std::span(lit).subspan(row * rt::kFrameWidth, rt::kFrameWidth), parameters_.shadow_side,
+  for (std::size_t row = 0; row < kKinectHeight; ++row) {
+    removeShadow(std::span(lit).subspan(row * kKinectWidth, kKinectWidth), parameters_.shadow_side,
                  parameters_.shadow_pixels_per_raw);
   }
   const Offsets offsets{offset(frame, kFlickerPurpose), offset(0, kWeakPurpose)};
-  for (int row = 0; row < rt::kFrameHeight; ++row) applyRow(frame, row, offsets, lit, noise, raw);
+  for (int row = 0; row < kKinectHeight; ++row) applyRow(frame, row, offsets, lit, noise, raw);
 }
 
 }  // namespace hapticd::drivers

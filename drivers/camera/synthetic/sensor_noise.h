@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/noise_pattern.h"
 #include "drivers/camera/synthetic/nothing_seen.h"
 #include "drivers/camera/synthetic/projector_shadow.h"
@@ -51,7 +52,7 @@ class SensorNoise {
   const Parameters& parameters() const noexcept { return parameters_; }
 
   /// Rounds each pixel randomly to one of the two nearest integers such that the mean over frames is exact;
-  /// independent between pixels and frames. `exact`: kFramePixels disparities or kNothingSeen.
+  /// independent between pixels and frames. `exact`: kKinectPixels disparities or kNothingSeen.
   void dither(std::uint64_t frame, std::span<const float> exact, std::uint16_t* raw) const;
 
   /// Simulates a Kinect v1: the projector's shadow, correlated noise, rounding, missing and flying pixels at

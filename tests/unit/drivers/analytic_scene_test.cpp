@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -46,10 +48,10 @@ void expectPointsOnSurface(const View& view, double t_s, std::size_t min_points)
   scene.render(t_s, *frame);
   std::size_t points = 0;
   double worst = 0;  // fraction of the bound
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column) {
-      const std::uint16_t raw = frame->raw[row * rt::kFrameWidth + column];
-      if (raw == rt::kRawNoMeasurement) continue;
+  for (int row = 0; row < kKinectHeight; ++row) {
+    for (int column = 0; column < kKinectWidth; ++column) {
+      const std::uint16_t raw = frame->raw[row * kKinectWidth + column];
+      if (raw == kKinectNoMeasurement) continue;
       const double depth = 1 / (view.model.a_per_m * raw + view.model.b_per_m);
       const Vec3 along = ray(view.model, column, row);
       const double shift = std::abs(view.model.a_per_m) * (0.5 + kDisparityRounding);
@@ -63,13 +65,13 @@ void expectPointsOnSurface(const View& view, double t_s, std::size_t min_points)
 }
 
 TEST(AnalyticScene, PlanePointsLieOnThePlaneToHalfARawUnit) {
-  expectPointsOnSurface({settingsOf(SyntheticScene::plane), {}}, 0, rt::kFramePixels);
-  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 2.5), {}}, 0, rt::kFramePixels);
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane), {}}, 0, kKinectPixels);
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 2.5), {}}, 0, kKinectPixels);
 }
 
 TEST(AnalyticScene, TiltedPlanePointsLieOnThePlaneToHalfARawUnit) {
-  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 1.2, 0.7), {}}, 0, rt::kFramePixels);
-  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 0.8, -1), {}}, 0, rt::kFramePixels / 2);
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 1.2, 0.7), {}}, 0, kKinectPixels);
+  expectPointsOnSurface({settingsOf(SyntheticScene::plane, 0.8, -1), {}}, 0, kKinectPixels / 2);
 }
 
 TEST(AnalyticScene, SpherePointsLieOnTheSphereToHalfARawUnit) {
@@ -78,12 +80,12 @@ TEST(AnalyticScene, SpherePointsLieOnTheSphereToHalfARawUnit) {
 
 TEST(AnalyticScene, MovingSphereAndWallPointsLieOnThemToHalfARawUnit) {
   for (const double t_s : {0.0, 0.7, 3.0}) {
-    expectPointsOnSurface({settingsOf(SyntheticScene::moving_sphere), {}}, t_s, rt::kFramePixels);
+    expectPointsOnSurface({settingsOf(SyntheticScene::moving_sphere), {}}, t_s, kKinectPixels);
   }
 }
 
 TEST(AnalyticScene, EdgePointsLieOnTheHalfPlaneToHalfARawUnit) {
-  expectPointsOnSurface({settingsOf(SyntheticScene::edge, 1, 0.3), {}}, 0, 300 * rt::kFrameHeight);
+  expectPointsOnSurface({settingsOf(SyntheticScene::edge, 1, 0.3), {}}, 0, 300 * kKinectHeight);
 }
 
 TEST(AnalyticScene, PointsLieOnTheSurfaceUnderTheFactoryLawToo) {
@@ -91,7 +93,7 @@ TEST(AnalyticScene, PointsLieOnTheSurfaceUnderTheFactoryLawToo) {
   view.model.a_per_m = -0.02605 / 9;
   view.model.b_per_m = 28.379075 / 9;
   view.model.fx_px = view.model.fy_px = 575.8;
-  expectPointsOnSurface(view, 0.4, rt::kFramePixels);
+  expectPointsOnSurface(view, 0.4, kKinectPixels);
 }
 
 TEST(AnalyticScene, EveryRayThatMeetsTheSphereSeesItAndNoOther) {
@@ -100,14 +102,14 @@ TEST(AnalyticScene, EveryRayThatMeetsTheSphereSeesItAndNoOther) {
   const auto frame = std::make_unique<rt::DepthFrame>();
   scene.render(0, *frame);
   int different = 0;
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column) {
+  for (int row = 0; row < kKinectHeight; ++row) {
+    for (int column = 0; column < kKinectWidth; ++column) {
       // The angle between the ray and the centre (straight ahead), compared with the sphere's apparent
       // radius.
       const double angle = std::acos(1 / norm(ray(view.model, column, row)));
       const double limb = std::asin(view.settings.sphere_radius_m / view.settings.distance_m);
       if (std::abs(angle - limb) < 1e-9) continue;
-      const bool seen = frame->raw[row * rt::kFrameWidth + column] != rt::kRawNoMeasurement;
+      const bool seen = frame->raw[row * kKinectWidth + column] != kKinectNoMeasurement;
       different += seen != (angle < limb);
     }
   }
@@ -155,9 +157,9 @@ TEST(AnalyticScene, TheEdgeHasNothingBesideIt) {
   scene.render(0, *frame);
   const rt::DepthModelParameters model;
   int different = 0;
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
-    const bool left = static_cast<int>(pixel % rt::kFrameWidth) <= model.cx_px;
-    different += left != (frame->raw[pixel] != rt::kRawNoMeasurement);
+  for (std::size_t pixel = 0; pixel < kKinectPixels; ++pixel) {
+    const bool left = static_cast<int>(pixel % kKinectWidth) <= model.cx_px;
+    different += left != (frame->raw[pixel] != kKinectNoMeasurement);
   }
   EXPECT_EQ(different, 0);
 }
@@ -175,14 +177,14 @@ TEST(AnalyticScene, NoNoiseMakesARawValueOutsideNearAndFar) {
     int valid = 0;
     int outside = 0;
     int invented = 0;
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+    for (std::size_t pixel = 0; pixel < kKinectPixels; ++pixel) {
       const std::uint16_t raw = frame->raw[pixel];
-      if (raw == rt::kRawNoMeasurement) continue;
+      if (raw == kKinectNoMeasurement) continue;
       ++valid;
       const double depth = 1 / (model.a_per_m * raw + model.b_per_m);
       outside += !(depth >= model.near_m && depth <= model.far_m);
-      const double truth = scene.trueDepth(static_cast<int>(pixel % rt::kFrameWidth),
-                                           static_cast<int>(pixel / rt::kFrameWidth), 0.5);
+      const double truth = scene.trueDepth(static_cast<int>(pixel % kKinectWidth),
+                                           static_cast<int>(pixel / kKinectWidth), 0.5);
       invented += !(truth >= model.near_m && truth <= model.far_m);
     }
     EXPECT_EQ(outside, 0);

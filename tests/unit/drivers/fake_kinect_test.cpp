@@ -8,6 +8,7 @@
 
 #include "child_process.h"
 #include "drivers/camera/freenect/freenect_camera.h"
+#include "drivers/camera/kinect_image.h"
 #include "fake_kinect_camera.h"
 #include "frame_collector.h"
 #include "tests/support/made_up_pixel.h"
@@ -27,7 +28,7 @@ void expectPixelsOfTheirFrame(FrameCollector& frames) {
   for (std::size_t index = 0; index < frames.count(); ++index) {
     const rt::DepthFrame& frame = frames.frame(index);
     std::size_t different = 0;
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+    for (std::size_t pixel = 0; pixel < kKinectPixels; ++pixel) {
       different += frame.raw[pixel] != test::madeUpPixel(frame.device_ticks, pixel);
     }
     EXPECT_EQ(different, 0U) << "frame " << frame.device_ticks;

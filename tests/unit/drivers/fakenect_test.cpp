@@ -9,6 +9,7 @@
 
 #include "child_process.h"
 #include "drivers/camera/freenect/freenect_camera.h"
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/recorded/recording_writer.h"
 #include "frame_collector.h"
@@ -67,7 +68,7 @@ TEST(Fakenect, DeliversTheBytesOfARecordingThatWeMade) {
   ASSERT_TRUE(writer) << writer.error().text();
   const auto frame = std::make_unique<rt::DepthFrame>();
   for (std::uint32_t number = 0; number < 12; ++number) {
-    for (std::size_t i = 0; i < rt::kFramePixels; ++i) frame->raw[i] = test::madeUpPixel(number, i);
+    for (std::size_t i = 0; i < kKinectPixels; ++i) frame->raw[i] = test::madeUpPixel(number, i);
     frame->arrival_ns = 1'000'000 * (std::int64_t{number} + 1);
     frame->device_ticks = 1000 + number;
     ASSERT_TRUE((*writer)->write(*frame));

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::drivers {
@@ -19,8 +20,7 @@ using Field = std::vector<float>;
 
 constexpr double kStandardErrors = 5;
 constexpr int kSeeds = 8;
-constexpr double kPatches =
-    kSeeds * double{rt::kFramePixels} / (NoisePattern::kWindow * NoisePattern::kWindow);
+constexpr double kPatches = kSeeds * double{kKinectPixels} / (NoisePattern::kWindow * NoisePattern::kWindow);
 // Of a correlation coefficient, or of a variance relative to itself, from kPatches independent patches.
 const double kCorrelationTolerance = kStandardErrors / std::sqrt(kPatches);
 const double kVarianceTolerance = kStandardErrors * std::sqrt(2 / kPatches);
@@ -28,15 +28,15 @@ const double kVarianceTolerance = kStandardErrors * std::sqrt(2 / kPatches);
 /// Disparities that cover all phases within a raw unit, 0.05 per pixel and row.
 Field ramp(float shift_raw) {
   Field exact;
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column)
+  for (int row = 0; row < kKinectHeight; ++row) {
+    for (int column = 0; column < kKinectWidth; ++column)
       exact.push_back(600.0F + 0.05F * static_cast<float>(column + row) + shift_raw);
   }
   return exact;
 }
 
 Field noiseOf(const NoisePattern& pattern, std::uint64_t frame, const Field& exact) {
-  Field noise(rt::kFramePixels);
+  Field noise(kKinectPixels);
   pattern.render(frame, exact, noise);
   return noise;
 }
@@ -74,7 +74,7 @@ TEST(NoisePattern, IsCorrelatedOverTheMatchingWindowAndNotBeyond) {
   EXPECT_NEAR(covariance(fast, 0, 0, 3), 1 - 3.0 / 9, kCorrelationTolerance);
   EXPECT_NEAR(covariance(fast, 0, 0, 6), 1 - 6.0 / 9, kCorrelationTolerance);
   EXPECT_NEAR(covariance(fast, 0, 0, 12), 0, kCorrelationTolerance);
-  EXPECT_NEAR(covariance(fast, 0, 0, 3 * std::size_t{rt::kFrameWidth}), 1 - 3.0 / 9, kCorrelationTolerance);
+  EXPECT_NEAR(covariance(fast, 0, 0, 3 * std::size_t{kKinectWidth}), 1 - 3.0 / 9, kCorrelationTolerance);
 }
 
 TEST(NoisePattern, DistortionExtendsOverItsLargerWindowAndStaysWhenTheSceneMoves) {

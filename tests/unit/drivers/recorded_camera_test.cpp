@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "drivers/camera/kinect_image.h"
 #include "frame_collector.h"
 #include "rt/clock.h"
 #include "tests/support/scratch_recording.h"
@@ -16,7 +17,7 @@ using test::FrameCollector;
 using test::ScratchRecording;
 
 bool isMadeUpFrame(const rt::DepthFrame& frame, std::uint32_t number) {
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < kKinectPixels; ++pixel) {
     if (frame.raw[pixel] != test::madeUpPixel(number, pixel)) return false;
   }
   return true;

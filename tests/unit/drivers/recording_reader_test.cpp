@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/depth_pgm.h"
 #include "tests/support/raw_image.h"
 #include "tests/support/recording.h"
@@ -57,7 +58,7 @@ TEST(RecordingReader, DeliversEveryPixelTimeAndTickOfTheFiles) {
     EXPECT_EQ(frame->sequence, index + 1);
     EXPECT_EQ(frame->device_ticks, index == 0 ? 4294967290U : 3U);
     std::size_t different = 0;
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+    for (std::size_t pixel = 0; pixel < kKinectPixels; ++pixel) {
       different += frame->raw[pixel] != test::madeUpPixel(index, pixel);
     }
     EXPECT_EQ(different, 0U) << "frame " << index;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "tests/support/made_up_pixel.h"
 #include "tests/support/program.h"
@@ -26,7 +27,7 @@ constexpr std::int64_t kFirst_ns = 12'000'000'007;
 
 std::unique_ptr<rt::DepthFrame> madeUpFrame(std::uint32_t number) {
   auto frame = std::make_unique<rt::DepthFrame>();
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < kKinectPixels; ++pixel) {
     frame->raw[pixel] = test::madeUpPixel(number % 100, pixel);
   }
   frame->sequence = number + 1;

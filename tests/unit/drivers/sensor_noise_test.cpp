@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -17,13 +19,13 @@ constexpr int kFrames = 100;
 
 // Noise that is independent in each frame, so that every frame adds its own independent patches.
 constexpr double kSigmaRaw = 0.5;
-constexpr double kIndependentPatches = double{kFrames} * SensorNoise::kFirstDeadColumn * rt::kFrameHeight /
+constexpr double kIndependentPatches = double{kFrames} * SensorNoise::kFirstDeadColumn * kKinectHeight /
                                        (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
 // Five standard errors: one false alarm in a million, and the seed is fixed.
 constexpr double kSigmas = 5;
 
 Image sensorImage(const SensorNoise& noise, std::uint64_t frame, const std::vector<float>& exact) {
-  Image raw(rt::kFramePixels);
+  Image raw(kKinectPixels);
   noise.applySensor(frame, exact, raw.data());
   return raw;
 }
@@ -33,18 +35,18 @@ SensorNoise fastNoise() {
 }
 
 std::size_t at(int column, int row) {
-  return static_cast<std::size_t>(row * rt::kFrameWidth + column);
+  return static_cast<std::size_t>(row * kKinectWidth + column);
 }
 
 /// Sums over pairs of measured pixels of one image, `lag` columns apart.
 struct Moments {
   double count = 0, sum = 0, squares = 0, products = 0;
   void add(const Image& raw, int lag) {
-    for (int row = 0; row < rt::kFrameHeight; row += 8) {
+    for (int row = 0; row < kKinectHeight; row += 8) {
       for (int column = 0; column + lag < SensorNoise::kFirstDeadColumn; column += 8) {
         const auto a = raw[at(column, row)];
         const auto b = raw[at(column + lag, row)];
-        if (a == rt::kRawNoMeasurement || b == rt::kRawNoMeasurement) continue;
+        if (a == kKinectNoMeasurement || b == kKinectNoMeasurement) continue;
         const double da = a - double{kFlat};
         const double db = b - double{kFlat};
         count += 1;
@@ -61,7 +63,7 @@ struct Moments {
 
 Moments momentsAtLag(int lag) {
   const SensorNoise noise = fastNoise();
-  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  const std::vector<float> exact(kKinectPixels, kFlat);
   Moments moments;
   for (int frame = 0; frame < kFrames; ++frame)
     moments.add(sensorImage(noise, static_cast<std::uint64_t>(frame), exact), lag);
@@ -93,13 +95,13 @@ TEST(SensorNoise, IsCorrelatedOverTheWindowAndNotBeyond) {
 
 TEST(SensorNoise, OfARestingSceneIsMostlyTheSameInEveryFrame) {
   const SensorNoise noise(7, SensorNoise::harsh());
-  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  const std::vector<float> exact(kKinectPixels, kFlat);
   const Image first = sensorImage(noise, 1, exact);
   const Image later = sensorImage(noise, 5000, exact);
   double count = 0;
   double products = 0;
   for (std::size_t pixel = 0; pixel < first.size(); ++pixel) {
-    if (first[pixel] == rt::kRawNoMeasurement || later[pixel] == rt::kRawNoMeasurement) continue;
+    if (first[pixel] == kKinectNoMeasurement || later[pixel] == kKinectNoMeasurement) continue;
     products += (first[pixel] - double{kFlat}) * (later[pixel] - double{kFlat});
     count += 1;
   }
@@ -111,7 +113,7 @@ TEST(SensorNoise, OfARestingSceneIsMostlyTheSameInEveryFrame) {
 }
 
 TEST(SensorNoise, IsTheSameForTheSameSeedFrameAndImage) {
-  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  const std::vector<float> exact(kKinectPixels, kFlat);
   const Image image = sensorImage(SensorNoise(7), 3, exact);
   EXPECT_EQ(image, sensorImage(SensorNoise(7), 3, exact));
   EXPECT_NE(image, sensorImage(SensorNoise(8), 3, exact));
@@ -120,23 +122,23 @@ TEST(SensorNoise, IsTheSameForTheSameSeedFrameAndImage) {
 
 TEST(SensorNoise, MakesTheStatedShareOfPixelsFlicker) {
   const SensorNoise noise(7);
-  const std::vector<float> exact(rt::kFramePixels, kFlat);
+  const std::vector<float> exact(kKinectPixels, kFlat);
   constexpr int kFlickerFrames = 60;
-  std::vector<int> missing(rt::kFramePixels);
+  std::vector<int> missing(kKinectPixels);
   for (std::uint64_t frame = 0; frame < kFlickerFrames; ++frame) {
     const Image raw = sensorImage(noise, frame, exact);
     for (std::size_t pixel = 0; pixel < raw.size(); ++pixel)
-      missing[pixel] += raw[pixel] == rt::kRawNoMeasurement;
+      missing[pixel] += raw[pixel] == kKinectNoMeasurement;
   }
   double flickering = 0;
   double always_missing = 0;
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
+  for (int row = 0; row < kKinectHeight; ++row) {
     for (int column = 0; column < SensorNoise::kFirstDeadColumn; ++column) {
       flickering += missing[at(column, row)] > 0 && missing[at(column, row)] < kFlickerFrames;
       always_missing += missing[at(column, row)] == kFlickerFrames;
     }
   }
-  const double pixels = double{SensorNoise::kFirstDeadColumn} * rt::kFrameHeight;
+  const double pixels = double{SensorNoise::kFirstDeadColumn} * kKinectHeight;
   const double patches = pixels / (SensorNoise::kCorrelationPixels * SensorNoise::kCorrelationPixels);
   const double share = noise.parameters().flicker_share;
   EXPECT_NEAR(flickering / pixels, share, kSigmas * std::sqrt(share * (1 - share) / patches));
@@ -145,25 +147,25 @@ TEST(SensorNoise, MakesTheStatedShareOfPixelsFlicker) {
 
 TEST(SensorNoise, MakesTheRimOfAStepFlickerAndNotItsSurroundings) {
   const SensorNoise noise(7, {.shadow_side = ShadowSide::none});
-  std::vector<float> exact(rt::kFramePixels, kFlat);
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 300; column < rt::kFrameWidth; ++column) exact[at(column, row)] = kFlat + 50;
+  std::vector<float> exact(kKinectPixels, kFlat);
+  for (int row = 0; row < kKinectHeight; ++row) {
+    for (int column = 300; column < kKinectWidth; ++column) exact[at(column, row)] = kFlat + 50;
   }
   int rim = 0;
   int beside = 0;
   for (std::uint64_t frame = 0; frame < 40; ++frame) {
     const Image raw = sensorImage(noise, frame, exact);
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      rim += raw[at(299, row)] == rt::kRawNoMeasurement;
-      rim += raw[at(300, row)] == rt::kRawNoMeasurement;
-      beside += raw[at(290, row)] == rt::kRawNoMeasurement;
-      beside += raw[at(310, row)] == rt::kRawNoMeasurement;
+    for (int row = 0; row < kKinectHeight; ++row) {
+      rim += raw[at(299, row)] == kKinectNoMeasurement;
+      rim += raw[at(300, row)] == kKinectNoMeasurement;
+      beside += raw[at(290, row)] == kKinectNoMeasurement;
+      beside += raw[at(310, row)] == kKinectNoMeasurement;
     }
   }
   // Half of the time against half of a tenth; 40 frames x 480 / 9 independent patches.
-  const double observations = 40.0 * 2 * rt::kFrameHeight;
+  const double observations = 40.0 * 2 * kKinectHeight;
   const double tolerance =
-      kSigmas * std::sqrt(0.25 / (40.0 * rt::kFrameHeight / SensorNoise::kCorrelationPixels));
+      kSigmas * std::sqrt(0.25 / (40.0 * kKinectHeight / SensorNoise::kCorrelationPixels));
   EXPECT_NEAR(rim / observations, 0.5, tolerance);
   EXPECT_LT(beside / observations, 0.5 * noise.parameters().flicker_share + 4 * tolerance);
 }
@@ -172,18 +174,18 @@ TEST(SensorNoise, MakesTheStatedShareOfTheMeasuredRimFlyingPixels) {
   constexpr double kFlying = 0.2;
   constexpr float kStep = 100;
   const SensorNoise noise(7, {.flying_share = kFlying, .shadow_side = ShadowSide::none});
-  std::vector<float> exact(rt::kFramePixels, kFlat);
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 300; column < rt::kFrameWidth; ++column) exact[at(column, row)] = kFlat + kStep;
+  std::vector<float> exact(kKinectPixels, kFlat);
+  for (int row = 0; row < kKinectHeight; ++row) {
+    for (int column = 300; column < kKinectWidth; ++column) exact[at(column, row)] = kFlat + kStep;
   }
   double measured = 0;
   double flying = 0;
   for (std::uint64_t frame = 0; frame < 40; ++frame) {
     const Image raw = sensorImage(noise, frame, exact);
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
+    for (int row = 0; row < kKinectHeight; ++row) {
       for (const int column : {299, 300}) {
         const double value = raw[at(column, row)];
-        if (value == rt::kRawNoMeasurement) continue;
+        if (value == kKinectNoMeasurement) continue;
         measured += 1;
         flying += value > double{kFlat} + 3 && value < double{kFlat + kStep} - 3;
         EXPECT_GT(value, double{kFlat} - 3);
@@ -198,30 +200,30 @@ TEST(SensorNoise, MakesTheStatedShareOfTheMeasuredRimFlyingPixels) {
 
 TEST(SensorNoise, DarkensTheStripBesideABodyThatTheProjectorDoesNotReach) {
   const SensorNoise noise(7, {.flicker_share = 0});
-  std::vector<float> exact(rt::kFramePixels, kFlat + 100);
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
+  std::vector<float> exact(kKinectPixels, kFlat + 100);
+  for (int row = 0; row < kKinectHeight; ++row) {
     for (int column = 200; column < 300; ++column) exact[at(column, row)] = kFlat;
   }
   const Image raw = sensorImage(noise, 3, exact);
   // 13.7 px to the left of the body; the rims of body and wall flicker
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 187; column < 200; ++column) ASSERT_EQ(raw[at(column, row)], rt::kRawNoMeasurement);
-    ASSERT_NE(raw[at(185, row)], rt::kRawNoMeasurement);
-    ASSERT_NE(raw[at(302, row)], rt::kRawNoMeasurement);
+  for (int row = 0; row < kKinectHeight; ++row) {
+    for (int column = 187; column < 200; ++column) ASSERT_EQ(raw[at(column, row)], kKinectNoMeasurement);
+    ASSERT_NE(raw[at(185, row)], kKinectNoMeasurement);
+    ASSERT_NE(raw[at(302, row)], kKinectNoMeasurement);
   }
 }
 
 TEST(SensorNoise, LeavesTheLastColumnsWithoutMeasurement) {
   const SensorNoise noise(7);
-  const Image raw = sensorImage(noise, 3, std::vector<float>(rt::kFramePixels, kFlat));
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
+  const Image raw = sensorImage(noise, 3, std::vector<float>(kKinectPixels, kFlat));
+  for (int row = 0; row < kKinectHeight; ++row) {
     for (int column = 632; column < 640; ++column) ASSERT_EQ(raw[at(column, row)], 2047);
   }
 }
 
 TEST(SensorNoise, InventsNothingWhereNothingIsSeen) {
   const SensorNoise noise(7);
-  const std::vector<float> nothing(rt::kFramePixels, kNothingSeen);
+  const std::vector<float> nothing(kKinectPixels, kNothingSeen);
   Image raw = sensorImage(noise, 3, nothing);
   EXPECT_TRUE(std::ranges::all_of(raw, [](auto value) { return value == 2047; }));
   noise.dither(3, nothing, raw.data());
@@ -231,7 +233,7 @@ TEST(SensorNoise, InventsNothingWhereNothingIsSeen) {
 TEST(SensorNoise, StaysWithin11BitsAtBothEndsOfTheRange) {
   const SensorNoise noise(7);
   for (const float end : {0.0F, 2046.0F}) {
-    Image raw = sensorImage(noise, 3, std::vector<float>(rt::kFramePixels, end));
+    Image raw = sensorImage(noise, 3, std::vector<float>(kKinectPixels, end));
     EXPECT_LE(*std::ranges::max_element(raw), 2047);
     const auto measured =
         std::ranges::count_if(raw, [end](auto value) { return std::abs(value - end) < 5 && value < 2047; });
@@ -241,8 +243,8 @@ TEST(SensorNoise, StaysWithin11BitsAtBothEndsOfTheRange) {
 
 TEST(SensorNoise, DitherRoundsToOneOfTwoNeighboursAndIsUnbiased) {
   const SensorNoise noise(7);
-  const std::vector<float> exact(rt::kFramePixels, kFlat);
-  Image raw(rt::kFramePixels);
+  const std::vector<float> exact(kKinectPixels, kFlat);
+  Image raw(kKinectPixels);
   double upper = 0;
   constexpr int kDitherFrames = 20;
   for (std::uint64_t frame = 0; frame < kDitherFrames; ++frame) {
@@ -252,7 +254,7 @@ TEST(SensorNoise, DitherRoundsToOneOfTwoNeighboursAndIsUnbiased) {
       upper += value == 701;
     }
   }
-  const double observations = double{kDitherFrames} * rt::kFramePixels;
+  const double observations = double{kDitherFrames} * kKinectPixels;
   const double share = double{kFlat} - 700;
   EXPECT_NEAR(upper / observations, share, kSigmas * std::sqrt(share * (1 - share) / observations));
 }

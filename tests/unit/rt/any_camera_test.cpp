@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -10,6 +11,7 @@
 
 #include "rt/depth_model.h"
 #include "rt/disparity_image.h"
+#include "rt/occlusion_memory.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/oracle/spring_oracle.h"
 
@@ -59,8 +61,8 @@ TEST_P(AnyCamera, ConvertsItsRawValuesToDisparitiesAndBackWithinAUnit) {
   for (std::uint32_t raw = 0; raw < 65536; raw += 7) {
     const auto value = static_cast<std::uint16_t>(raw);
     const std::uint16_t disparity = model.disparityOf(value);
-    ASSERT_EQ(disparity == kRawNoMeasurement, model.depth_m(value) == 0) << raw;
-    if (disparity == kRawNoMeasurement) continue;
+    ASSERT_EQ(disparity == kNoRawDisparity, model.depth_m(value) == 0) << raw;
+    if (disparity == kNoRawDisparity) continue;
     const double depth = 1 / model.disparity().inverseDepth_per_m(disparity);
     ASSERT_NEAR(depth, model.depth_m(value),
                 0.51 * model.disparity().unit_m(depth) * (depth / model.depth_m(value) + 0.1))
@@ -87,6 +89,43 @@ TEST_P(AnyCamera, DisparityImageEqualsTheConversionOfEachPixel) {
   }
   // single precision decides differently only for values halfway between two
   EXPECT_LE(other, static_cast<int>(frame->pixels() / 200));
+}
+
+TEST_P(AnyCamera, BoundsItsNoiseAtEveryDisparity) {
+  const DepthModel model(camera(), {});
+  for (double depth = camera().near_m; depth <= camera().far_m; depth += 0.01) {
+    const double bound = model.noiseBound().at(model.disparity().rawOf(depth));
+    ASSERT_GE(bound, model.noiseScale(depth) - 1e-9) << depth;
+  }
+}
+
+TEST_P(AnyCamera, RemembersWhatAnOccluderHidesAtEveryDepth) {
+  const DepthModel model(camera(), {});
+  OcclusionMemory memory(model);
+  DisparityImage image(model);
+  DepthFrame frame{};
+  frame.camera = camera();
+  const PixelWindow all = model.wholeFrame();
+  const auto show = [&](double depth_m) {
+    std::ranges::fill(frame.image(), static_cast<std::uint16_t>(std::lround(depth_m / camera().unit_m)));
+    ++frame.sequence;
+    frame.arrival_ns += 33'333'333;
+    image.convert(frame, all);
+    memory.update(image.of(frame), all);
+  };
+  for (double wall_m = 2 * camera().near_m; wall_m < camera().far_m; wall_m *= 1.3) {
+    // six standard deviations of the noise, which must not look like an occluder, and more than the shell
+    const double gap_m = OcclusionMemory::kShell_m + 6 * camera().noise.sigma_m(wall_m) + 0.005;
+    if (wall_m - gap_m < camera().near_m) continue;
+    memory.forget();
+    show(wall_m);
+    show(wall_m - gap_m);
+    const std::uint16_t hidden = memory.hidden()[model.pixels() / 2 + 7];
+    ASSERT_NE(hidden, kNoRawDisparity) << wall_m;
+    EXPECT_NEAR(1 / model.disparity().inverseDepth_per_m(hidden), wall_m,
+                camera().unit_m + model.disparity().unit_m(wall_m))
+        << wall_m;
+  }
 }
 
 TEST_P(AnyCamera, TheExactLawEqualsAnExhaustiveSearch) {

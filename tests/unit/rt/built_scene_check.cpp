@@ -10,6 +10,8 @@
 #include <cstring>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -72,11 +74,11 @@ void expectVoxelsToHoldTheirPoints(const rt::Scene& scene) {
 
 void expectAllPointsOfTheBall(const rt::Scene& scene, const tools::PointCloud& cloud) {
   constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::uint32_t> index_of_pixel(rt::kFramePixels, kNone);
+  std::vector<std::uint32_t> index_of_pixel(drivers::kKinectPixels, kNone);
   for (std::uint32_t i = 0; i < scene.points; ++i) {
     const std::uint32_t pixel = scene.point[i].pixel;
     std::uint32_t& index =
-        index_of_pixel[rt::PackedPixel::row(pixel) * rt::kFrameWidth + rt::PackedPixel::column(pixel)];
+        index_of_pixel[rt::PackedPixel::row(pixel) * drivers::kKinectWidth + rt::PackedPixel::column(pixel)];
     ASSERT_EQ(index, kNone) << "a point twice";
     index = i;
   }
@@ -84,7 +86,7 @@ void expectAllPointsOfTheBall(const rt::Scene& scene, const tools::PointCloud& c
   std::size_t found = 0;
   for (std::size_t i = 0; i < cloud.points_m.size(); ++i) {
     const double distance = norm(cloud.points_m[i] - scene.ball_centre_m_in_world);
-    const std::uint32_t index = index_of_pixel[cloud.row[i] * rt::kFrameWidth + cloud.column[i]];
+    const std::uint32_t index = index_of_pixel[cloud.row[i] * drivers::kKinectWidth + cloud.column[i]];
     if (index == kNone) {
       ASSERT_GT(distance, scene.ball_radius_m) << cloud.column[i] << ' ' << cloud.row[i];
       continue;

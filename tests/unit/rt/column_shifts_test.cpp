@@ -8,6 +8,8 @@
 #include <memory>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -24,16 +26,16 @@ double room(int row, int column) {
 
 /// The change that is added to the left band and subtracted from the right one.
 double bands(int column) {
-  return column < kBand ? 1 : column >= rt::kFrameWidth - kBand ? -1 : 0;
+  return column < kBand ? 1 : column >= drivers::kKinectWidth - kBand ? -1 : 0;
 }
 
 class ColumnShiftsOf : public ::testing::Test {
  public:
   void show(const Disparity& disparity) {
     std::normal_distribution<double> noise(0, kNoise_raw);
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
-        frame_->raw[row * rt::kFrameWidth + column] =
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
+        frame_->raw[row * drivers::kKinectWidth + column] =
             static_cast<std::uint16_t>(std::lround(disparity(row, column) + noise(random_)));
       }
     }
@@ -45,7 +47,7 @@ class ColumnShiftsOf : public ::testing::Test {
   void pass(double seconds) { frame_->arrival_ns += static_cast<std::int64_t>(seconds * 1e9); }
   double offsetAt(int column) const { return shifts.offsetOf(column / rt::BlockLattice::kBlock_px); }
   void expectNone(const char* what) const {
-    for (int column = 0; column < rt::kFrameWidth; column += rt::BlockLattice::kBlock_px) {
+    for (int column = 0; column < drivers::kKinectWidth; column += rt::BlockLattice::kBlock_px) {
       ASSERT_EQ(offsetAt(column), 0) << what << ", column " << column;
     }
   }
@@ -72,9 +74,9 @@ TEST_F(ColumnShifts, FindsBandsThatStepInOppositeDirections) {
     show(withBands(sign));
     for (const int column : {0, 60, kBand - 8, kBand - 4})
       EXPECT_FLOAT_EQ(static_cast<float>(offsetAt(column)), static_cast<float>(sign)) << column;
-    for (const int column : {kBand + 4, 320, rt::kFrameWidth - kBand - 8})
+    for (const int column : {kBand + 4, 320, drivers::kKinectWidth - kBand - 8})
       EXPECT_EQ(offsetAt(column), 0) << column;
-    for (const int column : {rt::kFrameWidth - kBand + 4, 639})
+    for (const int column : {drivers::kKinectWidth - kBand + 4, 639})
       EXPECT_FLOAT_EQ(static_cast<float>(offsetAt(column)), static_cast<float>(-sign)) << column;
     for (int i = 0; i < 3; ++i) show(withBands(sign));
     EXPECT_NEAR(offsetAt(60), sign, 0.01) << "a step counts once";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rt/depth_model.h"
+#include "drivers/camera/kinect_image.h"
 #include "tools/lib/oracle/reference_camera.h"
 
 #include <gtest/gtest.h>
@@ -39,8 +40,8 @@ TEST(DepthModel, PutsEveryPixelWhereThePrintedMatrixDoes) {
   const DepthModelParameters parameters;
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   for (std::uint32_t raw = 271; raw <= 1003; raw += 4) {
-    for (std::uint32_t row = 0; row < kFrameHeight; row += 7) {
-      for (std::uint32_t column = 0; column < kFrameWidth; column += 9) {
+    for (std::uint32_t row = 0; row < drivers::kKinectHeight; row += 7) {
+      for (std::uint32_t column = 0; column < drivers::kKinectWidth; column += 9) {
         const Vec3 expected = pointByPrintedMatrix(parameters, column, row, raw);
         const Vec3 actual = model->pointInWorld(PackedPixel::pack(column, row, raw));
         ASSERT_LT(norm(actual - expected), kRounding_m) << column << ' ' << row << ' ' << raw;
@@ -107,7 +108,7 @@ TEST(DepthModel, KeepsExactlyTheRawValuesBetweenTheLimits) {
     parameters.near_m = c.near_m;
     parameters.far_m = c.far_m;
     const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
-    for (int raw = 0; raw < kRawValues; ++raw) {
+    for (int raw = 0; raw < drivers::kKinectRawValues; ++raw) {
       const bool kept = model->depth_m(static_cast<std::uint16_t>(raw)) != 0;
       EXPECT_EQ(kept, raw >= c.first && raw <= c.last) << raw;
     }
@@ -132,7 +133,7 @@ TEST(DepthModel, NeverPutsAPointBehindTheCamera) {
   const DepthModelParameters parameters = withoutLimits(-0.0030711016, 3.3309495161);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   EXPECT_NEAR(model->depth_m(1084), 533.22, 0.005);  // the depth at the last raw value before the pole
-  for (int raw = 1085; raw < kRawValues; ++raw) {
+  for (int raw = 1085; raw < drivers::kKinectRawValues; ++raw) {
     ASSERT_EQ(model->depth_m(static_cast<std::uint16_t>(raw)), 0) << raw;
   }
 }
@@ -150,7 +151,7 @@ TEST(DepthModel, AcceptsALawWhoseDepthFallsWithTheRawValue) {
   const ReferenceCamera camera(parameters);
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   int kept = 0;
-  for (std::uint32_t raw = 0; raw < kRawValues; ++raw) {
+  for (std::uint32_t raw = 0; raw < drivers::kKinectRawValues; ++raw) {
     const double depth = model->depth_m(static_cast<std::uint16_t>(raw));
     ASSERT_EQ(depth != 0, camera.accepts(raw)) << raw;
     if (depth == 0) continue;
@@ -212,8 +213,8 @@ TEST(DepthModel, AgreesWithAnIndependentPoseAtOddAngles) {
   const ReferenceCamera camera(parameters, pose);
   const auto model = std::make_unique<DepthModel>(parameters, pose);
   for (std::uint32_t raw = 271; raw <= 1003; raw += 61) {
-    for (std::uint32_t row = 0; row < kFrameHeight; row += 53) {
-      for (std::uint32_t column = 0; column < kFrameWidth; column += 71) {
+    for (std::uint32_t row = 0; row < drivers::kKinectHeight; row += 53) {
+      for (std::uint32_t column = 0; column < drivers::kKinectWidth; column += 71) {
         expectNear(model->pointInWorld(PackedPixel::pack(column, row, raw)),
                    camera.pointInWorld(column, row, raw), kRounding_m);
       }
@@ -229,8 +230,8 @@ TEST(DepthModel, BoundsHoldEveryPointAndAreTouched) {
   Vec3 low{1e9, 1e9, 1e9};
   Vec3 high{-1e9, -1e9, -1e9};
   for (const std::uint32_t raw : {271U, 1003U}) {
-    for (std::uint32_t row = 0; row < kFrameHeight; ++row) {
-      for (std::uint32_t column = 0; column < kFrameWidth; column += row % 479 == 0 ? 1U : 639U) {
+    for (std::uint32_t row = 0; row < drivers::kKinectHeight; ++row) {
+      for (std::uint32_t column = 0; column < drivers::kKinectWidth; column += row % 479 == 0 ? 1U : 639U) {
         const Vec3 p = camera.pointInWorld(column, row, raw);
         low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
@@ -251,9 +252,9 @@ TEST(DepthModel, BoundsHoldEveryPointAndAreTouched) {
 
 TEST(PackedPixel, RestoresPackedValuesAndSortsInImageOrder) {
   std::uint32_t last = 0;
-  for (std::uint32_t row = 0; row < kFrameHeight; ++row) {
-    for (std::uint32_t column = 0; column < kFrameWidth; ++column) {
-      const std::uint32_t raw = (row * 977 + column * 131) % kRawValues;
+  for (std::uint32_t row = 0; row < drivers::kKinectHeight; ++row) {
+    for (std::uint32_t column = 0; column < drivers::kKinectWidth; ++column) {
+      const std::uint32_t raw = (row * 977 + column * 131) % drivers::kKinectRawValues;
       const std::uint32_t packed = PackedPixel::pack(column, row, raw);
       ASSERT_EQ(PackedPixel::column(packed), column);
       ASSERT_EQ(PackedPixel::row(packed), row);

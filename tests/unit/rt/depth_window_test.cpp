@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
 #include "tools/lib/oracle/reference_camera.h"
 
@@ -62,7 +63,7 @@ class WindowCheck {
  public:
   WindowCheck(const DepthModelParameters& parameters, const PoseParameters& pose)
       : camera_(parameters, pose), model_(std::make_unique<DepthModel>(parameters, pose)) {
-    for (std::uint32_t raw = 0; raw < kRawValues; ++raw) {
+    for (std::uint32_t raw = 0; raw < drivers::kKinectRawValues; ++raw) {
       if (!camera_.accepts(raw)) continue;
       raws_.push_back(raw);
       depths_.push_back(1 / (parameters.a_per_m * raw + parameters.b_per_m));
@@ -76,15 +77,15 @@ class WindowCheck {
   void check(const Ball& ball, Randomness& random) {
     const PixelWindow window = model_->windowOfBall(ball.centre, ball.radius);
     constexpr int kStep = 37;
-    for (int v = random.below(kStep); v < kFrameHeight; v += kStep) {
-      for (int u = random.below(kStep); u < kFrameWidth; u += kStep) checkPixel(ball, window, u, v);
+    for (int v = random.below(kStep); v < drivers::kKinectHeight; v += kStep) {
+      for (int u = random.below(kStep); u < drivers::kKinectWidth; u += kStep) checkPixel(ball, window, u, v);
     }
     if (window.empty()) return;
-    for (int u = 0; u < kFrameWidth; u += 3) {
+    for (int u = 0; u < drivers::kKinectWidth; u += 3) {
       checkPixel(ball, window, u, window.row_first - 1);
       checkPixel(ball, window, u, window.row_last + 1);
     }
-    for (int v = 0; v < kFrameHeight; v += 3) {
+    for (int v = 0; v < drivers::kKinectHeight; v += 3) {
       checkPixel(ball, window, window.column_first - 1, v);
       checkPixel(ball, window, window.column_last + 1, v);
     }
@@ -95,7 +96,7 @@ class WindowCheck {
 
  private:
   void checkPixel(const Ball& ball, const PixelWindow& window, int u, int v) {
-    if (u < 0 || u >= kFrameWidth || v < 0 || v >= kFrameHeight) return;
+    if (u < 0 || u >= drivers::kKinectWidth || v < 0 || v >= drivers::kKinectHeight) return;
     const Vec3 ray = first_ray_ + u * across_ - v * up_;
     const Vec3 to_camera = origin_ - ball.centre;
     const bool pixel_inside =
@@ -159,9 +160,9 @@ TEST(DepthWindow, IsTheWholeImageForABallAroundTheCamera) {
 
 /// Determines the first and last column and row whose rays meet the ball by trying all pixels.
 PixelWindow pixelsThatMeet(const Ball& ball, const DepthModelParameters& m) {
-  PixelWindow met{kFrameWidth, -1, kFrameHeight, -1, 0, 0};
-  for (int v = 0; v < kFrameHeight; ++v) {
-    for (int u = 0; u < kFrameWidth; ++u) {
+  PixelWindow met{drivers::kKinectWidth, -1, drivers::kKinectHeight, -1, 0, 0};
+  for (int v = 0; v < drivers::kKinectHeight; ++v) {
+    for (int u = 0; u < drivers::kKinectWidth; ++u) {
       const Vec3 ray{(u - m.cx_px) / m.fx_px, (m.cy_px - v) / m.fy_px, -1};
       const Vec3 nearest = dot(ray, ball.centre) / dot(ray, ray) * ray - ball.centre;
       if (norm(nearest) > ball.radius) continue;

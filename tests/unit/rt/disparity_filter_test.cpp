@@ -8,6 +8,8 @@
 #include <memory>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -21,16 +23,16 @@ class FilterRig {
 
   /// Returns the disparities after the next frame.
   const float* show(const std::function<int(int row, int column)>& raw) {
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
-        frame_->raw[row * rt::kFrameWidth + column] = static_cast<std::uint16_t>(raw(row, column));
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
+        frame_->raw[row * drivers::kKinectWidth + column] = static_cast<std::uint16_t>(raw(row, column));
       }
     }
     ++frame_->sequence;
     return filter_.apply(*frame_, window, parameters);
   }
   float shown(const std::function<int(int row, int column)>& raw) {
-    return show(raw)[kRow * rt::kFrameWidth + kColumn];
+    return show(raw)[kRow * drivers::kKinectWidth + kColumn];
   }
   float shown(int raw) {
     return shown([raw](int, int) { return raw; });
@@ -53,7 +55,7 @@ TEST(DisparityFilter, ChangesNothingWhenItIsOff) {
   EXPECT_EQ(rig.shown(1085), rt::kNoDisparity);  // behind the camera
   EXPECT_EQ(rig.shown(65535), rt::kNoDisparity);
   EXPECT_EQ(rig.shown(100), rt::kNoDisparity);  // nearer than near_m
-  EXPECT_EQ(rig.rounded()[kRow * rt::kFrameWidth + kColumn], 2047);
+  EXPECT_EQ(rig.rounded()[kRow * drivers::kKinectWidth + kColumn], 2047);
 }
 
 TEST(DisparityFilter, AveragesStillPixelsOverTime) {
@@ -77,7 +79,7 @@ TEST(DisparityFilter, ReducesWhiteNoiseAsTheMeanOfAsManyFramesDoes) {
     if (frame < 20) continue;
     for (int row = 220; row <= 260; ++row) {
       for (int column = 300; column <= 340; ++column) {
-        const double value = image[row * rt::kFrameWidth + column];
+        const double value = image[row * drivers::kKinectWidth + column];
         sum += value;
         squares += value * value;
         ++samples;
@@ -111,7 +113,7 @@ TEST(DisparityFilter, LagsBehindSlowMotionByABoundedAmount) {
     const float* const image = rig.show(dithered);
     double mean = 0;
     for (int column = 300; column < 340; ++column)
-      mean += double{image[kRow * rt::kFrameWidth + column]} / 40;
+      mean += double{image[kRow * drivers::kKinectWidth + column]} / 40;
     // the dither's mean is 0.45 above the middle of the floor function
     largest = std::max(largest, std::abs(truth - 0.05 - mean));
   }
@@ -133,9 +135,9 @@ TEST(DisparityFilter, SmoothsASurfaceAndKeepsItsEdges) {
   FilterRig rig({.spatial_radius_px = 2});
   const auto edge = [](int row, int column) { return column < kColumn ? 700 + (row + column) % 2 : 800; };
   const float* const image = rig.show(edge);
-  EXPECT_NEAR(image[kRow * rt::kFrameWidth + kColumn - 5], 700.5, 0.03);
-  EXPECT_NEAR(image[kRow * rt::kFrameWidth + kColumn - 1], 700.5, 0.05);
-  EXPECT_FLOAT_EQ(image[kRow * rt::kFrameWidth + kColumn], 800);
+  EXPECT_NEAR(image[kRow * drivers::kKinectWidth + kColumn - 5], 700.5, 0.03);
+  EXPECT_NEAR(image[kRow * drivers::kKinectWidth + kColumn - 1], 700.5, 0.05);
+  EXPECT_FLOAT_EQ(image[kRow * drivers::kKinectWidth + kColumn], 800);
 }
 
 TEST(DisparityFilter, GivesTheSameResultForRepeatedCallsWithTheSameFrame) {

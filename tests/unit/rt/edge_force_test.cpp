@@ -7,6 +7,7 @@
 #include <memory>
 #include <numbers>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/closed_forms.h"
@@ -18,7 +19,7 @@ namespace {
 constexpr double k = 500;
 constexpr double D = 0.04;
 constexpr double kPitch_m = 0.175e-3;
-const SpringParameters kAll{k, D, 1, kFramePixels};
+const SpringParameters kAll{k, D, 1, drivers::kKinectPixels};
 
 /// Each point of a lattice represents its cell: the mean over the cell differs from the point's own force by
 /// p^2/12 times the curvature of the force, which is at most k D / h^2.
@@ -41,7 +42,7 @@ class Evaluated {
   Evaluated(const DepthModelParameters& parameters, const DepthFrame& frame)
       : model_(std::make_unique<DepthModel>(parameters, PoseParameters{})),
         built_(*model_, test::wholeFrameGrid()),
-        memory_(kFramePixels) {
+        memory_(drivers::kKinectPixels) {
     built_.build(frame);
   }
   ForceSample at(const Vec3& hip, const SpringParameters& parameters) {
@@ -58,7 +59,7 @@ TEST(EdgeForce, AboveAHalfPlanesEdgeIsTheClosedFormNormalAndLateral) {
   // The left half of the image is a plane at 1 m, the right half is empty: the cells of the last column end
   // at x = 0.
   Evaluated frame(intrinsics(1, 1.1),
-                  *test::frameOf([](int u, int) { return u < 320 ? 0 : kRawNoMeasurement; }));
+                  *test::frameOf([](int u, int) { return u < 320 ? 0 : drivers::kKinectNoMeasurement; }));
   struct Row {
     double h_m, lateral_n, normal_n;
   };
@@ -85,8 +86,8 @@ TEST(EdgeForce, BetweenTwoSheetsIsTheMeanOfBothAndFlipsInTheMiddle) {
   constexpr double kBack_m = 1.06;
   const DepthModelParameters parameters = intrinsics(kFront_m, kBack_m);
   Evaluated both(parameters, *test::checkerboardFrame(0, 2046));
-  Evaluated front_alone(parameters, *test::checkerboardFrame(0, kRawNoMeasurement));
-  Evaluated back_alone(parameters, *test::checkerboardFrame(kRawNoMeasurement, 2046));
+  Evaluated front_alone(parameters, *test::checkerboardFrame(0, drivers::kKinectNoMeasurement));
+  Evaluated back_alone(parameters, *test::checkerboardFrame(drivers::kKinectNoMeasurement, 2046));
   for (const double depth_m : {1.022, 1.026, 1.034, 1.038}) {
     const Vec3 hip{0.0001, 0.0002, -depth_m};
     const double behind_front = depth_m - kFront_m;
@@ -113,7 +114,8 @@ TEST(EdgeForce, BetweenTwoSheetsIsTheMeanOfBothAndFlipsInTheMiddle) {
 TEST(EdgeForce, OfADepthStepBeyondTheRadiusIsThatOfTheEdgeAlone) {
   const DepthModelParameters parameters = intrinsics(1, 1.2);
   Evaluated step(parameters, *test::frameOf([](int u, int) -> std::uint16_t { return u < 320 ? 0 : 2046; }));
-  Evaluated edge(parameters, *test::frameOf([](int u, int) { return u < 320 ? 0 : kRawNoMeasurement; }));
+  Evaluated edge(parameters,
+                 *test::frameOf([](int u, int) { return u < 320 ? 0 : drivers::kKinectNoMeasurement; }));
   for (const double h : {0.002, 0.01, 0.03}) {
     for (const double x : {-0.02, 0.0, 0.02}) {
       const ForceSample with = step.at({x, 0, -1 + h}, {});

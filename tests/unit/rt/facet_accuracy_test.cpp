@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/scene.h"
 #include "rt/surface_builder.h"
 #include "rt/visible_surface.h"
@@ -25,8 +26,8 @@ using DepthOn = std::function<double(double, double)>;
 /// Returns white noise smoothed over the matching window of 9 x 9 pixels, with standard deviation 1.
 std::vector<double> smoothedNoise(std::uint32_t seed) {
   constexpr int kWindow = 9;
-  constexpr int kWidth = rt::kFrameWidth + kWindow;
-  constexpr int kHeight = rt::kFrameHeight + kWindow;
+  constexpr int kWidth = drivers::kKinectWidth + kWindow;
+  constexpr int kHeight = drivers::kKinectHeight + kWindow;
   std::mt19937 random(seed);
   // Sums of uniform distributions, identical with every standard library; their variance is 1/12.
   std::vector<double> white(static_cast<std::size_t>(kWidth) * kHeight);
@@ -35,12 +36,12 @@ std::vector<double> smoothedNoise(std::uint32_t seed) {
   for (std::size_t i = 0; i + kWindow <= white.size(); ++i) {
     for (std::size_t k = 0; k < kWindow; ++k) rows[i] += white[i + k];
   }
-  std::vector<double> noise(rt::kFramePixels);
-  for (std::size_t row = 0; row < rt::kFrameHeight; ++row) {
-    for (std::size_t column = 0; column < rt::kFrameWidth; ++column) {
+  std::vector<double> noise(drivers::kKinectPixels);
+  for (std::size_t row = 0; row < drivers::kKinectHeight; ++row) {
+    for (std::size_t column = 0; column < drivers::kKinectWidth; ++column) {
       double sum = 0;
       for (std::size_t k = 0; k < kWindow; ++k) sum += rows[(row + k) * kWidth + column];
-      noise[row * rt::kFrameWidth + column] = sum * std::sqrt(12.0) / kWindow;
+      noise[row * drivers::kKinectWidth + column] = sum * std::sqrt(12.0) / kWindow;
     }
   }
   return noise;
@@ -60,14 +61,15 @@ class Seen {
   void show(const DepthOn& depth_on, const Vec3& centre, double noise_raw = 0, std::uint32_t seed = 1) {
     const rt::DepthModelParameters& c = model_.parameters();
     const std::vector<double> noise =
-        noise_raw > 0 ? smoothedNoise(seed) : std::vector<double>(rt::kFramePixels);
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
-        const auto pixel = static_cast<std::size_t>(row) * rt::kFrameWidth + static_cast<std::size_t>(column);
+        noise_raw > 0 ? smoothedNoise(seed) : std::vector<double>(drivers::kKinectPixels);
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
+        const auto pixel =
+            static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column);
         const double z = depth_on((column - c.cx_px) / c.fx_px, -(row - c.cy_px) / c.fy_px);
         const double raw = z > 0 ? (1 / z - c.b_per_m) / c.a_per_m + noise_raw * noise[pixel] : -1;
-        frame_->raw[pixel] =
-            raw >= 0 && raw < 2046 ? static_cast<std::uint16_t>(std::lround(raw)) : rt::kRawNoMeasurement;
+        frame_->raw[pixel] = raw >= 0 && raw < 2046 ? static_cast<std::uint16_t>(std::lround(raw))
+                                                    : drivers::kKinectNoMeasurement;
       }
     }
     builder_.forget();

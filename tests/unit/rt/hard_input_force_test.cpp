@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -39,10 +40,10 @@ void expectForceOfBruteForce(const DepthModelParameters& parameters, const Depth
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   const tools::PointCloud cloud = tools::ReferenceCamera(parameters).pointsOf(frame.image());
   GridParameters reach_grid;
-  reach_grid.point_capacity = kFramePixels;
+  reach_grid.point_capacity = drivers::kKinectPixels;
   BuiltScene reach(*model, reach_grid);
   BuiltScene whole(*model, test::wholeFrameGrid());
-  SearchMemory memory(kFramePixels);
+  SearchMemory memory(drivers::kKinectPixels);
   reach.build(frame, hip, 0.12);
   whole.build(frame);
   for (const SpringParameters& s : springs) {
@@ -66,7 +67,7 @@ TEST_P(HardInput, AllPixelsWithinTheRadius) {
   const test::FramePointer frame = test::randomFrame(1, 0, 2046);
   expectForceOfBruteForce(
       parameters, *frame, {0.0011, -0.0007, -0.99},
-      {{500, 0.1, 10, 100}, {500, 0.1, 1, 1}, {500, 0.1, 10, 1000}, {500, 0.1, 1, kFramePixels}});
+      {{500, 0.1, 10, 100}, {500, 0.1, 1, 1}, {500, 0.1, 10, 1000}, {500, 0.1, 1, drivers::kKinectPixels}});
 }
 
 TEST_P(HardInput, AllPixelsEquallyFar) {
@@ -116,11 +117,11 @@ TEST_P(HardInput, ARadiusThatHoldsExactlyTheNearestPoint) {
   parameters.b_per_m = 2;
   parameters.cx_px = 320;
   parameters.cy_px = 240;
-  const test::FramePointer frame = test::frameOf(kRawNoMeasurement);
-  frame->raw[240 * kFrameWidth + 320] = 1024;  // (0, 0, -1)
+  const test::FramePointer frame = test::frameOf(drivers::kKinectNoMeasurement);
+  frame->raw[240 * drivers::kKinectWidth + 320] = 1024;  // (0, 0, -1)
   const auto model = std::make_unique<DepthModel>(parameters, PoseParameters{});
   BuiltScene built(*model, GridParameters{});
-  SearchMemory memory(kFramePixels);
+  SearchMemory memory(drivers::kKinectPixels);
   built.build(*frame, {0, 0, -1});
   EXPECT_EQ(nearestSprings(built.scene, {0, 0, -0.96875}, {500, 0.03125, 1, 100}, memory).points_used, 1U);
   EXPECT_EQ(nearestSprings(built.scene, {0, 0, -0.96874}, {500, 0.03125, 1, 100}, memory).points_used, 0U);
@@ -133,7 +134,7 @@ TEST_P(HardInput, AnInvalidOrDistantHipGivesNoForceAndDoesNotDisturbLaterSearche
     GridParameters grid;
     grid.extent = extent;
     BuiltScene built(*model, grid);
-    SearchMemory memory(kFramePixels);
+    SearchMemory memory(drivers::kKinectPixels);
     const Scene& scene = built.build(*frame, {0, 0, -1});
     const ForceSample sound = nearestSprings(scene, {0, 0, -1}, {}, memory);
     ASSERT_EQ(sound.points_used, 100U);
@@ -155,7 +156,7 @@ TEST_P(HardInput, ADenormalHipIsZero) {
   const auto model = std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{{0, 0, 0.42}});
   const test::FramePointer frame = test::frameOf(300);
   BuiltScene built(*model, GridParameters{});
-  SearchMemory memory(kFramePixels);
+  SearchMemory memory(drivers::kKinectPixels);
   const Scene& scene = built.build(*frame, {0, 0, 0});
   constexpr double kDenormal = 5e-324;
   const ForceSample zero = nearestSprings(scene, {0, 0, 0}, {}, memory);

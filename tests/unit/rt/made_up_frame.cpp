@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/vec3.h"
 
 namespace hapticd::test {
@@ -29,8 +30,8 @@ double planeAndSphereDepth_m(const rt::DepthModelParameters& m, int u, int v) {
 
 FramePointer frameOf(const std::function<std::uint16_t(int, int)>& raw) {
   auto frame = std::make_unique<rt::DepthFrame>();
-  for (int v = 0; v < rt::kFrameHeight; ++v) {
-    for (int u = 0; u < rt::kFrameWidth; ++u) frame->raw[v * rt::kFrameWidth + u] = raw(u, v);
+  for (int v = 0; v < drivers::kKinectHeight; ++v) {
+    for (int u = 0; u < drivers::kKinectWidth; ++u) frame->raw[v * drivers::kKinectWidth + u] = raw(u, v);
   }
   frame->sequence = 1;
   return frame;
@@ -44,9 +45,9 @@ FramePointer frameOfDepth(const rt::DepthModelParameters& model,
                           const std::function<double(int, int)>& depth_m) {
   return frameOf([&](int u, int v) -> std::uint16_t {
     const double depth = depth_m(u, v);
-    if (!std::isfinite(depth) || depth <= 0) return rt::kRawNoMeasurement;
+    if (!std::isfinite(depth) || depth <= 0) return drivers::kKinectNoMeasurement;
     const double raw = std::round((1 / depth - model.b_per_m) / model.a_per_m);
-    return raw < 0 || raw > 2046 ? rt::kRawNoMeasurement : static_cast<std::uint16_t>(raw);
+    return raw < 0 || raw > 2046 ? drivers::kKinectNoMeasurement : static_cast<std::uint16_t>(raw);
   });
 }
 

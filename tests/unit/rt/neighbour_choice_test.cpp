@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -100,8 +101,8 @@ class FewPoints {
       : model_(std::make_unique<DepthModel>(symmetricCamera(), PoseParameters{})), built_(*model_, {}) {}
 
   void show(const std::vector<std::pair<int, int>>& pixels) {
-    const test::FramePointer frame = test::frameOf(kRawNoMeasurement);
-    for (const auto& [u, v] : pixels) frame->raw[v * kFrameWidth + u] = kOneMetre;
+    const test::FramePointer frame = test::frameOf(drivers::kKinectNoMeasurement);
+    for (const auto& [u, v] : pixels) frame->raw[v * drivers::kKinectWidth + u] = kOneMetre;
     built_.build(*frame, {0, 0, -1});
   }
   /// Shows `count` pixels around the axis, no two at the same distance from (0.1 mm, 0.3 mm) beside it.
@@ -119,7 +120,7 @@ class FewPoints {
   ReferenceCamera camera_{symmetricCamera()};
   std::unique_ptr<DepthModel> model_;
   BuiltScene built_;
-  SearchMemory memory_{kFramePixels};
+  SearchMemory memory_{drivers::kKinectPixels};
 };
 
 TEST_P(NeighbourChoice, GivesNoForceBelowNMinPointsAndOneFromNMinOn) {

@@ -8,13 +8,15 @@
 #include <memory>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/unit/rt/simd_targets.h"
 
 // The oracle is arithmetic on Table I of the paper: raw = (1 / Z - b) / a.
 namespace hapticd::test {
 namespace {
 
-constexpr int kNone = rt::kRawNoMeasurement;
+constexpr int kNone = drivers::kKinectNoMeasurement;
+constexpr int kNoneHidden = rt::kNoRawDisparity;
 constexpr int kWall = 759;     // 1.000 m
 constexpr int kArm = 722;      // 0.898 m
 constexpr int kBox = 740;      // 0.945 m: 0.055 m in front of the wall
@@ -36,9 +38,9 @@ Image fromColumn(int first, int raw, int width = 40) {
 class OcclusionMemoryOf : public EachSimdTarget {
  public:
   void show(const Image& raw, std::int64_t after_ns = kFrame_ns) {
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
-        frame_->raw[row * rt::kFrameWidth + column] = static_cast<std::uint16_t>(raw(row, column));
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
+        frame_->raw[row * drivers::kKinectWidth + column] = static_cast<std::uint16_t>(raw(row, column));
       }
     }
     ++frame_->sequence;
@@ -48,7 +50,7 @@ class OcclusionMemoryOf : public EachSimdTarget {
   void show(const Image& raw, int frames) {
     for (int i = 0; i < frames; ++i) show(raw);
   }
-  int hiddenAt(int row, int column) const { return memory.hidden()[row * rt::kFrameWidth + column]; }
+  int hiddenAt(int row, int column) const { return memory.hidden()[row * drivers::kKinectWidth + column]; }
   int hidden() const { return hiddenAt(kRow, kColumn); }
   void seeAgain(const rt::PixelWindow& other) { memory.update(*frame_, other); }
 
@@ -68,7 +70,7 @@ TEST_P(OcclusionMemoryOf, KeepsTheWallBehindAPassingArmUntilItIsSeenAgain) {
     show(fromColumn(first, kArm));
     for (int column = window.column_first; column <= window.column_last; ++column) {
       const bool covered = column >= first && column < first + 40;
-      ASSERT_EQ(hiddenAt(kRow, column), covered ? kWall : kNone) << first << " " << column;
+      ASSERT_EQ(hiddenAt(kRow, column), covered ? kWall : kNoneHidden) << first << " " << column;
     }
   }
   EXPECT_FALSE(memory.hidesAnything(window));
@@ -81,13 +83,13 @@ TEST_P(OcclusionMemoryOf, ForgetsAHiddenSurfaceWhenSomethingBehindItIsSeen) {
   show(fromColumn(300, kArm));
   ASSERT_EQ(hidden(), kWall);
   show(fromColumn(300, kWall + 40));
-  EXPECT_EQ(hidden(), kNone);
+  EXPECT_EQ(hidden(), kNoneHidden);
 }
 
 TEST_P(OcclusionMemoryOf, DoesNotTreatSurfacesWithinTheShellAsOccluders) {
   show(everywhere(kWall), 3);
   show(fromColumn(300, kInShell));
-  EXPECT_EQ(hidden(), kNone);
+  EXPECT_EQ(hidden(), kNoneHidden);
   show(everywhere(kWall), 3);
   show(fromColumn(300, kBox));
   EXPECT_EQ(hidden(), kWall);
@@ -109,7 +111,7 @@ TEST_P(OcclusionMemoryOf, KeepsASurfaceVisibleForTwoSecondsInsteadOfTheOneBehind
   show(fromColumn(300, kHand), 5);
   EXPECT_EQ(hidden(), kArm);
   show(fromColumn(300, kArm), 1);
-  EXPECT_EQ(hidden(), kNone);
+  EXPECT_EQ(hidden(), kNoneHidden);
 }
 
 TEST_P(OcclusionMemoryOf, OffersTheLastValueOfAFlickeringPixelForALimitedTime) {
@@ -119,13 +121,13 @@ TEST_P(OcclusionMemoryOf, OffersTheLastValueOfAFlickeringPixelForALimitedTime) {
     ASSERT_EQ(hidden(), kWall) << frame;
   }
   show(fromColumn(300, kNone));
-  EXPECT_EQ(hidden(), kNone);
+  EXPECT_EQ(hidden(), kNoneHidden);
   EXPECT_FALSE(memory.hidesAnything(window));
   show(everywhere(kWall), 2);
   show(fromColumn(300, kNone));
   ASSERT_EQ(hidden(), kWall);
   show(fromColumn(300, kInShell));
-  EXPECT_EQ(hidden(), kNone) << "the same surface, a little nearer";
+  EXPECT_EQ(hidden(), kNoneHidden) << "the same surface, a little nearer";
 }
 
 TEST_P(OcclusionMemoryOf, KeepsSurfacesInTheShadowOfAnOccluderWhileItStays) {
@@ -149,7 +151,7 @@ TEST_P(OcclusionMemoryOf, FollowsAPlateThatMovesHalfAMetrePerSecond) {
         return std::abs(row - kRow) < 100 && std::abs(column - kColumn) < 100 ? raw : 922;
       });
       for (int column = window.column_first; column <= window.column_last; ++column) {
-        ASSERT_EQ(hiddenAt(kRow, column), kNone) << direction << " " << frame;
+        ASSERT_EQ(hiddenAt(kRow, column), kNoneHidden) << direction << " " << frame;
       }
     }
   }
@@ -195,7 +197,7 @@ TEST_P(OcclusionMemoryOf, IsNotMistakenForAMovingCameraByAPersonWhoPasses) {
       return column >= first && column < first + 200 ? 650 + (column - first) / 10 : kWall;
     });
     const bool covered = kColumn >= first && kColumn < first + 200;
-    ASSERT_EQ(hidden(), covered ? kWall : kNone) << first;
+    ASSERT_EQ(hidden(), covered ? kWall : kNoneHidden) << first;
   }
 }
 
@@ -205,7 +207,7 @@ TEST_P(OcclusionMemoryOf, ForgetsWhenFramesAreLostForHalfASecond) {
   ASSERT_TRUE(memory.hidesAnything(window));
   show(fromColumn(300, kArm), std::int64_t{500'000'001});
   EXPECT_FALSE(memory.hidesAnything(window));
-  EXPECT_EQ(hidden(), kNone);
+  EXPECT_EQ(hidden(), kNoneHidden);
 }
 
 TEST_P(OcclusionMemoryOf, ForgetsOnRequest) {
@@ -214,7 +216,7 @@ TEST_P(OcclusionMemoryOf, ForgetsOnRequest) {
   memory.forget();
   EXPECT_FALSE(memory.hidesAnything(window));
   show(fromColumn(300, kArm));
-  EXPECT_EQ(hidden(), kNone);
+  EXPECT_EQ(hidden(), kNoneHidden);
 }
 
 TEST_P(OcclusionMemoryOf, HidesNothingInTheNoiseOfAStillScene) {
@@ -235,15 +237,15 @@ TEST_P(OcclusionMemoryOf, SortsRawValuesByDepthWhereDepthFallsWithThem) {
   rt::OcclusionMemory other{rt::DepthModel(falling, {})};
   const auto frame = std::make_unique<rt::DepthFrame>();
   const auto seen = [&](std::uint16_t raw) {
-    std::fill_n(frame->raw, rt::kFramePixels, raw);
+    std::fill_n(frame->raw, drivers::kKinectPixels, raw);
     ++frame->sequence;
     other.update(*frame, window);
-    return other.hidden()[kRow * rt::kFrameWidth + kColumn];
+    return other.hidden()[kRow * drivers::kKinectWidth + kColumn];
   };
-  EXPECT_EQ(seen(1400), kNone);
+  EXPECT_EQ(seen(1400), kNoneHidden);
   EXPECT_EQ(seen(1800), 1400);
-  EXPECT_EQ(seen(1400), kNone);
-  EXPECT_EQ(seen(1000), kNone);
+  EXPECT_EQ(seen(1400), kNoneHidden);
+  EXPECT_EQ(seen(1000), kNoneHidden);
 }
 
 HAPTICD_FOR_EACH_SIMD_TARGET(OcclusionMemoryOf);

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/occlusion_memory.h"
 #include "tests/unit/rt/simd_targets.h"
 
@@ -16,11 +17,11 @@
 namespace hapticd::test {
 namespace {
 
-using rt::kFrameHeight;
-using rt::kFrameWidth;
+using drivers::kKinectHeight;
+using drivers::kKinectWidth;
 using rt::OcclusionMemory;
 
-constexpr int kUnmeasured = rt::kRawNoMeasurement;
+constexpr int kUnmeasured = drivers::kKinectNoMeasurement;
 constexpr int kBeyondAll_m = 10;
 constexpr int kSceneNoise_raw = 2;
 constexpr int kOccluderFrom_raw = 3;
@@ -37,16 +38,17 @@ struct PixelHistory {
 class ReferenceMemory {
  public:
   explicit ReferenceMemory(const rt::DepthModelParameters& camera)
-      : camera_(camera), pixels_(rt::kFramePixels) {}
+      : camera_(camera), pixels_(drivers::kKinectPixels) {}
 
   void update(const rt::DepthFrame& frame, const rt::PixelWindow& window) {
     ++now_;
-    const int strip_rows = OcclusionMemory::kStripPixels / kFrameWidth;
-    const int strip = static_cast<int>(frame.sequence % (kFrameHeight / static_cast<unsigned>(strip_rows)));
-    for (int row = 0; row < kFrameHeight; ++row) {
-      const std::uint16_t* const raw = frame.raw + row * kFrameWidth;
+    const int strip_rows = OcclusionMemory::kStripPixels / drivers::kKinectWidth;
+    const int strip =
+        static_cast<int>(frame.sequence % (drivers::kKinectHeight / static_cast<unsigned>(strip_rows)));
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      const std::uint16_t* const raw = frame.raw + row * drivers::kKinectWidth;
       if (row / strip_rows == strip) {
-        seeRow(raw, row, 0, kFrameWidth - 1);
+        seeRow(raw, row, 0, drivers::kKinectWidth - 1);
       } else if (row >= window.row_first && row <= window.row_last) {
         seeRow(raw, row, window.column_first / kSeenTogether * kSeenTogether,
                window.column_last / kSeenTogether * kSeenTogether + kSeenTogether - 1);
@@ -57,7 +59,7 @@ class ReferenceMemory {
 
  private:
   static std::size_t indexOf(int row, int column) {
-    return static_cast<std::size_t>(row) * kFrameWidth + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column);
   }
   double depth(int raw) const {
     const double inverse = camera_.a_per_m * raw + camera_.b_per_m;
@@ -119,8 +121,8 @@ class ReferenceMemory {
   bool isInShadow(const PixelHistory& pixel, const std::uint16_t* raw, int column) const {
     const auto casts = [&](int step) {
       int beside = column;
-      while (beside >= 0 && beside < kFrameWidth && raw[beside] >= kUnmeasured) beside += step;
-      return beside >= 0 && beside < kFrameWidth && isNearer(raw[beside], *pixel.hidden);
+      while (beside >= 0 && beside < drivers::kKinectWidth && raw[beside] >= kUnmeasured) beside += step;
+      return beside >= 0 && beside < drivers::kKinectWidth && isNearer(raw[beside], *pixel.hidden);
     };
     return pixel.hidden && (casts(-1) || casts(1));
   }
@@ -136,14 +138,14 @@ class ReferenceMemory {
 /// detected.
 class FlickeringFrames {
  public:
-  explicit FlickeringFrames(int wall) : wall_(wall), scene_(rt::kFramePixels, wall) {}
+  explicit FlickeringFrames(int wall) : wall_(wall), scene_(drivers::kKinectPixels, wall) {}
 
   void next(rt::DepthFrame& frame) {
-    for (int row = 0; row < kFrameHeight; ++row) {
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
       if (upTo(2) == 0) changeStretch(row);
     }
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
-      const std::size_t row = pixel / kFrameWidth;
+    for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
+      const std::size_t row = pixel / drivers::kKinectWidth;
       int& raw = scene_[pixel];
       if (row % 3 == 0 && raw < kUnmeasured) raw += (raw < wall_) - (raw > wall_);
       frame.raw[pixel] =
@@ -160,11 +162,11 @@ class FlickeringFrames {
                              : raw;
   }
   void changeStretch(int row) {
-    const int first = upTo(kFrameWidth);
-    const int last = std::min(first + upTo(upTo(3) == 0 ? 200 : 12), kFrameWidth - 1);
-    const auto begin = scene_.begin() + row * kFrameWidth;
+    const int first = upTo(drivers::kKinectWidth);
+    const int last = std::min(first + upTo(upTo(3) == 0 ? 200 : 12), drivers::kKinectWidth - 1);
+    const auto begin = scene_.begin() + row * drivers::kKinectWidth;
     const bool flickers_only = row % 4 == 0;
-    if (flickers_only) std::fill_n(begin, kFrameWidth, wall_);
+    if (flickers_only) std::fill_n(begin, drivers::kKinectWidth, wall_);
     std::fill(begin + first, begin + last + 1, flickers_only ? kUnmeasured : anyRaw());
   }
   int anyRaw() {
@@ -191,7 +193,7 @@ class OcclusionReference : public EachSimdTarget {
     frame->sequence = 0xFFFF - 40;  // the memory's own frame counter wraps around
     for (int i = 0; i < 120; ++i) {
       frames.next(*frame);
-      const int column = frames.upTo(kFrameWidth - 100);
+      const int column = frames.upTo(drivers::kKinectWidth - 100);
       const int row = 200 + frames.upTo(60);
       const rt::PixelWindow window{.column_first = column,
                                    .column_last = column + frames.upTo(100),
@@ -210,8 +212,8 @@ class OcclusionReference : public EachSimdTarget {
     const int end = (window.column_last / kTile + 1) * kTile;
     for (int row = window.row_first; row <= window.row_last; ++row) {
       for (int column = window.column_first; column <= window.column_last; ++column) {
-        ASSERT_EQ(memory.hidden()[row * kFrameWidth + column],
-                  reference.hidden(row, column).value_or(kUnmeasured))
+        ASSERT_EQ(memory.hidden()[row * drivers::kKinectWidth + column],
+                  reference.hidden(row, column).value_or(rt::kNoRawDisparity))
             << row << " " << column;
       }
       bool hides_beside = false;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/closed_forms.h"
@@ -23,7 +24,7 @@ using test::planeForceOfAll;
 
 constexpr double k = 500;
 constexpr double D = 0.04;
-constexpr int kAllPoints = kFramePixels;
+constexpr int kAllPoints = drivers::kKinectPixels;
 
 /// A plane perpendicular to the optical axis: every pixel has the same raw value, whose depth is exactly
 /// `depth_m`, so the points form an exact square lattice (or nearly square if fx and fy differ).
@@ -33,7 +34,7 @@ class LatticePlane {
       : depth_m_(depth_m),
         model_(std::make_unique<DepthModel>(intrinsics(depth_m, fx_px, fy_px), PoseParameters{})),
         built_(*model_, wholeFrameGrid(depth_m)),
-        memory_(kFramePixels),
+        memory_(drivers::kKinectPixels),
         pitch_x_m(depth_m / fx_px),
         pitch_y_m(depth_m / fy_px) {
     built_.build(*test::frameOf(kRaw));

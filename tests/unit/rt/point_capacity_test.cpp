@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/scene_builder.h"
 #include "tests/unit/rt/built_scene_check.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -78,9 +79,10 @@ class PointCapacity : public test::EachSimdTarget {};
 TEST_P(PointCapacity, KeepsTheFirstPointsOfTheImageAndCountsTheRest) {
   const auto model = std::make_unique<DepthModel>(longLens(), PoseParameters{});
   const FramePointer frame = test::randomFrame(1, 0, 2046);
-  for (std::uint32_t i = 0; i < kFramePixels; i += 3) frame->raw[i] = kRawNoMeasurement;
-  constexpr std::uint32_t kValid = kFramePixels - kFramePixels / 3;
-  for (const int capacity : {1, 2, 17, 1024, 1025, 65536, int{kValid} - 1, int{kValid}, int{kFramePixels}}) {
+  for (std::uint32_t i = 0; i < drivers::kKinectPixels; i += 3) frame->raw[i] = drivers::kKinectNoMeasurement;
+  constexpr std::uint32_t kValid = drivers::kKinectPixels - drivers::kKinectPixels / 3;
+  for (const int capacity :
+       {1, 2, 17, 1024, 1025, 65536, int{kValid} - 1, int{kValid}, int{drivers::kKinectPixels}}) {
     SCOPED_TRACE(capacity);
     GridParameters grid;
     grid.point_capacity = capacity;
@@ -101,7 +103,8 @@ TEST_P(PointCapacity, KeepsTheFirstPointsOfTheImageAndCountsTheRest) {
     std::uint32_t next = 0;
     for (std::uint32_t i = 0; next < kept; ++i) {
       if (i % 3 == 0) continue;
-      ASSERT_EQ(pixels[next++], i / kFrameWidth << PackedPixel::kColumnBits | i % kFrameWidth);
+      ASSERT_EQ(pixels[next++],
+                i / drivers::kKinectWidth << PackedPixel::kColumnBits | i % drivers::kKinectWidth);
     }
   }
 }
@@ -116,7 +119,7 @@ TEST_P(PointCapacity, IsEnoughForEveryPixelInAVoxelOfItsOwn) {
   for (const FramePointer& frame :
        {test::randomFrame(2, 271, 1003), test::frameOf(1003), test::frameOf(271)}) {
     builder.build(*frame, {}, 0, guarded.scene);
-    EXPECT_EQ(guarded.scene.points, kFramePixels);
+    EXPECT_EQ(guarded.scene.points, drivers::kKinectPixels);
     EXPECT_TRUE(guarded.isIntact());
   }
 }

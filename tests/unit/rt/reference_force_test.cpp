@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -29,7 +30,7 @@ using tools::SpringOracle;
 /// Two walls with a step of 0.3 m between them and holes: depth discontinuities and borders.
 FramePointer steppedFrame() {
   return test::frameOf([](int u, int v) -> std::uint16_t {
-    if ((u / 40 + v / 40) % 5 == 0) return kRawNoMeasurement;
+    if ((u / 40 + v / 40) % 5 == 0) return drivers::kKinectNoMeasurement;
     return static_cast<std::uint16_t>((u < 320 ? 750 : 860) + (v > 240 ? 3 : 0));
   });
 }
@@ -38,7 +39,8 @@ FramePointer steppedFrame() {
 FramePointer sparseFrame(std::uint32_t seed) {
   std::mt19937 random(seed);
   return test::frameOf([&random](int, int) -> std::uint16_t {
-    return random() % 50 == 0 ? static_cast<std::uint16_t>(700 + random() % 20) : kRawNoMeasurement;
+    return random() % 50 == 0 ? static_cast<std::uint16_t>(700 + random() % 20)
+                              : drivers::kKinectNoMeasurement;
   });
 }
 
@@ -55,8 +57,8 @@ class Comparison {
         model_(std::make_unique<DepthModel>(kCamera, pose)),
         reach_(*model_, tightGrid(largest_radius_m)),
         whole_(*model_, wholeFrameGrid()),
-        reach_memory_(kFramePixels),
-        whole_memory_(kFramePixels),
+        reach_memory_(drivers::kKinectPixels),
+        whole_memory_(drivers::kKinectPixels),
         random_(seed) {
     whole_.build(frame);
   }
@@ -105,7 +107,7 @@ class Comparison {
     GridParameters grid;
     grid.cells_per_axis = 8;
     grid.voxel_edge_m = (largest_radius_m + kMaxAway_m) / 3.49;  // the ball has 3.5 voxels minus rounding
-    grid.point_capacity = kFramePixels;
+    grid.point_capacity = drivers::kKinectPixels;
     return grid;
   }
   static constexpr double kMaxAway_m = 0.0174;  // corner of a cube of +-0.01

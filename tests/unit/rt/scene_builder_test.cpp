@@ -12,6 +12,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/built_scene_check.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -37,12 +38,12 @@ std::vector<NamedFrame> allKindsOfFrames() {
   frames.push_back({"plane and sphere", test::planeAndSphereFrame(1, {})});
   frames.push_back({"random 16-bit words", test::damagedFrame(2)});
   frames.push_back({"random raw values", test::randomFrame(3, 0, 2047)});
-  frames.push_back({"no measurement", test::frameOf(kRawNoMeasurement)});
+  frames.push_back({"no measurement", test::frameOf(drivers::kKinectNoMeasurement)});
   frames.push_back({"largest word", test::frameOf(0xFFFF)});
   frames.push_back({"zero", test::frameOf(0)});
   frames.push_back({"one value", test::frameOf(760)});
   frames.push_back({"chess board of two depths", test::checkerboardFrame(760, 800)});
-  frames.push_back({"chess board with holes", test::checkerboardFrame(760, kRawNoMeasurement)});
+  frames.push_back({"chess board with holes", test::checkerboardFrame(760, drivers::kKinectNoMeasurement)});
   return frames;
 }
 
@@ -83,7 +84,7 @@ TEST_P(SceneOfFrame, HoldsEveryPointOfTheBallWhereOnlyTheReachIsModelled) {
     const ReferenceCamera camera(parameters, pose);
     const auto model = std::make_unique<DepthModel>(parameters, pose);
     GridParameters grid;
-    grid.point_capacity = kFramePixels;
+    grid.point_capacity = drivers::kKinectPixels;
     BuiltScene built(*model, grid);
     for (const NamedFrame& f : frames) {
       const PointCloud cloud = camera.pointsOf(f.frame->image());
@@ -115,7 +116,7 @@ TEST_P(SceneOfFrame, IsTheSameForEveryShapeOfWindowThatHoldsTheBall) {
       GridParameters grid;
       grid.cells_per_axis = cells;
       grid.voxel_edge_m = edge;
-      grid.point_capacity = kFramePixels;
+      grid.point_capacity = drivers::kKinectPixels;
       BuiltScene built(*model, grid);
       test::expectAllPointsOfTheBall(built.build(*frame, centre), cloud);
       test::expectVoxelsToHoldTheirPoints(built.scene);
@@ -136,7 +137,7 @@ TEST_P(SceneOfFrame, HoldsThePointsNextToEachFaceOfTheWindow) {
   for (std::uint32_t i = 0; i < 50; ++i) {
     const std::uint32_t column = 30 + i * 577 % 580;
     const std::uint32_t row = 30 + i * 331 % 420;
-    const std::uint32_t raw = frame->raw[row * kFrameWidth + column];
+    const std::uint32_t raw = frame->raw[row * drivers::kKinectWidth + column];
     const Vec3 point = camera.pointInWorld(column, row, raw);
     for (const Vec3& direction : directions) {
       const Scene& scene = built.build(*frame, point + reach * direction);
@@ -207,7 +208,7 @@ TEST(SceneBuilder, ModelsTheWholeFrameWhateverTheBall) {
   constexpr double kHuge = std::numeric_limits<double>::max();
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (const Vec3& centre : {Vec3{}, Vec3{9, 9, 9}, Vec3{kHuge, 0, -kHuge}, Vec3{kNaN, 0, 0}}) {
-    EXPECT_EQ(built.build(*frame, centre, 0.1).points, kFramePixels);
+    EXPECT_EQ(built.build(*frame, centre, 0.1).points, drivers::kKinectPixels);
   }
 }
 

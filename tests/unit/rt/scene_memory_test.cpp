@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/built_scene_check.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -24,7 +25,7 @@ TEST_P(ReusedSceneMemory, HoldsNothingOfTheScenesBefore) {
   std::vector<FramePointer> frames;
   frames.push_back(test::planeAndSphereFrame(1, {}));
   frames.push_back(test::damagedFrame(2));
-  frames.push_back(test::frameOf(kRawNoMeasurement));
+  frames.push_back(test::frameOf(drivers::kKinectNoMeasurement));
   frames.push_back(test::randomFrame(3, 271, 1003));
   frames.push_back(test::frameOf(800));
   for (const ModelExtent extent : {ModelExtent::reach, ModelExtent::frame}) {

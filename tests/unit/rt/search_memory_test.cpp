@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
@@ -70,7 +71,7 @@ class Scenes {
   Scenes() : model_(std::make_unique<DepthModel>(DepthModelParameters{}, PoseParameters{})) {
     frames_.push_back(test::planeAndSphereFrame(1, {}));
     frames_.push_back(test::planeAndSphereFrame(2, {}));
-    frames_.push_back(test::frameOf(kRawNoMeasurement));
+    frames_.push_back(test::frameOf(drivers::kKinectNoMeasurement));
     frames_.push_back(test::randomFrame(3, 700, 860));
     GridParameters grid;
     grid.point_capacity = kCapacity;
@@ -131,7 +132,7 @@ TEST(SearchMemory, ForgetsFreeSpaceWhenTheSceneChanges) {
   grid.point_capacity = kCapacity;
   BuiltScene built(*model, grid);
   SearchMemory memory(kCapacity);
-  const test::FramePointer nothing = test::frameOf(kRawNoMeasurement);
+  const test::FramePointer nothing = test::frameOf(drivers::kKinectNoMeasurement);
   const test::FramePointer wall = test::frameOf(760);  // 1.004 m
   // One measurement far from the HIP, so that there is something to search.
   nothing->raw[0] = 760;

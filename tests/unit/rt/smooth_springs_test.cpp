@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
 #include "rt/force_laws.h"
 #include "tests/unit/rt/built_scene.h"
@@ -23,7 +24,7 @@ class SmoothSpringsOnAWall {
  public:
   SmoothSpringsOnAWall() : scene_(model_, wholeFrameGrid()), laws_(scene_.builder.pointCapacity()) {
     auto frame = std::make_unique<rt::DepthFrame>();
-    std::fill_n(frame->raw, rt::kFramePixels, kRaw);
+    std::fill_n(frame->raw, drivers::kKinectPixels, kRaw);
     frame->sequence = 1;
     frame->arrival_ns = 0;
     scene_.build(*frame);

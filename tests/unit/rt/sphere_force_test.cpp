@@ -8,6 +8,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/closed_forms.h"
@@ -35,7 +36,8 @@ constexpr int kInside = -1;
 /// sphere. Outside, the camera looks at the near side; inside, into the bowl of the far side.
 class SpiralSphere {
  public:
-  explicit SpiralSphere(int side) : side_(side), parameters_(intrinsics(side)), memory_(kFramePixels) {
+  explicit SpiralSphere(int side)
+      : side_(side), parameters_(intrinsics(side)), memory_(drivers::kKinectPixels) {
     for (double& depth : depth_m_) depth = 0;
     // a_N^2 = N / (pi rho)
     const double points_on_sphere = kNearest * 4 * R * R / (kDiscRadius_m * kDiscRadius_m);
@@ -76,12 +78,12 @@ class SpiralSphere {
     test::spreadRawValuesOver(std::min(wall_m, other_m) - 0.0005, std::max(wall_m, other_m) + 0.0005, m);
     return m;
   }
-  double& depthAt(int u, int v) { return depth_m_[static_cast<std::size_t>(v * kFrameWidth + u)]; }
+  double& depthAt(int u, int v) { return depth_m_[static_cast<std::size_t>(v * drivers::kKinectWidth + u)]; }
 
   void see(double x, double y, double depth_m) {
     const auto u = static_cast<int>(std::lround(parameters_.cx_px + parameters_.fx_px * x / depth_m));
     const auto v = static_cast<int>(std::lround(parameters_.cy_px - parameters_.fy_px * y / depth_m));
-    if (u < 0 || u >= kFrameWidth || v < 0 || v >= kFrameHeight) return;
+    if (u < 0 || u >= drivers::kKinectWidth || v < 0 || v >= drivers::kKinectHeight) return;
     shared_ += depthAt(u, v) != 0 ? 1 : 0;
     const double slope_x = (u - parameters_.cx_px) / parameters_.fx_px;
     const double slope_y = (v - parameters_.cy_px) / parameters_.fy_px;
@@ -94,7 +96,7 @@ class SpiralSphere {
   int side_;
   int shared_ = 0;
   DepthModelParameters parameters_;
-  std::array<double, kFramePixels> depth_m_;
+  std::array<double, drivers::kKinectPixels> depth_m_;
   std::unique_ptr<DepthModel> model_;
   std::unique_ptr<BuiltScene> built_;
   SearchMemory memory_;
@@ -124,7 +126,7 @@ void expectForceOfAll(int side, std::initializer_list<Row> rows) {
   ASSERT_EQ(sphere->pointsThatShareAPixel(), 0);
   for (const Row& row : rows) {
     const double h = row.h_mm / 1000;
-    const ForceSample sample = sphere->force(h, {k, D, 1, kFramePixels});
+    const ForceSample sample = sphere->force(h, {k, D, 1, drivers::kKinectPixels});
     const double tolerance = snappingTolerance_n(h, std::sqrt(D * D - h * h), sample.points_used) + 0.5e-4;
     EXPECT_NEAR(sample.force_n_in_world.z, row.force_n, tolerance) << row.h_mm << " mm";
     EXPECT_NEAR(sample.force_n_in_world.z, test::sphereForceOfAll(k, D, R, side, h), tolerance);
@@ -173,8 +175,8 @@ TEST(SphereForce, AttractsTheHandOnAConcaveWall) {
   // attracting up to 0.31 mm where the N nearest count, up to 3.26 mm where all do
   EXPECT_LT(bowl->force(0.0002, {k, D, 10, kNearest}).force_n_in_world.z, 0);
   EXPECT_GT(bowl->force(0.0004, {k, D, 10, kNearest}).force_n_in_world.z, 0);
-  EXPECT_LT(bowl->force(0.0030, {k, D, 10, kFramePixels}).force_n_in_world.z, 0);
-  EXPECT_GT(bowl->force(0.0035, {k, D, 10, kFramePixels}).force_n_in_world.z, 0);
+  EXPECT_LT(bowl->force(0.0030, {k, D, 10, drivers::kKinectPixels}).force_n_in_world.z, 0);
+  EXPECT_GT(bowl->force(0.0035, {k, D, 10, drivers::kKinectPixels}).force_n_in_world.z, 0);
 }
 
 TEST(SphereForce, RepelsTheHandOnAConvexWall) {

@@ -10,7 +10,9 @@
 #include <numbers>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
+#include "rt/disparity_frame.h"
 #include "tests/unit/rt/fixture_rig.h"
 
 // The distance from the visible surface, and stand-offs above it, with exact facets: no pixels, no rounding.
@@ -25,7 +27,7 @@ class FacetScene {
  public:
   /// `depth_m`: Z of the surface on a ray (x right, y up, -1 forward), or 0.
   explicit FacetScene(const std::function<double(const Vec3& ray)>& depth_m)
-      : image_(rt::kFramePixels, rt::kRawNoMeasurement),
+      : image_(drivers::kKinectPixels, rt::kNoRawDisparity),
         facets_(lattice_.blocks()),
         cells_(lattice_.blocks(), rt::Cell::smooth) {
     const rt::DepthModelParameters& camera = model_.parameters();

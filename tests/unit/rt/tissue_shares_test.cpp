@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/unit/rt/flat_tissue.h"
 
 namespace hapticd::rt {
@@ -118,8 +119,8 @@ class LabelledPlane : public testing::Test {
  protected:
   LabelledPlane() {
     tissue_.map->has_labels = true;
-    tissue_.map->label_width_px = kFrameWidth;
-    tissue_.map->label_height_px = kFrameHeight;
+    tissue_.map->label_width_px = drivers::kKinectWidth;
+    tissue_.map->label_height_px = drivers::kKinectHeight;
     for (const int label : {1, 2}) {
       TissueRegion region;
       region.place = TissuePlace::label;
@@ -131,12 +132,12 @@ class LabelledPlane : public testing::Test {
 
   /// Labels all pixels whose place on the plane is in the half plane x cos + y sin < offset_m.
   void labelHalfPlane(double angle_rad, double offset_m, std::uint8_t label) {
-    for (int row = 0; row < kFrameHeight; ++row) {
-      for (int column = 0; column < kFrameWidth; ++column) {
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
         const double x = (column - camera_.cx_px) / camera_.fx_px * kDepth_m;
         const double y = -(row - camera_.cy_px) / camera_.fy_px * kDepth_m;
         if (x * std::cos(angle_rad) + y * std::sin(angle_rad) >= offset_m) continue;
-        tissue_.map->labels[static_cast<std::size_t>(row * kFrameWidth + column)] = label;
+        tissue_.map->labels[static_cast<std::size_t>(row * drivers::kKinectWidth + column)] = label;
       }
     }
   }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/scene.h"
 #include "rt/surface_builder.h"
 
@@ -27,14 +28,14 @@ class Built {
         storage_({1, 1, 1, 1}, 1, model_),
         frame_(std::make_unique<rt::DepthFrame>()) {
     storage_.attachTo(scene_);
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
         const rt::DepthModelParameters& c = model_.parameters();
         const double w = inverse_depth((column - c.cx_px) / c.fx_px, -(row - c.cy_px) / c.fy_px);
         const double raw = (w - c.b_per_m) / c.a_per_m;
-        frame_->raw[row * rt::kFrameWidth + column] = w > 0 && raw >= 0 && raw < 2046
-                                                          ? static_cast<std::uint16_t>(std::lround(raw))
-                                                          : rt::kRawNoMeasurement;
+        frame_->raw[row * drivers::kKinectWidth + column] = w > 0 && raw >= 0 && raw < 2046
+                                                                ? static_cast<std::uint16_t>(std::lround(raw))
+                                                                : drivers::kKinectNoMeasurement;
       }
     }
   }
@@ -58,13 +59,13 @@ class Built {
   }
   void shift(int raw) {
     for (std::uint16_t& value : frame_->image()) {
-      if (value < rt::kRawNoMeasurement) value = static_cast<std::uint16_t>(value + raw);
+      if (value < drivers::kKinectNoMeasurement) value = static_cast<std::uint16_t>(value + raw);
     }
   }
   void punch(int row, int column, int edge) {
     for (int r = row; r < row + edge; ++r) {
       for (int c = column; c < column + edge; ++c)
-        frame_->raw[r * rt::kFrameWidth + c] = rt::kRawNoMeasurement;
+        frame_->raw[r * drivers::kKinectWidth + c] = drivers::kKinectNoMeasurement;
     }
   }
 

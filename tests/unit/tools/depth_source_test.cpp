@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/support/scratch_recording.h"
 
 namespace hapticd::tools {
@@ -25,7 +26,7 @@ DepthSource opened(const std::filesystem::path& path) {
 }
 
 bool holdsMadeUpFrame(const rt::DepthFrame& frame, std::uint32_t number) {
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
     if (frame.raw[pixel] != test::madeUpPixel(number, pixel)) return false;
   }
   return true;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/support/recording.h"
 
 namespace hapticd::tools {
@@ -159,9 +160,9 @@ NoiseSession independentNoise(double deviation) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, deviation);
   for (int frame = 0; frame < 16; ++frame) {
-    session.frames.push_back({frame, std::vector<std::uint16_t>(rt::kFramePixels)});
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
-      const double x = static_cast<double>(pixel % rt::kFrameWidth) / rt::kFrameWidth;
+    session.frames.push_back({frame, std::vector<std::uint16_t>(drivers::kKinectPixels)});
+    for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
+      const double x = static_cast<double>(pixel % drivers::kKinectWidth) / drivers::kKinectWidth;
       session.frames.back().raw[pixel] =
           static_cast<std::uint16_t>(std::lround(800 + 40 * x + noise(random)));
     }
@@ -187,13 +188,15 @@ TEST(NoiseStatistics, LeaveOutWindowsThatMoveOrHaveHolesOrEdges) {
     for (NoiseSession::Frame& frame : session.frames) {
       for (int row = 0; row < 40; ++row) {
         for (int column = first_column; column < first_column + 40; ++column) {
-          std::uint16_t& raw = frame.raw[static_cast<std::size_t>(row * rt::kFrameWidth + column)];
+          std::uint16_t& raw = frame.raw[static_cast<std::size_t>(row * drivers::kKinectWidth + column)];
           raw = value(frame.period, column, raw);
         }
       }
     }
   };
-  paint(0, [](int, int column, std::uint16_t raw) { return column % 40 < 20 ? rt::kRawNoMeasurement : raw; });
+  paint(0, [](int, int column, std::uint16_t raw) {
+    return column % 40 < 20 ? drivers::kKinectNoMeasurement : raw;
+  });
   paint(40, [](int, int column, std::uint16_t raw) {
     return static_cast<std::uint16_t>(column % 40 < 20 ? raw : raw + 30);
   });
@@ -207,7 +210,8 @@ TEST(NoiseStatistics, LeaveOutWindowsThatMoveOrHaveHolesOrEdges) {
 
 TEST(NoiseStatistics, AreUnknownWhereNothingCanBeMeasured) {
   NoiseSession session = independentNoise(0.5);
-  for (NoiseSession::Frame& frame : session.frames) std::ranges::fill(frame.raw, rt::kRawNoMeasurement);
+  for (NoiseSession::Frame& frame : session.frames)
+    std::ranges::fill(frame.raw, drivers::kKinectNoMeasurement);
   const NoiseStatistics s = measureNoise(session, 40);
   EXPECT_EQ(s.windows, 0);
   EXPECT_TRUE(std::isnan(s.static_raw.value));

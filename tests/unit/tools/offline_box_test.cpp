@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/force_law.h"
 
 namespace hapticd::tools {
@@ -22,7 +23,7 @@ class OfflineBoxTime : public testing::Test {
   OfflineBoxTime() : box({}, {}, {}), frame(std::make_unique<rt::DepthFrame>()) {
     frame->sequence = 1;
     frame->arrival_ns = 100 * kMillisecond_ns;
-    std::ranges::fill(frame->image(), rt::kRawNoMeasurement);
+    std::ranges::fill(frame->image(), drivers::kKinectNoMeasurement);
   }
   OfflineBox box;
   std::unique_ptr<rt::DepthFrame> frame;

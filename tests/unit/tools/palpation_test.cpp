@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_writer.h"
 #include "rt/depth_model.h"
@@ -114,7 +115,7 @@ class PalpatingHand {
     constexpr std::uint16_t kRaw = 700;
     wall_z_m_ = -model_.depth_m(kRaw);
     const auto frame = std::make_unique<rt::DepthFrame>();
-    std::fill_n(frame->raw, rt::kFramePixels, kRaw);
+    std::fill_n(frame->raw, drivers::kKinectPixels, kRaw);
     frame->sequence = 1;
     frame->arrival_ns = 0;
     storage_.attachTo(scene_);

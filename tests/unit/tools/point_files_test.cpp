@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lib/registration/landmark_depth.h"
@@ -52,19 +53,19 @@ TEST(PointFiles, SaysWhichHeaderIsMissing) {
 TEST(PointFiles, RefusesPixelsOutsideThePicture) {
   const TemporaryFolder folder;
   const auto landmarks = readLandmarks(
-      folder.write("marks.csv", std::string(kLandmarksHeader) + "\na,640,0\nb,0,480\nc,639,479\n"));
+      folder.write("marks.csv", std::string(kLandmarksHeader) + "\na,1280,0\nb,0,800\nc,1279,799\n"));
   ASSERT_FALSE(landmarks);
   EXPECT_EQ(landmarks.error().size(), 2U);
 }
 
 TEST(LandmarkDepth, TakesTheMedianOfThePixelsAboutIt) {
   const rt::DepthModelParameters model;
-  std::vector<std::uint16_t> frame(rt::kFramePixels, rt::kRawNoMeasurement);
+  std::vector<std::uint16_t> frame(drivers::kKinectPixels, drivers::kKinectNoMeasurement);
   // 13 of 25 pixels measure: seven the surface, six something far behind it
   for (int i = 0; i < 13; ++i) {
     const int row = 100 - 2 + i / 5;
     const int column = 200 - 2 + i % 5;
-    frame[static_cast<std::size_t>(row * rt::kFrameWidth + column)] = i < 7 ? 700 : 900;
+    frame[static_cast<std::size_t>(row * drivers::kKinectWidth + column)] = i < 7 ? 700 : 900;
   }
   const auto seen = positionInCamera({"mark", 200, 100}, frame, model);
   ASSERT_TRUE(seen) << seen.error().text();
@@ -75,11 +76,21 @@ TEST(LandmarkDepth, TakesTheMedianOfThePixelsAboutIt) {
 }
 
 TEST(LandmarkDepth, RefusesAPlaceWithoutDepth) {
-  std::vector<std::uint16_t> frame(rt::kFramePixels, rt::kRawNoMeasurement);
+  std::vector<std::uint16_t> frame(drivers::kKinectPixels, drivers::kKinectNoMeasurement);
   const auto seen = positionInCamera({"mark", 0, 0}, frame, rt::DepthModelParameters());
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error().where, "mark");
   EXPECT_NE(seen.error().what.find("0 of 9 pixels"), std::string::npos) << seen.error().what;
+}
+
+TEST(LandmarkDepth, RefusesAPixelOutsideTheImageOfTheCamera) {
+  std::vector<std::uint16_t> frame(drivers::kKinectPixels, 700);
+  for (const Landmark& landmark : {Landmark{"mark", 640, 0}, Landmark{"mark", 0, 480}}) {
+    const auto seen = positionInCamera(landmark, frame, rt::DepthModelParameters());
+    ASSERT_FALSE(seen);
+    EXPECT_NE(seen.error().what.find("outside the image, which has 640 x 480 pixels"), std::string::npos)
+        << seen.error().what;
+  }
 }
 
 TEST(PointPairs, AreRefusedInWordsThatATerminalMayShow) {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/trace/depth_codec.h"
 #include "drivers/trace/trace_writer.h"
@@ -27,7 +28,7 @@ class RecordingExport : public testing::Test {
  protected:
   static std::unique_ptr<rt::DepthFrame> frame(std::uint32_t number) {
     auto frame = std::make_unique<rt::DepthFrame>();
-    for (std::size_t i = 0; i < rt::kFramePixels; ++i) frame->raw[i] = test::madeUpPixel(number, i);
+    for (std::size_t i = 0; i < drivers::kKinectPixels; ++i) frame->raw[i] = test::madeUpPixel(number, i);
     frame->sequence = number;
     frame->arrival_ns = number * kPeriod_ns;
     frame->device_ticks = 1000 + number;

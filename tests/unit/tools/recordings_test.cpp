@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "tools/hapticbench/recordings/disparity_fit.h"
 #include "tools/hapticbench/recordings/passed_place.h"
@@ -47,11 +48,11 @@ BenchSequence madeUpSession() {
   for (int i = 0; i < kFrames; ++i) {
     session.frames.push_back(std::make_unique<rt::DepthFrame>());
     rt::DepthFrame& frame = *session.frames.back();
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
         const bool arm = i >= 20 && i < 30 && column >= 300 && column < 420;
         const double exact = arm ? rawAt(camera, kArm_m) : wallRaw(camera, column);
-        frame.raw[row * rt::kFrameWidth + column] =
+        frame.raw[row * drivers::kKinectWidth + column] =
             static_cast<std::uint16_t>(std::lround(exact + noise(random)));
       }
     }

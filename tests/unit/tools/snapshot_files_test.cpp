@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "config/base64.h"
+#include "drivers/camera/kinect_image.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/depth_scale.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
@@ -21,8 +22,8 @@ constexpr std::size_t kVertexBytes = 15;
 Snapshot onePixel() {
   Snapshot snapshot;
   snapshot.frame = 7;
-  snapshot.raw.assign(rt::kFramePixels, rt::kRawNoMeasurement);
-  snapshot.raw[300 * rt::kFrameWidth + 320] = kRaw;
+  snapshot.raw.assign(drivers::kKinectPixels, drivers::kKinectNoMeasurement);
+  snapshot.raw[300 * drivers::kKinectWidth + 320] = kRaw;
   snapshot.T_world_camera.position_m = {1, 2, 3};
   const rt::DepthModelParameters m;
   const double depth_m = 1 / (m.a_per_m * kRaw + m.b_per_m);
@@ -78,7 +79,7 @@ TEST(DepthPicture, IsBlackWithoutDepthAndHasACrossAtTheHip) {
   // the HIP is 1 cm nearer on a ray that leaves the axis slowly: within a pixel of the point
   int red = 0;
   for (int v = 297; v <= 303; ++v)
-    red += picture[static_cast<std::size_t>(v * rt::kFrameWidth + 320)] == kHipColour;
+    red += picture[static_cast<std::size_t>(v * drivers::kKinectWidth + 320)] == kHipColour;
   EXPECT_GE(red, 1);
   snapshot.hip_m_in_world = {1, 2, 4};  // behind the camera
   EXPECT_EQ(std::ranges::count(depthPicture(snapshot), kHipColour), 0);
@@ -89,7 +90,7 @@ Snapshot slope(double near_m, double far_m) {
   Snapshot snapshot = onePixel();
   const rt::DepthModelParameters m;
   for (std::size_t i = 0; i < snapshot.raw.size(); ++i) {
-    const double share = static_cast<double>(i % rt::kFrameWidth) / (rt::kFrameWidth - 1);
+    const double share = static_cast<double>(i % drivers::kKinectWidth) / (drivers::kKinectWidth - 1);
     const double depth_m = near_m + share * (far_m - near_m);
     snapshot.raw[i] = static_cast<std::uint16_t>(std::lround((1 / depth_m - m.b_per_m) / m.a_per_m));
   }
@@ -103,9 +104,9 @@ TEST(DepthPicture, SpreadsItsColoursOverTheDepthsThatThereAre) {
   EXPECT_NEAR(range.far_m, 1.2, 0.02);
   const std::vector<Rgb> picture = depthPicture(snapshot);
   EXPECT_EQ(picture[0], colourOfDepth(range.near_m, range.near_m, range.far_m));
-  EXPECT_EQ(picture[rt::kFrameWidth - 1], colourOfDepth(range.far_m, range.near_m, range.far_m));
+  EXPECT_EQ(picture[drivers::kKinectWidth - 1], colourOfDepth(range.far_m, range.near_m, range.far_m));
   // half a percent of the pixels, nearer and farther: they take no contrast away
-  for (std::size_t i = 0; i < rt::kFramePixels / 200; ++i) snapshot.raw[i] = i % 2 == 0 ? 400 : 1000;
+  for (std::size_t i = 0; i < drivers::kKinectPixels / 200; ++i) snapshot.raw[i] = i % 2 == 0 ? 400 : 1000;
   EXPECT_NEAR(contrastRange(snapshot).near_m, range.near_m, 0.01);
   EXPECT_NEAR(contrastRange(snapshot).far_m, range.far_m, 0.01);
 }
@@ -113,7 +114,7 @@ TEST(DepthPicture, SpreadsItsColoursOverTheDepthsThatThereAre) {
 TEST(DepthPicture, AFlatWallHasARangeOfFiveCentimetresAndNothingTheCameras) {
   Snapshot snapshot = slope(1, 1);
   EXPECT_NEAR(contrastRange(snapshot).far_m - contrastRange(snapshot).near_m, 0.05, 1e-9);
-  snapshot.raw.assign(rt::kFramePixels, rt::kRawNoMeasurement);
+  snapshot.raw.assign(drivers::kKinectPixels, drivers::kKinectNoMeasurement);
   EXPECT_EQ(contrastRange(snapshot).near_m, snapshot.depth_model.near_m);
   EXPECT_EQ(contrastRange(snapshot).far_m, snapshot.depth_model.far_m);
 }

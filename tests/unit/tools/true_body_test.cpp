@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "tools/lib/truth/body_scene.h"
 #include "tools/lib/truth/rigid_frame.h"
 
@@ -209,12 +210,12 @@ TEST(BodyScene, TheCameraSeesEachBodyToItsRawUnit) {
     auto frame = std::make_unique<rt::DepthFrame>();
     scene.render(0, 1, SceneNoise::quantised, *frame);
     int seen = 0;
-    for (int row = 0; row < rt::kFrameHeight; row += 7) {
-      for (int column = 0; column < rt::kFrameWidth; column += 7) {
+    for (int row = 0; row < drivers::kKinectHeight; row += 7) {
+      for (int column = 0; column < drivers::kKinectWidth; column += 7) {
         const double depth = scene.trueDepth(column, row, 0);
-        const std::uint16_t raw = frame->raw[row * rt::kFrameWidth + column];
+        const std::uint16_t raw = frame->raw[row * drivers::kKinectWidth + column];
         if (depth < model.near_m || depth > model.far_m) {
-          EXPECT_EQ(raw, rt::kRawNoMeasurement);
+          EXPECT_EQ(raw, drivers::kKinectNoMeasurement);
           continue;
         }
         ++seen;

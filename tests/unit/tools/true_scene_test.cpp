@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
@@ -53,8 +54,8 @@ Vec3 rayOf(const rt::DepthModelParameters& model, int column, int row) {
 /// What the camera sees within `radius_m` of `centre`, pixel by pixel.
 std::vector<Vec3> seenNear(const TrueScene& scene, const Vec3& centre, double radius_m, double t_s) {
   std::vector<Vec3> points;
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column) {
+  for (int row = 0; row < drivers::kKinectHeight; ++row) {
+    for (int column = 0; column < drivers::kKinectWidth; ++column) {
       const double depth = scene.trueDepth(column, row, t_s);
       const Vec3 point = depth * rayOf(scene.depthModel(), column, row);
       if (depth > 0 && norm(point - centre) < radius_m) points.push_back(point);
@@ -75,8 +76,8 @@ TEST(TrueScene, WhatTheCameraSeesLiesOnTheSurface) {
     const TrueScene scene(named.parameters);
     double worst_m = 0;
     int seen = 0;
-    for (int row = 0; row < rt::kFrameHeight; row += 3) {
-      for (int column = 0; column < rt::kFrameWidth; column += 3) {
+    for (int row = 0; row < drivers::kKinectHeight; row += 3) {
+      for (int column = 0; column < drivers::kKinectWidth; column += 3) {
         const double depth = scene.trueDepth(column, row, 0.1);
         if (!(depth > 0) || depth > 20) continue;
         const double distance_m = scene.signedDistance(depth * rayOf(scene.depthModel(), column, row), 0.1);
@@ -93,8 +94,8 @@ TEST(TrueScene, WhatTheCameraSeesLiesOnTheSurface) {
 TEST(TrueScene, NothingIsInFrontOfWhatTheCameraSees) {
   for (const NamedScene& named : allScenes()) {
     const TrueScene scene(named.parameters);
-    for (int row = 5; row < rt::kFrameHeight; row += 31) {
-      for (int column = 5; column < rt::kFrameWidth; column += 31) {
+    for (int row = 5; row < drivers::kKinectHeight; row += 31) {
+      for (int column = 5; column < drivers::kKinectWidth; column += 31) {
         const double depth = scene.trueDepth(column, row, 0);
         const double end = depth > 0 ? depth - 1e-6 : 3;
         for (double z = 0.3; z < std::min(end, 3.0); z += 0.002) {
@@ -109,8 +110,8 @@ TEST(TrueScene, NothingIsInFrontOfWhatTheCameraSees) {
 TEST(TrueScene, ItIsSolidRightBehindWhatTheCameraSees) {
   for (const NamedScene& named : allScenes()) {
     const TrueScene scene(named.parameters);
-    for (int row = 5; row < rt::kFrameHeight; row += 7) {
-      for (int column = 5; column < rt::kFrameWidth; column += 7) {
+    for (int row = 5; row < drivers::kKinectHeight; row += 7) {
+      for (int column = 5; column < drivers::kKinectWidth; column += 7) {
         const double depth = scene.trueDepth(column, row, 0);
         if (!(depth > 0) || depth > 20) continue;
         EXPECT_LT(scene.signedDistance((depth + 1e-6) * rayOf(scene.depthModel(), column, row), 0), 0)
@@ -219,10 +220,10 @@ double largestDepthError(const TrueSceneParameters& parameters, const rt::DepthM
   scene.render(0, 1, SceneNoise::none, *frame);
   double worst = 0;  // share of what half a raw unit is worth there
   valid = 0;
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column) {
-      const std::uint16_t raw = frame->raw[row * rt::kFrameWidth + column];
-      if (raw == rt::kRawNoMeasurement) continue;
+  for (int row = 0; row < drivers::kKinectHeight; ++row) {
+    for (int column = 0; column < drivers::kKinectWidth; ++column) {
+      const std::uint16_t raw = frame->raw[row * drivers::kKinectWidth + column];
+      if (raw == drivers::kKinectNoMeasurement) continue;
       ++valid;
       const double inverse = model.a_per_m * raw + model.b_per_m;
       const double truth = scene.trueDepth(column, row, 0);
@@ -257,7 +258,8 @@ TEST(TrueScene, NoiseDependsOnTheFrameNumberAloneAndIsASensors) {
   EXPECT_TRUE(std::ranges::equal(first->image(), second->image()));
   EXPECT_EQ(second->sequence, 1U);
   EXPECT_EQ(second->arrival_ns, 500'000'000);
-  EXPECT_EQ(first->raw[rt::kFrameWidth - 1], rt::kRawNoMeasurement);  // the camera's dead columns
+  EXPECT_EQ(first->raw[drivers::kKinectWidth - 1],
+            drivers::kKinectNoMeasurement);  // the camera's dead columns
 }
 
 TEST(TrueScene, NothingIsMeasuredOutsideNearAndFar) {
@@ -270,7 +272,7 @@ TEST(TrueScene, NothingIsMeasuredOutsideNearAndFar) {
     scene.render(0, 1, noise, *frame);
     int valid = 0;
     for (const std::uint16_t raw : frame->image()) {
-      if (raw == rt::kRawNoMeasurement) continue;
+      if (raw == drivers::kKinectNoMeasurement) continue;
       const double depth = 1 / (model.a_per_m * raw + model.b_per_m);
       ASSERT_TRUE(depth >= model.near_m && depth <= model.far_m);
       ++valid;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "rt/parameters.h"
 
@@ -58,7 +59,7 @@ config::Result<NoiseSession> readSession(const std::filesystem::path& recording,
     const auto read = reader->read(i, *image);
     if (!read) return std::unexpected(read.error());
     if (i > range->begin) period += periodsBetween(recorded[i - 1], recorded[i]);
-    session.frames.push_back({period, {image->raw, image->raw + rt::kFramePixels}});
+    session.frames.push_back({period, {image->raw, image->raw + drivers::kKinectPixels}});
   }
   return session;
 }
@@ -68,9 +69,9 @@ NoiseSession madeUpSession(const drivers::SensorNoise& noise, int frames, double
   constexpr double kDistance_m = 1.8;
   const double slope = std::tan(25 * std::numbers::pi / 180);
   std::vector<float> exact;
-  exact.reserve(rt::kFramePixels);
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column) {
+  exact.reserve(drivers::kKinectPixels);
+  for (int row = 0; row < drivers::kKinectHeight; ++row) {
+    for (int column = 0; column < drivers::kKinectWidth; ++column) {
       const double x = (column - camera.cx_px) / camera.fx_px;
       const double y = (row - camera.cy_px) / camera.fy_px;
       const double inverse_depth = (1 + slope * x + slope * y) / kDistance_m;
@@ -79,7 +80,7 @@ NoiseSession madeUpSession(const drivers::SensorNoise& noise, int frames, double
   }
   NoiseSession session;
   for (int i = 0; i < frames; ++i) {
-    session.frames.push_back({i, std::vector<std::uint16_t>(rt::kFramePixels)});
+    session.frames.push_back({i, std::vector<std::uint16_t>(drivers::kKinectPixels)});
     noise.applySensor(static_cast<std::uint64_t>(i) + 1, exact, session.frames.back().raw.data());
   }
   return session;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/error.h"
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
 
@@ -15,7 +16,7 @@ namespace hapticd::tools {
 struct NoiseSession {
   struct Frame {
     int period = 0;                  ///< which frame period it is of; lost frames leave gaps
-    std::vector<std::uint16_t> raw;  ///< rt::kFramePixels
+    std::vector<std::uint16_t> raw;  ///< drivers::kKinectPixels
   };
   std::vector<Frame> frames;  ///< in the order of their periods
 };

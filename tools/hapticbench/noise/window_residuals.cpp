@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/camera/kinect_image.h"
 #include "tools/hapticbench/noise/noise_statistics.h"
 #include "tools/hapticbench/quadratic_fit.h"
 #include "tools/hapticbench/statistics.h"
@@ -16,7 +17,7 @@ constexpr double kSmoothOutliers = 0.02;
 constexpr double kFarResidual = 6;  // raw units: a pixel that shows something else
 
 std::size_t pixelOf(const Window& window, int x, int y) {
-  return static_cast<std::size_t>(window.row + y) * rt::kFrameWidth +
+  return static_cast<std::size_t>(window.row + y) * drivers::kKinectWidth +
          static_cast<std::size_t>(window.column + x);
 }
 
@@ -46,7 +47,7 @@ std::vector<bool> steadyPixels(const NoiseSession& session, const Window& window
     for (int x = 0; x < window.side_px; ++x) {
       const std::size_t pixel = pixelOf(window, x, y);
       steady.push_back(std::ranges::all_of(session.frames, [pixel](const NoiseSession::Frame& frame) {
-        return frame.raw[pixel] < rt::kRawNoMeasurement;
+        return frame.raw[pixel] < drivers::kKinectNoMeasurement;
       }));
     }
   }
@@ -117,7 +118,7 @@ WindowResiduals residualsOf(const NoiseSession& session, const Window& window) {
 
 std::vector<Window> windowsOf(int side_px) {
   std::vector<Window> windows;
-  for (int row = 0; row + side_px <= rt::kFrameHeight; row += side_px) {
+  for (int row = 0; row + side_px <= drivers::kKinectHeight; row += side_px) {
     for (int column = 0; column + side_px <= drivers::SensorNoise::kFirstDeadColumn; column += side_px) {
       windows.push_back({column, row, side_px});
     }

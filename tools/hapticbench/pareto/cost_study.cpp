@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
 #include "rt/periodic_clock.h"
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
@@ -24,12 +25,13 @@ void placeInMiddle(TimedScene& scene) {
   constexpr double kEasyReach_m = 2;
   const rt::DepthModel model(scene.camera, {});
   double best = 1e9;
-  for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
-    for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
-      const std::uint16_t raw = scene.frames.front()->raw[row * rt::kFrameWidth + column];
-      if (raw >= rt::kRawNoMeasurement) continue;
+  for (std::uint32_t row = 0; row < drivers::kKinectHeight; ++row) {
+    for (std::uint32_t column = 0; column < drivers::kKinectWidth; ++column) {
+      const std::uint16_t raw = scene.frames.front()->raw[row * drivers::kKinectWidth + column];
+      if (raw >= drivers::kKinectNoMeasurement) continue;
       const double depth_m = model.depth_m(raw);
-      const double off_middle = std::hypot(column - rt::kFrameWidth / 2.0, row - rt::kFrameHeight / 2.0);
+      const double off_middle =
+          std::hypot(column - drivers::kKinectWidth / 2.0, row - drivers::kKinectHeight / 2.0);
       if (depth_m <= 0 || depth_m > kEasyReach_m || off_middle >= best) continue;
       best = off_middle;
       scene.surface_m = model.pointInWorld(rt::PackedPixel::pack(column, row, raw));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
 #include "tools/hapticbench/pareto/touching_path.h"
 
@@ -16,7 +17,7 @@ using rt::Vec3;
 /// Returns the raw value whose depth is nearest to `depth_m`.
 std::uint16_t rawAt(const rt::DepthModel& model, double depth_m) {
   std::uint16_t best = 0;
-  for (std::uint16_t raw = 0; raw < rt::kRawValues; ++raw) {
+  for (std::uint16_t raw = 0; raw < drivers::kKinectRawValues; ++raw) {
     if (std::abs(model.depth_m(raw) - depth_m) < std::abs(model.depth_m(best) - depth_m)) best = raw;
   }
   return best;
@@ -35,11 +36,11 @@ TimedScene hard(const char* name, const rt::DepthModelParameters& camera, double
   const std::uint16_t far_raw = rawAt(model, kFar_m);
   std::mt19937 random(1);
   const auto frame = std::make_shared<rt::DepthFrame>();
-  for (int row = 0; row < rt::kFrameHeight; ++row) {
-    for (int column = 0; column < rt::kFrameWidth; ++column) {
+  for (int row = 0; row < drivers::kKinectHeight; ++row) {
+    for (int column = 0; column < drivers::kKinectWidth; ++column) {
       const double depth_m = depthOf(column, row);
-      const auto pixel = static_cast<std::size_t>(row * rt::kFrameWidth + column);
-      frame->raw[pixel] = depth_m < 0           ? static_cast<std::uint16_t>(random() % rt::kRawValues)
+      const auto pixel = static_cast<std::size_t>(row * drivers::kKinectWidth + column);
+      frame->raw[pixel] = depth_m < 0 ? static_cast<std::uint16_t>(random() % drivers::kKinectRawValues)
                           : depth_m == middle_m ? middle_raw
                                                 : far_raw;
     }
@@ -77,8 +78,8 @@ TimedScene scattered(TimedScene scene, int ticks) {
   constexpr double kOffset_m = 0.01;
   const rt::DepthModel model(scene.camera, {});
   std::mt19937 random(1);
-  std::uniform_int_distribution<std::uint32_t> any_column(0, rt::kFrameWidth - 1);
-  std::uniform_int_distribution<std::uint32_t> any_row(0, rt::kFrameHeight - 1);
+  std::uniform_int_distribution<std::uint32_t> any_column(0, drivers::kKinectWidth - 1);
+  std::uniform_int_distribution<std::uint32_t> any_row(0, drivers::kKinectHeight - 1);
   std::normal_distribution<double> offset_m(0, kOffset_m);
   scene.frames.resize(1);
   scene.unrelated = true;
@@ -86,8 +87,8 @@ TimedScene scattered(TimedScene scene, int ticks) {
   while (scene.path.size() < static_cast<std::size_t>(ticks)) {
     const std::uint32_t column = any_column(random);
     const std::uint32_t row = any_row(random);
-    const std::uint16_t raw = scene.frames.front()->raw[row * rt::kFrameWidth + column];
-    if (raw >= rt::kRawNoMeasurement || model.depth_m(raw) <= 0) continue;
+    const std::uint16_t raw = scene.frames.front()->raw[row * drivers::kKinectWidth + column];
+    if (raw >= drivers::kKinectNoMeasurement || model.depth_m(raw) <= 0) continue;
     const Vec3 point = model.pointInWorld(rt::PackedPixel::pack(column, row, raw));
     scene.path.push_back(point + Vec3{offset_m(random), offset_m(random), offset_m(random)});
   }

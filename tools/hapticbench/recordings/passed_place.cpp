@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -18,7 +20,7 @@ constexpr double kFarthest_m = 3.5;
 constexpr int kBorder_px = 24;
 
 std::size_t placeOf(int column, int row) {
-  return static_cast<std::size_t>(row) * rt::kFrameWidth + static_cast<std::size_t>(column);
+  return static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column);
 }
 
 double depthOf(const rt::DepthModelParameters& camera, double raw) {
@@ -48,7 +50,7 @@ SquareContent contentOf(const rt::DepthFrame& frame, const PassedPlace& place, d
     for (int column = middle_column - place.half_px; column <= middle_column + place.half_px; ++column) {
       const std::uint16_t raw = frame.raw[placeOf(column, row)];
       ++content.pixels;
-      if (raw >= rt::kRawNoMeasurement) {
+      if (raw >= drivers::kKinectNoMeasurement) {
         ++content.unmeasured;
       } else if (raw < nearest_raw) {
         ++content.nearer;
@@ -73,8 +75,9 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
   if (depth < kNearest_m || depth > kFarthest_m) return std::nullopt;
   const int fitted_px =
       std::max(kLeastHalf_px, static_cast<int>(std::lround(kFitted_m / 2 * camera.fx_px / depth)));
-  const bool inside = column >= kBorder_px + fitted_px && column < rt::kFrameWidth - kBorder_px - fitted_px &&
-                      row >= kBorder_px + fitted_px && row < rt::kFrameHeight - kBorder_px - fitted_px;
+  const bool inside = column >= kBorder_px + fitted_px &&
+                      column < drivers::kKinectWidth - kBorder_px - fitted_px &&
+                      row >= kBorder_px + fitted_px && row < drivers::kKinectHeight - kBorder_px - fitted_px;
   if (!inside) return std::nullopt;
   std::vector<DisparitySample> samples;
   int pixels = 0;
@@ -120,15 +123,15 @@ InSight longestInSight(const std::vector<bool>& covered) {
 }
 
 std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels) {
-  std::vector<float> background(rt::kFramePixels, std::numeric_limits<float>::quiet_NaN());
+  std::vector<float> background(drivers::kKinectPixels, std::numeric_limits<float>::quiet_NaN());
   const std::size_t frames = session.frames.size();
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
     const float farthest = pixels[pixel].farthest;
     float sum = 0;
     std::size_t count = 0;
     for (const auto& frame : session.frames) {
       const float raw = frame->raw[pixel];
-      if (raw >= rt::kRawNoMeasurement || std::abs(raw - farthest) > kSameSurface_raw) continue;
+      if (raw >= drivers::kKinectNoMeasurement || std::abs(raw - farthest) > kSameSurface_raw) continue;
       sum += raw;
       ++count;
     }
@@ -142,8 +145,8 @@ std::vector<PassedPlace> passedPlaces(const BenchSequence& session, std::span<co
                                       const rt::DepthModelParameters& camera, int most) {
   constexpr int kStride_px = 12;
   std::vector<PassedPlace> candidates;
-  for (int row = 0; row < rt::kFrameHeight; row += kStride_px) {
-    for (int column = 0; column < rt::kFrameWidth; column += kStride_px) {
+  for (int row = 0; row < drivers::kKinectHeight; row += kStride_px) {
+    for (int column = 0; column < drivers::kKinectWidth; column += kStride_px) {
       if (auto place = placeAt(column, row, session, background, camera))
         candidates.push_back(std::move(*place));
     }
@@ -170,12 +173,12 @@ bool measuresNear(const rt::DepthFrame& frame, const rt::DepthModelParameters& c
   const auto reach = static_cast<int>(std::ceil(radius_m * camera.fx_px / (depth - radius_m))) + 1;
   const auto middle_column = static_cast<int>(std::lround(camera.cx_px + camera.fx_px * centre_m.x / depth));
   const auto middle_row = static_cast<int>(std::lround(camera.cy_px - camera.fy_px * centre_m.y / depth));
-  for (int row = std::max(0, middle_row - reach); row <= std::min(rt::kFrameHeight - 1, middle_row + reach);
-       ++row) {
+  for (int row = std::max(0, middle_row - reach);
+       row <= std::min(drivers::kKinectHeight - 1, middle_row + reach); ++row) {
     for (int column = std::max(0, middle_column - reach);
-         column <= std::min(rt::kFrameWidth - 1, middle_column + reach); ++column) {
+         column <= std::min(drivers::kKinectWidth - 1, middle_column + reach); ++column) {
       const std::uint16_t raw = frame.raw[placeOf(column, row)];
-      if (raw >= rt::kRawNoMeasurement) continue;
+      if (raw >= drivers::kKinectNoMeasurement) continue;
       const Vec3 point = pointOf(camera, column, row, raw);
       const bool is_before = dot(point - place.point.position_m, place.point.normal) > before_m;
       if (is_before && norm(point - centre_m) <= radius_m) return true;

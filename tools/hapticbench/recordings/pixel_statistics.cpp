@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::tools {
@@ -43,16 +44,16 @@ PixelStatistics statisticsOf(std::vector<std::uint16_t>& values, const PixelSums
 }  // namespace
 
 std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session) {
-  std::vector<PixelStatistics> pixels(rt::kFramePixels);
+  std::vector<PixelStatistics> pixels(drivers::kKinectPixels);
   const std::size_t frames = session.frames.size();
   std::vector<std::uint16_t> values;
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
     PixelSums first;
     PixelSums second;
     values.clear();
     for (std::size_t frame = 0; frame < frames; ++frame) {
       const std::uint16_t raw = session.frames[frame]->raw[pixel];
-      if (raw >= rt::kRawNoMeasurement) continue;
+      if (raw >= drivers::kKinectNoMeasurement) continue;
       (2 * frame < frames ? first : second).add(raw);
       values.push_back(raw);
     }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "tools/hapticbench/bench_scene.h"
 
 namespace hapticd::tools {
@@ -17,7 +18,7 @@ struct PixelStatistics {
   std::uint16_t farthest = 0;  ///< the raw value that a fifth of its measurements reach or exceed
 };
 
-/// Returns the statistics of kFramePixels pixels, row by row.
+/// Returns the statistics of drivers::kKinectPixels pixels, row by row.
 std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session);
 
 /// True where the pixel saw a surface at rest: nearly always measured, and within noise of its mean.

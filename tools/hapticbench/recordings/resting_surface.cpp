@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::tools {
@@ -19,7 +20,7 @@ constexpr double kMostResidual_raw = 0.8;  // the static pattern is 0.24 to 0.56
 constexpr double kLeastRadius_m = 0.3;
 
 const PixelStatistics& pixelAt(std::span<const PixelStatistics> pixels, int column, int row) {
-  return pixels[static_cast<std::size_t>(row) * rt::kFrameWidth + static_cast<std::size_t>(column)];
+  return pixels[static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column)];
 }
 
 /// A square of pixels around a middle.
@@ -43,9 +44,9 @@ double metresPerRaw(const rt::DepthModelParameters& camera, double distance_m) {
 class RestingCount {
  public:
   RestingCount(std::span<const PixelStatistics> pixels, std::size_t frames)
-      : sums_((rt::kFrameWidth + 1) * (rt::kFrameHeight + 1)) {
-    for (int row = 0; row < rt::kFrameHeight; ++row) {
-      for (int column = 0; column < rt::kFrameWidth; ++column) {
+      : sums_((drivers::kKinectWidth + 1) * (drivers::kKinectHeight + 1)) {
+    for (int row = 0; row < drivers::kKinectHeight; ++row) {
+      for (int column = 0; column < drivers::kKinectWidth; ++column) {
         at(column + 1, row + 1) = at(column, row + 1) + at(column + 1, row) - at(column, row) +
                                   (rests(pixelAt(pixels, column, row), frames) ? 1 : 0);
       }
@@ -62,7 +63,8 @@ class RestingCount {
 
  private:
   int& at(int column, int row) {
-    return sums_[static_cast<std::size_t>(row) * (rt::kFrameWidth + 1) + static_cast<std::size_t>(column)];
+    return sums_[static_cast<std::size_t>(row) * (drivers::kKinectWidth + 1) +
+                 static_cast<std::size_t>(column)];
   }
   std::vector<int> sums_;
 };
@@ -120,7 +122,8 @@ std::optional<Square> squareAround(int column, int row, double size_m, double di
                                    const rt::DepthModelParameters& camera) {
   const Square square{column, row, static_cast<int>(std::lround(size_m * camera.fx_px / distance_m / 2))};
   const bool inside = column - square.half_px >= 0 && row - square.half_px >= 0 &&
-                      column + square.half_px < rt::kFrameWidth && row + square.half_px < rt::kFrameHeight;
+                      column + square.half_px < drivers::kKinectWidth &&
+                      row + square.half_px < drivers::kKinectHeight;
   if (!inside || square.half_px < kLeastHalf_px) return std::nullopt;
   return square;
 }
@@ -131,8 +134,8 @@ std::vector<RestingSurface> candidates(std::span<const PixelStatistics> pixels, 
                                        double size_m, std::span<const double> borders_m) {
   constexpr int kStride_px = 8;
   std::vector<RestingSurface> found;
-  for (int row = 0; row < rt::kFrameHeight; row += kStride_px) {
-    for (int column = 0; column < rt::kFrameWidth; column += kStride_px) {
+  for (int row = 0; row < drivers::kKinectHeight; row += kStride_px) {
+    for (int column = 0; column < drivers::kKinectWidth; column += kStride_px) {
       const PixelStatistics& middle = pixelAt(pixels, column, row);
       const double inverse_depth = camera.a_per_m * double{middle.mean} + camera.b_per_m;
       if (!rests(middle, frames) || inverse_depth <= 0) continue;

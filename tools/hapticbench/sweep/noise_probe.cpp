@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
 #include "tools/lib/offline/offline_box.h"
 
@@ -24,16 +25,16 @@ constexpr double kSmallestCosine = 0.7;  // of incidence: noise along an oblique
 class StillImage {
  public:
   explicit StillImage(const BenchSequence& sequence)
-      : mean_raw_(rt::kFramePixels), is_still_(rt::kFramePixels) {
+      : mean_raw_(drivers::kKinectPixels), is_still_(drivers::kKinectPixels) {
     constexpr int kSteady_raw = 4;  // largest minus smallest: sensor noise alone
     const std::size_t enough = sequence.frames.size() * 9 / 10;
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
-      int smallest = rt::kRawNoMeasurement, largest = 0;
+    for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
+      int smallest = drivers::kKinectNoMeasurement, largest = 0;
       double sum = 0;
       std::size_t count = 0;
       for (const auto& frame : sequence.frames) {
         const int raw = frame->raw[pixel];
-        if (raw >= rt::kRawNoMeasurement) continue;
+        if (raw >= drivers::kKinectNoMeasurement) continue;
         smallest = std::min(smallest, raw);
         largest = std::max(largest, raw);
         sum += raw;
@@ -54,7 +55,7 @@ class StillImage {
 
  private:
   static std::size_t pixelOf(int column, int row) {
-    return static_cast<std::size_t>(row) * rt::kFrameWidth + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column);
   }
   std::vector<double> mean_raw_;
   std::vector<bool> is_still_;
@@ -99,8 +100,8 @@ std::optional<StillSite> siteAt(const StillImage& image, std::size_t sequence, i
   const double depth = -middle.z;
   if (depth < model.near_m + kAround_m || depth > kFarthest_m) return std::nullopt;
   const int half_px = static_cast<int>(std::ceil(kAround_m * model.fx_px / depth));
-  if (column < half_px || row < half_px || column + half_px >= rt::kFrameWidth ||
-      row + half_px >= rt::kFrameHeight) {
+  if (column < half_px || row < half_px || column + half_px >= drivers::kKinectWidth ||
+      row + half_px >= drivers::kKinectHeight) {
     return std::nullopt;
   }
   PlaneFit fit(middle);
@@ -128,8 +129,8 @@ std::vector<StillSite> stillSites(const std::vector<BenchSequence>& sequences, s
                                   std::size_t count) {
   const StillImage image(sequences[sequence]);
   std::vector<StillSite> sites;
-  for (int row = kSpacing_px / 2; row < rt::kFrameHeight; row += kSpacing_px) {
-    for (int column = kSpacing_px / 2; column < rt::kFrameWidth; column += kSpacing_px) {
+  for (int row = kSpacing_px / 2; row < drivers::kKinectHeight; row += kSpacing_px) {
+    for (int column = kSpacing_px / 2; column < drivers::kKinectWidth; column += kSpacing_px) {
       if (const auto site = siteAt(image, sequence, column, row)) sites.push_back(*site);
     }
   }

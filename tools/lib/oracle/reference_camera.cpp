@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -90,13 +92,13 @@ rt::Vec3 ReferenceCamera::pointInWorld(std::uint32_t column, std::uint32_t row, 
 
 PointCloud ReferenceCamera::pointsOf(std::span<const std::uint16_t> raw) const {
   PointCloud cloud;
-  cloud.points_m.reserve(rt::kFramePixels);
+  cloud.points_m.reserve(drivers::kKinectPixels);
   for (std::vector<std::uint32_t>* const numbers : {&cloud.column, &cloud.row, &cloud.raw}) {
-    numbers->reserve(rt::kFramePixels);
+    numbers->reserve(drivers::kKinectPixels);
   }
-  for (std::uint32_t row = 0; row < rt::kFrameHeight; ++row) {
-    for (std::uint32_t column = 0; column < rt::kFrameWidth; ++column) {
-      const std::uint32_t d = raw[row * rt::kFrameWidth + column];
+  for (std::uint32_t row = 0; row < drivers::kKinectHeight; ++row) {
+    for (std::uint32_t column = 0; column < drivers::kKinectWidth; ++column) {
+      const std::uint32_t d = raw[row * drivers::kKinectWidth + column];
       if (!accepts(d)) continue;
       cloud.points_m.push_back(pointInWorld(column, row, d));
       cloud.column.push_back(column);

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "rt/vec3.h"
@@ -37,15 +38,15 @@ class ReferenceCamera {
   rt::Vec3 pointInWorld(std::uint32_t column, std::uint32_t row, std::uint32_t raw) const;
   /// Transforms camera coordinates to world coordinates.
   rt::Vec3 toWorld(const rt::Vec3& p_m_in_camera) const;
-  /// Returns the points of all pixels that are measurements within the limits. `raw`: rt::kFramePixels
+  /// Returns the points of all pixels that are measurements within the limits. `raw`: drivers::kKinectPixels
   /// values, row by row.
   PointCloud pointsOf(std::span<const std::uint16_t> raw) const;
 
  private:
   rt::PoseParameters pose_;
   PrintedMatrix matrix_;
-  std::array<bool, rt::kRawNoMeasurement> accepts_;  // of each raw value
-  long double rotation_[3][3];                       // world from camera
+  std::array<bool, drivers::kKinectNoMeasurement> accepts_;  // of each raw value
+  long double rotation_[3][3];                               // world from camera
 };
 
 /// Returns the points of all pixels that are measurements within the limits, row by row, in the camera's

@@ -32,6 +32,13 @@ std::vector<std::uint16_t> rawsAbout(const Landmark& landmark, std::span<const s
 config::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<const std::uint16_t> frame,
                                           const rt::DepthModelParameters& parameters) {
   const rt::DepthModel model(parameters, {});  // a camera at the world's origin: world and camera frame agree
+  if (landmark.column_px >= parameters.width_px || landmark.row_px >= parameters.height_px) {
+    return std::unexpected(config::Error{
+        landmark.name,
+        fmt::format("column {}, row {} lies outside the image, which has {} x {} pixels", landmark.column_px,
+                    landmark.row_px, parameters.width_px, parameters.height_px),
+        "read the pixel off 'hapticctl snapshot --png' of the same camera"});
+  }
   std::size_t looked_at = 0;
   std::vector<std::uint16_t> raws = rawsAbout(landmark, frame, model, looked_at);
   if (2 * raws.size() < looked_at) {

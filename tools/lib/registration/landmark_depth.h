@@ -14,8 +14,8 @@ namespace hapticd::tools {
 inline constexpr int kLandmarkReach_px = 2;
 
 /// Where the camera sees a landmark, metres, camera frame: along the ray of its pixel, at the median depth of
-/// the pixels about it. `frame`: kFramePixels raw disparities, row by row. Errors: fewer than half of these
-/// pixels have a depth.
+/// the pixels about it. `frame`: the camera's raw values, row by row, without padding. Errors: the pixel lies
+/// outside the image, or fewer than half of these pixels have a depth.
 config::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<const std::uint16_t> frame,
                                           const rt::DepthModelParameters& model);
 

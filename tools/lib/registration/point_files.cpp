@@ -135,8 +135,9 @@ FileOf<Landmark> readLandmarks(const std::filesystem::path& file) {
   Table table(file, kLandmarksHeader);
   std::vector<Landmark> landmarks;
   table.readInto([&](const Fields& fields) {
-    landmarks.push_back({table.name(fields[0]), table.number("column_px", fields[1], 0, rt::kFrameWidth - 1),
-                         table.number("row_px", fields[2], 0, rt::kFrameHeight - 1)});
+    landmarks.push_back({table.name(fields[0]),
+                         table.number("column_px", fields[1], 0, rt::kMaxFrameWidth - 1),
+                         table.number("row_px", fields[2], 0, rt::kMaxFrameHeight - 1)});
   });
   if (!table.errors().empty()) return std::unexpected(std::move(table.errors()));
   return landmarks;

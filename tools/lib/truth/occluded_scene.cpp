@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -102,14 +104,14 @@ double OccludedScene::depth_m(int column, const OccludedMoment& moment) const {
 }
 
 void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_number, rt::DepthFrame& frame) {
-  std::array<float, rt::kFrameWidth> of_column;
-  for (int column = 0; column < rt::kFrameWidth; ++column) {
+  std::array<float, drivers::kKinectWidth> of_column;
+  for (int column = 0; column < drivers::kKinectWidth; ++column) {
     const double depth = depth_m(column, moment);
     of_column[static_cast<std::size_t>(column)] =
         depth > 0 ? camera_.exactDisparity(1 / depth) : drivers::kNothingSeen;
   }
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
-    camera_.exact()[pixel] = of_column[pixel % rt::kFrameWidth];
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
+    camera_.exact()[pixel] = of_column[pixel % drivers::kKinectWidth];
   }
   sensor_.deliver(camera_, frame_number, noise_, frame);
 }

@@ -13,6 +13,7 @@
 #include "config/descriptor.h"
 #include "control_fixture.h"
 #include "daemon/control/depth_streams.h"
+#include "drivers/camera/kinect_image.h"
 #include "drivers/depth_region/depth_region.h"
 
 namespace hapticd::daemon::test {
@@ -68,8 +69,8 @@ TEST_F(DepthStreamsTest, HandOverTheMemoryWithTheFirstReply) {
   std::vector<std::byte> image;
   ASSERT_TRUE(reader->read(header, image));
   EXPECT_EQ(77U, header.frame);
-  ASSERT_EQ(rt::kFramePixels * sizeof(std::uint16_t), image.size());
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  ASSERT_EQ(drivers::kKinectPixels * sizeof(std::uint16_t), image.size());
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
     std::uint16_t raw = 0;
     std::memcpy(&raw, image.data() + 2 * pixel, sizeof(raw));
     ASSERT_EQ(FakeBox::rawAt(pixel), raw) << pixel;

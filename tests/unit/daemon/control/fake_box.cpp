@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "drivers/camera/kinect_image.h"
+
 namespace hapticd::daemon::test {
 namespace {
 
@@ -265,7 +267,8 @@ std::future<config::Result<SceneSnapshot>> FakeBox::takeSnapshot() {
   return begin<SceneSnapshot>([this]() -> config::Result<SceneSnapshot> {
     if (!frame_there_) return std::unexpected(config::Error{"camera", "no frame yet", "connect it"});
     SceneSnapshot snapshot{std::make_unique<rt::DepthFrame>(), {}, settings_.camera.pose, status_.loop.tick};
-    for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) snapshot.frame->raw[pixel] = rawAt(pixel);
+    for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel)
+      snapshot.frame->raw[pixel] = rawAt(pixel);
     snapshot.frame->sequence = 77;
     return snapshot;
   });
@@ -276,12 +279,12 @@ config::Result<SharedDepth> FakeBox::shareDepth() {
   if (no_memory_) return std::unexpected(config::Error{"depth region", "no memory", "free some"});
   auto region = drivers::DepthRegionWriter::create(sizeof(rt::DepthFrame::raw));
   if (!region) return std::unexpected(region.error());
-  std::vector<std::uint16_t> raw(rt::kFramePixels);
+  std::vector<std::uint16_t> raw(drivers::kKinectPixels);
   for (std::size_t pixel = 0; pixel < raw.size(); ++pixel) raw[pixel] = rawAt(pixel);
   rt::DepthFrameHeader header;
-  header.width_px = rt::kFrameWidth;
-  header.height_px = rt::kFrameHeight;
-  header.stride_bytes = rt::kFrameWidth * 2;
+  header.width_px = drivers::kKinectWidth;
+  header.height_px = drivers::kKinectHeight;
+  header.stride_bytes = drivers::kKinectWidth * 2;
   header.frame = 77;
   (*region)->publish(header, std::as_bytes(std::span(raw)));
   depth_region_ = std::move(*region);

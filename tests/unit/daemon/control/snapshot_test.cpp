@@ -4,6 +4,7 @@
 
 #include "config/base64.h"
 #include "control_fixture.h"
+#include "drivers/camera/kinect_image.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -73,7 +74,7 @@ TEST_F(SnapshotTest, GivesEveryPixelOfTheFrameInReplies) {
     EXPECT_EQ(0U, bytes.size() % 1280);
   } while (reply.contains("continues"));
   ASSERT_EQ(640U * 480 * 2, bytes.size());
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
     const auto low = static_cast<std::uint8_t>(bytes[2 * pixel]);
     const auto high = static_cast<std::uint8_t>(bytes[2 * pixel + 1]);
     ASSERT_EQ(FakeBox::rawAt(pixel), low + 256 * high) << pixel;

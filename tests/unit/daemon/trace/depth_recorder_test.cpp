@@ -9,6 +9,7 @@
 #include <random>
 #include <span>
 
+#include "drivers/camera/kinect_image.h"
 #include "tests/support/made_up_pixel.h"
 #include "tests/support/program.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 std::unique_ptr<rt::DepthFrame> madeUpFrame(std::uint64_t number) {
   auto frame = std::make_unique<rt::DepthFrame>();
-  for (std::size_t pixel = 0; pixel < rt::kFramePixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
     frame->raw[pixel] = test::madeUpPixel(static_cast<std::uint32_t>(number), pixel);
   }
   frame->sequence = number;

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "tests/support/kinect/depth_packets.h"
 
 namespace hapticd::test {
 
-static_assert(kinect::kPixels == rt::kFramePixels);
+static_assert(kinect::kPixels == drivers::kKinectPixels);
 
 config::Result<PackedRecording> PackedRecording::load(const std::filesystem::path& folder,
                                                       std::size_t most_frames) {
@@ -21,7 +22,7 @@ config::Result<PackedRecording> PackedRecording::load(const std::filesystem::pat
   recording.packed_.resize(frames * kinect::kPackedFrameBytes);
   for (std::size_t index = 0; index < frames; ++index) {
     if (const auto read = reader->read(index, *frame); !read) return std::unexpected(read.error());
-    kinect::packDepth(frame->image().first<rt::kFramePixels>(),
+    kinect::packDepth(frame->image().first<drivers::kKinectPixels>(),
                       std::span(recording.packed_)
                           .subspan(index * kinect::kPackedFrameBytes)
                           .first<kinect::kPackedFrameBytes>());
