@@ -101,6 +101,12 @@ inline constexpr auto kCameraRows = [] {
     row<HAPTICD_MEMBER(camera.depth_model.noise.c2_per_m)>(
         "camera.noise_c2_per_m", kRestart, "1/m", {0, 0.1}, "",
         "part of the noise of Z that grows with the square of the depth, as of every camera that triangulates"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.standing_share)>(
+        "camera.noise_standing_share", kRestart, "", {0, 1}, "",
+        "share of the noise's variance that is the same in each frame of a resting scene"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.correlation_px)>(
+        "camera.noise_correlation_px", kRestart, "px", {1, 32}, "",
+        "distance over which the errors of neighbouring pixels are alike; a smaller one expects less noise in means over pixels"),
     row<HAPTICD_MEMBER(camera.pose.position_m.x)>(
         "camera.position_x_m", kRestart, "m", {-10, 10}, "",
         "camera's position in the world, x"),

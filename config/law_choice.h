@@ -20,14 +20,29 @@ constexpr std::string_view nameOf(const LawChoice& choice) {
   return choice ? nameOf(*choice) : kAutomaticLaw;
 }
 
-/// Measurement of a law by `hapticbench pareto`, in one setting at one distance.
+/// What the error and the cost of a law follow from, for a camera and the distance of the surface.
+struct SurfaceAsSeen {
+  /// Standard deviation of the mean of Z over 12 x 12 pixels, about the smallest support of a surface; 0: not
+  /// known.
+  double noise_m = 0;
+  double pitch_m = 0;  ///< distance between the points of adjacent pixels
+
+  friend bool operator==(const SurfaceAsSeen&, const SurfaceAsSeen&) = default;
+};
+
+/// Returns how a camera sees a surface. A camera whose noise is not known counts as a Kinect v1.
+SurfaceAsSeen asSeenBy(const rt::DepthModelParameters& camera, double distance_m);
+
+/// Measurement of a law by `hapticbench pareto`, in one setting at one distance from a camera.
 struct MeasuredLaw {
   rt::ForceLaw law;
-  bool filtered;      ///< depth is filtered by filterOfChoice(); only for laws on points
-  double distance_m;  ///< of the surface from a Kinect v1; represents a class of distances
-  /// RMS force error against the true surface, with the harsher noise, divided by the stiffness.
+  bool filtered;   ///< depth is filtered by filterOfChoice(); only for laws on points
+  double noise_m;  ///< see SurfaceAsSeen; represents a class of noises
+  /// RMS force error against the true surface with that noise, divided by the stiffness.
   double error_m;
-  double cpu_ms_per_s;  ///< CPU time per second of use: 30 frames modelled, 1000 forces
+  double pitch_m;  ///< see SurfaceAsSeen; represents a class of pitches
+  /// CPU time per second of use with that pitch: 30 frames modelled, 1000 forces.
+  double cpu_ms_per_s;
 };
 
 /// Returns all measurements.
@@ -38,15 +53,10 @@ constexpr rt::FilterParameters filterOfChoice() {
   return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
 }
 
-/// Returns the distance at which a Kinect v1, with which measuredLaws() were measured, has the noise that a
-/// camera has at a distance. The error of a law follows from the noise; the distance itself is returned for a
-/// Kinect v1 and for a camera whose noise is not known.
-double equivalentDistance_m(const rt::DepthModelParameters& camera, double distance_m);
-
-/// Returns the class of a distance: the distance in measuredLaws() that is nearest in ratio. `before_m`: the
-/// previous class, or 0; it is kept until the distance is a twentieth beyond its border, to prevent it from
-/// alternating.
-double distanceClass_m(double distance_m, double before_m);
+/// Returns the class of a surface: the noise and the pitch in measuredLaws() that are nearest in ratio, each
+/// for itself. `before`: the previous class, or {}; it is kept until the surface is a twentieth of its
+/// distance beyond the border, to prevent the class from alternating.
+SurfaceAsSeen classOf(const SurfaceAsSeen& surface, const SurfaceAsSeen& before);
 
 /// A chosen law with its filter, and the reason.
 struct LawDecision {
@@ -57,19 +67,19 @@ struct LawDecision {
   std::string reason;   ///< one sentence
 };
 
-/// Chooses the cheapest of the measured laws whose error in that distance class is at most `max_error_n`; if
-/// there is none, the cheapest of those within a fifth of the most accurate one's error.
-LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, double class_m);
+/// Chooses the cheapest of the measured laws whose error in that class is at most `max_error_n`; if there is
+/// none, the cheapest of those within a fifth of the most accurate one's error. `seen_class`: of classOf().
+LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const SurfaceAsSeen& seen_class);
 
 /// The same for the scene of `settings`: if a stand-off fixture is enabled, `surface`, because it is the only
 /// law that stand-offs can act with.
-LawDecision chooseLaw(const Settings& settings, double class_m);
+LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen_class);
 
 /// Returns `settings.live` with the chosen law and filter, and the clearance of the stand-off fixtures.
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision);
 
 /// Returns `settings.live` for each law that may be used: the configured one, or all that `auto` may choose,
-/// one per class of distances.
+/// each once.
 std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings);
 
 }  // namespace hapticd::config

@@ -215,21 +215,22 @@ rt::LiveParameters RunningBox::live() const {
 
 void RunningBox::decideLaw() {
   constexpr double kUsualDistance_m = 1;
-  const double class_m =
-      distance_class_m_ > 0 ? distance_class_m_ : config::distanceClass_m(kUsualDistance_m, 0);
-  law_decision_ = config::chooseLaw(settings_, class_m);
+  const config::SurfaceAsSeen seen_class = surface_class_.value_or(
+      config::classOf(config::asSeenBy(scene_thread_.camera(), kUsualDistance_m), {}));
+  law_decision_ = config::chooseLaw(settings_, seen_class);
 }
 
-/// Chooses the law again when the surface in contact is in another class of distances.
+/// Chooses the law again when the surface in contact is in another class of noise or pitch.
 void RunningBox::adaptToDistance() {
   const rt::Tick& tick = loopState().tick;
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
   distance_m_ = std::max(0.0, -depth_model_.positionInCamera(tick.proxy_m_in_world).z);
   if (settings_.force.law || distance_m_ <= 0) return;
-  const double as_of_kinect_m = config::equivalentDistance_m(scene_thread_.camera(), distance_m_);
-  const double class_m = config::distanceClass_m(as_of_kinect_m, distance_class_m_);
-  if (class_m == distance_class_m_) return;
-  distance_class_m_ = class_m;
+  const config::SurfaceAsSeen seen = config::asSeenBy(scene_thread_.camera(), distance_m_);
+  const config::SurfaceAsSeen seen_class =
+      config::classOf(seen, surface_class_.value_or(config::SurfaceAsSeen{}));
+  if (seen_class == surface_class_) return;
+  surface_class_ = seen_class;
   decideLaw();
   sendDirective();
 }

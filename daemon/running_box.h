@@ -147,8 +147,9 @@ class RunningBox final : public Box {
   rt::Directive directive_;
   rt::EngageRequests engage_requests_;
   config::LawDecision law_decision_;  // valid while force.law is auto
-  double distance_class_m_ = 0;       // distance class of law_decision_; 0: there has been no contact yet
-  double distance_m_ = 0;             // from the camera to the proxy; 0: not known
+  std::optional<config::SurfaceAsSeen>
+      surface_class_;      // of law_decision_; nothing: there has been no contact yet
+  double distance_m_ = 0;  // from the camera to the proxy; 0: not known
   ConditionWatch condition_watch_;
   LedPatterns led_patterns_{};
   std::int64_t led_patterns_ns_ = 0;  // when led_patterns_ were chosen

@@ -89,6 +89,15 @@ CameraFault faultOf(const DepthModelParameters& camera) noexcept {
   return CameraFault::depth_law;
 }
 
+double noiseOfMean(int side_px, double correlation_px) noexcept {
+  double sum = 0;
+  for (int apart = 1 - side_px; apart < side_px; ++apart) {
+    const int pairs = side_px - std::abs(apart);
+    sum += pairs * std::max(0.0, 1 - std::abs(apart) / correlation_px);
+  }
+  return sum / (side_px * side_px);  // of the variance along one axis, and so of the deviation along both
+}
+
 DepthModel::DepthModel(const DepthModelParameters& parameters, const PoseParameters& T_world_camera)
     : parameters_(parameters),
       rotation_world_camera_(rotationOf(T_world_camera)),
@@ -173,11 +182,10 @@ std::uint16_t DepthModel::disparityOf(std::uint16_t raw) const noexcept {
 
 double DepthModel::noiseScale(double depth_m) const noexcept {
   if (!parameters_.noise.isKnown() || !(depth_m > 0)) return 1;
-  // Of a Kinect v1, measured on resting walls: a standing part of 0.5 and a temporal part of 0.2 raw units.
-  constexpr double kKinect_raw = 0.54;
   // Rounding to whole units, 0.29 raw units, and its steps between neighbours must not exceed the tolerances.
   constexpr double kLeast = 0.6;
-  return std::max(kLeast, parameters_.noise.sigma_m(depth_m) / (disparity_.unit_m(depth_m) * kKinect_raw));
+  return std::max(kLeast,
+                  parameters_.noise.sigma_m(depth_m) / (disparity_.unit_m(depth_m) * kKinectNoise_raw));
 }
 
 void DepthModel::tabulateRays() {

@@ -90,6 +90,11 @@ constexpr auto wordsOf(CameraFault) {
 /// Thread: any.  RT: safe.
 CameraFault faultOf(const DepthModelParameters& camera) noexcept;
 
+/// Returns the standard deviation of the mean over a square of pixels relative to that of a pixel, for noise
+/// whose correlation falls linearly along rows and along columns and is 0 from `correlation_px` pixels on.
+/// Thread: any.  RT: safe.
+double noiseOfMean(int side_px, double correlation_px) noexcept;
+
 /// Converts raw values to metric points, eq. (1)-(2) of the paper: `P = Z(raw) * (ray_of_column(u) +
 /// ray_of_row(v)) + camera position`, in the world frame. The rays include the camera's rotation. Z follows
 /// from the camera's depth law: by a table for reciprocal laws, by a product for linear ones.

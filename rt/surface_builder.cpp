@@ -10,7 +10,8 @@ namespace hapticd::rt {
 namespace {
 
 constexpr int kBlock_px = BlockLattice::kBlock_px;
-// Tolerances in raw units are those for the noise of a Kinect v1 and multiplied by DepthModel::noiseScale().
+// Tolerances in raw units are those for the noise of a Kinect v1 and multiplied by Job::noise, those for
+// means of blocks by Job::block_noise.
 
 /// Adjacent pixels of a surface differ by noise and by its slope; anything steeper relative to the ray is
 /// treated as an edge.
@@ -26,11 +27,11 @@ constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 constexpr double kGapNoise_raw = 6;
 /// Widest supports: beyond this few surfaces are flat, and below 0.08 mm of noise nothing is gained.
 constexpr double kWidestPlane_m = 0.175;
-/// At 1 m; the bias of a quadratic grows with the fourth power of its width and the noise with the square of
-/// the distance.
+/// Where the noise is that of a Kinect v1 at 1 m. The bias of a quadratic grows with the fourth power of its
+/// width, so the width may grow with the fourth root of the noise.
 constexpr double kWidestQuadratic_m = 0.065;
+constexpr double kItsNoiseUnit_m = 0.003071102;
 constexpr double kEnough_m = 8e-5;
-constexpr double kNoisePatch_px = 9;  // distance over which noise is correlated
 constexpr double kNearestDepth_m = 0.05;
 
 /// A block that differs from its mean by more shows another surface or has moved.
@@ -131,6 +132,8 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
     : model_(model),
       lattice_(model),
       layout_(model),
+      block_noise_(noiseOfMean(kBlock_px, model.parameters().noise.correlation_px) /
+                   noiseOfMean(kBlock_px, DepthNoiseParameters{}.correlation_px)),
       column_shifts_(model),
       visible_(lattice_),
       hidden_(lattice_),
@@ -160,18 +163,19 @@ SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double
   const DepthModelParameters& camera = model_.parameters();
   job.depth_m = std::max(kNearestDepth_m, -model_.positionInCamera(centre_m_in_world).z);
   job.noise = model_.noiseScale(job.depth_m);
+  job.block_noise = job.noise * block_noise_;
   // Between adjacent pixels the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
   job.raw_per_px = 1 / (camera.fx_px * std::abs(model_.disparity().a_per_m) * job.depth_m);
   const double block_m = kBlock_px * job.depth_m / camera.fx_px;
   const double raw_m = model_.noiseUnit_m(job.depth_m);
-  const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
+  const double enough_blocks = kNoise_raw * raw_m / kEnough_m * camera.noise.correlation_px / kBlock_px;
   constexpr double kMin_blocks = 5;
-  job.fit = {.noise_raw = static_cast<float>(job.noise * kNoise_raw),
+  job.fit = {.noise_raw = static_cast<float>(job.block_noise * kNoise_raw),
              .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
              .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
                                                             kMin_blocks + 4, 2.0 * FacetBlocks::kBorder + 1)),
-             .largest_quadratic = static_cast<float>(
-                 std::max(kMin_blocks, kWidestQuadratic_m * std::sqrt(job.depth_m) / block_m))};
+             .largest_quadratic = static_cast<float>(std::max(
+                 kMin_blocks, kWidestQuadratic_m * std::pow(raw_m / kItsNoiseUnit_m, 0.25) / block_m))};
   const PixelWindow ball = model_.pixelsOfBall(centre_m_in_world, radius_m);
   if (ball.empty()) return job;
   job.sites = clipped({blockOf(ball.column_first), blockOf(ball.column_last) + 1, blockOf(ball.row_first),
@@ -227,7 +231,7 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
   const auto moved = static_cast<float>(used_rate_ * period_s_);
   const auto farthest =
       static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
-  const auto most = static_cast<float>(job.noise * kSame_raw);
+  const auto most = static_cast<float>(job.block_noise * kSame_raw);
   for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
     for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
       const std::size_t index = lattice_.at(row, column);
@@ -256,17 +260,17 @@ void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& reg
   }
 }
 
-void SurfaceBuilder::estimateMotion(double noise) noexcept {
+void SurfaceBuilder::estimateMotion(double block_noise) noexcept {
   if (innovations_ < kMinInnovations) {
     rate_ = moving_ = used_rate_ = 0;
     return;
   }
   const double mean = innovation_sum_ / innovations_;
   innovation_sum_ = 0;
-  const double patches =
-      std::max(1.0, innovations_ * kBlock_px * kBlock_px / (kNoisePatch_px * kNoisePatch_px));
+  const double patch_px = std::max<double>(kBlock_px, model_.parameters().noise.correlation_px);
+  const double patches = std::max(1.0, innovations_ * kBlock_px * kBlock_px / (patch_px * patch_px));
   innovations_ = 0;
-  const double sigma = noise * kNoise_raw * std::sqrt(2 / patches);
+  const double sigma = block_noise * kNoise_raw * std::sqrt(2 / patches);
   const double gain = std::abs(mean) > kFastFrom_sigma * sigma ? kFastGain : kSlowGain;
   if (used_rate_ == 0) rate_ *= kForgetRest;
   rate_ += gain * mean / period_s_;
@@ -298,8 +302,8 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
   }
   const int next_row = lattice_.columns;
   const CellLimits limits{
-      .max_step = static_cast<float>(job.noise * kNeighbours_raw + kNeighbours_px * job.raw_per_px),
-      .max_bend = static_cast<float>(job.noise * kCrease_raw + kCrease_px * job.raw_per_px)};
+      .max_step = static_cast<float>(job.block_noise * kNeighbours_raw + kNeighbours_px * job.raw_per_px),
+      .max_bend = static_cast<float>(job.block_noise * kCrease_raw + kCrease_px * job.raw_per_px)};
   for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
     for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
       const std::size_t index = lattice_.at(row, column);
@@ -359,7 +363,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   }
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
-  if (new_frame) estimateMotion(job.noise);
+  if (new_frame) estimateMotion(job.block_noise);
   fit(visible_, job, region, surface.visible);
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);

@@ -47,8 +47,9 @@ class SurfaceBuilder {
   bool moves() const noexcept { return moving_ >= 0.5; }
 
   /// Standard deviation of the sensor's noise in the mean of a block of one frame, in raw units of a Kinect
-  /// v1 (DepthModel::noiseScale() for other cameras). Measured on recordings of three devices: 0.5 to 0.6,
-  /// mostly a static pattern, so that averaging over time does not reduce it.
+  /// v1. Measured on recordings of three devices: 0.5 to 0.6, mostly a static pattern, so that averaging over
+  /// time does not reduce it. Other cameras: multiplied by DepthModel::noiseScale() and by how much less of
+  /// it is left in a mean where neighbouring pixels are less alike.
   static constexpr double kNoise_raw = 0.5;
 
  private:
@@ -66,7 +67,8 @@ class SurfaceBuilder {
     BlockWindow sites;    ///< blocks that get a facet
     BlockWindow support;  ///< blocks used by the fits
     double depth_m;       ///< depth of the focus
-    double noise;         ///< DepthModel::noiseScale() at the focus
+    double noise;         ///< of a pixel: DepthModel::noiseScale() at the focus
+    double block_noise;   ///< of the mean of a block, relative to that of a Kinect v1
     double raw_per_px;    ///< change of disparity per pixel of a surface at 45 degrees to the view
     FacetFit fit;
   };
@@ -87,14 +89,15 @@ class SurfaceBuilder {
   void buildLayer(BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
   BlockWindow clipped(const BlockWindow& window) const noexcept;
   void follow(BlockMeans& means, const Job& job, const Region& region) noexcept;
-  /// `noise`: see Job.
-  void estimateMotion(double noise) noexcept;
+  /// `block_noise`: see Job.
+  void estimateMotion(double block_noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
 
   const DepthModel& model_;
   BlockLattice lattice_;
   ImageLayout layout_;
+  double block_noise_;  ///< of the mean of a block by that of a pixel, relative to a Kinect v1
   ColumnShifts column_shifts_;
   GapLimits gaps_{};
   BlockMeans visible_;

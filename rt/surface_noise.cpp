@@ -145,6 +145,11 @@ SurfaceNoiseMeter::Sample SurfaceNoiseMeter::samplePatch(const std::uint16_t* ra
           .moves = has_last_ && std::abs(distance - last_m_) > kMoves_raw * unit_m};
 }
 
+/// Returns the noise of a pixel at the surface relative to that where the variance was measured.
+double SurfaceNoiseMeter::noiseGrowth() const noexcept {
+  return model_.noiseUnit_m(depth_m_) / model_.noiseUnit_m(variance_depth_m_);
+}
+
 void SurfaceNoiseMeter::addToVariance() noexcept {
   double mean = 0;
   for (const double distance : distance_m_) mean += distance;
@@ -154,7 +159,7 @@ void SurfaceNoiseMeter::addToVariance() noexcept {
   const double variance = squares / static_cast<double>(kWindow - 1);
   if (distances_ == kWindow) windows_ = std::min(windows_, kWindowsElsewhere);
   windows_ = std::min(windows_ + 1, kMostWindows);
-  if (windows_ > 1) variance_m2_ *= std::pow(depth_m_ / variance_depth_m_, 4);
+  if (windows_ > 1) variance_m2_ *= noiseGrowth() * noiseGrowth();
   variance_m2_ += (variance - variance_m2_) / windows_;
   variance_depth_m_ = depth_m_;
   variance_place_in_world_ = model_.positionInWorld(place_);
@@ -177,8 +182,7 @@ void SurfaceNoiseMeter::take(const Sample& sample) noexcept {
     ++distances_;
     if (distances_ >= kWindow) addToVariance();
   }
-  const double scale = windows_ > 0 ? depth_m_ / variance_depth_m_ : 0;
-  result_.noise_m = windows_ > 0 ? std::sqrt(variance_m2_) * scale * scale : 0;
+  result_.noise_m = windows_ > 0 ? std::sqrt(variance_m2_) * noiseGrowth() : 0;
   result_.frames = windows_ > 0 ? windows_ + static_cast<std::uint32_t>(kWindow) - 1 : 0;
   if (steps_ == 0) result_.step_m = 0;
 }

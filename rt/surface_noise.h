@@ -26,9 +26,9 @@ struct SurfaceNoise {
 /// position the distance of the surface from a fixed place, frame by frame.
 ///
 /// The place is kept while the focus stays near it. When the focus moves on, measuring starts again there;
-/// until that has taken a second, the last result is scaled with the square of the depth, as the noise of a
-/// triangulating camera. Laws on the visible surface are measured on its facets after the fusion of frames,
-/// laws on points by the mean of a patch of raw values after the filter.
+/// until that has taken a second, the last result is scaled with the noise of the camera's pixels. Laws on
+/// the visible surface are measured on its facets after the fusion of frames, laws on points by the mean of a
+/// patch of raw values after the filter.
 /// Thread: one (the scene thread).  RT: safe.
 class SurfaceNoiseMeter {
  public:
@@ -68,6 +68,7 @@ class SurfaceNoiseMeter {
   void take(const Sample& sample) noexcept;
   void miss() noexcept;
   void restart() noexcept;
+  double noiseGrowth() const noexcept;
   void addToVariance() noexcept;
 
   const DepthModel& model_;

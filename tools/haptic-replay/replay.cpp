@@ -65,8 +65,8 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   law_decided_ = true;
   const double distance_m = -box_.depthModel().positionInCamera(hip_m_in_world).z;
   if (settings_.force.law || !(distance_m > 0)) return;
-  box_.parameters() =
-      config::liveWith(settings_, config::chooseLaw(settings_, config::distanceClass_m(distance_m, 0)));
+  const config::SurfaceAsSeen seen = config::asSeenBy(box_.depthModel().parameters(), distance_m);
+  box_.parameters() = config::liveWith(settings_, config::chooseLaw(settings_, config::classOf(seen, {})));
 }
 
 config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {

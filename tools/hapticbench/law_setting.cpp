@@ -41,10 +41,8 @@ std::unique_ptr<OfflineBox> boxFor(const LawSetting& setting, const rt::DepthMod
 rt::LiveParameters shippedParameters(const std::string& choice, double distance_m) {
   const config::Settings shipped;
   if (choice == config::kAutomaticLaw) {
-    constexpr double kNoClassBefore = 0;
-    return config::liveWith(shipped, config::chooseLaw(shipped.force.effectiveMaxError_n(shipped.live.safety),
-                                                       shipped.live.springs.stiffness_n_per_m,
-                                                       config::distanceClass_m(distance_m, kNoClassBefore)));
+    const config::SurfaceAsSeen seen = config::asSeenBy(rt::DepthModelParameters{}, distance_m);
+    return config::liveWith(shipped, config::chooseLaw(shipped, config::classOf(seen, {})));
   }
   rt::LiveParameters live = shipped.effectiveLive();
   live.law = rt::withWord<ForceLaw>(choice).value_or(live.law);

@@ -6,39 +6,55 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 namespace hapticd::config {
 namespace {
 
 constexpr double kStiffness = 500;
 
-std::set<double> classes() {
-  std::set<double> all;
-  for (const MeasuredLaw& measured : measuredLaws()) all.insert(measured.distance_m);
+/// How a Kinect v1 sees a surface at a distance, as a class of the table.
+SurfaceAsSeen atDistance(double distance_m) {
+  return classOf(asSeenBy({}, distance_m), {});
+}
+
+/// All classes of the table that a Kinect v1 sees.
+std::vector<SurfaceAsSeen> classes() {
+  std::vector<SurfaceAsSeen> all;
+  for (const double distance_m : {0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 3.5}) all.push_back(atDistance(distance_m));
   return all;
 }
 
-TEST(MeasuredLaws, KnowEachLawAtEachDistance) {
-  for (const double class_m : classes()) {
+TEST(MeasuredLaws, KnowEachLawWithEachNoiseAndPitch) {
+  std::set<double> noises_m;
+  std::set<double> pitches_m;
+  for (const SurfaceAsSeen& seen : classes()) {
+    noises_m.insert(seen.noise_m);
+    pitches_m.insert(seen.pitch_m);
     std::set<rt::ForceLaw> laws;
     for (const MeasuredLaw& measured : measuredLaws()) {
-      if (measured.distance_m == class_m) laws.insert(measured.law);
+      if (measured.noise_m == seen.noise_m) laws.insert(measured.law);
       EXPECT_GT(measured.error_m, 0);
       EXPECT_GT(measured.cpu_ms_per_s, 0);
     }
-    EXPECT_EQ(laws.size(), 4U) << class_m;
+    EXPECT_EQ(laws.size(), 4U) << seen.noise_m;
   }
-  EXPECT_EQ(classes(), (std::set<double>{0.6, 0.8, 1, 1.5, 2, 3, 3.5}));
+  EXPECT_EQ(noises_m.size(), classes().size());
+  EXPECT_EQ(pitches_m.size(), classes().size());
+  for (const MeasuredLaw& measured : measuredLaws()) {
+    EXPECT_TRUE(noises_m.contains(measured.noise_m)) << measured.noise_m;
+    EXPECT_TRUE(pitches_m.contains(measured.pitch_m)) << measured.pitch_m;
+  }
 }
 
 TEST(ChooseLaw, ChoosesTheCheapestWithinTheError) {
-  for (const double class_m : classes()) {
+  for (const SurfaceAsSeen& seen : classes()) {
     for (const double max_error_n : {0.05, 0.28, 1.0, 10.0, 100.0}) {
-      const LawDecision decision = chooseLaw(max_error_n, kStiffness, class_m);
+      const LawDecision decision = chooseLaw(max_error_n, kStiffness, seen);
       double cheapest = 1e9;
       double cost = 1e9;
       for (const MeasuredLaw& measured : measuredLaws()) {
-        if (measured.distance_m != class_m) continue;
+        if (measured.noise_m != seen.noise_m) continue;
         if (kStiffness * measured.error_m <= max_error_n)
           cheapest = std::min(cheapest, measured.cpu_ms_per_s);
         if (measured.law == decision.law && measured.filtered == decision.filtered)
@@ -46,16 +62,16 @@ TEST(ChooseLaw, ChoosesTheCheapestWithinTheError) {
       }
       if (!decision.within) continue;
       EXPECT_LE(decision.error_n, max_error_n);
-      EXPECT_EQ(cost, cheapest) << class_m << " " << max_error_n;
+      EXPECT_EQ(cost, cheapest) << seen.noise_m << " " << max_error_n;
     }
   }
 }
 
 TEST(ChooseLaw, ChoosesAndNamesTheMostAccurateWhereNoneIsWithinTheError) {
-  const LawDecision decision = chooseLaw(1e-6, kStiffness, 3.5);
+  const LawDecision decision = chooseLaw(1e-6, kStiffness, atDistance(3.5));
   EXPECT_FALSE(decision.within);
   for (const MeasuredLaw& measured : measuredLaws()) {
-    if (measured.distance_m != 3.5) continue;
+    if (measured.noise_m != atDistance(3.5).noise_m) continue;
     EXPECT_GE(kStiffness * measured.error_m, decision.error_n);
   }
   EXPECT_NE(decision.reason.find("none of"), std::string::npos) << decision.reason;
@@ -64,38 +80,67 @@ TEST(ChooseLaw, ChoosesAndNamesTheMostAccurateWhereNoneIsWithinTheError) {
 TEST(MeasuredLaws, FilterOnlyLawsOnPoints) {
   for (const MeasuredLaw& measured : measuredLaws()) {
     if (measured.law == rt::ForceLaw::surface) {
-      EXPECT_FALSE(measured.filtered) << measured.distance_m;
+      EXPECT_FALSE(measured.filtered) << measured.noise_m;
     }
   }
 }
 
 // 20 %: one setting may be this much worse than the best at any distance, so that little is left to choose.
 TEST(MeasuredLaws, HaveInSurfaceOneSettingThatIsNearlyTheMostAccurateEverywhere) {
-  for (const double class_m : classes()) {
+  for (const SurfaceAsSeen& seen : classes()) {
     double least_m = 1e9;
     double surface_m = 1e9;
     for (const MeasuredLaw& measured : measuredLaws()) {
-      if (measured.distance_m != class_m) continue;
+      if (measured.noise_m != seen.noise_m) continue;
       least_m = std::min(least_m, measured.error_m);
       if (measured.law == rt::ForceLaw::surface) surface_m = measured.error_m;
     }
-    EXPECT_LE(surface_m, 1.2 * least_m) << class_m;
+    EXPECT_LE(surface_m, 1.2 * least_m) << seen.noise_m;
   }
 }
 
 TEST(ChooseLaw, ScalesTheErrorWithTheStiffness) {
-  EXPECT_DOUBLE_EQ(chooseLaw(1e-6, 1000, 1).error_n, 2 * chooseLaw(1e-6, 500, 1).error_n);
+  EXPECT_DOUBLE_EQ(chooseLaw(1e-6, 1000, atDistance(1)).error_n,
+                   2 * chooseLaw(1e-6, 500, atDistance(1)).error_n);
 }
 
-TEST(DistanceClass, IsTheNearestInRatioAndKeptALittleBeyondItsBorder) {
-  EXPECT_EQ(distanceClass_m(0.1, 0), 0.6);
-  EXPECT_EQ(distanceClass_m(1.1, 0), 1);
-  EXPECT_EQ(distanceClass_m(10, 0), 3.5);
+TEST(ClassOfASurface, IsTheNearestInRatioAndKeptALittleBeyondItsBorder) {
+  EXPECT_EQ(atDistance(0.1), atDistance(0.6));
+  EXPECT_EQ(atDistance(1.1), atDistance(1));
+  EXPECT_EQ(atDistance(10), atDistance(3.5));
   const double border = std::sqrt(1.0 * 1.5);
-  EXPECT_EQ(distanceClass_m(border * 1.04, 1), 1);
-  EXPECT_EQ(distanceClass_m(border * 1.06, 1), 1.5);
-  EXPECT_EQ(distanceClass_m(border / 1.04, 1.5), 1.5);
-  EXPECT_EQ(distanceClass_m(border / 1.06, 1.5), 1);
+  const auto after = [](double distance_m, double before_m) {
+    return classOf(asSeenBy({}, distance_m), atDistance(before_m));
+  };
+  EXPECT_EQ(after(border * 1.04, 1), atDistance(1));
+  EXPECT_EQ(after(border * 1.06, 1), atDistance(1.5));
+  EXPECT_EQ(after(border / 1.04, 1.5), atDistance(1.5));
+  EXPECT_EQ(after(border / 1.06, 1.5), atDistance(1));
+}
+
+TEST(ChooseLaw, TakesTheErrorFromTheNoiseAndTheCostFromThePitch) {
+  const SurfaceAsSeen near = atDistance(0.6);
+  const SurfaceAsSeen far = atDistance(3.5);
+  // of all that is accurate enough, the cheapest at the pitch
+  const double most_n = 100;
+  const auto costOf = [](const LawDecision& decision, double pitch_m) {
+    for (const MeasuredLaw& measured : measuredLaws()) {
+      if (measured.law == decision.law && measured.filtered == decision.filtered &&
+          measured.pitch_m == pitch_m)
+        return measured.cpu_ms_per_s;
+    }
+    return -1.0;
+  };
+  for (const SurfaceAsSeen& seen : {near, far, SurfaceAsSeen{near.noise_m, far.pitch_m}}) {
+    const LawDecision decision = chooseLaw(most_n, kStiffness, seen);
+    for (const MeasuredLaw& measured : measuredLaws()) {
+      if (measured.pitch_m != seen.pitch_m) continue;
+      EXPECT_GE(measured.cpu_ms_per_s, costOf(decision, seen.pitch_m));
+    }
+  }
+  // with a fine pitch and much noise, the error is that of the noise
+  const SurfaceAsSeen noisy{far.noise_m, near.pitch_m};
+  EXPECT_EQ(chooseLaw(1e-6, kStiffness, noisy).error_n, chooseLaw(1e-6, kStiffness, far).error_n);
 }
 
 TEST(EffectiveMaxError, IsSevenPercentOfTheForceLimitUnlessOneIsSet) {
@@ -121,16 +166,23 @@ TEST(LiveWith, TakesLawAndFilterAndLeavesTheRest) {
   EXPECT_TRUE(liveWith(settings, {.law = rt::ForceLaw::surface, .reason = {}}).filter.isOff());
 }
 
-TEST(EquivalentDistance, IsWhereAKinectHasTheSameNoise) {
-  EXPECT_EQ(equivalentDistance_m({}, 1.3), 1.3);
+TEST(SurfaceSeenByACamera, FollowsFromItsNoiseItsCorrelationAndItsPixels) {
+  const SurfaceAsSeen kinect = asSeenBy({}, 1);
+  // Over 12 pixels the correlation of 1 - d / 9 leaves (12 + 2 (11 8 + 10 7 + ... + 4 1) / 9) / 144 = 0.5648.
+  EXPECT_NEAR(kinect.noise_m, 0.54 * 0.003071102 * 0.5648, 1e-6);
+  EXPECT_NEAR(kinect.pitch_m, 1 / 594.214342, 1e-9);
+  EXPECT_NEAR(asSeenBy({}, 2).noise_m, 4 * kinect.noise_m, 1e-9);
+
   rt::DepthModelParameters stereo;
   stereo.law = rt::DepthLawKind::linear;
-  EXPECT_EQ(equivalentDistance_m(stereo, 0.5), 0.5) << "its noise is not known";
-  stereo.noise.c2_per_m = 4 * 0.54 * 0.003071102;  // twice as noisy as a Kinect at twice the distance
-  EXPECT_NEAR(equivalentDistance_m(stereo, 0.5), 1.0, 1e-9);
+  stereo.fx_px = 400;
+  EXPECT_EQ(asSeenBy(stereo, 1).noise_m, kinect.noise_m) << "its noise is not known";
+  EXPECT_NEAR(asSeenBy(stereo, 1).pitch_m, 0.0025, 1e-12);
   stereo.noise = {.c0_m = 0.54 * 0.003071102};  // the same everywhere, as a Kinect's at 1 m
-  EXPECT_NEAR(equivalentDistance_m(stereo, 0.2), 1.0, 1e-9);
-  EXPECT_NEAR(equivalentDistance_m(stereo, 3), 1.0, 1e-9);
+  EXPECT_NEAR(asSeenBy(stereo, 0.2).noise_m, kinect.noise_m, 1e-9);
+  EXPECT_NEAR(asSeenBy(stereo, 3).noise_m, kinect.noise_m, 1e-9);
+  stereo.noise.correlation_px = 1;  // independent pixels: their mean over 12 x 12 has a twelfth
+  EXPECT_NEAR(asSeenBy(stereo, 1).noise_m, 0.54 * 0.003071102 / 12, 1e-9);
 }
 
 }  // namespace

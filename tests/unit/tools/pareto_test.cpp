@@ -77,10 +77,10 @@ TEST(LawsTable, HasOneSortedInitialiserPerLineUnderItsCommand) {
   EXPECT_EQ(table,
             "// SPDX-License-Identifier: Apache-2.0\n"
             "// Written by `tools/figures`.\n"
-            "// law, filtered, distance m, RMS force error over stiffness m, CPU ms per second of use\n"
-            "{rt::ForceLaw::nearest_springs, false, 1.0, 0.033640, 2.26},\n"
-            "{rt::ForceLaw::proxy, true, 0.8, 0.000255, 5.64},\n"
-            "{rt::ForceLaw::proxy, true, 3.5, 0.001890, 1.87},\n");
+            "// law, filtered, noise m, RMS force error over stiffness m, pitch m, CPU ms per second of use\n"
+            "{rt::ForceLaw::nearest_springs, false, 0.000937, 0.033640, 0.001683, 2.26},\n"
+            "{rt::ForceLaw::proxy, true, 0.000599, 0.000255, 0.001346, 5.64},\n"
+            "{rt::ForceLaw::proxy, true, 0.011474, 0.001890, 0.005890, 1.87},\n");
 }
 
 TEST(LawsTable, HoldsEveryLawAndFiltersThoseOnPoints) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <tuple>
 
+#include "config/law_choice.h"
 #include "tools/hapticbench/accuracy/accuracy_study.h"
 #include "tools/hapticbench/pareto/cost_study.h"
 
@@ -15,8 +16,9 @@ namespace {
 
 /// Returns a row as a line of the table, with as many decimals as repeated measurements agree in.
 std::string lineOf(const LawAtDistance& row) {
-  return fmt::format("{{rt::ForceLaw::{}, {}, {:.1f}, {:.6f}, {:.2f}}},\n", nameOf(row.setting.law),
-                     row.setting.filtered, row.distance_m, row.error_m, row.cost.cpu_ms_per_s());
+  const config::SurfaceAsSeen seen = config::asSeenBy(rt::DepthModelParameters{}, row.distance_m);
+  return fmt::format("{{rt::ForceLaw::{}, {}, {:.6f}, {:.6f}, {:.6f}, {:.2f}}},\n", nameOf(row.setting.law),
+                     row.setting.filtered, seen.noise_m, row.error_m, seen.pitch_m, row.cost.cpu_ms_per_s());
 }
 
 }  // namespace
@@ -25,8 +27,8 @@ std::string lawsTable(std::vector<LawAtDistance> rows, const std::string& comman
   std::ranges::sort(rows, {}, [](const LawAtDistance& row) { return std::tie(row.setting, row.distance_m); });
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text),
-                 "// SPDX-License-Identifier: Apache-2.0\n// Written by `{}`.\n// law, filtered, distance m, "
-                 "RMS force error over stiffness m, CPU ms "
+                 "// SPDX-License-Identifier: Apache-2.0\n// Written by `{}`.\n// law, filtered, noise m, "
+                 "RMS force error over stiffness m, pitch m, CPU ms "
                  "per second of use\n",
                  command);
   for (const LawAtDistance& row : rows) fmt::format_to(std::back_inserter(text), "{}", lineOf(row));

@@ -3,9 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace hapticd::tools {
+namespace {
+
+/// Largest value that the configuration takes.
+constexpr double kMostCorrelation_px = 32;
+
+}  // namespace
 
 std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle) {
   if (report.at_depths.empty())
@@ -19,8 +26,11 @@ std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle)
   if (!fit) return text;
   text += fmt::format("correlation  {:.1f} px\nstanding     {:.0f} % of the variance\n",
                       report.correlation_px, 100 * fit->standing_share);
-  return text + fmt::format("\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n",
-                            fit->c0_m, fit->c1, fit->c2_per_m);
+  return text + fmt::format(
+                    "\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n"
+                    "  noise_standing_share: {:.2f}\n  noise_correlation_px: {:.1f}\n",
+                    fit->c0_m, fit->c1, fit->c2_per_m, fit->standing_share,
+                    std::clamp(report.correlation_px, 1.0, kMostCorrelation_px));
 }
 
 void addTo(nlohmann::ordered_json& document, const DepthNoiseReport& report, rt::DepthPrinciple principle) {

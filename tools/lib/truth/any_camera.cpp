@@ -83,8 +83,7 @@ rt::DepthModelParameters timeOfFlightCamera(int width_px, int height_px) {
 
 rt::DepthModelParameters kinectWithNoise() {
   rt::DepthModelParameters camera;
-  constexpr double kNoise_raw = 0.54;
-  camera.noise = {.c2_per_m = kNoise_raw * std::abs(camera.a_per_m), .correlation_px = 9};
+  camera.noise = {.c2_per_m = rt::kKinectNoise_raw * std::abs(camera.a_per_m), .correlation_px = 9};
   return camera;
 }
 
