@@ -74,10 +74,13 @@ std::span<const MeasuredLaw> measuredLaws() {
 
 SurfaceAsSeen asSeenBy(const rt::DepthModelParameters& camera, double distance_m) {
   constexpr int kSupport_px = 12;
-  rt::DepthNoiseParameters noise = camera.noise;
-  if (!noise.isKnown())
-    noise = {.c2_per_m = rt::kKinectNoise_raw * std::abs(rt::DepthModelParameters{}.a_per_m)};
-  return {.noise_m = noise.sigma_m(distance_m) * rt::noiseOfMean(kSupport_px, noise.correlation_px),
+  rt::DepthModelParameters known = camera;
+  if (!camera.noise.isKnown()) {
+    known = {};
+    known.noise.c2_per_m = rt::kKinectNoise_raw * std::abs(known.a_per_m);
+  }
+  return {.noise_m = rt::noiseOfPixel_m(known, distance_m) *
+                     rt::noiseOfMean(kSupport_px, known.noise.correlation_px),
           .pitch_m = distance_m / camera.fx_px};
 }
 

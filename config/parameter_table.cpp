@@ -167,7 +167,7 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
         "grid.cells_per_axis", kRestart, "", {8, 64}, "",
         "voxels along each edge of the window that follows the HIP"),
     row<HAPTICD_MEMBER(grid.point_capacity)>(
-        "grid.point_capacity", kRestart, "", {1024, 307200}, "",
+        "grid.point_capacity", kRestart, "", {1024, 1024000}, "",
         "largest number of points in a scene, for the extent reach"),
     row<HAPTICD_MEMBER(grid.frame_voxel_edge_m)>(
         "grid.frame_voxel_edge_m", kRestart, "m", {0.01, 0.2}, "",

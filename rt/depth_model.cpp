@@ -89,6 +89,12 @@ CameraFault faultOf(const DepthModelParameters& camera) noexcept {
   return CameraFault::depth_law;
 }
 
+double noiseOfPixel_m(const DepthModelParameters& camera, double depth_m) noexcept {
+  if (!camera.noise.isKnown()) return 0;
+  const double sigma_m = camera.noise.sigma_m(depth_m);
+  return camera.law == DepthLawKind::linear ? std::hypot(sigma_m, camera.unit_m / std::sqrt(12.0)) : sigma_m;
+}
+
 double noiseOfMean(int side_px, double correlation_px) noexcept {
   double sum = 0;
   for (int apart = 1 - side_px; apart < side_px; ++apart) {
@@ -185,7 +191,7 @@ double DepthModel::noiseScale(double depth_m) const noexcept {
   // Rounding to whole units, 0.29 raw units, and its steps between neighbours must not exceed the tolerances.
   constexpr double kLeast = 0.6;
   return std::max(kLeast,
-                  parameters_.noise.sigma_m(depth_m) / (disparity_.unit_m(depth_m) * kKinectNoise_raw));
+                  noiseOfPixel_m(parameters_, depth_m) / (disparity_.unit_m(depth_m) * kKinectNoise_raw));
 }
 
 void DepthModel::tabulateRays() {

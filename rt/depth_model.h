@@ -90,6 +90,11 @@ constexpr auto wordsOf(CameraFault) {
 /// Thread: any.  RT: safe.
 CameraFault faultOf(const DepthModelParameters& camera) noexcept;
 
+/// Returns the standard deviation of a pixel's Z in metres at a depth, its rounding to the camera's depth
+/// unit included; 0 if the camera's noise is not known. The noise of cameras that deliver disparity includes
+/// it already. Thread: any.  RT: safe.
+double noiseOfPixel_m(const DepthModelParameters& camera, double depth_m) noexcept;
+
 /// Returns the standard deviation of the mean over a square of pixels relative to that of a pixel, for noise
 /// whose correlation falls linearly along rows and along columns and is 0 from `correlation_px` pixels on.
 /// Thread: any.  RT: safe.

@@ -21,10 +21,8 @@ DisparityFrame DisparityImage::of(const DepthFrame& frame) const noexcept {
 void DisparityImage::convert(const DepthFrame& frame, const PixelWindow& window) noexcept {
   if (model_.rawIsDisparity() || window.empty()) return;
   const DisparityScale& scale = model_.disparity();
-  RawConversion conversion{.raw_first = model_.firstRaw(),
-                           .raw_last = model_.lastRaw(),
-                           .none = kNoRawDisparity,
-                           .most = scale.last_raw};
+  RawConversion conversion{
+      .raw_first = model_.firstRaw(), .raw_last = model_.lastRaw(), .none = kNoRawDisparity};
   if (model_.isLinear()) {
     conversion.per_raw = 0;
     conversion.per_inverse = static_cast<float>(1 / (scale.a_per_m * model_.parameters().unit_m));

@@ -48,20 +48,20 @@ void toDisparity(const std::uint16_t* raw, int count, const RawConversion& conve
   const IntTag di;
   const RawTag dr;
   const auto lanes = static_cast<int>(hn::Lanes(df));
-  const auto first = hn::Set(di, conversion.raw_first);
-  const auto last = hn::Set(di, conversion.raw_last);
+  const auto first = hn::Set(dr, conversion.raw_first);
+  const auto range = hn::Set(dr, static_cast<std::uint16_t>(conversion.raw_last - conversion.raw_first));
+  const auto none = hn::Set(dr, conversion.none);
+  const auto one = hn::Set(dr, std::uint16_t{1});
   const auto per_raw = hn::Set(df, conversion.per_raw);
   const auto per_inverse = hn::Set(df, conversion.per_inverse);
   const auto offset = hn::Set(df, conversion.offset + 0.5F);
   for (int i = 0; i < count; i += lanes) {
-    const auto value = hn::PromoteTo(di, hn::LoadU(dr, raw + i));
-    const auto unseen = hn::Or(hn::Lt(value, first), hn::Gt(value, last));
-    const auto number = hn::ConvertTo(df, hn::Max(value, hn::Set(di, 1)));
+    const auto value = hn::LoadU(dr, raw + i);
+    const auto unseen = hn::Gt(hn::Sub(value, first), range);  // or below the first
+    const auto number = hn::ConvertTo(df, hn::PromoteTo(di, hn::Max(value, one)));
     const auto real = hn::MulAdd(number, per_raw, hn::Add(hn::Div(per_inverse, number), offset));
-    const auto most = hn::Set(df, static_cast<float>(conversion.most));
-    const auto rounded = hn::ConvertTo(di, hn::Min(hn::Max(real, hn::Zero(df)), most));
-    hn::StoreU(hn::DemoteTo(dr, hn::IfThenElse(unseen, hn::Set(di, conversion.none), rounded)), dr,
-               disparity + i);
+    const auto rounded = hn::DemoteTo(dr, hn::ConvertTo(di, real));
+    hn::StoreU(hn::IfThenElse(unseen, none, rounded), dr, disparity + i);
   }
 }
 

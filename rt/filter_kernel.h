@@ -18,10 +18,9 @@ void rawOfDisparity(const float* disparity, int count, std::uint16_t none, std::
 
 /// Conversion of raw values to raw disparities: per_raw raw + per_inverse / raw + offset, rounded.
 struct RawConversion {
-  std::uint16_t raw_first;  ///< raw values outside raw_first..raw_last have no depth
-  std::uint16_t raw_last;
-  std::uint16_t none;  ///< result of a raw value without depth
-  std::uint16_t most;  ///< results are 0..most
+  std::uint16_t raw_first;  ///< raw values outside raw_first..raw_last have no depth; the others' results are
+  std::uint16_t raw_last;   ///< raw disparities
+  std::uint16_t none;       ///< result of a raw value without depth
   float per_raw = 0;
   float per_inverse = 0;
   float offset = 0;

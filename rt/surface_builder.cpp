@@ -32,6 +32,9 @@ constexpr double kWidestPlane_m = 0.175;
 constexpr double kWidestQuadratic_m = 0.065;
 constexpr double kItsNoiseUnit_m = 0.003071102;
 constexpr double kEnough_m = 8e-5;
+/// Width over which the noise of a Kinect v1 is correlated. Used for every camera: with less correlation the
+/// position has enough support earlier, but the slope, which turns the force, has not.
+constexpr double kNoisePatch_px = 9;
 constexpr double kNearestDepth_m = 0.05;
 
 /// A block that differs from its mean by more shows another surface or has moved.
@@ -168,7 +171,7 @@ SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double
   job.raw_per_px = 1 / (camera.fx_px * std::abs(model_.disparity().a_per_m) * job.depth_m);
   const double block_m = kBlock_px * job.depth_m / camera.fx_px;
   const double raw_m = model_.noiseUnit_m(job.depth_m);
-  const double enough_blocks = kNoise_raw * raw_m / kEnough_m * camera.noise.correlation_px / kBlock_px;
+  const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
   constexpr double kMin_blocks = 5;
   job.fit = {.noise_raw = static_cast<float>(job.block_noise * kNoise_raw),
              .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/cameras/camera_cost.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -152,6 +154,28 @@ std::vector<CameraCost> measureCameraCosts(int repetitions, const std::vector<do
     }
   }
   return costs;
+}
+
+std::vector<Requirement> requirementsOf(const std::vector<CameraCost>& costs) {
+  constexpr double kFrom_m = 0.7;
+  constexpr double kTimesCheaper = 300;
+  constexpr double kPerPixel = 1.3;
+  const auto all = [](const CameraCost&) { return true; };
+  const auto name = [](const CameraCost& row) {
+    return fmt::format("{} at {} m", row.camera, row.distance_m);
+  };
+  const RowRequirement<CameraCost> tree{
+      "time of the reach over that of nanoflann's tree from 0.7 m on", [](const CameraCost& row) {
+        return figureIf(row.distance_m >= kFrom_m, row.reach_ns / row.tree_ns, 1 / kTimesCheaper);
+      }};
+  const RowRequirement<CameraCost> reach{"reach: time per pixel over a Kinect's", [](const CameraCost& row) {
+                                           return figureIf(true, row.reachPerPixel(), kPerPixel);
+                                         }};
+  const RowRequirement<CameraCost> surface{
+      "surface: time per pixel over a Kinect's",
+      [](const CameraCost& row) { return figureIf(true, row.surfacePerPixel(), kPerPixel); }};
+  return {checked("", tree, costs, all, name), checked("", reach, costs, all, name),
+          checked("", surface, costs, all, name)};
 }
 
 }  // namespace hapticd::tools

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/hapticbench/requirement.h"
+
 namespace hapticd::tools {
 
 /// Times of modelling one frame of a camera, medians in nanoseconds.
@@ -33,5 +35,8 @@ struct CameraCost {
 
 /// Measures all cameras at the distances that lie in their range. `repetitions`: of each timed model.
 std::vector<CameraCost> measureCameraCosts(int repetitions, const std::vector<double>& distances_m);
+
+/// The requirements on the cost of the reach, and of the law `surface`.
+std::vector<Requirement> requirementsOf(const std::vector<CameraCost>& costs);
 
 }  // namespace hapticd::tools
