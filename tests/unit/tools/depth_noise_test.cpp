@@ -152,6 +152,21 @@ TEST(NoiseFit, ANarrowSpanOfDepthsTakesTheTermOfThePrinciple) {
   EXPECT_EQ(flight_fit->c2_per_m, 0);
 }
 
+TEST(NoiseFit, TakesTheShareFromDepthsWhereTheStandingPartWasMeasured) {
+  std::vector<NoiseAtDepth> at_depths{
+      {0.5, 0.001, 0.001, 1000}, {0.9, 0.001, 0, 5000}, {1.5, 0.001, 0.001, 1000}};
+  at_depths[1].has_standing = false;
+  const auto fit = fittedNoise(at_depths, rt::DepthPrinciple::time_of_flight);
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->standing_share, 0.5, 1e-12);
+  EXPECT_NEAR(fit->c0_m, std::sqrt(2) * 0.001, 1e-12);
+  for (NoiseAtDepth& at : at_depths) at.has_standing = false, at.standing_m = 0;
+  const auto changing = fittedNoise(at_depths, rt::DepthPrinciple::time_of_flight);
+  ASSERT_TRUE(changing);
+  EXPECT_EQ(changing->standing_share, 0);
+  EXPECT_NEAR(changing->c0_m, 0.001, 1e-12);
+}
+
 TEST(NoiseFit, NothingComesFromNothing) {
   EXPECT_FALSE(fittedNoise({}, rt::DepthPrinciple::active_stereo));
   EXPECT_FALSE(fittedNoise(std::vector<NoiseAtDepth>{{1, 0, 0, 1000}}, rt::DepthPrinciple::active_stereo));
