@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -72,6 +73,37 @@ TEST(DepthNoise, SeparatesWhatIsTheSameInEachFrame) {
   EXPECT_NEAR(fit->standing_share,
               at.standing_m * at.standing_m / (changing_m2 + at.standing_m * at.standing_m), 0.02);
   EXPECT_EQ(fit->c2_per_m, 0);
+}
+
+TEST(DepthNoise, FindsTheStandingShareOfASequence) {
+  const rt::DepthModelParameters camera = stereo();
+  tools::FrameSequence sequence(camera, tools::tiltedPlane(camera, 0.7, 0.6), 1);
+  DepthNoise noise;
+  for (std::uint32_t i = 0; i < kFrames; ++i) noise.add(*sequence.next());
+  const auto fit = fittedNoise(noise.report().at_depths, camera.principle);
+  ASSERT_TRUE(fit);
+  // a plane takes 3 of the 40 independent patches of a tile
+  EXPECT_NEAR(fit->standing_share, camera.noise.standing_share, 0.1);
+  for (const double depth_m : {0.5, 0.8, 1.2}) {
+    EXPECT_NEAR(fit->sigma_m(depth_m) / camera.noise.sigma_m(depth_m), 1, 0.1) << depth_m;
+  }
+}
+
+TEST(FrameSequence, RepeatsItselfForASeedAndBeginsWithFrameOf) {
+  const rt::DepthModelParameters camera = stereo();
+  const auto plane = tools::tiltedPlane(camera, 0.7, 0.6);
+  tools::FrameSequence first(camera, plane, 5);
+  tools::FrameSequence again(camera, plane, 5);
+  const auto a = first.next();
+  const auto b = first.next();
+  EXPECT_EQ(a->sequence, 1U);
+  EXPECT_EQ(b->sequence, 2U);
+  EXPECT_TRUE(std::ranges::equal(a->image(), again.next()->image()));
+  EXPECT_TRUE(std::ranges::equal(b->image(), again.next()->image()));
+  EXPECT_FALSE(std::ranges::equal(a->image(), b->image()));
+  EXPECT_TRUE(std::ranges::equal(a->image(), tools::frameOf(camera, plane, 5)->image()));
+  tools::FrameSequence exact(camera, plane, 0);
+  EXPECT_TRUE(std::ranges::equal(exact.next()->image(), exact.next()->image()));
 }
 
 TEST(DepthNoise, IgnoresAPartThatMoves) {
