@@ -28,19 +28,19 @@ inline constexpr auto kCameraRows = [] {
         "device of the driver v4l2: a name in /dev/v4l/by-id or a path such as /dev/video2; empty: by camera.serial, or the first depth camera found"),
     row<HAPTICD_MEMBER(camera.v4l2.width_px)>(
         "camera.width_px", kRestart, "px", {160, 1280}, "",
-        "width of the frames, for the driver v4l2"),
+        "width of the frames, for the driver v4l2 and for synthetic cameras other than a Kinect v1"),
     row<HAPTICD_MEMBER(camera.v4l2.height_px)>(
         "camera.height_px", kRestart, "px", {100, 800}, "",
-        "height of the frames, for the driver v4l2"),
+        "height of the frames, for the driver v4l2 and for synthetic cameras other than a Kinect v1"),
     row<HAPTICD_MEMBER(camera.v4l2.rate_hz)>(
         "camera.rate_hz", kRestart, "Hz", {5, 300}, "",
         "frames per second, for the driver v4l2"),
     row<HAPTICD_MEMBER(camera.v4l2.intrinsics)>(
         "camera.intrinsics", kRestart, "", {}, "",
-        "intrinsics for the driver v4l2: those that the camera reports, or fx_px, fy_px, cx_px and cy_px"),
+        "intrinsics of the same cameras: those that the camera reports, or fx_px, fy_px, cx_px and cy_px"),
     row<HAPTICD_MEMBER(camera.v4l2.unit_um)>(
         "camera.unit_um", kRestart, "um", {0, 10000}, "",
-        "depth unit for the driver v4l2; 0: 100 um where the camera can be set to it and the range allows it, otherwise its own"),
+        "depth unit of the same cameras; 0: 100 um where the camera can be set to it and the range allows it, otherwise its own"),
     row<HAPTICD_MEMBER(camera.v4l2.emitter)>(
         "camera.emitter", kRestart, "", {}, "",
         "projector of a stereo camera, for the driver v4l2; unchanged: left as it is"),

@@ -58,7 +58,7 @@ void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
         "set camera.near_m below camera.far_m");
     return;
   }
-  if (settings.camera.driver == CameraDriver::v4l2 || hasValidRawValue(model)) return;
+  if (settings.camera.deliversDepth() || hasValidRawValue(model)) return;
   add(conflicts,
       {"camera.depth_law", "camera.depth_a_per_m", "camera.depth_b_per_m", "camera.near_m", "camera.far_m"},
       fmt::format("Z = 1 / ({} d + {}) lies between camera.near_m, {} m, and camera.far_m, {} m, for no raw "
@@ -73,18 +73,17 @@ void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
 /// Kinect's intrinsics must not be taken for those of another camera.
 void checkConfiguredIntrinsics(const Settings& settings, std::vector<Conflict>& conflicts) {
   const CameraSettings& camera = settings.camera;
-  if (camera.driver != CameraDriver::v4l2 || camera.v4l2.intrinsics != IntrinsicsSource::configured) return;
-  const rt::DepthModelParameters& model = camera.depth_model;
+  if (!camera.deliversDepth() || camera.v4l2.intrinsics != IntrinsicsSource::configured) return;
+  const rt::DepthModelParameters model = camera.effectiveDepthModel();
   const rt::DepthModelParameters kinect;
   if (model.fx_px == kinect.fx_px && model.fy_px == kinect.fy_px) {
     add(conflicts, {"camera.intrinsics", "camera.fx_px", "camera.fy_px"},
         "configured takes camera.fx_px and camera.fy_px, which are still those of a Kinect v1",
         "set camera.fx_px, camera.fy_px, camera.cx_px and camera.cy_px for the chosen size of the frames");
-  } else if (model.cx_px >= camera.v4l2.width_px || model.cy_px >= camera.v4l2.height_px) {
+  } else if (model.cx_px >= model.width_px || model.cy_px >= model.height_px) {
     add(conflicts, {"camera.cx_px", "camera.cy_px", "camera.width_px", "camera.height_px"},
         fmt::format("the optical centre ({}, {}) lies outside the frame of {} x {} pixels",
-                    numberText(model.cx_px), numberText(model.cy_px), camera.v4l2.width_px,
-                    camera.v4l2.height_px),
+                    numberText(model.cx_px), numberText(model.cy_px), model.width_px, model.height_px),
         "set camera.cx_px and camera.cy_px for the chosen size of the frames");
   }
 }
@@ -94,7 +93,7 @@ void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) 
   const CameraSettings& camera = settings.camera;
   constexpr double kLargestRaw = 65535;
   const double farthest_m = kLargestRaw * camera.v4l2.unit_um * 1e-6;
-  if (camera.driver != CameraDriver::v4l2 || camera.v4l2.unit_um == 0) return;
+  if (!camera.deliversDepth() || camera.v4l2.unit_um == 0) return;
   if (camera.depth_model.near_m <= farthest_m) return;
   add(conflicts, {"camera.unit_um", "camera.near_m"},
       fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.v4l2.unit_um,

@@ -23,8 +23,8 @@ std::vector<Conflict> conflictsIn(const Settings& settings);
 /// that the law needs until the next frame.
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
-/// Adds a conflict unless, for each law on points that may be used, the raw values of a V4L2 camera within
-/// its reach are few enough for a scene.
+/// Adds a conflict unless the raw values of a camera that delivers depth are few enough for a scene: those
+/// within the reach of each law on points that may be used, or those of the whole frame where it is modelled.
 void findDepthUnitConflict(const Settings& settings, std::vector<Conflict>& conflicts);
 
 /// Adds a conflict unless the grid over the whole frame fits into the memory reserved for it.

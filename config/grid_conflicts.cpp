@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/conflicts.h"
+#include "config/depth_cameras.h"
 #include "config/law_choice.h"
 #include "config/parameter_table.h"
 #include "config/value_text.h"
@@ -23,9 +24,6 @@ namespace {
 // Largest number of occupancy words (64 voxels each) of a scene over the whole frame: 25 MB for each of the
 // three scenes.
 constexpr std::size_t kMaxWords = std::size_t{1} << 21;
-
-// Depth unit that cameras are set to where nothing else is configured, in micrometres.
-constexpr double kFineUnit_um = 100;
 
 // Keeps a rounded number on the safe side of the exact one despite rounding errors.
 constexpr double kSafeSide = 1e-9;
@@ -169,6 +167,30 @@ std::optional<double> coarserEdge(const rt::GridParameters& grid, const rt::Dept
   return std::nullopt;
 }
 
+// Returns whether the depth unit is known only when the camera has been opened.
+bool unitIsOpen(const CameraSettings& camera) {
+  return camera.driver == CameraDriver::v4l2 && camera.v4l2.unit_um == 0;
+}
+
+// A scene of the whole frame holds as many depth units as a packed pixel.
+void findWholeFrameConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
+  if (unitIsOpen(settings.camera)) return;
+  const rt::DepthModelParameters depth = settings.camera.effectiveDepthModel();
+  const double unit_m = depth.unit_m;
+  constexpr double kUnits = rt::PackedPixel::kRawRange - 1;
+  const double range_m = depth.far_m - depth.near_m;
+  if (!(range_m > 0) || range_m < kUnits * unit_m) return;
+  conflicts.push_back(
+      {.parameters = {"camera.unit_um", "grid.extent", "camera.near_m", "camera.far_m", "camera.driver",
+                      "synthetic.camera"},
+       .error = {"camera.unit_um",
+                 fmt::format("a scene of the whole frame holds {:.4g} m of depth in units of {:.4g} um, but "
+                             "from camera.near_m to camera.far_m it is {} m",
+                             kUnits * unit_m, unit_m * 1e6, numberText(range_m)),
+                 fmt::format("set camera.unit_um to at least {:.0f}, or grid.extent to reach",
+                             std::ceil(1e6 * range_m / kUnits + kSafeSide))}});
+}
+
 }  // namespace
 
 void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
@@ -186,8 +208,9 @@ void findWindowConflict(const Settings& settings, std::vector<Conflict>& conflic
 
 void findDepthUnitConflict(const Settings& settings, std::vector<Conflict>& conflicts) {
   const CameraSettings& camera = settings.camera;
-  if (camera.driver != CameraDriver::v4l2 || settings.grid.extent != rt::ModelExtent::reach) return;
-  const double unit_m = (camera.v4l2.unit_um > 0 ? camera.v4l2.unit_um : kFineUnit_um) * 1e-6;
+  if (!camera.deliversDepth()) return;
+  if (settings.grid.extent == rt::ModelExtent::frame) return findWholeFrameConflict(settings, conflicts);
+  const double unit_m = unitIsOpen(camera) ? kFineUnit_m : camera.effectiveDepthModel().unit_m;
   std::optional<Demand> largest;
   for (const Demand& demand : demandsOf(settings)) {
     const bool fits = !demand.needs.points || demand.reach_m <= rt::largestReachOfUnit_m(unit_m);
@@ -196,7 +219,7 @@ void findDepthUnitConflict(const Settings& settings, std::vector<Conflict>& conf
   if (!largest) return;
   const double least_um = std::ceil(1e6 * largest->reach_m / rt::largestReachOfUnit_m(1));
   conflicts.push_back(
-      {.parameters = joinedWithReach({"camera.unit_um", "camera.driver", "grid.extent"}),
+      {.parameters = joinedWithReach({"camera.unit_um", "camera.driver", "synthetic.camera", "grid.extent"}),
        .error = {
            "camera.unit_um",
            fmt::format("a scene holds {:.4g} m of depth in units of {:.4g} um, but the law {} needs {:.4g} "

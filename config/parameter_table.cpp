@@ -130,12 +130,15 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
 });
 
 constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
+    row<HAPTICD_MEMBER(camera.played)>(
+        "synthetic.camera", kRestart, "", {}, "",
+        "camera that the driver synthetic plays: a Kinect v1, a stereo camera or a time-of-flight camera"),
     row<HAPTICD_MEMBER(synthetic.scene)>(
         "synthetic.scene", kRestart, "", {}, "",
         "scene shown by the driver synthetic"),
     row<HAPTICD_MEMBER(synthetic.noise)>(
         "synthetic.noise", kRestart, "", {}, "",
-        "noise of its depth: none, random rounding to raw units, that of a recorded sensor, or that of a noisier one"),
+        "noise of its depth: none, random rounding to raw units, that of a usual sensor, or that of a noisier one"),
     row<HAPTICD_MEMBER(synthetic.distance_m)>(
         "synthetic.distance_m", kRestart, "m", {0.1, 10}, "",
         "distance from the camera to the plane or to the sphere's centre"),

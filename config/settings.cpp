@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/settings.h"
 
+#include "config/depth_cameras.h"
+
 namespace hapticd::config {
 namespace {
 
@@ -11,6 +13,43 @@ constexpr double kFactoryBPerM = 28.379075 / 9;
 
 // Apparent mass of the lightest desktop styluses (Phantom Omni).
 constexpr double kLightestDevice_kg = 0.045;
+
+/// Whether the size of the frames was left as it is by default, which is that of a stereo camera.
+bool hasStandardSize(const V4l2Settings& v4l2) {
+  const V4l2Settings standard;
+  return v4l2.width_px == standard.width_px && v4l2.height_px == standard.height_px;
+}
+
+/// The camera that the driver `synthetic` plays, unless that is a Kinect v1: what the configuration leaves
+/// open is that of the usual camera of its kind.
+rt::DepthModelParameters playedModel(const CameraSettings& camera) {
+  const V4l2Settings& v4l2 = camera.v4l2;
+  const rt::DepthModelParameters& configured = camera.depth_model;
+  const bool is_stereo = camera.played == PlayedCamera::stereo;
+  const FrameSize size =
+      is_stereo || !hasStandardSize(v4l2) ? FrameSize{v4l2.width_px, v4l2.height_px} : kFlightSize;
+  rt::DepthModelParameters model =
+      is_stereo ? stereoCamera(size, kD435FieldOfView_deg, kD435Baseline_m) : timeOfFlightCamera(size);
+  model.near_m = configured.near_m;
+  model.far_m = configured.far_m;
+  if (v4l2.intrinsics == IntrinsicsSource::configured) {
+    model.fx_px = configured.fx_px;
+    model.fy_px = configured.fy_px;
+    model.cx_px = configured.cx_px;
+    model.cy_px = configured.cy_px;
+  }
+  if (v4l2.unit_um > 0) {
+    model.unit_m = v4l2.unit_um * 1e-6;
+  } else if (is_stereo && model.far_m <= kFineUnit_m * (model.raw_values - 1)) {
+    model.unit_m = kFineUnit_m;
+  }
+  if (configured.noise.isKnown()) {
+    model.noise.c0_m = configured.noise.c0_m;
+    model.noise.c1 = configured.noise.c1;
+    model.noise.c2_per_m = configured.noise.c2_per_m;
+  }
+  return model;
+}
 
 }  // namespace
 
@@ -49,7 +88,13 @@ double HandleSettings::effectiveDeviceMass_kg() const {
   return kLightestDevice_kg;
 }
 
+bool CameraSettings::deliversDepth() const {
+  return driver == CameraDriver::v4l2 ||
+         (driver == CameraDriver::synthetic && played != PlayedCamera::kinect);
+}
+
 rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
+  if (driver == CameraDriver::synthetic && played != PlayedCamera::kinect) return playedModel(*this);
   rt::DepthModelParameters model = depth_model;
   if (driver == CameraDriver::v4l2) {
     model.width_px = v4l2.width_px;

@@ -37,6 +37,11 @@ enum class SyncRole { unchanged, standalone, master, slave, full_slave };
 constexpr auto wordsOf(SyncRole) {
   return rt::words<SyncRole>("unchanged", "standalone", "master", "slave", "full_slave");
 }
+/// Camera that the driver `synthetic` plays.
+enum class PlayedCamera { kinect, stereo, time_of_flight };
+constexpr auto wordsOf(PlayedCamera) {
+  return rt::words<PlayedCamera>("kinect", "stereo", "time_of_flight");
+}
 enum class SyntheticScene { plane, sphere, moving_sphere, edge };
 constexpr auto wordsOf(SyntheticScene) {
   return rt::words<SyntheticScene>("plane", "sphere", "moving_sphere", "edge");
@@ -90,7 +95,8 @@ struct ForceSettings {
   rt::ForceLaw namedLaw() const { return law.value_or(rt::ForceLaw::surface); }
 };
 
-/// A camera that the kernel drives, for the driver `v4l2`.
+/// A camera that the kernel drives, for the driver `v4l2`. The driver `synthetic` reads size, intrinsics and
+/// unit too, unless it plays a Kinect v1.
 struct V4l2Settings {
   std::string device;  ///< name in /dev/v4l/by-id, or a path; empty: by serial number, or the first one found
   int width_px = 848;  ///< of the frames that the camera sends
@@ -112,12 +118,17 @@ struct CameraSettings {
   bool loop = true;       ///< restart at the end, for the driver `recorded`
   double speed = 1;       ///< playback speed relative to real time, for the driver `recorded`
   V4l2Settings v4l2;
+  PlayedCamera played = PlayedCamera::kinect;  ///< for the driver `synthetic`
   DepthLaw depth_law = DepthLaw::paper;
   rt::DepthModelParameters depth_model;  ///< a and b are those of the depth law `custom`
   rt::PoseParameters pose;               ///< T_world_camera
 
+  /// Returns true if the configuration describes a camera that delivers depth instead of raw disparities: for
+  /// the driver `v4l2`, and for `synthetic` unless it plays a Kinect v1.
+  bool deliversDepth() const;
   /// Returns depth_model with the coefficients selected by depth_law. For the driver `v4l2`: the model of the
   /// camera as far as the configuration determines it; the driver completes it with what the camera reports.
+  /// For the driver `synthetic`: the model of the camera that it plays.
   rt::DepthModelParameters effectiveDepthModel() const;
 };
 

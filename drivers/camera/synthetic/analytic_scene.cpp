@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/depth_cameras.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -12,16 +14,27 @@ using config::SyntheticNoise;
 using config::SyntheticScene;
 using rt::Vec3;
 
+/// A camera that delivers depth is that much noisier than it states where the noise is harsh.
+constexpr double kHarshScale = 2;
+
 }  // namespace
 
 AnalyticScene::AnalyticScene(const config::SyntheticSettings& settings,
                              const rt::DepthModelParameters& depth_model)
     : settings_(settings),
       camera_(depth_model),
-      noise_(static_cast<std::uint32_t>(settings.seed),
-             settings.noise == SyntheticNoise::harsh ? SensorNoise::harsh() : SensorNoise::recorded()),
       inverse_distance_per_m_(1 / settings.distance_m),
-      inverse_distance_slope_per_m_(std::tan(settings.tilt_rad) / settings.distance_m) {}
+      inverse_distance_slope_per_m_(std::tan(settings.tilt_rad) / settings.distance_m) {
+  const auto seed = static_cast<std::uint32_t>(settings.seed);
+  const bool is_harsh = settings.noise == SyntheticNoise::harsh;
+  if (depth_model.law == rt::DepthLawKind::reciprocal) {
+    kinect_.emplace(seed, is_harsh ? SensorNoise::harsh() : SensorNoise::recorded());
+  } else {
+    depth_sensor_.emplace(depth_model, seed,
+                          DepthSensor::Parameters{.baseline_m = config::kD435Baseline_m,
+                                                  .noise_scale = is_harsh ? kHarshScale : 1});
+  }
+}
 
 Vec3 AnalyticScene::sphereCentre(double t_s) const {
   const bool moves = settings_.scene == SyntheticScene::moving_sphere;
@@ -81,21 +94,33 @@ double AnalyticScene::trueDepth(int column, int row, double t_s) const {
 }
 
 void AnalyticScene::render(double t_s, rt::DepthFrame& frame) {
+  frame.camera = camera_.model();
   camera_.measure([this, centre = sphereCentre(t_s)](const Vec3& ray) { return inverseDepth(ray, centre); });
   const auto number = static_cast<std::uint64_t>(std::llround(t_s * settings_.frame_rate_hz));
-  switch (settings_.noise) {
-    case SyntheticNoise::off:
-      camera_.deliverRounded(frame);
-      break;
-    case SyntheticNoise::quantised:
-      noise_.dither(number, camera_.exact(), frame.raw);
-      break;
-    case SyntheticNoise::sensor:
-    case SyntheticNoise::harsh:
-      noise_.applySensor(number, camera_.exact(), frame.raw);
-      break;
+  if (settings_.noise == SyntheticNoise::off) {
+    camera_.deliverRounded(frame);
+  } else if (kinect_) {
+    renderDisparities(number, frame);
+  } else {
+    renderDepths(number, frame);
   }
   camera_.removeOutsideLimits(frame);
+}
+
+void AnalyticScene::renderDisparities(std::uint64_t number, rt::DepthFrame& frame) const {
+  if (settings_.noise == SyntheticNoise::quantised) {
+    kinect_->dither(number, camera_.exact(), frame.raw);
+  } else {
+    kinect_->applySensor(number, camera_.exact(), frame.raw);
+  }
+}
+
+void AnalyticScene::renderDepths(std::uint64_t number, rt::DepthFrame& frame) const {
+  if (settings_.noise == SyntheticNoise::quantised) {
+    depth_sensor_->dither(number, camera_.exact(), frame);
+  } else {
+    depth_sensor_->applySensor(number, camera_.exact(), frame);
+  }
 }
 
 }  // namespace hapticd::drivers

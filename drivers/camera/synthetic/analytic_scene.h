@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "config/settings.h"
+#include "drivers/camera/synthetic/depth_sensor.h"
 #include "drivers/camera/synthetic/scene_camera.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
@@ -20,9 +24,11 @@ namespace hapticd::drivers {
 /// the fronto-parallel plane at depth D + R.
 /// - edge: the left half (x <= 0) of the plane as a solid block that ends at x = 0, nothing beside it.
 ///
-/// Noise `off`: each disparity is rounded to the nearest integer. `quantised`: SensorNoise::dither().
-/// `sensor` and `harsh`: SensorNoise::applySensor() with the parameters recorded() and harsh(). A surface
-/// nearer than near_m or farther than far_m is never measured, and no raw value of such a depth is delivered.
+/// Noise `off`: each pixel is rounded to the nearest raw value. `quantised`: dither() of SensorNoise for a
+/// camera that delivers disparities (a Kinect v1), of DepthSensor for one that delivers depth. `sensor` and
+/// `harsh`: SensorNoise::applySensor() with the parameters recorded() and harsh(); DepthSensor::applySensor()
+/// with the noise that the camera states, and twice that. A surface nearer than near_m or farther than far_m
+/// is never measured, and no raw value of such a depth is delivered.
 ///
 /// Thread: one at a time (render() uses a buffer of the camera).  RT: not safe.
 class AnalyticScene {
@@ -38,8 +44,8 @@ class AnalyticScene {
   /// ray meets nothing. Not limited by near_m and far_m.
   double trueDepth(int column, int row, double t_s) const;
 
-  /// Renders the camera's image at `t_s` to frame.raw. The noise depends on the index of the frame period
-  /// that contains `t_s` and on the seed.
+  /// Renders the camera's image at `t_s` to frame.raw, and the camera to frame.camera. The noise depends on
+  /// the index of the frame period that contains `t_s` and on the seed.
   void render(double t_s, rt::DepthFrame& frame);
 
  private:
@@ -47,12 +53,15 @@ class AnalyticScene {
   double inversePlaneDepth(const rt::Vec3& ray) const;
   double inverseSphereDepth(const rt::Vec3& ray, const rt::Vec3& centre) const;
   double inverseDepth(const rt::Vec3& ray, const rt::Vec3& centre) const;
+  void renderDisparities(std::uint64_t number, rt::DepthFrame& frame) const;
+  void renderDepths(std::uint64_t number, rt::DepthFrame& frame) const;
 
   config::SyntheticSettings settings_;
   SceneCamera camera_;
-  SensorNoise noise_;
-  double inverse_distance_per_m_;        // 1/Z of the plane on the optical axis
-  double inverse_distance_slope_per_m_;  // change of 1/Z of the plane per unit of the ray's y
+  std::optional<SensorNoise> kinect_;        // of a camera that delivers disparities
+  std::optional<DepthSensor> depth_sensor_;  // of a camera that delivers depth
+  double inverse_distance_per_m_;            // 1/Z of the plane on the optical axis
+  double inverse_distance_slope_per_m_;      // change of 1/Z of the plane per unit of the ray's y
 };
 
 }  // namespace hapticd::drivers

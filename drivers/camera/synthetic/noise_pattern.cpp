@@ -8,6 +8,8 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/random_bits.h"
+#include "drivers/camera/synthetic/random_levels.h"
+#include "drivers/camera/synthetic/window_mean.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::drivers {
@@ -22,10 +24,6 @@ constexpr std::uint32_t kFastPurpose = 0x13;
 constexpr std::uint32_t kEpochPurpose = 0x14;
 
 constexpr std::uint64_t kFramesUntilItRepeats = 65536;  // keeps epochs exact in a float
-constexpr std::uint32_t kCellFactor = 0x9e3779b9U;      // odd: distinct cells stay distinct
-constexpr std::uint32_t kLevelFactor = 0x85157af5U;
-constexpr int kWidth = kKinectWidth;
-constexpr int kHeight = kKinectHeight;
 
 /// Returns a uniformly distributed value with mean 0 and variance 1; the mean of the 81 values of a window is
 /// normal to within a thousandth of its fourth moment.
@@ -39,35 +37,7 @@ double aboveZero(std::uint32_t bits) noexcept {
   return (double{static_cast<float>(bits >> 8)} + 1) * 0x1p-24;
 }
 
-/// Cosine and sine of a phase that runs from 0 to a right angle.
-struct Weights {
-  float here;
-  float next;
-};
-constexpr int kPhases = 256;
-
-using PhaseWeights = std::array<Weights, kPhases>;
-
-PhaseWeights phaseWeights() {
-  PhaseWeights weights{};
-  for (int i = 0; i < kPhases; ++i) {
-    const double angle = (i + 0.5) / kPhases * std::numbers::pi / 2;
-    weights[static_cast<std::size_t>(i)] = {static_cast<float>(std::cos(angle)),
-                                            static_cast<float>(std::sin(angle))};
-  }
-  return weights;
-}
-
-/// Blends from the random value of one level to that of the next; the variance is 1 everywhere.
-float atLevel(const PhaseWeights& weights, std::uint32_t cell, float place) noexcept {
-  const auto level = static_cast<std::uint32_t>(place);
-  const float fraction = place - static_cast<float>(level);
-  const Weights& weight = weights[static_cast<std::size_t>(fraction * kPhases) % kPhases];
-  const std::uint32_t here = cell + level * kLevelFactor;
-  return weight.here * uniform(scramble32(here)) + weight.next * uniform(scramble32(here + kLevelFactor));
-}
-
-/// Returns the correlation of atLevel() at two places `s` >= 0 apart, averaged over the first place: the
+/// Returns the correlation of RandomLevels at two places `s` >= 0 apart, averaged over the first place: the
 /// integral of the products of the weights that belong to the same level.
 double levelCorrelation(double s) noexcept {
   const double right_angle = std::numbers::pi / 2;
@@ -75,45 +45,6 @@ double levelCorrelation(double s) noexcept {
   if (s >= 2) return 0;
   const double overlap = 2 - s;
   return std::sin(right_angle * overlap) / std::numbers::pi - overlap / 2 * std::cos(right_angle * overlap);
-}
-
-/// Computes the sums over the window around each place of a row that wraps around.
-template <int window>
-void sumAlongRow(const float* row, float* sums) {
-  constexpr int kReach = window / 2;
-  std::array<float, std::size_t{kWidth} + 2 * kReach> padded;
-  std::copy_n(row, kWidth, padded.begin() + kReach);
-  std::copy_n(row + kWidth - kReach, kReach, padded.begin());
-  std::copy_n(row, kReach, padded.end() - kReach);
-  std::array<float, kWidth>
-      // Total and the next buffers are local, so that the compiler knows that nothing else writes to them.
-      total{};
-  for (std::size_t k = 0; k < window; ++k) {
-    for (std::size_t column = 0; column < kWidth; ++column) total[column] += padded[column + k];
-  }
-  std::ranges::copy(total, sums);
-}
-
-/// Turns independent cells of variance 1 into an image of variance 1 whose pixels share the cells of a square
-/// window; the image wraps around.
-template <int window>
-void smooth(const std::vector<float>& cells, std::span<float> image) {
-  std::vector<float> row_sums(kKinectPixels);
-  for (std::size_t row = 0; row < kHeight; ++row)
-    sumAlongRow<window>(&cells[row * kWidth], &row_sums[row * kWidth]);
-  constexpr int kReach = window / 2;
-  // A sum of window^2 cells has `window` times their standard deviation.
-  constexpr float kUnitVariance = 1.0F / window;
-  for (int row = 0; row < kHeight; ++row) {
-    std::array<float, kWidth> total{};
-    for (int k = -kReach; k <= kReach; ++k) {
-      const auto other = static_cast<std::size_t>((row + k + kHeight) % kHeight);
-      for (std::size_t column = 0; column < kWidth; ++column)
-        total[column] += row_sums[other * kWidth + column];
-    }
-    for (std::size_t column = 0; column < kWidth; ++column)
-      image[static_cast<std::size_t>(row) * kWidth + column] = total[column] * kUnitVariance;
-  }
 }
 
 /// Returns independent cells with the given standard deviation.
@@ -138,7 +69,8 @@ NoisePattern::NoisePattern(std::uint32_t seed, const NoisePatternParameters& par
       coarse_(parameters.coarse_raw > 0 ? kKinectPixels : 0),
       epochs_(parameters.drift_raw > 0 ? kKinectPixels : 0) {
   if (!coarse_.empty())
-    smooth<kCoarseWindow>(fixedCells(seed, kCoarsePurpose, parameters.coarse_raw), coarse_);
+    smoothOverWindow(kCoarseWindow, kKinectWidth, kKinectHeight,
+                     fixedCells(seed, kCoarsePurpose, parameters.coarse_raw), coarse_);
   // A cell keeps a value for T frames. If T is distributed as the sum of two exponential variables of mean
   // `drift_frames`, the probability that k frames share a value, E[max(0, 1 - k/T)], is exp(-k/drift_frames).
   for (std::size_t cell = 0; cell < epochs_.size(); ++cell) {
@@ -162,7 +94,7 @@ double NoisePattern::staticCorrelation(const NoisePatternParameters& parameters,
 
 void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
                              std::span<float> cells) const {
-  static const PhaseWeights weights = phaseWeights();
+  static const RandomLevels levels;
   const double share_of_fast = 1 - parameters_.share_of_pixel - parameters_.share_of_slow;
   const auto static_slow = static_cast<float>(parameters_.static_raw * std::sqrt(parameters_.share_of_slow));
   const auto static_fast = static_cast<float>(parameters_.static_raw * std::sqrt(share_of_fast));
@@ -174,8 +106,8 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
     const std::uint32_t base = static_cast<std::uint32_t>(cell) * kCellFactor;
     const float place = exact[cell] + 2;  // above 0 even where nothing is seen
     float sum = fixed_[cell] + fast * uniform(scramble32(base + fast_salt)) +
-                static_fast * atLevel(weights, base + static_salt_, place / kFastSpacing_raw) +
-                static_slow * atLevel(weights, base + slow_salt_, place / kSlowSpacing_raw);
+                static_fast * levels.at(base + static_salt_, place / kFastSpacing_raw, uniform) +
+                static_slow * levels.at(base + slow_salt_, place / kSlowSpacing_raw, uniform);
     if (!epochs_.empty()) {
       const Epoch epoch = epochs_[cell];
       const auto value =
@@ -189,7 +121,7 @@ void NoisePattern::fillCells(std::uint64_t frame, std::span<const float> exact,
 void NoisePattern::render(std::uint64_t frame, std::span<const float> exact, std::span<float> noise) const {
   std::vector<float> cells(kKinectPixels);
   fillCells(frame, exact, cells);
-  smooth<kWindow>(cells, noise);
+  smoothOverWindow(kWindow, kKinectWidth, kKinectHeight, cells, noise);
   for (std::size_t pixel = 0; pixel < coarse_.size(); ++pixel) noise[pixel] += coarse_[pixel];
 }
 

@@ -3,7 +3,7 @@
 
 namespace hapticd::drivers {
 
-/// Value of an exact disparity where the scene shows nothing at a pixel.
+/// Value of an exact disparity or depth where the scene shows nothing at a pixel.
 inline constexpr float kNothingSeen = -1;
 
 }  // namespace hapticd::drivers

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "drivers/camera/kinect_image.h"
+#include "drivers/camera/synthetic/depth_delivery.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -14,20 +15,20 @@ constexpr double kRounding_raw = 1e-6;
 
 }  // namespace
 
-SceneCamera::SceneCamera(const rt::DepthModelParameters& model) : model_(model), exact_(kKinectPixels) {
-  for (int column = 0; column < kKinectWidth; ++column) {
-    ray_x_[static_cast<std::size_t>(column)] = rayThrough(column, 0).x;
-  }
-  for (int row = 0; row < kKinectHeight; ++row) {
-    ray_y_[static_cast<std::size_t>(row)] = rayThrough(0, row).y;
-  }
-  for (std::uint16_t raw = 0; raw < kKinectNoMeasurement; ++raw) {
-    const double inverse_depth = model_.a_per_m * raw + model_.b_per_m;
+SceneCamera::SceneCamera(const rt::DepthModelParameters& model)
+    : model_(model),
+      exact_(static_cast<std::size_t>(model.width_px) * static_cast<std::size_t>(model.height_px)) {
+  for (int column = 0; column < model.width_px; ++column) ray_x_.push_back(rayThrough(column, 0).x);
+  for (int row = 0; row < model.height_px; ++row) ray_y_.push_back(rayThrough(0, row).y);
+  const bool is_linear = model.law == rt::DepthLawKind::linear;
+  for (std::uint32_t raw = 0; raw < model.raw_values; ++raw) {
+    if (raw == model.raw_no_measurement) continue;
+    const double inverse_depth = is_linear ? 1 / (model.unit_m * raw) : model.a_per_m * raw + model.b_per_m;
     const bool within =
-        inverse_depth > 0 && 1 / inverse_depth >= model_.near_m && 1 / inverse_depth <= model_.far_m;
+        inverse_depth > 0 && 1 / inverse_depth >= model.near_m && 1 / inverse_depth <= model.far_m;
     if (!within) continue;
-    if (raw_first_ > raw_last_) raw_first_ = raw;
-    raw_last_ = raw;
+    if (raw_first_ > raw_last_) raw_first_ = static_cast<std::uint16_t>(raw);
+    raw_last_ = static_cast<std::uint16_t>(raw);
   }
 }
 
@@ -42,7 +43,13 @@ float SceneCamera::exactDisparity(double inverse_depth) const noexcept {
   return measured ? static_cast<float>(std::max(disparity, 0.0)) : kNothingSeen;
 }
 
+float SceneCamera::exactDepth_m(double inverse_depth) const noexcept {
+  const bool measured = inverse_depth * model_.near_m <= 1 && inverse_depth * model_.far_m >= 1;
+  return measured ? static_cast<float>(1 / inverse_depth) : kNothingSeen;
+}
+
 void SceneCamera::deliverRounded(rt::DepthFrame& frame) const {
+  if (model_.law == rt::DepthLawKind::linear) return deliverDepths(model_, exact_, frame);
   std::ranges::transform(exact_, frame.image().begin(), [](float exact) {
     return exact >= 0 ? static_cast<std::uint16_t>(exact + 0.5F) : kKinectNoMeasurement;
   });
@@ -50,7 +57,7 @@ void SceneCamera::deliverRounded(rt::DepthFrame& frame) const {
 
 void SceneCamera::removeOutsideLimits(rt::DepthFrame& frame) const {
   for (std::uint16_t& raw : frame.image()) {
-    if (raw < raw_first_ || raw > raw_last_) raw = kKinectNoMeasurement;
+    if (raw < raw_first_ || raw > raw_last_) raw = model_.raw_no_measurement;
   }
 }
 

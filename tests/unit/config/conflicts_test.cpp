@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -133,6 +134,41 @@ TEST(Conflicts, ADepthUnitReachesTheNearLimit) {
   EXPECT_EQ(textsFor({"camera.driver=v4l2", "camera.unit_um=1"}),
             Texts{"camera.unit_um: 16 bits of 1 um end at 0.065535 m, nearer than camera.near_m, 0.4 m (set "
                   "camera.unit_um to 100 or 1000, or to 0)"});
+}
+
+TEST(Conflicts, TheRulesForDepthCamerasHoldForThoseThatAreSynthetic) {
+  const auto texts = [](std::string_view camera, std::vector<std::string> set) {
+    set.insert(set.begin(), {"camera.driver=synthetic", fmt::format("synthetic.camera={}", camera)});
+    return textsFor(set);
+  };
+  for (const char* camera : {"kinect", "stereo", "time_of_flight"})
+    EXPECT_EQ(texts(camera, {}), Texts{}) << camera;
+  EXPECT_EQ(texts("kinect", {"camera.intrinsics=configured", "camera.unit_um=1"}), Texts{});
+  EXPECT_EQ(texts("stereo", {"camera.intrinsics=configured"}).size(), 1U);
+  EXPECT_EQ(texts("stereo", {"camera.unit_um=1"}).size(), 1U);
+  EXPECT_EQ(
+      texts("time_of_flight", {"camera.intrinsics=configured", "camera.fx_px=430", "camera.cx_px=700"}),
+      Texts{"camera.cx_px: the optical centre (700, 242.739138) lies outside the frame of 640 x 576 pixels "
+            "(set camera.cx_px and camera.cy_px for the chosen size of the frames)"});
+  EXPECT_EQ(texts("stereo", {"force.law=nearest_springs", "camera.unit_um=71"}), Texts{});
+  EXPECT_EQ(texts("stereo", {"force.law=nearest_springs", "camera.unit_um=70"}).size(), 1U);
+}
+
+// 2047 units of 1 mm are less than 4 m - 0.4 m, which takes 1.7588 mm.
+TEST(Conflicts, ASceneOfTheWholeFrameHoldsTheDepthOfTheCamera) {
+  const auto texts = [](std::vector<std::string> set) {
+    set.insert(set.begin(),
+               {"camera.driver=synthetic", "synthetic.camera=time_of_flight", "grid.extent=frame"});
+    return textsFor(set);
+  };
+  EXPECT_EQ(texts({}),
+            Texts{"camera.unit_um: a scene of the whole frame holds 2.047 m of depth in units of 1000 um, "
+                  "but from camera.near_m to camera.far_m it is 3.6 m (set camera.unit_um to at least "
+                  "1759, or grid.extent to reach)"});
+  EXPECT_EQ(texts({"camera.unit_um=1759"}), Texts{});
+  EXPECT_EQ(texts({"camera.far_m=2.4"}), Texts{});
+  EXPECT_EQ(textsFor({"camera.driver=v4l2", "grid.extent=frame"}), Texts{})
+      << "the camera's unit is not known yet";
 }
 
 TEST(Conflicts, ADepthUnitIsCoarseEnoughForTheReachOfLawsOnPoints) {

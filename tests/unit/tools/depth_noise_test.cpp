@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -72,6 +73,37 @@ TEST(DepthNoise, SeparatesWhatIsTheSameInEachFrame) {
   EXPECT_NEAR(fit->standing_share,
               at.standing_m * at.standing_m / (changing_m2 + at.standing_m * at.standing_m), 0.02);
   EXPECT_EQ(fit->c2_per_m, 0);
+}
+
+TEST(DepthNoise, FindsTheStandingShareOfASequence) {
+  const rt::DepthModelParameters camera = stereo();
+  tools::FrameSequence sequence(camera, tools::tiltedPlane(camera, 0.7, 0.6), 1);
+  DepthNoise noise;
+  for (std::uint32_t i = 0; i < kFrames; ++i) noise.add(*sequence.next());
+  const auto fit = fittedNoise(noise.report().at_depths, camera.principle);
+  ASSERT_TRUE(fit);
+  // a plane takes 3 of the 40 independent patches of a tile
+  EXPECT_NEAR(fit->standing_share, camera.noise.standing_share, 0.1);
+  for (const double depth_m : {0.5, 0.8, 1.2}) {
+    EXPECT_NEAR(fit->sigma_m(depth_m) / camera.noise.sigma_m(depth_m), 1, 0.1) << depth_m;
+  }
+}
+
+TEST(FrameSequence, RepeatsItselfForASeedAndBeginsWithFrameOf) {
+  const rt::DepthModelParameters camera = stereo();
+  const auto plane = tools::tiltedPlane(camera, 0.7, 0.6);
+  tools::FrameSequence first(camera, plane, 5);
+  tools::FrameSequence again(camera, plane, 5);
+  const auto a = first.next();
+  const auto b = first.next();
+  EXPECT_EQ(a->sequence, 1U);
+  EXPECT_EQ(b->sequence, 2U);
+  EXPECT_TRUE(std::ranges::equal(a->image(), again.next()->image()));
+  EXPECT_TRUE(std::ranges::equal(b->image(), again.next()->image()));
+  EXPECT_FALSE(std::ranges::equal(a->image(), b->image()));
+  EXPECT_TRUE(std::ranges::equal(a->image(), tools::frameOf(camera, plane, 5)->image()));
+  tools::FrameSequence exact(camera, plane, 0);
+  EXPECT_TRUE(std::ranges::equal(exact.next()->image(), exact.next()->image()));
 }
 
 TEST(DepthNoise, IgnoresAPartThatMoves) {
@@ -150,6 +182,21 @@ TEST(NoiseFit, ANarrowSpanOfDepthsTakesTheTermOfThePrinciple) {
   EXPECT_EQ(stereo_fit->c0_m, 0);
   EXPECT_NEAR(flight_fit->c0_m, 0.001, 1e-12);
   EXPECT_EQ(flight_fit->c2_per_m, 0);
+}
+
+TEST(NoiseFit, TakesTheShareFromDepthsWhereTheStandingPartWasMeasured) {
+  std::vector<NoiseAtDepth> at_depths{
+      {0.5, 0.001, 0.001, 1000}, {0.9, 0.001, 0, 5000}, {1.5, 0.001, 0.001, 1000}};
+  at_depths[1].has_standing = false;
+  const auto fit = fittedNoise(at_depths, rt::DepthPrinciple::time_of_flight);
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->standing_share, 0.5, 1e-12);
+  EXPECT_NEAR(fit->c0_m, std::sqrt(2) * 0.001, 1e-12);
+  for (NoiseAtDepth& at : at_depths) at.has_standing = false, at.standing_m = 0;
+  const auto changing = fittedNoise(at_depths, rt::DepthPrinciple::time_of_flight);
+  ASSERT_TRUE(changing);
+  EXPECT_EQ(changing->standing_share, 0);
+  EXPECT_NEAR(changing->c0_m, 0.001, 1e-12);
 }
 
 TEST(NoiseFit, NothingComesFromNothing) {

@@ -181,7 +181,8 @@ DepthNoiseReport DepthNoise::report() const {
     if (at.pixels < kFewestPixels) continue;
     at.depth_m = bin.sum_of_depths_m / static_cast<double>(at.pixels);
     at.changing_m = std::sqrt(meanAtRest(bin.variances_m2, step_m(camera_, at.depth_m)));
-    if (bin.standing_m2.size() >= kFewestTiles) {
+    at.has_standing = bin.standing_m2.size() >= kFewestTiles;
+    if (at.has_standing) {
       at.standing_m = std::sqrt(std::max(0.0, medianOf(bin.standing_m2)));
     }
     report.at_depths.push_back(at);

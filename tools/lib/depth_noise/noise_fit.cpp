@@ -115,6 +115,8 @@ std::optional<rt::DepthNoiseParameters> fittedNoise(std::span<const NoiseAtDepth
   std::vector<NoiseAtDepth> measured(at_depths.begin(), at_depths.end());
   std::erase_if(measured, [](const NoiseAtDepth& at) { return !(at.sigma_m() > 0 && at.depth_m > 0); });
   if (measured.empty()) return std::nullopt;
+  if (std::ranges::any_of(measured, &NoiseAtDepth::has_standing))
+    std::erase_if(measured, [](const NoiseAtDepth& at) { return !at.has_standing; });
   const auto [nearest, farthest] = std::ranges::minmax(measured, {}, &NoiseAtDepth::depth_m);
   const bool is_narrow = farthest.depth_m < kNarrowSpan * nearest.depth_m;
   std::optional<Coefficients> best;

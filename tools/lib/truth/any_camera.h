@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "drivers/camera/synthetic/camera_noise.h"
 #include "rt/depth_frame.h"
 #include "rt/parameters.h"
 
@@ -17,10 +20,10 @@ struct NamedCamera {
   rt::DepthModelParameters camera;
 };
 
-/// A stereo camera that delivers depth: f from the field of view, noise Z^2 s / (f b) with s = 0.08 px.
+/// config::stereoCamera() with a depth unit and limits.
 rt::DepthModelParameters stereoCamera(int width_px, int height_px, double field_of_view_deg,
                                       double baseline_m, double unit_m, double near_m, double far_m);
-/// A time-of-flight camera that delivers depth in millimetres; its noise grows linearly.
+/// config::timeOfFlightCamera().
 rt::DepthModelParameters timeOfFlightCamera(int width_px, int height_px);
 /// A Kinect v1 with the noise of its raw disparity, which the core does not need to be given.
 rt::DepthModelParameters kinectWithNoise();
@@ -33,8 +36,25 @@ DepthAt tiltedPlane(const rt::DepthModelParameters& camera, double distance_m, d
 /// Depth of the front of a ball around `centre_m_in_camera`, and nothing beside it.
 DepthAt ball(const rt::DepthModelParameters& camera, const rt::Vec3& centre_m_in_camera, double radius_m);
 
-/// A frame of the camera. `seed`: of noise by the camera's own model, alike over boxes of correlation_px
-/// pixels; 0: no noise, only rounding to raw values.
+/// Successive frames of a camera and a scene at rest, with the noise of the synthetic camera by the camera's
+/// own model: a part of it stands still, the rest is another one in each frame. Edges have no errors. Thread:
+/// one at a time.
+class FrameSequence {
+ public:
+  /// `seed`: of the noise; 0: none, only rounding to raw values.
+  FrameSequence(const rt::DepthModelParameters& camera, const DepthAt& depth, std::uint32_t seed);
+
+  /// Returns the next frame; the first has the sequence number 1.
+  std::unique_ptr<rt::DepthFrame> next();
+
+ private:
+  rt::DepthModelParameters camera_;
+  std::vector<float> exact_m_;
+  std::optional<drivers::CameraNoise> noise_;
+  std::uint64_t number_ = 0;
+};
+
+/// Returns the first frame of a FrameSequence: with another seed all of its noise is another one.
 std::unique_ptr<rt::DepthFrame> frameOf(const rt::DepthModelParameters& camera, const DepthAt& depth,
                                         std::uint32_t seed = 0);
 

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the configuration makes of the cameras that the driver `synthetic` plays.
+#include <gtest/gtest.h>
+
+#include "config/settings.h"
+#include "rt/depth_model.h"
+
+namespace hapticd::config {
+namespace {
+
+CameraSettings playing(PlayedCamera played) {
+  CameraSettings camera;
+  camera.driver = CameraDriver::synthetic;
+  camera.played = played;
+  return camera;
+}
+
+TEST(PlayedCamera, IsAKinectUnlessTheConfigurationNamesAnother) {
+  CameraSettings camera;
+  camera.driver = CameraDriver::synthetic;
+  camera.v4l2.width_px = 424;
+  camera.v4l2.unit_um = 100;
+  EXPECT_EQ(camera.effectiveDepthModel(), rt::DepthModelParameters{});
+  EXPECT_FALSE(camera.deliversDepth());
+}
+
+TEST(PlayedCamera, IsAnotherOnlyWithTheDriverSynthetic) {
+  CameraSettings camera = playing(PlayedCamera::stereo);
+  camera.driver = CameraDriver::freenect;
+  EXPECT_EQ(camera.effectiveDepthModel(), rt::DepthModelParameters{});
+  EXPECT_FALSE(camera.deliversDepth());
+}
+
+// f = 848 / (2 tan 45 deg) = 424 px, c2 = 0.08 px / (424 px 0.05 m)
+TEST(PlayedCamera, OfStereoIsAD435) {
+  const CameraSettings settings = playing(PlayedCamera::stereo);
+  EXPECT_TRUE(settings.deliversDepth());
+  const rt::DepthModelParameters camera = settings.effectiveDepthModel();
+  EXPECT_EQ(rt::faultOf(camera), rt::CameraFault::none);
+  EXPECT_EQ(camera.width_px, 848);
+  EXPECT_EQ(camera.height_px, 480);
+  EXPECT_NEAR(camera.fx_px, 424, 1e-9);
+  EXPECT_NEAR(camera.fy_px, 424, 1e-9);
+  EXPECT_EQ(camera.cx_px, 423.5);
+  EXPECT_EQ(camera.cy_px, 239.5);
+  EXPECT_EQ(camera.law, rt::DepthLawKind::linear);
+  EXPECT_EQ(camera.unit_m, 1e-4);
+  EXPECT_EQ(camera.raw_no_measurement, 0);
+  EXPECT_EQ(camera.near_m, 0.4);
+  EXPECT_EQ(camera.far_m, 4);
+  EXPECT_EQ(camera.principle, rt::DepthPrinciple::active_stereo);
+  EXPECT_NEAR(camera.noise.sigma_m(1), 0.08 / 21.2, 1e-12);
+  EXPECT_NEAR(camera.noise.sigma_m(2), 4 * 0.08 / 21.2, 1e-12);
+  EXPECT_GT(camera.noise.standing_share, 0);
+  EXPECT_EQ(camera.noise.correlation_px, 5);
+}
+
+TEST(PlayedCamera, OfTimeOfFlightIsAFemtoMega) {
+  const rt::DepthModelParameters camera = playing(PlayedCamera::time_of_flight).effectiveDepthModel();
+  EXPECT_EQ(rt::faultOf(camera), rt::CameraFault::none);
+  EXPECT_EQ(camera.width_px, 640);
+  EXPECT_EQ(camera.height_px, 576);
+  EXPECT_NEAR(camera.fx_px, 374.185, 0.5) << "as published";
+  EXPECT_EQ(camera.unit_m, 1e-3);
+  EXPECT_EQ(camera.principle, rt::DepthPrinciple::time_of_flight);
+  EXPECT_NEAR(camera.noise.sigma_m(2) - camera.noise.sigma_m(1),
+              camera.noise.sigma_m(3) - camera.noise.sigma_m(2), 1e-12)
+      << "linear";
+  EXPECT_GT(camera.noise.standing_share, 0);
+  EXPECT_EQ(camera.noise.correlation_px, 1);
+}
+
+TEST(PlayedCamera, TakesWhatIsConfigured) {
+  for (const PlayedCamera played : {PlayedCamera::stereo, PlayedCamera::time_of_flight}) {
+    CameraSettings settings = playing(played);
+    settings.v4l2.width_px = 320;
+    settings.v4l2.height_px = 288;
+    settings.v4l2.unit_um = 250;
+    settings.depth_model.near_m = 0.2;
+    settings.depth_model.far_m = 2;
+    settings.depth_model.noise = {.c0_m = 0.001, .c1 = 0.002, .c2_per_m = 0.003};
+    rt::DepthModelParameters camera = settings.effectiveDepthModel();
+    EXPECT_EQ(camera.width_px, 320);
+    EXPECT_EQ(camera.height_px, 288);
+    EXPECT_EQ(camera.unit_m, 250 * 1e-6);
+    EXPECT_EQ(camera.near_m, 0.2);
+    EXPECT_EQ(camera.far_m, 2);
+    EXPECT_NEAR(camera.noise.sigma_m(2), 0.001 + 0.004 + 0.012, 1e-12);
+    EXPECT_GT(camera.noise.standing_share, 0);
+    EXPECT_NE(camera.fx_px, settings.depth_model.fx_px) << "those of the camera itself";
+    settings.v4l2.intrinsics = IntrinsicsSource::configured;
+    camera = settings.effectiveDepthModel();
+    EXPECT_EQ(camera.fx_px, settings.depth_model.fx_px);
+    EXPECT_EQ(camera.fy_px, settings.depth_model.fy_px);
+    EXPECT_EQ(camera.cx_px, settings.depth_model.cx_px);
+    EXPECT_EQ(camera.cy_px, settings.depth_model.cy_px);
+  }
+}
+
+// 16 bits of 100 um end at 6.5535 m.
+TEST(PlayedCamera, HasAUnitThatReachesItsFarLimit) {
+  CameraSettings settings = playing(PlayedCamera::stereo);
+  settings.depth_model.far_m = 6.55;
+  EXPECT_EQ(settings.effectiveDepthModel().unit_m, 1e-4);
+  settings.depth_model.far_m = 6.56;
+  EXPECT_EQ(settings.effectiveDepthModel().unit_m, 1e-3);
+}
+
+}  // namespace
+}  // namespace hapticd::config

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/camera/synthetic/edge_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "config/depth_cameras.h"
+#include "drivers/camera/synthetic/nothing_seen.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Image = std::vector<float>;
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 400;
+constexpr int kFirst = 100;  // columns of the body
+constexpr int kLast = 199;
+constexpr float kNear_m = 0.5F;
+constexpr float kFar_m = 1.0F;
+// f = 160 px for a view of 90 degrees; f b (1/0.5 - 1/1) and f b / 1 are 8.4 px
+constexpr double kBaseline_m = 0.0525;
+constexpr int kBand = 8;
+constexpr int kMostWider = 2;  // half of a window of 5 pixels
+// Five standard errors; the seed is fixed.
+constexpr double kStandardErrors = 5;
+
+rt::DepthModelParameters stereo() {
+  return config::stereoCamera({kWidth, kHeight}, 90, kBaseline_m);
+}
+
+/// A body that reaches from the top to the bottom of the image, in front of a wall.
+Image bodyBeforeAWall(float near_m = kNear_m) {
+  Image depths_m;
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    const int column = i % kWidth;
+    depths_m.push_back(column >= kFirst && column <= kLast ? near_m : kFar_m);
+  }
+  return depths_m;
+}
+
+Image withErrors(const rt::DepthModelParameters& camera, Image depths_m, std::uint32_t seed = 1) {
+  EdgeErrors(camera, kBaseline_m, seed).applyTo(depths_m);
+  return depths_m;
+}
+
+float at(const Image& image, int column, int row) {
+  return image[static_cast<std::size_t>(row * kWidth + column)];
+}
+
+TEST(EdgeErrors, AStereoCameraMeasuresNothingThatItsRightImagerDoesNotSee) {
+  const Image image = withErrors(stereo(), bodyBeforeAWall());
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      const bool in_band = column >= kFirst - kBand && column < kFirst - kMostWider;
+      const bool in_border = column < kBand;
+      const bool widened = column >= kFirst - kMostWider && column < kFirst;  // may be covered by the body
+      if (widened) continue;
+      ASSERT_EQ(at(image, column, row) == kNothingSeen, in_band || in_border) << column;
+    }
+  }
+}
+
+TEST(EdgeErrors, AStereoCameraSeesABodyWiderByUpToHalfAWindow) {
+  const Image image = withErrors(stereo(), bodyBeforeAWall());
+  double wider = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = kFirst; column <= kLast; ++column) ASSERT_EQ(at(image, column, row), kNear_m);
+    for (int k = 1; k <= kMostWider; ++k) {
+      wider += at(image, kFirst - k, row) == kNear_m ? 1 : 0;
+      wider += at(image, kLast + k, row) == kNear_m ? 1 : 0;
+    }
+    ASSERT_EQ(at(image, kLast + kMostWider + 1, row), kFar_m);
+  }
+  // 0, 1 or 2 pixels: those beside the body in 2 of 3 rows, those beyond in 1 of 3, each with variance 2/9
+  EXPECT_NEAR(wider / (2 * kHeight), 1, kStandardErrors * std::sqrt(2 * 2.0 / 9 / (2 * kHeight)));
+}
+
+TEST(EdgeErrors, HalfOfTheTimeOfFlightPixelsAtAnEdgeFly) {
+  const Image image = withErrors(config::timeOfFlightCamera({kWidth, kHeight}), bodyBeforeAWall());
+  double flying = 0;
+  double shares = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (const int column : {kFirst - 1, kFirst, kLast, kLast + 1}) {
+      const bool is_body = column == kFirst || column == kLast;
+      const double share =
+          std::abs(at(image, column, row) - (is_body ? kNear_m : kFar_m)) / (kFar_m - kNear_m);
+      ASSERT_LE(share, 0.5);
+      flying += share > 0 ? 1 : 0;
+      shares += share;
+    }
+    for (const int column : {kFirst - 2, kFirst + 1, kLast - 1, kLast + 2})
+      ASSERT_EQ(at(image, column, row), bodyBeforeAWall()[static_cast<std::size_t>(column)]);
+  }
+  const double pixels = 4 * kHeight;
+  EXPECT_NEAR(flying / pixels, 0.5, kStandardErrors * std::sqrt(0.25 / pixels));
+  // uniform from 0 to 1/2, with variance 1/48
+  EXPECT_NEAR(shares / flying, 0.25, kStandardErrors * std::sqrt(1.0 / 48 / flying));
+}
+
+TEST(EdgeErrors, AreTheSameForTheSameImageAndDifferBetweenCameras) {
+  for (const rt::DepthModelParameters& camera : {stereo(), config::timeOfFlightCamera({kWidth, kHeight})}) {
+    const Image image = withErrors(camera, bodyBeforeAWall());
+    EXPECT_EQ(image, withErrors(camera, bodyBeforeAWall()));
+    EXPECT_NE(image, withErrors(camera, bodyBeforeAWall(), 2));
+  }
+}
+
+TEST(EdgeErrors, SmallStepsAndSteepPlanesAreNoEdges) {
+  const rt::DepthModelParameters flight = config::timeOfFlightCamera({640, kHeight});
+  Image plane_m;
+  for (int row = 0; row < kHeight; ++row) {
+    const double up = (flight.cy_px - row) / flight.fy_px;
+    const double inverse = 1 + up * std::tan(1.4);
+    plane_m.insert(plane_m.end(), 640, inverse > 0.8 ? static_cast<float>(1 / inverse) : kNothingSeen);
+  }
+  Image image = plane_m;
+  EdgeErrors(flight, kBaseline_m, 1).applyTo(image);
+  EXPECT_EQ(image, plane_m);
+
+  const Image step = bodyBeforeAWall(0.985F);
+  EXPECT_EQ(withErrors(config::timeOfFlightCamera({kWidth, kHeight}), step), step);
+  const Image in_stereo = withErrors(stereo(), step);
+  EXPECT_EQ(at(in_stereo, kLast + 1, 5), kFar_m);
+}
+
+// Whatever lies behind the body, nothing is seen there; so nothing is hidden or mixed.
+TEST(EdgeErrors, LeaveABodyBeforeNothingAsItIs) {
+  for (const rt::DepthModelParameters& camera : {stereo(), config::timeOfFlightCamera({kWidth, kHeight})}) {
+    Image alone = bodyBeforeAWall();
+    for (float& depth_m : alone) depth_m = depth_m == kFar_m ? kNothingSeen : depth_m;
+    EXPECT_EQ(withErrors(camera, alone), alone);
+  }
+}
+
+// A surface that recedes to the left by more than the right imager's line of sight hides itself.
+TEST(RemoveUnmatchedIn, RemovesWhatIsSteeperThanTheLineOfSight) {
+  for (const double disparity_per_px : {0.5, 0.99, 1.01}) {
+    std::vector<float> row_m(200, kNothingSeen);
+    constexpr double kFocalBaseline_px_m = 10;
+    for (std::size_t i = 0; i < 100; ++i) {
+      const double disparity_px = 12 + disparity_per_px * static_cast<double>(i);
+      row_m[100 + i] = static_cast<float>(kFocalBaseline_px_m / disparity_px);
+    }
+    removeUnmatchedIn(row_m, kFocalBaseline_px_m);
+    const bool hides_itself = disparity_per_px > 1;
+    EXPECT_EQ(row_m[150] == kNothingSeen, hides_itself) << disparity_per_px;
+    EXPECT_GT(row_m[199], 0);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::drivers
