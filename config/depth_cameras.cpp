@@ -51,7 +51,8 @@ rt::DepthModelParameters stereoCamera(FrameSize size, double field_of_view_deg, 
 rt::DepthModelParameters timeOfFlightCamera(FrameSize size) {
   rt::DepthModelParameters camera = depthCamera(size, kFlightFocalPerWidth * size.width_px);
   camera.principle = rt::DepthPrinciple::time_of_flight;
-  camera.noise = {.c0_m = kFlightC0_m, .c1 = kFlightC1, .standing_share = kFlightStanding};
+  camera.noise = {
+      .c0_m = kFlightC0_m, .c1 = kFlightC1, .standing_share = kFlightStanding, .correlation_px = 1};
   return camera;
 }
 

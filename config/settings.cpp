@@ -43,11 +43,7 @@ rt::DepthModelParameters playedModel(const CameraSettings& camera) {
   } else if (is_stereo && model.far_m <= kFineUnit_m * (model.raw_values - 1)) {
     model.unit_m = kFineUnit_m;
   }
-  if (configured.noise.isKnown()) {
-    model.noise.c0_m = configured.noise.c0_m;
-    model.noise.c1 = configured.noise.c1;
-    model.noise.c2_per_m = configured.noise.c2_per_m;
-  }
+  if (configured.noise.isKnown()) model.noise = configured.noise;
   return model;
 }
 

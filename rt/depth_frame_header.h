@@ -38,20 +38,20 @@ constexpr auto wordsOf(DepthNoiseKind) {
 /// Camera frame: x right, y up, looking along -z; pixel (0, 0) is the upper left one.
 struct DepthFrameHeader {
   static constexpr std::array<std::uint8_t, 4> kMagic{'H', 'D', 'E', 'P'};
-  static constexpr std::uint16_t kVersion = 1;
+  static constexpr std::uint16_t kVersion = 2;
   static constexpr std::uint32_t kMaxPixelsPerSide = 4096;
   static constexpr std::size_t kSerialBytes = 32;
 
   std::array<std::uint8_t, 4> magic = kMagic;
   std::uint16_t version = kVersion;
-  std::uint16_t header_bytes = 264;  ///< size of this structure
+  std::uint16_t header_bytes = 280;  ///< size of this structure
   std::uint32_t width_px = 0;        ///< columns, 1..4096
   std::uint32_t height_px = 0;       ///< rows, 1..4096
   std::uint32_t stride_bytes = 0;    ///< distance between rows; a multiple of the pixel size
   DepthRawType raw_type = DepthRawType::uint16;
   DepthLawKind depth_law = DepthLawKind::reciprocal;
   DepthNoiseKind noise = DepthNoiseKind::unknown;
-  std::uint8_t reserved = 0;
+  DepthPrinciple principle = DepthPrinciple::structured_light;
   std::uint32_t raw_no_measurement = 0;  ///< the raw value that means no measurement
   std::uint32_t device_ticks = 0;        ///< the camera's own counter at this frame; 0 if it has none
   std::array<double, 2> depth_law_coefficients = {};  ///< see DepthLawKind
@@ -67,6 +67,10 @@ struct DepthFrameHeader {
   std::uint64_t frame = 0;                         ///< 1 for the first frame since the camera started
   std::uint64_t device_tick_hz = 0;                ///< frequency of device_ticks; 0: unknown
   std::array<std::uint8_t, kSerialBytes> serial = {};  ///< of the camera; ASCII, padded with zeros
+  double standing_share = 0;                           ///< of the noise's variance, see DepthNoiseParameters
+  /// Of the noise, see DepthNoiseParameters; 0: the noise model is what is usual, and not stated by the
+  /// camera.
+  double correlation_px = 0;
 
   /// Returns the size of the image in bytes.
   std::size_t imageBytes() const noexcept { return std::size_t{stride_bytes} * height_px; }
@@ -76,11 +80,12 @@ struct DepthFrameHeader {
 static_assert(std::endian::native == std::endian::little);
 static_assert(std::is_trivially_copyable_v<DepthFrameHeader> && std::is_standard_layout_v<DepthFrameHeader>);
 static_assert(std::has_unique_object_representations_v<decltype(DepthFrameHeader::serial)>);
-static_assert(sizeof(DepthFrameHeader) == 264 && alignof(DepthFrameHeader) == 8);
+static_assert(sizeof(DepthFrameHeader) == 280 && alignof(DepthFrameHeader) == 8);
 static_assert(offsetof(DepthFrameHeader, version) == 4 && offsetof(DepthFrameHeader, header_bytes) == 6);
 static_assert(offsetof(DepthFrameHeader, width_px) == 8 && offsetof(DepthFrameHeader, height_px) == 12);
 static_assert(offsetof(DepthFrameHeader, stride_bytes) == 16 && offsetof(DepthFrameHeader, raw_type) == 20);
 static_assert(offsetof(DepthFrameHeader, depth_law) == 21 && offsetof(DepthFrameHeader, noise) == 22);
+static_assert(offsetof(DepthFrameHeader, principle) == 23);
 static_assert(offsetof(DepthFrameHeader, raw_no_measurement) == 24);
 static_assert(offsetof(DepthFrameHeader, device_ticks) == 28);
 static_assert(offsetof(DepthFrameHeader, depth_law_coefficients) == 32);
@@ -92,6 +97,7 @@ static_assert(offsetof(DepthFrameHeader, exposure_ns) == 200 &&
               offsetof(DepthFrameHeader, arrival_ns) == 208);
 static_assert(offsetof(DepthFrameHeader, frame) == 216 && offsetof(DepthFrameHeader, device_tick_hz) == 224);
 static_assert(offsetof(DepthFrameHeader, serial) == 232);
+static_assert(offsetof(DepthFrameHeader, standing_share) == 264);
 
 /// Reasons why a header cannot be used.
 enum class DepthHeaderFault : std::uint8_t {
@@ -99,7 +105,7 @@ enum class DepthHeaderFault : std::uint8_t {
   no_header,        ///< it does not begin with kMagic
   unknown_version,  ///< only `magic` and `version` are valid
   wrong_size,       ///< header_bytes does not match the version
-  unknown_type,     ///< raw_type, depth_law or noise has a value unknown to this version
+  unknown_type,     ///< raw_type, depth_law, noise or principle has a value unknown to this version
   impossible_image  ///< width, height or stride out of range
 };
 
@@ -110,7 +116,7 @@ constexpr DepthHeaderFault faultOf(const DepthFrameHeader& header) noexcept {
   if (header.version != DepthFrameHeader::kVersion) return DepthHeaderFault::unknown_version;
   if (header.header_bytes != sizeof(DepthFrameHeader)) return DepthHeaderFault::wrong_size;
   if (header.raw_type > DepthRawType::uint16 || header.depth_law > DepthLawKind::linear ||
-      header.noise > DepthNoiseKind::polynomial) {
+      header.noise > DepthNoiseKind::polynomial || header.principle > DepthPrinciple::time_of_flight) {
     return DepthHeaderFault::unknown_type;
   }
   constexpr std::uint32_t kPixelBytes = 2;

@@ -22,7 +22,7 @@ REGION_VERSION = 1
 HEAD = struct.Struct("<8sIIQQQIII")  # magic, version, slots, first slot, slot size, image offset, changes, newest, closed
 NO_SLOT = 0xFFFFFFFF
 COUNTER = struct.Struct("<Q")
-FRAME_HEADER_BYTES = 264
+FRAME_HEADER_BYTES = 280
 RECIPROCAL = 0
 
 

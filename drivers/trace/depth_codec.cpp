@@ -150,20 +150,24 @@ rt::DepthModelParameters cameraOf(const rt::DepthFrameHeader& header,
   camera.cy_px = header.cy_px;
   camera.law = header.depth_law;
   camera.raw_no_measurement = static_cast<std::uint16_t>(header.raw_no_measurement);
+  camera.principle = header.principle;
+  constexpr std::uint32_t kAllRaws = 65536;
+  camera.raw_values = kAllRaws;
   if (header.depth_law == rt::DepthLawKind::reciprocal) {
     camera.a_per_m = header.depth_law_coefficients[0];
     camera.b_per_m = header.depth_law_coefficients[1];
-    if (header.raw_no_measurement == camera.raw_values - 1) return camera;
+    // The greatest value of a sensor that measures disparity means that it measured none.
+    if (header.raw_no_measurement > 0) camera.raw_values = header.raw_no_measurement + 1;
   } else {
     camera.unit_m = header.depth_law_coefficients[0];
-    camera.principle = rt::DepthPrinciple::active_stereo;
   }
-  constexpr std::uint32_t kAllRaws = 65536;
-  camera.raw_values = kAllRaws;
-  if (header.noise == rt::DepthNoiseKind::polynomial) {
+  const bool is_stated = header.correlation_px > 0;
+  if (header.noise == rt::DepthNoiseKind::polynomial && is_stated) {
     camera.noise = {.c0_m = header.noise_coefficients[0],
                     .c1 = header.noise_coefficients[1],
-                    .c2_per_m = header.noise_coefficients[2]};
+                    .c2_per_m = header.noise_coefficients[2],
+                    .standing_share = header.standing_share,
+                    .correlation_px = header.correlation_px};
   }
   return camera;
 }
@@ -217,6 +221,20 @@ std::string depthHeaderFault(const rt::DepthFrameHeader& header) {
   return "a depth frame with an unknown fault";
 }
 
+rt::DepthFrameHeader currentHeader(rt::DepthFrameHeader header) {
+  constexpr std::uint16_t kFirstVersion = 1;
+  constexpr std::uint16_t kItsBytes = 264;
+  if (header.version != kFirstVersion || header.header_bytes != kItsBytes) return header;
+  const rt::DepthFrameHeader current;
+  header.version = current.version;
+  header.header_bytes = current.header_bytes;
+  const bool linear = header.depth_law == rt::DepthLawKind::linear;
+  header.principle = linear ? rt::DepthPrinciple::active_stereo : rt::DepthPrinciple::structured_light;
+  header.standing_share = 0;
+  header.correlation_px = linear ? rt::DepthNoiseParameters{}.correlation_px : 0;
+  return header;
+}
+
 rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::DepthFrame& frame) {
   rt::DepthFrameHeader header = common;
   const rt::DepthModelParameters& camera = frame.camera;
@@ -225,6 +243,7 @@ rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::Dept
   header.stride_bytes = static_cast<std::uint32_t>(rt::strideOf(camera.width_px)) * kPixelBytes;
   header.raw_no_measurement = camera.raw_no_measurement;
   header.depth_law = camera.law;
+  header.principle = camera.principle;
   const bool linear = camera.law == rt::DepthLawKind::linear;
   header.depth_law_coefficients = {linear ? camera.unit_m : camera.a_per_m, linear ? 0 : camera.b_per_m};
   header.fx_px = camera.fx_px;
@@ -234,6 +253,8 @@ rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::Dept
   if (camera.noise.isKnown()) {
     header.noise = rt::DepthNoiseKind::polynomial;
     header.noise_coefficients = {camera.noise.c0_m, camera.noise.c1, camera.noise.c2_per_m};
+    header.standing_share = camera.noise.standing_share;
+    header.correlation_px = camera.noise.correlation_px;
   } else if (linear) {
     header.noise = rt::DepthNoiseKind::unknown;
   }

@@ -169,9 +169,9 @@ void visitFields(Record& record, auto&& visit) {
 template <MaybeConst<rt::DepthFrameHeader> Header>
 void visitHeaderFields(Header& header, auto& visit) {
   auto& [magic, version, header_bytes, width_px, height_px, stride_bytes, raw_type, depth_law, noise,
-         reserved, raw_no_measurement, device_ticks, depth_law_coefficients, fx_px, fy_px, cx_px, cy_px,
+         principle, raw_no_measurement, device_ticks, depth_law_coefficients, fx_px, fy_px, cx_px, cy_px,
          rotation_world_camera, position_m_in_world, noise_coefficients, exposure_ns, arrival_ns, frame,
-         device_tick_hz, serial] = header;
+         device_tick_hz, serial, standing_share, correlation_px] = header;
   visit("magic", magic);
   visit("header_version", version);
   visit("header_bytes", header_bytes);
@@ -181,7 +181,7 @@ void visitHeaderFields(Header& header, auto& visit) {
   visit("raw_type", raw_type);
   visit("depth_law", depth_law);
   visit("noise", noise);
-  visit("reserved", reserved);
+  visit("principle", principle);
   visit("raw_no_measurement", raw_no_measurement);
   visit("device_ticks", device_ticks);
   visit("depth_law_coefficients", depth_law_coefficients);
@@ -197,6 +197,8 @@ void visitHeaderFields(Header& header, auto& visit) {
   visit("frame", frame);
   visit("device_tick_hz", device_tick_hz);
   visit("serial", serial);
+  visit("standing_share", standing_share);
+  visit("correlation_px", correlation_px);
 }
 
 template <MaybeConst<DepthRecord> Record>

@@ -33,15 +33,17 @@ template <typename Record>
 constexpr std::string_view kComment{};
 template <>
 constexpr std::string_view kComment<DepthRecord> =
-    "# A raw depth frame. From magic to serial: hapticd's DepthFrameHeader, whose version is "
-    "header_version.\n"
+    "# A raw depth frame. From magic to correlation_px: hapticd's DepthFrameHeader, whose version is\n"
+    "# header_version.\n"
     "# Z is the depth along the optical axis in m. depth_law RECIPROCAL: 1/Z = c[0] raw + c[1]; LINEAR:\n"
     "# Z = c[0] raw + c[1], with c = depth_law_coefficients. The camera looks along -z, x is right, y is "
     "up:\n"
     "# x = Z (column - cx_px) / fx_px, y = -Z (row - cy_px) / fy_px. In the world a point is\n"
     "# rotation_world_camera (row by row) * (x, y, -Z) + position_m_in_world.\n"
     "# noise POLYNOMIAL: the standard deviation of Z in m is n[0] + n[1] Z + n[2] Z^2, with\n"
-    "# n = noise_coefficients. Times are CLOCK_MONOTONIC; exposure_ns 0: not known.\n"
+    "# n = noise_coefficients. standing_share of its variance is the same in each frame of a resting scene,\n"
+    "# and over correlation_px pixels it is alike; correlation_px 0: n is what is usual, and not stated by\n"
+    "# the camera. Times are CLOCK_MONOTONIC; exposure_ns 0: not known.\n"
     "# image, encoding PLAIN: height_px rows of stride_bytes, each pixel two bytes, the low one first.\n"
     "# ABOVE_ZSTD: a zstd frame of one to three bytes per pixel, row by row, width_px pixels per row:\n"
     "#   254: raw_no_measurement\n"

@@ -179,9 +179,11 @@ class Reading final : public mcap::Visitor {
   }
 
   bool depth(const DepthRecord& record) {
-    const std::string fault = depthHeaderFault(record.header);
+    DepthRecord current = record;
+    current.header = currentHeader(record.header);
+    const std::string fault = depthHeaderFault(current.header);
     if (!fault.empty()) refuse(fmt::format("a trace with {}", fault));
-    return !fault.empty() || visitor_.depth(record);
+    return !fault.empty() || visitor_.depth(current);
   }
 
   const TraceVisitor& visitor_;

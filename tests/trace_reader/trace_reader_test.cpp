@@ -300,7 +300,7 @@ void expectMembers(Members& members, const drivers::DepthRecord& depth) {
   members.enumerator("raw_type", header.raw_type);
   members.enumerator("depth_law", header.depth_law);
   members.enumerator("noise", header.noise);
-  members.number("reserved", std::uint32_t{header.reserved});
+  members.enumerator("principle", header.principle);
   members.number("raw_no_measurement", header.raw_no_measurement);
   members.number("device_ticks", header.device_ticks);
   members.numbers("depth_law_coefficients", header.depth_law_coefficients);
@@ -316,6 +316,8 @@ void expectMembers(Members& members, const drivers::DepthRecord& depth) {
   members.number("frame", header.frame);
   members.number("device_tick_hz", header.device_tick_hz);
   members.bytes("serial", header.serial.data(), header.serial.size());
+  members.number("standing_share", header.standing_share);
+  members.number("correlation_px", header.correlation_px);
   members.number("raw_crc32", depth.raw_crc32);
   members.enumerator("encoding", depth.encoding);
   members.bytes("image", depth.image.bytes.data(), depth.image.bytes.size());

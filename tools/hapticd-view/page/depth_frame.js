@@ -3,8 +3,8 @@
 
 import { add, rotate } from './vectors.js';
 
-const kHeaderBytes = 264;
-const kVersion = 1;
+const kHeaderBytes = 280;
+const kVersion = 2;
 const kMagic = 0x50454448; // "HDEP", little-endian
 const kMaxPixelsPerSide = 4096;
 

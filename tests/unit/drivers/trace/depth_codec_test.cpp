@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <random>
@@ -134,7 +135,7 @@ TEST(DepthCodec, RefusesHeadersOfOtherVersionsByName) {
   EXPECT_EQ(depthHeaderFault(header), "");
   header.version = 7;
   header.width_px = 0;  // whatever the other fields are
-  EXPECT_EQ(depthHeaderFault(header), "a depth frame of header version 7; this hapticd reads 1");
+  EXPECT_EQ(depthHeaderFault(header), "a depth frame of header version 7; this hapticd reads 2");
 }
 
 TEST(DepthCodec, RefusesImpossibleHeadersBeforeAllocating) {
@@ -152,7 +153,7 @@ TEST(DepthCodec, RefusesImpossibleHeadersBeforeAllocating) {
   using Fault = rt::DepthHeaderFault;
   using Header = rt::DepthFrameHeader;
   EXPECT_EQ(faultWith([](Header& h) { h.magic[0] = 'X'; }), Fault::no_header);
-  EXPECT_EQ(faultWith([](Header& h) { h.version = 2; }), Fault::unknown_version);
+  EXPECT_EQ(faultWith([](Header& h) { h.version = 3; }), Fault::unknown_version);
   EXPECT_EQ(faultWith([](Header& h) { h.header_bytes = 260; }), Fault::wrong_size);
   EXPECT_EQ(faultWith([](Header& h) { h.width_px = 0; }), Fault::impossible_image);
   EXPECT_EQ(faultWith([](Header& h) { h.height_px = 4097; }), Fault::impossible_image);
@@ -162,6 +163,7 @@ TEST(DepthCodec, RefusesImpossibleHeadersBeforeAllocating) {
   EXPECT_EQ(faultWith([](Header& h) { h.raw_type = rt::DepthRawType{9}; }), Fault::unknown_type);
   EXPECT_EQ(faultWith([](Header& h) { h.depth_law = rt::DepthLawKind{2}; }), Fault::unknown_type);
   EXPECT_EQ(faultWith([](Header& h) { h.noise = rt::DepthNoiseKind{2}; }), Fault::unknown_type);
+  EXPECT_EQ(faultWith([](Header& h) { h.principle = rt::DepthPrinciple{3}; }), Fault::unknown_type);
 }
 
 TEST(DepthCodec, AMessageContainsTheHeaderAsInMemory) {
@@ -185,7 +187,7 @@ TEST(DepthCodec, RestoresTheFrameOfAnyCameraWithItsNumbers) {
   camera.raw_no_measurement = 0;
   camera.raw_values = 65536;
   camera.principle = rt::DepthPrinciple::active_stereo;
-  camera.noise.c2_per_m = 0.0075;
+  camera.noise = {.c2_per_m = 0.0075, .standing_share = 0.4, .correlation_px = 5};
   sent->sequence = 12;
   sent->exposure_ns = 99;
   for (std::size_t i = 0; i < sent->pixels(); ++i) {
@@ -199,6 +201,38 @@ TEST(DepthCodec, RestoresTheFrameOfAnyCameraWithItsNumbers) {
   EXPECT_EQ(back->camera, camera);
   EXPECT_EQ(back->exposure_ns, 99);
   EXPECT_TRUE(std::ranges::equal(back->image(), sent->image()));
+}
+
+TEST(DepthCodec, AKinectWithoutAStatedNoiseComesBackWithoutOne) {
+  const auto sent = std::make_unique<rt::DepthFrame>();
+  rt::DepthFrameHeader common;  // states for other programs what is usual
+  common.noise = rt::DepthNoiseKind::polynomial;
+  common.noise_coefficients = {0, 0, 0.0015};
+  DepthRecord record;
+  DepthEncoder().encode(headerOf(common, *sent), std::as_bytes(sent->image()), record);
+  EXPECT_EQ(record.header.noise_coefficients[2], 0.0015);
+  const auto back = std::make_unique<rt::DepthFrame>();
+  ASSERT_EQ(DepthDecoder().decode(record, *back), "");
+  EXPECT_EQ(back->camera, rt::DepthModelParameters{});
+}
+
+TEST(DepthCodec, BringsHeadersOfTheFirstVersionUpToDate) {
+  rt::DepthFrameHeader old = headerFor(424, 240, 0);
+  old.version = 1;
+  old.header_bytes = 264;
+  old.depth_law = rt::DepthLawKind::linear;
+  old.principle = rt::DepthPrinciple::structured_light;  // not in the old message, hence its first value
+  old.standing_share = old.correlation_px = std::nan("");
+  const rt::DepthFrameHeader current = currentHeader(old);
+  EXPECT_EQ(depthHeaderFault(current), "");
+  EXPECT_EQ(current.principle, rt::DepthPrinciple::active_stereo);
+  EXPECT_EQ(current.standing_share, 0);
+  EXPECT_EQ(current.correlation_px, rt::DepthNoiseParameters{}.correlation_px);
+  old.depth_law = rt::DepthLawKind::reciprocal;
+  EXPECT_EQ(currentHeader(old).principle, rt::DepthPrinciple::structured_light);
+  EXPECT_EQ(currentHeader(old).correlation_px, 0) << "its noise was not the camera's";
+  old.header_bytes = 263;
+  EXPECT_EQ(depthHeaderFault(currentHeader(old)), "a depth frame of header version 1; this hapticd reads 2");
 }
 
 TEST(DepthCodec, AFrameOfACameraWithAFaultCannotBeModelled) {
