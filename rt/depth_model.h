@@ -92,7 +92,8 @@ CameraFault faultOf(const DepthModelParameters& camera) noexcept;
 
 /// Returns the standard deviation of a pixel's Z in metres at a depth, its rounding to the camera's depth
 /// unit included; 0 if the camera's noise is not known. The noise of cameras that deliver disparity includes
-/// it already. Thread: any.  RT: safe.
+/// it already.
+/// Thread: any.  RT: safe.
 double noiseOfPixel_m(const DepthModelParameters& camera, double depth_m) noexcept;
 
 /// Returns the standard deviation of the mean over a square of pixels relative to that of a pixel, for noise

@@ -37,8 +37,8 @@ DepthAt tiltedPlane(const rt::DepthModelParameters& camera, double distance_m, d
 DepthAt ball(const rt::DepthModelParameters& camera, const rt::Vec3& centre_m_in_camera, double radius_m);
 
 /// Successive frames of a camera and a scene at rest, with the noise of the synthetic camera by the camera's
-/// own model: a part of it stands still, the rest is another one in each frame. Edges have no errors. Thread:
-/// one at a time.
+/// own model: a part of it stands still, the rest is another one in each frame. Edges have no errors.
+/// Thread: one at a time.
 class FrameSequence {
  public:
   /// `seed`: of the noise; 0: none, only rounding to raw values.
