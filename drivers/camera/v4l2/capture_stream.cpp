@@ -125,6 +125,10 @@ config::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint3
   format.fmt.pix.pixelformat = pixels;
   format.fmt.pix.field = V4L2_FIELD_NONE;
   if (const int result = device.ioctl(VIDIOC_S_FMT, &format); result < 0) {
+    if (result == -EIO || result == -ETIMEDOUT) {  // uvcvideo has asked the camera itself
+      return std::unexpected(failure("the camera does not answer when it is asked for a mode",
+                                     "unplug the camera, wait a moment and plug it in again"));
+    }
     return std::unexpected(callFailure("VIDIOC_S_FMT", result));
   }
   const v4l2_pix_format& answer = format.fmt.pix;

@@ -158,6 +158,7 @@ int FakeVideo::answer(unsigned long request, void* argument) {
     }
     case VIDIOC_S_FMT: {
       if (camera_.in_use) return -EBUSY;
+      if (!camera_.negotiates) return -EIO;
       auto& pixels = static_cast<v4l2_format*>(argument)->fmt.pix;
       pixels.width = camera_.width;
       pixels.height = camera_.height;

@@ -31,6 +31,7 @@ class FakeVideo final : public drivers::SystemCalls {
   struct Camera {
     bool plugged = true;
     bool in_use = false;           ///< by another program
+    bool negotiates = true;        ///< answers when it is asked for a mode
     std::uint32_t format = 0;      ///< Z16 as it is made
     std::uint32_t width = 848;     ///< with which it answers
     std::uint32_t height = 480;    ///< with which it answers

@@ -301,6 +301,8 @@ const std::vector<Refusal> kRefusals{
     {"OtherSize", [](auto& it) { it.width = 640; }, "answers with 640 x 480 instead of 848 x 480"},
     {"OtherRate", [](auto& it) { it.rate_hz = 15; }, "set camera.rate_hz to one of: 15"},
     {"ShortLines", [](auto& it) { it.line_bytes = 100; }, "lines of 100 bytes"},
+    {"DoesNotNegotiate", [](auto& it) { it.negotiates = false; },
+     "does not answer when it is asked for a mode"},
     {"InUse", [](auto& it) { it.in_use = true; }, "another program uses the camera"},
     {"Disparities", [](auto& it) { it.disparity_mode = 1; }, "disparities instead of depth"},
     {"Mute", [](auto& it) { it.control_result = -ETIMEDOUT; }, "does not answer at its control 1"},
