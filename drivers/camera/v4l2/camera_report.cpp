@@ -59,7 +59,8 @@ class ExtensionUnit {
   /// result: a negative errno, which the kernel uses in ways of its own here
   static std::string whatFails(std::uint8_t selector, std::size_t bytes, int result) {
     if (result == -ENOENT) {
-      return fmt::format("the camera has no control {} in its extension unit {}", selector, kUnit);
+      return fmt::format("the camera has no control {} in its extension unit {}, or refuses it", selector,
+                         kUnit);
     }
     if (result == -ENOBUFS) {
       return fmt::format("the camera's control {} does not have {} bytes", selector, bytes);

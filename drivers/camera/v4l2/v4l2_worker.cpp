@@ -205,9 +205,9 @@ void V4l2Worker::countLostBefore(std::uint32_t sequence) {
   last_sequence_ = sequence;
   if (step < 2 || step > kMostLost) return;
   board_.countLostFrames(step - 1,
-                         fmt::format("{} frames before number {} of the stream were lost: damaged on the "
-                                     "way, or too many for this computer",
-                                     step - 1, sequence));
+                         fmt::format("lost before frame {} of the stream: {}, damaged on the way or "
+                                     "too many for this computer",
+                                     sequence, step - 1));
 }
 
 void V4l2Worker::publish(const FilledBuffer& buffer, const StreamFormat& format,

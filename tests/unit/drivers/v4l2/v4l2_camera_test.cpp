@@ -176,7 +176,7 @@ TEST_F(V4l2, FramesThatTheKernelHasDroppedAreCountedAsLost) {
   video_->send(after_new_start);
   ASSERT_TRUE(frames_.waitForFrames(3));
   EXPECT_EQ(camera_->status().lost_frames, 3U);
-  EXPECT_NE(camera_->status().detail.find("3 frames before number 4"), std::string::npos)
+  EXPECT_NE(camera_->status().detail.find("lost before frame 4 of the stream: 3"), std::string::npos)
       << camera_->status().detail;
   EXPECT_EQ(camera_->status().damaged_frames, 0U);
 }
@@ -300,6 +300,13 @@ const std::vector<Refusal> kRefusals{
     {"NoDepthFormat", [](auto& it) { it.format = V4L2_PIX_FMT_YUYV; }, "none of the video devices"},
     {"OtherSize", [](auto& it) { it.width = 640; }, "answers with 640 x 480 instead of 848 x 480"},
     {"OtherRate", [](auto& it) { it.rate_hz = 15; }, "set camera.rate_hz to one of: 15"},
+    {"NoSize",
+     [](auto& it) {
+       it.width = 0;
+       it.height = 0;
+     },
+     "set camera.width_px and camera.height_px to one of: not listed"},
+    {"NoInterval", [](auto& it) { it.rate_hz = 10'000'000; }, "set camera.rate_hz to one of: not listed"},
     {"ShortLines", [](auto& it) { it.line_bytes = 100; }, "lines of 100 bytes"},
     {"DoesNotNegotiate", [](auto& it) { it.negotiates = false; },
      "does not answer when it is asked for a mode"},
