@@ -8,8 +8,8 @@ import os
 import shutil
 import struct
 
-from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, LAB, SAFETY, counted, expect, force_n, main_pid, must, reaches, run, status,
-                 unit_property, write)
+from lab import (CONFIGURATION, DEPTH_TIMEOUT_S, LAB, SAFETY, counted, expect, force_n, main_pid, must, reaches, run,
+                 status, unit_property)
 
 TRACES = "/var/lib/hapticd/traces"
 WORK = "/dev/shm/depth-box"

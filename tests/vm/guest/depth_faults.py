@@ -3,7 +3,6 @@
 
 import time
 
-import depth_box
 import devices
 import installation
 from depth_box import SameProcess, box, faded, is_felt, streams

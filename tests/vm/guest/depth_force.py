@@ -2,15 +2,13 @@
 """The installed service on depth cameras that uvcvideo drives: what it shows of them, and the forces of their depth."""
 
 import json
-import re
 import time
 
 import depth_box
 import devices
 import installation
-from depth_box import Recording, SameProcess, box, is_felt, streams
-from lab import (check, configure, counted, engage, expect, monitor, must, reaches, run, status, unit_property, wait_for,
-                 write)
+from depth_box import Recording, box, is_felt, streams
+from lab import check, configure, counted, expect, monitor, must, reaches, run, status, write
 
 camera = None
 # An emulated CPU in real time takes a frame now and then, and its force thread does not get every tick.
@@ -96,7 +94,7 @@ def fast():
         configure(box())
 
 
-def felt_and_replayed(law):
+def felt_and_replayed():
     reaches("a force", is_felt, 30)
     trace = depth_box.record(RECORDED_FRAMES)
     return trace, depth_box.replayed_trace(trace, LEAST_IN_CONTACT)
@@ -105,14 +103,13 @@ def felt_and_replayed(law):
 @check("the hand feels the emulated plane; a replay of the trace computes the same forces")
 def felt():
     configure(box(law="surface"))
-    trace, said = felt_and_replayed("surface")
-    return said
+    return felt_and_replayed()[1]
 
 
 @check("the depth of a trace is the camera's, pixel by pixel; the forces of its export equal those that were felt")
 def exported():
     configure(box())
-    trace, said = felt_and_replayed("nearest_springs")
+    trace, said = felt_and_replayed()
     recording = Recording(trace)
     shown = {name: float(recording.camera[name]) for name in ("fx_px", "fy_px", "cx_px", "cy_px", "unit_m")}
     expect(abs(shown["fx_px"] - 424) < 1e-3 and shown["cx_px"] == 425.75 and shown["cy_px"] == 237.75, str(shown))
@@ -173,7 +170,8 @@ def commands():
     expect(found and all(line["verdict"] == "ok" for line in found), str(found))
     facts = "; ".join(line["fact"] for line in found)
     shown = [line for line in stopped.splitlines() if line.startswith("frames")]
-    return f"{line}; {shown[0]}; to others: {refused.stdout.strip()[:120]}; while it runs: {busy.stdout.strip()[:110]}; doctor: {facts}"
+    return (f"{line}; {shown[0]}; to others: {refused.stdout.strip()[:120]}; while it runs: {busy.stdout.strip()[:110]}; "
+            f"doctor: {facts}")
 
 
 @check("an Orbbec camera streams beside it with the intrinsics of its own protocol, and is felt")

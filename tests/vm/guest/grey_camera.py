@@ -9,7 +9,7 @@ import depth_box
 import installation
 import video_nodes
 from depth_box import Recording, SameProcess, box, faded, is_felt, streams
-from lab import check, configure, counted, drop_in, expect, must, reaches, read, run, status, unit_property, wait_for
+from lab import check, configure, counted, drop_in, expect, must, reaches, read, run, status, wait_for
 
 UNIT_UM = 100
 RAW = 0  # of every pixel, as vivid draws its blue
