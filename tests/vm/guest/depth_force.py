@@ -106,7 +106,7 @@ def felt():
     return felt_and_replayed()[1]
 
 
-@check("the depth of a trace is the camera's, pixel by pixel; the forces of its export equal those that were felt")
+@check("the depth of a trace is that of the scene; the forces of its export equal those that were felt")
 def exported():
     configure(box())
     trace, said = felt_and_replayed()
