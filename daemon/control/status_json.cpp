@@ -85,12 +85,13 @@ OrderedJson detailsJson(const drivers::CameraDetails& details) {
 }
 
 OrderedJson cameraJson(const drivers::CameraStatus& camera) {
-  const auto& [state, detail, identity, frames, damaged_frames, advice, details] = camera;
+  const auto& [state, detail, identity, frames, damaged_frames, lost_frames, advice, details] = camera;
   return {{"state", nameOf(state)},
           {"detail", detail},
           {"identity", identity},
           {"frames", frames},
           {"damagedFrames", damaged_frames},
+          {"lostFrames", lost_frames},
           {"advice", advice},
           {"details", detailsJson(details)}};
 }

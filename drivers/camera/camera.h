@@ -40,6 +40,7 @@ struct CameraStatus {
   std::string identity;              ///< driver name, and serial number or folder
   std::uint64_t frames = 0;          ///< delivered since the start
   std::uint64_t damaged_frames = 0;  ///< discarded because their data was corrupt
+  std::uint64_t lost_frames = 0;     ///< missing in the numbering of those that arrived
   std::string advice = {};           ///< for people: a likely problem of a working camera; may be empty
   CameraDetails details = {};
 };

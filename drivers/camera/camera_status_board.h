@@ -41,6 +41,14 @@ class CameraStatusBoard : public StatusBoard<CameraStatus> {
       status.detail = "the last damaged frame: " + std::move(why);
     });
   }
+
+  /// Counts frames that are missing before one that arrived. `detail`: for people
+  void countLostFrames(std::uint32_t count, std::string detail) {
+    update([&](CameraStatus& status) {
+      status.lost_frames += count;
+      status.detail = std::move(detail);
+    });
+  }
 };
 
 }  // namespace hapticd::drivers

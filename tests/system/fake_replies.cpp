@@ -109,6 +109,7 @@ json goodStatus() {
             {"identity", "freenect A1"},
             {"frames", 1800},
             {"damagedFrames", 0},
+            {"lostFrames", 0},
             {"advice", ""},
             {"details", nullptr}}},
           {"scene", {{"frameRateHz", 29.9}, {"points", 4000}, {"lastModelNs", 122'000}}},

@@ -5,10 +5,12 @@
 
 #include <cmath>
 #include <condition_variable>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "config/value_text.h"
 #include "tools/lib/depth_noise/depth_picture.h"
@@ -24,21 +26,21 @@ constexpr int kPictureColumns = 64;
 constexpr std::chrono::milliseconds kLookPeriod{100};
 constexpr double kNanosecondsPerSecond = 1e9;
 
-/// Measures each frame in the driver's thread.
+/// Counts each frame in the driver's thread, and measures as many as this computer can in a thread of its
+/// own: a driver that waited for the measurement would lose frames.
 class MeasuringSink final : public drivers::FrameSink {
  public:
+  MeasuringSink() : measuring_([this] { measure(); }) {}
+  ~MeasuringSink() override { finish(); }
+
   rt::DepthFrame& back() override { return *frame_; }
 
   void publish() override {
     const std::lock_guard lock(mutex_);
-    noise_.add(*frame_);
-    if (count_++ == 0) {
-      first_ns_ = frame_->arrival_ns;
-    } else if (const std::uint32_t step = frame_->device_ticks - last_ticks_; step > 1 && step < kMostLost) {
-      lost_ += step - 1;
+    count();
+    if (waiting_.size() < kMostWaiting) {
+      waiting_.push_back(std::exchange(frame_, std::make_unique<rt::DepthFrame>()));
     }
-    last_ns_ = frame_->arrival_ns;
-    last_ticks_ = frame_->device_ticks;
     changed_.notify_all();
   }
 
@@ -48,10 +50,12 @@ class MeasuringSink final : public drivers::FrameSink {
   }
 
   /// After the driver has stopped.
-  CameraTest result() const {
+  CameraTest result() {
+    finish();
     CameraTest test;
     const double span_s = static_cast<double>(last_ns_ - first_ns_) / kNanosecondsPerSecond;
     test.rate_hz = count_ > 1 && span_s > 0 ? static_cast<double>(count_ - 1) / span_s : std::nan("");
+    test.frames = count_;
     test.lost_frames = lost_;
     test.noise = noise_.report();
     test.model = noise_.camera();
@@ -61,16 +65,53 @@ class MeasuringSink final : public drivers::FrameSink {
 
  private:
   static constexpr std::uint32_t kMostLost = 1000;  // a larger step is a counter that started anew
+  static constexpr std::size_t kMostWaiting = 20;   // 40 MB of frames
+
+  void count() {
+    if (count_++ == 0) {
+      first_ns_ = frame_->arrival_ns;
+    } else if (const std::uint32_t step = frame_->device_ticks - last_ticks_; step > 1 && step < kMostLost) {
+      lost_ += step - 1;
+    }
+    last_ns_ = frame_->arrival_ns;
+    last_ticks_ = frame_->device_ticks;
+  }
+
+  void measure() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [this] { return finishing_ || !waiting_.empty(); });
+      if (waiting_.empty()) return;
+      const std::unique_ptr<rt::DepthFrame> frame = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      noise_.add(*frame);
+      lock.lock();
+    }
+  }
+
+  /// Waits until what waits has been measured.
+  void finish() {
+    {
+      const std::lock_guard lock(mutex_);
+      finishing_ = true;
+      changed_.notify_all();
+    }
+    if (measuring_.joinable()) measuring_.join();
+  }
 
   std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();
+  DepthNoise noise_;  // the measuring thread only, until it has ended
   std::mutex mutex_;
   std::condition_variable changed_;
-  DepthNoise noise_;
+  std::deque<std::unique_ptr<rt::DepthFrame>> waiting_;
+  bool finishing_ = false;
   std::uint64_t count_ = 0;
   std::uint64_t lost_ = 0;
   std::int64_t first_ns_ = 0;
   std::int64_t last_ns_ = 0;
   std::uint32_t last_ticks_ = 0;
+  std::thread measuring_;  // last: it uses the others
 };
 
 /// Whether the driver has looked for the camera and knows why it cannot use it.
@@ -119,8 +160,12 @@ std::string textOf(const CameraTest& test) {
                       printable(details.format), test.model.width_px, test.model.height_px, details.rate_hz);
   const std::string rate =
       std::isnan(test.rate_hz) ? "rate not measured" : fmt::format("{:.2f} per second", test.rate_hz);
-  text += fmt::format("frames       {}, {}, {} lost, {} damaged\n", test.noise.frames, rate, test.lost_frames,
+  text += fmt::format("frames       {}, {}, {} lost, {} damaged\n", test.frames, rate, test.lost_frames,
                       test.status.damaged_frames);
+  if (test.noise.frames < test.frames) {
+    text +=
+        fmt::format("             {} of them measured, as many as this computer can\n", test.noise.frames);
+  }
   text += fmt::format("holes        {:.1f} % of the pixels\n", 100 * test.noise.share_of_holes);
   return text + textOf(test.noise, test.model.principle);
 }
@@ -131,7 +176,8 @@ std::string jsonOf(const CameraTest& test) {
                 {"format", test.status.details.format},
                 {"widthPx", test.model.width_px},
                 {"heightPx", test.model.height_px},
-                {"frames", test.noise.frames},
+                {"frames", test.frames},
+                {"measuredFrames", test.noise.frames},
                 {"rateHz", test.rate_hz},
                 {"lostFrames", test.lost_frames},
                 {"damagedFrames", test.status.damaged_frames},

@@ -15,9 +15,10 @@ namespace hapticd::tools {
 /// What a camera delivered in some seconds.
 struct CameraTest {
   drivers::CameraStatus status;
+  std::uint64_t frames = 0;
   double rate_hz = 0;             ///< mean over the arrivals; NaN with fewer than two frames
   std::uint64_t lost_frames = 0;  ///< by the gaps in the camera's own count
-  DepthNoiseReport noise;
+  DepthNoiseReport noise;         ///< of as many frames as there was time for
   rt::DepthModelParameters model;
   std::vector<double> mean_depth_m;  ///< row by row without padding; 0: a hole
 };

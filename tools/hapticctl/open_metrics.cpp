@@ -103,6 +103,8 @@ constexpr std::array kNumbers{
     Number{"camera_frames", Type::counter, "", "camera.frames", "Frames that the camera has delivered."},
     Number{"camera_damaged_frames", Type::counter, "", "camera.damagedFrames",
            "Frames not delivered because their data could not be trusted."},
+    Number{"camera_lost_frames", Type::counter, "", "camera.lostFrames",
+           "Frames that never arrived, by the camera's numbering."},
     Number{"camera_temperature_celsius", Type::gauge, "celsius", "camera.details.temperatureC",
            "Temperature of the camera's processor."},
     Number{"scene_frame_rate_hertz", Type::gauge, "hertz", "scene.frameRateHz", "Depth frames per second."},

@@ -169,7 +169,9 @@ std::string cameraDetailsText(const Json& status) {
 std::string cameraText(const Json& status) {
   return line("camera",
               fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
-         line("", countersText(status, "camera.", {{"frames", "frames"}, {"damagedFrames", "damaged"}})) +
+         line("",
+              countersText(status, "camera.",
+                           {{"frames", "frames"}, {"damagedFrames", "damaged"}, {"lostFrames", "lost"}})) +
          cameraDetailsText(status);
 }
 

@@ -6,6 +6,7 @@
 #include <linux/uvcvideo.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -51,8 +52,21 @@ class ExtensionUnit {
     const int result = device_.ioctl(UVCIOC_CTRL_QUERY, &request);
     if (result >= 0) return {};
     return std::unexpected(
-        failure(fmt::format("the camera's control {} fails: {}", selector, std::strerror(-result)),
+        failure(whatFails(selector, data.size(), result),
                 "update the camera's firmware, or unplug the camera and plug it in again"));
+  }
+
+  /// result: a negative errno, which the kernel uses in ways of its own here
+  static std::string whatFails(std::uint8_t selector, std::size_t bytes, int result) {
+    if (result == -ENOENT) {
+      return fmt::format("the camera has no control {} in its extension unit {}, or refuses it", selector,
+                         kUnit);
+    }
+    if (result == -ENOBUFS) {
+      return fmt::format("the camera's control {} does not have {} bytes", selector, bytes);
+    }
+    if (result == -ETIMEDOUT) return fmt::format("the camera does not answer at its control {}", selector);
+    return fmt::format("the camera's control {} fails: {}", selector, std::strerror(-result));
   }
 
   const OpenDevice& device_;
@@ -190,16 +204,18 @@ class Gemini {
   config::Result<CameraReport> prepare(const config::CameraSettings& settings) {
     CameraReport report;
     const auto version = structure(orbbec::kVersionStructure);
-    if (!version) {
-      report.problem = version.error().text();
-      return report;
-    }
-    if (const auto read = orbbec::versionFrom(*version)) {
-      report.firmware = read->firmware;
-      report.serial = read->serial;
+    if (version) {
+      if (const auto read = orbbec::versionFrom(*version)) {
+        report.firmware = read->firmware;
+        report.serial = read->serial;
+      }
     }
     const FrameSize size{settings.v4l2.width_px, settings.v4l2.height_px};
     const auto cameras = list(orbbec::kCameraCalibrationList);
+    if (!version && !cameras) {
+      report.problem = version.error().text();
+      return report;
+    }
     const auto pinhole = cameras ? orbbec::pinholeOfMode(*cameras, size) : std::unexpected(cameras.error());
     if (pinhole) report.pinhole = *pinhole;
     if (!pinhole) report.problem = pinhole.error().text();
@@ -341,9 +357,12 @@ config::Result<CompletedModel> completedModel(const config::CameraSettings& sett
   }
   if (vendor == kOrbbecVendor && !report.baseline_m) model.principle = rt::DepthPrinciple::time_of_flight;
   if (!model.noise.isKnown()) {
-    completed.advice =
-        "the noise of this camera is not known (measure it with hapticctl camera test, and set "
-        "camera.noise_c0_m, camera.noise_c1 and camera.noise_c2_per_m)";
+    completed.advice = fmt::format(
+        "the noise of this camera is not known{} (measure it with hapticctl camera test, and set "
+        "camera.noise_c0_m, camera.noise_c1 and camera.noise_c2_per_m)",
+        reason);
+  } else if (settings.v4l2.intrinsics == config::IntrinsicsSource::camera && !report.problem.empty()) {
+    completed.advice = "a part of the camera's calibration cannot be used" + reason;
   }
   return completed;
 }

@@ -17,6 +17,7 @@ constexpr std::uint32_t kVideo = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 constexpr std::uint32_t kBuffers = 4;
 constexpr std::size_t kBytesPerPixel = 2;
 constexpr std::uint32_t kMostEntries = 64;  // of a list that a device may never end
+constexpr double kHighestRate_hz = 1000;    // the kernel makes 10 MHz of an interval that is not stated
 
 config::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
@@ -29,6 +30,7 @@ std::string offeredSizes(const OpenDevice& device, std::uint32_t pixels) {
     size.index = index;
     size.pixel_format = pixels;
     if (device.ioctl(VIDIOC_ENUM_FRAMESIZES, &size) < 0 || size.type != V4L2_FRMSIZE_TYPE_DISCRETE) break;
+    if (size.discrete.width == 0 || size.discrete.height == 0) continue;
     sizes.push_back(fmt::format("{} x {}", size.discrete.width, size.discrete.height));
   }
   return sizes.empty() ? "not listed" : fmt::format("{}", fmt::join(sizes, ", "));
@@ -44,8 +46,8 @@ std::string offeredRates(const OpenDevice& device, std::uint32_t pixels, FrameSi
     interval.height = static_cast<std::uint32_t>(size.height_px);
     if (device.ioctl(VIDIOC_ENUM_FRAMEINTERVALS, &interval) < 0) break;
     if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE || interval.discrete.numerator == 0) break;
-    rates.push_back(fmt::format(
-        "{:.4g}", static_cast<double>(interval.discrete.denominator) / interval.discrete.numerator));
+    const double rate_hz = static_cast<double>(interval.discrete.denominator) / interval.discrete.numerator;
+    if (rate_hz <= kHighestRate_hz) rates.push_back(fmt::format("{:.4g}", rate_hz));
   }
   return rates.empty() ? "not listed" : fmt::format("{}", fmt::join(rates, ", "));
 }
@@ -125,6 +127,10 @@ config::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint3
   format.fmt.pix.pixelformat = pixels;
   format.fmt.pix.field = V4L2_FIELD_NONE;
   if (const int result = device.ioctl(VIDIOC_S_FMT, &format); result < 0) {
+    if (result == -EIO || result == -ETIMEDOUT) {  // uvcvideo has asked the camera itself
+      return std::unexpected(failure("the camera does not answer when it is asked for a mode",
+                                     "unplug the camera, wait a moment and plug it in again"));
+    }
     return std::unexpected(callFailure("VIDIOC_S_FMT", result));
   }
   const v4l2_pix_format& answer = format.fmt.pix;

@@ -9,7 +9,7 @@ namespace hapticd::drivers {
 
 /// The system calls on a video device, so that tests can replace the kernel. Each returns a negative errno on
 /// failure and repeats a call that a signal interrupted.
-/// Thread: one at a time.  RT: not safe.
+/// Thread: any for ioctl(), the rest one at a time.  RT: not safe.
 class SystemCalls {
  public:
   virtual ~SystemCalls() = default;

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "drivers/camera/v4l2/depth_metadata.h"
+#include "drivers/camera/v4l2/temperature_reader.h"
 #include "rt/clock.h"
 
 namespace hapticd::drivers {
@@ -19,8 +20,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kRetryPeriod{1000};
 constexpr milliseconds kFirstFrameLimit{3000};  // a camera that was just opened adjusts its exposure first
 constexpr milliseconds kFrameLimit{1000};
-constexpr milliseconds kPollLimit{100};  // how long a stop may go unnoticed
-constexpr milliseconds kTemperaturePeriod{5000};
+constexpr milliseconds kPollLimit{100};    // how long a stop may go unnoticed
+constexpr std::uint32_t kMostLost = 1000;  // a larger gap is a counter that started anew
 
 config::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
@@ -62,14 +63,18 @@ void V4l2Worker::run() {
   board_.setIdentity("v4l2");
   Clock::time_point next_try = Clock::now();
   while (!stop_signal_.waitUntil(next_try)) {
-    if (auto used = useCameraOnce(); !used && !stop_signal_.raised()) {
-      board_.set(seen_ ? CameraState::lost : CameraState::absent, used.error().text());
-    }
+    show(useCameraOnce());
     next_try = Clock::now() + kRetryPeriod;
   }
   const std::lock_guard lock(mutex_);
   ended_ = true;
   changed_.notify_all();
+}
+
+/// Shows why the camera cannot be used, if it cannot.
+void V4l2Worker::show(const config::Result<void>& used) {
+  if (used || stop_signal_.raised()) return;
+  board_.set(seen_ ? CameraState::lost : CameraState::absent, used.error().text());
 }
 
 bool V4l2Worker::stop(milliseconds limit) {
@@ -103,16 +108,17 @@ config::Result<V4l2Worker::Chosen> V4l2Worker::chosenDevice() {
 config::Result<void> V4l2Worker::useCameraOnce() {
   auto camera = chosenDevice();
   if (!camera) return std::unexpected(camera.error());
+  // first, because it fails while another program streams, whose camera must not be set anew
+  const auto format =
+      negotiateDepth(*camera->device, camera->capability.depth_format,
+                     {settings_.v4l2.width_px, settings_.v4l2.height_px}, settings_.v4l2.rate_hz);
+  if (!format) return std::unexpected(format.error());
   const auto report = prepareCamera(*camera->device, camera->video.vendor, settings_);
   if (!report) return std::unexpected(report.error());
   if (stop_signal_.raised()) return {};
   board_.setIdentity(identityOf(camera->video, report->serial));
   const auto completed = completedModel(settings_, *report, camera->video.vendor);
   if (!completed) return std::unexpected(completed.error());
-  const auto format =
-      negotiateDepth(*camera->device, camera->capability.depth_format,
-                     {settings_.v4l2.width_px, settings_.v4l2.height_px}, settings_.v4l2.rate_hz);
-  if (!format) return std::unexpected(format.error());
   board_.update([&](CameraStatus& status) {
     status.details = {camera->video.node,
                       report->serial,
@@ -146,23 +152,27 @@ config::Result<void> V4l2Worker::deliver(const Chosen& camera, const StreamForma
   CaptureStream stream(*camera.device, V4L2_BUF_TYPE_VIDEO_CAPTURE);
   if (auto started = stream.start(); !started) return started;
   board_.setAdvice(std::move(advice));
+  const TemperatureReader temperature(*camera.device, camera.video.vendor, [this](auto temperature_c) {
+    board_.update([&](CameraStatus& status) { status.details.temperature_c = temperature_c; });
+  });
+  auto ended = takeUntilLost(*camera.device, stream, format, model, metadata.get());
+  show(ended);  // at once: the reader of the temperature may have to wait for a camera that does not answer
+  return ended;
+}
+
+config::Result<void> V4l2Worker::takeUntilLost(const OpenDevice& device, CaptureStream& stream,
+                                               const StreamFormat& format,
+                                               const rt::DepthModelParameters& model, Metadata* metadata) {
+  last_sequence_.reset();
   last_frame_ = Clock::now() + (kFirstFrameLimit - kFrameLimit);
-  Clock::time_point next_temperature = Clock::now() + kTemperaturePeriod;
-  bool has_temperature = true;  // a control that fails may take the kernel seconds: it is not tried again
   while (!stop_signal_.raised()) {
-    if (has_temperature && Clock::now() >= next_temperature) {
-      next_temperature = Clock::now() + kTemperaturePeriod;
-      const std::optional<double> temperature_c = temperatureOf(*camera.device, camera.video.vendor);
-      has_temperature = temperature_c.has_value();
-      board_.update([&](CameraStatus& status) { status.details.temperature_c = temperature_c; });
-    }
-    const int events = calls_->poll(camera.device->descriptor(), kPollLimit);
+    const int events = calls_->poll(device.descriptor(), kPollLimit);
     if (events < 0) return std::unexpected(callFailure("poll", events));
-    if ((events & POLLIN) != 0) {
-      if (auto taken = takeFrames(stream, format, model, metadata.get()); !taken) return taken;
-    } else if ((events & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
-      return std::unexpected(callFailure("poll", -ENODEV));
+    if (events != 0) {
+      // an error event says nothing of its cause; taking a frame then does
+      if (auto taken = takeFrames(stream, format, model, metadata); !taken) return taken;
     }
+    if ((events & (POLLERR | POLLHUP | POLLNVAL)) != 0) return std::unexpected(callFailure("poll", -EIO));
     if (Clock::now() - last_frame_ > kFrameLimit) {
       return std::unexpected(
           failure("the camera has stopped sending frames", "check its USB cable and port"));
@@ -178,6 +188,7 @@ config::Result<void> V4l2Worker::takeFrames(CaptureStream& stream, const StreamF
   if (!*taken) return {};
   const FilledBuffer& buffer = **taken;
   last_frame_ = Clock::now();
+  countLostBefore(buffer.sequence);
   if (buffer.is_damaged) {
     board_.countDamagedFrame("the kernel has flagged it as damaged");
   } else if (buffer.bytes.size() < format.bytes) {
@@ -186,6 +197,17 @@ config::Result<void> V4l2Worker::takeFrames(CaptureStream& stream, const StreamF
     publish(buffer, format, model, metadata);
   }
   return stream.giveBack(buffer);
+}
+
+/// The kernel numbers what the camera sends, and drops without a word what is damaged or finds no buffer.
+void V4l2Worker::countLostBefore(std::uint32_t sequence) {
+  const std::uint32_t step = last_sequence_ ? sequence - *last_sequence_ : 1;
+  last_sequence_ = sequence;
+  if (step < 2 || step > kMostLost) return;
+  board_.countLostFrames(step - 1,
+                         fmt::format("lost before frame {} of the stream: {}, damaged on the way or "
+                                     "too many for this computer",
+                                     sequence, step - 1));
 }
 
 void V4l2Worker::publish(const FilledBuffer& buffer, const StreamFormat& format,

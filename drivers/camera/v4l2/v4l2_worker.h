@@ -49,12 +49,17 @@ class V4l2Worker {
   };
 
   config::Result<void> useCameraOnce();
+  void show(const config::Result<void>& used);
   config::Result<Chosen> chosenDevice();
   std::unique_ptr<Metadata> startedMetadata(const Chosen& camera);
   config::Result<void> deliver(const Chosen& camera, const StreamFormat& format,
                                const rt::DepthModelParameters& model, std::string advice);
+  config::Result<void> takeUntilLost(const OpenDevice& device, CaptureStream& stream,
+                                     const StreamFormat& format, const rt::DepthModelParameters& model,
+                                     Metadata* metadata);
   config::Result<void> takeFrames(CaptureStream& stream, const StreamFormat& format,
                                   const rt::DepthModelParameters& model, Metadata* metadata);
+  void countLostBefore(std::uint32_t sequence);
   void publish(const FilledBuffer& buffer, const StreamFormat& format, const rt::DepthModelParameters& model,
                Metadata* metadata);
 
@@ -64,9 +69,10 @@ class V4l2Worker {
   FrameSink& sink_;
   CameraStatusBoard board_;
   StopSignal stop_signal_;
-  bool seen_ = false;             // run() only: the camera has been found before
-  std::uint64_t published_ = 0;   // run() only
-  Clock::time_point last_frame_;  // run() only
+  bool seen_ = false;                           // run() only: the camera has been found before
+  std::uint64_t published_ = 0;                 // run() only
+  Clock::time_point last_frame_;                // run() only
+  std::optional<std::uint32_t> last_sequence_;  // run() only, of this stream
 
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kConnect =
-    "connect the camera to a USB 3 port; v4l2-ctl --list-devices shows it when the kernel has found it";
+    "connect the camera to a USB 3 port; hapticctl camera list shows what the kernel makes of it";
 
 std::string lineOf(const fs::path& file) {
   std::ifstream stream(file);

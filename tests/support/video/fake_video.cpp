@@ -7,6 +7,7 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <thread>
@@ -22,6 +23,7 @@ constexpr const char* kNode = "/dev/video0";
 constexpr const char* kMetadataNode = "/dev/video1";
 constexpr std::uint32_t kMetadataOffset = 1000;  // of its buffers, for mmap
 constexpr std::uint32_t kMetadataBytes = 62;
+constexpr std::uint8_t kTemperatures = 9;  // selector
 
 std::uint32_t wordAt(const std::vector<std::byte>& bytes, std::size_t offset) {
   std::uint32_t word = 0;
@@ -115,6 +117,7 @@ int FakeVideo::poll(int /*descriptor*/, std::chrono::milliseconds limit) {
     {
       const std::lock_guard lock(mutex_);
       if (!camera_.plugged) return POLLERR | POLLHUP;
+      if (camera_.queue_fails) return POLLERR;
       if (streaming_ && !sent_.empty() && !queued_.empty()) return POLLIN;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -123,10 +126,19 @@ int FakeVideo::poll(int /*descriptor*/, std::chrono::milliseconds limit) {
 }
 
 int FakeVideo::ioctl(int descriptor, unsigned long request, void* argument) {
+  if (request == UVCIOC_CTRL_QUERY &&
+      static_cast<uvc_xu_control_query*>(argument)->selector == kTemperatures) {
+    std::this_thread::sleep_for(temperatureDelay());
+  }
   const std::lock_guard lock(mutex_);
   if (!camera_.plugged) return -ENODEV;
   if (descriptor == kMetadataDescriptor) return answerMetadata(request, argument);
   return request == UVCIOC_CTRL_QUERY ? query(argument) : answer(request, argument);
+}
+
+std::chrono::milliseconds FakeVideo::temperatureDelay() {
+  const std::lock_guard lock(mutex_);
+  return camera_.temperature_delay;
 }
 
 int FakeVideo::answer(unsigned long request, void* argument) {
@@ -145,6 +157,8 @@ int FakeVideo::answer(unsigned long request, void* argument) {
       return 0;
     }
     case VIDIOC_S_FMT: {
+      if (camera_.in_use) return -EBUSY;
+      if (!camera_.negotiates) return -EIO;
       auto& pixels = static_cast<v4l2_format*>(argument)->fmt.pix;
       pixels.width = camera_.width;
       pixels.height = camera_.height;
@@ -171,7 +185,6 @@ int FakeVideo::answer(unsigned long request, void* argument) {
       return 0;
     }
     case VIDIOC_REQBUFS:
-      if (camera_.in_use) return -EBUSY;
       buffers_.assign(static_cast<v4l2_requestbuffers*>(argument)->count,
                       std::vector<std::byte>(frameBytes()));
       return 0;
@@ -190,6 +203,7 @@ int FakeVideo::answer(unsigned long request, void* argument) {
       queued_.clear();
       return 0;
     case VIDIOC_DQBUF: {
+      if (camera_.queue_fails) return -EIO;
       if (sent_.empty() || queued_.empty()) return -EAGAIN;
       const SentFrame frame = std::move(sent_.front());
       sent_.pop_front();
@@ -198,6 +212,7 @@ int FakeVideo::answer(unsigned long request, void* argument) {
       std::vector<std::byte>& memory = buffers_.at(buffer->index);
       std::memcpy(memory.data(), frame.pixels.data(), std::min(memory.size(), frame.pixels.size() * 2));
       buffer->bytesused = static_cast<std::uint32_t>(frame.bytes);
+      sequence_ += frame.lost_before;
       metadata_sent_.push_back(sequence_);
       buffer->sequence = sequence_++;
       buffer->timestamp.tv_sec = 100;
@@ -261,7 +276,7 @@ int FakeVideo::answerMetadata(unsigned long request, void* argument) {
 
 int FakeVideo::query(void* argument) {
   const auto& request = *static_cast<uvc_xu_control_query*>(argument);
-  if (!camera_.answers_controls) return -ETIMEDOUT;
+  if (camera_.control_result < 0) return camera_.control_result;
   if (request.unit != 3) return -ENOENT;
   auto* const data = reinterpret_cast<std::byte*>(request.data);
   if (request.query == UVC_SET_CUR) {
@@ -271,6 +286,10 @@ int FakeVideo::query(void* argument) {
     } else {
       controls_[request.selector] = bytes;
     }
+    return 0;
+  }
+  if (request.selector == kTemperatures && request.size == 4) {
+    std::ranges::copy(std::array{std::byte{1}, std::byte{1}, std::byte{31}, std::byte{38}}, data);
     return 0;
   }
   if (request.selector != 1 || request.size != 1024) return -EINVAL;

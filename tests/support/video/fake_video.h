@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -17,6 +18,7 @@ struct SentFrame {
   std::vector<std::uint16_t> pixels;  ///< line by line, with the padding
   std::size_t bytes = 0;              ///< that arrive
   bool is_damaged = false;
+  std::uint32_t lost_before = 0;  ///< frames that the kernel has numbered and dropped before it
 };
 
 /// A RealSense camera behind the system calls, as uvcvideo shows it: /dev/video0 with one mode and the
@@ -29,12 +31,15 @@ class FakeVideo final : public drivers::SystemCalls {
   struct Camera {
     bool plugged = true;
     bool in_use = false;           ///< by another program
+    bool negotiates = true;        ///< answers when it is asked for a mode
     std::uint32_t format = 0;      ///< Z16 as it is made
     std::uint32_t width = 848;     ///< with which it answers
     std::uint32_t height = 480;    ///< with which it answers
     std::uint32_t line_bytes = 0;  ///< 0: without padding
     std::uint32_t rate_hz = 30;    ///< with which it answers
-    bool answers_controls = true;
+    int control_result = 0;        ///< a negative errno: with which every control of the extension unit fails
+    std::chrono::milliseconds temperature_delay{0};  ///< until it answers with its temperature
+    bool queue_fails = false;                        ///< the kernel has given its buffers up
     bool has_depth_modes = true;
     bool keeps_unit = false;  ///< refuses to change it
     std::uint32_t unit_um = 1000;
@@ -69,6 +74,7 @@ class FakeVideo final : public drivers::SystemCalls {
   int answer(unsigned long request, void* argument);
   int answerMetadata(unsigned long request, void* argument);
   int query(void* argument);
+  std::chrono::milliseconds temperatureDelay();
   void runCommand(const std::vector<std::byte>& request);
   std::size_t frameBytes() const;
 

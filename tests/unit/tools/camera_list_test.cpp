@@ -115,6 +115,13 @@ TEST_F(CameraListing, AsksForTheKernelsModuleWhereADepthCameraHasNoNode) {
   EXPECT_NE(only().note.find("modprobe uvcvideo"), std::string::npos) << only().note;
 }
 
+TEST_F(CameraListing, SaysThatTheLoadedModuleRefusesACamera) {
+  files.makeFolder("sys/module/uvcvideo");
+  addUsbDevice("2-1", "8086", "0b5b");
+  EXPECT_NE(only().note.find("no video in its description"), std::string::npos) << only().note;
+  EXPECT_EQ(only().note.find("modprobe"), std::string::npos) << only().note;
+}
+
 TEST_F(CameraListing, AKinectIsForTheDriverFreenect) {
   addUsbDevice("1-1.1", "045e", "02ae");
   // the kernel's driver, which libfreenect detaches
@@ -140,7 +147,7 @@ TEST_F(CameraListing, OtherDevicesOnUsbAreNoCameras) {
   EXPECT_EQ(
       textOf(list()),
       "no camera is connected\nhapticd finds no camera: v4l2: there is no video device (connect the camera "
-      "to a USB 3 port; v4l2-ctl --list-devices shows it when the kernel has found it)\n");
+      "to a USB 3 port; hapticctl camera list shows what the kernel makes of it)\n");
 }
 
 TEST_F(CameraListing, TheCommandReadsTheConfigurationBelowItsRoot) {

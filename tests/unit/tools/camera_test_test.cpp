@@ -55,6 +55,7 @@ TEST(CameraTest, MeasuresRateLossAndNoise) {
   EXPECT_TRUE(camera.stopped());
   EXPECT_NEAR(result->rate_hz, 30, 1e-6);
   EXPECT_EQ(result->lost_frames, 1U);
+  EXPECT_EQ(result->frames, 20U);
   EXPECT_EQ(result->noise.frames, 20U);
   // s / (f b) with s = 0.08 px, f = 80 px, b = 50 mm
   const nlohmann::json shown = nlohmann::json::parse(jsonOf(*result));
@@ -75,6 +76,17 @@ TEST(CameraTest, PrintsLinesForTheConfiguration) {
   EXPECT_NE(text.find("\ncamera:\n  noise_c0_m: 0.000000\n  noise_c1: 0.000000\n  noise_c2_per_m: 0.0"),
             std::string::npos)
       << text;
+}
+
+TEST(CameraTest, CountsFramesThatItHasNoTimeToMeasure) {
+  MadeUpCamera camera(300);
+  const auto result = testCamera(camera, milliseconds(0), milliseconds(1000));
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->frames, 300U);
+  EXPECT_EQ(result->lost_frames, 1U);
+  EXPECT_GE(result->noise.frames, 20U);
+  EXPECT_LE(result->noise.frames, 300U);
+  EXPECT_EQ(nlohmann::json::parse(jsonOf(*result))["measuredFrames"], result->noise.frames);
 }
 
 TEST(CameraTest, SaysThatTooFewFramesShowNoNoise) {

@@ -18,6 +18,8 @@ VIDIOC_QUERYBUF = 0xC0585609
 VIDIOC_QBUF = 0xC058560F
 VIDIOC_DQBUF = 0xC0585611
 VIDIOC_STREAMON = 0x40045612
+VIDIOC_S_CTRL = 0xC008561C
+VIDIOC_QUERYCTRL = 0xC0445624
 VIDIOC_ENUM_FRAMESIZES = 0xC02C564A
 VIDIOC_ENUM_FRAMEINTERVALS = 0xC034564B
 UVCIOC_CTRL_QUERY = 0xC0107521
@@ -59,6 +61,22 @@ class Node:
         items = self._items(VIDIOC_ENUM_FRAMEINTERVALS, 52, code, width, height)
         intervals = [struct.unpack_from("<II", item, 20) for item in items]
         return [round(denominator / numerator) for numerator, denominator in intervals]
+
+    def controls(self):
+        """The node's controls: name and id."""
+        found, last = {}, 0
+        while True:
+            argument = bytearray(struct.pack("<I", last | 0x80000000).ljust(68, b"\0"))  # the next one
+            try:
+                fcntl.ioctl(self.file, VIDIOC_QUERYCTRL, argument)
+            except OSError:
+                return found
+            last, = struct.unpack_from("<I", argument)
+            found[argument[8:40].split(b"\0")[0].decode()] = last
+
+    def set_control(self, name, value=1):
+        """Sets a control, or presses it where it is a button."""
+        fcntl.ioctl(self.file, VIDIOC_S_CTRL, struct.pack("<Ii", self.controls()[name], value))
 
     def choose_metadata(self, fourcc):
         """Sets the format of a metadata node; the kernel refuses once the frames' node has buffers."""

@@ -108,7 +108,7 @@ ConnectedCamera kinectAt(const UsbDevice& device) {
 }
 
 /// A depth camera by its ids of which the kernel shows no video device.
-std::optional<ConnectedCamera> cameraWithoutNode(const UsbDevice& device) {
+std::optional<ConnectedCamera> cameraWithoutNode(const Machine& machine, const UsbDevice& device) {
   const KnownCamera* const known = knownCamera(idFrom(device.vendor), idFrom(device.product));
   if (!known) return std::nullopt;
   ConnectedCamera camera;
@@ -116,8 +116,11 @@ std::optional<ConnectedCamera> cameraWithoutNode(const UsbDevice& device) {
   camera.name = known->name;
   camera.place = device.text();
   camera.usb = device.name;
-  camera.note = *known->obstacle != '\0' ? known->obstacle
-                                         : "the kernel shows no video device of it: modprobe uvcvideo";
+  camera.note =
+      *known->obstacle != '\0' ? known->obstacle
+      : machine.exists("sys/module/uvcvideo")
+          ? "the kernel finds no video in its description: see journalctl -k, unplug it and plug it in again"
+          : "the kernel shows no video device of it: modprobe uvcvideo";
   return camera;
 }
 
@@ -197,7 +200,7 @@ CameraList listCameras(const Machine& machine, const config::CameraSettings& set
         std::ranges::find(list.cameras, device.name, &ConnectedCamera::usb) != list.cameras.end();
     if (device.isKinectCamera()) {
       list.cameras.push_back(kinectAt(device));
-    } else if (auto camera = has_node ? std::nullopt : cameraWithoutNode(device)) {
+    } else if (auto camera = has_node ? std::nullopt : cameraWithoutNode(machine, device)) {
       list.cameras.push_back(std::move(*camera));
     }
   }

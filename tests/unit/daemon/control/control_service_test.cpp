@@ -322,6 +322,7 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
                    "v4l2 A00",
                    114,
                    115,
+                   141,
                    "two found",
                    {"/dev/video2", "A00", "5.15.1.0", "Z16", 848, 480, 30, 41.5}};
   status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
@@ -347,7 +348,7 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   EXPECT_EQ(131, shown["loop"]["pageFaults"]);
   EXPECT_EQ(
       R"({"state":"lost","detail":"unplugged","identity":"v4l2 A00","frames":114,
-          "damagedFrames":115,"advice":"two found",
+          "damagedFrames":115,"lostFrames":141,"advice":"two found",
           "details":{"node":"/dev/video2","serial":"A00","firmware":"5.15.1.0","format":"Z16",
                      "widthPx":848,"heightPx":480,"rateHz":30.0,"temperatureC":41.5}})"_json,
       shown["camera"]);

@@ -65,7 +65,7 @@ BoxStatus troubledStatus() {
   status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
   status.handle.scheduling = {79, 79};
   status.handle.last_hop = rt::LatencySummary{250'000, 500'000, 900'000, 1'230'000};
-  status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115, ""};
+  status.camera = {drivers::CameraState::lost, "the recording has ended", "recording", 114, 115, 141, ""};
   status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
   status.handle.state = drivers::HandlePresence::present;
   status.handle.identity = "simulated";
@@ -118,7 +118,7 @@ TEST_F(HapticctlTest, StatusShowsEveryCounterWithItsMeaningAndUnits) {
         "105 ticks outside the model, 109 with stale depth\n",
         "110 ticks stale, 111 ticks invalid, 135 releases\n",
         "132 ticks damped for passivity, 133 warm, 134 softened for delay", "113 ticks dropped\n",
-        "114 frames, 115 damaged\n",
+        "114 frames, 115 damaged, 141 lost\n",
         "116 frames, 121 skipped, 117 models, 118 of them remodelled, 120 points over capacity\n",
         "29.5 frames per second, 119 points, modelled in 122.0 us",
         "within 80 mm of (0.1000, 0.2000, -0.3000) m in the world\n",

@@ -165,6 +165,65 @@ TEST_F(V4l2, DamagedAndShortFramesAreCountedAndNotPublished) {
   EXPECT_EQ(camera_->status().damaged_frames, 2U);
 }
 
+TEST_F(V4l2, FramesThatTheKernelHasDroppedAreCountedAsLost) {
+  start();
+  video_->send(video_->countingFrame(1));
+  test::SentFrame after_loss = video_->countingFrame(2);
+  after_loss.lost_before = 3;
+  video_->send(after_loss);
+  test::SentFrame after_new_start = video_->countingFrame(3);
+  after_new_start.lost_before = 0xFFFF0000;
+  video_->send(after_new_start);
+  ASSERT_TRUE(frames_.waitForFrames(3));
+  EXPECT_EQ(camera_->status().lost_frames, 3U);
+  EXPECT_NE(camera_->status().detail.find("lost before frame 4 of the stream: 3"), std::string::npos)
+      << camera_->status().detail;
+  EXPECT_EQ(camera_->status().damaged_frames, 0U);
+}
+
+TEST_F(V4l2, ATemperatureThatIsSlowToComeHoldsNoFramesUp) {
+  constexpr std::chrono::milliseconds kDelay{1500};
+  video_->change([=](auto& it) { it.temperature_delay = kDelay; });
+  const auto began = std::chrono::steady_clock::now();
+  start();
+  for (const int first : {1, 2, 3}) video_->send(video_->countingFrame(static_cast<std::uint16_t>(first)));
+  ASSERT_TRUE(frames_.waitForFrames(3));
+  if (std::chrono::steady_clock::now() - began < kDelay) {
+    EXPECT_EQ(camera_->status().details.temperature_c, std::nullopt);
+  }
+  EXPECT_TRUE(eventually([&] { return camera_->status().details.temperature_c == 38; }));
+}
+
+TEST_F(V4l2, AnErrorOfTheKernelsQueueIsNamedAndTheCameraOpenedAgain) {
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  video_->change([](auto& it) { it.queue_fails = true; });
+  ASSERT_TRUE(reports("VIDIOC_DQBUF fails: Input/output error"));
+  EXPECT_EQ(camera_->status().state, CameraState::lost);
+  video_->change([](auto& it) { it.queue_fails = false; });
+  video_->send(video_->countingFrame(9));
+  ASSERT_TRUE(frames_.waitForFrames(2));
+}
+
+TEST_F(V4l2, ACameraThatAnotherProgramUsesKeepsItsUnit) {
+  video_->change([](auto& it) { it.in_use = true; });
+  start();
+  ASSERT_TRUE(reports("another program uses the camera"));
+  video_->change([](auto& it) { EXPECT_EQ(it.unit_um, 1000U); });
+}
+
+TEST_F(V4l2, ADamagedTableOfACameraThatStreamsAllTheSameIsNamed) {
+  video_->change([](auto& it) { it.table[300] = std::byte{1}; });
+  start();
+  video_->send(video_->countingFrame(0));
+  ASSERT_TRUE(frames_.waitForFrames(1));
+  EXPECT_EQ(frames_.frame(0).camera.fx_px, 424);
+  const std::string advice = camera_->status().advice;
+  EXPECT_NE(advice.find("checksum"), std::string::npos) << advice;
+  EXPECT_NE(advice.find("noise"), std::string::npos) << advice;
+}
+
 TEST_F(V4l2, ACameraThatIsUnpluggedIsLostAndFoundAgain) {
   start();
   video_->send(video_->countingFrame(0));
@@ -205,7 +264,7 @@ TEST_F(V4l2, SetsWhatIsConfigured) {
 }
 
 TEST_F(V4l2, ConfiguredIntrinsicsAndUnitServeACameraThatDoesNotAnswer) {
-  video_->change([](auto& it) { it.answers_controls = false; });
+  video_->change([](auto& it) { it.control_result = -ETIMEDOUT; });
   settings_.v4l2.intrinsics = config::IntrinsicsSource::configured;
   settings_.depth_model.fx_px = settings_.depth_model.fy_px = 430;
   settings_.v4l2.unit_um = 1000;
@@ -241,10 +300,21 @@ const std::vector<Refusal> kRefusals{
     {"NoDepthFormat", [](auto& it) { it.format = V4L2_PIX_FMT_YUYV; }, "none of the video devices"},
     {"OtherSize", [](auto& it) { it.width = 640; }, "answers with 640 x 480 instead of 848 x 480"},
     {"OtherRate", [](auto& it) { it.rate_hz = 15; }, "set camera.rate_hz to one of: 15"},
+    {"NoSize",
+     [](auto& it) {
+       it.width = 0;
+       it.height = 0;
+     },
+     "set camera.width_px and camera.height_px to one of: not listed"},
+    {"NoInterval", [](auto& it) { it.rate_hz = 10'000'000; }, "set camera.rate_hz to one of: not listed"},
     {"ShortLines", [](auto& it) { it.line_bytes = 100; }, "lines of 100 bytes"},
+    {"DoesNotNegotiate", [](auto& it) { it.negotiates = false; },
+     "does not answer when it is asked for a mode"},
     {"InUse", [](auto& it) { it.in_use = true; }, "another program uses the camera"},
     {"Disparities", [](auto& it) { it.disparity_mode = 1; }, "disparities instead of depth"},
-    {"Mute", [](auto& it) { it.answers_controls = false; }, "does not report intrinsics"},
+    {"Mute", [](auto& it) { it.control_result = -ETIMEDOUT; }, "does not answer at its control 1"},
+    {"NoExtensionUnit", [](auto& it) { it.control_result = -ENOENT; }, "no control 1 in its extension unit"},
+    {"ControlOfAnotherSize", [](auto& it) { it.control_result = -ENOBUFS; }, "does not have 1024 bytes"},
     {"KeepsUnit", [](auto& it) { it.keeps_unit = true; }, "keeps its depth unit of 1000 um",
      [](auto& it) { it.v4l2.unit_um = 100; }},
     {"NoUnit", [](auto& it) { it.unit_um = 0; }, "does not report its depth unit"},

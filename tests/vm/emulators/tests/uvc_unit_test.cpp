@@ -158,7 +158,8 @@ class EmulatedOrbbecUnit : public testing::Test {
     for (const std::uint32_t value : words) add(request, value);
     request.resize(64);
     EXPECT_EQ(rig_.set(2, kUnit, request).status, 0);
-    return rig_.get(0x81, reply_selector, kUnit, reply_selector == 3 ? 1024 : 64).data;
+    const std::uint16_t reply_bytes = reply_selector == 3 ? 1024 : reply_selector == 1 ? 512 : 64;
+    return rig_.get(0x81, reply_selector, kUnit, reply_bytes).data;
   }
   /// The response's data, after its header without an error.
   Bytes answer(std::uint16_t opcode, const std::vector<std::uint32_t>& words,
@@ -206,6 +207,16 @@ TEST_F(EmulatedOrbbecUnit, TellsBaselineAndFocalLength) {
   ASSERT_EQ(list.size(), 28U);
   EXPECT_EQ(real(list, 4), 50.0F);
   EXPECT_NEAR(real(list, 12), 454.69, 0.01);
+}
+
+TEST_F(EmulatedOrbbecUnit, TellsItsVersions) {
+  const Bytes versions = answer(3, {1000}, 1);
+  ASSERT_EQ(versions.size(), 116U);
+  const auto textAt = [&](std::size_t at) {
+    return std::string(reinterpret_cast<const char*>(&versions[at]));
+  };
+  EXPECT_EQ(textAt(0), "1.2.20.0");
+  EXPECT_EQ(textAt(80), "CP0E54000042");
 }
 
 TEST_F(EmulatedOrbbecUnit, RefusesWhatItDoesNotKnow) {

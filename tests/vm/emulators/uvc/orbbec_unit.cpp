@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/vm/emulators/uvc/orbbec_unit.h"
 
+#include <fmt/format.h>
 #include <linux/usb/video.h>
 
 #include <algorithm>
@@ -28,6 +29,7 @@ enum Opcode : std::uint16_t {
 enum Property : std::uint32_t {
   kDepthPrecision = 75,
   kDepthUnit = 176,
+  kVersions = 1000,
   kSerialNumber = 1035,
   kDepthCalibration = 4026,
   kCameraParameters = 4027,
@@ -149,8 +151,27 @@ OrbbecUnit::Answer OrbbecUnit::setProperty(std::uint32_t id, std::uint32_t value
 }
 
 OrbbecUnit::Answer OrbbecUnit::structure(std::uint32_t id) const {
+  if (id == kVersions) return {kDone, versions()};
   if (id != kSerialNumber) return {kNotFound};
   return {kDone, Bytes(model_.serial.begin(), model_.serial.end())};
+}
+
+/// Texts in fields of a fixed size: firmware, hardware, SDK, depth chip, image chip, serial number; type;
+/// name.
+Bytes OrbbecUnit::versions() const {
+  constexpr std::size_t kField = 16;
+  Bytes bytes;
+  const auto add = [&bytes](std::string text) {
+    text.resize(kField);
+    bytes.insert(bytes.end(), text.begin(), text.end());
+  };
+  const auto& [major, minor, patch, build] = model_.firmware;
+  add(fmt::format("{}.{}.{}.{}", major, minor, patch, build));
+  for (const char* const part : {"1.0", "2.0", "MX6600", "none"}) add(part);
+  add(model_.serial);
+  ByteWriter(bytes).u32(0);
+  add(model_.product_name);
+  return bytes;
 }
 
 /// Version of the structure and bytes of the whole list.

@@ -32,6 +32,7 @@ class OrbbecUnit final : public ExtensionUnit {
   Answer property(std::uint32_t id) const;
   Answer setProperty(std::uint32_t id, std::uint32_t value);
   Answer structure(std::uint32_t id) const;
+  Bytes versions() const;
   Answer beginList(std::uint32_t id);
   Answer readList(std::uint32_t at, std::uint32_t bytes) const;
   Bytes cameraParameters() const;
