@@ -38,11 +38,15 @@ rt::DepthModelParameters depthCamera(FrameSize size, double focal_px) {
 
 }  // namespace
 
+double stereoNoise_per_m(double focal_px, double baseline_m) {
+  return kSubpixel_px / (focal_px * baseline_m);
+}
+
 rt::DepthModelParameters stereoCamera(FrameSize size, double field_of_view_deg, double baseline_m) {
   const double half_rad = 0.5 * field_of_view_deg * std::numbers::pi / 180;
   rt::DepthModelParameters camera = depthCamera(size, 0.5 * size.width_px / std::tan(half_rad));
   camera.principle = rt::DepthPrinciple::active_stereo;
-  camera.noise = {.c2_per_m = kSubpixel_px / (camera.fx_px * baseline_m),
+  camera.noise = {.c2_per_m = stereoNoise_per_m(camera.fx_px, baseline_m),
                   .standing_share = kStereoStanding,
                   .correlation_px = kStereoWindow_px};
   return camera;

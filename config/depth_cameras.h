@@ -20,8 +20,12 @@ inline constexpr double kD435Baseline_m = 0.05;
 /// Frames of a Femto Mega in its narrow, unbinned mode.
 inline constexpr FrameSize kFlightSize{640, 576};
 
+/// Returns the noise of a stereo camera on a surface with texture, c2 of rt::DepthNoiseParameters, in 1/m: s
+/// / (f b) with a subpixel error s of 0.08 px.
+double stereoNoise_per_m(double focal_px, double baseline_m);
+
 /// Returns the usual stereo camera that delivers depth in millimetres: focal length from the horizontal field
-/// of view, noise Z^2 s / (f b) with a subpixel error s of 0.08 px. Near and far limit are the defaults.
+/// of view, noise of stereoNoise_per_m(). Near and far limit are the defaults.
 rt::DepthModelParameters stereoCamera(FrameSize size, double field_of_view_deg, double baseline_m);
 
 /// Returns the usual time-of-flight camera that delivers depth in millimetres; its noise grows linearly. Near

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <vector>
 
+#include "config/depth_cameras.h"
 #include "drivers/camera/v4l2/orbbec_messages.h"
 #include "drivers/camera/v4l2/realsense_messages.h"
 
@@ -18,10 +19,8 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr std::uint8_t kUnit = 3;  // the extension unit of both vendors
-constexpr double kFineUnit_um = 100;
+constexpr double kFineUnit_um = config::kFineUnit_m * 1e6;
 constexpr double kLargestRaw = 65535;
-// Subpixel error of active stereo on usual texture (librealsense, issue 3904).
-constexpr double kSubpixel_px = 0.08;
 
 config::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
@@ -353,7 +352,7 @@ config::Result<CompletedModel> completedModel(const config::CameraSettings& sett
                                    "set camera.unit_um, to 1000 for a camera that delivers millimetres"));
   }
   if (!model.noise.isKnown() && report.baseline_m) {
-    model.noise.c2_per_m = kSubpixel_px / (model.fx_px * *report.baseline_m);
+    model.noise.c2_per_m = config::stereoNoise_per_m(model.fx_px, *report.baseline_m);
   }
   if (vendor == kOrbbecVendor && !report.baseline_m) model.principle = rt::DepthPrinciple::time_of_flight;
   if (!model.noise.isKnown()) {
