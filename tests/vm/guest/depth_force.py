@@ -80,7 +80,8 @@ def observed(seconds, rate):
             f"{worst_us:.0f} us")
 
 
-@check("848 x 480 at 30 Hz: every frame that the bus delivers arrives and no tick is late")
+# "late" and "lost" of a real boot are those of an emulated CPU: they are printed, and asserted in the counted boot only.
+@check("848 x 480 at 30 Hz: every frame that the bus delivers arrives" + (", no tick is late" if counted() else ""))
 def usual_rate():
     return observed(20 if counted() else 6, 30)
 
