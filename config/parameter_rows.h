@@ -34,7 +34,8 @@ inline constexpr std::array<std::string_view, 0> kWordHelp{};
 template <>
 inline constexpr auto kWordHelp<LawChoice> = [] {
   std::array<std::string_view, 1 + rt::kForceLaws.size()> help{
-      "the cheapest of the measured laws whose error is within force.max_error_n with the camera's noise at the scene's distance"};
+      "the cheapest of the measured laws whose error is within force.max_error_n with the camera's noise at "
+      "the scene's distance"};
   std::ranges::transform(rt::kForceLaws, help.begin() + 1, &rt::ForceLawRow::help);
   return help;
 }();

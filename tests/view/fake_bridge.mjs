@@ -43,12 +43,12 @@ export function spherePoints(sphere = kSphere) {
 
 /** A depth message: a linear law of whole millimetres; 0 means that nothing was measured. */
 function depthMessage(wallM) {
-  const message = Buffer.alloc(8 + 264 + 2 * kWidth * kHeight);
+  const message = Buffer.alloc(8 + 280 + 2 * kWidth * kHeight);
   message.writeUInt8(1, 0);
   const header = message.subarray(8);
   header.write('HDEP', 0, 'latin1');
-  header.writeUInt16LE(1, 4);
-  header.writeUInt16LE(264, 6);
+  header.writeUInt16LE(2, 4);
+  header.writeUInt16LE(280, 6);
   header.writeUInt32LE(kWidth, 8);
   header.writeUInt32LE(kHeight, 12);
   header.writeUInt32LE(2 * kWidth, 16);
@@ -59,7 +59,7 @@ function depthMessage(wallM) {
   for (let row = 0; row < kHeight; row++) {
     for (let column = 0; column < kWidth; column++) {
       const depth = sphereDepth(column, row) || wallM;
-      header.writeUInt16LE(Math.round(depth / kMPerRaw), 264 + 2 * (row * kWidth + column));
+      header.writeUInt16LE(Math.round(depth / kMPerRaw), 280 + 2 * (row * kWidth + column));
     }
   }
   return message;

@@ -176,11 +176,15 @@ TEST(SurfaceSeenByACamera, FollowsFromItsNoiseItsCorrelationAndItsPixels) {
   rt::DepthModelParameters stereo;
   stereo.law = rt::DepthLawKind::linear;
   stereo.fx_px = 400;
+  stereo.unit_m = 1e-9;  // no rounding
   EXPECT_EQ(asSeenBy(stereo, 1).noise_m, kinect.noise_m) << "its noise is not known";
   EXPECT_NEAR(asSeenBy(stereo, 1).pitch_m, 0.0025, 1e-12);
   stereo.noise = {.c0_m = 0.54 * 0.003071102};  // the same everywhere, as a Kinect's at 1 m
   EXPECT_NEAR(asSeenBy(stereo, 0.2).noise_m, kinect.noise_m, 1e-9);
   EXPECT_NEAR(asSeenBy(stereo, 3).noise_m, kinect.noise_m, 1e-9);
+  stereo.unit_m = 0.012;  // its rounding has a deviation of 0.012 / sqrt(12)
+  EXPECT_NEAR(asSeenBy(stereo, 1).noise_m / kinect.noise_m, std::hypot(1, 0.012 / 3.4641 / 0.00165840), 1e-4);
+  stereo.unit_m = 1e-9;
   stereo.noise.correlation_px = 1;  // independent pixels: their mean over 12 x 12 has a twelfth
   EXPECT_NEAR(asSeenBy(stereo, 1).noise_m, 0.54 * 0.003071102 / 12, 1e-9);
 }

@@ -68,7 +68,7 @@ TEST(DepthInTrace, OtherHeaderVersionsAreRefusedByNameWhereImagesAreRequested) {
   test::writeTrace(file, records, 20, {.metadata = {{"hapticd_version", "9.1"}}});
   const auto read = readTrace(file, {.depth = [](const DepthRecord&) { return true; }});
   ASSERT_FALSE(read);
-  EXPECT_NE(read.error().text().find("a depth frame of header version 7; this hapticd reads 1"),
+  EXPECT_NE(read.error().text().find("a depth frame of header version 7; this hapticd reads 2"),
             std::string::npos)
       << read.error().text();
   EXPECT_NE(read.error().text().find("\"9.1\""), std::string::npos) << read.error().text();
