@@ -12,10 +12,18 @@
 
 namespace hapticd::tools {
 
-/// Consecutive depth frames of one recording or scene.
+/// Whether a camera is a Kinect v1 as in recordings in libfreenect's format.
+inline bool isKinect(const rt::DepthModelParameters& camera) {
+  return camera == rt::DepthModelParameters{};
+}
+
+/// Consecutive depth frames of one recording or scene, all of the same camera.
 struct BenchSequence {
   std::string name;
   std::vector<std::unique_ptr<rt::DepthFrame>> frames;
+
+  /// The camera of the frames, of which there is one at least.
+  const rt::DepthModelParameters& camera() const { return frames.front()->camera; }
 };
 
 /// Returns one depth frame of a tilted table and a sphere, 0.8-1.5 m away, with sensor noise.
