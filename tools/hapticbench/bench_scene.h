@@ -30,8 +30,9 @@ struct BenchSequence {
 BenchSequence syntheticScene();
 
 /// The first `most_frames` frames of each recording in `folder`, in the order of their names: subfolders with
-/// INDEX.txt, or with one .tar.xz that holds such a folder (unpacked to a temporary folder and removed
-/// again). Empty if the folder does not exist. Errors: a recording that cannot be read.
+/// INDEX.txt or camera.yaml, or with one .tar.xz that holds such a folder (unpacked to a temporary folder and
+/// removed again). Depths count within the limits that camera.yaml states, else within those of a Kinect v1.
+/// Empty if the folder does not exist. Errors: a recording that cannot be read.
 config::Result<std::vector<BenchSequence>> recordedSequences(const std::filesystem::path& folder,
                                                              std::size_t most_frames);
 
