@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "drivers/camera/kinect_image.h"
+#include "drivers/camera/recorded/camera_description.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 #include "tools/hapticbench/temporary_folder.h"
@@ -38,14 +39,25 @@ std::optional<fs::path> findFile(const fs::path& folder, Matches matches) {
   return std::nullopt;
 }
 
+/// Returns the limits that the camera of a recording states, or the usual ones.
+config::Result<drivers::DepthLimits> limitsOf(const fs::path& recording) {
+  drivers::DepthLimits limits;
+  const fs::path file = recording / drivers::kCameraFile;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return limits;
+  const auto description = drivers::readCameraDescription(file);
+  if (!description) return std::unexpected(description.error());
+  limits.near_m = description->near_m.value_or(limits.near_m);
+  limits.far_m = description->far_m.value_or(limits.far_m);
+  return limits;
+}
+
 config::Result<BenchSequence> firstFrames(const std::string& name, const fs::path& recording,
                                           std::size_t most_frames) {
-  const auto reader = drivers::RecordingReader::open(recording);
+  const auto limits = limitsOf(recording);
+  if (!limits) return std::unexpected(limits.error());
+  const auto reader = drivers::RecordingReader::open(recording, *limits);
   if (!reader) return std::unexpected(reader.error());
-  if (reader->camera()) {
-    return std::unexpected(config::Error{recording.string(), "is not of a Kinect v1",
-                                         "take a recording in libfreenect's format (with INDEX.txt)"});
-  }
   BenchSequence sequence{name, {}};
   for (std::size_t i = 0; i < std::min(most_frames, reader->frames().size()); ++i) {
     sequence.frames.push_back(std::make_unique<rt::DepthFrame>());
@@ -56,7 +68,9 @@ config::Result<BenchSequence> firstFrames(const std::string& name, const fs::pat
 
 /// Returns the recording in `folder`, without frames if there is none.
 config::Result<BenchSequence> sequenceIn(const fs::path& folder, std::size_t most_frames) {
-  const auto isIndex = [](const fs::path& file) { return file.filename() == "INDEX.txt"; };
+  const auto isIndex = [](const fs::path& file) {
+    return file.filename() == "INDEX.txt" || file.filename() == drivers::kCameraFile;
+  };
   const auto isArchive = [](const fs::path& file) { return file.string().ends_with(".tar.xz"); };
   const std::string name = folder.filename().string();
   if (const auto index = findFile(folder, isIndex))

@@ -38,10 +38,11 @@ std::unique_ptr<OfflineBox> boxFor(const LawSetting& setting, const rt::DepthMod
   return box;
 }
 
-rt::LiveParameters shippedParameters(const std::string& choice, double distance_m) {
+rt::LiveParameters shippedParameters(const std::string& choice, double distance_m,
+                                     const rt::DepthModelParameters& camera) {
   const config::Settings shipped;
   if (choice == config::kAutomaticLaw) {
-    const config::SurfaceAsSeen seen = config::asSeenBy(rt::DepthModelParameters{}, distance_m);
+    const config::SurfaceAsSeen seen = config::asSeenBy(camera, distance_m);
     return config::liveWith(shipped, config::chooseLaw(shipped, config::classOf(seen, {})));
   }
   rt::LiveParameters live = shipped.effectiveLive();
@@ -53,7 +54,7 @@ std::unique_ptr<OfflineBox> shippedBox(const std::string& choice, double distanc
                                        const rt::DepthModelParameters& camera) {
   auto box = std::make_unique<OfflineBox>(camera, rt::PoseParameters{}, rt::GridParameters{});
   const double engage_ramp_s = box->parameters().safety.engage_ramp_s;
-  box->parameters() = shippedParameters(choice, distance_m);
+  box->parameters() = shippedParameters(choice, distance_m, camera);
   box->parameters().safety.engage_ramp_s = engage_ramp_s;
   return box;
 }

@@ -67,7 +67,8 @@ inline const std::vector<std::string> kProxyLawChoices =
 
 /// Returns the parameters in effect under `force.law: choice` of the shipped configuration when the surface
 /// is `distance_m` from the camera.
-rt::LiveParameters shippedParameters(const std::string& choice, double distance_m);
+rt::LiveParameters shippedParameters(const std::string& choice, double distance_m,
+                                     const rt::DepthModelParameters& camera = {});
 
 /// A box with these parameters and a camera at the world's origin that looks along -z.
 std::unique_ptr<OfflineBox> shippedBox(const std::string& choice, double distance_m,

@@ -65,7 +65,7 @@ TEST_P(SceneOfFrame, HoldsEveryValidPixelWhereTheWholeFrameIsModelled) {
     for (std::size_t i = pose; i < frames.size(); i += 2) {
       SCOPED_TRACE(frames[i].name);
       const Scene& scene = built.build(*frames[i].frame);
-      const PointCloud cloud = camera.pointsOf(frames[i].frame->raw);
+      const PointCloud cloud = camera.pointsOf(frames[i].frame->image());
       EXPECT_EQ(scene.points, cloud.points_m.size());
       EXPECT_EQ(scene.points_over_capacity, 0U);
       test::expectAllPointsOfTheBall(scene, cloud);

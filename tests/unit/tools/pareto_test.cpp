@@ -2,14 +2,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/depth_recording.h"
+#include "tests/support/temporary_folder.h"
 #include "tools/hapticbench/pareto/cpu_cost.h"
 #include "tools/hapticbench/pareto/distance_error.h"
+#include "tools/hapticbench/pareto/hard_frames.h"
 #include "tools/hapticbench/pareto/laws_table.h"
 #include "tools/hapticbench/pareto/pareto_report.h"
 #include "tools/hapticbench/pareto/pareto_study.h"
 #include "tools/hapticbench/pareto/touching_path.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 namespace {
@@ -60,6 +65,42 @@ TEST(TouchingPath, IsNowhereFasterThanItsSpeedAndGoesThroughTheSurface) {
   // of 2 Hz at 1 kHz every 500th tick and so the very turning points are there
   EXPECT_NEAR(deepest_m, 0.015, 1e-5);
   EXPECT_NEAR(farthest_m, -0.035, 1e-5);
+}
+
+TEST(TimedScenes, TakeRecordingsOfOtherCameras) {
+  const rt::DepthModelParameters camera = stereoCamera(424, 240, 90, 0.05, 1e-4, 0.4, 4);
+  const test::TemporaryFolder folder;
+  test::writeDepthRecording(folder.path() / "stereo", camera, tiltedPlane(camera, 1.2, 0.3), 3);
+  const auto scenes = timedScenes(folder.path().string());
+  ASSERT_TRUE(scenes) << scenes.error().text();
+  ASSERT_EQ(scenes->size(), 2U);  // the synthetic one is the first
+  const TimedScene& scene = scenes->back();
+  EXPECT_EQ(scene.name, "stereo");
+  EXPECT_EQ(scene.camera, camera);
+  // in the middle of the image, where the plane is 1.2 m away, but for the noise of a pixel
+  EXPECT_NEAR(scene.surface_m.z, -1.2, 4 * camera.noise.sigma_m(1.2));
+  EXPECT_LT(std::hypot(scene.surface_m.x, scene.surface_m.y), 1.3 / camera.fx_px);
+  const auto costs = measureCosts(scene, {ours({})}, {.seconds = 0.1, .repeats = 1, .checks = 3});
+  EXPECT_GT(costs.front().contacts, 0);
+  EXPECT_GE(costs.front().largest_difference_n, 0);
+  EXPECT_LT(costs.front().largest_difference_n, 1e-9);  // the reference, in double precision as ours
+
+  const TimedScene jumping = scattered(scene, 200);
+  ASSERT_EQ(jumping.path.size(), 200U);
+  for (const Vec3& hip : jumping.path) {
+    // Z = 1.2 - y tan 0.3 on the plane; offsets of 10 mm along each axis, and noise of a pixel
+    const double off_m = (-hip.z - 1.2 + hip.y * std::tan(0.3)) * std::cos(0.3);
+    EXPECT_LT(std::abs(off_m), 5 * (0.01 + camera.noise.sigma_m(-hip.z)));
+  }
+}
+
+TEST(TimedScenes, RefuseARecordingOutOfReachByName) {
+  const rt::DepthModelParameters camera = stereoCamera(424, 240, 90, 0.05, 1e-4, 0.4, 4);
+  const test::TemporaryFolder folder;
+  test::writeDepthRecording(folder.path() / "far away", camera, tiltedPlane(camera, 3, 0), 1);
+  const auto scenes = timedScenes(folder.path().string());
+  ASSERT_FALSE(scenes);
+  EXPECT_NE(scenes.error().text().find((folder.path() / "far away").string()), std::string::npos);
 }
 
 TEST(LawsTable, HasOneSortedInitialiserPerLineUnderItsCommand) {

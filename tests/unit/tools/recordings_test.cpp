@@ -62,6 +62,11 @@ BenchSequence madeUpSession() {
   return session;
 }
 
+const CameraDisparity& kinect() {
+  static const CameraDisparity camera{rt::DepthModelParameters{}};
+  return camera;
+}
+
 const BenchSequence& session() {
   static const BenchSequence made_up = madeUpSession();
   return made_up;
@@ -124,7 +129,7 @@ TEST(RobustFit, KnowsTheNormalOfAPlane) {
   }
   const auto fit = fitDisparity(samples, 330, 230, 30);
   ASSERT_TRUE(fit);
-  const SurfacePoint point = surfacePoint(camera, fit->quadratic, 345, 215);
+  const SurfacePoint point = surfacePoint(kinect(), fit->quadratic, 345, 215);
   // Z = 1.1 / (1 - 0.2 x / Z), so Z - 0.2 x = 1.1; outward is towards smaller Z and larger x
   const double length = std::hypot(1.0, 0.2);
   EXPECT_NEAR(point.normal.x, 0.2 / length, 1e-6);
@@ -162,7 +167,7 @@ TEST(FitError, IsTheErrorOfFitsToAStaticPattern) {
     for (const DisparitySample& sample : samples)
       trial_squares += std::pow(fit->quadratic.at(sample.column, sample.row), 2);
     squares += trial_squares / (kSide * kSide);
-    predicted_squares += std::pow(fitError(fit->residual_raw, kSide * kSide, 6), 2);
+    predicted_squares += std::pow(fitError(fit->residual_raw, kSide * kSide, 6, kBox), 2);
   }
   // A mean over 60 trials of a sum of six squares of normal numbers: s.d. sqrt(2 / 360) = 7.5 % of the
   // square; the border makes the outermost samples share less. Four s.d. of the root are 15 %.
@@ -171,7 +176,7 @@ TEST(FitError, IsTheErrorOfFitsToAStaticPattern) {
 
 const std::vector<RestingSurface>& surfacesOfSession() {
   static const std::vector<RestingSurface> surfaces =
-      restingSurfaces(pixelStatistics(session()), kFrames, rt::DepthModelParameters{}, {.sizes_m = {0.16}});
+      restingSurfaces(pixelStatistics(session(), kinect()), kFrames, kinect(), {.sizes_m = {0.16}});
   return surfaces;
 }
 
@@ -186,9 +191,8 @@ TEST(RestingSurfaces, AreFoundWhereNothingPassesAndLieOnTheTruth) {
 }
 
 TEST(SurfaceStroke, StaysEightMillimetresBehindTheSurface) {
-  const rt::DepthModelParameters camera;
   ASSERT_FALSE(surfacesOfSession().empty());
-  const auto ticks = handleSurface(surfacesOfSession().front(), camera, Handling::along_row, 500);
+  const auto ticks = handleSurface(surfacesOfSession().front(), kinect(), Handling::along_row, 500);
   std::size_t pressing = 0;
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     if (!ticks[i].presses) continue;
@@ -234,8 +238,8 @@ TEST(JudgeSurface, TakesTheChangeAtNewFramesAlone) {
 
 TEST(PassedPlaces, AreWhereSomethingPassesAndKnowWhen) {
   const rt::DepthModelParameters camera;
-  const auto pixels = pixelStatistics(session());
-  const auto places = passedPlaces(session(), restingBackground(session(), pixels), camera, 10);
+  const auto pixels = pixelStatistics(session(), kinect());
+  const auto places = passedPlaces(session(), restingBackground(session(), pixels, kinect()), kinect(), 10);
   ASSERT_EQ(places.size(), 10U);
   for (const PassedPlace& place : places) {
     EXPECT_NEAR(place.surface.at(place.column, place.row), wallRaw(camera, static_cast<int>(place.column)),
@@ -246,18 +250,17 @@ TEST(PassedPlaces, AreWhereSomethingPassesAndKnowWhen) {
 }
 
 TEST(PassedPlaces, MeasureWhatIsNearTheHip) {
-  const rt::DepthModelParameters camera;
-  const auto pixels = pixelStatistics(session());
-  const auto places = passedPlaces(session(), restingBackground(session(), pixels), camera, 1);
+  const auto pixels = pixelStatistics(session(), kinect());
+  const auto places = passedPlaces(session(), restingBackground(session(), pixels, kinect()), kinect(), 1);
   ASSERT_EQ(places.size(), 1U);
   const PassedPlace& place = places.front();
   const Vec3 hip = place.point.position_m + 0.03 * place.point.normal;
   const Vec3 at_arm = (kArm_m / -place.point.position_m.z) * place.point.position_m;
   // the wall is 30 mm away, less noise of 0.4 raw of 3.7 mm; the arm 0.3 m
-  EXPECT_FALSE(measuresNear(*session().frames[0], camera, place, hip, 0.02, -1));
-  EXPECT_TRUE(measuresNear(*session().frames[0], camera, place, hip, 0.035, -1));
-  EXPECT_FALSE(measuresNear(*session().frames[25], camera, place, hip, 0.02, -1));
-  EXPECT_TRUE(measuresNear(*session().frames[25], camera, place, at_arm, 0.02, -1));
+  EXPECT_FALSE(measuresNear(*session().frames[0], kinect(), place, hip, 0.02, -1));
+  EXPECT_TRUE(measuresNear(*session().frames[0], kinect(), place, hip, 0.035, -1));
+  EXPECT_FALSE(measuresNear(*session().frames[25], kinect(), place, hip, 0.02, -1));
+  EXPECT_TRUE(measuresNear(*session().frames[25], kinect(), place, at_arm, 0.02, -1));
 }
 
 TEST(JudgePassing, SeparatesTheSensorsErrorFromWhatThePassageChanges) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -63,6 +64,47 @@ TEST(ReferenceCamera, KeepsToItsLimits) {
   EXPECT_TRUE(camera.accepts(1003));   // 3.9906 m
   EXPECT_FALSE(camera.accepts(1004));  // 4.0401 m
   EXPECT_FALSE(camera.accepts(2047));
+}
+
+TEST(ReferenceCamera, SeesTheDepthThatAnyCameraDelivers) {
+  rt::DepthModelParameters camera;
+  camera.width_px = 424;
+  camera.height_px = 240;
+  camera.fx_px = 200;
+  camera.fy_px = 250;
+  camera.cx_px = 211.5;
+  camera.cy_px = 119.5;
+  camera.law = rt::DepthLawKind::linear;
+  camera.unit_m = 0.0005;
+  camera.raw_no_measurement = 0;
+  camera.raw_values = 65536;
+  camera.near_m = 0.25;
+  camera.far_m = 6;
+  constexpr std::size_t kRowLength = 448;  // rows are padded to 64 pixels
+  std::vector<std::uint16_t> raw(kRowLength * 240, 0);
+  raw[3 * kRowLength + 11] = 2000;
+  raw[3 * kRowLength + 430] = 2000;   // padding
+  raw[200 * kRowLength + 423] = 500;  // at the near limit
+  raw[200 * kRowLength + 422] = 499;  // nearer
+  raw[201 * kRowLength] = 12000;      // at the far limit
+  raw[201 * kRowLength + 1] = 12001;  // farther
+  raw[202 * kRowLength + 1] = 65535;  // 32.8 m
+  const PointCloud cloud = ReferenceCamera(camera).pointsOf(raw);
+  ASSERT_EQ(cloud.points_m.size(), 3U);
+  EXPECT_EQ(cloud.column, (std::vector<std::uint32_t>{11, 423, 0}));
+  EXPECT_EQ(cloud.row, (std::vector<std::uint32_t>{3, 200, 201}));
+  EXPECT_EQ(cloud.raw, (std::vector<std::uint32_t>{2000, 500, 12000}));
+  expectNear(cloud.points_m[0], {-200.5 / 200, 116.5 / 250, -1}, kRounding);
+  expectNear(cloud.points_m[1], {0.25 * 211.5 / 200, -0.25 * 80.5 / 250, -0.25}, kRounding);
+  expectNear(cloud.points_m[2], {-6 * 211.5 / 200, -6 * 81.5 / 250, -6}, kRounding);
+}
+
+TEST(ReferenceCamera, RefusesWhatIsNoImageOfIt) {
+  const std::vector<std::uint16_t> raw(std::size_t{640} * 480 + 1);
+  const std::span<const std::uint16_t> all(raw);
+  EXPECT_THROW(ReferenceCamera().pointsOf(all), std::invalid_argument);
+  EXPECT_THROW(ReferenceCamera().pointsOf(all.first(std::size_t{639} * 480)), std::invalid_argument);
+  EXPECT_NO_THROW(ReferenceCamera().pointsOf(all.first(std::size_t{640} * 480)));
 }
 
 // k_s = 500 N/m, D_thresh = 0.04 m: a point 0.01 m away pushes with 15 N, one 0.03 m away with 5 N.

@@ -12,6 +12,7 @@
 
 #include "tools/hapticbench/sweep/sweep_report.h"
 #include "tools/lib/parts/fields.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 namespace {
@@ -146,6 +147,30 @@ TEST(NoiseProbe, MeasuresTheDeviationOfAWallThatJumpsBetweenTwoPlaces) {
   EXPECT_EQ(noise.sites, 2U);
   // the force goes up and down by k times the distance of the walls: its deviation is half of that
   EXPECT_NEAR(noise.median_n, 500 * (depth(758) - depth(757)) / 2, 0.01);
+}
+
+TEST(NoiseProbe, MeasuresTheSameOfACameraThatDeliversDepth) {
+  constexpr double kUnit_m = 0.002;
+  const rt::DepthModelParameters camera = stereoCamera(424, 240, 90, 0.05, kUnit_m, 0.3, 4);
+  std::vector<BenchSequence> sequences(1);
+  for (int i = 0; i < 10; ++i) {
+    auto& frame = sequences[0].frames.emplace_back(std::make_unique<rt::DepthFrame>());
+    frame->camera = camera;
+    frame->sequence = static_cast<std::uint64_t>(i + 1);
+    std::ranges::fill(frame->image(), camera.raw_no_measurement);
+    for (std::size_t row = 0; row < 240; ++row)
+      std::fill_n(frame->raw + row * 448, 424, static_cast<std::uint16_t>(400 + i % 2));  // rows are padded
+  }
+  const NoiseProbe probe(std::move(sequences), 2);
+  ASSERT_EQ(probe.sites().size(), 2U);
+  // single precision of the disparity adds 1e-7 of the depth
+  EXPECT_NEAR(-probe.sites()[0].surface_m_in_world.z, 0.801, 2e-6);
+  rt::LiveParameters newest = lawOf(rt::ForceLaw::surface);
+  newest.surface.fusion_frames = 1;
+  const ForceNoise noise = probe.measure(newest, -0.008);
+  EXPECT_EQ(noise.sites, 2U);
+  // half of k times the step, less what rounding to the core's raw disparities takes off: one is 0.26 mm
+  EXPECT_NEAR(noise.median_n, 500 * kUnit_m / 2, 500 * 0.00026 / 2);
 }
 
 TEST(DigestOf, ChangesWithOnePixel) {

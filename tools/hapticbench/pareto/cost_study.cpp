@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/pareto/cost_study.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
-#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
 #include "rt/periodic_clock.h"
 #include "tools/hapticbench/accuracy/accuracy_scene.h"
@@ -20,24 +22,29 @@ namespace {
 
 using rt::Vec3;
 
-/// The point seen by the pixel that is nearest to the middle of the image and has a depth in easy reach.
-void placeInMiddle(TimedScene& scene) {
-  constexpr double kEasyReach_m = 2;
+constexpr double kEasyReach_m = 2;
+
+/// Places the HIP's path about the point seen by the pixel that is nearest to the middle of the image and has
+/// a depth in easy reach. Returns false if there is none.
+bool placeInMiddle(TimedScene& scene) {
   const rt::DepthModel model(scene.camera, {});
-  double best = 1e9;
-  for (std::uint32_t row = 0; row < drivers::kKinectHeight; ++row) {
-    for (std::uint32_t column = 0; column < drivers::kKinectWidth; ++column) {
-      const std::uint16_t raw = scene.frames.front()->raw[row * drivers::kKinectWidth + column];
-      if (raw >= drivers::kKinectNoMeasurement) continue;
+  const auto width = static_cast<std::uint32_t>(model.width_px());
+  const auto height = static_cast<std::uint32_t>(model.height_px());
+  const auto stride = static_cast<std::uint32_t>(model.stride_px());
+  double best = std::numeric_limits<double>::infinity();
+  for (std::uint32_t row = 0; row < height; ++row) {
+    for (std::uint32_t column = 0; column < width; ++column) {
+      const std::uint16_t raw = scene.frames.front()->raw[row * stride + column];
       const double depth_m = model.depth_m(raw);
-      const double off_middle =
-          std::hypot(column - drivers::kKinectWidth / 2.0, row - drivers::kKinectHeight / 2.0);
+      const double off_middle = std::hypot(column - width / 2.0, row - height / 2.0);
       if (depth_m <= 0 || depth_m > kEasyReach_m || off_middle >= best) continue;
       best = off_middle;
-      scene.surface_m = model.pointInWorld(rt::PackedPixel::pack(column, row, raw));
+      scene.surface_m = model.pointInWorld(rt::PackedPixel::pack(column, row, raw), raw);
     }
   }
+  if (!std::isfinite(best)) return false;
   scene.inward = (1 / norm(scene.surface_m)) * scene.surface_m;
+  return true;
 }
 
 /// Calls `task` and returns how long it took.
@@ -102,7 +109,7 @@ class CostRun {
   void check(const Vec3& hip_m) {
     if (checked_ >= options_.checks) return;
     ++checked_;
-    const SpringOracle truth(pointsInCamera(frame_->raw, scene_.camera), hip_m, {});
+    const SpringOracle truth(pointsInCamera(frame_->image(), scene_.camera), hip_m, {});
     if (truth.rankMargin_m() < SpringOracle::kTie_m) return;
     for (std::size_t i = 0; i < contenders_.size(); ++i) {
       if (!costs_[i].kind.is_paper_law) continue;
@@ -131,11 +138,16 @@ config::Result<std::vector<TimedScene>> timedScenes(const std::string& recording
   if (!sequences) return std::unexpected(sequences.error());
   sequences->insert(sequences->begin(), syntheticScene());
   for (BenchSequence& sequence : *sequences) {
-    TimedScene scene{.name = sequence.name};
+    TimedScene scene{.name = sequence.name, .camera = sequence.camera()};
     for (auto& frame : sequence.frames) scene.frames.push_back(std::move(frame));
+    if (!placeInMiddle(scene)) {
+      return std::unexpected(
+          config::Error{fmt::format("{}/{}", recordings, scene.name),
+                        fmt::format("the first frame shows nothing within {} m", kEasyReach_m),
+                        "take a recording of something that a hand can reach"});
+    }
     scenes.push_back(std::move(scene));
   }
-  for (TimedScene& scene : scenes) placeInMiddle(scene);
   return scenes;
 }
 

@@ -25,7 +25,7 @@ struct TimedScene {
 };
 
 /// The table and the sphere of bench_scene.h, and the recordings in the folder `recordings`, if there are
-/// any. Errors: a recording that cannot be read.
+/// any. Errors: a recording that cannot be read, or that shows nothing within 2 m.
 config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings);
 
 /// A plane turned by 30 degrees with the harsher noise.

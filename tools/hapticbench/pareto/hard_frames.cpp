@@ -25,7 +25,8 @@ std::uint16_t rawAt(const rt::DepthModel& model, double depth_m) {
 
 constexpr double kFar_m = 0.63;
 
-/// `depthOf(column, row)`: `middle_m`, kFar_m, or negative for a random raw value.
+/// `camera` is a Kinect v1 but for its lens. `depthOf(column, row)`: `middle_m`, kFar_m, or negative for a
+/// random raw value.
 template <typename DepthOf>
 TimedScene hard(const char* name, const rt::DepthModelParameters& camera, double middle_m, double radius_m,
                 DepthOf depthOf) {
@@ -78,8 +79,10 @@ TimedScene scattered(TimedScene scene, int ticks) {
   constexpr double kOffset_m = 0.01;
   const rt::DepthModel model(scene.camera, {});
   std::mt19937 random(1);
-  std::uniform_int_distribution<std::uint32_t> any_column(0, drivers::kKinectWidth - 1);
-  std::uniform_int_distribution<std::uint32_t> any_row(0, drivers::kKinectHeight - 1);
+  std::uniform_int_distribution<std::uint32_t> any_column(0,
+                                                          static_cast<std::uint32_t>(model.width_px()) - 1);
+  std::uniform_int_distribution<std::uint32_t> any_row(0, static_cast<std::uint32_t>(model.height_px()) - 1);
+  const auto stride = static_cast<std::uint32_t>(model.stride_px());
   std::normal_distribution<double> offset_m(0, kOffset_m);
   scene.frames.resize(1);
   scene.unrelated = true;
@@ -87,9 +90,9 @@ TimedScene scattered(TimedScene scene, int ticks) {
   while (scene.path.size() < static_cast<std::size_t>(ticks)) {
     const std::uint32_t column = any_column(random);
     const std::uint32_t row = any_row(random);
-    const std::uint16_t raw = scene.frames.front()->raw[row * drivers::kKinectWidth + column];
-    if (raw >= drivers::kKinectNoMeasurement || model.depth_m(raw) <= 0) continue;
-    const Vec3 point = model.pointInWorld(rt::PackedPixel::pack(column, row, raw));
+    const std::uint16_t raw = scene.frames.front()->raw[row * stride + column];
+    if (model.depth_m(raw) <= 0) continue;
+    const Vec3 point = model.pointInWorld(rt::PackedPixel::pack(column, row, raw), raw);
     scene.path.push_back(point + Vec3{offset_m(random), offset_m(random), offset_m(random)});
   }
   return scene;

@@ -24,16 +24,10 @@ std::optional<RobustFit> fitDisparity(std::span<const DisparitySample> samples, 
   return RobustFit{{middle_column, middle_row, half_px, fit->quadratic}, fit->deviation, fit->outlier_share};
 }
 
-Vec3 pointOf(const rt::DepthModelParameters& camera, double column, double row, double raw) {
-  const double depth = 1 / (camera.a_per_m * raw + camera.b_per_m);
-  return {depth * (column - camera.cx_px) / camera.fx_px, -depth * (row - camera.cy_px) / camera.fy_px,
-          -depth};
-}
-
-SurfacePoint surfacePoint(const rt::DepthModelParameters& camera, const DisparityQuadratic& quadratic,
-                          double column, double row) {
+SurfacePoint surfacePoint(const CameraDisparity& camera, const DisparityQuadratic& quadratic, double column,
+                          double row) {
   constexpr double kStep_px = 0.5;
-  const auto at = [&](double u, double v) { return pointOf(camera, u, v, quadratic.at(u, v)); };
+  const auto at = [&](double u, double v) { return camera.pointOf(u, v, quadratic.at(u, v)); };
   const Vec3 along_row = at(column + kStep_px, row) - at(column - kStep_px, row);
   const Vec3 along_column = at(column, row + kStep_px) - at(column, row - kStep_px);
   const Vec3 normal = cross(along_row, along_column);

@@ -4,13 +4,13 @@
 #include <optional>
 #include <span>
 
-#include "rt/parameters.h"
 #include "rt/vec3.h"
+#include "tools/hapticbench/camera_disparity.h"
 #include "tools/hapticbench/quadratic_fit.h"
 
 namespace hapticd::tools {
 
-/// A disparity at a pixel.
+/// A disparity at a pixel, see CameraDisparity.
 struct DisparitySample {
   double column = 0;
   double row = 0;
@@ -40,15 +40,12 @@ struct RobustFit {
 std::optional<RobustFit> fitDisparity(std::span<const DisparitySample> samples, double middle_column,
                                       double middle_row, double half_px);
 
-/// The camera-frame point on the ray of (column, row) with disparity `raw`: x right, y up, -z ahead, metres.
-rt::Vec3 pointOf(const rt::DepthModelParameters& camera, double column, double row, double raw);
-
 /// A point of the quadratic's surface and the unit vector out of the solid there, towards the camera.
 struct SurfacePoint {
   rt::Vec3 position_m;
   rt::Vec3 normal;
 };
-SurfacePoint surfacePoint(const rt::DepthModelParameters& camera, const DisparityQuadratic& quadratic,
-                          double column, double row);
+SurfacePoint surfacePoint(const CameraDisparity& camera, const DisparityQuadratic& quadratic, double column,
+                          double row);
 
 }  // namespace hapticd::tools

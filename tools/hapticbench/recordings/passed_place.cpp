@@ -6,31 +6,16 @@
 #include <limits>
 #include <optional>
 
-#include "drivers/camera/kinect_image.h"
-
 namespace hapticd::tools {
 namespace {
 
 using rt::Vec3;
 
-constexpr float kSameSurface_raw = 2.5F;  // noise, flicker and rounding stay within that
+constexpr float kSameSurface_raw = 2.5F;  // noise, flicker and rounding of a Kinect stay within that
 constexpr double kCoverBefore_m = 0.06;   // what is nearer than the background by more is another body
-constexpr double kNearest_m = 0.45;
-constexpr double kFarthest_m = 3.5;
+constexpr double kFromNear_m = 0.05;      // of the camera's limits, so that noise stays within them
+constexpr double kFromFar_m = 0.5;
 constexpr int kBorder_px = 24;
-
-std::size_t placeOf(int column, int row) {
-  return static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column);
-}
-
-double depthOf(const rt::DepthModelParameters& camera, double raw) {
-  return 1 / (camera.a_per_m * raw + camera.b_per_m);
-}
-
-/// Raw value of what is `before_m` nearer than `raw`.
-double nearerRaw(const rt::DepthModelParameters& camera, double raw, double before_m) {
-  return (1 / (depthOf(camera, raw) - before_m) - camera.b_per_m) / camera.a_per_m;
-}
 
 /// Content of a frame in the square around a position.
 struct SquareContent {
@@ -42,17 +27,18 @@ struct SquareContent {
   /// Whether something passed: more pixels are nearer than the flying pixels of an edge.
   bool passed() const { return 10 * nearer >= pixels; }
 };
-SquareContent contentOf(const rt::DepthFrame& frame, const PassedPlace& place, double nearest_raw) {
+SquareContent contentOf(const rt::DepthFrame& frame, const CameraDisparity& camera, const PassedPlace& place,
+                        double nearest_raw) {
   SquareContent content;
   const auto middle_column = static_cast<int>(place.column);
   const auto middle_row = static_cast<int>(place.row);
   for (int row = middle_row - place.half_px; row <= middle_row + place.half_px; ++row) {
     for (int column = middle_column - place.half_px; column <= middle_column + place.half_px; ++column) {
-      const std::uint16_t raw = frame.raw[placeOf(column, row)];
+      const float raw = camera.of(frame.raw[camera.pixelOf(column, row)]);
       ++content.pixels;
-      if (raw >= drivers::kKinectNoMeasurement) {
+      if (std::isnan(raw)) {
         ++content.unmeasured;
-      } else if (raw < nearest_raw) {
+      } else if (camera.isNearer(double{raw}, nearest_raw)) {
         ++content.nearer;
       }
     }
@@ -61,47 +47,49 @@ SquareContent contentOf(const rt::DepthFrame& frame, const PassedPlace& place, d
 }
 
 std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& session,
-                                   std::span<const float> background,
-                                   const rt::DepthModelParameters& camera) {
+                                   std::span<const float> background, const CameraDisparity& camera) {
   constexpr double kPatch_m = 0.04;
   constexpr double kFitted_m = 0.12;
   constexpr int kLeastHalf_px = 8;
   constexpr double kMostResidual_raw = 1;
   constexpr int kLeastFramesInSight = 15;
   constexpr int kLeastFramesPassed = 2;
-  const float raw = background[placeOf(column, row)];
+  const float raw = background[camera.pixelOf(column, row)];
   if (!std::isfinite(raw)) return std::nullopt;
-  const double depth = depthOf(camera, raw);
-  if (depth < kNearest_m || depth > kFarthest_m) return std::nullopt;
+  const rt::DepthModelParameters& pinhole = camera.model().parameters();
+  const double depth = camera.depth_m(double{raw});
+  if (depth < pinhole.near_m + kFromNear_m || depth > pinhole.far_m - kFromFar_m) return std::nullopt;
   const int fitted_px =
-      std::max(kLeastHalf_px, static_cast<int>(std::lround(kFitted_m / 2 * camera.fx_px / depth)));
+      std::max(kLeastHalf_px, static_cast<int>(std::lround(kFitted_m / 2 * pinhole.fx_px / depth)));
   const bool inside = column >= kBorder_px + fitted_px &&
-                      column < drivers::kKinectWidth - kBorder_px - fitted_px &&
-                      row >= kBorder_px + fitted_px && row < drivers::kKinectHeight - kBorder_px - fitted_px;
+                      column < camera.width_px() - kBorder_px - fitted_px && row >= kBorder_px + fitted_px &&
+                      row < camera.height_px() - kBorder_px - fitted_px;
   if (!inside) return std::nullopt;
   std::vector<DisparitySample> samples;
   int pixels = 0;
   for (int v = row - fitted_px; v <= row + fitted_px; v += 2) {
     for (int u = column - fitted_px; u <= column + fitted_px; u += 2) {
       ++pixels;
-      const float at = background[placeOf(u, v)];
+      const float at = background[camera.pixelOf(u, v)];
       if (std::isfinite(at)) samples.push_back({static_cast<double>(u), static_cast<double>(v), double{at}});
     }
   }
   if (10 * samples.size() < 9 * static_cast<std::size_t>(pixels)) return std::nullopt;
   const auto fit = fitDisparity(samples, column, row, fitted_px);
-  if (!fit || fit->residual_raw > kMostResidual_raw || fit->outlier_share > 0.02) return std::nullopt;
+  if (!fit || fit->outlier_share > 0.02) return std::nullopt;
+  const double middle_raw = fit->quadratic.at(column, row);
+  if (fit->residual_raw > kMostResidual_raw * camera.noiseScale(middle_raw)) return std::nullopt;
   PassedPlace place{.surface = fit->quadratic,
                     .column = static_cast<double>(column),
                     .row = static_cast<double>(row),
                     .point = surfacePoint(camera, fit->quadratic, column, row),
                     .covered = {}};
   place.distance_m = -place.point.position_m.z;
-  place.half_px = std::max(2, static_cast<int>(std::lround(kPatch_m / 2 * camera.fx_px / depth)));
-  const double nearest_raw = nearerRaw(camera, fit->quadratic.at(column, row), kCoverBefore_m);
+  place.half_px = std::max(2, static_cast<int>(std::lround(kPatch_m / 2 * pinhole.fx_px / depth)));
+  const double nearest_raw = camera.ofDepth(camera.depth_m(middle_raw) - kCoverBefore_m);
   int passed = 0;
   for (const auto& frame : session.frames) {
-    const SquareContent content = contentOf(*frame, place, nearest_raw);
+    const SquareContent content = contentOf(*frame, camera, place, nearest_raw);
     place.covered.push_back(content.covered());
     if (content.passed()) ++passed;
   }
@@ -122,31 +110,33 @@ InSight longestInSight(const std::vector<bool>& covered) {
   return longest;
 }
 
-std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels) {
-  std::vector<float> background(drivers::kKinectPixels, std::numeric_limits<float>::quiet_NaN());
+std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels,
+                                     const CameraDisparity& camera) {
+  std::vector<float> background(pixels.size(), std::numeric_limits<float>::quiet_NaN());
   const std::size_t frames = session.frames.size();
-  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
+  for (std::size_t pixel = 0; pixel < pixels.size(); ++pixel) {
     const float farthest = pixels[pixel].farthest;
-    float sum = 0;
+    const float same_surface = kSameSurface_raw * pixels[pixel].noise_scale;
+    double sum = 0;
     std::size_t count = 0;
     for (const auto& frame : session.frames) {
-      const float raw = frame->raw[pixel];
-      if (raw >= drivers::kKinectNoMeasurement || std::abs(raw - farthest) > kSameSurface_raw) continue;
-      sum += raw;
+      const float raw = camera.of(frame->raw[pixel]);
+      if (std::isnan(raw) || std::abs(raw - farthest) > same_surface) continue;
+      sum += double{raw};
       ++count;
     }
     if (pixels[pixel].valid > 0 && 10 * count >= 3 * frames)
-      background[pixel] = sum / static_cast<float>(count);
+      background[pixel] = static_cast<float>(sum / static_cast<double>(count));
   }
   return background;
 }
 
 std::vector<PassedPlace> passedPlaces(const BenchSequence& session, std::span<const float> background,
-                                      const rt::DepthModelParameters& camera, int most) {
+                                      const CameraDisparity& camera, int most) {
   constexpr int kStride_px = 12;
   std::vector<PassedPlace> candidates;
-  for (int row = 0; row < drivers::kKinectHeight; row += kStride_px) {
-    for (int column = 0; column < drivers::kKinectWidth; column += kStride_px) {
+  for (int row = 0; row < camera.height_px(); row += kStride_px) {
+    for (int column = 0; column < camera.width_px(); column += kStride_px) {
       if (auto place = placeAt(column, row, session, background, camera))
         candidates.push_back(std::move(*place));
     }
@@ -167,19 +157,21 @@ std::vector<PassedPlace> passedPlaces(const BenchSequence& session, std::span<co
   return chosen;
 }
 
-bool measuresNear(const rt::DepthFrame& frame, const rt::DepthModelParameters& camera,
-                  const PassedPlace& place, const Vec3& centre_m, double radius_m, double before_m) {
+bool measuresNear(const rt::DepthFrame& frame, const CameraDisparity& camera, const PassedPlace& place,
+                  const Vec3& centre_m, double radius_m, double before_m) {
   const double depth = -centre_m.z;
-  const auto reach = static_cast<int>(std::ceil(radius_m * camera.fx_px / (depth - radius_m))) + 1;
-  const auto middle_column = static_cast<int>(std::lround(camera.cx_px + camera.fx_px * centre_m.x / depth));
-  const auto middle_row = static_cast<int>(std::lround(camera.cy_px - camera.fy_px * centre_m.y / depth));
-  for (int row = std::max(0, middle_row - reach);
-       row <= std::min(drivers::kKinectHeight - 1, middle_row + reach); ++row) {
+  const rt::DepthModelParameters& pinhole = camera.model().parameters();
+  const auto reach = static_cast<int>(std::ceil(radius_m * pinhole.fx_px / (depth - radius_m))) + 1;
+  const auto middle_column =
+      static_cast<int>(std::lround(pinhole.cx_px + pinhole.fx_px * centre_m.x / depth));
+  const auto middle_row = static_cast<int>(std::lround(pinhole.cy_px - pinhole.fy_px * centre_m.y / depth));
+  for (int row = std::max(0, middle_row - reach); row <= std::min(camera.height_px() - 1, middle_row + reach);
+       ++row) {
     for (int column = std::max(0, middle_column - reach);
-         column <= std::min(drivers::kKinectWidth - 1, middle_column + reach); ++column) {
-      const std::uint16_t raw = frame.raw[placeOf(column, row)];
-      if (raw >= drivers::kKinectNoMeasurement) continue;
-      const Vec3 point = pointOf(camera, column, row, raw);
+         column <= std::min(camera.width_px() - 1, middle_column + reach); ++column) {
+      const float raw = camera.of(frame.raw[camera.pixelOf(column, row)]);
+      if (std::isnan(raw)) continue;
+      const Vec3 point = camera.pointOf(column, row, double{raw});
       const bool is_before = dot(point - place.point.position_m, place.point.normal) > before_m;
       if (is_before && norm(point - centre_m) <= radius_m) return true;
     }

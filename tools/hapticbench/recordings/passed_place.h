@@ -5,16 +5,16 @@
 #include <vector>
 
 #include "rt/depth_frame.h"
-#include "rt/parameters.h"
 #include "tools/hapticbench/bench_scene.h"
 #include "tools/hapticbench/recordings/disparity_fit.h"
 #include "tools/hapticbench/recordings/pixel_statistics.h"
 
 namespace hapticd::tools {
 
-/// The background at rest, pixel by pixel: the mean of the measurements that are about the farthest, raw
-/// units; NaN where fewer than three tenths of the frames show it.
-std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels);
+/// The background at rest, pixel by pixel in the order of a frame's image: the mean of the measurements that
+/// are about the farthest, raw disparities; NaN where fewer than three tenths of the frames show it.
+std::vector<float> restingBackground(const BenchSequence& session, std::span<const PixelStatistics> pixels,
+                                     const CameraDisparity& camera);
 
 /// A position on a resting surface in front of which something passes.
 struct PassedPlace {
@@ -31,7 +31,7 @@ struct PassedPlace {
 /// Up to `most` positions, spread over the image, that something passes in two frames or more and that are in
 /// sight for half a second.
 std::vector<PassedPlace> passedPlaces(const BenchSequence& session, std::span<const float> background,
-                                      const rt::DepthModelParameters& camera, int most);
+                                      const CameraDisparity& camera, int most);
 
 /// The longest run of frames in which a position is not covered, the first of equal ones.
 struct InSight {
@@ -42,7 +42,7 @@ InSight longestInSight(const std::vector<bool>& covered);
 
 /// True if a measured point of the frame is within `radius_m` of `centre_m` and more than `before_m` before
 /// the surface there.
-bool measuresNear(const rt::DepthFrame& frame, const rt::DepthModelParameters& camera,
-                  const PassedPlace& place, const rt::Vec3& centre_m, double radius_m, double before_m);
+bool measuresNear(const rt::DepthFrame& frame, const CameraDisparity& camera, const PassedPlace& place,
+                  const rt::Vec3& centre_m, double radius_m, double before_m);
 
 }  // namespace hapticd::tools

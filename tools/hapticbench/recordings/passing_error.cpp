@@ -72,16 +72,16 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks) {
 }
 
 PassingError passPlace(const std::string& law, const BenchSequence& session, const PassedPlace& place,
-                       const rt::DepthModelParameters& camera, double before_m) {
-  const auto box = shippedBox(law, place.distance_m, camera);
+                       const CameraDisparity& camera, double before_m) {
+  const auto box = shippedBox(law, place.distance_m, session.camera());
   const double stiffness = box->parameters().springs.stiffness_n_per_m;
   const int first = longestInSight(place.covered).first;
   PlayedSession played(session, first);
   FramePlayer player(*box, played.stream());
   const long end = played.arrivalTick(2 * static_cast<int>(session.frames.size()) - 2);
   // a measurement this much before the surface is not the surface
-  const double raw_m = std::abs(camera.a_per_m) * place.distance_m * place.distance_m;
-  const double apart_m = before_m > 0 ? -1 : std::max(0.008, 2.5 * raw_m);
+  const double noise_unit_m = camera.model().noiseUnit_m(place.distance_m);
+  const double apart_m = before_m > 0 ? -1 : std::max(0.008, 2.5 * noise_unit_m);
   std::vector<PassingTick> ticks;
   long covered_until = -1;
   bool near = false;

@@ -35,6 +35,6 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks);
 /// A HIP that waits `before_m` (positive) in front of the surface at a position, or presses that far
 /// (negative) behind it, while the session is played once forwards and once backwards.
 PassingError passPlace(const std::string& law, const BenchSequence& session, const PassedPlace& place,
-                       const rt::DepthModelParameters& camera, double before_m);
+                       const CameraDisparity& camera, double before_m);
 
 }  // namespace hapticd::tools

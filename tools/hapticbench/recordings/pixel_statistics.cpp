@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/camera/kinect_image.h"
 #include "rt/depth_frame.h"
 
 namespace hapticd::tools {
@@ -24,8 +23,8 @@ struct PixelSums {
   double mean() const { return count > 0 ? sum / count : 0; }
 };
 
-PixelStatistics statisticsOf(std::vector<std::uint16_t>& values, const PixelSums& first,
-                             const PixelSums& second) {
+PixelStatistics statisticsOf(std::vector<float>& values, const PixelSums& first, const PixelSums& second,
+                             const CameraDisparity& camera) {
   PixelStatistics pixel;
   pixel.valid = static_cast<std::uint16_t>(values.size());
   if (values.empty()) return pixel;
@@ -36,39 +35,42 @@ PixelStatistics statisticsOf(std::vector<std::uint16_t>& values, const PixelSums
   pixel.deviation = static_cast<float>(std::sqrt(std::max(variance, 0.0)));
   pixel.drift = first.count > 0 && second.count > 0 ? static_cast<float>(second.mean() - first.mean()) : 0;
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 4 / 5);
-  std::nth_element(values.begin(), place, values.end());
+  std::nth_element(values.begin(), place, values.end(),
+                   [&camera](float one, float other) { return camera.isNearer(one, other); });
   pixel.farthest = *place;
+  pixel.noise_scale = static_cast<float>(camera.noiseScale(mean));
   return pixel;
 }
 
 }  // namespace
 
-std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session) {
-  std::vector<PixelStatistics> pixels(drivers::kKinectPixels);
+std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session, const CameraDisparity& camera) {
+  std::vector<PixelStatistics> pixels(session.frames.front()->pixels());
   const std::size_t frames = session.frames.size();
-  std::vector<std::uint16_t> values;
-  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
+  std::vector<float> values;
+  for (std::size_t pixel = 0; pixel < pixels.size(); ++pixel) {
     PixelSums first;
     PixelSums second;
     values.clear();
     for (std::size_t frame = 0; frame < frames; ++frame) {
-      const std::uint16_t raw = session.frames[frame]->raw[pixel];
-      if (raw >= drivers::kKinectNoMeasurement) continue;
-      (2 * frame < frames ? first : second).add(raw);
-      values.push_back(raw);
+      const float disparity = camera.of(session.frames[frame]->raw[pixel]);
+      if (std::isnan(disparity)) continue;
+      (2 * frame < frames ? first : second).add(disparity);
+      values.push_back(disparity);
     }
-    pixels[pixel] = statisticsOf(values, first, second);
+    pixels[pixel] = statisticsOf(values, first, second, camera);
   }
   return pixels;
 }
 
 bool rests(const PixelStatistics& pixel, std::size_t frames) {
-  // Temporal noise is 0.33 to 0.45 raw with rounding, its drift over a second less than that; a surface that
-  // moves by a raw unit or an edge exceeds both.
+  // Temporal noise of a Kinect is 0.33 to 0.45 raw with rounding, its drift over a second less than that; a
+  // surface that moves by a raw unit or an edge exceeds both.
   constexpr float kMostDeviation = 1.0F;
   constexpr float kMostDrift = 0.7F;
-  return 10 * static_cast<std::size_t>(pixel.valid) >= 8 * frames && pixel.deviation <= kMostDeviation &&
-         std::abs(pixel.drift) <= kMostDrift;
+  return 10 * static_cast<std::size_t>(pixel.valid) >= 8 * frames &&
+         pixel.deviation <= kMostDeviation * pixel.noise_scale &&
+         std::abs(pixel.drift) <= kMostDrift * pixel.noise_scale;
 }
 
 }  // namespace hapticd::tools

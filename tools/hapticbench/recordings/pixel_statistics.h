@@ -4,22 +4,23 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/camera/kinect_image.h"
 #include "tools/hapticbench/bench_scene.h"
+#include "tools/hapticbench/camera_disparity.h"
 
 namespace hapticd::tools {
 
-/// Statistics of a pixel over a session, raw units.
+/// Statistics of a pixel over a session, in raw disparities of its camera.
 struct PixelStatistics {
   float mean = 0;
-  float deviation = 0;         ///< standard deviation over the frames
-  float drift = 0;             ///< mean of the second half less that of the first
-  std::uint16_t valid = 0;     ///< frames with a measurement
-  std::uint16_t farthest = 0;  ///< the raw value that a fifth of its measurements reach or exceed
+  float deviation = 0;      ///< standard deviation over the frames
+  float drift = 0;          ///< mean of the second half less that of the first
+  std::uint16_t valid = 0;  ///< frames with a measurement
+  float farthest = 0;       ///< a fifth of its measurements are as far or farther
+  float noise_scale = 1;    ///< the camera's noise at the mean relative to a Kinect's
 };
 
-/// Returns the statistics of drivers::kKinectPixels pixels, row by row.
-std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session);
+/// Returns the statistics of all pixels, in the order of a frame's image.
+std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session, const CameraDisparity& camera);
 
 /// True where the pixel saw a surface at rest: nearly always measured, and within noise of its mean.
 bool rests(const PixelStatistics& pixel, std::size_t frames);

@@ -17,7 +17,8 @@ int runRecordings(const Chosen& chosen, const StudyCommand& command) {
   const auto sessions = recordedSequences(chosen.recordings, chosen.most_frames);
   if (!sessions) return fail(sessions.error(), EX_NOINPUT);
   if (sessions->empty()) {
-    return fail({chosen.recordings, "holds no recordings", "name another folder with --recordings"},
+    return fail({chosen.recordings, "holds no recordings",
+                 "name a folder whose subfolders are recordings with --recordings"},
                 EX_NOINPUT);
   }
   std::vector<SessionResult> results;

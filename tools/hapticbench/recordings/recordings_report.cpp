@@ -12,8 +12,9 @@ namespace {
 constexpr const char* kExplanation =
     "Resting surfaces, known by a robust quadratic in disparity through the mean of the whole session:\n"
     "the hand presses 8 mm deep and strokes up to 100 mm at 0.1 m/s, along row and column, or stays for\n"
-    "two seconds. raw: residual of the mean image about the fit. fit N: standard error of the fit itself,\n"
-    "times k_s; an error below it has no meaning. lost: ticks with less than a tenth of the true force;\n"
+    "two seconds. raw: residual of the mean image about the fit, raw disparities. fit N: standard error of\n"
+    "the fit itself, times k_s; an error below it has no meaning. lost: ticks with less than a tenth of the "
+    "true force;\n"
     "zero: with none. along: force along the stroke, RMS. step: change of the law's force at a new frame\n"
     "while the HIP is still, before any blend.\n\n";
 
@@ -26,7 +27,7 @@ constexpr const char* kPassingExplanation =
 
 constexpr double kFlatSize_m = 0.16;
 
-/// The surfaces of one law together.
+/// The surfaces of one law together, as a Kinect v1 recorded them: the limits are of its noise.
 struct PooledSurfaces {
   int surfaces = 0;
   SurfaceError stroke{};
@@ -44,6 +45,7 @@ PooledSurfaces pooled(std::span<const SessionResult> sessions, const std::string
                       const SurfaceLimit& limit) {
   PooledSurfaces result;
   for (const SessionResult& session : sessions) {
+    if (!isKinect(session.camera)) continue;
     for (const SurfaceRow& row : session.surfaces) {
       const RestingSurface& surface = row.surface;
       const bool belongs = row.law == law && surface.distance_m >= limit.from_m &&
@@ -143,6 +145,7 @@ void addPassing(std::span<const SessionResult> sessions, const std::string& law,
                 std::vector<Requirement>& list) {
   PassingError free, pressing;
   for (const SessionResult& session : sessions) {
+    if (!isKinect(session.camera)) continue;
     for (const PassingRow& row : session.passings) {
       if (row.law != law) continue;
       free.add(row.free);
@@ -201,12 +204,18 @@ std::vector<Requirement> requirementsOf(std::span<const SessionResult> sessions,
   return list;
 }
 
+std::string titleOf(const SessionResult& session) {
+  if (isKinect(session.camera)) return session.session;
+  return fmt::format("{}, {} x {} pixels, raw disparities of {:.2f} mm at 1 m", session.session,
+                     session.camera.width_px, session.camera.height_px, 1000 * session.disparity_unit_m);
+}
+
 }  // namespace
 
 std::string recordingsText(std::span<const SessionResult> sessions, const RecordingsOptions& options) {
   std::string text = kExplanation;
   for (const SessionResult& session : sessions) {
-    text += session.session + "\n" + tableText(surfaceColumns(), session.surfaces) + "\n";
+    text += titleOf(session) + "\n" + tableText(surfaceColumns(), session.surfaces) + "\n";
   }
   text += kPassingExplanation;
   for (const SessionResult& session : sessions) {
@@ -219,10 +228,16 @@ std::string recordingsText(std::span<const SessionResult> sessions, const Record
 std::string recordingsJson(std::span<const SessionResult> sessions, const RecordingsOptions& options) {
   Json document{{"sessions", Json::array()}};
   for (const SessionResult& session : sessions) {
-    document["sessions"].push_back({{"session", session.session},
-                                    {"frames", session.frames},
-                                    {"surfaces", tableJson(surfaceColumns(), session.surfaces)},
-                                    {"passings", tableJson(passingColumns(), session.passings)}});
+    Json& entry =
+        document["sessions"].emplace_back(Json{{"session", session.session},
+                                               {"frames", session.frames},
+                                               {"surfaces", tableJson(surfaceColumns(), session.surfaces)},
+                                               {"passings", tableJson(passingColumns(), session.passings)}});
+    if (isKinect(session.camera)) continue;
+    entry["camera"] = {{"width_px", session.camera.width_px},
+                       {"height_px", session.camera.height_px},
+                       {"principle", rt::wordOf(session.camera.principle)},
+                       {"disparity_unit_m_at_1_m", session.disparity_unit_m}};
   }
   document["requirements"] = requirementsJson(requirementsOf(sessions, options));
   return document.dump(2) + "\n";

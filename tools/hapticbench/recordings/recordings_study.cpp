@@ -13,9 +13,10 @@ constexpr double kFreeBefore_m = 0.03;
 constexpr double kPressingBefore_m = -0.006;
 
 SurfaceRow measureSurface(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
-                          const rt::DepthModelParameters& camera) {
+                          const CameraDisparity& camera) {
   SurfaceRow row{.surface = surface, .law = law};
-  row.stiffness_n_per_m = shippedParameters(law, surface.distance_m).springs.stiffness_n_per_m;
+  row.stiffness_n_per_m =
+      shippedParameters(law, surface.distance_m, session.camera()).springs.stiffness_n_per_m;
   row.stroke = handleWith(law, session, surface, camera, Handling::along_row);
   row.stroke.add(handleWith(law, session, surface, camera, Handling::along_column));
   row.still = handleWith(law, session, surface, camera, Handling::still);
@@ -23,7 +24,7 @@ SurfaceRow measureSurface(const std::string& law, const BenchSequence& session, 
 }
 
 PassingRow measurePassing(const std::string& law, const BenchSequence& session,
-                          const std::vector<PassedPlace>& places, const rt::DepthModelParameters& camera) {
+                          const std::vector<PassedPlace>& places, const CameraDisparity& camera) {
   PassingRow row{.law = law};
   for (const PassedPlace& place : places) {
     row.nearest_m = row.places == 0 ? place.distance_m : std::min(row.nearest_m, place.distance_m);
@@ -39,13 +40,14 @@ PassingRow measurePassing(const std::string& law, const BenchSequence& session,
 
 SessionResult measureSession(const BenchSequence& session, const RecordingsOptions& options,
                              const std::function<void(const std::string&)>& progress) {
-  const rt::DepthModelParameters camera;
-  SessionResult result{.session = session.name, .frames = session.frames.size()};
+  SessionResult result{.session = session.name, .frames = session.frames.size(), .camera = session.camera()};
   progress(fmt::format("{}: resting surfaces", session.name));
-  const std::vector<PixelStatistics> pixels = pixelStatistics(session);
+  const CameraDisparity camera(cameraWithNoise(session));
+  result.disparity_unit_m = camera.unit_m(1);
+  const std::vector<PixelStatistics> pixels = pixelStatistics(session, camera);
   const auto surfaces = restingSurfaces(pixels, session.frames.size(), camera, options.surfaces);
   const auto places =
-      passedPlaces(session, restingBackground(session, pixels), camera, options.passed_places);
+      passedPlaces(session, restingBackground(session, pixels, camera), camera, options.passed_places);
   for (const std::string& law : options.laws) {
     for (const RestingSurface& surface : surfaces) {
       progress(fmt::format("{}: {} on {:.2f} m at {:.2f} m", session.name, law, surface.size_m,

@@ -42,6 +42,8 @@ struct PassingRow {
 struct SessionResult {
   std::string session;
   std::size_t frames = 0;
+  rt::DepthModelParameters camera{};  ///< that recorded it
+  double disparity_unit_m = 0;        ///< one of its raw disparities at 1 m
   std::vector<SurfaceRow> surfaces{};
   std::vector<PassingRow> passings{};
 };

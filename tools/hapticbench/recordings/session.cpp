@@ -8,18 +8,25 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr double kDeviceTicksPerTick = 60000;  // 60 MHz
+constexpr double kDeviceTicksPerTick = 60000;  // 60 MHz, of a Kinect
+constexpr double kTick_ns = 1e6;
 constexpr long kUsualPeriod = 33;
 constexpr long kLongestPeriod = 500;  // longer ones are a recording that was interrupted
+
+/// Ticks from one frame of the session to the next.
+long ticksBetween(const rt::DepthFrame& frame, const rt::DepthFrame& next, bool is_kinect) {
+  if (!is_kinect) return std::lround(static_cast<double>(next.arrival_ns - frame.arrival_ns) / kTick_ns);
+  // in 32 bits, so that a counter that wraps around goes on
+  const std::uint32_t passed = next.device_ticks - frame.device_ticks;
+  return std::lround(passed / kDeviceTicksPerTick);
+}
 
 }  // namespace
 
 std::vector<long> arrivalTicks(const BenchSequence& session) {
   std::vector<long> ticks{0};
   for (std::size_t i = 1; i < session.frames.size(); ++i) {
-    // in 32 bits, so that a counter that wraps around goes on
-    const std::uint32_t passed = session.frames[i]->device_ticks - session.frames[i - 1]->device_ticks;
-    const long period = std::lround(passed / kDeviceTicksPerTick);
+    const long period = ticksBetween(*session.frames[i - 1], *session.frames[i], isKinect(session.camera()));
     ticks.push_back(ticks.back() + (period >= 1 && period <= kLongestPeriod ? period : kUsualPeriod));
   }
   return ticks;

@@ -12,8 +12,9 @@
 
 namespace hapticd::tools {
 
-/// The tick at which each frame arrives, 0 for the first: by the camera's own counter, so that frames that
-/// were lost while recording leave a gap; where it does not count, 30 frames per second.
+/// The tick at which each frame arrives, 0 for the first: by a Kinect's own counter, else by the times of
+/// arrival, so that frames that were lost while recording leave a gap; where neither counts, 30 frames per
+/// second.
 std::vector<long> arrivalTicks(const BenchSequence& session);
 
 /// A session that is played forwards and backwards in turn, without end: what is at rest never

@@ -46,8 +46,8 @@ SurfaceError judgeSurface(std::span<const StrokeTick> ticks, std::span<const Vec
 }
 
 SurfaceError handleWith(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
-                        const rt::DepthModelParameters& camera, Handling handling) {
-  const auto box = shippedBox(law, surface.distance_m, camera);
+                        const CameraDisparity& camera, Handling handling) {
+  const auto box = shippedBox(law, surface.distance_m, session.camera());
   const auto ticks = handleSurface(surface, camera, handling, box->parameters().springs.stiffness_n_per_m);
   PlayedSession played(session);
   FramePlayer player(*box, played.stream());

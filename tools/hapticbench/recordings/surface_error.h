@@ -28,6 +28,6 @@ SurfaceError judgeSurface(std::span<const StrokeTick> ticks, std::span<const rt:
 
 /// The errors of one law on one surface of a session.
 SurfaceError handleWith(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
-                        const rt::DepthModelParameters& camera, Handling handling);
+                        const CameraDisparity& camera, Handling handling);
 
 }  // namespace hapticd::tools

@@ -26,7 +26,7 @@ int strokeTicks(const RestingSurface& surface) {
 /// A path over a surface in steps of equal length.
 class SurfaceWalk {
  public:
-  SurfaceWalk(const RestingSurface& surface, const rt::DepthModelParameters& camera, Handling handling)
+  SurfaceWalk(const RestingSurface& surface, const CameraDisparity& camera, Handling handling)
       : surface_(surface),
         camera_(camera),
         across_column_(handling == Handling::along_row ? 1 : 0),
@@ -45,7 +45,7 @@ class SurfaceWalk {
 
  private:
   const RestingSurface& surface_;
-  const rt::DepthModelParameters& camera_;
+  const CameraDisparity& camera_;
   double across_column_;
   double across_row_;
   double column_;
@@ -62,7 +62,7 @@ StrokeTick tickAt(const SurfacePoint& point, double depth_m, double stiffness) {
 
 }  // namespace
 
-std::vector<StrokeTick> handleSurface(const RestingSurface& surface, const rt::DepthModelParameters& camera,
+std::vector<StrokeTick> handleSurface(const RestingSurface& surface, const CameraDisparity& camera,
                                       Handling handling, double stiffness_n_per_m) {
   SurfaceWalk walk(surface, camera, handling);
   const bool strokes = handling != Handling::still;

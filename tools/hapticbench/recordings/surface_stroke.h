@@ -23,7 +23,7 @@ enum class Handling : std::uint8_t { still, along_row, along_column };
 /// The HIP waits 30 mm in front of the surface while the law sees its first frames, is pushed in 8 mm at
 /// 0.1 m/s and strokes up to 100 mm at 0.1 m/s, no nearer to the fit's border than 25 mm, or stays there for
 /// two seconds.
-std::vector<StrokeTick> handleSurface(const RestingSurface& surface, const rt::DepthModelParameters& camera,
+std::vector<StrokeTick> handleSurface(const RestingSurface& surface, const CameraDisparity& camera,
                                       Handling handling, double stiffness_n_per_m);
 
 }  // namespace hapticd::tools

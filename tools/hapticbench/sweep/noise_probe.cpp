@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
-#include "drivers/camera/kinect_image.h"
 #include "rt/depth_model.h"
+#include "tools/hapticbench/camera_disparity.h"
 #include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
@@ -24,39 +25,40 @@ constexpr double kSmallestCosine = 0.7;  // of incidence: noise along an oblique
 /// Means over the frames and how steady they are.
 class StillImage {
  public:
-  explicit StillImage(const BenchSequence& sequence)
-      : mean_raw_(drivers::kKinectPixels), is_still_(drivers::kKinectPixels) {
-    constexpr int kSteady_raw = 4;  // largest minus smallest: sensor noise alone
+  explicit StillImage(const BenchSequence& sequence) : image_(cameraWithNoise(sequence)) {
+    constexpr double kSteady_raw = 4;  // largest minus smallest: a Kinect's noise alone
+    const std::size_t pixels = sequence.frames.front()->pixels();
+    mean_raw_.resize(pixels);
+    is_still_.resize(pixels);
     const std::size_t enough = sequence.frames.size() * 9 / 10;
-    for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
-      int smallest = drivers::kKinectNoMeasurement, largest = 0;
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+      float smallest = std::numeric_limits<float>::infinity(), largest = -smallest;
       double sum = 0;
       std::size_t count = 0;
       for (const auto& frame : sequence.frames) {
-        const int raw = frame->raw[pixel];
-        if (raw >= drivers::kKinectNoMeasurement) continue;
-        smallest = std::min(smallest, raw);
-        largest = std::max(largest, raw);
-        sum += raw;
+        const float disparity = image_.of(frame->raw[pixel]);
+        if (std::isnan(disparity)) continue;
+        smallest = std::min(smallest, disparity);
+        largest = std::max(largest, disparity);
+        sum += double{disparity};
         ++count;
       }
-      is_still_[pixel] = count > 0 && count >= enough && largest - smallest <= kSteady_raw;
-      mean_raw_[pixel] = count > 0 ? sum / static_cast<double>(count) : 0;
+      if (count == 0) continue;
+      mean_raw_[pixel] = sum / static_cast<double>(count);
+      is_still_[pixel] =
+          count >= enough && double{largest - smallest} <= kSteady_raw * image_.noiseScale(mean_raw_[pixel]);
     }
   }
 
-  bool isStill(int column, int row) const { return is_still_[pixelOf(column, row)]; }
-  /// The seed's depth law at the mean disparity.
+  const rt::DepthModel& model() const { return image_.model(); }
+  bool isStill(int column, int row) const { return is_still_[image_.pixelOf(column, row)]; }
+  /// The point at the mean disparity.
   Vec3 point_m(int column, int row) const {
-    const rt::DepthModelParameters model;
-    const double depth = 1 / (model.a_per_m * mean_raw_[pixelOf(column, row)] + model.b_per_m);
-    return {depth * (column - model.cx_px) / model.fx_px, -depth * (row - model.cy_px) / model.fy_px, -depth};
+    return image_.pointOf(column, row, mean_raw_[image_.pixelOf(column, row)]);
   }
 
  private:
-  static std::size_t pixelOf(int column, int row) {
-    return static_cast<std::size_t>(row) * drivers::kKinectWidth + static_cast<std::size_t>(column);
-  }
+  CameraDisparity image_;
   std::vector<double> mean_raw_;
   std::vector<bool> is_still_;
 };
@@ -94,14 +96,14 @@ class PlaneFit {
 };
 
 std::optional<StillSite> siteAt(const StillImage& image, std::size_t sequence, int column, int row) {
-  const rt::DepthModelParameters model;
+  const rt::DepthModelParameters& model = image.model().parameters();
   if (!image.isStill(column, row)) return std::nullopt;
   const Vec3 middle = image.point_m(column, row);
   const double depth = -middle.z;
   if (depth < model.near_m + kAround_m || depth > kFarthest_m) return std::nullopt;
   const int half_px = static_cast<int>(std::ceil(kAround_m * model.fx_px / depth));
-  if (column < half_px || row < half_px || column + half_px >= drivers::kKinectWidth ||
-      row + half_px >= drivers::kKinectHeight) {
+  if (column < half_px || row < half_px || column + half_px >= model.width_px ||
+      row + half_px >= model.height_px) {
     return std::nullopt;
   }
   PlaneFit fit(middle);
@@ -115,8 +117,8 @@ std::optional<StillSite> siteAt(const StillImage& image, std::size_t sequence, i
     }
   }
   const auto plane = fit.solve();
-  const double unit_m = -model.a_per_m * depth * depth;  // of raw disparity
-  if (still < all * 9 / 10 || !plane || plane->rms_m > unit_m + 0.002) return std::nullopt;
+  if (still < all * 9 / 10 || !plane || plane->rms_m > image.model().noiseUnit_m(depth) + 0.002)
+    return std::nullopt;
   const double length = std::sqrt(plane->a * plane->a + plane->b * plane->b + 1);
   const Vec3 normal{-plane->a / length, -plane->b / length, 1 / length};
   if (-dot(normal, middle) < kSmallestCosine * norm(middle)) return std::nullopt;
@@ -129,8 +131,8 @@ std::vector<StillSite> stillSites(const std::vector<BenchSequence>& sequences, s
                                   std::size_t count) {
   const StillImage image(sequences[sequence]);
   std::vector<StillSite> sites;
-  for (int row = kSpacing_px / 2; row < drivers::kKinectHeight; row += kSpacing_px) {
-    for (int column = kSpacing_px / 2; column < drivers::kKinectWidth; column += kSpacing_px) {
+  for (int row = kSpacing_px / 2; row < image.model().height_px(); row += kSpacing_px) {
+    for (int column = kSpacing_px / 2; column < image.model().width_px(); column += kSpacing_px) {
       if (const auto site = siteAt(image, sequence, column, row)) sites.push_back(*site);
     }
   }
@@ -184,7 +186,7 @@ double NoiseProbe::deviation_n(const rt::LiveParameters& parameters, const Still
   constexpr double kStep_m = 0.001;
   constexpr int kTicksPerFrame = 3;  // a proxy may take more than one to rest
   constexpr double kFelt_n = 0.1;
-  OfflineBox box({}, {}, {});
+  OfflineBox box(sequences_[site.sequence].camera(), {}, {});
   box.parameters() = parameters;
   const auto at = [&site](double h) { return site.surface_m_in_world + h * site.normal_in_world; };
   const auto& frames = sequences_[site.sequence].frames;

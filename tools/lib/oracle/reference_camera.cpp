@@ -3,8 +3,7 @@
 
 #include <array>
 #include <cmath>
-
-#include "drivers/camera/kinect_image.h"
+#include <stdexcept>
 
 namespace hapticd::tools {
 namespace {
@@ -48,8 +47,25 @@ LongVector byPrintedMatrix(const PrintedMatrix& matrix, Long u, Long v, Long d) 
   return {product[0] / product[3], product[1] / product[3], product[2] / product[3]};
 }
 
+/// Eq. (2) with the depth itself in place of a disparity.
+LongVector onRay(const rt::DepthModelParameters& m, Long u, Long v, Long depth_m) {
+  return {(u - m.cx_px) / m.fx_px * depth_m, -(v - m.cy_px) / m.fy_px * depth_m, -depth_m};
+}
+
 rt::Vec3 rounded(const LongVector& p) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+/// Whether a raw value is a measurement within the limits. A depth that is a multiple of the unit may be the
+/// limit itself; both are numbers of double precision.
+bool isWithin(const rt::DepthModelParameters& m, std::uint32_t raw) {
+  if (raw == m.raw_no_measurement) return false;
+  if (m.law == rt::DepthLawKind::linear) {
+    const double depth_m = m.unit_m * raw;
+    return depth_m >= m.near_m && depth_m <= m.far_m;
+  }
+  const Long w = Long(m.a_per_m) * static_cast<Long>(raw) + m.b_per_m;
+  return w > 0 && 1 / w >= m.near_m && 1 / w <= m.far_m;
 }
 
 }  // namespace
@@ -59,11 +75,9 @@ rt::Vec3 pointByPrintedMatrix(const rt::DepthModelParameters& parameters, double
 }
 
 ReferenceCamera::ReferenceCamera(const rt::DepthModelParameters& parameters, const rt::PoseParameters& pose)
-    : pose_(pose), matrix_(printedMatrix(parameters)) {
-  for (std::size_t raw = 0; raw < accepts_.size(); ++raw) {
-    const Long w = Long(parameters.a_per_m) * static_cast<Long>(raw) + parameters.b_per_m;
-    accepts_[raw] = w > 0 && 1 / w >= parameters.near_m && 1 / w <= parameters.far_m;
-  }
+    : camera_(parameters), pose_(pose), matrix_(printedMatrix(parameters)) {
+  for (std::uint32_t raw = 0; raw < parameters.raw_values; ++raw)
+    accepts_.push_back(isWithin(parameters, raw));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     LongVector p{};
     p[axis] = 1;
@@ -87,18 +101,25 @@ rt::Vec3 ReferenceCamera::toWorld(const rt::Vec3& p_m_in_camera) const {
 }
 
 rt::Vec3 ReferenceCamera::pointInWorld(std::uint32_t column, std::uint32_t row, std::uint32_t raw) const {
-  return toWorld(rounded(byPrintedMatrix(matrix_, column, row, raw)));
+  const bool is_linear = camera_.law == rt::DepthLawKind::linear;
+  return toWorld(rounded(is_linear ? onRay(camera_, column, row, Long(camera_.unit_m) * raw)
+                                   : byPrintedMatrix(matrix_, column, row, raw)));
 }
 
 PointCloud ReferenceCamera::pointsOf(std::span<const std::uint16_t> raw) const {
+  const auto width = static_cast<std::uint32_t>(camera_.width_px);
+  const auto height = static_cast<std::uint32_t>(camera_.height_px);
+  const std::size_t row_length = raw.size() / height;
+  if (row_length < width || raw.size() % height != 0)
+    throw std::invalid_argument("not an image of the camera");
   PointCloud cloud;
-  cloud.points_m.reserve(drivers::kKinectPixels);
+  cloud.points_m.reserve(raw.size());
   for (std::vector<std::uint32_t>* const numbers : {&cloud.column, &cloud.row, &cloud.raw}) {
-    numbers->reserve(drivers::kKinectPixels);
+    numbers->reserve(raw.size());
   }
-  for (std::uint32_t row = 0; row < drivers::kKinectHeight; ++row) {
-    for (std::uint32_t column = 0; column < drivers::kKinectWidth; ++column) {
-      const std::uint32_t d = raw[row * drivers::kKinectWidth + column];
+  for (std::uint32_t row = 0; row < height; ++row) {
+    for (std::uint32_t column = 0; column < width; ++column) {
+      const std::uint32_t d = raw[row * row_length + column];
       if (!accepts(d)) continue;
       cloud.points_m.push_back(pointInWorld(column, row, d));
       cloud.column.push_back(column);

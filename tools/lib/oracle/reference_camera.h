@@ -6,8 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "drivers/camera/kinect_image.h"
-#include "rt/depth_frame.h"
 #include "rt/parameters.h"
 #include "rt/vec3.h"
 
@@ -26,7 +24,8 @@ struct PointCloud {
   std::vector<std::uint32_t> column, row, raw;
 };
 
-/// A camera according to eq. (1)-(2) and its pose, in extended precision. Shares no code with rt/.
+/// A camera according to eq. (1)-(2) and its pose, in extended precision; where it delivers depth instead of
+/// disparity, that is Z of eq. (2). Shares no code with rt/.
 /// Thread: any.  RT: not safe (allocates).
 class ReferenceCamera {
  public:
@@ -38,19 +37,20 @@ class ReferenceCamera {
   rt::Vec3 pointInWorld(std::uint32_t column, std::uint32_t row, std::uint32_t raw) const;
   /// Transforms camera coordinates to world coordinates.
   rt::Vec3 toWorld(const rt::Vec3& p_m_in_camera) const;
-  /// Returns the points of all pixels that are measurements within the limits. `raw`: drivers::kKinectPixels
-  /// values, row by row.
+  /// Returns the points of all pixels that are measurements within the limits. `raw`: height_px rows of equal
+  /// length, which begin with the width_px pixels; throws if it has no such rows.
   PointCloud pointsOf(std::span<const std::uint16_t> raw) const;
 
  private:
+  rt::DepthModelParameters camera_;
   rt::PoseParameters pose_;
-  PrintedMatrix matrix_;
-  std::array<bool, drivers::kKinectNoMeasurement> accepts_;  // of each raw value
-  long double rotation_[3][3];                               // world from camera
+  PrintedMatrix matrix_;        // of a reciprocal law
+  std::vector<bool> accepts_;   // of each raw value
+  long double rotation_[3][3];  // world from camera
 };
 
 /// Returns the points of all pixels that are measurements within the limits, row by row, in the camera's
-/// frame.
+/// frame. `raw`: as for ReferenceCamera::pointsOf().
 std::vector<rt::Vec3> pointsInCamera(std::span<const std::uint16_t> raw,
                                      const rt::DepthModelParameters& parameters = {});
 
