@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/camera_disparity.h"
 
+#include <cmath>
 #include <limits>
 
 #include "tools/lib/depth_noise/depth_noise.h"
@@ -27,6 +28,13 @@ rt::Vec3 CameraDisparity::pointOf(double column, double row, double disparity) c
   const double depth = depth_m(disparity);
   return {depth * (column - camera.cx_px) / camera.fx_px, -depth * (row - camera.cy_px) / camera.fy_px,
           -depth};
+}
+
+double CameraDisparity::changingNoise(double disparity) const {
+  const rt::DepthNoiseParameters& noise = model_.parameters().noise;
+  const double depth = depth_m(disparity);
+  if (!noise.isKnown() || !(depth > 0)) return 0;
+  return std::sqrt(1 - noise.standing_share) * noise.sigma_m(depth) / unit_m(depth);
 }
 
 rt::DepthModelParameters cameraWithNoise(const BenchSequence& sequence) {

@@ -41,6 +41,8 @@ class CameraDisparity {
 
   /// The camera's noise there relative to a Kinect's, for tolerances that are stated in its raw units.
   double noiseScale(double disparity) const { return model_.noiseScale(depth_m(disparity)); }
+  /// Standard deviation of a pixel from frame to frame as the camera states it; 0 if it does not.
+  double changingNoise(double disparity) const;
   /// One unit of disparity at a depth, metres.
   double unit_m(double depth_m) const { return model_.disparity().unit_m(depth_m); }
   /// Over how many pixels errors are alike.

@@ -2,6 +2,7 @@
 // What `hapticbench recordings` makes of sessions of cameras that deliver depth.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -156,6 +157,21 @@ TEST_P(SessionOfACamera, FindsTheSameWhereTheCameraDoesNotStateItsNoise) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, SessionOfACamera, testing::Values(stereo(), timeOfFlight()),
                          [](const auto& camera) { return std::string(rt::wordOf(camera.param.principle)); });
+
+// Means of five frames differ by 0.63 deviations of a pixel, and the limit is four times that.
+TEST(PixelStatistics, RestInAShortSessionWhoseNoiseIsAnotherInEachFrame) {
+  rt::DepthModelParameters parameters = timeOfFlight();
+  parameters.noise.standing_share = 0;
+  FrameSequence frames(parameters, tiltedPlane(parameters, kWall_m, kTilt_rad), 7);
+  BenchSequence session{"short", {}};
+  for (int i = 0; i < 10; ++i) session.frames.push_back(frames.next());
+  const CameraDisparity camera(parameters);
+  const auto pixels = pixelStatistics(session, camera);
+  EXPECT_EQ(pixels.size(), std::size_t{640} * 576);
+  const auto at_rest =
+      std::ranges::count_if(pixels, [](const PixelStatistics& pixel) { return rests(pixel, 10); });
+  EXPECT_GT(static_cast<double>(at_rest), 0.999 * static_cast<double>(pixels.size()));
+}
 
 TEST(PlayedSession, KeepsTheTimesOfArrivalOfOtherCameras) {
   BenchSequence session{"gap", {}};

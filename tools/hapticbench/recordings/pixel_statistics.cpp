@@ -39,6 +39,8 @@ PixelStatistics statisticsOf(std::vector<float>& values, const PixelSums& first,
                    [&camera](float one, float other) { return camera.isNearer(one, other); });
   pixel.farthest = *place;
   pixel.noise_scale = static_cast<float>(camera.noiseScale(mean));
+  // of the difference of two means of half as many frames
+  pixel.drift_noise = static_cast<float>(camera.changingNoise(mean) * 2 / std::sqrt(count));
   return pixel;
 }
 
@@ -68,9 +70,10 @@ bool rests(const PixelStatistics& pixel, std::size_t frames) {
   // surface that moves by a raw unit or an edge exceeds both.
   constexpr float kMostDeviation = 1.0F;
   constexpr float kMostDrift = 0.7F;
+  constexpr float kMostDriftDeviations = 4;
+  const float most_drift = std::max(kMostDrift * pixel.noise_scale, kMostDriftDeviations * pixel.drift_noise);
   return 10 * static_cast<std::size_t>(pixel.valid) >= 8 * frames &&
-         pixel.deviation <= kMostDeviation * pixel.noise_scale &&
-         std::abs(pixel.drift) <= kMostDrift * pixel.noise_scale;
+         pixel.deviation <= kMostDeviation * pixel.noise_scale && std::abs(pixel.drift) <= most_drift;
 }
 
 }  // namespace hapticd::tools

@@ -17,6 +17,7 @@ struct PixelStatistics {
   std::uint16_t valid = 0;  ///< frames with a measurement
   float farthest = 0;       ///< a fifth of its measurements are as far or farther
   float noise_scale = 1;    ///< the camera's noise at the mean relative to a Kinect's
+  float drift_noise = 0;    ///< standard deviation of `drift` by the noise that the camera states
 };
 
 /// Returns the statistics of all pixels, in the order of a frame's image.

@@ -13,10 +13,9 @@ constexpr const char* kExplanation =
     "Resting surfaces, known by a robust quadratic in disparity through the mean of the whole session:\n"
     "the hand presses 8 mm deep and strokes up to 100 mm at 0.1 m/s, along row and column, or stays for\n"
     "two seconds. raw: residual of the mean image about the fit, raw disparities. fit N: standard error of\n"
-    "the fit itself, times k_s; an error below it has no meaning. lost: ticks with less than a tenth of the "
-    "true force;\n"
-    "zero: with none. along: force along the stroke, RMS. step: change of the law's force at a new frame\n"
-    "while the HIP is still, before any blend.\n\n";
+    "the fit itself, times k_s; an error below it has no meaning. lost: ticks with less than a tenth of\n"
+    "the true force; zero: with none. along: force along the stroke, RMS. step: change of the law's force\n"
+    "at a new frame while the HIP is still, before any blend.\n\n";
 
 constexpr const char* kPassingExplanation =
     "\nPositions on resting surfaces in front of which something passes; the session is played forwards and\n"

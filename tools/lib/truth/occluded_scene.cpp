@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/camera/kinect_image.h"
-
 namespace hapticd::tools {
 namespace {
 
@@ -104,15 +102,19 @@ double OccludedScene::depth_m(int column, const OccludedMoment& moment) const {
 }
 
 void OccludedScene::render(const OccludedMoment& moment, std::uint64_t frame_number, rt::DepthFrame& frame) {
-  std::array<float, drivers::kKinectWidth> of_column;
-  for (int column = 0; column < drivers::kKinectWidth; ++column) {
+  const bool is_linear = camera().law == rt::DepthLawKind::linear;
+  std::vector<float> of_column;
+  for (int column = 0; column < camera().width_px; ++column) {
     const double depth = depth_m(column, moment);
-    of_column[static_cast<std::size_t>(column)] =
-        depth > 0 ? camera_.exactDisparity(1 / depth) : drivers::kNothingSeen;
+    if (depth <= 0) {
+      of_column.push_back(drivers::kNothingSeen);
+    } else {
+      of_column.push_back(is_linear ? camera_.exactDepth_m(1 / depth) : camera_.exactDisparity(1 / depth));
+    }
   }
-  for (std::size_t pixel = 0; pixel < drivers::kKinectPixels; ++pixel) {
-    camera_.exact()[pixel] = of_column[pixel % drivers::kKinectWidth];
-  }
+  std::vector<float>& exact = camera_.exact();
+  for (std::size_t pixel = 0; pixel < exact.size(); ++pixel)
+    exact[pixel] = of_column[pixel % of_column.size()];
   sensor_.deliver(camera_, frame_number, noise_, frame);
 }
 

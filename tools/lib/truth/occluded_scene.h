@@ -27,7 +27,7 @@ struct OccludedSceneParameters {
   double width_m = 0.08;
   double thickness_m = 0.08;
   double back_m = 0.8;            ///< depth of its back
-  bool projector_shadow = false;  ///< what the occluder hides from the projector is not measured
+  bool projector_shadow = false;  ///< what the occluder hides from a Kinect's projector is not measured
 };
 
 /// The positions of wall and occluder in one image.

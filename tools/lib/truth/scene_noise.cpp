@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lib/truth/scene_noise.h"
 
+#include <vector>
+
+#include "drivers/camera/synthetic/depth_delivery.h"
+
 namespace hapticd::tools {
 
 std::string_view nameOf(SceneNoise noise) {
@@ -19,6 +23,12 @@ void SceneSensor::deliver(const drivers::SceneCamera& camera, std::uint64_t fram
   if (!isSensorNoise(noise)) {
     camera.deliverRounded(frame);
     return;
+  }
+  if (camera.model().law == rt::DepthLawKind::linear) {
+    std::vector<float> depths_m = camera.exact();
+    depth_noises_.try_emplace(noise, camera.model(), seed_, noise == SceneNoise::harsh ? 2 : 1)
+        .first->second.addTo(frame_number, depths_m);
+    return drivers::deliverDepths(camera.model(), depths_m, frame);
   }
   drivers::SensorNoise::Parameters parameters = sensorParameters(noise);
   if (!leaves_shadows_) parameters.shadow_side = drivers::ShadowSide::none;

@@ -6,6 +6,7 @@
 #include <map>
 #include <string_view>
 
+#include "drivers/camera/synthetic/camera_noise.h"
 #include "drivers/camera/synthetic/scene_camera.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth_frame.h"
@@ -29,16 +30,17 @@ constexpr bool isSensorNoise(SceneNoise noise) {
 /// harsh() for `harsh`, else recorded().
 drivers::SensorNoise::Parameters sensorParameters(SceneNoise noise);
 
-/// The noise of a scene's camera. Each kind is made when it is first needed.
+/// The noise of a scene's camera: of a Kinect v1, or of a camera that delivers depth by its own model, twice
+/// as much where it is harsh. Each kind is made when it is first needed.
 /// Thread: one at a time.  RT: not safe.
 class SceneSensor {
  public:
-  /// `leaves_shadows`: the noise leaves out what the projector does not reach.
+  /// `leaves_shadows`: the noise of a Kinect leaves out what the projector does not reach.
   explicit SceneSensor(std::uint32_t seed, bool leaves_shadows = true)
       : seed_(seed), leaves_shadows_(leaves_shadows) {}
 
-  /// Delivers the newest measurement of the camera as frame `frame_number` (from 1 on), which chooses the
-  /// noise.
+  /// Delivers the newest measurement of the camera, always the same one, as frame `frame_number` (from 1 on),
+  /// which chooses the noise.
   void deliver(const drivers::SceneCamera& camera, std::uint64_t frame_number, SceneNoise noise,
                rt::DepthFrame& frame);
 
@@ -46,6 +48,7 @@ class SceneSensor {
   std::uint32_t seed_;
   bool leaves_shadows_;
   std::map<SceneNoise, drivers::SensorNoise> sensors_;
+  std::map<SceneNoise, drivers::CameraNoise> depth_noises_;
 };
 
 }  // namespace hapticd::tools
