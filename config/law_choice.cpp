@@ -19,21 +19,24 @@ constexpr MeasuredLaw kMeasured[] = {
 #include "config/measured_laws.inc"
 };
 
-/// Factors by which noise and pitch must be beyond the border of their class to change it: those of a
-/// twentieth of the distance for a camera that triangulates.
-constexpr double kNoiseHysteresis = 1.05 * 1.05;
-constexpr double kPitchHysteresis = 1.05;
+using Column = double MeasuredLaw::*;
 
-/// Returns the value of a column of the table that is nearest in ratio.
-double classOf(double value, double before, double MeasuredLaw::*column, double hysteresis) {
-  const auto apart = [value](double of_class) { return std::abs(std::log(value / of_class)); };
-  const MeasuredLaw* const nearest = std::ranges::min_element(
-      kMeasured, {}, [&](const MeasuredLaw& measured) { return apart(measured.*column); });
-  if (before > 0 && apart(before) < apart(nearest->*column) + 2 * std::log(hysteresis)) return before;
-  return nearest->*column;
+/// Returns `result` of a law where `column` has a value, interpolated on logarithmic axes.
+double interpolated(rt::ForceLaw law, bool filtered, Column column, double value, Column result) {
+  const MeasuredLaw* below = nullptr;
+  for (const MeasuredLaw& measured : kMeasured) {
+    if (measured.law != law || measured.filtered != filtered) continue;
+    if (measured.*column >= value) {
+      if (below == nullptr) return measured.*result;
+      const double share = std::log(value / below->*column) / std::log(measured.*column / below->*column);
+      return below->*result * std::pow(measured.*result / below->*result, share);
+    }
+    below = &measured;
+  }
+  return below != nullptr ? below->*result : 0;
 }
 
-/// A law of the table in a class.
+/// A law with what is expected of it.
 struct Candidate {
   rt::ForceLaw law;
   bool filtered;
@@ -41,19 +44,34 @@ struct Candidate {
   double cpu_ms_per_s;
 };
 
-/// Returns all laws in a class, with the error measured at its noise and the cost measured at its pitch.
-std::vector<Candidate> candidatesIn(const SurfaceAsSeen& seen_class) {
+/// Returns each law once without and, where that was measured, once with its filter.
+std::vector<Candidate> candidatesFor(const SurfaceAsSeen& seen) {
   std::vector<Candidate> candidates;
   for (const MeasuredLaw& measured : kMeasured) {
-    if (measured.noise_m != seen_class.noise_m) continue;
-    const auto of_pitch = std::ranges::find_if(kMeasured, [&](const MeasuredLaw& other) {
-      return other.law == measured.law && other.filtered == measured.filtered &&
-             other.pitch_m == seen_class.pitch_m;
-    });
-    if (of_pitch == std::end(kMeasured)) continue;
-    candidates.push_back({measured.law, measured.filtered, measured.error_m, of_pitch->cpu_ms_per_s});
+    const auto [law, filtered] = std::pair(measured.law, measured.filtered);
+    const bool is_first =
+        candidates.empty() || candidates.back().law != law || candidates.back().filtered != filtered;
+    if (!is_first) continue;
+    candidates.push_back(
+        {law, filtered, expectedError_m(law, filtered, seen.noise_m),
+         interpolated(law, filtered, &MeasuredLaw::pitch_m, seen.pitch_m, &MeasuredLaw::cpu_ms_per_s)});
   }
   return candidates;
+}
+
+/// Returns all values of a column with three more between each two.
+std::vector<double> valuesOf(Column column) {
+  constexpr int kSteps = 4;
+  std::set<double> measured;
+  for (const MeasuredLaw& row : kMeasured) measured.insert(row.*column);
+  std::vector<double> values;
+  for (auto value = measured.begin(); value != measured.end(); ++value) {
+    const auto next = std::next(value);
+    const double ratio = next == measured.end() ? 1 : *next / *value;
+    for (int step = 0; step < (ratio > 1 ? kSteps : 1); ++step)
+      values.push_back(*value * std::pow(ratio, static_cast<double>(step) / kSteps));
+  }
+  return values;
 }
 
 /// Returns the cheapest of the candidates whose error is at most `most_m`; null: there is none.
@@ -84,14 +102,23 @@ SurfaceAsSeen asSeenBy(const rt::DepthModelParameters& camera, double distance_m
           .pitch_m = distance_m / camera.fx_px};
 }
 
-SurfaceAsSeen classOf(const SurfaceAsSeen& surface, const SurfaceAsSeen& before) {
-  return {.noise_m = classOf(surface.noise_m, before.noise_m, &MeasuredLaw::noise_m, kNoiseHysteresis),
-          .pitch_m = classOf(surface.pitch_m, before.pitch_m, &MeasuredLaw::pitch_m, kPitchHysteresis)};
+double expectedError_m(rt::ForceLaw law, bool filtered, double noise_m) {
+  return interpolated(law, filtered, &MeasuredLaw::noise_m, noise_m, &MeasuredLaw::error_m);
 }
 
-LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const SurfaceAsSeen& seen_class) {
-  const std::vector<Candidate> candidates = candidatesIn(seen_class);
-  if (candidates.empty()) return {};
+SurfaceAsSeen steady(const SurfaceAsSeen& seen, const SurfaceAsSeen& before) {
+  constexpr double kDistance = 1.05;
+  const auto isNear = [](double one, double other, double ratio) {
+    return other > 0 && std::max(one / other, other / one) <= ratio;
+  };
+  // The noise of a camera that triangulates grows with the square of the distance.
+  const bool near = isNear(seen.noise_m, before.noise_m, kDistance * kDistance) &&
+                    isNear(seen.pitch_m, before.pitch_m, kDistance);
+  return near ? before : seen;
+}
+
+LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const SurfaceAsSeen& seen) {
+  const std::vector<Candidate> candidates = candidatesFor(seen);
   // Measurements on a few scenes cannot resolve smaller differences.
   constexpr double kNextTo = 1.2;
   const Candidate* chosen = cheapestWithin(candidates, max_error_n / stiffness_n_per_m);
@@ -106,7 +133,7 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const Surfac
                        .within = within,
                        .reason = {}};
   const std::string budget =
-      fmt::format("{:.2g} N with depth noise of {:.2g} mm", max_error_n, 1000 * seen_class.noise_m);
+      fmt::format("{:.2g} N with depth noise of {:.2g} mm", max_error_n, 1000 * seen.noise_m);
   decision.reason =
       within ? fmt::format("the cheapest of {} whose error is within {}", candidates.size(), budget)
              : fmt::format("none of {} is within {}; this one errs least, by {:.2g} N", candidates.size(),
@@ -114,19 +141,16 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const Surfac
   return decision;
 }
 
-LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen_class) {
+LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen) {
   const double max_error_n = settings.force.effectiveMaxError_n(settings.live.safety);
   const double stiffness_n_per_m = settings.live.springs.stiffness_n_per_m;
   const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
-  if (standoff == nullptr) return chooseLaw(max_error_n, stiffness_n_per_m, seen_class);
+  if (standoff == nullptr) return chooseLaw(max_error_n, stiffness_n_per_m, seen);
   LawDecision decision{
       .law = rt::ForceLaw::surface,
       .reason = fmt::format("the only law that the stand-off fixture {} can act with", standoff->name)};
-  for (const Candidate& candidate : candidatesIn(seen_class)) {
-    if (candidate.law != rt::ForceLaw::surface) continue;
-    decision.error_n = stiffness_n_per_m * candidate.error_m;
-    decision.within = decision.error_n <= max_error_n;
-  }
+  decision.error_n = stiffness_n_per_m * expectedError_m(rt::ForceLaw::surface, false, seen.noise_m);
+  decision.within = decision.error_n <= max_error_n;
   return decision;
 }
 
@@ -141,10 +165,10 @@ std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings) {
   if (settings.force.law) return {settings.effectiveLive()};
   std::set<std::pair<rt::ForceLaw, bool>> chosen;
   std::vector<rt::LiveParameters> laws;
-  for (const MeasuredLaw& of_noise : kMeasured) {
-    for (const MeasuredLaw& of_pitch : kMeasured) {
-      const LawDecision decision =
-          chooseLaw(settings, {.noise_m = of_noise.noise_m, .pitch_m = of_pitch.pitch_m});
+  const std::vector<double> pitches_m = valuesOf(&MeasuredLaw::pitch_m);
+  for (const double noise_m : valuesOf(&MeasuredLaw::noise_m)) {
+    for (const double pitch_m : pitches_m) {
+      const LawDecision decision = chooseLaw(settings, {.noise_m = noise_m, .pitch_m = pitch_m});
       if (chosen.emplace(decision.law, decision.filtered).second)
         laws.push_back(liveWith(settings, decision));
     }

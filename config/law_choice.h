@@ -37,15 +37,15 @@ SurfaceAsSeen asSeenBy(const rt::DepthModelParameters& camera, double distance_m
 struct MeasuredLaw {
   rt::ForceLaw law;
   bool filtered;   ///< depth is filtered by filterOfChoice(); only for laws on points
-  double noise_m;  ///< see SurfaceAsSeen; represents a class of noises
+  double noise_m;  ///< see SurfaceAsSeen
   /// RMS force error against the true surface with that noise, divided by the stiffness.
   double error_m;
-  double pitch_m;  ///< see SurfaceAsSeen; represents a class of pitches
+  double pitch_m;  ///< see SurfaceAsSeen
   /// CPU time per second of use with that pitch: 30 frames modelled, 1000 forces.
   double cpu_ms_per_s;
 };
 
-/// Returns all measurements.
+/// Returns all measurements; those of one law and filter follow each other with rising noise and pitch.
 std::span<const MeasuredLaw> measuredLaws();
 
 /// Returns the filter that `filtered` refers to.
@@ -53,10 +53,13 @@ constexpr rt::FilterParameters filterOfChoice() {
   return {.temporal_frames = 8, .hold_frames = 3, .spatial_radius_px = 2};
 }
 
-/// Returns the class of a surface: the noise and the pitch in measuredLaws() that are nearest in ratio, each
-/// for itself. `before`: the previous class, or {}; it is kept until the surface is a twentieth of its
-/// distance beyond the border, to prevent the class from alternating.
-SurfaceAsSeen classOf(const SurfaceAsSeen& surface, const SurfaceAsSeen& before);
+/// Returns the RMS force error that is expected of a law, divided by the stiffness: interpolated between
+/// measuredLaws() on logarithmic axes, and beyond them that of the first or the last.
+double expectedError_m(rt::ForceLaw law, bool filtered, double noise_m);
+
+/// Returns `before` as long as noise and pitch are near it, which a twentieth of the distance ends, else
+/// `seen`: so the choice does not alternate while a surface is stroked. `before`: {} if there is none.
+SurfaceAsSeen steady(const SurfaceAsSeen& seen, const SurfaceAsSeen& before);
 
 /// A chosen law with its filter, and the reason.
 struct LawDecision {
@@ -67,13 +70,14 @@ struct LawDecision {
   std::string reason;   ///< one sentence
 };
 
-/// Chooses the cheapest of the measured laws whose error in that class is at most `max_error_n`; if there is
-/// none, the cheapest of those within a fifth of the most accurate one's error. `seen_class`: of classOf().
-LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const SurfaceAsSeen& seen_class);
+/// Chooses the cheapest of the measured laws whose expected error is at most `max_error_n`; if there is none,
+/// the cheapest of those within a fifth of the most accurate one's error. The error follows from the noise,
+/// the cost from the pitch.
+LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const SurfaceAsSeen& seen);
 
 /// The same for the scene of `settings`: if a stand-off fixture is enabled, `surface`, because it is the only
 /// law that stand-offs can act with.
-LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen_class);
+LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen);
 
 /// Returns `settings.live` with the chosen law and filter, and the clearance of the stand-off fixtures.
 rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decision);

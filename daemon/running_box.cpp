@@ -215,22 +215,20 @@ rt::LiveParameters RunningBox::live() const {
 
 void RunningBox::decideLaw() {
   constexpr double kUsualDistance_m = 1;
-  const config::SurfaceAsSeen seen_class = surface_class_.value_or(
-      config::classOf(config::asSeenBy(scene_thread_.camera(), kUsualDistance_m), {}));
-  law_decision_ = config::chooseLaw(settings_, seen_class);
+  law_decision_ = config::chooseLaw(
+      settings_, surface_seen_.value_or(config::asSeenBy(scene_thread_.camera(), kUsualDistance_m)));
 }
 
-/// Chooses the law again when the surface in contact is in another class of noise or pitch.
+/// Chooses the law again when noise or pitch of the surface in contact have changed.
 void RunningBox::adaptToDistance() {
   const rt::Tick& tick = loopState().tick;
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
   distance_m_ = std::max(0.0, -depth_model_.positionInCamera(tick.proxy_m_in_world).z);
   if (settings_.force.law || distance_m_ <= 0) return;
   const config::SurfaceAsSeen seen = config::asSeenBy(scene_thread_.camera(), distance_m_);
-  const config::SurfaceAsSeen seen_class =
-      config::classOf(seen, surface_class_.value_or(config::SurfaceAsSeen{}));
-  if (seen_class == surface_class_) return;
-  surface_class_ = seen_class;
+  const config::SurfaceAsSeen steady = config::steady(seen, surface_seen_.value_or(config::SurfaceAsSeen{}));
+  if (steady == surface_seen_) return;
+  surface_seen_ = steady;
   decideLaw();
   sendDirective();
 }

@@ -148,7 +148,7 @@ class RunningBox final : public Box {
   rt::EngageRequests engage_requests_;
   config::LawDecision law_decision_;  // valid while force.law is auto
   std::optional<config::SurfaceAsSeen>
-      surface_class_;      // of law_decision_; nothing: there has been no contact yet
+      surface_seen_;       // of law_decision_; nothing: there has been no contact yet
   double distance_m_ = 0;  // from the camera to the proxy; 0: not known
   ConditionWatch condition_watch_;
   LedPatterns led_patterns_{};

@@ -66,7 +66,7 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   const double distance_m = -box_.depthModel().positionInCamera(hip_m_in_world).z;
   if (settings_.force.law || !(distance_m > 0)) return;
   const config::SurfaceAsSeen seen = config::asSeenBy(box_.depthModel().parameters(), distance_m);
-  box_.parameters() = config::liveWith(settings_, config::chooseLaw(settings_, config::classOf(seen, {})));
+  box_.parameters() = config::liveWith(settings_, config::chooseLaw(settings_, seen));
 }
 
 config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {

@@ -43,7 +43,7 @@ rt::LiveParameters shippedParameters(const std::string& choice, double distance_
   const config::Settings shipped;
   if (choice == config::kAutomaticLaw) {
     const config::SurfaceAsSeen seen = config::asSeenBy(camera, distance_m);
-    return config::liveWith(shipped, config::chooseLaw(shipped, config::classOf(seen, {})));
+    return config::liveWith(shipped, config::chooseLaw(shipped, seen));
   }
   rt::LiveParameters live = shipped.effectiveLive();
   live.law = rt::withWord<ForceLaw>(choice).value_or(live.law);

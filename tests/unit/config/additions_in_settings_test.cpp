@@ -121,7 +121,7 @@ TEST(Standoff, MakesAutoChooseTheSurface) {
       "  - {name: vein, kind: standoff, clearance_m: 0.02}\n"
       "  - {name: gone, kind: standoff, clearance_m: 0.04, enabled: false}\n"
       "force: {max_error_n: 10}\n");
-  const LawDecision decision = chooseLaw(settings, classOf(asSeenBy({}, 1), {}));
+  const LawDecision decision = chooseLaw(settings, asSeenBy({}, 1));
   EXPECT_EQ(decision.law, rt::ForceLaw::surface);
   EXPECT_FALSE(decision.filtered);
   EXPECT_TRUE(decision.within);
@@ -139,7 +139,7 @@ TEST(Standoff, ChangesNothingWhereThereIsNone) {
   Settings settings;
   settings.force.max_error_n = 10;
   for (const double distance_m : {0.6, 1.0, 2.0, 3.5}) {
-    const SurfaceAsSeen seen = classOf(asSeenBy({}, distance_m), {});
+    const SurfaceAsSeen seen = asSeenBy({}, distance_m);
     const LawDecision with = chooseLaw(settings, seen);
     const LawDecision without = chooseLaw(10, settings.live.springs.stiffness_n_per_m, seen);
     EXPECT_EQ(with.law, without.law) << distance_m;

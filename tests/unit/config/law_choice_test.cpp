@@ -13,22 +13,24 @@ namespace {
 
 constexpr double kStiffness = 500;
 
-/// How a Kinect v1 sees a surface at a distance, as a class of the table.
+/// How a Kinect v1 sees a surface at a distance.
 SurfaceAsSeen atDistance(double distance_m) {
-  return classOf(asSeenBy({}, distance_m), {});
+  return asSeenBy({}, distance_m);
 }
 
-/// All classes of the table that a Kinect v1 sees.
-std::vector<SurfaceAsSeen> classes() {
+/// Noises and pitches of the table, which was measured at distances from a Kinect v1.
+std::vector<SurfaceAsSeen> measuredSurfaces() {
   std::vector<SurfaceAsSeen> all;
-  for (const double distance_m : {0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 3.5}) all.push_back(atDistance(distance_m));
+  for (const MeasuredLaw& measured : measuredLaws()) {
+    if (measured.law == rt::ForceLaw::surface) all.push_back({measured.noise_m, measured.pitch_m});
+  }
   return all;
 }
 
 TEST(MeasuredLaws, KnowEachLawWithEachNoiseAndPitch) {
   std::set<double> noises_m;
   std::set<double> pitches_m;
-  for (const SurfaceAsSeen& seen : classes()) {
+  for (const SurfaceAsSeen& seen : measuredSurfaces()) {
     noises_m.insert(seen.noise_m);
     pitches_m.insert(seen.pitch_m);
     std::set<rt::ForceLaw> laws;
@@ -39,8 +41,8 @@ TEST(MeasuredLaws, KnowEachLawWithEachNoiseAndPitch) {
     }
     EXPECT_EQ(laws.size(), 4U) << seen.noise_m;
   }
-  EXPECT_EQ(noises_m.size(), classes().size());
-  EXPECT_EQ(pitches_m.size(), classes().size());
+  EXPECT_EQ(noises_m.size(), measuredSurfaces().size());
+  EXPECT_EQ(pitches_m.size(), measuredSurfaces().size());
   for (const MeasuredLaw& measured : measuredLaws()) {
     EXPECT_TRUE(noises_m.contains(measured.noise_m)) << measured.noise_m;
     EXPECT_TRUE(pitches_m.contains(measured.pitch_m)) << measured.pitch_m;
@@ -48,7 +50,7 @@ TEST(MeasuredLaws, KnowEachLawWithEachNoiseAndPitch) {
 }
 
 TEST(ChooseLaw, ChoosesTheCheapestWithinTheError) {
-  for (const SurfaceAsSeen& seen : classes()) {
+  for (const SurfaceAsSeen& seen : measuredSurfaces()) {
     for (const double max_error_n : {0.05, 0.28, 1.0, 10.0, 100.0}) {
       const LawDecision decision = chooseLaw(max_error_n, kStiffness, seen);
       double cheapest = 1e9;
@@ -87,7 +89,7 @@ TEST(MeasuredLaws, FilterOnlyLawsOnPoints) {
 
 // 20 %: one setting may be this much worse than the best at any distance, so that little is left to choose.
 TEST(MeasuredLaws, HaveInSurfaceOneSettingThatIsNearlyTheMostAccurateEverywhere) {
-  for (const SurfaceAsSeen& seen : classes()) {
+  for (const SurfaceAsSeen& seen : measuredSurfaces()) {
     double least_m = 1e9;
     double surface_m = 1e9;
     for (const MeasuredLaw& measured : measuredLaws()) {
@@ -104,23 +106,38 @@ TEST(ChooseLaw, ScalesTheErrorWithTheStiffness) {
                    2 * chooseLaw(1e-6, 500, atDistance(1)).error_n);
 }
 
-TEST(ClassOfASurface, IsTheNearestInRatioAndKeptALittleBeyondItsBorder) {
-  EXPECT_EQ(atDistance(0.1), atDistance(0.6));
-  EXPECT_EQ(atDistance(1.1), atDistance(1));
-  EXPECT_EQ(atDistance(10), atDistance(3.5));
-  const double border = std::sqrt(1.0 * 1.5);
-  const auto after = [](double distance_m, double before_m) {
-    return classOf(asSeenBy({}, distance_m), atDistance(before_m));
+TEST(SteadySurface, StaysUntilATwentiethOfTheDistanceHasPassed) {
+  const SurfaceAsSeen before = atDistance(1);
+  EXPECT_EQ(steady(atDistance(1.04), before), before);
+  EXPECT_EQ(steady(atDistance(0.96), before), before);
+  EXPECT_EQ(steady(atDistance(1.06), before), atDistance(1.06));
+  EXPECT_EQ(steady(atDistance(0.94), before), atDistance(0.94));
+  EXPECT_EQ(steady(before, {}), before);
+}
+
+TEST(ExpectedError, IsInterpolatedBetweenTheMeasurements) {
+  const std::vector<SurfaceAsSeen> measured = measuredSurfaces();
+  const auto expected = [](double noise_m) { return expectedError_m(rt::ForceLaw::surface, false, noise_m); };
+  const auto of_row = [](double noise_m) {
+    for (const MeasuredLaw& row : measuredLaws()) {
+      if (row.law == rt::ForceLaw::surface && row.noise_m == noise_m) return row.error_m;
+    }
+    return -1.0;
   };
-  EXPECT_EQ(after(border * 1.04, 1), atDistance(1));
-  EXPECT_EQ(after(border * 1.06, 1), atDistance(1.5));
-  EXPECT_EQ(after(border / 1.04, 1.5), atDistance(1.5));
-  EXPECT_EQ(after(border / 1.06, 1.5), atDistance(1));
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    EXPECT_NEAR(expected(measured[i].noise_m) / of_row(measured[i].noise_m), 1, 1e-9);
+    if (i == 0) continue;
+    const double between_m = std::sqrt(measured[i - 1].noise_m * measured[i].noise_m);
+    EXPECT_NEAR(expected(between_m), std::sqrt(of_row(measured[i - 1].noise_m) * of_row(measured[i].noise_m)),
+                1e-9);
+  }
+  EXPECT_EQ(expected(0.5 * measured.front().noise_m), of_row(measured.front().noise_m));
+  EXPECT_EQ(expected(2 * measured.back().noise_m), of_row(measured.back().noise_m));
 }
 
 TEST(ChooseLaw, TakesTheErrorFromTheNoiseAndTheCostFromThePitch) {
-  const SurfaceAsSeen near = atDistance(0.6);
-  const SurfaceAsSeen far = atDistance(3.5);
+  const SurfaceAsSeen near = measuredSurfaces().front();
+  const SurfaceAsSeen far = measuredSurfaces().back();
   // of all that is accurate enough, the cheapest at the pitch
   const double most_n = 100;
   const auto costOf = [](const LawDecision& decision, double pitch_m) {
@@ -141,6 +158,20 @@ TEST(ChooseLaw, TakesTheErrorFromTheNoiseAndTheCostFromThePitch) {
   // with a fine pitch and much noise, the error is that of the noise
   const SurfaceAsSeen noisy{far.noise_m, near.pitch_m};
   EXPECT_EQ(chooseLaw(1e-6, kStiffness, noisy).error_n, chooseLaw(1e-6, kStiffness, far).error_n);
+}
+
+TEST(LawsThatMayAct, HoldEachChoiceBetweenTheMeasurementsToo) {
+  Settings settings;
+  for (const double max_error_n : {0.05, 0.28, 3.0, 12.0}) {
+    settings.force.max_error_n = max_error_n;
+    const std::vector<rt::LiveParameters> laws = lawsThatMayAct(settings);
+    for (double distance_m = 0.4; distance_m < 5; distance_m *= 1.01) {
+      const LawDecision decision = chooseLaw(settings, atDistance(distance_m));
+      EXPECT_TRUE(std::ranges::any_of(laws, [&](const rt::LiveParameters& live) {
+        return live.law == decision.law && live.filter.isOff() != decision.filtered;
+      })) << distance_m;
+    }
+  }
 }
 
 TEST(EffectiveMaxError, IsSevenPercentOfTheForceLimitUnlessOneIsSet) {

@@ -100,28 +100,19 @@ void pushInto(const Surface& surface, const rt::DepthModelParameters& camera, rt
   }
 }
 
-/// Returns the error that `auto` expects of an unfiltered law.
-double expectedError_m(const rt::DepthModelParameters& camera, double distance_m, rt::ForceLaw law) {
-  const config::SurfaceAsSeen seen = config::classOf(config::asSeenBy(camera, distance_m), {});
-  for (const config::MeasuredLaw& measured : config::measuredLaws()) {
-    if (measured.law == law && !measured.filtered && measured.noise_m == seen.noise_m)
-      return measured.error_m;
-  }
-  return 0;
-}
-
 CameraError errorOf(const NamedCamera& named, double distance_m, rt::ForceLaw law, int frames) {
   constexpr double kFrom_m = 0.005;
   constexpr double kTo_m = 0.02;
   constexpr double kTilt_rad = 30 * std::numbers::pi / 180;
   const rt::DepthModelParameters& camera = named.camera;
-  CameraError error{.camera = named.name,
-                    .distance_m = distance_m,
-                    .law = std::string(config::nameOf(law)),
-                    .sigma_m = rt::noiseOfPixel_m(camera, distance_m),
-                    .plane_m = {},
-                    .ball_m = {},
-                    .expected_m = expectedError_m(camera, distance_m, law)};
+  CameraError error{
+      .camera = named.name,
+      .distance_m = distance_m,
+      .law = std::string(config::nameOf(law)),
+      .sigma_m = rt::noiseOfPixel_m(camera, distance_m),
+      .plane_m = {},
+      .ball_m = {},
+      .expected_m = config::expectedError_m(law, false, config::asSeenBy(camera, distance_m).noise_m)};
   const double stiffness_n_per_m = rt::SpringParameters{}.stiffness_n_per_m;
   const auto into = [&](const Surface& surface, Spread& spread) {
     pushInto(surface, camera, law, frames, kFrom_m, kTo_m,
