@@ -16,6 +16,12 @@
 namespace hapticd::drivers {
 namespace {
 
+/// The size of the frames that the configuration asks for.
+FrameSize sizeOf(const config::CameraSettings& settings) {
+  const rt::DepthModelParameters wanted = settings.effectiveDepthModel();
+  return {wanted.width_px, wanted.height_px};
+}
+
 constexpr std::uint8_t kUnit = 3;  // the extension unit of both vendors
 constexpr double kFineUnit_um = 100;
 constexpr double kLargestRaw = 65535;
@@ -87,7 +93,7 @@ class RealSense {
       report.firmware = device->firmware;
       report.serial = device->serial;
     }
-    readCalibration({settings.v4l2.width_px, settings.v4l2.height_px}, report);
+    readCalibration(sizeOf(settings), report);
     if (auto unit = setDepthUnit(settings, report); !unit) return std::unexpected(unit.error());
     if (auto set = setControls(settings.v4l2); !set) return std::unexpected(set.error());
     return report;
@@ -198,7 +204,7 @@ class Gemini {
       report.firmware = read->firmware;
       report.serial = read->serial;
     }
-    const FrameSize size{settings.v4l2.width_px, settings.v4l2.height_px};
+    const FrameSize size = sizeOf(settings);
     const auto cameras = list(orbbec::kCameraCalibrationList);
     const auto pinhole = cameras ? orbbec::pinholeOfMode(*cameras, size) : std::unexpected(cameras.error());
     if (pinhole) report.pinhole = *pinhole;

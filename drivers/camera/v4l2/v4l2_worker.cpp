@@ -109,9 +109,9 @@ config::Result<void> V4l2Worker::useCameraOnce() {
   board_.setIdentity(identityOf(camera->video, report->serial));
   const auto completed = completedModel(settings_, *report, camera->video.vendor);
   if (!completed) return std::unexpected(completed.error());
-  const auto format =
-      negotiateDepth(*camera->device, camera->capability.depth_format,
-                     {settings_.v4l2.width_px, settings_.v4l2.height_px}, settings_.v4l2.rate_hz);
+  const rt::DepthModelParameters wanted = settings_.effectiveDepthModel();
+  const auto format = negotiateDepth(*camera->device, camera->capability.depth_format,
+                                     {wanted.width_px, wanted.height_px}, settings_.v4l2.rate_hz);
   if (!format) return std::unexpected(format.error());
   board_.update([&](CameraStatus& status) {
     status.details = {camera->video.node,
