@@ -27,11 +27,11 @@ inline constexpr auto kCameraRows = [] {
         "camera.device", kRestart, "", {}, "",
         "device of the driver v4l2: a name in /dev/v4l/by-id or a path such as /dev/video2; empty: by camera.serial, or the first depth camera found"),
     row<HAPTICD_MEMBER(camera.v4l2.width_px)>(
-        "camera.width_px", kRestart, "px", {160, 1280}, "",
-        "width of the frames, for the driver v4l2 and for synthetic cameras other than a Kinect v1"),
+        "camera.width_px", kRestart, "px", {0, 1280}, "",
+        "width of the frames, 160 or more, for the driver v4l2 and for synthetic cameras other than a Kinect v1; 0: 848, or 640 for time_of_flight"),
     row<HAPTICD_MEMBER(camera.v4l2.height_px)>(
-        "camera.height_px", kRestart, "px", {100, 800}, "",
-        "height of the frames, for the driver v4l2 and for synthetic cameras other than a Kinect v1"),
+        "camera.height_px", kRestart, "px", {0, 800}, "",
+        "height of the frames, 100 or more, for the driver v4l2 and for synthetic cameras other than a Kinect v1; 0: 480, or 576 for time_of_flight"),
     row<HAPTICD_MEMBER(camera.v4l2.rate_hz)>(
         "camera.rate_hz", kRestart, "Hz", {5, 300}, "",
         "frames per second, for the driver v4l2"),

@@ -88,6 +88,19 @@ void checkConfiguredIntrinsics(const Settings& settings, std::vector<Conflict>& 
   }
 }
 
+/// The ranges of width and height begin at 0, which stands for the usual size.
+void checkFrameSize(const Settings& settings, std::vector<Conflict>& conflicts) {
+  constexpr int kLeastWidth_px = 160;
+  constexpr int kLeastHeight_px = 100;
+  const auto check = [&conflicts](const char* name, int value_px, int least_px) {
+    if (value_px == 0 || value_px >= least_px) return;
+    add(conflicts, {name}, fmt::format("{} px is below {} px", value_px, least_px),
+        fmt::format("set {} to at least {}, or to 0 for the usual size of the camera", name, least_px));
+  };
+  check("camera.width_px", settings.camera.v4l2.width_px, kLeastWidth_px);
+  check("camera.height_px", settings.camera.v4l2.height_px, kLeastHeight_px);
+}
+
 /// Raw depth has 16 bits.
 void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) {
   const CameraSettings& camera = settings.camera;
@@ -268,6 +281,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   std::vector<Conflict> conflicts;
   checkPointCounts(settings, conflicts);
   checkDepth(settings, conflicts);
+  checkFrameSize(settings, conflicts);
   checkConfiguredIntrinsics(settings, conflicts);
   checkDepthUnit(settings, conflicts);
   checkRecording(settings, conflicts);

@@ -17,6 +17,8 @@ inline constexpr double kFineUnit_m = 1e-4;
 /// Horizontal field of view and baseline of a RealSense D435, from its data sheet.
 inline constexpr double kD435FieldOfView_deg = 90;
 inline constexpr double kD435Baseline_m = 0.05;
+/// Frames of a RealSense D400 in its usual mode.
+inline constexpr FrameSize kStereoSize{848, 480};
 /// Frames of a Femto Mega in its narrow, unbinned mode.
 inline constexpr FrameSize kFlightSize{640, 576};
 

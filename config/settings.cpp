@@ -14,10 +14,10 @@ constexpr double kFactoryBPerM = 28.379075 / 9;
 // Apparent mass of the lightest desktop styluses (Phantom Omni).
 constexpr double kLightestDevice_kg = 0.045;
 
-/// Whether the size of the frames was left as it is by default, which is that of a stereo camera.
-bool hasStandardSize(const V4l2Settings& v4l2) {
-  const V4l2Settings standard;
-  return v4l2.width_px == standard.width_px && v4l2.height_px == standard.height_px;
+/// The configured size of the frames, and what of it is left open from the usual one of the camera.
+FrameSize sizeOf(const V4l2Settings& v4l2, FrameSize usual) {
+  return {v4l2.width_px > 0 ? v4l2.width_px : usual.width_px,
+          v4l2.height_px > 0 ? v4l2.height_px : usual.height_px};
 }
 
 /// The camera that the driver `synthetic` plays, unless that is a Kinect v1: what the configuration leaves
@@ -26,8 +26,7 @@ rt::DepthModelParameters playedModel(const CameraSettings& camera) {
   const V4l2Settings& v4l2 = camera.v4l2;
   const rt::DepthModelParameters& configured = camera.depth_model;
   const bool is_stereo = camera.played == PlayedCamera::stereo;
-  const FrameSize size =
-      is_stereo || !hasStandardSize(v4l2) ? FrameSize{v4l2.width_px, v4l2.height_px} : kFlightSize;
+  const FrameSize size = sizeOf(v4l2, is_stereo ? kStereoSize : kFlightSize);
   rt::DepthModelParameters model =
       is_stereo ? stereoCamera(size, kD435FieldOfView_deg, kD435Baseline_m) : timeOfFlightCamera(size);
   model.near_m = configured.near_m;
@@ -93,8 +92,9 @@ rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
   if (driver == CameraDriver::synthetic && played != PlayedCamera::kinect) return playedModel(*this);
   rt::DepthModelParameters model = depth_model;
   if (driver == CameraDriver::v4l2) {
-    model.width_px = v4l2.width_px;
-    model.height_px = v4l2.height_px;
+    const FrameSize size = sizeOf(v4l2, kStereoSize);
+    model.width_px = size.width_px;
+    model.height_px = size.height_px;
     model.law = rt::DepthLawKind::linear;
     if (v4l2.unit_um > 0) model.unit_m = v4l2.unit_um * 1e-6;
     model.raw_no_measurement = 0;

@@ -99,8 +99,8 @@ struct ForceSettings {
 /// unit too, unless it plays a Kinect v1.
 struct V4l2Settings {
   std::string device;  ///< name in /dev/v4l/by-id, or a path; empty: by serial number, or the first one found
-  int width_px = 848;  ///< of the frames that the camera sends
-  int height_px = 480;  ///< of the frames that the camera sends
+  int width_px = 0;    ///< of the frames that the camera sends; 0: the usual one of the camera
+  int height_px = 0;   ///< of the frames that the camera sends; 0: the usual one of the camera
   int rate_hz = 30;
   IntrinsicsSource intrinsics = IntrinsicsSource::camera;
   int unit_um = 0;  ///< 0: 100 um where possible, otherwise the camera's own

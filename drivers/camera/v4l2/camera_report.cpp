@@ -18,6 +18,12 @@
 namespace hapticd::drivers {
 namespace {
 
+/// The size of the frames that the configuration asks for.
+FrameSize sizeOf(const config::CameraSettings& settings) {
+  const rt::DepthModelParameters wanted = settings.effectiveDepthModel();
+  return {wanted.width_px, wanted.height_px};
+}
+
 constexpr std::uint8_t kUnit = 3;  // the extension unit of both vendors
 constexpr double kFineUnit_um = config::kFineUnit_m * 1e6;
 constexpr double kLargestRaw = 65535;
@@ -100,7 +106,7 @@ class RealSense {
       report.firmware = device->firmware;
       report.serial = device->serial;
     }
-    readCalibration({settings.v4l2.width_px, settings.v4l2.height_px}, report);
+    readCalibration(sizeOf(settings), report);
     if (auto unit = setDepthUnit(settings, report); !unit) return std::unexpected(unit.error());
     if (auto set = setControls(settings.v4l2); !set) return std::unexpected(set.error());
     return report;
@@ -209,7 +215,7 @@ class Gemini {
         report.serial = read->serial;
       }
     }
-    const FrameSize size{settings.v4l2.width_px, settings.v4l2.height_px};
+    const FrameSize size = sizeOf(settings);
     const auto cameras = list(orbbec::kCameraCalibrationList);
     if (!version && !cameras) {
       report.problem = version.error().text();

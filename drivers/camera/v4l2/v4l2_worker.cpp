@@ -109,9 +109,9 @@ config::Result<void> V4l2Worker::useCameraOnce() {
   auto camera = chosenDevice();
   if (!camera) return std::unexpected(camera.error());
   // first, because it fails while another program streams, whose camera must not be set anew
-  const auto format =
-      negotiateDepth(*camera->device, camera->capability.depth_format,
-                     {settings_.v4l2.width_px, settings_.v4l2.height_px}, settings_.v4l2.rate_hz);
+  const rt::DepthModelParameters wanted = settings_.effectiveDepthModel();
+  const auto format = negotiateDepth(*camera->device, camera->capability.depth_format,
+                                     {wanted.width_px, wanted.height_px}, settings_.v4l2.rate_hz);
   if (!format) return std::unexpected(format.error());
   const auto report = prepareCamera(*camera->device, camera->video.vendor, settings_);
   if (!report) return std::unexpected(report.error());

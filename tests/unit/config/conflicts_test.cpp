@@ -129,6 +129,18 @@ TEST(Conflicts, ConfiguredIntrinsicsAreNotThoseOfAKinect) {
             "(set camera.cx_px and camera.cy_px for the chosen size of the frames)"});
 }
 
+TEST(Conflicts, AFrameHasItsUsualSizeOrALeastOne) {
+  for (const char* size :
+       {"camera.width_px=0", "camera.width_px=160", "camera.height_px=0", "camera.height_px=100"})
+    EXPECT_EQ(textsFor({size}), Texts{}) << size;
+  EXPECT_EQ(textsFor({"camera.width_px=159"}),
+            Texts{"camera.width_px: 159 px is below 160 px (set camera.width_px to at least 160, or to 0 for "
+                  "the usual size of the camera)"});
+  EXPECT_EQ(textsFor({"camera.height_px=1"}),
+            Texts{"camera.height_px: 1 px is below 100 px (set camera.height_px to at least 100, or to 0 for "
+                  "the usual size of the camera)"});
+}
+
 TEST(Conflicts, ADepthUnitReachesTheNearLimit) {
   EXPECT_EQ(textsFor({"camera.driver=v4l2", "camera.unit_um=10"}), Texts{});
   EXPECT_EQ(textsFor({"camera.driver=v4l2", "camera.unit_um=1"}),

@@ -70,6 +70,26 @@ TEST(PlayedCamera, OfTimeOfFlightIsAFemtoMega) {
   EXPECT_EQ(camera.noise.correlation_px, 1);
 }
 
+TEST(PlayedCamera, OfTimeOfFlightMayHaveTheUsualSizeOfAStereoCamera) {
+  CameraSettings settings = playing(PlayedCamera::time_of_flight);
+  settings.v4l2.width_px = 848;
+  EXPECT_EQ(settings.effectiveDepthModel().width_px, 848);
+  EXPECT_EQ(settings.effectiveDepthModel().height_px, 576) << "left open";
+  settings.v4l2.height_px = 480;
+  EXPECT_EQ(settings.effectiveDepthModel().width_px, 848);
+  EXPECT_EQ(settings.effectiveDepthModel().height_px, 480);
+}
+
+TEST(PlayedCamera, OfTheDriverV4l2HasTheSizeOfAStereoCameraWhereItIsLeftOpen) {
+  CameraSettings settings;
+  settings.driver = CameraDriver::v4l2;
+  EXPECT_EQ(settings.effectiveDepthModel().width_px, 848);
+  EXPECT_EQ(settings.effectiveDepthModel().height_px, 480);
+  settings.v4l2.width_px = 640;
+  EXPECT_EQ(settings.effectiveDepthModel().width_px, 640);
+  EXPECT_EQ(settings.effectiveDepthModel().height_px, 480);
+}
+
 TEST(PlayedCamera, TakesWhatIsConfigured) {
   for (const PlayedCamera played : {PlayedCamera::stereo, PlayedCamera::time_of_flight}) {
     CameraSettings settings = playing(played);

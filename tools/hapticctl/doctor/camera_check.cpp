@@ -17,15 +17,14 @@ constexpr int kBytesPerPixel = 2;
 constexpr double kUsableShare = 0.6;
 constexpr double kBitsPerByte = 8;
 
-std::string modeText(const config::V4l2Settings& mode) {
-  return fmt::format("{} x {} at {} Hz", mode.width_px, mode.height_px, mode.rate_hz);
-}
-
 Finding bandwidthFinding(const Examination& box, const ConnectedCamera& camera) {
   const std::string name = "depth camera bandwidth";
-  const config::V4l2Settings& mode = box.configuration.settings.camera.v4l2;
-  const double needed_mb_s = 1e-6 * kBytesPerPixel * mode.width_px * mode.height_px * mode.rate_hz;
-  const std::string needs = fmt::format("{} takes {:.1f} MB/s", modeText(mode), needed_mb_s);
+  const config::CameraSettings& settings = box.configuration.settings.camera;
+  const rt::DepthModelParameters frame = settings.effectiveDepthModel();
+  const int rate_hz = settings.v4l2.rate_hz;
+  const double needed_mb_s = 1e-6 * kBytesPerPixel * frame.width_px * frame.height_px * rate_hz;
+  const std::string needs = fmt::format("{} x {} at {} Hz takes {:.1f} MB/s", frame.width_px, frame.height_px,
+                                        rate_hz, needed_mb_s);
   const auto devices = usbDevices(box.machine).value_or(std::vector<UsbDevice>{});
   const auto device = std::ranges::find(devices, camera.usb, &UsbDevice::name);
   if (camera.usb.empty() || device == devices.end()) return good(name, needs);
