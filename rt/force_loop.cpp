@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/realtime_thread.h"
 #include "rt/warm_up.h"
 
 namespace hapticd::rt {
@@ -19,6 +20,7 @@ ForceLoop::ForceLoop(const LoopParameters& parameters, std::size_t point_capacit
 
 LoopPrivileges ForceLoop::prepare() {
   LoopPrivileges privileges;
+  useDefaultFloatingPoint();
   privileges.cpu = pinToCpu(parameters_.cpu);
   privileges.realtime_scheduling = useRealtimeScheduling(parameters_.priority);
   prefaultStack();

@@ -52,9 +52,9 @@ class ForceLoop {
   /// `point_capacity`: capacity of the scenes in the channel.  RT: not safe (allocates).
   ForceLoop(const LoopParameters& parameters, std::size_t point_capacity, const ForceLoopChannels& channels);
 
-  /// Prepares the calling thread for real time as far as permitted: pinned CPU, SCHED_FIFO, prefaulted stack.
-  /// Then runs ticks on synthetic input to touch their code and memory. Returns what could be set up.
-  /// Thread: the force thread, once, before run().  RT: not safe.
+  /// Prepares the calling thread for real time as far as permitted: default floating-point environment,
+  /// pinned CPU, SCHED_FIFO, prefaulted stack. Then runs ticks on synthetic input to touch their code and
+  /// memory. Returns what could be set up. Thread: the force thread, once, before run().  RT: not safe.
   LoopPrivileges prepare();
 
   /// Ticks until requestStop(), and then until the commanded force has reached zero, but no longer than

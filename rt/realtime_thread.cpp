@@ -10,6 +10,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <cfenv>
 #include <cstddef>
 
 namespace hapticd::rt {
@@ -57,6 +58,10 @@ int pinToCpu(int cpu) noexcept {
   CPU_ZERO(&set);
   CPU_SET(static_cast<std::size_t>(cpu), &set);
   return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0 ? cpu : -1;
+}
+
+void useDefaultFloatingPoint() noexcept {
+  std::fesetenv(FE_DFL_ENV);
 }
 
 void prefaultStack() noexcept {

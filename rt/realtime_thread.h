@@ -14,6 +14,12 @@ bool useRealtimeScheduling(int priority) noexcept;
 /// or -1 if pinning failed.  RT: not safe.
 int pinToCpu(int cpu) noexcept;
 
+/// Gives the calling thread the default floating-point environment: rounding to nearest, and subnormal
+/// numbers are kept, on every processor. A thread starts with the environment of its creator, which a library
+/// that was linked with -ffast-math has set to flush subnormal numbers to zero for the whole process.  RT:
+/// safe.
+void useDefaultFloatingPoint() noexcept;
+
 /// Touches the calling thread's stack, so that its pages are present when used.  RT: not safe.
 void prefaultStack() noexcept;
 

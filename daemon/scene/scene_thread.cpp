@@ -8,6 +8,7 @@
 
 #include "rt/haptic_core.h"
 #include "rt/periodic_clock.h"
+#include "rt/realtime_thread.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -71,6 +72,7 @@ bool SceneThread::waitForFrame() {
 }
 
 void SceneThread::run() {
+  rt::useDefaultFloatingPoint();
   while (waitForFrame()) {
     const bool new_frame = frames_->refresh();
     if (new_frame) {

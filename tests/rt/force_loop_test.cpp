@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/rt/loop_rig.h"
+#include "tests/support/flush_to_zero.h"
 #include "tests/support/program.h"
 #include "tests/support/rerun.h"
 
@@ -57,6 +58,15 @@ class ForceLoopThread : public testing::Test {
  private:
   std::jthread thread_;
 };
+
+TEST(ForceLoopPreparation, KeepsSubnormalNumbersWhateverTheThreadInherits) {
+  LoopRig rig(1000);
+  std::jthread([&rig] {
+    flushSubnormalsToZero();
+    rig.loop.prepare();
+    EXPECT_TRUE(keepsSubnormals());
+  }).join();
+}
 
 TEST_F(ForceLoopThread, NumbersItsTicksWithoutAGapAndPutsEachIntoTheRing) {
   start();

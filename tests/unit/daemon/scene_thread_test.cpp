@@ -5,8 +5,10 @@
 
 #include <atomic>
 #include <set>
+#include <thread>
 #include <vector>
 
+#include "tests/support/flush_to_zero.h"
 #include "tests/support/program.h"
 
 namespace hapticd::daemon {
@@ -60,6 +62,25 @@ TEST_F(ScenesOfFrames, GoOnAsTheyAreWithoutARecording) {
     EXPECT_FALSE(record.forgot);
     EXPECT_FALSE(record.depth_recorded);
   }
+}
+
+TEST(SceneThreadOfAFlushingProcess, KeepsSubnormalNumbers) {
+  rt::SceneChannel scenes;
+  rt::TripleBuffer<rt::Vec3> focus;
+  std::atomic<int> kept{-1};
+  std::jthread([&] {
+    test::flushSubnormalsToZero();
+    SceneThread thread{{}, {}, {}, {}, scenes, focus};
+    thread.setTap([&kept](const rt::DepthFrame&) {
+      kept = test::keepsSubnormals() ? 1 : 0;
+      return true;
+    });
+    thread.start();
+    thread.publish();
+    EXPECT_TRUE(test::becomesTrue([&kept] { return kept != -1; }));
+    thread.stop();
+  }).join();
+  EXPECT_EQ(kept, 1);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "rt/realtime_thread.h"
+
 namespace hapticd::tools {
 
 OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::PoseParameters& T_world_camera,
@@ -13,6 +15,7 @@ OfflineBox::OfflineBox(const rt::DepthModelParameters& depth_model, const rt::Po
       builder_(depth_model_, grid),
       storage_(builder_.shape(), builder_.pointCapacity(), builder_.model()),
       core_(builder_.pointCapacity()) {
+  rt::useDefaultFloatingPoint();  // as the daemon's threads do
   storage_.attachTo(scene_);
   directive_ = {
       .generation = 1, .engage = true, .engage_inside = true, .engage_request = 1, .parameters = {}};

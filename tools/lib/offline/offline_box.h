@@ -16,6 +16,7 @@ namespace hapticd::tools {
 /// forces. Thread: one.
 class OfflineBox {
  public:
+  /// Gives the calling thread the default floating-point environment, as the daemon's threads have it.
   OfflineBox(const rt::DepthModelParameters& depth_model, const rt::PoseParameters& T_world_camera,
              const rt::GridParameters& grid);
   OfflineBox(const OfflineBox&) = delete;
