@@ -18,7 +18,7 @@ function(add_manual_page page)
   endif()
   add_custom_command(
     OUTPUT ${HAPTICD_GENERATED}/${page} ${HAPTICD_GENERATED}/${page}.gz
-    COMMAND manual-page --template ${template} --out ${HAPTICD_GENERATED}/${page} ${options}
+    COMMAND $<TARGET_FILE:manual-page> --template ${template} --out ${HAPTICD_GENERATED}/${page} ${options}
     COMMAND ${GZIP} -9nkf ${HAPTICD_GENERATED}/${page}
     DEPENDS manual-page ${PAGE_PROGRAM} ${PAGE_INTERFACES} ${template}
     COMMENT "Manual page ${page}"
@@ -29,7 +29,7 @@ endfunction()
 function(add_completion shell file)
   add_custom_command(
     OUTPUT ${HAPTICD_GENERATED}/${file}
-    COMMAND hapticctl completion ${shell} > ${HAPTICD_GENERATED}/${file}
+    COMMAND $<TARGET_FILE:hapticctl> completion ${shell} > ${HAPTICD_GENERATED}/${file}
     DEPENDS hapticctl
     COMMENT "Completion of ${shell}"
     VERBATIM)
