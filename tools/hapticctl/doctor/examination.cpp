@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/resource.h>
+#include <sys/utsname.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -90,6 +91,11 @@ Caller thisCaller() {
   const passwd* entry = ::getpwuid(::geteuid());
   return {entry ? entry->pw_name : std::to_string(::geteuid()), ::geteuid(), ownGroups(),
           limitOf(RLIMIT_RTPRIO), limitOf(RLIMIT_MEMLOCK)};
+}
+
+std::string machineArchitecture() {
+  utsname names{};
+  return ::uname(&names) == 0 ? names.machine : "";
 }
 
 UnitProperties parseProperties(const std::string& shown) {

@@ -12,6 +12,7 @@
 
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/configuration.h"
+#include "tools/hapticctl/doctor/gpio_label.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
@@ -46,11 +47,16 @@ struct Examination {
   std::optional<UnitProperties> unit;  ///< nothing: the service manager cannot be queried
   DaemonView daemon;
   Configuration configuration = {};
-  DepthProbe depth_probe = {};  ///< none if the files are not those of this machine
+  DepthProbe depth_probe = {};    ///< none if the files are not those of this machine
+  GpioLabel gpio_label = {};      ///< none if the files are not those of this machine
+  std::string architecture = {};  ///< "x86_64", "aarch64", as uname prints it; empty: not known
 };
 
 /// The user of this process.
 Caller thisCaller();
+
+/// The architecture of this machine, as uname prints it.
+std::string machineArchitecture();
 
 /// Parses the output of `systemctl show`, which has lines "Name=value".
 UnitProperties parseProperties(const std::string& shown);
