@@ -126,6 +126,7 @@ TEST_F(DoctorOnABoard, HasNothingAgainstCpusThatDifferByAFewPerCent) {
   test::fillWithAnRk3588(files);
   box.configuration.settings.loop.cpu = 4;
   EXPECT_EQ(only(checkCpuKind).verdict, Verdict::ok);
+  box.configuration.settings.loop.cpu = -1;
   test::MadeUpMachine equal;
   test::fillWithARaspberryPi5(equal);
   box.machine = Machine(equal.root());
