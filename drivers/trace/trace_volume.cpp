@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/trace/trace_volume.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -89,7 +90,7 @@ TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
   const double snapshots_hz = 1e9 / static_cast<double>(depth ? kLeastSnapshotPeriod_ns : kSnapshotPeriod_ns);
   const double ticks_per_s = settings.loop.rate_hz * bytesOf(rt::Tick{}) +
                              frames_hz * kModelsPerFrame * bytesOf(ModelRecord{}) +
-                             snapshots_hz * bytesOf(SnapshotRecord{}) + kAroundChunk;
+                             snapshots_hz * bytesOf(SnapshotRecord{});
   TraceVolume volume;
   if (settings.trace.scene != config::TraceScene::off) {
     volume.scene = hourOf(static_cast<double>(kSceneRate_hz) * sceneBytes() + transformBytes());
@@ -100,9 +101,15 @@ TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
       volume.clouds = hourOf(frames_hz * cloudBytes(pixels));
   }
   volume.ticks = hourOf(ticks_per_s);
-  const double files = 2 + kSecondsPerHour / settings.trace.max_file_s +
-                       static_cast<double>(volume.total()) / (settings.trace.max_file_mb * kBytesPerMb);
-  volume.ticks += static_cast<std::uint64_t>(files * kAroundFile);
+  // a chunk ends after a second, or earlier with as many bytes as a message may have
+  const double chunks =
+      kSecondsPerHour + static_cast<double>(volume.total()) / double{mcap::kMaxMessageBytes};
+  const config::TraceSettings& trace = settings.trace;
+  const double file_mb =
+      trace.max_folder_mb > 0 ? std::min(trace.max_file_mb, trace.max_folder_mb / 4) : trace.max_file_mb;
+  const double files =
+      2 + kSecondsPerHour / trace.max_file_s + static_cast<double>(volume.total()) / (file_mb * kBytesPerMb);
+  volume.ticks += static_cast<std::uint64_t>(chunks * kAroundChunk + files * kAroundFile);
   return volume;
 }
 

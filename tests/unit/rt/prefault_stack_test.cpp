@@ -23,7 +23,7 @@ std::size_t absentPagesBelow(std::uintptr_t top) {
   std::vector<unsigned char> resident(pages + 1);
   if (::mincore(reinterpret_cast<void*>(begin), pages * page_size, resident.data()) != 0) return pages;
   std::size_t absent = 0;
-  for (std::size_t page = 0; page < pages; ++page) absent += (resident[page] & 1U) == 0 ? 1 : 0;
+  for (std::size_t page = 0; page < pages; ++page) absent += (resident[page] & 1U) == 0 ? 1U : 0U;
   return absent;
 }
 

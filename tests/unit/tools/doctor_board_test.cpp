@@ -65,7 +65,7 @@ TEST_F(DoctorOnABoard, NamesNoPackageForAKernelThatIsNotDebians) {
   test::fillWithARaspberryPi5(files);
   const Finding finding = only(checkKernel);
   EXPECT_TRUE(says(finding, Verdict::warn, "6.12.34+rpt-rpi-2712, without PREEMPT_RT",
-                   "this kernel is not Debian's, and linux-image-rt-arm64 may not start this board"));
+                   "this kernel is not Debian's, and linux-image-rt-arm64 may not start this machine"));
   EXPECT_TRUE(says(finding, Verdict::warn, "", "apt-cache search linux-image"));
   EXPECT_EQ(finding.remedy.find("apt install"), std::string::npos) << finding.remedy;
 }

@@ -55,8 +55,8 @@ std::string realtimeRemedy(const Examination& box, const std::string& release) {
   return fmt::format(
       "this kernel is not Debian's{}: 'apt-cache search linux-image | grep -w rt' lists those of this "
       "system's archives; "
-      "otherwise ask the maker of the board for one with CONFIG_PREEMPT_RT=y, or build it",
-      is_known ? fmt::format(", and {} may not start this board", kernels->package) : "");
+      "otherwise ask its maker for one with CONFIG_PREEMPT_RT=y, or build it",
+      is_known ? fmt::format(", and {} may not start this machine", kernels->package) : "");
 }
 
 /// "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64"; without the package if dpkg does not know it.
