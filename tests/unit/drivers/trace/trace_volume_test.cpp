@@ -11,7 +11,7 @@
 #include <sstream>
 #include <vector>
 
-#include "drivers/trace/depth_codec.h"
+#include "drivers/trace/messages.h"
 #include "drivers/trace/trace_writer.h"
 #include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
@@ -131,9 +131,11 @@ TEST(TraceVolume, IsAsDocumented) {
   const auto row = [](const char* what, std::uint64_t bytes) {
     return fmt::format("| {} | {:.2f} GB |", what, static_cast<double>(bytes) / 1e9);
   };
+  std::string tick;
+  encode(rt::Tick{}, 0, tick);
   for (const std::string& line :
-       {row("ticks, at 1 kHz", mostPerHour({}, false).ticks), row("3D picture", most.scene),
-        row("depth of a Kinect, at 30 Hz", most.depth),
+       {fmt::format("A tick is {} bytes", tick.size()), row("ticks, at 1 kHz", mostPerHour({}, false).ticks),
+        row("3D picture", most.scene), row("depth of a Kinect, at 30 Hz", most.depth),
         row("points within reach, with depth", most.clouds)}) {
     EXPECT_NE(text.str().find(line), std::string::npos) << line;
   }
