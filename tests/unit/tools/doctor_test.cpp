@@ -281,6 +281,8 @@ TEST_F(Doctor, WarnsOfDeepIdleStatesThatTheDaemonMayNotForbid) {
   files.remove("dev/cpu_dma_latency");
   EXPECT_TRUE(
       says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "processor.max_cstate=1"));
+  files.set("proc/sys/kernel/arch", "aarch64");
+  EXPECT_TRUE(says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "cpuidle.off=1"));
 }
 
 TEST_F(Doctor, LeavesOutIdleStatesThatAreSwitchedOff) {

@@ -294,8 +294,10 @@ Findings checkIdleStates(const Examination& box) {
   }
   const std::string fact = fmt::format("waking up from {} takes {} us", deepest.name, deepest.latency_us);
   if (!box.machine.exists("dev/cpu_dma_latency")) {
-    return {warning("idle states", fact + ", and there is no /dev/cpu_dma_latency to prevent it",
-                    "processor.max_cstate=1 on the kernel command line")};
+    const bool is_pc = architectureOf(box) == "x86_64";
+    return {warning(
+        "idle states", fact + ", and there is no /dev/cpu_dma_latency to prevent it",
+        fmt::format("{} on the kernel command line", is_pc ? "processor.max_cstate=1" : "cpuidle.off=1"))};
   }
   Findings findings = accessFindings(box, "idle states", fact, "dev/cpu_dma_latency");
   if (findings.empty()) {

@@ -116,6 +116,10 @@ std::optional<UnitProperties> askServiceManager() {
   return parseProperties(*shown);
 }
 
+std::string architectureOf(const Examination& box) {
+  return box.machine.read("proc/sys/kernel/arch").value_or(box.architecture);
+}
+
 bool isInstalled(const std::optional<UnitProperties>& unit) {
   if (!unit) return false;
   const auto state = unit->find("LoadState");

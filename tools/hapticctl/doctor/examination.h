@@ -64,6 +64,9 @@ UnitProperties parseProperties(const std::string& shown);
 /// Queries the service manager for at most 5 seconds; nothing if there is none or it does not answer.
 std::optional<UnitProperties> askServiceManager();
 
+/// The architecture of the examined machine: kernels since 6.1 state it in a file. Empty: not known.
+std::string architectureOf(const Examination& box);
+
 /// Whether the service manager knows hapticd.service.
 bool isInstalled(const std::optional<UnitProperties>& unit);
 

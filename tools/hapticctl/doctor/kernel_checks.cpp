@@ -37,11 +37,6 @@ constexpr std::array kDebianKernels{
     DebianKernels{"armv7l", "linux-image-rt-armmp", {"-armmp", "-armmp-lpae"}},
 };
 
-/// The architecture of the machine: kernels since 6.1 state it in a file.
-std::string architectureOf(const Examination& box) {
-  return box.machine.read("proc/sys/kernel/arch").value_or(box.architecture);
-}
-
 /// What to do for a kernel with PREEMPT_RT. Only where Debian's own kernel runs is it known which package has
 /// one, and that it boots; a board with a kernel of its maker or of a derived distribution may not start with
 /// Debian's.
