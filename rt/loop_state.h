@@ -177,7 +177,8 @@ struct Directive {
   LiveParameters parameters;
 };
 
-inline constexpr std::size_t kTickRingCapacity = 4096;
+/// The ring buffers 2 s: a control thread that takes longer has been ended by the watchdog.
+inline constexpr std::size_t kTickRingCapacity = 2048;
 using TickRing = SpscRing<Tick, kTickRingCapacity>;
 
 /// The ring buffers 16 s, because cheap flash or a shared disk may block the writer for seconds.

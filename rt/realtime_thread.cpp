@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <cstddef>
+#include <cstdint>
 
 namespace hapticd::rt {
 
@@ -37,6 +38,25 @@ bool lockMemory() noexcept {
   }
   mallopt(M_TRIM_THRESHOLD, -1);  // keep freed memory, so that it need not be faulted in again
   return mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+}
+
+void returnPages(void* begin, std::size_t bytes) noexcept {
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto first = (reinterpret_cast<std::uintptr_t>(begin) + page - 1) / page * page;
+  const auto end = (reinterpret_cast<std::uintptr_t>(begin) + bytes) / page * page;
+  if (first >= end) return;
+  void* const pages = reinterpret_cast<void*>(first);
+  if (munlock(pages, end - first) == 0) madvise(pages, end - first, MADV_DONTNEED);
+}
+
+void limitThreadStacks() noexcept {
+  // a sanitizer makes frames several times as large
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return;
+  if (pthread_attr_setstacksize(&attributes, kThreadStackBytes) == 0) pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+#endif
 }
 
 bool useRealtimeScheduling(int priority) noexcept {
