@@ -177,8 +177,7 @@ struct Directive {
   LiveParameters parameters;
 };
 
-/// The ring buffers 2 s: a control thread that takes longer has been ended by the watchdog.
-inline constexpr std::size_t kTickRingCapacity = 2048;
+inline constexpr std::size_t kTickRingCapacity = 4096;
 using TickRing = SpscRing<Tick, kTickRingCapacity>;
 
 /// The ring buffers 16 s, because cheap flash or a shared disk may block the writer for seconds.

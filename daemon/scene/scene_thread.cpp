@@ -47,6 +47,7 @@ void SceneThread::returnUnusedMemory() {
     const std::size_t used = slot.pixels();
     rt::returnPages(slot.raw + used, (rt::kMaxFramePixels - used) * sizeof slot.raw[0]);
   });
+  source_.builder().returnUnusedMemory();
 }
 
 void SceneThread::stop() {

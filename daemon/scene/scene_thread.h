@@ -38,8 +38,9 @@ class SceneThread final : public drivers::FrameSink {
   /// Ends the thread; does nothing if it was not started.
   void stop();
 
-  /// Returns the part of the frames' memory that images of the configured camera leave free to the system. To
-  /// be called after memory is locked and before the camera starts; a larger image takes the memory again.
+  /// Returns memory that only this thread and the camera's use to the system until it is used: the part of
+  /// the frames that images of the configured camera leave free, and working memory of the builder. To be
+  /// called after memory is locked and before the camera starts.
   void returnUnusedMemory();
 
   /// Sets what the force law in use reads, from a generation of the Directive on. The newest frame is
