@@ -37,6 +37,9 @@ bool lockMemory() noexcept {
     if (setrlimit(RLIMIT_MEMLOCK, &unlimited) != 0) return false;
   }
   mallopt(M_TRIM_THRESHOLD, -1);  // keep freed memory, so that it need not be faulted in again
+  // Large blocks go back to the system all the same: the limit rises with what was freed before, and the
+  // megabytes that only the warm-up needs would then stay.
+  mallopt(M_MMAP_THRESHOLD, 128 * 1024);
   return mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
 }
 
