@@ -19,7 +19,7 @@ const std::vector<std::string> kPatient{"--set", "safety.handle_timeout_s=1",
                                         "--set", "safety.depth_timeout_s=5"};
 
 Finished footprint(const std::vector<std::string>& arguments) {
-  std::vector<std::string> command{HAPTICD_FOOTPRINT, "--seconds", "0.5"};
+  std::vector<std::string> command{"/usr/bin/python3", HAPTICD_FOOTPRINT, "--seconds", "0.5"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return runToEnd(command);
 }
@@ -33,7 +33,7 @@ Finished footprintOfDaemon(std::vector<std::string> arguments) {
 
 /// The text of the table that begins with this column, with the lines of its rows.
 std::string tableOf(const std::string& output, const std::string& column) {
-  const std::size_t begin = output.find("| " + column + " |");
+  const std::size_t begin = output.find("\n| " + column + " |");
   if (begin == std::string::npos) return "";
   return output.substr(begin, output.find("\n\n", begin) - begin);
 }
