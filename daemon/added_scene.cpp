@@ -21,17 +21,19 @@ constexpr double kRayDistance_m = 0.002;
 
 AddedScene::AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
                        const rt::PoseParameters& T_world_camera)
-    : channels_(channels),
-      depth_model_(depth_model),
-      T_world_camera_(T_world_camera),
-      fixtures_(std::make_unique<rt::FixtureSet>()),
-      tissue_(std::make_unique<rt::TissueMap>()) {}
+    : channels_(channels), depth_model_(depth_model), T_world_camera_(T_world_camera) {}
+
+AddedScene::Sets& AddedScene::setsToChange() {
+  if (!sets_) sets_ = std::make_unique<Sets>();
+  return *sets_;
+}
 
 void AddedScene::apply(const config::SceneAdditions& additions) {
   if (additions.fixtures != additions_.fixtures) {
-    config::toFixtureSet(additions.fixtures, additions_.fixtures, T_world_camera_, *fixtures_);
+    rt::FixtureSet& fixtures = setsToChange().fixtures;
+    config::toFixtureSet(additions.fixtures, additions_.fixtures, T_world_camera_, fixtures);
     additions_.fixtures = additions.fixtures;
-    channels_.fixtures.write(*fixtures_);
+    channels_.fixtures.write(fixtures);
   }
   if (additions.regions != additions_.regions || additions.label_image != additions_.label_image) {
     ++regions_generation_;
@@ -67,30 +69,32 @@ void AddedScene::applyStiffness(const std::vector<config::RegionSettings>& regio
 }
 
 void AddedScene::publishRegions(const std::vector<config::RegionSettings>& regions) {
-  config::toTissueMap(regions, additions_.regions, labels_, T_world_camera_, *tissue_);
+  rt::TissueMap& tissue = setsToChange().tissue;
+  config::toTissueMap(regions, additions_.regions, labels_, T_world_camera_, tissue);
   additions_.regions = regions;
-  channels_.tissue.write(*tissue_);
+  channels_.tissue.write(tissue);
 }
 
 std::string AddedScene::warning(const rt::DepthModelParameters& camera) const {
-  if (!warning_.empty() || !tissue_->has_labels || tissue_->hasLabelsFor(camera)) return warning_;
+  if (!warning_.empty() || !sets_ || !sets_->tissue.has_labels || sets_->tissue.hasLabelsFor(camera))
+    return warning_;
   return fmt::format(
       "regions of place label have no effect: the label image has {} x {} pixels and the camera's frames "
       "have {} x {} (draw it over a depth image of this camera)",
-      tissue_->label_width_px, tissue_->label_height_px, camera.width_px, camera.height_px);
+      sets_->tissue.label_width_px, sets_->tissue.label_height_px, camera.width_px, camera.height_px);
 }
 
 FixtureStatus AddedScene::fixtureStatus(const rt::Tick& tick, double warning_m) const {
   const auto& fixtures = additions_.fixtures;
   FixtureStatus status;
-  status.generation = fixtures_->generation;
+  status.generation = generations().fixtures;
   status.count = fixtures.size();
   status.enabled =
       static_cast<std::uint64_t>(std::ranges::count_if(fixtures, &config::FixtureSettings::enabled));
   status.force_n = rt::norm(tick.fixture_force_n_in_world);
   status.guidance_force_n = rt::norm(tick.guidance_force_n_in_world);
   // Places in an older set may mean other fixtures.
-  if (tick.fixture_generation != fixtures_->generation) return status;
+  if (tick.fixture_generation != status.generation) return status;
   for (std::size_t i = 0; i < fixtures.size(); ++i) {
     if ((tick.fixtures_in_contact >> i & 1U) != 0) status.in_contact.push_back(fixtures[i].name);
   }
@@ -106,27 +110,28 @@ TissueStatus AddedScene::tissueStatus(const rt::Tick& tick) const {
   TissueStatus status;
   status.generation = regions_generation_;
   status.count = additions_.regions.size();
-  const bool known = tick.tissue_generation == tissue_->generation && tick.tissue_region >= 0 &&
+  const bool known = sets_ && tick.tissue_generation == sets_->tissue.generation && tick.tissue_region >= 0 &&
                      static_cast<std::size_t>(tick.tissue_region) < additions_.regions.size();
   if (known) status.in_contact = additions_.regions[static_cast<std::size_t>(tick.tissue_region)].name;
   return status;
 }
 
 std::uint8_t AddedScene::labelAt(const rt::Vec3& position_m_in_world) const {
-  if (!tissue_->hasLabelsFor(depth_model_.parameters()) ||
+  if (!sets_ || !sets_->tissue.hasLabelsFor(depth_model_.parameters()) ||
       depth_model_.positionInCamera(position_m_in_world).z >= 0)
     return 0;
   const rt::PixelWindow pixels = depth_model_.pixelsOfBall(position_m_in_world, kRayDistance_m);
   if (pixels.empty()) return 0;
   const auto column = static_cast<std::size_t>((pixels.column_first + pixels.column_last) / 2);
   const auto row = static_cast<std::size_t>((pixels.row_first + pixels.row_last) / 2);
-  return tissue_->labels[row * static_cast<std::size_t>(tissue_->label_width_px) + column];
+  return sets_->tissue.labels[row * static_cast<std::size_t>(sets_->tissue.label_width_px) + column];
 }
 
 std::optional<std::size_t> AddedScene::regionAt(const rt::Vec3& position_m_in_world) const {
+  if (!sets_) return std::nullopt;
   const std::uint8_t label = labelAt(position_m_in_world);
-  for (std::size_t i = tissue_->count; i-- > 0;) {
-    const rt::TissueRegion& region = tissue_->regions[i];
+  for (std::size_t i = sets_->tissue.count; i-- > 0;) {
+    const rt::TissueRegion& region = sets_->tissue.regions[i];
     const bool inside = region.place == rt::TissuePlace::label
                             ? label != 0 && region.label == label
                             : rt::distanceFrom(region.shape, position_m_in_world).distance_m <= 0;

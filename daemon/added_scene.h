@@ -34,7 +34,9 @@ class AddedScene {
   /// Hands over regions that differ in their stiffness only.
   void applyStiffness(const std::vector<config::RegionSettings>& regions);
 
-  AdditionGenerations generations() const { return {fixtures_->generation, regions_generation_}; }
+  AdditionGenerations generations() const {
+    return {sets_ ? sets_->fixtures.generation : 0, regions_generation_};
+  }
   /// `warning_m`: nearer than that to a forbidden region is a warning.
   FixtureStatus fixtureStatus(const rt::Tick& tick, double warning_m) const;
   TissueStatus tissueStatus(const rt::Tick& tick) const;
@@ -45,10 +47,15 @@ class AddedScene {
   std::string warning(const rt::DepthModelParameters& camera) const;
 
   /// The whole sets as the force loop has them.
-  const rt::FixtureSet& fixtures() const { return *fixtures_; }
-  const rt::TissueMap& tissue() const { return *tissue_; }
+  struct Sets {
+    rt::FixtureSet fixtures;
+    rt::TissueMap tissue;
+  };
+  /// Null: there has never been a fixture or region.
+  const Sets* sets() const { return sets_.get(); }
 
  private:
+  Sets& setsToChange();
   void publishRegions(const std::vector<config::RegionSettings>& regions);
   void readLabels(const std::string& file);
   std::uint8_t labelAt(const rt::Vec3& position_m_in_world) const;
@@ -58,8 +65,7 @@ class AddedScene {
   const rt::PoseParameters T_world_camera_;
   config::SceneAdditions additions_;
   // large, and kept because each change continues the identities of the one before
-  const std::unique_ptr<rt::FixtureSet> fixtures_;
-  const std::unique_ptr<rt::TissueMap> tissue_;
+  std::unique_ptr<Sets> sets_;
   std::uint64_t regions_generation_ = 0;
   config::LabelImage labels_;
   std::future<config::Result<config::LabelImage>> loading_;

@@ -17,6 +17,7 @@
 #include "daemon/journal.h"
 #include "daemon/service.h"
 #include "daemon/state/start_settings.h"
+#include "rt/realtime_thread.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -69,6 +70,7 @@ void catchSignals() {
 }
 
 int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
+  rt::limitThreadStacks();
   catchSignals();  // before there is a socket file that a signal could leave behind
   Service service(start, std::move(source), std::move(faults));
   const SignalRouting routing(service);

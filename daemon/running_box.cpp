@@ -125,6 +125,7 @@ config::Result<void> RunningBox::startForceThread() {
   idle_latency_.emplace();
   // Memory is locked before the thread exists, so that its stack is locked too.
   const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
+  scene_thread_.returnUnusedMemory();
   std::promise<std::pair<rt::LoopPrivileges, pid_t>> prepared;
   try {
     force_thread_ = std::thread([this, &prepared] {
@@ -196,8 +197,8 @@ std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions
 }
 
 void RunningBox::recordAdditions() {
-  const rt::FixtureSet& fixtures = added_scene_.fixtures();
-  const rt::TissueMap& tissue = added_scene_.tissue();
+  if (added_scene_.sets() == nullptr) return;
+  const auto& [fixtures, tissue] = *added_scene_.sets();
   if (std::pair(fixtures.generation, tissue.generation) == recorded_additions_) return;
   recorded_additions_ = {fixtures.generation, tissue.generation};
   trace_.add(drivers::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));

@@ -23,6 +23,8 @@ using config::EventKind;
 
 /// How often the control thread takes the ticks out of the ring, which holds several seconds of them.
 constexpr std::chrono::milliseconds kControlPeriod{5};
+/// The same while nobody is connected: then only LEDs, journal and watchdog wait for it.
+constexpr std::chrono::milliseconds kIdlePeriod{20};
 /// How often it looks for changes that nobody requested.
 constexpr std::chrono::milliseconds kLookPeriod{200};
 
@@ -101,6 +103,7 @@ config::Result<void> Service::openSockets() {
   options.listeners.push_back(
       {Access::control, settings.control_socket, 0660, "haptic", manager_.takeSocket("control")});
   options.view_group = groupNamed("haptic-view");
+  options.idle_period = kIdlePeriod;
   auto server = VarlinkServer::create(options, control_);
   if (!server) return std::unexpected(server.error());
   server_ = std::move(*server);

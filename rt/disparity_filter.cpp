@@ -47,17 +47,14 @@ DisparityFilter::DisparityFilter(const DepthModel& model)
       tiles_across_(stride_px_ / kTileColumns),
       tile_count_(
           static_cast<std::size_t>(tiles_across_ * ((model.height_px() + kTileRows - 1) / kTileRows))),
-      tiles_(std::make_unique<Tile[]>(tile_count_)),
-      plain_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
-      mean_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
-      frames_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
-      missing_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
-      smooth_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
-      rounded_(std::make_unique<std::uint16_t[]>(pixels_ + kVectorPadding)) {
+      tiles_(std::make_unique<Tile[]>(tile_count_)) {}
+
+/// Allocates an image of a whole frame with its margins, unless it exists.
+void DisparityFilter::prepare(std::unique_ptr<float[]>& image, float value) const {
+  if (image) return;
   const std::size_t with_margin = pixels_ + 2 * margin_;
-  for (float* const image : {plain_.get(), mean_.get(), smooth_.get()}) {
-    std::fill_n(image, with_margin, kNoDisparity);
-  }
+  image = std::make_unique_for_overwrite<float[]>(with_margin);
+  std::fill_n(image.get(), with_margin, value);
 }
 
 PixelWindow DisparityFilter::grown(const PixelWindow& window, int margin) const noexcept {
@@ -81,12 +78,19 @@ const float* DisparityFilter::apply(const DisparityFrame& frame, const PixelWind
   const PixelWindow read = grown(window, radius);
   const bool in_time = parameters_.temporal_frames > 1 || parameters_.hold_frames > 0;
   if (in_time) {
+    prepare(mean_, kNoDisparity);
+    prepare(frames_, 0);
+    prepare(missing_, 0);
     follow(frame, read);
   } else {
+    prepare(plain_, kNoDisparity);
     convert(frame, read);
   }
   newest_ = (in_time ? mean_ : plain_).get() + margin_;
-  if (radius > 0) smooth(window);
+  if (radius > 0) {
+    prepare(smooth_, kNoDisparity);
+    smooth(window);
+  }
   return newest_;
 }
 
@@ -153,6 +157,7 @@ void DisparityFilter::smooth(const PixelWindow& window) noexcept {
 }
 
 const std::uint16_t* DisparityFilter::rounded(const PixelWindow& window) noexcept {
+  if (!rounded_) rounded_ = std::make_unique<std::uint16_t[]>(pixels_ + kVectorPadding);
   const int columns = window.column_last - window.column_first + 1;
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelAt(row, window.column_first);

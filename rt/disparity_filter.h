@@ -21,10 +21,11 @@ namespace hapticd::rt {
 /// that belong to the same surface, so edges are preserved. Only requested tiles are tracked; a tile that was
 /// not requested for the previous frame restarts.
 ///
-/// Thread: one (the scene thread).  RT: allocates nothing after construction.
+/// Thread: one (the scene thread).  RT: not safe; an image is allocated when the first filter needs it,
+/// because most boxes filter nothing.
 class DisparityFilter {
  public:
-  /// Allocates all buffers. `model` outlives the filter.  RT: not safe.
+  /// `model` outlives the filter.
   explicit DisparityFilter(const DepthModel& model);
 
   /// Returns the filtered disparities of the window, in frame layout, with kNoDisparity where nothing usable
@@ -50,6 +51,7 @@ class DisparityFilter {
     float max_frames = 1;           ///< length of the means of its pixels
   };
 
+  void prepare(std::unique_ptr<float[]>& image, float value) const;
   void convert(const DisparityFrame& frame, const PixelWindow& window) noexcept;
   void follow(const DisparityFrame& frame, const PixelWindow& window) noexcept;
   void follow(const DisparityFrame& frame, int tile_column, int tile_row) noexcept;
@@ -72,7 +74,7 @@ class DisparityFilter {
   int tiles_across_;
   std::size_t tile_count_;
   std::unique_ptr<Tile[]> tiles_;
-  // Images of whole frames with a margin on all sides.
+  // Images of whole frames with a margin on all sides; null until a filter needs them.
   std::unique_ptr<float[]> plain_;  // disparities of the newest frame
   std::unique_ptr<float[]> mean_;
   std::unique_ptr<float[]> frames_;

@@ -211,7 +211,8 @@ FacetMemory::FacetMemory(int rows)
       row_sums(nullptr),
       mean_of_9(nullptr),
       mean_of_25(nullptr),
-      memory_(std::make_unique<float[]>(kArrays * FacetBlocks::sizeFor(rows))) {
+      floats_(kArrays * FacetBlocks::sizeFor(rows)),
+      memory_(std::make_unique<float[]>(floats_)) {
   float** const arrays[] = {&planes.value,
                             &planes.slope_u,
                             &planes.slope_v,

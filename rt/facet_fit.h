@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 
+#include "rt/realtime_thread.h"
 #include "rt/visible_surface.h"
 
 namespace hapticd::rt {
@@ -45,6 +46,8 @@ class FacetMemory {
  public:
   /// Allocates all arrays, for a lattice with this many rows.  RT: not safe.
   explicit FacetMemory(int rows = BlockLattice::kMaxRows);
+  /// Returns the memory to the system until a fit uses it, see rt::returnPages(). RT: not safe.
+  void returnUnused() noexcept { returnPages(memory_.get(), floats_ * sizeof(float)); }
 
   /// Planes fitted to 3 x 3 blocks.
   struct Planes {
@@ -71,6 +74,7 @@ class FacetMemory {
 
  private:
   static constexpr std::size_t kArrays = 26;
+  std::size_t floats_;
   std::unique_ptr<float[]> memory_;
 };
 

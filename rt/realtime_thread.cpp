@@ -12,6 +12,7 @@
 
 #include <cfenv>
 #include <cstddef>
+#include <cstdint>
 
 namespace hapticd::rt {
 
@@ -37,7 +38,29 @@ bool lockMemory() noexcept {
     if (setrlimit(RLIMIT_MEMLOCK, &unlimited) != 0) return false;
   }
   mallopt(M_TRIM_THRESHOLD, -1);  // keep freed memory, so that it need not be faulted in again
+  // Large blocks go back to the system all the same: the limit rises with what was freed before, and the
+  // megabytes that only the warm-up needs would then stay.
+  mallopt(M_MMAP_THRESHOLD, 128 * 1024);
   return mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+}
+
+void returnPages(void* begin, std::size_t bytes) noexcept {
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto first = (reinterpret_cast<std::uintptr_t>(begin) + page - 1) / page * page;
+  const auto end = (reinterpret_cast<std::uintptr_t>(begin) + bytes) / page * page;
+  if (first >= end) return;
+  void* const pages = reinterpret_cast<void*>(first);
+  if (munlock(pages, end - first) == 0) madvise(pages, end - first, MADV_DONTNEED);
+}
+
+void limitThreadStacks() noexcept {
+  // a sanitizer makes frames several times as large
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return;
+  if (pthread_attr_setstacksize(&attributes, kThreadStackBytes) == 0) pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+#endif
 }
 
 bool useRealtimeScheduling(int priority) noexcept {

@@ -8,6 +8,7 @@
 
 #include "rt/deproject_kernel.h"
 #include "rt/law_table.h"
+#include "rt/realtime_thread.h"
 #include "rt/sort_kernel.h"
 
 namespace hapticd::rt {
@@ -71,6 +72,13 @@ SceneBuilder::SceneBuilder(const DepthModel& model, const GridParameters& parame
       occlusions_(model),
       surface_builder_(model),
       noise_meter_(model) {}
+
+void SceneBuilder::returnUnusedMemory() noexcept {
+  returnPages(in_image_order_.get(), (point_capacity_ + kVectorPadding) * sizeof in_image_order_[0]);
+  returnPages(run_voxel_.get(), (point_capacity_ + kVectorPadding) * sizeof run_voxel_[0]);
+  returnPages(run_begin_.get(), (point_capacity_ + kVectorPadding) * sizeof run_begin_[0]);
+  surface_builder_.returnUnusedMemory();
+}
 
 double SceneBuilder::largestBall_m() const noexcept {
   if (extent_ == ModelExtent::frame) return kInfinity;

@@ -71,6 +71,11 @@ class SceneBuilder {
   void build(const DepthFrame& frame, const Vec3& centre_m_in_world, double radius_m, Scene& scene,
              const SceneNeeds& needs = {}) noexcept;
 
+  /// Returns working memory, which no other thread reads, to the system until it is used, see
+  /// rt::returnPages(): a law needs only part of it, and the ball a part of that. Before the first frame. RT:
+  /// not safe.
+  void returnUnusedMemory() noexcept;
+
   /// Makes the next scene depend on its own frame only: restarts the filter, the fusion of frames and the
   /// memory of hidden surfaces.
   void forget() noexcept {

@@ -43,6 +43,10 @@ class SurfaceBuilder {
     column_shifts_.forget();
   }
 
+  /// Returns working memory to the system until it is used, see rt::returnPages(). Before the first frame.
+  /// RT: not safe.
+  void returnUnusedMemory() noexcept { fit_memory_.returnUnused(); }
+
   /// Returns true if the surface at the focus of the newest frame moves.
   bool moves() const noexcept { return moving_ >= 0.5; }
 

@@ -104,11 +104,8 @@ bool VarlinkServer::watch(const config::Descriptor& epoll, int descriptor, std::
 }
 
 void VarlinkServer::run(std::chrono::milliseconds period, const Periodic& periodic) {
-  itimerspec interval{};
-  interval.it_interval.tv_sec = period.count() / 1000;
-  interval.it_interval.tv_nsec = period.count() % 1000 * 1'000'000;
-  interval.it_value = interval.it_interval;
-  ::timerfd_settime(timer_.get(), 0, &interval, nullptr);
+  period_ = period;
+  setTimer(idlePeriod());
   read_time_ = TimeShare(std::chrono::duration_cast<std::chrono::nanoseconds>(options_.read_share * period));
 
   for (;;) {
@@ -119,6 +116,21 @@ void VarlinkServer::run(std::chrono::milliseconds period, const Periodic& period
     serveReads(periodic);
     settle();
   }
+}
+
+std::chrono::milliseconds VarlinkServer::idlePeriod() const {
+  return options_.idle_period.count() > 0 ? options_.idle_period : period_;
+}
+
+/// Lets the timer expire after `period`, and then after each further one.
+void VarlinkServer::setTimer(std::chrono::milliseconds period) {
+  if (period == timer_period_) return;
+  timer_period_ = period;
+  itimerspec interval{};
+  interval.it_interval.tv_sec = period.count() / 1000;
+  interval.it_interval.tv_nsec = period.count() % 1000 * 1'000'000;
+  interval.it_value = interval.it_interval;
+  ::timerfd_settime(timer_.get(), 0, &interval, nullptr);
 }
 
 void VarlinkServer::requestStop() noexcept {
@@ -164,6 +176,7 @@ void VarlinkServer::onTimer(const Periodic& periodic) {
   read_time_.beginPeriod();
   if (reads_held_ && read_time_.isLeft()) holdReads(false);
   periodic();
+  setTimer(connections_.empty() ? idlePeriod() : period_);
 }
 
 void VarlinkServer::serveControl() {
@@ -200,6 +213,7 @@ void VarlinkServer::accept(ListeningSocket& listener) {
   auto connection = std::make_unique<VarlinkConnection>(std::move(socket), *caller);
   connection->interest = EPOLLIN;
   connections_.emplace(caller->connection, std::move(connection));
+  setTimer(period_);
 }
 
 /// The client of a new connection; nothing if the kernel does not report it.

@@ -67,6 +67,8 @@ struct ServerOptions {
   double read_share = 0.5;
   /// The group whose members may see the depth image, in addition to those who may control.
   std::optional<gid_t> view_group = std::nullopt;
+  /// Time between two calls of `periodic` while nobody is connected; 0: the same as with connections.
+  std::chrono::milliseconds idle_period{0};
   /// The clock by which read_share is measured.
   std::chrono::nanoseconds (*thread_time)() = threadTime;
 };
@@ -88,7 +90,7 @@ class VarlinkServer final : public Replies {
   /// Closes all connections and removes the socket files that it created.
   ~VarlinkServer() override;
 
-  /// Serves until requestStop() is called, and calls `periodic` every `period`.
+  /// Serves until requestStop() is called, and calls `periodic` every `period`, or every idle_period.
   /// Thread: control thread.
   void run(std::chrono::milliseconds period, const std::function<void()>& periodic);
   /// Ends run(), also if it has not begun yet.
@@ -115,6 +117,8 @@ class VarlinkServer final : public Replies {
   void takeEvents(const config::Descriptor& epoll, int patience_ms, const Periodic& periodic);
   void dispatch(std::uint64_t key, std::uint32_t events, const Periodic& periodic);
   void onTimer(const Periodic& periodic);
+  void setTimer(std::chrono::milliseconds period);
+  std::chrono::milliseconds idlePeriod() const;
   void serveControl();
   void serveReads(const Periodic& periodic);
   void holdReads(bool held);
@@ -157,6 +161,8 @@ class VarlinkServer final : public Replies {
   Line control_line_;
   Line read_line_;
   TimeShare read_time_;
+  std::chrono::milliseconds period_{0};  // with connections
+  std::chrono::milliseconds timer_period_{0};
   std::vector<ConnectionId> touched_;  // to be looked at by settle()
   ConnectionId next_id_;
   std::uint64_t refused_ = 0;

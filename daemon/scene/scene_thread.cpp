@@ -42,6 +42,14 @@ void SceneThread::start() {
   pthread_setname_np(thread_.native_handle(), "hapticd-scene");
 }
 
+void SceneThread::returnUnusedMemory() {
+  frames_->prepareSlots([](rt::DepthFrame& slot) {
+    const std::size_t used = slot.pixels();
+    rt::returnPages(slot.raw + used, (rt::kMaxFramePixels - used) * sizeof slot.raw[0]);
+  });
+  source_.builder().returnUnusedMemory();
+}
+
 void SceneThread::stop() {
   if (!thread_.joinable()) return;
   {
@@ -63,11 +71,18 @@ void SceneThread::publish() {
   wake_.notify_one();
 }
 
-/// Waits for a frame or until it is time to check the HIP; false if the thread has to end.
+/// Waits for a frame or a request for one or, once there is a frame that could be modelled again, until it is
+/// time to check the HIP; false if the thread has to end.
 bool SceneThread::waitForFrame() {
   std::unique_lock lock(wake_mutex_);
-  wake_.wait_for(lock, kLookAtHip, [this] { return frame_published_ || stop_; });
+  const auto woken = [this] { return frame_published_ || frame_requested_ || stop_; };
+  if (frames_->front().sequence == 0) {
+    wake_.wait(lock, woken);
+  } else {
+    wake_.wait_for(lock, kLookAtHip, woken);
+  }
   frame_published_ = false;
+  frame_requested_ = false;
   return !stop_;
 }
 
@@ -115,7 +130,12 @@ void SceneThread::offerToTap(const rt::DepthFrame& frame) {
 void SceneThread::requestFrame(FrameReceiver receive) {
   {
     const std::lock_guard lock(tap_mutex_);
-    if (thread_.joinable()) return frame_requests_.push_back(std::move(receive));
+    if (thread_.joinable()) {
+      frame_requests_.push_back(std::move(receive));
+      const std::lock_guard wake_lock(wake_mutex_);
+      frame_requested_ = true;
+      return wake_.notify_one();
+    }
   }
   receive(nullptr);
 }

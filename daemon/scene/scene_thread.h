@@ -38,6 +38,11 @@ class SceneThread final : public drivers::FrameSink {
   /// Ends the thread; does nothing if it was not started.
   void stop();
 
+  /// Returns memory that only this thread and the camera's use to the system until it is used: the part of
+  /// the frames that images of the configured camera leave free, and working memory of the builder. To be
+  /// called after memory is locked and before the camera starts.
+  void returnUnusedMemory();
+
   /// Sets what the force law in use reads, from a generation of the Directive on. The newest frame is
   /// modelled again if its model lacks something of that. Thread: any.
   void setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation);
@@ -133,6 +138,7 @@ class SceneThread final : public drivers::FrameSink {
   std::mutex wake_mutex_;
   std::condition_variable wake_;
   bool frame_published_ = false;
+  bool frame_requested_ = false;
   bool stop_ = false;
 
   mutable std::mutex status_mutex_;

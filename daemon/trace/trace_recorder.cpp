@@ -21,6 +21,8 @@ using rt::kNsPerSecond;
 
 /// How often the rings are emptied, which hold several seconds.
 constexpr std::chrono::milliseconds kPeriod{20};
+/// The same while no trace is recorded, and only the flight recorder takes the ticks.
+constexpr std::chrono::milliseconds kIdlePeriod{100};
 constexpr std::int64_t kLookPeriod_ns = kNsPerSecond;
 /// How long recording waits for the first list of the folder; the ring holds 16 s.
 constexpr std::chrono::seconds kFirstListPatience{5};
@@ -246,7 +248,7 @@ void TraceRecorder::run() {
   while (!stopping) {
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, kPeriod, [this] { return stop_ || !work_.empty(); });
+      wake_.wait_for(lock, requested_ ? kPeriod : kIdlePeriod, [this] { return stop_ || !work_.empty(); });
       stopping = stop_;
     }
     step();

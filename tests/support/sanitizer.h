@@ -12,4 +12,13 @@ inline constexpr bool kThreadSanitizer = __has_feature(thread_sanitizer);
 inline constexpr bool kThreadSanitizer = false;
 #endif
 
+/// Whether this build uses a sanitizer that takes memory of its own.
+#if defined(__SANITIZE_ADDRESS__)
+inline constexpr bool kMemoryOfSanitizer = true;
+#elif defined(__has_feature)
+inline constexpr bool kMemoryOfSanitizer = kThreadSanitizer || __has_feature(address_sanitizer);
+#else
+inline constexpr bool kMemoryOfSanitizer = kThreadSanitizer;
+#endif
+
 }  // namespace hapticd::test

@@ -255,6 +255,20 @@ TEST_F(VarlinkServerTurns, TheRequestToStopPassesAllCallsThatWait) {
   }
 }
 
+TEST_F(VarlinkServerTurns, ThePeriodIsTheIdleOneWhileNobodyIsConnected) {
+  options.idle_period = std::chrono::hours(1);
+  start();
+  EXPECT_EQ(0U, periods);
+  RawClient client = connected("Status");
+  EXPECT_TRUE(waitForAnotherPeriod());
+  EXPECT_TRUE(waitForAnotherPeriod());
+  client.close();
+  ASSERT_TRUE(handler.waitUntilClosed(handler.calls().front().connection));
+  EXPECT_TRUE(waitForAnotherPeriod()) << "the period that had begun ends";
+  connected("Control");
+  EXPECT_TRUE(waitForAnotherPeriod());
+}
+
 TEST_F(VarlinkServerTurns, NothingIsDoneForAReaderThatHasLeft) {
   start();
   RawClient reader = connected("Status");
