@@ -333,7 +333,7 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
         "driver of the LEDs"),
     row<HAPTICD_MEMBER(leds.chip)>(
         "leds.chip", kRestart, "", {}, "",
-        "the GPIO chip of all LEDs: its label, its name (gpiochip0) or its path; gpiodetect lists them"),
+        "the GPIO chip of all LEDs: its label (pinctrl-rp1), name (gpiochip0) or path; gpiodetect lists them"),
     row<HAPTICD_MEMBER(leds.power_line)>(
         "leds.power_line", kRestart, "", {}, "",
         "line of the power LED: blinks slowly at the start, on while hapticd runs"),

@@ -66,10 +66,11 @@ void useDefaultFloatingPoint() noexcept {
 
 void prefaultStack() noexcept {
   constexpr std::size_t kBytes = 128 * 1024;
-  constexpr std::size_t kPage = 4096;
+  constexpr std::size_t kSmallestPage =
+      4096;  // a larger one, as of many ARM kernels, is touched several times
   char stack[kBytes];
   volatile char* const pages = stack;
-  for (std::size_t i = 0; i < kBytes; i += kPage) pages[i] = 0;
+  for (std::size_t i = 0; i < kBytes; i += kSmallestPage) pages[i] = 0;
 }
 
 }  // namespace hapticd::rt

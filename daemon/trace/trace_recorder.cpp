@@ -252,6 +252,7 @@ void TraceRecorder::run() {
     step();
   }
   countDrops(sources_.ticks.dropped());
+  if (dump_due_ns_ != 0) dumpDue(rt::monotonicNow_ns());
   if (session_) endSession();
   finishUnfinished();
   publishStatus();
@@ -268,10 +269,7 @@ void TraceRecorder::step() {
   if (session_) {
     if (auto written = session_->writeWhatIsReady(); !written) suspend(written.error());
   }
-  if (dump_due_ns_ != 0 && now_ns >= dump_due_ns_) {
-    dump_due_ns_ = 0;
-    note("flight recorder", dump(dump_label_));
-  }
+  if (dump_due_ns_ != 0 && now_ns >= dump_due_ns_) dumpDue(now_ns);
   std::deque<std::function<void()>> work;
   {
     const std::lock_guard lock(mutex_);
@@ -279,6 +277,13 @@ void TraceRecorder::step() {
   }
   for (const auto& item : work) item();
   publishStatus();
+}
+
+/// Writes the dump that is due.
+void TraceRecorder::dumpDue(std::int64_t now_ns) {
+  dump_due_ns_ = 0;
+  last_dump_ns_ = now_ns;
+  note("flight recorder", dump(dump_label_));
 }
 
 /// Adds the record to the trace, if one is being written, and to the flight recorder.
@@ -341,9 +346,17 @@ void TraceRecorder::take(const rt::Tick& tick) {
 void TraceRecorder::watchForFaults(const rt::Tick& tick) {
   const bool faulted = tick.mode == rt::Mode::faulted && last_tick_.mode != rt::Mode::faulted;
   const bool burst = tick.cause == rt::Cause::overrun_burst && last_tick_.cause != rt::Cause::overrun_burst;
-  if (dump_due_ns_ != 0 || settings_.flight_recorder_s <= 0 || !(faulted || burst)) return;
+  if (settings_.flight_recorder_s <= 0 || !(faulted || burst)) return;
+  // A burst soon after a dump waits until the flight recorder holds nothing that is in that dump: a machine
+  // that is late again and again writes each tick once. A fault needs a person to end it, so it does not
+  // wait.
+  const auto held_ns =
+      static_cast<std::int64_t>(settings_.flight_recorder_s * static_cast<double>(kNsPerSecond));
+  const std::int64_t earliest_ns = faulted || last_dump_ns_ == 0 ? 0 : last_dump_ns_ + held_ns;
+  const std::int64_t due_ns = std::max(tick.planned_ns + kAfterFault_ns, earliest_ns);
+  if (dump_due_ns_ != 0 && dump_due_ns_ <= due_ns) return;
   dump_label_ = faulted ? drivers::kFaultLabel : drivers::kOverrunBurstLabel;
-  dump_due_ns_ = tick.planned_ns + kAfterFault_ns;
+  dump_due_ns_ = due_ns;
 }
 
 void TraceRecorder::checkDisk(std::int64_t now_ns) {

@@ -110,6 +110,7 @@ class TraceRecorder {
   template <typename Record>
   void accept(Record record, std::deque<Record>& waiting);
   config::Result<std::string> dump(const std::string& label);
+  void dumpDue(std::int64_t now_ns);
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
@@ -140,8 +141,9 @@ class TraceRecorder {
   FlightRecorder flight_recorder_;
   RecordsInForce in_force_;
   rt::Tick last_tick_;
-  std::uint64_t ring_drops_ = 0;  // ticks dropped by the ring, as far as known
-  std::int64_t dump_due_ns_ = 0;  // 0: no dump is due
+  std::uint64_t ring_drops_ = 0;   // ticks dropped by the ring, as far as known
+  std::int64_t dump_due_ns_ = 0;   // 0: no dump is due
+  std::int64_t last_dump_ns_ = 0;  // when the last one after a fault or a burst was written; 0: none
   std::string dump_label_;
   std::int64_t next_look_ns_ = 0;
   DiskSpace space_;

@@ -10,6 +10,7 @@
 #include "config/error.h"
 #include "daemon/scene/scene_thread.h"
 #include "daemon/trace/depth_recorder.h"
+#include "drivers/trace/trace_volume.h"
 #include "drivers/trace/trace_writer.h"
 #include "rt/force_loop.h"
 
@@ -29,8 +30,8 @@ class TraceSession {
     bool depth = false;
     drivers::TraceOptions options;  ///< its `cloud` has an effect only with depth
   };
-  static constexpr std::int64_t kSnapshotPeriod_ns = 10'000'000'000;
-  static constexpr std::int64_t kLeastSnapshotPeriod_ns = 1'000'000'000;
+  static constexpr std::int64_t kSnapshotPeriod_ns = drivers::kSnapshotPeriod_ns;
+  static constexpr std::int64_t kLeastSnapshotPeriod_ns = drivers::kLeastSnapshotPeriod_ns;
 
   /// Starts a trace, and creates a missing folder. `scene_thread` and `core_memory` outlive the session.
   /// Errors: the folder cannot be created or written, no space.

@@ -21,7 +21,7 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr std::size_t kWord = sizeof(std::uint64_t);
-constexpr std::size_t kPage = 4096;
+constexpr std::size_t kUnit = 4096;  // of the places of the slots; nothing depends on the size of a page
 constexpr std::size_t kHeaderOffset = kWord;
 constexpr std::size_t kImageOffset = 320;  // a multiple of a cache line, behind counter and header
 static_assert(kHeaderOffset + sizeof(rt::DepthFrameHeader) <= kImageOffset);
@@ -94,8 +94,8 @@ DepthRegionMapping::~DepthRegionMapping() {
 }
 
 config::Result<std::unique_ptr<DepthRegionWriter>> DepthRegionWriter::create(std::size_t image_bytes) {
-  const std::size_t slot_bytes = roundUp(kImageOffset + image_bytes, kPage);
-  const std::size_t bytes = kPage + kSlots * slot_bytes;
+  const std::size_t slot_bytes = roundUp(kImageOffset + image_bytes, kUnit);
+  const std::size_t bytes = kUnit + kSlots * slot_bytes;
   config::Descriptor memory(::memfd_create("hapticd-depth", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!memory || ::ftruncate(memory.get(), static_cast<off_t>(bytes)) != 0)
     return std::unexpected(systemError("no memory file"));
@@ -108,7 +108,7 @@ config::Result<std::unique_ptr<DepthRegionWriter>> DepthRegionWriter::create(std
 
   auto* const head = new ((*mapping)->begin) DepthRegionHead;
   head->slots = kSlots;
-  head->first_slot = kPage;
+  head->first_slot = kUnit;
   head->slot_bytes = slot_bytes;
   head->image_offset = kImageOffset;
   return std::unique_ptr<DepthRegionWriter>(new DepthRegionWriter(std::move(memory), std::move(*mapping)));

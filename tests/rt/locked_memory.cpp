@@ -2,6 +2,7 @@
 #include "tests/rt/locked_memory.h"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <cstddef>
 #include <fstream>
@@ -11,7 +12,7 @@
 namespace hapticd::test {
 namespace {
 
-constexpr std::size_t kPageBytes = 4096;
+const auto kPageBytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 
 bool kernelSeesLockedMemory() {
   std::ifstream status("/proc/self/status");

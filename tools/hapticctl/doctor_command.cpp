@@ -74,6 +74,8 @@ int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
   if (this_machine) {
     box.unit = askServiceManager();
     box.depth_probe = depthFormatOf;
+    box.gpio_label = gpioLabelOf;
+    box.architecture = machineArchitecture();
   }
   box.daemon = daemonView(options, box, this_machine);
   const Findings findings = examine(box);

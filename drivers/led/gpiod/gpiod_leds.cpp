@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/led/gpiod/gpiod_leds.h"
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "drivers/base/start_thread.h"
 #include "drivers/led/gpiod/chip_path.h"
@@ -12,9 +14,9 @@ namespace {
 
 constexpr std::chrono::seconds kRefreshPeriod{1};
 
-std::expected<OutputLine, LineFailure> requestOn(const std::string& chip,
+std::expected<OutputLine, LineFailure> requestOn(const std::string& chip, const std::vector<GpioChip>& chips,
                                                  const config::LineAddress& address) {
-  const std::expected<std::string, int> path = chipPath(chip);
+  const std::expected<std::string, int> path = chipPath(chip, chips);
   if (!path) return std::unexpected(LineFailure{LineFailure::Step::chip, path.error(), ""});
   return OutputLine::request(*path, address);
 }
@@ -92,11 +94,14 @@ void GpiodLeds::run() {
 }
 
 void GpiodLeds::requestMissing() {
+  const auto is_missing = [](const Output& output) { return !output.configured.empty() && !output.line; };
+  if (std::ranges::none_of(outputs_, is_missing)) return;
+  const std::vector<GpioChip> chips = gpioChips();
   for (Output& output : outputs_) {
-    if (output.configured.empty() || output.line) continue;
-    auto line = requestOn(chip_, output.address);
+    if (!is_missing(output)) continue;
+    auto line = requestOn(chip_, chips, output.address);
     if (!line) {
-      output.problem = lineError(chip_, output.address, line.error()).text();
+      output.problem = lineError(chip_, output.address, line.error(), chipsText(chips)).text();
       continue;
     }
     output.line = std::move(*line);

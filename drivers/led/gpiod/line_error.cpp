@@ -31,11 +31,15 @@ bool isNoAccess(int error) {
   return error == EACCES || error == EPERM;
 }
 
-Error chipError(const std::string& chip, int error) {
+Error chipError(const std::string& chip, int error, const std::string& chips) {
   const std::string where = chipText(chip);
+  if (error == ENOENT && chips.empty()) {
+    return {where, "no such chip, as this machine has none",
+            "load the driver of the chip, or correct leds.chip"};
+  }
   if (error == ENOENT) {
-    return {where, "no such chip",
-            "gpiodetect lists the chips; load the chip's driver, or correct leds.chip"};
+    return {where, "no such chip; there are " + chips,
+            "set leds.chip to the label of one of them, or load the driver of the chip"};
   }
   if (isNoAccess(error)) return {where, "permission denied", kNoAccess};
   // errno for a file that is not a chip depends on the version of libgpiod
@@ -56,16 +60,17 @@ Error requestError(const std::string& where, const LineFailure& failure) {
 
 }  // namespace
 
-Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure) {
+Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure,
+                const std::string& chips) {
   switch (failure.step) {
     case LineFailure::Step::chip:
-      return chipError(chip, failure.error);
+      return chipError(chip, failure.error, chips);
     case LineFailure::Step::line:
       if (failure.error == ENOENT || failure.error == EINVAL) {
         return {lineText(chip, line), "no such line",
                 "gpioinfo lists the lines of each chip; correct leds.*_line"};
       }
-      return chipError(chip, failure.error);
+      return chipError(chip, failure.error, chips);
     case LineFailure::Step::request:
       break;
   }

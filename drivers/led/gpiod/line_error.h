@@ -9,8 +9,9 @@
 namespace hapticd::drivers {
 
 /// Describes a failure of OutputLine::request() for people. A failure of the chip is the same for all its
-/// lines.
-config::Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure);
+/// lines. `chips`: the chips that there are (chipsText()).
+config::Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure,
+                        const std::string& chips);
 
 /// Describes a failure of OutputLine::set() for people.  `error`: errno.
 config::Error setError(const std::string& chip, const config::LineAddress& line, int error);

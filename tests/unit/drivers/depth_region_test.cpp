@@ -176,6 +176,13 @@ TEST_F(DepthRegionRefusal, DoesNotConcernAWholeOne) {
   EXPECT_EQ("", fault());
 }
 
+TEST_F(DepthRegionRefusal, DoesNotConcernSlotsThatBeginOrEndWithinAPage) {
+  EXPECT_EQ("", fault(4096 + 2 * 8192 + 100));
+  head_.first_slot = 64;
+  head_.slot_bytes = 1032;
+  EXPECT_EQ("", fault(64 + 2 * 1032)) << "pages may have 4, 16 or 64 KiB";
+}
+
 TEST_F(DepthRegionRefusal, NamesWhatIsWrong) {
   EXPECT_TRUE(names(fault(8), "too short"));
   EXPECT_TRUE(names(fault(4096 + 2 * 8192, F_SEAL_GROW), "not sealed"));

@@ -20,10 +20,10 @@ namespace {
 
 using Step = LineFailure::Step;
 
-constexpr const char* kNoSuchChip =
-    "GPIO chip \"gpiochip-none\": no such chip (gpiodetect lists the chips; load the chip's driver, "
-    "or "
-    "correct leds.chip)";
+/// What is reported of the chip "gpiochip-none"; it depends on the chips of the machine that runs the tests.
+std::string noSuchChip() {
+  return lineError("gpiochip-none", {}, {Step::chip, ENOENT, ""}, chipsText(gpioChips())).text();
+}
 
 config::LedSettings settingsOf(const std::string& chip) {
   config::LedSettings settings;
@@ -59,7 +59,7 @@ TEST(GpiodLeds, AnAbsentChipIsReportedOnceForAllLinesWithARemedy) {
   ASSERT_TRUE(leds.start());
   EXPECT_TRUE(test::eventually([&] { return !leds.status().detail.empty(); }));
   EXPECT_EQ(leds.status().state, LedState::absent);
-  EXPECT_EQ(leds.status().detail, kNoSuchChip);
+  EXPECT_EQ(leds.status().detail, noSuchChip());
   leds.stop();
 }
 
@@ -110,30 +110,72 @@ TEST(GpiodLeds, RefuseALineThatCannotBeRead) {
   EXPECT_NE(started.error().what.find("\"99999\""), std::string::npos) << started.error().text();
 }
 
-TEST(ChipPath, OfAPathOrANameNeedsNoChip) {
-  EXPECT_EQ(chipPath("/dev/gpiochip7"), "/dev/gpiochip7");
-  EXPECT_EQ(chipPath("/some/link"), "/some/link");
-  EXPECT_EQ(chipPath("gpiochip12"), "/dev/gpiochip12");
+/// The chips of a Raspberry Pi 5 as its kernels number them: the lines of the header are on pinctrl-rp1.
+std::vector<GpioChip> raspberryPi5(const std::string& header_chip) {
+  return {{"/dev/gpiochip" + header_chip, "pinctrl-rp1"}, {"/dev/gpiochip10", "gpio-brcmstb@107d508500"}};
 }
 
-TEST(ChipPath, OfAnythingElseIsSearchedByLabel) {
-  for (const char* label : {"gpiochip", "gpiochip-none", "gpiochip1x", "no chip has this label"}) {
-    const auto path = chipPath(label);
-    ASSERT_FALSE(path) << label;
-    // a chip that may not be opened could have the label
-    EXPECT_TRUE(path.error() == ENOENT || path.error() == EACCES) << path.error();
+TEST(ChipPath, OfAPathOrANameNeedsNoChip) {
+  EXPECT_EQ(chipPath("/dev/gpiochip7", {}), "/dev/gpiochip7");
+  EXPECT_EQ(chipPath("/some/link", {}), "/some/link");
+  EXPECT_EQ(chipPath("gpiochip12", {}), "/dev/gpiochip12");
+}
+
+TEST(ChipPath, OfALabelIsThatOfTheChipWhateverItsNumber) {
+  EXPECT_EQ(chipPath("pinctrl-rp1", raspberryPi5("0")), "/dev/gpiochip0");
+  EXPECT_EQ(chipPath("pinctrl-rp1", raspberryPi5("4")), "/dev/gpiochip4");
+  EXPECT_EQ(chipPath("gpio-brcmstb@107d508500", raspberryPi5("4")), "/dev/gpiochip10");
+}
+
+TEST(ChipPath, OfALabelThatNoChipHasIsNone) {
+  for (const char* label : {"gpiochip", "gpiochip-none", "gpiochip1x", "pinctrl"}) {
+    EXPECT_EQ(chipPath(label, raspberryPi5("0")), std::unexpected(ENOENT)) << label;
   }
+}
+
+TEST(ChipPath, OfALabelIsNotKnownWhileAChipMayNotBeOpened) {
+  const std::vector<GpioChip> chips{{"/dev/gpiochip0", std::unexpected(EACCES)}, {"/dev/gpiochip1", "other"}};
+  EXPECT_EQ(chipPath("pinctrl-rp1", chips), std::unexpected(EACCES));
+  EXPECT_EQ(chipPath("other", chips), "/dev/gpiochip1");
+}
+
+TEST(GpioChips, AreInTheOrderOfTheirNumbersAndWithoutLinks) {
+  const test::TemporaryFolder folder;
+  for (const char* name :
+       {"gpiochip10", "gpiochip2", "gpiochip0", "gpiochip", "gpiochipx", "gpio", "gpiochip3.old"})
+    folder.write(name, "");
+  std::filesystem::create_symlink("gpiochip0", folder.path() / "gpiochip4");
+  std::string names;
+  for (const GpioChip& chip :
+       chipsIn(folder.path(), [](const std::string& path) { return "label of " + path; })) {
+    EXPECT_EQ(chip.label, "label of " + chip.path);
+    names += std::filesystem::path(chip.path).filename().string() + " ";
+  }
+  EXPECT_EQ(names, "gpiochip0 gpiochip2 gpiochip10 ");
+  EXPECT_TRUE(chipsIn(folder.path() / "none", chipLabel).empty());
+}
+
+TEST(GpioChips, AreNamedWithTheirLabels) {
+  EXPECT_EQ(chipsText(raspberryPi5("0")), "gpiochip0 (pinctrl-rp1), gpiochip10 (gpio-brcmstb@107d508500)");
+  EXPECT_EQ(chipsText({{"/dev/gpiochip0", std::unexpected(EACCES)}}),
+            "gpiochip0 (label not readable: Permission denied)");
+  EXPECT_EQ(chipsText({{"/dev/gpiochip0", "a\x1b[2J"}}), "gpiochip0 (a\\x1b[2J)");
+  EXPECT_EQ(chipsText({}), "");
 }
 
 TEST(LineError, NamesChipAndCauseAndRemedy) {
   const config::LineAddress line{"STATUS", 0, false};
   const auto textOf = [&](Step step, int error, const char* holder = "") {
-    return lineError("box", line, {step, error, holder}).text();
+    return lineError("box", line, {step, error, holder}, "gpiochip0 (pinctrl-rp1)").text();
   };
   EXPECT_EQ(
       textOf(Step::chip, EACCES),
       "GPIO chip \"box\": permission denied (let the daemon's user read and write /dev/gpiochip*: by its "
       "group, or by a udev rule)");
+  EXPECT_EQ(textOf(Step::chip, ENOENT),
+            "GPIO chip \"box\": no such chip; there are gpiochip0 (pinctrl-rp1) (set leds.chip to the label "
+            "of one of "
+            "them, or load the driver of the chip)");
   EXPECT_EQ(textOf(Step::line, ENOENT),
             "GPIO chip \"box\", line \"STATUS\": no such line (gpioinfo lists the lines of each chip; "
             "correct leds.*_line)");
@@ -145,6 +187,13 @@ TEST(LineError, NamesChipAndCauseAndRemedy) {
             "GPIO chip \"box\", line \"STATUS\": the line is in use (stop the program that holds it, or "
             "choose another line "
             "(gpioinfo shows the holders))");
+}
+
+TEST(LineError, SaysThatTheMachineHasNoChips) {
+  EXPECT_EQ(lineError("pinctrl-rp1", {}, {Step::chip, ENOENT, ""}, "").text(),
+            "GPIO chip \"pinctrl-rp1\": no such chip, as this machine has none (load the driver of the chip, "
+            "or correct "
+            "leds.chip)");
 }
 
 TEST(LineError, DistinguishesALostChipFromAFailingLine) {
@@ -160,7 +209,8 @@ TEST(LineError, DistinguishesALostChipFromAFailingLine) {
 }
 
 TEST(LineError, ShowsNoControlCharactersOfALineNameOrAHolder) {
-  const std::string text = lineError("box", {"a\x1b[2J", 0, false}, {Step::request, EBUSY, "b\x07"}).text();
+  const std::string text =
+      lineError("box", {"a\x1b[2J", 0, false}, {Step::request, EBUSY, "b\x07"}, "").text();
   EXPECT_EQ(text.find('\x1b'), std::string::npos) << text;
   EXPECT_EQ(text.find('\x07'), std::string::npos) << text;
 }

@@ -7,6 +7,7 @@
 
 #include "made_up_machine.h"
 #include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/memory_need.h"
 
 namespace hapticd::tools {
 namespace {
@@ -118,8 +119,11 @@ TEST_F(Doctor, SuggestsTheRealTimeKernelOfTheMachinesKind) {
   EXPECT_TRUE(
       says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-amd64"));
   files.set("proc/sys/kernel/arch", "aarch64");
-  EXPECT_TRUE(
-      says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-arm64"));
+  for (const char* release : {"6.1.0-50-arm64", "6.12.117+deb13-arm64-16k"}) {
+    files.set("proc/sys/kernel/osrelease", release);
+    EXPECT_TRUE(says(only(checkKernel), Verdict::warn, "without PREEMPT_RT",
+                     "apt install linux-image-rt-arm64, then reboot"));
+  }
 }
 
 TEST_F(Doctor, SaysToBootARealTimeKernelThatIsInstalled) {
@@ -150,6 +154,36 @@ TEST_F(Doctor, WeighsTheTimeThatRealTimeThreadsGet) {
   EXPECT_EQ(only(checkThrottling).verdict, Verdict::ok);
   files.set(path, "plenty");
   EXPECT_TRUE(says(only(checkThrottling), Verdict::warn, "cannot be read", ""));
+}
+
+TEST_F(Doctor, CountsTheMemoryThatADaemonWillTakeWhileItDoesNotRun) {
+  const std::int64_t need_kib = static_cast<std::int64_t>(memoryNeed({}).total()) / 1024;
+  const auto leave = [&](std::int64_t kib) {
+    files.set("proc/meminfo",
+              "MemTotal: 8000000 kB\nMemAvailable: " + std::to_string(need_kib + kib) + " kB");
+  };
+  box.daemon = {};
+  leave(257 * 1024);
+  EXPECT_EQ(only(checkMemory).verdict, Verdict::ok);
+  leave(250 * 1024);
+  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "hapticd takes about", "close other programs"));
+  leave(50 * 1024);
+  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "hapticd takes about", "close other programs"));
+}
+
+TEST_F(Doctor, SaysThatAMachineHasTooLittleMemoryForTheConfiguration) {
+  const auto say = [&](std::int64_t total_mib) {
+    files.set("proc/meminfo",
+              "MemTotal: " + std::to_string(total_mib * 1024) + " kB\nMemAvailable: 300000 kB");
+    return only(checkMemory);
+  };
+  const std::int64_t need_mib = static_cast<std::int64_t>(memoryNeed({}).total()) / (1 << 20);
+  EXPECT_EQ(say(need_mib + 256).verdict, Verdict::ok);
+  EXPECT_TRUE(says(say(need_mib + 255), Verdict::warn, "too much for", "trace.flight_recorder_s (6 MiB)"));
+  EXPECT_TRUE(says(say(need_mib + 63), Verdict::fail, "too much for", "grid.point_capacity (9 MiB)"));
+  box.configuration.settings.trace.flight_recorder_s = 60;
+  box.configuration.settings.loop.rate_hz = 4000;
+  EXPECT_TRUE(says(say(need_mib + 256), Verdict::warn, "too much for", "trace.flight_recorder_s (148 MiB)"));
 }
 
 TEST_F(Doctor, WeighsTheMemoryThatIsLeft) {
@@ -231,7 +265,8 @@ TEST_F(Doctor, LooksAtTheGovernorOfTheForceLoopsCpuOnly) {
   files.set("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave");
   EXPECT_EQ(only(checkGovernor).verdict, Verdict::ok);
   files.set(kCpu3 + "cpufreq/scaling_governor", "powersave");
-  EXPECT_TRUE(says(only(checkGovernor), Verdict::warn, "CPU 3 powersave", "echo performance"));
+  EXPECT_TRUE(says(only(checkGovernor), Verdict::warn, "CPU 3 powersave",
+                   "echo performance > /" + kCpu3 + "cpufreq/scaling_governor"));
 }
 
 TEST_F(Doctor, HasNothingAgainstACpuOfConstantFrequency) {
@@ -246,6 +281,8 @@ TEST_F(Doctor, WarnsOfDeepIdleStatesThatTheDaemonMayNotForbid) {
   files.remove("dev/cpu_dma_latency");
   EXPECT_TRUE(
       says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "processor.max_cstate=1"));
+  files.set("proc/sys/kernel/arch", "aarch64");
+  EXPECT_TRUE(says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "cpuidle.off=1"));
 }
 
 TEST_F(Doctor, LeavesOutIdleStatesThatAreSwitchedOff) {

@@ -16,6 +16,7 @@ constexpr uid_t kNobody = 65534;
 
 void addKernel(const MadeUpMachine& machine) {
   machine.set("proc/sys/kernel/osrelease", "6.1.0-50-rt-amd64");
+  machine.set("proc/sys/kernel/arch", "x86_64");
   machine.set("sys/kernel/realtime", "1");
   machine.set("var/lib/dpkg/info/linux-image-6.1.0-50-rt-amd64.list", "/.");
   machine.set("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc");
@@ -80,6 +81,9 @@ void addDevices(const MadeUpMachine& machine) {
   machine.setMode("dev/hidraw0", 0660);
   machine.makeFolder("var/lib/hapticd/traces");
   machine.set("usr/bin/gnuplot", "");
+  machine.set("proc/self/mountinfo", "24 1 8:1 / / rw,relatime shared:1 - ext4 /dev/sda1 rw");
+  machine.makeFolder("sys/dev/block");
+  machine.link("sys/dev/block/8:1", "../../devices/pci0000:00/0000:00:17.0/ata1/block/sda/sda1");
   machine.set("dev/gpiochip0", "");
   machine.setMode("dev/gpiochip0", 0660);
 }

@@ -3,13 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <algorithm>
-#include <fstream>
-#include <map>
-#include <sstream>
-
-#include "made_up_machine.h"
-#include "tests/support/program.h"
+#include "realtime_setup_fixture.h"
 
 namespace hapticd::test {
 namespace {
@@ -23,23 +17,7 @@ const std::string kIrqbalance = "etc/systemd/system/irqbalance.service.d/hapticd
 const std::string kEnabled = "etc/systemd/system/multi-user.target.wants/hapticd-realtime.service";
 const std::string kGovernor = "sys/devices/system/cpu/cpu3/cpufreq/scaling_governor";
 
-/// Every file, folder and link below a folder: its kind, mode and content.
-std::map<std::string, std::string> treeBelow(const fs::path& root) {
-  std::map<std::string, std::string> tree;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
-    std::ostringstream text;
-    if (entry.is_symlink()) {
-      text << "link to " << fs::read_symlink(entry.path()).string();
-    } else {
-      text << std::oct << static_cast<unsigned>(entry.status().permissions()) << " ";
-      if (entry.is_regular_file()) text << std::ifstream(entry.path()).rdbuf();
-    }
-    tree[entry.path().lexically_relative(root).string()] = text.str();
-  }
-  return tree;
-}
-
-class RealtimeSetup : public testing::Test {
+class RealtimeSetup : public RealtimeSetupOn {
  protected:
   RealtimeSetup() {
     fillWithAGoodBox(machine);
@@ -55,41 +33,7 @@ class RealtimeSetup : public testing::Test {
     machine.makeFolder("var/lib");
     machine.makeFolder("run");
   }
-
-  Finished run(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {"/bin/bash", REALTIME_SETUP});
-    arguments.insert(arguments.end(), {"--root", machine.root()});
-    return runToEnd(arguments);
-  }
-  void expectDone(const Finished& finished) const {
-    EXPECT_EQ(finished.ending, exitedWith(0)) << finished.output << finished.errors;
-    EXPECT_EQ(finished.errors, "");
-  }
-  void expectRefusal(const Finished& finished, const std::string& reason) const {
-    EXPECT_EQ(finished.ending, exitedWith(1)) << finished.output;
-    EXPECT_NE(finished.errors.find(reason), std::string::npos) << finished.errors;
-  }
-  std::string content(const std::string& path) const {
-    std::ostringstream text;
-    text << std::ifstream(machine.root() / path).rdbuf();
-    return text.str();
-  }
-  /// Returns the content of a file without comments.
-  std::string settings(const std::string& path) const {
-    std::istringstream lines(content(path));
-    std::string all;
-    for (std::string line; std::getline(lines, line);) {
-      if (!line.starts_with('#')) all += line + "\n";
-    }
-    return all;
-  }
-
-  MadeUpMachine machine;
 };
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 TEST_F(RealtimeSetup, ShowsWhatIsMissingAndChangesNothing) {
   const auto before = treeBelow(machine.root());

@@ -16,6 +16,7 @@ Findings checkMemory(const Examination& box);
 
 // cpu_checks.cpp
 Findings checkIsolation(const Examination& box);
+Findings checkCpuKind(const Examination& box);
 Findings checkInterrupts(const Examination& box);
 Findings checkSibling(const Examination& box);
 Findings checkGovernor(const Examination& box);
@@ -29,8 +30,10 @@ Findings checkCaller(const Examination& box);
 // device_checks.cpp
 Findings checkUdevRules(const Examination& box);
 Findings checkOtherRules(const Examination& box);
-Findings checkGpio(const Examination& box);
 Findings checkHid(const Examination& box);
+
+// gpio_check.cpp
+Findings checkGpio(const Examination& box);
 
 // kinect_check.cpp
 Findings checkKinect(const Examination& box);
@@ -44,6 +47,9 @@ Findings checkHandle(const Examination& box);
 // trace_checks.cpp
 Findings checkTraces(const Examination& box);
 Findings checkGnuplot(const Examination& box);
+
+// storage_check.cpp
+Findings checkStorage(const Examination& box);
 
 // service_checks.cpp
 Findings checkService(const Examination& box);

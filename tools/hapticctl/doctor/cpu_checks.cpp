@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
+#include <set>
+#include <sstream>
 
 #include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/cpu_kinds.h"
 #include "tools/hapticctl/doctor/cpu_list.h"
 #include "tools/hapticctl/doctor/findings.h"
 
@@ -79,6 +83,43 @@ Reading<bool> mayCome(const Machine& machine, const std::string& number, const C
   return !kernel_keeps_away || actual.empty() || !common(actual, cpus).empty();
 }
 
+/// The CPU of the force loop: that of the running daemon, else the one that it takes at its start.
+std::optional<int> forceCpu(const Examination& box) {
+  if (box.daemon.cpu) return box.daemon.cpu;
+  if (const int configured = box.configuration.settings.loop.cpu; configured >= 0) return configured;
+  const CpuSet isolated = isolatedCpus(box.machine);
+  const CpuSet online = onlineCpus(box.machine);
+  if (!isolated.empty()) return *isolated.rbegin();
+  return online.empty() ? std::nullopt : std::optional(*online.rbegin());
+}
+
+/// The CPU that suits the force loop best: the last of the big ones among `cpus`, else the last of them.
+int bestOf(const Machine& machine, const CpuSet& cpus) {
+  const CpuSet online = onlineCpus(machine);
+  const CpuSet big = common(cpus, bigCpus(readCpuKinds(machine, online), online));
+  return big.empty() ? *cpus.rbegin() : *big.rbegin();
+}
+
+/// The frequency policy that a CPU shares with others: "policy4"; empty if it is not known.
+std::string frequencyPolicy(const Machine& machine, int cpu) {
+  for (const std::string& name : machine.list(kCpus + "cpufreq").value_or(Names{})) {
+    std::istringstream related(machine.read(kCpus + "cpufreq/" + name + "/related_cpus").value_or(""));
+    for (int other = -1; related >> other;) {
+      if (other == cpu) return name;
+    }
+  }
+  return {};
+}
+
+/// "CPU 3", or "CPU 5 (policy4, of CPU 4-5)".
+std::string cpuWithPolicy(const Machine& machine, int cpu, const std::string& policy) {
+  if (policy.empty()) return fmt::format("CPU {}", cpu);
+  std::istringstream related(machine.read(kCpus + "cpufreq/" + policy + "/related_cpus").value_or(""));
+  CpuSet cpus;
+  for (int other = -1; related >> other;) cpus.insert(other);
+  return fmt::format("CPU {} ({}, of CPU {})", cpu, policy, cpuListText(cpus));
+}
+
 struct IdleState {
   std::string name;
   std::int64_t latency_us = 0;
@@ -143,7 +184,7 @@ Findings checkIsolation(const Examination& box) {
     return {warning("isolation", fact + ": other programs delay the force loop", kSetACpuAside)};
   const std::string remedy = fmt::format(
       "'loop:' with 'cpu: {}' below it in /etc/hapticd/hapticd.yaml, then systemctl restart hapticd",
-      *isolated->rbegin());
+      bestOf(machine, *isolated));
   if (box.daemon.cpu) {
     return {warning("isolation", fmt::format("{}, but the force loop runs on CPU {}", fact, *box.daemon.cpu),
                     remedy)};
@@ -151,6 +192,34 @@ Findings checkIsolation(const Examination& box) {
   if (box.daemon.answers)
     return {warning("isolation", fact + ", but the force loop is not pinned to a CPU", remedy)};
   return {good("isolation", fact)};
+}
+
+Findings checkCpuKind(const Examination& box) {
+  const Machine& machine = box.machine;
+  const CpuSet online = onlineCpus(machine);
+  const CpuKinds kinds = readCpuKinds(machine, online);
+  const CpuSet big = bigCpus(kinds, online);
+  const std::optional<int> cpu = forceCpu(box);
+  if (kinds.speed.empty()) return {good("cpu kind", "no CPU is known to be slower than the others")};
+  if (!cpu || !kinds.speed.contains(*cpu)) {
+    return {warning("cpu kind",
+                    "the CPU of the force loop is not among those that are on: " + cpuListText(online),
+                    "'cpu:' below 'loop:' in /etc/hapticd/hapticd.yaml")};
+  }
+  CpuSet little = online;
+  little.erase(0);
+  for (const int one : big) little.erase(one);
+  if (little.empty()) return {good("cpu kind", fmt::format("all are alike ({})", kinds.measure))};
+  const std::string fact =
+      fmt::format("big: CPU {}, little: CPU {} ({} {} and {}); the force loop takes CPU {}", cpuListText(big),
+                  cpuListText(little), kinds.measure, kinds.speed.at(*big.rbegin()),
+                  kinds.speed.at(*little.rbegin()), *cpu);
+  if (big.contains(*cpu)) return {good("cpu kind", fact)};
+  return {
+      warning("cpu kind", fact + (little.contains(*cpu) ? ", a little one" : ", which cannot be kept free"),
+              fmt::format("hapticd-realtime-setup apply --cpu {0}, and 'loop:' with 'cpu: {0}' below it in "
+                          "/etc/hapticd/hapticd.yaml, then reboot",
+                          *big.rbegin()))};
 }
 
 Findings checkInterrupts(const Examination& box) {
@@ -190,6 +259,7 @@ Findings checkSibling(const Examination& box) {
 
 Findings checkGovernor(const Examination& box) {
   std::vector<std::string> others;
+  std::set<std::string> files;
   std::size_t scaled = 0;
   for (const int cpu : forceCpusOrAll(box)) {
     const std::string path = cpuFolder(cpu) + "cpufreq/scaling_governor";
@@ -197,13 +267,18 @@ Findings checkGovernor(const Examination& box) {
     if (!governor && governor.error().absent()) continue;
     if (!governor) return {unreadable("governor", path, governor.error())};
     ++scaled;
-    if (*governor != "performance") others.push_back(fmt::format("CPU {} {}", cpu, *governor));
+    if (*governor == "performance") continue;
+    const std::string policy = frequencyPolicy(box.machine, cpu);
+    others.push_back(fmt::format("{} {}", cpuWithPolicy(box.machine, cpu, policy), *governor));
+    files.insert(policy.empty() ? path : fmt::format("{}cpufreq/{}/scaling_governor", kCpus, policy));
   }
   if (scaled == 0) return {good("governor", "the kernel does not change the CPUs' frequency")};
   if (others.empty()) return {good("governor", "performance on " + counted(scaled, "CPU"))};
+  const std::string command =
+      files.size() == 1 ? fmt::format("echo performance > /{}", *files.begin())
+                        : "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor";
   return {warning("governor", someOf(others) + ": the frequency rises only once the CPU is busy",
-                  "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor, or "
-                  "hapticd-realtime-setup apply for the force loop's CPU at each boot")};
+                  command + ", or hapticd-realtime-setup apply for the force loop's CPU at each boot")};
 }
 
 Findings checkIdleStates(const Examination& box) {
@@ -219,8 +294,10 @@ Findings checkIdleStates(const Examination& box) {
   }
   const std::string fact = fmt::format("waking up from {} takes {} us", deepest.name, deepest.latency_us);
   if (!box.machine.exists("dev/cpu_dma_latency")) {
-    return {warning("idle states", fact + ", and there is no /dev/cpu_dma_latency to prevent it",
-                    "processor.max_cstate=1 on the kernel command line")};
+    const bool is_pc = architectureOf(box) == "x86_64";
+    return {warning(
+        "idle states", fact + ", and there is no /dev/cpu_dma_latency to prevent it",
+        fmt::format("{} on the kernel command line", is_pc ? "processor.max_cstate=1" : "cpuidle.off=1"))};
   }
   Findings findings = accessFindings(box, "idle states", fact, "dev/cpu_dma_latency");
   if (findings.empty()) {

@@ -77,22 +77,4 @@ Findings checkHid(const Examination& box) {
   return findings;
 }
 
-Findings checkGpio(const Examination& box) {
-  const Reading<Names> names = box.machine.list("dev");
-  if (!names) return {unreadable("gpio", "dev", names.error())};
-  Findings findings;
-  std::vector<std::string> usable;
-  for (const std::string& name : *names) {
-    if (!name.starts_with("gpiochip")) continue;
-    const Findings wrong = accessFindings(box, "gpio", name, "dev/" + name);
-    findings.insert(findings.end(), wrong.begin(), wrong.end());
-    if (wrong.empty()) usable.push_back(name);
-  }
-  // only a warning: a box works without LEDs
-  for (Finding& finding : findings) finding.verdict = Verdict::warn;
-  if (!usable.empty()) findings.push_back(good("gpio", "for the group hapticd: " + someOf(usable)));
-  if (findings.empty()) findings.push_back(good("gpio", "there are no GPIO chips, so no LEDs on them"));
-  return findings;
-}
-
 }  // namespace hapticd::tools

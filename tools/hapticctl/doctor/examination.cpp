@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/resource.h>
+#include <sys/utsname.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -92,6 +93,11 @@ Caller thisCaller() {
           limitOf(RLIMIT_RTPRIO), limitOf(RLIMIT_MEMLOCK)};
 }
 
+std::string machineArchitecture() {
+  utsname names{};
+  return ::uname(&names) == 0 ? names.machine : "";
+}
+
 UnitProperties parseProperties(const std::string& shown) {
   UnitProperties properties;
   std::istringstream lines(shown);
@@ -108,6 +114,10 @@ std::optional<UnitProperties> askServiceManager() {
                                "LimitRTPRIO,LimitMEMLOCK,User"});
   if (!shown) return std::nullopt;
   return parseProperties(*shown);
+}
+
+std::string architectureOf(const Examination& box) {
+  return box.machine.read("proc/sys/kernel/arch").value_or(box.architecture);
 }
 
 bool isInstalled(const std::optional<UnitProperties>& unit) {

@@ -12,6 +12,7 @@
 
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/configuration.h"
+#include "tools/hapticctl/doctor/gpio_label.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
@@ -46,17 +47,25 @@ struct Examination {
   std::optional<UnitProperties> unit;  ///< nothing: the service manager cannot be queried
   DaemonView daemon;
   Configuration configuration = {};
-  DepthProbe depth_probe = {};  ///< none if the files are not those of this machine
+  DepthProbe depth_probe = {};    ///< none if the files are not those of this machine
+  GpioLabel gpio_label = {};      ///< none if the files are not those of this machine
+  std::string architecture = {};  ///< "x86_64", "aarch64", as uname prints it; empty: not known
 };
 
 /// The user of this process.
 Caller thisCaller();
+
+/// The architecture of this machine, as uname prints it.
+std::string machineArchitecture();
 
 /// Parses the output of `systemctl show`, which has lines "Name=value".
 UnitProperties parseProperties(const std::string& shown);
 
 /// Queries the service manager for at most 5 seconds; nothing if there is none or it does not answer.
 std::optional<UnitProperties> askServiceManager();
+
+/// The architecture of the examined machine: kernels since 6.1 state it in a file. Empty: not known.
+std::string architectureOf(const Examination& box);
 
 /// Whether the service manager knows hapticd.service.
 bool isInstalled(const std::optional<UnitProperties>& unit);

@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
 #include <sstream>
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
+#include "tools/hapticctl/doctor/memory_need.h"
 
 namespace hapticd::tools {
 namespace {
@@ -20,21 +22,50 @@ constexpr std::int64_t kLeastRuntimeUs =
     500'000;  // half of each second: twice what the most expensive tick needs
 constexpr std::int64_t kLittleMemoryMib = 256;
 constexpr std::int64_t kTooLittleMemoryMib = 64;
+constexpr std::int64_t kMib = 1 << 20;
 
-/// The Debian package of the newest real-time kernel for this architecture.
-std::string realtimePackage(const Machine& machine) {
-  const std::string arch = machine.read("proc/sys/kernel/arch").value_or("x86_64");
-  if (arch == "aarch64") return "linux-image-rt-arm64";
-  if (arch == "armv7l") return "linux-image-rt-armmp";
-  return "linux-image-rt-amd64";
+/// Debian's kernels for an architecture: the package of the newest real-time one, and how the releases of its
+/// kernels end.
+struct DebianKernels {
+  std::string_view architecture;  ///< as uname prints it
+  std::string_view package;
+  std::array<std::string_view, 2> endings;
+};
+constexpr std::array kDebianKernels{
+    DebianKernels{"x86_64", "linux-image-rt-amd64", {"-amd64", "-amd64"}},
+    DebianKernels{"aarch64", "linux-image-rt-arm64", {"-arm64", "-arm64-16k"}},
+    DebianKernels{"armv7l", "linux-image-rt-armmp", {"-armmp", "-armmp-lpae"}},
+};
+
+/// What to do for a kernel with PREEMPT_RT. Only where Debian's own kernel runs is it known which package has
+/// one, and that it boots; a board with a kernel of its maker or of a derived distribution may not start with
+/// Debian's.
+std::string realtimeRemedy(const Examination& box, const std::string& release) {
+  const auto kernels = std::ranges::find(kDebianKernels, architectureOf(box), &DebianKernels::architecture);
+  const bool is_known = kernels != kDebianKernels.end();
+  const bool runs_debians = is_known && std::ranges::any_of(kernels->endings, [&](std::string_view ending) {
+                              return release.ends_with(ending);
+                            });
+  if (runs_debians) return fmt::format("apt install {}, then reboot", kernels->package);
+  return fmt::format(
+      "this kernel is not Debian's{}: 'apt-cache search linux-image | grep -w rt' lists those of this "
+      "system's archives; "
+      "otherwise ask its maker for one with CONFIG_PREEMPT_RT=y, or build it",
+      is_known ? fmt::format(", and {} may not start this machine", kernels->package) : "");
 }
 
 /// "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64"; without the package if dpkg does not know it.
 std::string kernelText(const Machine& machine, const std::string& release) {
   const std::string package = "linux-image-" + release;
-  const bool known = machine.exists("var/lib/dpkg/info/" + package + ".list") ||
-                     machine.exists("var/lib/dpkg/info/" + package + ":amd64.list");
+  const std::string list = "var/lib/dpkg/info/" + package;
+  const bool known = std::ranges::any_of(std::array{".list", ":amd64.list", ":arm64.list", ":armhf.list"},
+                                         [&](const char* ending) { return machine.exists(list + ending); });
   return known ? release + " from " + package : release;
+}
+
+/// Whether the kernel says PREEMPT_RT of itself: only those with Debian's patches have /sys/kernel/realtime.
+bool saysPreemptRt(const Machine& machine) {
+  return machine.read("proc/sys/kernel/version").value_or("").find("PREEMPT_RT") != std::string::npos;
 }
 
 /// A real-time kernel that is installed in /boot.
@@ -57,6 +88,18 @@ std::optional<std::int64_t> memoryMib(const std::string& table, const std::strin
   return std::nullopt;
 }
 
+std::int64_t mibOf(std::uint64_t bytes) {
+  return static_cast<std::int64_t>(bytes) / kMib;
+}
+
+/// Which settings take how much of it.
+std::string memoryRemedy(const MemoryNeed& need) {
+  return fmt::format(
+      "more memory, or less for the camera's frames ({} MiB, by its size), grid.point_capacity ({} MiB), "
+      "trace.flight_recorder_s ({} MiB) and trace.depth ({} MiB) in /etc/hapticd/hapticd.yaml",
+      mibOf(need.frames), mibOf(need.points), mibOf(need.ticks), mibOf(need.depth));
+}
+
 }  // namespace
 
 Findings checkKernel(const Examination& box) {
@@ -65,13 +108,14 @@ Findings checkKernel(const Examination& box) {
   if (!release) return {unreadable("kernel", kRelease, release.error())};
   const std::string kernel = kernelText(machine, *release);
   const Reading<std::string> realtime = machine.read("sys/kernel/realtime");
-  if (realtime && *realtime == "1") return {good("kernel", kernel + ", PREEMPT_RT")};
+  if ((realtime && *realtime == "1") || saysPreemptRt(machine))
+    return {good("kernel", kernel + ", PREEMPT_RT")};
   if (!realtime && !realtime.error().absent()) {
     return {unreadable("kernel", "sys/kernel/realtime", realtime.error())};
   }
   const auto installed = installedRealtimeKernel(machine);
-  const std::string remedy = installed ? fmt::format("boot {}, which is installed", *installed)
-                                       : fmt::format("apt install {}, then reboot", realtimePackage(machine));
+  const std::string remedy =
+      installed ? fmt::format("boot {}, which is installed", *installed) : realtimeRemedy(box, *release);
   return {warning("kernel", kernel + ", without PREEMPT_RT: wake-ups can be milliseconds late", remedy)};
 }
 
@@ -119,10 +163,20 @@ Findings checkMemory(const Examination& box) {
   const auto available = memoryMib(*table, "MemAvailable");
   if (!available) return {warning("memory", "/proc/meminfo does not list the available memory", "")};
   const std::int64_t swap = memoryMib(*table, "SwapTotal").value_or(0);
-  const std::string fact = fmt::format("{} MiB available, {} MiB of swap", *available, swap);
+  // a running daemon has its memory already
+  const std::int64_t need = mibOf(memoryNeed(box.configuration.settings).total());
+  const std::int64_t left = box.daemon.answers ? *available : *available - need;
+  const std::string fact =
+      fmt::format("{} MiB available, {} MiB of swap; hapticd takes about {} MiB", *available, swap, need);
   const std::string remedy = "close other programs, or give the box more memory";
-  if (*available < kTooLittleMemoryMib) return {failure("memory", fact, remedy)};
-  if (*available < kLittleMemoryMib) return {warning("memory", fact, remedy)};
+  const auto total = memoryMib(*table, "MemTotal");
+  if (total && *total < need + kLittleMemoryMib) {
+    const Verdict verdict = *total < need + kTooLittleMemoryMib ? Verdict::fail : Verdict::warn;
+    return {{verdict, "memory", fmt::format("{}, too much for {} MiB in all", fact, *total),
+             memoryRemedy(memoryNeed(box.configuration.settings))}};
+  }
+  if (left < kTooLittleMemoryMib) return {failure("memory", fact, remedy)};
+  if (left < kLittleMemoryMib) return {warning("memory", fact, remedy)};
   if (swap > 0 && box.daemon.answers && !box.daemon.memory_locked) {
     return {
         warning("memory", fact + ", and hapticd's memory is not locked: it can be paged out",

@@ -104,6 +104,14 @@ std::string Machine::linkedName(const std::string& path) const {
   return error ? std::string() : target.filename().string();
 }
 
+std::string Machine::resolved(const std::string& path) const {
+  std::error_code error;
+  const std::filesystem::path root = std::filesystem::canonical(root_, error);
+  const std::filesystem::path target = std::filesystem::weakly_canonical(root_ / path.substr(1), error);
+  const std::string below = target.lexically_relative(root).string();
+  return error || below.starts_with("..") ? path : "/" + below;
+}
+
 Reading<std::optional<Account>> Machine::group(const std::string& name) const {
   return account("etc/group", name);
 }

@@ -56,6 +56,8 @@ class Machine {
   /// The bytes that programs without privileges may still use on the disk that holds the path.
   Reading<std::uint64_t> freeBytes(const std::string& path) const;
   bool exists(const std::string& path) const;
+  /// The path, which begins with a slash, with its links followed; as it is where it does not exist.
+  std::string resolved(const std::string& path) const;
   /// The last part of the target of a link; empty if it is not a link.
   std::string linkedName(const std::string& path) const;
 

@@ -11,7 +11,9 @@
 #include <memory>
 #include <mutex>
 
+#include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
+#include "rt/clock.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -258,6 +260,63 @@ TEST_F(TraceRecorderTest, TicksDroppedAtTheVeryEndAreCounted) {
   ASSERT_TRUE(stopped.get());
   recorder->stop();
   EXPECT_EQ(recorder->status().ticks_lost, 5U);
+}
+
+/// Ticks around a fault that began so long ago that its dump is due.
+class DumpsOfTheFlightRecorder : public TraceRecorderTest {
+ protected:
+  DumpsOfTheFlightRecorder() { settings.trace.flight_recorder_s = 60; }
+
+  /// A fault or a burst of overruns, and its end. The trace thread has taken both when it returns, and has
+  /// written the dump if there is one.
+  void pushCause(rt::Mode mode, rt::Cause cause) {
+    rt::Tick tick;
+    tick.planned_ns = rt::monotonicNow_ns() - 2 * rt::kNsPerSecond;
+    for (const bool lasts : {true, false}) {
+      tick.number = ++pushed;
+      tick.mode = lasts ? mode : rt::Mode::engaged;
+      tick.cause = lasts ? cause : rt::Cause::none;
+      ring->push(tick);
+    }
+    settle();
+  }
+  void pushBurst() { pushCause(rt::Mode::holding, rt::Cause::overrun_burst); }
+  void pushFault() { pushCause(rt::Mode::faulted, rt::Cause::force_not_finite); }
+
+  /// The dumps in the folder.
+  std::size_t dumps() const {
+    std::size_t count = 0;
+    for (const fs::directory_entry& entry : fs::directory_iterator(traces())) {
+      if (entry.path().extension() == ".mcap" && drivers::isDumpName(entry.path().stem().string())) ++count;
+    }
+    return count;
+  }
+};
+
+TEST_F(DumpsOfTheFlightRecorder, ABurstSoonAfterADumpWaitsUntilNoTickWouldBeWrittenTwice) {
+  start();
+  pushBurst();
+  EXPECT_EQ(dumps(), 1U);
+  for (int i = 0; i < 20; ++i) pushBurst();
+  EXPECT_EQ(dumps(), 1U);
+}
+
+TEST_F(DumpsOfTheFlightRecorder, ABurstThatWaitsIsWrittenBeforeTheDaemonEnds) {
+  start();
+  pushBurst();
+  pushBurst();
+  recorder->stop();
+  EXPECT_EQ(dumps(), 2U);
+}
+
+TEST_F(DumpsOfTheFlightRecorder, AFaultDoesNotWait) {
+  start();
+  pushBurst();
+  pushBurst();
+  pushFault();
+  EXPECT_EQ(dumps(), 2U);
+  pushFault();
+  EXPECT_EQ(dumps(), 3U);
 }
 
 }  // namespace

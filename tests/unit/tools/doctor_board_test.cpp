@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `hapticctl doctor` says of boards: kernels that are not Debian's, CPUs of two kinds, frequency
+// policies, GPIO chips and storage.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <map>
+
+#include "boards.h"
+#include "tools/hapticctl/doctor/checks.h"
+
+namespace hapticd::tools {
+namespace {
+
+class DoctorOnABoard : public testing::Test {
+ protected:
+  /// The one finding of a check.
+  Finding only(Findings (*check)(const Examination&)) const {
+    const Findings findings = check(box);
+    EXPECT_EQ(findings.size(), 1U) << textOf(findings);
+    return findings.empty() ? Finding{} : findings.front();
+  }
+
+  test::MadeUpMachine files;
+  Examination box{Machine(files.root()),
+                  {"anna", 1000, {1000, 4242}, 80, kNoLimit},
+                  test::goodUnit(),
+                  {},
+                  {},
+                  {},
+                  {},
+                  {}};
+};
+
+testing::AssertionResult says(const Finding& finding, Verdict verdict, const std::string& fact,
+                              const std::string& remedy) {
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  if (finding.verdict == verdict && has(finding.fact, fact) && has(finding.remedy, remedy)) {
+    return testing::AssertionSuccess();
+  }
+  return testing::AssertionFailure() << "says: " << textOf({finding});
+}
+
+TEST_F(DoctorOnABoard, FindsNothingWrongWithABoardThatIsSetUp) {
+  for (void (*board)(const test::MadeUpMachine&) :
+       {&test::fillWithARaspberryPi5, &test::fillWithAnRk3588, &test::fillWithAnImx8}) {
+    const test::MadeUpMachine machine;
+    board(machine);
+    machine.set("sys/kernel/realtime", "1");
+    box.machine = Machine(machine.root());
+    const Findings findings = examine(box);
+    for (const Finding& finding : findings) {
+      // the service does not answer here
+      EXPECT_TRUE(finding.verdict == Verdict::ok || finding.name == "daemon") << textOf({finding});
+    }
+  }
+}
+
+// --- kernel
+
+TEST_F(DoctorOnABoard, NamesNoPackageForAKernelThatIsNotDebians) {
+  test::fillWithARaspberryPi5(files);
+  const Finding finding = only(checkKernel);
+  EXPECT_TRUE(says(finding, Verdict::warn, "6.12.34+rpt-rpi-2712, without PREEMPT_RT",
+                   "this kernel is not Debian's, and linux-image-rt-arm64 may not start this machine"));
+  EXPECT_TRUE(says(finding, Verdict::warn, "", "apt-cache search linux-image"));
+  EXPECT_EQ(finding.remedy.find("apt install"), std::string::npos) << finding.remedy;
+}
+
+TEST_F(DoctorOnABoard, TakesTheArchitectureOfTheRunningMachineWhereTheKernelHasNoFileForIt) {
+  test::fillWithARaspberryPi5(files);
+  files.remove("proc/sys/kernel/arch");
+  files.set("proc/sys/kernel/osrelease", "5.10.0-30-arm64");
+  box.architecture = "aarch64";
+  EXPECT_TRUE(
+      says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-arm64"));
+  box.architecture.clear();
+  const Finding unknown = only(checkKernel);
+  EXPECT_EQ(unknown.remedy.find("linux-image-rt"), std::string::npos) << unknown.remedy;
+}
+
+TEST_F(DoctorOnABoard, BelievesAKernelThatSaysPreemptRtOfItself) {
+  test::fillWithAnImx8(files);
+  EXPECT_TRUE(says(only(checkKernel), Verdict::ok, "6.6.36-lts-next-imx, PREEMPT_RT", ""));
+  files.set("proc/sys/kernel/version", "#1 SMP PREEMPT Mon Aug 19 08:15:13 UTC 2024");
+  EXPECT_EQ(only(checkKernel).verdict, Verdict::warn);
+}
+
+// --- CPUs of two kinds
+
+TEST_F(DoctorOnABoard, NamesTheKindsOfCpusAndThatOfTheForceLoop) {
+  test::fillWithAnRk3588(files);
+  EXPECT_TRUE(says(only(checkCpuKind), Verdict::ok,
+                   "big: CPU 4-7, little: CPU 1-3 (cpu_capacity 1003 and 530); the force loop takes CPU 7",
+                   ""));
+}
+
+TEST_F(DoctorOnABoard, WarnsOfALittleCpuAndNamesABigOne) {
+  test::fillWithAnRk3588(files);
+  const std::string remedy = "hapticd-realtime-setup apply --cpu 7, and 'loop:' with 'cpu: 7' below it";
+  box.configuration.settings.loop.cpu = 2;
+  EXPECT_TRUE(says(only(checkCpuKind), Verdict::warn, "the force loop takes CPU 2, a little one", remedy));
+  box.daemon.answers = true;
+  box.daemon.cpu = 3;
+  EXPECT_TRUE(says(only(checkCpuKind), Verdict::warn, "the force loop takes CPU 3, a little one", remedy));
+  box.daemon = {};
+  box.configuration.settings.loop.cpu = -1;
+  files.set("sys/devices/system/cpu/isolated", "1-2");
+  EXPECT_TRUE(says(only(checkCpuKind), Verdict::warn, "the force loop takes CPU 2, a little one", remedy));
+}
+
+TEST_F(DoctorOnABoard, NamesTheBigOneOfTheIsolatedCpus) {
+  test::fillWithAnRk3588(files);
+  files.set("sys/devices/system/cpu/isolated", "3-4");
+  box.daemon.answers = true;
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "not pinned", "'cpu: 4'"));
+  files.set("sys/devices/system/cpu/cpu4/cpu_capacity", "400");
+  files.set("sys/devices/system/cpu/isolated", "2-4,7");
+  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "not pinned", "'cpu: 7'"));
+}
+
+TEST_F(DoctorOnABoard, HasNothingAgainstCpusThatDifferByAFewPerCent) {
+  test::fillWithAnRk3588(files);
+  box.configuration.settings.loop.cpu = 4;
+  EXPECT_EQ(only(checkCpuKind).verdict, Verdict::ok);
+  box.configuration.settings.loop.cpu = -1;
+  test::MadeUpMachine equal;
+  test::fillWithARaspberryPi5(equal);
+  box.machine = Machine(equal.root());
+  EXPECT_TRUE(says(only(checkCpuKind), Verdict::ok, "all are alike (cpu_capacity)", ""));
+}
+
+TEST_F(DoctorOnABoard, JudgesByTheLargestFrequencyWhereThereIsNoCapacity) {
+  test::fillWithAGoodBox(files);
+  for (const std::string cpu : {"0", "1", "2", "3"}) {
+    files.set("sys/devices/system/cpu/cpu" + cpu + "/cpufreq/cpuinfo_max_freq",
+              cpu == "3" ? "3300000" : "4700000");
+  }
+  EXPECT_TRUE(
+      says(only(checkCpuKind), Verdict::warn, "(cpuinfo_max_freq 4700000 and 3300000)", "apply --cpu 2"));
+}
+
+// --- frequencies
+
+TEST_F(DoctorOnABoard, NamesTheFrequencyPolicyThatTheForceLoopsCpuShares) {
+  test::fillWithAnRk3588(files);
+  EXPECT_TRUE(says(only(checkGovernor), Verdict::ok, "performance on 1 CPU", ""));
+  files.set("sys/devices/system/cpu/isolated", "5");
+  EXPECT_TRUE(says(only(checkGovernor), Verdict::warn, "CPU 5 (policy4, of CPU 4-5) ondemand",
+                   "echo performance > /sys/devices/system/cpu/cpufreq/policy4/scaling_governor"));
+}
+
+// --- GPIO
+
+class DoctorsGpio : public DoctorOnABoard {
+ protected:
+  DoctorsGpio() {
+    test::fillWithARaspberryPi5(files);
+    box.configuration.settings.leds.driver = config::LedDriver::gpiod;
+    box.gpio_label = [this](const std::string& path) -> std::expected<std::string, int> {
+      const auto label = labels.find(path);
+      return label == labels.end() ? std::unexpected(EACCES) : std::expected<std::string, int>(label->second);
+    };
+  }
+  /// What it says of leds.chip.
+  Finding ofChip(const std::string& chip) {
+    box.configuration.settings.leds.chip = chip;
+    const Findings findings = checkGpio(box);
+    EXPECT_FALSE(findings.empty());
+    return findings.empty() ? Finding{} : findings.front();
+  }
+
+  std::map<std::string, std::string> labels{{"/dev/gpiochip0", "pinctrl-rp1"},
+                                            {"/dev/gpiochip10", "gpio-brcmstb@107d508500"},
+                                            {"/dev/gpiochip11", "gpio-brcmstb@107d508520"}};
+};
+
+TEST_F(DoctorsGpio, FindsTheChipByLabelNameAndPath) {
+  for (const char* chip : {"pinctrl-rp1", "gpiochip0", "/dev/gpiochip0"}) {
+    EXPECT_TRUE(says(ofChip(chip), Verdict::ok, "leds.chip is gpiochip0 (pinctrl-rp1)", "")) << chip;
+  }
+}
+
+TEST_F(DoctorsGpio, ListsTheChipsWithTheirLabelsWhenTheConfiguredOneIsMissing) {
+  for (const char* chip : {"pinctrl-bcm2711", "gpiochip4", "/dev/gpiochip4"}) {
+    EXPECT_TRUE(
+        says(ofChip(chip), Verdict::warn,
+             std::string("there is no chip leds.chip = ") + chip +
+                 "; there are gpiochip0 (pinctrl-rp1), gpiochip10 (gpio-brcmstb@107d508500), gpiochip11 "
+                 "(gpio-brcmstb@107d508520)",
+             "set 'chip:' to the label of one of them"));
+  }
+}
+
+TEST_F(DoctorsGpio, LeavesOutALinkForAnEarlierNumber) {
+  files.link("dev/gpiochip4", "gpiochip0");
+  EXPECT_EQ(ofChip("pinctrl-bcm2711").fact.find("gpiochip4"), std::string::npos);
+  EXPECT_TRUE(says(ofChip("gpiochip4"), Verdict::ok, "leds.chip is gpiochip4", ""));
+}
+
+TEST_F(DoctorsGpio, SaysWhenALabelCannotBeRead) {
+  labels.erase("/dev/gpiochip0");
+  EXPECT_TRUE(says(ofChip("pinctrl-rp1"), Verdict::warn,
+                   "is not known: the label of gpiochip0 cannot be read (Permission denied)", "run as root"));
+  EXPECT_TRUE(says(ofChip("gpiochip0"), Verdict::ok, "leds.chip is gpiochip0", ""));
+}
+
+TEST_F(DoctorsGpio, SaysThatThereAreNoChips) {
+  for (const char* chip : {"gpiochip0", "gpiochip10", "gpiochip11"}) files.remove("dev/" + std::string(chip));
+  EXPECT_TRUE(says(ofChip("pinctrl-rp1"), Verdict::warn, "leds.chip = pinctrl-rp1, nor another one",
+                   "load the driver"));
+}
+
+// --- storage
+
+class DoctorsStorage : public DoctorOnABoard {
+ protected:
+  DoctorsStorage() {
+    test::fillWithARaspberryPi5(files);
+    mountFrom("179:2", "/dev/mmcblk0p2");
+    files.link("sys/dev/block/179:2",
+               "../../devices/platform/soc/mmc_host/mmc0/mmc0:aaaa/block/mmcblk0/mmcblk0p2");
+    files.set("sys/block/mmcblk0/device/type", "SD");
+  }
+  void mountFrom(const std::string& device, const std::string& source) const {
+    files.set("proc/self/mountinfo",
+              "24 1 " + device + " / / rw,noatime shared:1 - ext4 " + source +
+                  " rw\n30 24 0:26 / /proc rw - proc proc rw\n31 24 259:1 / /var/lib/hapticd2 rw - "
+                  "ext4 /dev/nvme0n1p1 rw");
+  }
+};
+
+TEST_F(DoctorsStorage, StatesWhatATraceWritesToAnSdCard) {
+  EXPECT_TRUE(says(
+      only(checkStorage), Verdict::ok,
+      "/var/lib/hapticd is on an SD card (mmcblk0p2), which writing wears out; a trace writes at most", ""));
+  EXPECT_TRUE(
+      says(only(checkStorage), Verdict::ok, "trace.min_free_mb = 500 MB is free; none begins by itself", ""));
+  box.configuration.settings.trace.max_folder_mb = 4000;
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "trace.max_folder_mb = 4000 MB", ""));
+}
+
+TEST_F(DoctorsStorage, WarnsOfTracesThatAreWrittenAllTheTime) {
+  box.configuration.settings.trace.at_start = true;
+  box.configuration.settings.trace.depth = true;
+  const Finding finding = only(checkStorage);
+  EXPECT_TRUE(says(finding, Verdict::warn, "writing wears it out all the time", "trace.at_start: false"));
+  EXPECT_TRUE(says(finding, Verdict::warn, ", depth 66.", "state.folder on a USB or NVMe disk"))
+      << "614,400 bytes a frame, 30 frames a second";
+}
+
+TEST_F(DoctorsStorage, KnowsEmmcAndDisks) {
+  files.set("sys/block/mmcblk0/device/type", "MMC");
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is on eMMC (mmcblk0p2)", ""));
+  files.remove("sys/block/mmcblk0");
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is on an SD card or eMMC (mmcblk0p2)", ""));
+  mountFrom("259:2", "/dev/nvme0n1p2");
+  files.link("sys/dev/block/259:2", "../../devices/pci0000:00/nvme/nvme0/nvme0n1/nvme0n1p2");
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/var/lib/hapticd is on nvme0n1p2", ""));
+}
+
+TEST_F(DoctorsStorage, TakesTheMountThatHoldsTheFolder) {
+  box.configuration.settings.state.folder = "/var/lib/hapticd2/box";
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/var/lib/hapticd2/box is on nvme0n1p1", ""));
+  box.configuration.settings.state.folder = "/var/lib/hapticd2b";
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/var/lib/hapticd2b is on an SD card", ""));
+}
+
+TEST_F(DoctorsStorage, FollowsLinksAndVolumes) {
+  files.makeFolder("mnt/card");
+  files.link("var/lib/linked", "../../mnt/card");
+  files.set("proc/self/mountinfo",
+            "24 1 8:1 / / rw - ext4 /dev/sda1 rw\n31 24 254:0 / /mnt/card rw shared:2 master:1 - ext4 "
+            "/dev/mapper/card rw");
+  files.link("sys/dev/block/254:0", "../../devices/virtual/block/dm-0");
+  files.makeFolder("sys/block/dm-0/slaves/mmcblk0p3");
+  box.configuration.settings.state.folder = "/var/lib/linked";
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/mnt/card is on an SD card (mmcblk0p3)", ""));
+}
+
+TEST_F(DoctorsStorage, ReadsTheKernelsEscapesOfBlanks) {
+  files.set(
+      "proc/self/mountinfo",
+      "24 1 8:1 / / rw - ext4 /dev/sda1 rw\n31 24 179:2 / /mnt/my\\040card rw - ext4 /dev/mmcblk0p2 rw");
+  box.configuration.settings.state.folder = "/mnt/my card/state";
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/mnt/my card/state is on an SD card", ""));
+}
+
+TEST_F(DoctorsStorage, SaysWhenTheDiskIsNotKnown) {
+  files.set("proc/self/mountinfo", "24 1 0:30 / / rw - overlay overlay rw");
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is not known", ""));
+  files.set("proc/self/mountinfo", "garbage");
+  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is not known", ""));
+  files.remove("proc/self/mountinfo");
+  EXPECT_TRUE(says(only(checkStorage), Verdict::warn, "there is no /proc/self/mountinfo", ""));
+}
+
+}  // namespace
+}  // namespace hapticd::tools
