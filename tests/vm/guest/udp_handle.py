@@ -1,22 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """A handle behind haptic-bridge, by authenticated packets over the loopback network, past the unit's address filter."""
 
+import collections
 import math
 import os
 import signal
 import subprocess
 import time
 
+import handles
 import installation
 from lab import check, configure, counted, engage, expect, force_n, is_active, main_pid, must, reaches, wait_for, write
 
 KEY, OTHER_KEY, LOG = "/run/lab-udp.key", "/run/lab-other.key", "/run/lab-bridge.csv"
-BOX = (installation.SIMPLE.replace("noise: off", "noise: off, scene: plane") + "handle: {driver: udp}\n"
-       f"udp_handle: {{peer: '127.0.0.1:47801', key_file: {KEY}}}\n")
+BOX = handles.SCENE + f"handle: {{driver: udp}}\nudp_handle: {{peer: '127.0.0.1:47801', key_file: {KEY}}}\n"
 # The bridge lets go after 20 ms without a command (drivers/handle/udp/protocol.md).
 DEAD_MAN_NS = 20_000_000
 
 bridge = None
+
+# A tick of the device: age of the newest command, whether that asks for a force, the force at the hand.
+Row = collections.namedtuple("Row", "age_ns active force_n")
 
 
 class Bridge:
@@ -30,17 +34,17 @@ class Bridge:
              "0,0,-0.97", "--travel", "0.02", "--log", LOG], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
     @staticmethod
-    def rows():
-        """What it logged: time, age of the newest command, whether that asks for a force, exerted force."""
-        with open(LOG) as file:
-            lines = [line.split(",") for line in file.read().split("\n")[1:-1]]
-        return [(int(line[0]), int(line[3]), line[6] == "active", math.hypot(*map(float, line[10:13])))
-                for line in lines if len(line) == 16]
+    def rows(last_bytes=None):
+        """What it logged, or the end of it; the row that is just being written is left out."""
+        with open(LOG, "rb") as file:
+            file.seek(max(0, os.fstat(file.fileno()).st_size - last_bytes) if last_bytes else 0)
+            lines = [line.split(b",") for line in file.read().split(b"\n")[1:-1]]
+        return [Row(int(line[3]), line[6] == b"active", math.hypot(*map(float, line[10:13]))) for line in lines]
 
-    def exerts(self):
-        """The force at the device in newtons, and the age of the command for it in nanoseconds."""
-        rows = self.rows()
-        return (rows[-1][3], rows[-1][1]) if rows else (0, 0)
+    def exerts(self, least_n):
+        """Whether the device exerts that force or more now."""
+        rows = self.rows(1000)
+        return bool(rows) and rows[-1].force_n >= least_n
 
     def end(self):
         """Returns its table of packets."""
@@ -80,7 +84,7 @@ def press():
     reaches("the handle", present)
     reaches("a scene", lambda now: now["tick"]["sceneFrame"] > 0)
     wait_for("engaging is accepted", engage)
-    wait_for("the device exerts force", lambda: bridge.exerts()[0] > 0.5, 20)
+    wait_for("the device exerts force", lambda: bridge.exerts(0.5), 20)
 
 
 @check("a bridge with another key is refused, counted, and moves nothing")
@@ -89,7 +93,7 @@ def refused():
     try:
         now = reaches("it is counted", lambda now: now["handle"]["link"] and now["handle"]["link"]["rejected"] > 100)
         expect(not present(now), str(now["handle"]))
-        expect(not any(row[2] or row[3] for row in stranger.rows()), "the stranger's device exerted a force")
+        expect(not any(row.active or row.force_n for row in stranger.rows()), "the stranger's device exerted a force")
     finally:
         stranger.end()
     return f"{now['handle']['link']['rejected']} packets; {now['handle']['detail']}"
@@ -102,7 +106,7 @@ def forces():
     now = reaches("the loop computes it", lambda now: now["mode"] == "engaged" and force_n(now) > 0.5)
     said = bridge.end()
     link, rows = now["handle"]["link"], Bridge.rows()
-    expect(max(row[3] for row in rows) > 1, "the hand presses with 2 N and felt less than half of it")
+    expect(max(row.force_n for row in rows) > 1, "the hand presses with 2 N and felt less than half of it")
     if counted():
         expect(link["lost"] == 0 and "lost 0, duplicated 0" in said, f"{link} {said}")
     return f"{len(rows)} states, round trip p50 {link['roundTrip']['p50Ns'] / 1000:.0f} us, {force_n(now):.2f} N"
@@ -116,7 +120,7 @@ def returns():
     bridge = Bridge()
     reaches("the handle", present)
     time.sleep(0.5)
-    expect(not any(row[3] for row in bridge.rows()), "there was force before somebody engaged")
+    expect(not any(row.force_n for row in bridge.rows()), "there was force before somebody engaged")
     bridge.end()
     expect(is_active() and main_pid() == pid, "the daemon was restarted")
     return now["handle"]["detail"]
@@ -127,13 +131,13 @@ def killed():
     press()
     old = main_pid()
     os.kill(old, signal.SIGKILL)
-    wait_for("it lets go", lambda: bridge.exerts()[0] == 0)
+    wait_for("it lets go", lambda: not bridge.exerts(1e-9))
     wait_for("another daemon", lambda: is_active() and main_pid() not in (0, old), 15)
     reaches("the handle", present)
     bridge.end()
     rows = Bridge.rows()
-    expect(any(row[3] > 0.5 for row in rows), "there was no force to let go of")
-    late = [row for row in rows if row[3] and not (row[2] and row[1] < DEAD_MAN_NS)]
+    expect(any(row.force_n > 0.5 for row in rows), "there was no force to let go of")
+    late = [row for row in rows if row.force_n and not (row.active and row.age_ns < DEAD_MAN_NS)]
     expect(not late, f"{len(late)} ticks with a force without a command, the first: {late[:1]}")
-    oldest_ms = max(row[1] for row in rows if row[3]) / 1e6
+    oldest_ms = max(row.age_ns for row in rows if row.force_n) / 1e6
     return f"oldest command with a force {oldest_ms:.1f} ms"
