@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "rt/loop_state.h"
+#include "rt/realtime_thread.h"
 
 namespace hapticd::tools {
 namespace {
@@ -16,8 +17,6 @@ constexpr std::uint64_t kProgram = 78 * kMib;
 constexpr std::uint64_t kPerPoint = 145;
 constexpr std::uint64_t kPerPixel = 90;
 
-/// The usual limit on a thread's stack.
-constexpr std::uint64_t kStack = 8 * kMib;
 /// Camera, handle, scene, force, trace and the limit of its folder.
 constexpr std::uint64_t kThreads = 6;
 
@@ -39,7 +38,7 @@ MemoryNeed memoryNeed(const config::Settings& settings) {
   const bool depth = settings.trace.depth;
   MemoryNeed need;
   need.program = kProgram;
-  need.stacks = (kThreads + (has_leds ? 1 : 0) + (depth ? 1 : 0)) * kStack;
+  need.stacks = (kThreads + (has_leds ? 1 : 0) + (depth ? 1 : 0)) * rt::kThreadStackBytes;
   need.points = points * kPerPoint;
   need.frames = pixels * kPerPixel;
   need.ticks =
