@@ -2,12 +2,14 @@
 #include "daemon/added_scene.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <chrono>
 #include <utility>
 
 #include "rt/depth_frame.h"
+#include "rt/realtime_thread.h"
 #include "rt/shape.h"
 #include "rt/vec3.h"
 
@@ -23,8 +25,23 @@ AddedScene::AddedScene(rt::ControlChannels& channels, const rt::DepthModel& dept
                        const rt::PoseParameters& T_world_camera)
     : channels_(channels), depth_model_(depth_model), T_world_camera_(T_world_camera) {}
 
+void AddedScene::returnUnusedMemory(bool memory_locked) {
+  if (sets_) return;
+  lock_when_used_ = memory_locked;
+  channels_.fixtures.prepareSlots(
+      [](rt::FixtureSet& slot) { rt::returnPages(slot.elements.data(), sizeof slot.elements); });
+  channels_.tissue.prepareSlots(
+      [](rt::TissueMap& slot) { rt::returnPages(slot.labels.data(), sizeof slot.labels); });
+}
+
 AddedScene::Sets& AddedScene::setsToChange() {
-  if (!sets_) sets_ = std::make_unique<Sets>();
+  if (sets_) return *sets_;
+  sets_ = std::make_unique<Sets>();
+  // Present and locked before the force loop reads it.
+  if (lock_when_used_) {
+    ::mlock(&channels_.fixtures, sizeof channels_.fixtures);
+    ::mlock(&channels_.tissue, sizeof channels_.tissue);
+  }
   return *sets_;
 }
 

@@ -29,6 +29,9 @@ class AddedScene {
 
   /// Hands over what differs from the last call; nothing as long as there has never been a fixture or region.
   void apply(const config::SceneAdditions& additions);
+  /// Returns the memory of paths and labels to the system until there is a fixture or region. To be called
+  /// after memory is locked, which `memory_locked` tells, and before the force loop runs.
+  void returnUnusedMemory(bool memory_locked);
   /// Takes a label image that has been read meanwhile, and hands its labels over. Returns whether it did.
   bool takeLabels();
   /// Hands over regions that differ in their stiffness only.
@@ -66,6 +69,7 @@ class AddedScene {
   config::SceneAdditions additions_;
   // large, and kept because each change continues the identities of the one before
   std::unique_ptr<Sets> sets_;
+  bool lock_when_used_ = false;  // the memory of the channels was returned
   std::uint64_t regions_generation_ = 0;
   config::LabelImage labels_;
   std::future<config::Result<config::LabelImage>> loading_;

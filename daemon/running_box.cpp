@@ -126,6 +126,7 @@ config::Result<void> RunningBox::startForceThread() {
   // Memory is locked before the thread exists, so that its stack is locked too.
   const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
   scene_thread_.returnUnusedMemory();
+  added_scene_.returnUnusedMemory(memory_locked);
   std::promise<std::pair<rt::LoopPrivileges, pid_t>> prepared;
   try {
     force_thread_ = std::thread([this, &prepared] {

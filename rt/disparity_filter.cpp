@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/realtime_thread.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -47,14 +49,28 @@ DisparityFilter::DisparityFilter(const DepthModel& model)
       tiles_across_(stride_px_ / kTileColumns),
       tile_count_(
           static_cast<std::size_t>(tiles_across_ * ((model.height_px() + kTileRows - 1) / kTileRows))),
-      tiles_(std::make_unique<Tile[]>(tile_count_)) {}
+      tiles_(std::make_unique<Tile[]>(tile_count_)),
+      plain_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
+      mean_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
+      frames_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
+      missing_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
+      smooth_(std::make_unique<float[]>(pixels_ + 2 * margin_)),
+      rounded_(std::make_unique<std::uint16_t[]>(pixels_ + kVectorPadding)) {}
 
-/// Allocates an image of a whole frame with its margins, unless it exists.
-void DisparityFilter::prepare(std::unique_ptr<float[]>& image, float value) const {
-  if (image) return;
-  const std::size_t with_margin = pixels_ + 2 * margin_;
-  image = std::make_unique_for_overwrite<float[]>(with_margin);
-  std::fill_n(image.get(), with_margin, value);
+void DisparityFilter::returnUnused() noexcept {
+  for (float* const image : {plain_.get(), mean_.get(), frames_.get(), missing_.get(), smooth_.get()}) {
+    returnPages(image, (pixels_ + 2 * margin_) * sizeof(float));
+  }
+  returnPages(rounded_.get(), (pixels_ + kVectorPadding) * sizeof(std::uint16_t));
+}
+
+/// Not in the constructor, so that boxes that filter nothing need no memory for it.
+void DisparityFilter::clearOnce() noexcept {
+  if (cleared_) return;
+  cleared_ = true;
+  for (float* const image : {plain_.get(), mean_.get(), smooth_.get()}) {
+    std::fill_n(image, pixels_ + 2 * margin_, kNoDisparity);
+  }
 }
 
 PixelWindow DisparityFilter::grown(const PixelWindow& window, int margin) const noexcept {
@@ -68,6 +84,7 @@ PixelWindow DisparityFilter::grown(const PixelWindow& window, int margin) const 
 
 const float* DisparityFilter::apply(const DisparityFrame& frame, const PixelWindow& window,
                                     const FilterParameters& parameters) noexcept {
+  clearOnce();
   FilterParameters requested = parameters;
   requested.spatial_radius_px = std::clamp(requested.spatial_radius_px, 0, kMaxRadius_px);
   if (requested != parameters_) {
@@ -78,19 +95,12 @@ const float* DisparityFilter::apply(const DisparityFrame& frame, const PixelWind
   const PixelWindow read = grown(window, radius);
   const bool in_time = parameters_.temporal_frames > 1 || parameters_.hold_frames > 0;
   if (in_time) {
-    prepare(mean_, kNoDisparity);
-    prepare(frames_, 0);
-    prepare(missing_, 0);
     follow(frame, read);
   } else {
-    prepare(plain_, kNoDisparity);
     convert(frame, read);
   }
   newest_ = (in_time ? mean_ : plain_).get() + margin_;
-  if (radius > 0) {
-    prepare(smooth_, kNoDisparity);
-    smooth(window);
-  }
+  if (radius > 0) smooth(window);
   return newest_;
 }
 
@@ -157,7 +167,6 @@ void DisparityFilter::smooth(const PixelWindow& window) noexcept {
 }
 
 const std::uint16_t* DisparityFilter::rounded(const PixelWindow& window) noexcept {
-  if (!rounded_) rounded_ = std::make_unique<std::uint16_t[]>(pixels_ + kVectorPadding);
   const int columns = window.column_last - window.column_first + 1;
   for (int row = window.row_first; row <= window.row_last; ++row) {
     const std::size_t first = pixelAt(row, window.column_first);

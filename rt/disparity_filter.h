@@ -21,11 +21,10 @@ namespace hapticd::rt {
 /// that belong to the same surface, so edges are preserved. Only requested tiles are tracked; a tile that was
 /// not requested for the previous frame restarts.
 ///
-/// Thread: one (the scene thread).  RT: not safe; an image is allocated when the first filter needs it,
-/// because most boxes filter nothing.
+/// Thread: one (the scene thread).  RT: allocates nothing after construction.
 class DisparityFilter {
  public:
-  /// `model` outlives the filter.
+  /// Allocates all buffers. `model` outlives the filter.  RT: not safe.
   explicit DisparityFilter(const DepthModel& model);
 
   /// Returns the filtered disparities of the window, in frame layout, with kNoDisparity where nothing usable
@@ -33,6 +32,10 @@ class DisparityFilter {
   /// filtered again with another window.
   const float* apply(const DisparityFrame& frame, const PixelWindow& window,
                      const FilterParameters& parameters) noexcept;
+
+  /// Returns the images to the system until a filter is used, see rt::returnPages(). Before the first frame.
+  /// RT: not safe.
+  void returnUnused() noexcept;
 
   /// Restarts all means with the next frame.
   void forget() noexcept { std::fill_n(tiles_.get(), tile_count_, Tile{}); }
@@ -51,7 +54,7 @@ class DisparityFilter {
     float max_frames = 1;           ///< length of the means of its pixels
   };
 
-  void prepare(std::unique_ptr<float[]>& image, float value) const;
+  void clearOnce() noexcept;
   void convert(const DisparityFrame& frame, const PixelWindow& window) noexcept;
   void follow(const DisparityFrame& frame, const PixelWindow& window) noexcept;
   void follow(const DisparityFrame& frame, int tile_column, int tile_row) noexcept;
@@ -74,7 +77,7 @@ class DisparityFilter {
   int tiles_across_;
   std::size_t tile_count_;
   std::unique_ptr<Tile[]> tiles_;
-  // Images of whole frames with a margin on all sides; null until a filter needs them.
+  // Images of whole frames with a margin on all sides.
   std::unique_ptr<float[]> plain_;  // disparities of the newest frame
   std::unique_ptr<float[]> mean_;
   std::unique_ptr<float[]> frames_;
@@ -82,6 +85,7 @@ class DisparityFilter {
   std::unique_ptr<float[]> smooth_;
   std::unique_ptr<std::uint16_t[]> rounded_;
   const float* newest_ = nullptr;
+  bool cleared_ = false;  ///< pixels without a disparity hold kNoDisparity
 };
 
 }  // namespace hapticd::rt

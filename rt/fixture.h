@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "rt/late_triple_buffer.h"
 #include "rt/shape.h"
+#include "rt/triple_buffer.h"
 #include "rt/vec3.h"
 #include "rt/words.h"
 
@@ -90,6 +90,6 @@ struct FixtureSet {
 static_assert(std::is_trivially_copyable_v<FixtureSet>);
 
 /// Written by the control thread, read by the force thread.
-using FixtureChannel = LateTripleBuffer<FixtureSet>;
+using FixtureChannel = TripleBuffer<FixtureSet>;
 
 }  // namespace hapticd::rt

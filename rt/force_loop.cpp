@@ -70,8 +70,8 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
                           .directive = directive,
                           .overran = overran_,
                           .release = release,
-                          .fixtures = channels_.control.fixtures.front(),
-                          .tissue = channels_.control.tissue.front()});
+                          .fixtures = &channels_.control.fixtures.front(),
+                          .tissue = &channels_.control.tissue.front()});
   tick.number = state_.counters.ticks + 1;
   tick.stopping = stopping_;
   tick.planned_ns = planned_ns;

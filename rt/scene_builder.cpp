@@ -77,6 +77,7 @@ void SceneBuilder::returnUnusedMemory() noexcept {
   returnPages(in_image_order_.get(), (point_capacity_ + kVectorPadding) * sizeof in_image_order_[0]);
   returnPages(run_voxel_.get(), (point_capacity_ + kVectorPadding) * sizeof run_voxel_[0]);
   returnPages(run_begin_.get(), (point_capacity_ + kVectorPadding) * sizeof run_begin_[0]);
+  filter_.returnUnused();
   surface_builder_.returnUnusedMemory();
 }
 

@@ -8,9 +8,9 @@
 #include <type_traits>
 
 #include "rt/depth_frame.h"
-#include "rt/late_triple_buffer.h"
 #include "rt/parameters.h"
 #include "rt/shape.h"
+#include "rt/triple_buffer.h"
 #include "rt/words.h"
 
 /// The stiffness map as the force loop reads it: regions of the scene whose contact differs from the rest.
@@ -82,6 +82,6 @@ struct TissueMap {
 static_assert(std::is_trivially_copyable_v<TissueMap>);
 
 /// Written by the control thread, read by the force thread.
-using TissueChannel = LateTripleBuffer<TissueMap>;
+using TissueChannel = TripleBuffer<TissueMap>;
 
 }  // namespace hapticd::rt

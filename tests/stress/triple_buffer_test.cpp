@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <set>
 
-#include "rt/late_triple_buffer.h"
 #include "tests/stress/data_race.h"
 #include "tests/stress/sealed_value.h"
 #include "tests/stress/triple_buffer_stress.h"
@@ -44,43 +43,6 @@ TEST(TripleBufferUnderTwoThreads, IsCorrectWithASlowerReader) {
 
 TEST(TripleBufferUnderTwoThreads, IsCorrectWithASlowerWriter) {
   expectFaultless<SmallValue>({.writer_turns = 5'000}, kWrites / 10);
-}
-
-/// A LateTripleBuffer with the functions that the stress calls; before the first value the reader sees one
-/// with the number 0.
-template <typename Value>
-class LateBuffer {
- public:
-  Value& back() { return value_; }
-  void publish() { buffer_.write(value_); }
-  bool refresh() { return buffer_.refresh(); }
-  const Value& front() const { return buffer_.front() != nullptr ? *buffer_.front() : none_; }
-
- private:
-  Value value_{0};
-  const Value none_{0};
-  rt::LateTripleBuffer<Value> buffer_;
-};
-
-TEST(LateTripleBufferUnderTwoThreads, DeliversTheFirstValuesIntact) {
-  for (int round = 0; round < kMaxRounds; ++round) {
-    LateBuffer<LargeValue> buffer;
-    const TripleBufferFindings found = stressTripleBuffer(buffer, 20, {});
-    ASSERT_TRUE(found.faultless()) << found;
-  }
-}
-
-TEST(LateTripleBuffer, HasNothingUntilTheFirstValueIsTakenOver) {
-  rt::LateTripleBuffer<SmallValue> buffer;
-  EXPECT_FALSE(buffer.refresh());
-  EXPECT_EQ(buffer.front(), nullptr);
-  buffer.write(SmallValue(43));
-  EXPECT_EQ(buffer.front(), nullptr) << "only refresh() may change what the reader sees";
-  EXPECT_TRUE(buffer.refresh());
-  ASSERT_NE(buffer.front(), nullptr);
-  EXPECT_EQ(buffer.front()->sequence(), 43U);
-  EXPECT_FALSE(buffer.refresh());
-  EXPECT_EQ(buffer.front()->sequence(), 43U);
 }
 
 TEST(TripleBuffer, HoldsTheInitialValueUntilTheFirstIsPublished) {
