@@ -89,8 +89,8 @@ void useDefaultFloatingPoint() noexcept {
 
 void prefaultStack() noexcept {
   constexpr std::size_t kBytes = 128 * 1024;
-  constexpr std::size_t kSmallestPage =
-      4096;  // a larger one, as of many ARM kernels, is touched several times
+  // larger pages, as of many ARM kernels, are touched several times
+  constexpr std::size_t kSmallestPage = 4096;
   char stack[kBytes];
   volatile char* const pages = stack;
   for (std::size_t i = 0; i < kBytes; i += kSmallestPage) pages[i] = 0;

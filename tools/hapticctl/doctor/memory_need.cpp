@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::uint64_t kMib = 1U << 20U;
 
-// measured, see daemon_memory_test: what the daemon maps, against the size of the images and
-// grid.point_capacity
-constexpr std::uint64_t kProgram = 78 * kMib;
+// measured with the synthetic camera, see daemon_memory_test: what the daemon maps, against the size of the
+// images and grid.point_capacity
+constexpr std::uint64_t kProgram = 65 * kMib;
 constexpr std::uint64_t kPerPoint = 145;
 constexpr std::uint64_t kPerPixel = 90;
 
