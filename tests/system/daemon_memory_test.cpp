@@ -58,10 +58,13 @@ TEST_P(DaemonMemory, IsWhatTheDoctorExpectsAndNotMuchLess) {
     return asked.output.find("\"streaming\"") != std::string::npos;
   }));
   const double mapped_mib = static_cast<double>(mappedBytes(daemon.pid())) / kMib;
-  const double expected_mib = static_cast<double>(tools::memoryNeed(*settings).total()) / kMib;
+  const tools::MemoryNeed need = tools::memoryNeed(*settings);
+  const double expected_mib = static_cast<double>(need.total()) / kMib;
+  // the frames that wait for a slow disk are not there with a fast one
+  const double least_mib = static_cast<double>(need.total() - need.depth) / kMib;
   RecordProperty("mapped_mib", std::to_string(mapped_mib));
   EXPECT_LE(mapped_mib, expected_mib);
-  EXPECT_LE(expected_mib, 1.35 * mapped_mib) << "it would keep a board from what it can do";
+  EXPECT_LE(least_mib, 1.35 * mapped_mib) << "it would keep a board from what it can do";
 }
 
 INSTANTIATE_TEST_SUITE_P(
