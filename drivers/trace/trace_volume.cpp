@@ -16,16 +16,18 @@ namespace hapticd::drivers {
 namespace {
 
 constexpr double kSecondsPerHour = 3600;
-/// Of each message: its record with channel, sequence and two times, and its entry in the index of its chunk.
+// What the file format MCAP adds, in bytes (mcap_format.h).
+/// To each message: the head of its record, its channel, its sequence number and two times, and an entry in
+/// the index of the chunk.
 constexpr std::size_t kAroundMessage = mcap::kRecordHeadBytes + 2 + 4 + 8 + 8 + 16;
-/// Of each chunk, of which there is one a second: its own head, the heads of its indexes, and its entry in
-/// the summary.
+/// To each chunk, which holds a second: the heads of its record and of its indexes, and an entry in the
+/// summary.
 constexpr double kAroundChunk = 600;
-/// Schemas, settings and summary of a file.
+/// To each file: schemas, settings and summary.
 constexpr double kAroundFile = 200'000;
 /// A frame is modelled again where the HIP leaves the part that was modelled.
 constexpr double kModelsPerFrame = 2;
-/// Of the cameras whose rate is not configured.
+/// Rate of a camera whose rate is not configured.
 constexpr double kUsualFrames_hz = 30;
 constexpr double kBytesPerPixel = 2;
 constexpr double kBytesPerPoint = 12;

@@ -34,13 +34,6 @@ class BoardSetup : public RealtimeSetupOn {
     std::filesystem::create_directories((machine.root() / path).parent_path());
     std::ofstream(machine.root() / path, std::ios::binary) << bytes;
   }
-  void expectRevertRestoresAll() const {
-    const auto before = treeBelow(machine.root());
-    expectDone(run({"apply"}));
-    EXPECT_NE(treeBelow(machine.root()), before);
-    expectDone(run({"revert"}));
-    EXPECT_EQ(treeBelow(machine.root()), before);
-  }
 };
 
 // --- cmdline.txt

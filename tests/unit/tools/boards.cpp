@@ -72,7 +72,8 @@ void fillWithAnRk3588(const MadeUpMachine& machine) {
   machine.set(kCpus + "online", "0-7");
   machine.set(kCpus + "isolated", "7");
   for (int cpu = 0; cpu < 4; ++cpu) addCpu(machine, cpu, "530");
-  // CPUs of one kind differ by a few per cent: each pair of big ones is given the clock that its chip stands
+  // CPUs of one kind differ by a few per cent: the highest clock of each pair of big ones depends on the
+  // single chip
   for (int cpu = 4; cpu < 6; ++cpu) addCpu(machine, cpu, "1024");
   for (int cpu = 6; cpu < 8; ++cpu) addCpu(machine, cpu, "1003");
   addPolicy(machine, {0, 1, 2, 3}, "ondemand");

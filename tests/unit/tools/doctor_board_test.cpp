@@ -8,41 +8,12 @@
 #include <map>
 
 #include "boards.h"
-#include "tools/hapticctl/doctor/checks.h"
+#include "doctor_fixture.h"
 
 namespace hapticd::tools {
 namespace {
 
-class DoctorOnABoard : public testing::Test {
- protected:
-  /// The one finding of a check.
-  Finding only(Findings (*check)(const Examination&)) const {
-    const Findings findings = check(box);
-    EXPECT_EQ(findings.size(), 1U) << textOf(findings);
-    return findings.empty() ? Finding{} : findings.front();
-  }
-
-  test::MadeUpMachine files;
-  Examination box{Machine(files.root()),
-                  {"anna", 1000, {1000, 4242}, 80, kNoLimit},
-                  test::goodUnit(),
-                  {},
-                  {},
-                  {},
-                  {},
-                  {}};
-};
-
-testing::AssertionResult says(const Finding& finding, Verdict verdict, const std::string& fact,
-                              const std::string& remedy) {
-  const auto has = [](const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-  };
-  if (finding.verdict == verdict && has(finding.fact, fact) && has(finding.remedy, remedy)) {
-    return testing::AssertionSuccess();
-  }
-  return testing::AssertionFailure() << "says: " << textOf({finding});
-}
+using DoctorOnABoard = DoctorOnFiles;
 
 TEST_F(DoctorOnABoard, FindsNothingWrongWithABoardThatIsSetUp) {
   for (void (*board)(const test::MadeUpMachine&) :

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 
-#include "made_up_machine.h"
+#include "doctor_fixture.h"
 #include "tests/support/video/made_up_sysfs.h"
-#include "tools/hapticctl/doctor/checks.h"
 
 namespace hapticd::tools {
 namespace {
 
-class DoctorsCamera : public testing::Test {
+class DoctorsCamera : public DoctorOnFiles {
  protected:
   DoctorsCamera() {
     test::fillWithAGoodBox(files);
@@ -36,18 +35,7 @@ class DoctorsCamera : public testing::Test {
   }
 
   const std::string kUsb = "sys/bus/usb/devices/1-77/";
-  test::MadeUpMachine files;
-  Examination box{Machine(files.root()), {}, {}, {}, {}, {}};
 };
-
-testing::AssertionResult says(const Finding& finding, Verdict verdict, const std::string& fact,
-                              const std::string& remedy) {
-  if (finding.verdict == verdict && finding.fact.find(fact) != std::string::npos &&
-      finding.remedy.find(remedy) != std::string::npos) {
-    return testing::AssertionSuccess();
-  }
-  return testing::AssertionFailure() << "says: " << textOf(Findings{finding});
-}
 
 TEST_F(DoctorsCamera, IsFoundWithItsNodeAndFormat) {
   const Findings findings = checkCameras(box);

@@ -5,44 +5,20 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "made_up_machine.h"
-#include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/memory_need.h"
+#include "doctor_fixture.h"
 
 namespace hapticd::tools {
 namespace {
 
 using test::WithoutPrivileges;
 
-class Doctor : public testing::Test {
+class Doctor : public DoctorOnFiles {
  protected:
-  Doctor() { test::fillWithAGoodBox(files); }
-
-  /// The one finding of a check.
-  Finding only(Findings (*check)(const Examination&)) const {
-    const Findings findings = check(box);
-    EXPECT_EQ(findings.size(), 1U) << textOf(findings);
-    return findings.empty() ? Finding{} : findings.front();
+  Doctor() {
+    test::fillWithAGoodBox(files);
+    box.daemon = {true, "", 3, true, {}};
   }
-
-  test::MadeUpMachine files;
-  Examination box{Machine(files.root()),
-                  {"anna", 1000, {1000, 4242}, 80, kNoLimit},
-                  test::goodUnit(),
-                  {true, "", 3, true, {}}};
 };
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-testing::AssertionResult says(const Finding& finding, Verdict verdict, const std::string& fact,
-                              const std::string& remedy) {
-  if (finding.verdict == verdict && has(finding.fact, fact) && has(finding.remedy, remedy)) {
-    return testing::AssertionSuccess();
-  }
-  return testing::AssertionFailure() << "says: " << textOf({finding});
-}
 
 const std::string kCpu3 = "sys/devices/system/cpu/cpu3/";
 const std::string kCamera = "sys/bus/usb/devices/1-1.1/";
@@ -154,55 +130,6 @@ TEST_F(Doctor, WeighsTheTimeThatRealTimeThreadsGet) {
   EXPECT_EQ(only(checkThrottling).verdict, Verdict::ok);
   files.set(path, "plenty");
   EXPECT_TRUE(says(only(checkThrottling), Verdict::warn, "cannot be read", ""));
-}
-
-TEST_F(Doctor, CountsTheMemoryThatADaemonWillTakeWhileItDoesNotRun) {
-  const std::int64_t need_kib = static_cast<std::int64_t>(memoryNeed({}).total()) / 1024;
-  const auto leave = [&](std::int64_t kib) {
-    files.set("proc/meminfo",
-              "MemTotal: 8000000 kB\nMemAvailable: " + std::to_string(need_kib + kib) + " kB");
-  };
-  box.daemon = {};
-  leave(257 * 1024);
-  EXPECT_EQ(only(checkMemory).verdict, Verdict::ok);
-  leave(250 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "hapticd takes about", "close other programs"));
-  leave(50 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "hapticd takes about", "close other programs"));
-}
-
-TEST_F(Doctor, SaysThatAMachineHasTooLittleMemoryForTheConfiguration) {
-  const auto say = [&](std::int64_t total_mib) {
-    files.set("proc/meminfo",
-              "MemTotal: " + std::to_string(total_mib * 1024) + " kB\nMemAvailable: 300000 kB");
-    return only(checkMemory);
-  };
-  const std::int64_t need_mib = static_cast<std::int64_t>(memoryNeed({}).total()) / (1 << 20);
-  EXPECT_EQ(say(need_mib + 256).verdict, Verdict::ok);
-  EXPECT_TRUE(says(say(need_mib + 255), Verdict::warn, "too much for", "trace.flight_recorder_s (6 MiB)"));
-  EXPECT_TRUE(says(say(need_mib + 63), Verdict::fail, "too much for", "grid.point_capacity (9 MiB)"));
-  box.configuration.settings.trace.flight_recorder_s = 60;
-  box.configuration.settings.loop.rate_hz = 4000;
-  EXPECT_TRUE(says(say(need_mib + 256), Verdict::warn, "too much for", "trace.flight_recorder_s (148 MiB)"));
-}
-
-TEST_F(Doctor, WeighsTheMemoryThatIsLeft) {
-  const auto leave = [this](int kib) {
-    files.set("proc/meminfo", "MemAvailable: " + std::to_string(kib) + " kB\nSwapTotal: 1024000 kB");
-  };
-  leave(256 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::ok, "256 MiB available, 1000 MiB of swap", ""));
-  leave(255 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "255 MiB", "close other programs"));
-  leave(63 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "63 MiB", "close other programs"));
-}
-
-TEST_F(Doctor, WarnsOfSwapWhenTheDaemonsMemoryIsNotLocked) {
-  box.daemon.memory_locked = false;
-  EXPECT_EQ(only(checkMemory).verdict, Verdict::ok);
-  files.set("proc/meminfo", "MemAvailable: 4096000 kB\nSwapTotal: 1024000 kB");
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "not locked", "LimitMEMLOCK=infinity"));
 }
 
 // --- CPUs

@@ -43,6 +43,14 @@ void RealtimeSetupOn::expectRefusal(const Finished& finished, const std::string&
   EXPECT_NE(finished.errors.find(reason), std::string::npos) << finished.errors;
 }
 
+void RealtimeSetupOn::expectRevertRestoresAll() const {
+  const auto before = treeBelow(machine.root());
+  expectDone(run({"apply"}));
+  EXPECT_NE(treeBelow(machine.root()), before);
+  expectDone(run({"revert"}));
+  EXPECT_EQ(treeBelow(machine.root()), before);
+}
+
 std::string RealtimeSetupOn::content(const std::string& path) const {
   std::ostringstream text;
   text << std::ifstream(machine.root() / path).rdbuf();

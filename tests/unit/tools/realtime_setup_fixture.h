@@ -26,6 +26,8 @@ class RealtimeSetupOn : public testing::Test {
   void expectDone(const Finished& finished) const;
   /// Expects exit status 1 and `reason` among the errors.
   void expectRefusal(const Finished& finished, const std::string& reason) const;
+  /// Expects that `apply` changes files, and that `revert` leaves all as they were.
+  void expectRevertRestoresAll() const;
   std::string content(const std::string& path) const;
   /// Returns the content of a file without comments.
   std::string settings(const std::string& path) const;

@@ -93,11 +93,7 @@ TEST_F(RealtimeSetup, AppliedTwiceIsTheSameAsOnce) {
 TEST_F(RealtimeSetup, RevertRestoresEveryFileExactly) {
   machine.set(kDropIn, "[Service]\nCPUAffinity=0\n\n# no newline at the end: ");
   machine.setMode(kDropIn, 0664);  // which no umask leaves to a new file
-  const auto before = treeBelow(machine.root());
-  expectDone(run({"apply"}));
-  EXPECT_NE(treeBelow(machine.root()), before);
-  expectDone(run({"revert"}));
-  EXPECT_EQ(treeBelow(machine.root()), before);
+  expectRevertRestoresAll();
 }
 
 TEST_F(RealtimeSetup, RevertRestoresWhatWasBeforeTheFirstOfSeveralApplies) {
