@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <stdexcept>
 #include <string_view>
 
@@ -85,6 +86,13 @@ bool prepare(const ProgramOptions& options, int input, int output, int errors, p
 
 }  // namespace
 
+std::chrono::seconds maxPatience() {
+  const char* const text = std::getenv("HAPTICD_TEST_PATIENCE_S");
+  const int seconds = text != nullptr ? std::atoi(text) : 60;
+  if (seconds < 1 || seconds > 1000) throw std::runtime_error("HAPTICD_TEST_PATIENCE_S is not 1 to 1000");
+  return std::chrono::seconds(seconds);
+}
+
 std::ostream& operator<<(std::ostream& stream, const Ending& ending) {
   return stream << (ending.exited ? "exit status " : "signal ") << ending.code;
 }
@@ -94,14 +102,16 @@ Program::Program(const std::vector<std::string>& command, const ProgramOptions& 
   const std::vector<std::string> environment = environmentOf(options);
   const std::vector<char*> arguments = execVector(command);
   const std::vector<char*> variables = execVector(environment);
-  // By descriptor, because another user may not have access to the program's path.
   const int program = ::open(command.front().c_str(), O_RDONLY | O_CLOEXEC);
   const int input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t parent = ::getpid();
   pid_ = ::fork();
   if (pid_ == 0) {
     if (prepare(options, input, output_, errors_, parent)) {
-      ::fexecve(program, arguments.data(), variables.data());
+      // By descriptor only where it must be, because another user may not have access to the path: where the
+      // kernel starts programs in an emulator, one that was started by descriptor cannot find itself.
+      options.user ? ::fexecve(program, arguments.data(), variables.data())
+                   : ::execve(arguments[0], arguments.data(), variables.data());
     }
     ::_exit(kCouldNotStart);
   }

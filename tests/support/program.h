@@ -11,13 +11,14 @@
 
 namespace hapticd::test {
 
-/// Sufficient for a loaded machine under a sanitizer; only a failing test waits this long.
-inline constexpr std::chrono::seconds kMaxPatience{60};
+/// How long a test waits for what must happen before it fails: a minute, which is sufficient for a loaded
+/// machine under a sanitizer, or $HAPTICD_TEST_PATIENCE_S seconds (1 to 1000), for one that is emulated.
+std::chrono::seconds maxPatience();
 
 /// Polls until `condition` holds; returns false on timeout.
 template <typename Condition>
 bool becomesTrue(Condition condition, std::chrono::milliseconds between = std::chrono::milliseconds(5)) {
-  const auto deadline = std::chrono::steady_clock::now() + kMaxPatience;
+  const auto deadline = std::chrono::steady_clock::now() + maxPatience();
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(between);

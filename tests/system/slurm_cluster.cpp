@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/slurm_cluster.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -10,6 +13,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <random>
 
 #include "tests/support/unused_port.h"
@@ -30,6 +34,21 @@ std::string randomBytes(std::size_t count) {
   return bytes;
 }
 
+/// The IPv4 address that this machine's name stands for, if it is a loopback one (127.0.0.0/8).
+std::optional<std::string> loopbackAddressOfName() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return std::nullopt;
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(name.data(), nullptr, &hints, &found) != 0) return std::nullopt;
+  const in_addr address = reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr;
+  ::freeaddrinfo(found);
+  if (::ntohl(address.s_addr) >> 24 != IN_LOOPBACKNET) return std::nullopt;
+  std::array<char, INET_ADDRSTRLEN> text{};
+  return ::inet_ntop(AF_INET, &address, text.data(), text.size());
+}
+
 void end(std::unique_ptr<Program>& daemon) {
   if (!daemon) return;
   daemon->signal(SIGTERM);
@@ -39,9 +58,12 @@ void end(std::unique_ptr<Program>& daemon) {
 
 }  // namespace
 
-bool SlurmCluster::isInstalled() {
+std::string SlurmCluster::obstacle() {
   const std::array programs{kMunged, kSlurmctld, kSlurmd, "/usr/bin/sbatch"};
-  return std::ranges::all_of(programs, [](const char* program) { return fs::exists(program); });
+  if (!std::ranges::all_of(programs, [](const char* program) { return fs::exists(program); }))
+    return "Debian's package slurm-wlm is not installed";
+  if (!loopbackAddressOfName()) return "the name of this machine has no loopback address in /etc/hosts";
+  return "";
 }
 
 SlurmCluster::SlurmCluster() {
@@ -73,7 +95,7 @@ SlurmCluster::~SlurmCluster() {
 std::string SlurmCluster::configuration() const {
   return fmt::format(
       "ClusterName=test\n"
-      "SlurmctldHost=localhost(127.0.0.1)\n"
+      "SlurmctldHost=localhost({address})\n"
       "SlurmctldPort={}\n"
       "SlurmdPort={}\n"
       "CommunicationParameters=NoInAddrAny,NoCtldInAddrAny\n"
@@ -94,9 +116,10 @@ std::string SlurmCluster::configuration() const {
       "SchedulerParameters=batch_sched_delay=0,sched_interval=1\n"
       "KillWait=1\n"
       "ReturnToService=2\n"
-      "NodeName=node NodeHostname=localhost NodeAddr=127.0.0.1 CPUs=2\n"
+      "NodeName=node NodeHostname=localhost NodeAddr={address} CPUs=2\n"
       "PartitionName=all Nodes=node Default=YES State=UP\n",
-      unusedPort(), unusedPort(), ::getuid(), ::getuid(), fmt::arg("folder", folder_.path().string()));
+      unusedPort(), unusedPort(), ::getuid(), ::getuid(), fmt::arg("folder", folder_.path().string()),
+      fmt::arg("address", loopbackAddressOfName().value()));
 }
 
 Finished SlurmCluster::run(const std::vector<std::string>& command) const {

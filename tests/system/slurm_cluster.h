@@ -10,13 +10,15 @@
 
 namespace hapticd::test {
 
-/// A Slurm cluster of one node with two CPUs, as processes of this user on the loopback address: munged,
+/// A Slurm cluster of one node with two CPUs, as processes of this user on a loopback address: munged,
 /// slurmctld and slurmd with keys, state and sockets in a folder of their own. With the object its jobs and
 /// daemons end and the folder goes.
 class SlurmCluster {
  public:
-  /// Whether the programs of Debian's slurm-wlm are there.
-  static bool isInstalled();
+  /// Why there can be no cluster on this machine; empty where there can. It takes the programs of Debian's
+  /// slurm-wlm, and that the machine's name stands for a loopback address, because the daemons listen at the
+  /// name's address only.
+  static std::string obstacle();
 
   SlurmCluster();
   ~SlurmCluster();

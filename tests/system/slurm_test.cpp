@@ -21,7 +21,7 @@ using nlohmann::json;
 class SlurmTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!SlurmCluster::isInstalled()) GTEST_SKIP() << "Debian's package slurm-wlm is not installed";
+    if (const std::string obstacle = SlurmCluster::obstacle(); !obstacle.empty()) GTEST_SKIP() << obstacle;
     cluster_ = std::make_unique<SlurmCluster>();
     ASSERT_TRUE(cluster_->isReady());
   }

@@ -23,7 +23,7 @@ std::uint64_t bigEndian(std::string_view bytes) {
 
 RawClient::RawClient(int port, int receive_buffer)
     : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  const timeval limit{kMaxPatience.count(), 0};
+  const timeval limit{maxPatience().count(), 0};
   ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
   ::setsockopt(socket_.get(), SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
   if (receive_buffer > 0)
@@ -59,7 +59,7 @@ std::string RawClient::receiveAll() {
 }
 
 bool RawClient::isClosed() {
-  const auto deadline = std::chrono::steady_clock::now() + kMaxPatience;
+  const auto deadline = std::chrono::steady_clock::now() + maxPatience();
   while (!receive(65536).empty()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
   }

@@ -89,6 +89,8 @@ in_debian_root() {
     mount -o remount,bind,ro "$new_root/certificates.pem"
     environment+=(NODE_EXTRA_CA_CERTS=/certificates.pem npm_config_cafile=/certificates.pem)
   fi
+  # the name of this machine, which Slurm looks up, in the form of Debian's installer
+  printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(uname -n)" >"$new_root/etc/hosts"
   mount -t proc proc "$new_root/proc"
   mount --rbind /sys "$new_root/sys"
   mount --rbind /dev "$new_root/dev"

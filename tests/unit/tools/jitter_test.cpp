@@ -206,7 +206,7 @@ TEST(ChildProcess, ThatIsNotInstalledIsAnErrorWithItsRemedy) {
 TEST(ChildProcess, ReportsHowItEnded) {
   auto child = ChildProcess::start({"sh", "-c", "exit 7"}, {}, "");
   ASSERT_TRUE(child);
-  const auto ending = child->waitFor(test::kMaxPatience);
+  const auto ending = child->waitFor(test::maxPatience());
   ASSERT_TRUE(ending);
   EXPECT_EQ(ending->text(), "exit status 7");
   EXPECT_FALSE(ending->good());
@@ -232,7 +232,7 @@ TEST(ChildProcess, SeesTheVariablesGivenBesideThoseOfItsParent) {
   auto child = ChildProcess::start({"sh", "-c", "test \"$HAPTICD_TEST\" = given && test -n \"$PATH\""},
                                    {.environment = {"HAPTICD_TEST=given"}}, "");
   ASSERT_TRUE(child);
-  const auto ending = child->waitFor(test::kMaxPatience);
+  const auto ending = child->waitFor(test::maxPatience());
   ASSERT_TRUE(ending);
   EXPECT_TRUE(ending->good()) << ending->text();
 }

@@ -231,7 +231,7 @@ TEST_F(TraceRecorderTest, ListsMarksAndDeletesWhileTheTraceThreadWaitsForTheDisk
   auto begun = recorder->startTrace({});
   ASSERT_TRUE(becomesTrue([&] { return stalled.load(); }));
   const auto isDone = [](auto future) {
-    return future.wait_for(kMaxPatience) == std::future_status::ready && future.get().has_value();
+    return future.wait_for(maxPatience()) == std::future_status::ready && future.get().has_value();
   };
   EXPECT_TRUE(isDone(recorder->listTraces()));
   EXPECT_TRUE(isDone(recorder->keepTrace(*name, true)));

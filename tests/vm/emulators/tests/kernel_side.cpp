@@ -39,7 +39,9 @@ bool becomesReadable(int socket, int timeout_ms) {
   return ::poll(&waiting, 1, timeout_ms) == 1;
 }
 
-constexpr int kPatienceMs = static_cast<int>(std::chrono::milliseconds(kMaxPatience).count());
+int patienceMs() {
+  return static_cast<int>(std::chrono::milliseconds(maxPatience()).count());
+}
 
 }  // namespace
 
@@ -102,7 +104,7 @@ void KernelSide::send(const Bytes& bytes) {
 Bytes KernelSide::receive(std::size_t count) const {
   Bytes bytes(count);
   for (std::size_t at = 0; at < count;) {
-    if (!becomesReadable(socket_, kPatienceMs)) throw std::runtime_error("no reply");
+    if (!becomesReadable(socket_, patienceMs())) throw std::runtime_error("no reply");
     const ssize_t got = ::recv(socket_, bytes.data() + at, count - at, 0);
     if (got <= 0) throw std::runtime_error("the device has hung up");
     at += static_cast<std::size_t>(got);
@@ -140,7 +142,7 @@ bool KernelSide::hasNothing() const {
 
 bool KernelSide::isHungUp() const {
   std::uint8_t byte = 0;
-  return becomesReadable(socket_, kPatienceMs) && ::recv(socket_, &byte, 1, MSG_PEEK) == 0;
+  return becomesReadable(socket_, patienceMs()) && ::recv(socket_, &byte, 1, MSG_PEEK) == 0;
 }
 
 void KernelSide::hangUp() {
