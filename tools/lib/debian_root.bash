@@ -75,6 +75,8 @@ make_debian_root() {
 in_debian_root() {
   local new_root=$work/root name environment=()
   mkdir -p "$new_root/hapticd" "$new_root/recordings"
+  # a mount of its own, because unshare --mount in it changes the propagation of "/"
+  mount --bind "$new_root" "$new_root"
   touch "$new_root/certificates.pem"
   mount --bind "$root" "$new_root/hapticd"
   mount -o remount,bind,ro "$new_root/hapticd"
