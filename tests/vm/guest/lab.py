@@ -24,6 +24,10 @@ def counted():
         return "lab.boot=counted" in line.read()
 
 
+def has_realtime_kernel():
+    return "-rt-" in os.uname().release
+
+
 # An emulated CPU in real time starves threads for longer than a real one: there, inputs may be that much older before
 # they count as stale.
 HANDLE_TIMEOUT_S = 0.01 if counted() else 1
