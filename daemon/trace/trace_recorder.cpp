@@ -30,8 +30,6 @@ constexpr std::chrono::seconds kFirstListPatience{5};
 constexpr std::int64_t kStall_ns = 5 * kNsPerSecond;
 /// The first chunk is short, so that a trace that is cut off within its first second still has some content.
 constexpr std::int64_t kFirstChunk_ns = kNsPerSecond / 10;
-/// How long a dump waits after a fault, so that it includes what follows.
-constexpr std::int64_t kAfterFault_ns = kNsPerSecond;
 /// Number of records from clients and events that may wait for the trace thread.
 constexpr std::size_t kMostWaitingRecords = 4096;
 
@@ -59,6 +57,7 @@ TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
       requested_(settings.trace.at_start),
       request_{"", settings.trace.depth},
       flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz),
+      dumps_(settings.trace.flight_recorder_s),
       space_(settings.state.folder, settings.trace.min_free_mb),
       retention_(folder_, settings.trace, [this](const std::string& name, const std::string& reason) {
         addNews({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
@@ -254,7 +253,7 @@ void TraceRecorder::run() {
     step();
   }
   countDrops(sources_.ticks.dropped());
-  if (dump_due_ns_ != 0) dumpDue(rt::monotonicNow_ns());
+  if (const auto label = dumps_.takeWaiting()) note("flight recorder", dump(*label));
   if (session_) endSession();
   finishUnfinished();
   publishStatus();
@@ -271,7 +270,7 @@ void TraceRecorder::step() {
   if (session_) {
     if (auto written = session_->writeWhatIsReady(); !written) suspend(written.error());
   }
-  if (dump_due_ns_ != 0 && now_ns >= dump_due_ns_) dumpDue(now_ns);
+  if (const auto label = dumps_.takeDue(now_ns)) note("flight recorder", dump(*label));
   std::deque<std::function<void()>> work;
   {
     const std::lock_guard lock(mutex_);
@@ -279,13 +278,6 @@ void TraceRecorder::step() {
   }
   for (const auto& item : work) item();
   publishStatus();
-}
-
-/// Writes the dump that is due.
-void TraceRecorder::dumpDue(std::int64_t now_ns) {
-  dump_due_ns_ = 0;
-  last_dump_ns_ = now_ns;
-  note("flight recorder", dump(dump_label_));
 }
 
 /// Adds the record to the trace, if one is being written, and to the flight recorder.
@@ -340,25 +332,8 @@ void TraceRecorder::countDrops(std::uint64_t drops) {
 void TraceRecorder::take(const rt::Tick& tick) {
   countDrops(tick.trace_dropped);
   if (requested_ && !session_) ++own_status_.ticks_lost;
-  watchForFaults(tick);
-  last_tick_ = tick;
+  dumps_.add(tick);
   write(tick);
-}
-
-void TraceRecorder::watchForFaults(const rt::Tick& tick) {
-  const bool faulted = tick.mode == rt::Mode::faulted && last_tick_.mode != rt::Mode::faulted;
-  const bool burst = tick.cause == rt::Cause::overrun_burst && last_tick_.cause != rt::Cause::overrun_burst;
-  if (settings_.flight_recorder_s <= 0 || !(faulted || burst)) return;
-  // A burst soon after a dump waits until the flight recorder holds nothing that is in that dump: a machine
-  // that is late again and again writes each tick once. A fault needs a person to end it, so it does not
-  // wait.
-  const auto held_ns =
-      static_cast<std::int64_t>(settings_.flight_recorder_s * static_cast<double>(kNsPerSecond));
-  const std::int64_t earliest_ns = faulted || last_dump_ns_ == 0 ? 0 : last_dump_ns_ + held_ns;
-  const std::int64_t due_ns = std::max(tick.planned_ns + kAfterFault_ns, earliest_ns);
-  if (dump_due_ns_ != 0 && dump_due_ns_ <= due_ns) return;
-  dump_label_ = faulted ? drivers::kFaultLabel : drivers::kOverrunBurstLabel;
-  dump_due_ns_ = due_ns;
 }
 
 void TraceRecorder::checkDisk(std::int64_t now_ns) {

@@ -21,6 +21,7 @@
 #include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
 #include "daemon/trace/disk_space.h"
+#include "daemon/trace/dump_schedule.h"
 #include "daemon/trace/flight_recorder.h"
 #include "daemon/trace/records_in_force.h"
 #include "daemon/trace/retention.h"
@@ -94,7 +95,6 @@ class TraceRecorder {
   void takeTicks();
   void take(const rt::Tick& tick);
   void countDrops(std::uint64_t drops);
-  void watchForFaults(const rt::Tick& tick);
   /// Called once a second: checks the space, continues in another file, tries again after a failure.
   void checkDisk(std::int64_t now_ns);
   config::Result<void> mayBegin();
@@ -110,7 +110,6 @@ class TraceRecorder {
   template <typename Record>
   void accept(Record record, std::deque<Record>& waiting);
   config::Result<std::string> dump(const std::string& label);
-  void dumpDue(std::int64_t now_ns);
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
@@ -139,12 +138,9 @@ class TraceRecorder {
   std::unique_ptr<TraceSession> session_;
   std::deque<std::unique_ptr<TraceSession>> unfinished_;  // oldest first
   FlightRecorder flight_recorder_;
+  DumpSchedule dumps_;
   RecordsInForce in_force_;
-  rt::Tick last_tick_;
-  std::uint64_t ring_drops_ = 0;   // ticks dropped by the ring, as far as known
-  std::int64_t dump_due_ns_ = 0;   // 0: no dump is due
-  std::int64_t last_dump_ns_ = 0;  // when the last one after a fault or a burst was written; 0: none
-  std::string dump_label_;
+  std::uint64_t ring_drops_ = 0;  // ticks dropped by the ring, as far as known
   std::int64_t next_look_ns_ = 0;
   DiskSpace space_;
   std::map<std::string, std::string> problems_;  // the key is the action that failed

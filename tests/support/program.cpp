@@ -32,7 +32,7 @@ std::vector<std::string> environmentOf(const ProgramOptions& options) {
   all.emplace_back("PATH=/usr/bin:/bin");
   for (char** variable = environ; *variable != nullptr; ++variable) {
     for (const std::string_view kept :
-         {"ASAN_OPTIONS=", "LSAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS="}) {
+         {"ASAN_OPTIONS=", "LSAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS=", "HAPTICD_TEST_PATIENCE_S="}) {
       if (std::string_view(*variable).starts_with(kept)) all.emplace_back(*variable);
     }
   }

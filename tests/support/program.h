@@ -28,7 +28,8 @@ bool becomesTrue(Condition condition, std::chrono::milliseconds between = std::c
 
 /// How to run a Program.
 struct ProgramOptions {
-  /// "NAME=value", added to PATH and the options of the sanitizers; nothing else is inherited.
+  /// "NAME=value", added to PATH, the options of the sanitizers and the patience of tests; nothing else is
+  /// inherited.
   std::vector<std::string> environment = {};
   /// User and group to run as, which requires root.
   std::optional<uid_t> user = {};
