@@ -7,17 +7,33 @@
 #include <span>
 
 #include "rt/contact_damping.h"
-#include "rt/fixture_proxy.h"
+#include "rt/joint_stiffness.h"
 
 namespace hapticd::rt {
 namespace {
 
-/// Damping rises to its full value over this depth.
+/// Damping rises to its full value over this depth, and falls to nothing over this depth beyond the
+/// saturation of the spring, which has no stiffness there that the lag could make unstable.
 constexpr double kDampingRamp_m = 0.001;
+/// What can act within this distance of the HIP counts for the stiffness limit, so that it has taken effect
+/// when it does.
+constexpr double kNear_m = 0.005;
+/// A region that moves farther over the HIP at once is treated as a new one.
+constexpr double kMaxCarry_m = 0.05;
+/// A contact with the live surface is expected to come again within this distance of the last one.
+constexpr double kSamePlace_m = 0.05;
 /// Guidance is weaker than contact by this factor.
 constexpr double kGuidanceShare = 1.0 / 3;
 /// Change per tick of the force of guidance that has ended.
 constexpr double kMaxFade_n = 0.04;
+
+const FixtureMemory* find(const std::array<FixtureMemory, kMaxFixtures>& memories,
+                          std::uint32_t identity) noexcept {
+  const auto found = std::ranges::find_if(memories, [identity](const FixtureMemory& memory) {
+    return memory.definition != 0 && memory.identity == identity;
+  });
+  return found == memories.end() ? nullptr : &*found;
+}
 
 }  // namespace
 
@@ -28,228 +44,336 @@ class FixtureForces::Tick {
       : input_(input),
         memory_(memory),
         hip_(input.hip_m_in_world),
-        regions_(input, memory),
-        proxy_(input, memory, regions_) {}
+        motion_(memory.placed ? hip_ - memory.hip_m_in_world : Vec3{}),
+        surface_(input.scene, input.surface_law, input.parameters.surface.shell_m, input.frame_age_s,
+                 largestClearance_m(input.set)) {}
 
   Output output() noexcept {
-    out_.redefined = regions_.takeOver(proxy_.place());
-    proxy_.move();
-    computeForces();
-    computeNearest();
+    out_.proxy_m_in_world = hip_;
+    takeOver();
+    followRegions();
+    pushFromRegions();
+    computeDistances();
     guideHip();
+    limitStiffness();
     memory_.generation = input_.set.generation;
     memory_.placed = true;
-    memory_.proxy_m_in_world = proxy_.place();
     memory_.hip_m_in_world = hip_;
-    out_.proxy_m_in_world = out_.holds ? proxy_.place() : hip_;
     return out_;
   }
 
  private:
-  const Fixture& fixture(std::size_t i) const noexcept { return regions_.fixture(i); }
-  FixtureMemory& memoryOf(std::size_t i) const noexcept { return regions_.memoryOf(i); }
-
-  /// The force of a spring that saturates, and its energy.
-  struct Spring {
-    double stiffness_n_per_m;
-    double most_n;
-    double force_n(double depth_m) const noexcept { return std::min(stiffness_n_per_m * depth_m, most_n); }
-    double energy_j(double depth_m) const noexcept {
-      const double linear_m = std::min(depth_m, most_n / stiffness_n_per_m);
-      return 0.5 * stiffness_n_per_m * linear_m * linear_m + most_n * (depth_m - linear_m);
+  static double largestClearance_m(const FixtureSet& set) noexcept {
+    double largest_m = 0;
+    for (std::size_t i = 0; i < set.count; ++i) {
+      const Fixture& fixture = set.fixtures[i];
+      if (fixture.kind == FixtureKind::standoff && fixture.enabled)
+        largest_m = std::max(largest_m, fixture.clearance_m);
     }
+    return largest_m;
+  }
+
+  std::size_t count() const noexcept { return input_.set.count; }
+  const Fixture& fixture(std::size_t i) const noexcept { return input_.set.fixtures[i]; }
+  FixtureMemory& memoryOf(std::size_t i) const noexcept { return memory_.fixtures[i]; }
+  bool acts(std::size_t i) const noexcept { return memoryOf(i).definition != 0; }
+  bool isRegion(std::size_t i) const noexcept { return acts(i) && !isGuidance(fixture(i).kind); }
+  bool isStandoff(std::size_t i) const noexcept { return fixture(i).kind == FixtureKind::standoff; }
+
+  /// Adapts the memory to a changed set, in which a fixture may have another place.
+  void takeOver() noexcept {
+    out_.redefined = memory_.placed && memory_.generation != input_.set.generation;
+    if (memory_.placed && !out_.redefined) return;
+    const auto before = memory_.fixtures;
+    memory_.fixtures = {};
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!fixture(i).enabled) continue;
+      const FixtureMemory* const known = find(before, fixture(i).identity);
+      const bool same = known != nullptr && known->definition == fixture(i).definition;
+      const bool carried = known != nullptr && !same && canCarry(fixture(i), *known);
+      if (same || carried) memoryOf(i) = *known;
+      memoryOf(i).definition = fixture(i).definition;
+      memoryOf(i).identity = fixture(i).identity;
+      if (carried) carry(i);
+      if (!same && !carried) begin(i);
+    }
+    for (const FixtureMemory& old : before) {
+      const FixtureMemory* const kept = old.definition == 0 ? nullptr : find(memory_.fixtures, old.identity);
+      const bool same = kept != nullptr && kept->definition == old.definition;
+      if (!same) memory_.left_guidance_n += old.guidance.force_n;
+    }
+  }
+
+  /// Whether a changed region goes on from what is known of it.
+  bool canCarry(const Fixture& changed, const FixtureMemory& known) const noexcept {
+    if (isGuidance(changed.kind)) return false;
+    if (changed.kind == FixtureKind::standoff) return true;
+    const bool inside = keepsInside(changed, known.region.keeps_inside);
+    return known.region.shape.kind == changed.shape.kind && known.region.keeps_inside == inside &&
+           norm(carriedAlong(hip_, known.region.shape, changed.shape) - hip_) <= kMaxCarry_m;
+  }
+  static bool keepsInside(const Fixture& fixture, bool if_both) noexcept {
+    return fixture.side == FixtureSide::in || (fixture.side == FixtureSide::both && if_both);
+  }
+
+  /// Starts a fixture anew. A region that the HIP is in begins at the HIP's depth.
+  void begin(std::size_t i) noexcept {
+    const Fixture& f = fixture(i);
+    if (isGuidance(f.kind)) return;
+    RegionMemory& region = memoryOf(i).region;
+    region.shape = f.shape;
+    region.stiffness_n_per_m = f.stiffness_n_per_m;
+    region.max_force_n = f.max_force_n;
+    renewed_[i] = true;
+    from_[i] = hip_;
+    if (isStandoff(i)) return;
+    region.keeps_inside = keepsInside(f, distanceFrom(f.shape, hip_).distance_m < 0);
+  }
+
+  /// Moves the proxy, or where the HIP was, along with a region that has changed, so that it stays on its
+  /// side of the region.
+  void carry(std::size_t i) noexcept {
+    RegionMemory& region = memoryOf(i).region;
+    renewed_[i] = true;
+    from_[i] = region.held ? region.proxy_m_in_world : memory_.hip_m_in_world;
+    memoryOf(i).standoff = {};
+    if (isStandoff(i)) return;
+    from_[i] = carriedAlong(from_[i], region.shape, fixture(i).shape);
+    region.shape = fixture(i).shape;
+  }
+
+  void followRegions() noexcept {
+    const double moved_m = norm(motion_);
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!isRegion(i)) continue;
+      RegionMemory& region = memoryOf(i).region;
+      const double spring_depth_m = region.springDepth_m();
+      region.room_m -= moved_m;
+      if (!renewed_[i] && !region.held && region.room_m > kNear_m && !isStandoff(i)) continue;
+      const Vec3 from = renewed_[i]   ? from_[i]
+                        : region.held ? region.proxy_m_in_world
+                                      : memory_.hip_m_in_world;
+      RegionPlace place;
+      if (isStandoff(i)) {
+        const StandoffPlace standoff =
+            followStandoff(surface_, fixture(i).clearance_m, region, hip_, motion_, from, memoryOf(i).standoff);
+        place = standoff.region;
+        speed_m_per_s_[i] = standoff.speed_m_per_s;
+      } else {
+        place = followShape(region.shape, region.keeps_inside, fixture(i).clearance_m, hip_, from);
+      }
+      region.held = place.depth_m > 0;
+      region.depth_m = place.depth_m;
+      region.room_m = place.room_m;
+      region.normal_in_world = place.normal_in_world;
+      region.proxy_m_in_world = place.proxy_m_in_world;
+      if (renewed_[i]) beginAtDepth(fixture(i), spring_depth_m, input_.period_s, region);
+      region.give_m = std::min(region.give_m, region.depth_m);
+      out_.changes_j += advance(fixture(i), input_.period_s, region);
+    }
+  }
+
+  /// Damping of one region along its normal.
+  struct Damper {
+    double of_lag_n_s_per_m = 0;  ///< against the lag of the spring
+    double own_n_s_per_m = 0;     ///< what is configured beyond it; while approaching
   };
-
-  /// The spring that all forbidden regions have in common: the softest one with the least largest force.
-  Spring commonSpring() const noexcept {
-    Spring common{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (std::size_t i = 0; i < input_.set.count; ++i) {
-      if (!regions_.isForbidden(i)) continue;
-      common.stiffness_n_per_m = std::min(common.stiffness_n_per_m, fixture(i).stiffness_n_per_m);
-      common.most_n = std::min(common.most_n, fixture(i).max_force_n);
-    }
-    return common;
+  Damper damperOf(std::size_t i) const noexcept {
+    const RegionMemory& region = memoryOf(i).region;
+    const double depth_m = region.springDepth_m();
+    const SaturatingSpring spring = region.spring();
+    const double ramp = std::min(1.0, depth_m / kDampingRamp_m);
+    const double saturated = std::clamp((depth_m - spring.saturation_m()) / kDampingRamp_m, 0.0, 1.0);
+    const double of_lag = input_.lag_damping_s * spring.stiffness_n_per_m;
+    return {ramp * (1 - saturated) * of_lag, ramp * std::max(0.0, fixture(i).damping_n_s_per_m - of_lag)};
   }
 
-  /// Computes the force as the gradient of an energy, so that no closed loop of the HIP gains any: the common
-  /// spring to the common proxy, and for each region the rest of its own spring to a proxy that obeys this
-  /// region only.
-  void computeForces() noexcept {
-    Vec3 to_proxy;
-    Vec3 to_surface;
-    for (std::size_t k = 0; k < proxy_.holds(); ++k) {
-      const FixtureProxy::Hold held = proxy_.hold(k);
-      if (!(held.multiplier_m > 0)) continue;
-      (held.ofSurface() ? to_surface : to_proxy) += held.multiplier_m * held.half_space.normal;
-      if (!held.ofSurface()) hold(held.fixture(), held.multiplier_m);
+  /// Share of the configured damping with which all dampers together are still stable.
+  double shareOfOwnDamping() const noexcept {
+    JointStiffness all;
+    JointStiffness of_lag;
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!isRegion(i) || !(memoryOf(i).region.springDepth_m() > 0)) continue;
+      const Damper damper = damperOf(i);
+      const Vec3& normal = memoryOf(i).region.normal_in_world;
+      all.add(normal, damper.of_lag_n_s_per_m + damper.own_n_s_per_m);
+      of_lag.add(normal, damper.of_lag_n_s_per_m);
     }
-    const Spring common = commonSpring();
-    if (const double depth_m = norm(to_proxy); out_.holds && depth_m > 0) {
-      out_.spring_force_n = (common.force_n(depth_m) / depth_m) * to_proxy;
-      out_.stored_j = common.energy_j(depth_m);
-    }
-    for (std::size_t i = 0; i < input_.set.count; ++i) {
-      if (regions_.isForbidden(i)) pushFromOwnProxy(i, common);
-    }
-    out_.force_n = out_.spring_force_n;
-    for (std::size_t k = 0; k < proxy_.holds(); ++k) {
-      const FixtureProxy::Hold held = proxy_.hold(k);
-      if (held.multiplier_m > 0 && !held.ofSurface()) damp(held);
-    }
-    const double surface_depth_m = norm(to_surface);
-    if (out_.holds && surface_depth_m > 0)
-      pushFromSurface((1 / surface_depth_m) * to_surface, surface_depth_m);
+    const double most = input_.max_damping_n_s_per_m;
+    const double together = all.largest_n_per_m();
+    if (together <= most) return 1;
+    const double least = of_lag.largest_n_per_m();
+    return together > least ? std::clamp((most - least) / (together - least), 0.0, 1.0) : 0;
   }
 
-  /// Notes that the HIP is `depth_m` deep in a region.
-  void hold(std::size_t i, double depth_m) noexcept {
-    out_.holds = true;
-    out_.in_contact |= 1U << i;
-    if (depth_[i] == 0) out_.stiffness_n_per_m += fixture(i).stiffness_n_per_m;
-    depth_[i] += depth_m;
-  }
-
-  /// Adds what the spring of a region is stiffer or stronger than the common one. Its own proxy is the place
-  /// on the region's boundary nearest to the HIP, followed like the common one.
-  void pushFromOwnProxy(std::size_t i, const Spring& common) noexcept {
-    const Fixture& f = fixture(i);
-    FixtureMemory& memory = memoryOf(i);
-    const Spring own{f.stiffness_n_per_m, f.max_force_n};
-    if (!(depth_[i] > 0)) {
-      memory.has_own_proxy = false;
-      return;
+  void pushFromRegions() noexcept {
+    double most_n = 0;
+    double own_share = -1;
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!isRegion(i)) continue;
+      const RegionMemory& region = memoryOf(i).region;
+      const double depth_m = region.springDepth_m();
+      memoryOf(i).force_n = 0;
+      if (!(depth_m > 0)) continue;
+      if (own_share < 0) own_share = shareOfOwnDamping();
+      const SaturatingSpring spring = region.spring();
+      const Vec3& normal = region.normal_in_world;
+      const double spring_n = spring.force_n(depth_m);
+      const Damper damper = damperOf(i);
+      const Vec3 velocity = velocityToDamp(input_.velocity_m_per_s_in_world, speed_m_per_s_[i] * normal);
+      const double speed = dot(velocity, normal);
+      const double damping_n =
+          damper.of_lag_n_s_per_m * speed + own_share * damper.own_n_s_per_m * std::min(speed, 0.0);
+      // It never pulls, and damping adds no more than the largest force.
+      const double force_n = std::clamp(spring_n - damping_n, 0.0, spring.max_force_n);
+      memoryOf(i).force_n = force_n;
+      out_.holds = true;
+      out_.in_contact |= 1U << i;
+      out_.spring_force_n += spring_n * normal;
+      out_.force_n += force_n * normal;
+      const double energy_j = region.energy_j();
+      out_.stored_j += energy_j;
+      out_.stiffness_n_per_m += spring.stiffness_n_per_m;
+      out_.damping_n_s_per_m += damper.of_lag_n_s_per_m + own_share * damper.own_n_s_per_m;
+      if (isStandoff(i)) {
+        out_.standoff_force_n += spring_n * normal;
+        out_.standoff_j += energy_j;
+        out_.standoff_power_w += spring_n * speed_m_per_s_[i];
+      }
+      if (spring_n > most_n) {
+        most_n = spring_n;
+        out_.proxy_m_in_world = region.proxy_m_in_world;
+      }
     }
-    const bool is_common = own.stiffness_n_per_m == common.stiffness_n_per_m && own.most_n == common.most_n;
-    if (is_common) return;
-    Vec3 proxy = memory.has_own_proxy ? memory.own_proxy_m : proxy_.place();
-    HalfSpace half_space;
-    constexpr int kRounds = 2;
-    for (int round = 0; round < kRounds; ++round) {
-      const SignedDistance here = regions_.evaluate(i, proxy);
-      if (!std::isfinite(here.distance_m)) return;
-      const Vec3& n = here.normal_in_world;
-      half_space = {n, dot(n, proxy) - here.distance_m};
-      proxy = hip_ + std::max(0.0, -half_space.room_m(hip_)) * n;
-    }
-    memory.has_own_proxy = true;
-    memory.own_proxy_m = proxy;
-    const double depth_m = std::max(0.0, -half_space.room_m(hip_));
-    const double force_n = own.force_n(depth_m) - common.force_n(depth_m);
-    out_.spring_force_n += force_n * half_space.normal;
-    out_.stored_j += own.energy_j(depth_m) - common.energy_j(depth_m);
   }
 
-  /// Damps the motion along the normal of a region that holds the HIP; the region never pulls.
-  void damp(const FixtureProxy::Hold& held) noexcept {
-    const std::size_t i = held.fixture();
-    const Fixture& f = fixture(i);
-    const Vec3& normal = held.half_space.normal;
-    const Vec3 velocity =
-        velocityToDamp(input_.velocity_m_per_s_in_world, regions_.speed_m_per_s(i) * normal);
-    const double speed = dot(velocity, normal);
-    const double ramp = std::min(1.0, held.multiplier_m / kDampingRamp_m);
-    const double of_lag = input_.lag_damping_s * f.stiffness_n_per_m;
-    const double more = std::max(0.0, f.damping_n_s_per_m - of_lag);  // its own, while approaching
-    const double damping_n = ramp * (of_lag * speed + more * std::min(speed, 0.0));
-    out_.damping_n_s_per_m += std::max(of_lag, f.damping_n_s_per_m);
-    const double along_n = dot(out_.force_n, normal);
-    const double damped_n = std::clamp(along_n - damping_n, 0.0, std::max(along_n, f.max_force_n));
-    out_.force_n += (damped_n - along_n) * normal;
-    if (!regions_.isStandoff(i)) return;
-    const Spring own{f.stiffness_n_per_m, f.max_force_n};
-    const double spring_n = own.force_n(held.multiplier_m);
-    out_.standoff_force_n += spring_n * normal;
-    out_.standoff_j += own.energy_j(held.multiplier_m);
-    out_.standoff_power_w += spring_n * regions_.speed_m_per_s(i);
-  }
-
-  /// In a corner between a region and the live surface the proxy is deeper behind the surface than the law's
-  /// own proxy; the law's spring gets the difference.
-  void pushFromSurface(const Vec3& normal, double depth_m) noexcept {
-    const Vec3 law_m = isHeld(input_.law.state) ? input_.law.proxy_m_in_world - hip_ : Vec3{};
-    const double more_m = depth_m - std::max(0.0, dot(law_m, normal));
-    if (!(more_m > 0)) return;
-    const double stiffness = input_.parameters.springs.stiffness_n_per_m;
-    const double most_n = input_.parameters.safety.max_force_n;
-    const Vec3 force = std::min(stiffness * more_m, most_n) * normal;
-    out_.spring_force_n += force;
-    out_.force_n += force;
-    out_.stored_j += 0.5 * stiffness * more_m * more_m;
-  }
-
-  /// Distances for warnings, and the stiffness that can act along one normal.
-  void computeNearest() noexcept {
-    std::array<std::size_t, FixtureProxy::kMaxHalfSpaces> near;
-    std::size_t near_count = 0;
-    for (std::size_t i = 0; i < input_.set.count; ++i) {
-      if (!regions_.isForbidden(i)) continue;
-      const Fixture& f = fixture(i);
-      if (regions_.isStandoff(i)) out_.joint_stiffness_n_per_m += f.stiffness_n_per_m;
-      if (memoryOf(i).room_m - memoryOf(i).give_m >= out_.distance_m) continue;  // another one is nearer
-      double distance_m = -depth_[i];
-      if (!(depth_[i] > 0)) {
-        const double room_m = regions_.evaluate(i, hip_).distance_m;
-        regions_.remember(i, room_m);
-        distance_m = room_m - memoryOf(i).give_m;
+  /// Distances of the HIP: of the regions that may be the nearest one, and of one fixture in turn.
+  void computeDistances() noexcept {
+    memory_.refreshed = memory_.refreshed + 1 < count() ? memory_.refreshed + 1 : 0;
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!isRegion(i)) continue;
+      RegionMemory& region = memoryOf(i).region;
+      double& distance_m = memoryOf(i).distance_m;
+      if (region.held) {
+        distance_m = -region.depth_m;
+      } else if (isStandoff(i)) {
+        distance_m = standoffDistance_m(i);
+      } else if (region.room_m < out_.distance_m || memory_.refreshed == i) {
+        distance_m = distanceFromRegion(region.shape, region.keeps_inside, fixture(i).clearance_m, hip_);
+        region.room_m = distance_m;
+      } else {
+        continue;
       }
       if (distance_m < out_.distance_m) {
         out_.distance_m = distance_m;
         out_.nearest = static_cast<std::int32_t>(i);
       }
     }
-    for (std::size_t k = 0; k < proxy_.holds(); ++k) {
-      const FixtureProxy::Hold held = proxy_.hold(k);
-      if (held.ofSurface() || held.half_space.room_m(hip_) > kNearRegion_m) continue;
-      if (!regions_.isStandoff(held.fixture())) near[near_count++] = k;
-    }
-    double most = 0;
-    for (std::size_t a = 0; a < near_count; ++a) {
-      double sum = 0;
-      for (std::size_t b = 0; b < near_count; ++b) {
-        const FixtureProxy::Hold other = proxy_.hold(near[b]);
-        const double along = dot(proxy_.hold(near[a]).half_space.normal, other.half_space.normal);
-        sum += std::max(0.0, along) * fixture(other.fixture()).stiffness_n_per_m;
-      }
-      most = std::max(most, sum);
-    }
-    out_.joint_stiffness_n_per_m += most;
+  }
+  double standoffDistance_m(std::size_t i) noexcept {
+    if (!surface_.isAvailable()) return std::numeric_limits<double>::infinity();
+    return surface_.look(hip_).signed_distance.distance_m - fixture(i).clearance_m;
   }
 
   void guideHip() noexcept {
-    const Vec3 motion = memory_.placed ? hip_ - memory_.hip_m_in_world : Vec3{};
     const double left = norm(memory_.left_guidance_n);
     memory_.left_guidance_n =
         left > kMaxFade_n ? ((left - kMaxFade_n) / left) * memory_.left_guidance_n : Vec3{};
     out_.guidance_force_n = memory_.left_guidance_n;
-    double stiffness = 0;
-    for (std::size_t i = 0; i < input_.set.count; ++i) {
-      if (memoryOf(i).definition == 0 || !isGuidance(fixture(i).kind)) continue;
-      const GuidanceForce guidance = guide(
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!acts(i) || !isGuidance(fixture(i).kind)) continue;
+      GuidanceMemory& memory = memoryOf(i).guidance;
+      if (input_.engages) memory.share = 0;
+      const GuidanceForce force = guide(
           {.fixture = fixture(i),
            .elements =
                std::span(input_.set.elements).subspan(fixture(i).first_element, fixture(i).element_count),
            .hip_m_in_world = hip_,
            .velocity_m_per_s = input_.velocity_m_per_s_in_world,
-           .motion_m = motion,
+           .motion_m = motion_,
            .most_stiffness_n_per_m = kGuidanceShare * input_.parameters.springs.stiffness_n_per_m,
            .most_force_n = kGuidanceShare * input_.parameters.safety.max_force_n,
            .lag_damping_s = input_.lag_damping_s,
            .period_s = input_.period_s},
-          memoryOf(i).guidance);
-      out_.guidance_force_n += guidance.force_n;
-      stiffness += guidance.stiffness_n_per_m;
-      if (!(guidance.force_n == Vec3{})) out_.in_contact |= 1U << i;
+          memory);
+      out_.guidance_force_n += force.force_n;
+      memoryOf(i).force_n = norm(force.force_n);
+      memoryOf(i).distance_m = force.located ? force.distance_m : std::numeric_limits<double>::quiet_NaN();
+      if (!(force.force_n == Vec3{})) out_.in_contact |= 1U << i;
+      guidance_[i] = force;
     }
-    out_.joint_stiffness_n_per_m += stiffness;
+  }
+
+  /// Decides what share of each stiffness the limit permits: each spring alone by its own stiffness, and
+  /// those that can act here by what they add up to.
+  void limitStiffness() noexcept {
+    const double limit = input_.max_stiffness_n_per_m;
+    const auto alone = [limit](double stiffness) { return stiffness > limit ? limit / stiffness : 1; };
+    JointStiffness joint;
+    std::array<bool, kMaxFixtures> is_near{};
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!acts(i)) continue;
+      if (isGuidance(fixture(i).kind)) {
+        is_near[i] = guidanceIsNear(i);
+        if (is_near[i])
+          joint.addAcross(guidance_[i].tangent_in_world, std::min(guidance_[i].stiffness_n_per_m, limit));
+      } else {
+        const RegionMemory& region = memoryOf(i).region;
+        is_near[i] = regionIsNear(region);
+        if (is_near[i]) joint.add(region.normal_in_world, std::min(region.stiffness_n_per_m, limit));
+      }
+    }
+    const bool law_is_near = lawIsNear();
+    if (law_is_near) joint.add(memory_.law_normal_in_world, std::min(input_.law_stiffness_n_per_m, limit));
+    const double together = joint.largest_n_per_m();
+    const double share = together > limit ? limit / together : 1;
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!acts(i)) continue;
+      const bool guides = isGuidance(fixture(i).kind);
+      const double stiffness = guides ? guidance_[i].stiffness_n_per_m : memoryOf(i).region.stiffness_n_per_m;
+      StiffnessShare& own = guides ? memoryOf(i).guidance.stiffness_share : memoryOf(i).region.share;
+      own.aimAt((is_near[i] ? share : 1) * alone(stiffness));
+    }
+    if (law_is_near) out_.law_share = share;
+  }
+  /// Whether the spring can act within kNear_m of the HIP: not where the HIP is off the region, or so deep in
+  /// it that the spring is saturated, by more.
+  static bool regionIsNear(const RegionMemory& region) noexcept {
+    if (!region.held) return region.room_m <= kNear_m;
+    return region.springDepth_m() - region.spring().saturation_m() <= kNear_m;
+  }
+  /// The same for the law: whether the HIP is in contact, or next to where it was last.
+  bool lawIsNear() noexcept {
+    const ForceSample& law = input_.law;
+    if (isHeld(law.state) || law.points_used > 0) {
+      const double length_n = norm(law.force_n_in_world);
+      memory_.law_place_m_in_world = isHeld(law.state) ? law.proxy_m_in_world : hip_;
+      memory_.law_normal_in_world = law.normal_in_world;
+      if (law.normal_in_world == Vec3{} && length_n > 0)
+        memory_.law_normal_in_world = (1 / length_n) * law.force_n_in_world;
+    }
+    const Vec3 off = hip_ - memory_.law_place_m_in_world;
+    return !(memory_.law_normal_in_world == Vec3{}) && dot(off, memory_.law_normal_in_world) <= kNear_m &&
+           norm(off) <= kSamePlace_m;
+  }
+  bool guidanceIsNear(std::size_t i) const noexcept {
+    const GuidanceForce& guidance = guidance_[i];
+    const double stiffness = memoryOf(i).guidance.stiffness_share.value() * guidance.stiffness_n_per_m;
+    const double beyond_m = guidance.distance_m - fixture(i).deadband_m;
+    return guidance.located && beyond_m >= -kNear_m &&
+           beyond_m - guidance.most_force_n / stiffness <= kNear_m;
   }
 
   const Input& input_;
   Memory& memory_;
   const Vec3 hip_;
-  ForbiddenRegions regions_;
-  FixtureProxy proxy_;
+  const Vec3 motion_;
+  LiveSurface surface_;
   Output out_;
-  std::array<double, kMaxFixtures> depth_{};
+  std::array<bool, kMaxFixtures> renewed_{};
+  std::array<Vec3, kMaxFixtures> from_;
+  std::array<double, kMaxFixtures> speed_m_per_s_{};
+  std::array<GuidanceForce, kMaxFixtures> guidance_;
 };
 
 FixtureForces::Output FixtureForces::step(const Input& input) HAPTICD_RT {

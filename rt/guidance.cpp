@@ -6,6 +6,9 @@
 #include <limits>
 #include <numbers>
 
+#include "rt/forbidden_region.h"
+#include "rt/saturating_spring.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -13,10 +16,15 @@ constexpr double kEscapeAfter_s = 0.05;
 constexpr double kFadeOut_s = 0.2;
 /// The hand is back where the spring would pull with this share of the escape force.
 constexpr double kReturnShare = 0.5;
-constexpr double kMostStep_n = 0.04;
+/// Change of the force per tick that no motion of the HIP causes: by the place on the path, by the share of
+/// the force, and by the stiffness each; and in all.
+constexpr double kMaxPartialStep_n = 0.02;
+constexpr double kMaxStep_n = 0.05;
 /// Damping rises to its full value over this depth outside the deadband.
 constexpr double kDampingRamp_m = 0.001;
 constexpr std::uint32_t kSearchedPerTick = 32;
+/// How much faster than the HIP the place on the path may move: on the inner side of a bend it has to.
+constexpr double kFollow = 2;
 
 /// Moves the place on the path to the nearest one within `most_m` of arc length.
 void follow(std::span<const PathElement> elements, const Vec3& hip, double most_m,
@@ -46,6 +54,23 @@ void follow(std::span<const PathElement> elements, const Vec3& hip, double most_
   }
 }
 
+/// Moves the place on the path as far as the spring from it to the HIP does not step.
+void followSmoothly(const GuidanceInput& input, GuidanceMemory& memory) noexcept {
+  const double moved_m = norm(input.motion_m);
+  const double always_m = kMaxPartialStep_n / input.fixture.stiffness_n_per_m;
+  const Vec3 before = placeOn(input.elements[memory.element], memory.along_m).place_m_in_world;
+  double most_m = kFollow * moved_m + always_m;
+  constexpr int kHalvings = 6;
+  for (int i = 0; i < kHalvings; ++i, most_m *= 0.5) {
+    GuidanceMemory moved = memory;
+    follow(input.elements, input.hip_m_in_world, most_m, moved);
+    const Vec3 step = placeOn(input.elements[moved.element], moved.along_m).place_m_in_world - before;
+    if (norm(step - input.motion_m) > moved_m + always_m) continue;
+    memory = moved;
+    return;
+  }
+}
+
 /// Looks for the nearest place on the whole path, a few elements in each tick. Returns true when it is found.
 bool searchNearest(std::span<const PathElement> elements, const Vec3& hip, GuidanceMemory& memory) noexcept {
   if (memory.search_next == 0) memory.search_best_m = std::numeric_limits<double>::infinity();
@@ -65,18 +90,25 @@ bool searchNearest(std::span<const PathElement> elements, const Vec3& hip, Guida
   return true;
 }
 
-/// The HIP's offset from the path or point, across the path.
+/// The HIP's offset from its place on the path, or from the point. It is across the path, unless the place
+/// still follows; what is beyond an end of the path does not count.
 struct Offset {
-  Vec3 across_m;
+  Vec3 from_place_m;
   Vec3 tangent;  ///< zero for a point
 };
 
 Offset offsetOf(const GuidanceInput& input, const GuidanceMemory& memory) noexcept {
   if (input.fixture.kind == FixtureKind::point)
     return {input.hip_m_in_world - input.fixture.shape.position_m_in_world, {}};
-  const PlaceOnPath place = placeOn(input.elements[memory.element], memory.along_m);
+  const PathElement& element = input.elements[memory.element];
+  const PlaceOnPath place = placeOn(element, memory.along_m);
   const Vec3 offset = input.hip_m_in_world - place.place_m_in_world;
-  return {offset - dot(offset, place.tangent_in_world) * place.tangent_in_world, place.tangent_in_world};
+  const double ahead_m = dot(offset, place.tangent_in_world);
+  const bool beyond_start = memory.element == 0 && memory.along_m <= 0 && ahead_m < 0;
+  const bool beyond_end =
+      memory.element + 1 == input.elements.size() && memory.along_m >= element.length_m && ahead_m > 0;
+  const bool beyond = beyond_start || beyond_end;
+  return {beyond ? offset - ahead_m * place.tangent_in_world : offset, place.tangent_in_world};
 }
 
 /// Keeps the place on the path up to date. Returns false while it is not known.
@@ -84,8 +116,7 @@ bool locate(const GuidanceInput& input, GuidanceMemory& memory) noexcept {
   if (input.fixture.kind == FixtureKind::point) return memory.on_path = true;
   if (input.elements.empty()) return false;
   if (memory.on_path && !memory.escaped) {
-    constexpr double kAlways_m = 0.001;
-    follow(input.elements, input.hip_m_in_world, 2 * norm(input.motion_m) + kAlways_m, memory);
+    followSmoothly(input, memory);
     return true;
   }
   if (searchNearest(input.elements, input.hip_m_in_world, memory)) memory.on_path = true;
@@ -106,16 +137,29 @@ void moveShare(const GuidanceInput& input, double demand_n, GuidanceMemory& memo
   if (memory.escaped) {
     memory.share = std::max(0.0, memory.share - input.period_s / kFadeOut_s);
   } else {
-    memory.share = std::min(1.0, memory.share + input.period_s / std::max(fixture.fade_in_s, input.period_s));
+    const double rise = input.period_s / std::max(fixture.fade_in_s, input.period_s);
+    memory.share = std::min(
+        1.0, memory.share + (demand_n * rise > kMaxPartialStep_n ? kMaxPartialStep_n / demand_n : rise));
   }
 }
 
-/// Limits the change of the force since the last tick.
+/// Lets the stiffness in effect follow: upwards no faster than a region may grow (kMaxGrowth_m_per_s).
+void followStiffness(double stiffness_n_per_m, double beyond_m, double period_s,
+                     GuidanceMemory& memory) noexcept {
+  double& now = memory.stiffness_n_per_m;
+  const double step_n = std::min(kMaxPartialStep_n, now * kMaxGrowth_m_per_s * period_s);
+  const double highest = beyond_m > 0 && now > 0 ? now + step_n / beyond_m : stiffness_n_per_m;
+  const double lowest = beyond_m > 0 ? now - kMaxPartialStep_n / beyond_m : stiffness_n_per_m;
+  now = std::min(std::max(stiffness_n_per_m, lowest), highest);
+}
+
+/// Limits the change of the force since the last tick: for what steps although place, share and stiffness do
+/// not, as the largest force may.
 Vec3 limitStep(const Vec3& force_n, const GuidanceInput& input, double stiffness_n_per_m,
                const Vec3& before_n) noexcept {
   const Vec3 change = force_n - before_n;
   const double length = norm(change);
-  const double most = stiffness_n_per_m * norm(input.motion_m) + kMostStep_n;
+  const double most = stiffness_n_per_m * norm(input.motion_m) + kMaxStep_n;
   return length > most ? before_n + (most / length) * change : force_n;
 }
 
@@ -149,25 +193,33 @@ double nearestOn(const PathElement& element, const Vec3& p_m_in_world) noexcept 
 GuidanceForce guide(const GuidanceInput& input, GuidanceMemory& memory) HAPTICD_RT {
   const Fixture& fixture = input.fixture;
   GuidanceForce result;
-  result.stiffness_n_per_m = std::min(fixture.stiffness_n_per_m, input.most_stiffness_n_per_m);
-  Vec3 force_n;
-  if (locate(input, memory)) {
-    const auto [across_m, tangent] = offsetOf(input, memory);
-    const double distance = norm(across_m);
-    const double beyond = std::max(0.0, distance - fixture.deadband_m);
-    moveShare(input, result.stiffness_n_per_m * beyond, memory);
-    if (beyond > 0) {
-      const double most_n = std::min(fixture.max_force_n, input.most_force_n);
-      const double pull_n = std::min(result.stiffness_n_per_m * beyond, most_n);
-      const double damping = fixture.damping_n_s_per_m + input.lag_damping_s * result.stiffness_n_per_m;
-      const Vec3 speed = input.velocity_m_per_s - dot(input.velocity_m_per_s, tangent) * tangent;
-      force_n = -memory.share *
-                ((pull_n / distance) * across_m + std::min(1.0, beyond / kDampingRamp_m) * damping * speed);
-      const double length = norm(force_n);
-      if (length > most_n) force_n = (most_n / length) * force_n;
-    }
+  result.located = locate(input, memory);
+  double beyond_m = 0;
+  Offset offset;
+  if (result.located) {
+    offset = offsetOf(input, memory);
+    result.distance_m = norm(offset.from_place_m);
+    result.tangent_in_world = offset.tangent;
+    beyond_m = std::max(0.0, result.distance_m - fixture.deadband_m);
   }
-  result.force_n = memory.force_n = limitStep(force_n, input, result.stiffness_n_per_m, memory.force_n);
+  memory.stiffness_share.advance(input.period_s);
+  followStiffness(std::min(fixture.stiffness_n_per_m, input.most_stiffness_n_per_m), beyond_m, input.period_s,
+                  memory);
+  const SaturatingSpring spring{memory.stiffness_share.value() * memory.stiffness_n_per_m,
+                                std::min(fixture.max_force_n, input.most_force_n)};
+  Vec3 force_n;
+  if (result.located) moveShare(input, memory.stiffness_n_per_m * beyond_m, memory);
+  if (beyond_m > 0) {
+    const double damping = fixture.damping_n_s_per_m + input.lag_damping_s * spring.stiffness_n_per_m;
+    const Vec3 speed = input.velocity_m_per_s - dot(input.velocity_m_per_s, offset.tangent) * offset.tangent;
+    force_n = -memory.share * ((spring.force_n(beyond_m) / result.distance_m) * offset.from_place_m +
+                               std::min(1.0, beyond_m / kDampingRamp_m) * damping * speed);
+    const double length = norm(force_n);
+    if (length > spring.max_force_n) force_n = (spring.max_force_n / length) * force_n;
+  }
+  result.stiffness_n_per_m = memory.stiffness_n_per_m;
+  result.most_force_n = spring.max_force_n;
+  result.force_n = memory.force_n = limitStep(force_n, input, spring.stiffness_n_per_m, memory.force_n);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "rt/fixture.h"
+#include "rt/joint_stiffness.h"
 #include "rt/realtime_safe.h"
 #include "rt/vec3.h"
 
@@ -22,6 +23,8 @@ struct GuidanceMemory {
   bool escaped = false;           ///< gave way to the hand; until the hand is back
   double above_escape_s = 0;      ///< time for which the hand has pulled more than the escape force
   Vec3 force_n;                   ///< of the last tick
+  double stiffness_n_per_m = 0;   ///< in effect, before the stiffness limit
+  StiffnessShare stiffness_share;
 };
 
 /// Input of one tick of guidance.
@@ -40,18 +43,23 @@ struct GuidanceInput {
 /// Result of one tick of guidance.
 struct GuidanceForce {
   Vec3 force_n;
-  double stiffness_n_per_m = 0;  ///< in effect
+  double stiffness_n_per_m = 0;  ///< in effect, before the stiffness limit
+  double most_force_n = 0;       ///< in effect
+  bool located = false;          ///< the place on the path is known; always so for a point
+  double distance_m = 0;         ///< of the HIP from path or point
+  Vec3 tangent_in_world;         ///< of the path; zero for a point
 };
 
-/// Computes the force of one guidance fixture: a spring across the path to the place on the path, with a
-/// deadband, saturation and damping.
+/// Computes the force of one guidance fixture: the negative gradient of the energy of a spring from the HIP
+/// to its place on the path, with a deadband and saturation, and damping across the path.
 ///
-/// The place is followed by arc length: in one tick it moves by no more than twice the HIP's displacement and
-/// a millimetre, so it passes crossings straight on and does not leap from one side of a bend to the other.
-/// In one tick the force changes by no more than the stiffness times the HIP's displacement and 0.04 N. Where
-/// the hand pulls with more than the escape force for 50 ms, the fixture fades out over 0.2 s; when the hand
-/// comes back to half of that distance, the nearest place is looked up again and the fixture fades in.
-/// RT: safe.
+/// The place moves along the path towards where it is nearest to the HIP, no faster than twice the HIP, and
+/// no faster than changes the spring by the HIP's displacement and 0.02 N per tick. So it passes crossings
+/// straight on, does not leap from one side of a bend to the other, and takes energy out of the spring where
+/// it follows: no closed path gains energy. In one tick the force changes by no more than the stiffness times
+/// the HIP's displacement and 0.05 N. Where the hand pulls with more than the escape force for 50 ms, the
+/// fixture fades out over 0.2 s; when the hand comes back to half of that distance, the nearest place is
+/// looked up again and the fixture fades in. RT: safe.
 GuidanceForce guide(const GuidanceInput& input, GuidanceMemory& memory) HAPTICD_RT;
 
 /// Returns the place at an arc length within an element, and the direction of the path there.  RT: safe.

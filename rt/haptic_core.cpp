@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rt/contact_damping.h"
 #include "rt/law_table.h"
@@ -14,10 +15,6 @@ namespace {
 /// While the HIP's neighbourhood is not modelled, the last force is held for this long; the scene thread
 /// takes far less to model the same frame again.
 constexpr double kMaxHold_s = 0.01;
-
-/// The stiffness limit drops quickly where the delay grows and recovers over seconds.
-constexpr double kGainFall_per_s = 10;
-constexpr double kGainRise_per_s = 0.2;
 
 }  // namespace
 
@@ -83,37 +80,46 @@ HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) H
 /// Returns how much more the force of a law with a proxy changed than the HIP's displacement explains: the
 /// surface moved, the proxy is still catching up, or it slipped off an edge.
 double HapticCore::unexplained_n(const Input& input, const LocalContact& contact,
-                                 const FixtureForces::Output& fixtures,
+                                 double fixture_stiffness_n_per_m,
                                  const Vec3& force_n_in_world) const HAPTICD_RT {
-  if (!hasProxy(laws_.law()) && !fixtures.holds) return 0;
+  if (!hasProxy(laws_.law()) && !(fixture_stiffness_n_per_m > 0)) return 0;
   const double displacement_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
   const double speed_change =
       norm(input.handle.velocity_m_per_s_in_world - memory_.before.velocity_m_per_s_in_world);
-  const double stiffness = contact.steepest_n_per_m + fixtures.stiffness_n_per_m;
+  const double stiffness = contact.steepest_n_per_m + fixture_stiffness_n_per_m;
   const double explained_n = stiffness * displacement_m + contact.damping_n_s_per_m * speed_change;
   return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
 }
 
-/// Computes the forces of the virtual fixtures.
-FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const ForceSample& sample,
+/// Computes the forces of the virtual fixtures, as they are exerted.
+FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Evaluation& evaluation,
                                                    const LagRules& rules, Tick& tick) HAPTICD_RT {
   FixtureForces::Output output;
   output.proxy_m_in_world = input.handle.position_m_in_world;
   if (input.fixtures != nullptr) {
     const LiveParameters& parameters = input.directive.parameters;
-    output = fixtures_.step({.set = *input.fixtures,
-                             .scene = input.scene,
-                             .hip_m_in_world = input.handle.position_m_in_world,
-                             .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
-                             .parameters = parameters,
-                             .law = sample,
-                             .surface_law = laws_.law() == ForceLaw::surface,
-                             .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
-                             .period_s = input.period_s,
-                             .lag_damping_s = rules.fixture_damping_s});
+    const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
+    const double of_law = tick.stiffness_gain * rules.damping_n_s_per_m;
+    const bool engaged = memory_.supervisor.mode() == Mode::engaged;
+    output = fixtures_.step(
+        {.set = *input.fixtures,
+         .scene = input.scene,
+         .hip_m_in_world = input.handle.position_m_in_world,
+         .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+         .parameters = parameters,
+         .law = evaluation.sample,
+         .surface_law = laws_.law() == ForceLaw::surface,
+         .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
+         .period_s = input.period_s,
+         .engages = engaged && !memory_.exerting,
+         .lag_damping_s = rules.fixture_damping_s,
+         .max_stiffness_n_per_m = rules.fixture_stiffness_n_per_m,
+         .max_damping_n_s_per_m = std::max(0.0, rules.largest_damping_n_s_per_m / scale - of_law),
+         .law_stiffness_n_per_m = evaluation.contact.largest_n_per_m});
+    memory_.exerting = engaged;
     tick.fixture_generation = input.fixtures->generation;
   }
-  memory_.fixture_stiffness_n_per_m = output.joint_stiffness_n_per_m;
+  memory_.law_share = output.law_share;
   tick.fixtures_in_contact = output.in_contact;
   tick.nearest_fixture = output.nearest;
   tick.fixture_distance_m = output.distance_m;
@@ -125,16 +131,18 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const For
 
 /// Blends the force of law and forbidden regions over a change of scene, law, parameters or fixtures. The
 /// force is clamped to the limit first, so that the blend never starts from more than the handle can have
-/// exerted.
+/// exerted. All this happens before the law's stiffness limit, which is already in the forces of fixtures.
 void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                        const FixtureForces::Output& fixtures, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const ForceSample& sample = evaluation.sample;
   const LocalContact& contact = evaluation.contact;
+  const double to_law = 1 / tick.stiffness_gain;
   const Vec3 force_n_in_world =
-      fixtures.holds ? sample.force_n_in_world + fixtures.spring_force_n : sample.force_n_in_world;
+      fixtures.holds ? sample.force_n_in_world + to_law * fixtures.spring_force_n : sample.force_n_in_world;
+  const double fixture_stiffness = to_law * fixtures.stiffness_n_per_m;
   const double stiffness =
-      std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixtures.stiffness_n_per_m;
+      std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
   const double length = norm(force_n_in_world);
   const double limit = parameters.safety.max_force_n / (parameters.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
@@ -149,7 +157,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                    tick.fixture_generation,
                    TissueContact::generationOf(input.tissue)};
   const double max_n = stiffness * parameters.blend.max_surface_speed_m_per_s * input.period_s;
-  const double unexplained = unexplained_n(input, contact, fixtures, cut);
+  const double unexplained = unexplained_n(input, contact, fixture_stiffness, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
   const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > max_n);
   memory_.surface_moved = memory_.changed || unexplained > 0;
@@ -161,8 +169,10 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                     input.handle.velocity_m_per_s_in_world,
                     cut,
                     memory_.before.gain,
+                    memory_.before.mode_gain,
                     law_n,
                     fixtures.stored_j,
+                    fixtures.changes_j,
                     fixtures.standoff_force_n,
                     fixtures.standoff_j,
                     fixtures.standoff_power_w,
@@ -182,8 +192,7 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const LocalContact
                                           Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
-  // The law and the fixtures may act together.
-  const double stiffness = contact.largest_n_per_m + memory_.fixture_stiffness_n_per_m;
+  const double stiffness = contact.largest_n_per_m;
   const double damping_of_law = hasProxy(parameters.law) ? contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
@@ -200,21 +209,18 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const LocalContact
   const bool limited = stiffness > tick.stiffness_limit_n_per_m;
   if (limited) tick.stiffness_rule = by_mass ? StiffnessRule::mass : StiffnessRule::delay;
   const bool reduces = parameters.safety.stiffness_limit == StiffnessLimit::reduce;
-  const double target = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
-  memory_.stiffness_gain = std::clamp(target, memory_.stiffness_gain - kGainFall_per_s * input.period_s,
-                                      memory_.stiffness_gain + kGainRise_per_s * input.period_s);
-  tick.stiffness_gain = memory_.stiffness_gain;
+  const double alone = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
+  memory_.stiffness_share.aimAt(alone * memory_.law_share);
+  memory_.stiffness_share.advance(input.period_s);
+  tick.stiffness_gain = memory_.stiffness_share.value();
+  rules.fixture_stiffness_n_per_m =
+      reduces ? tick.stiffness_limit_n_per_m : std::numeric_limits<double>::infinity();
   if (!automatic) return rules;
 
-  const double acting = contact.tangent_n_per_m + memory_.fixture_stiffness_n_per_m;
-  double damping = contactDamping_n_s_per_m(acting, rules.lag_s);
+  rules.fixture_damping_s = input.handle.damps ? 0 : contactDamping_n_s_per_m(1, rules.lag_s);
+  double damping = contactDamping_n_s_per_m(contact.tangent_n_per_m, rules.lag_s);
   if (by_mass) damping = std::min(damping, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
-  if (!std::isfinite(damping)) return rules;
-  if (memory_.fixture_stiffness_n_per_m > 0) {
-    rules.fixture_damping_s = input.handle.damps ? 0 : damping / acting;
-    damping *= contact.tangent_n_per_m / acting;
-  }
-  rules.damping_n_s_per_m = std::max(0.0, damping - damping_of_law);
+  if (std::isfinite(damping)) rules.damping_n_s_per_m = std::max(0.0, damping - damping_of_law);
   return rules;
 }
 
@@ -225,23 +231,25 @@ Vec3 HapticCore::damp(const Input& input, const Evaluation& evaluation, const Fi
   const Vec3 velocity =
       velocityToDamp(input.handle.velocity_m_per_s_in_world, sample.surface_velocity_m_per_s_in_world);
   const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
-  const Vec3 force = fixtures.holds ? tick.blended_force_n_in_world - fixtures.spring_force_n
+  const double to_law = 1 / tick.stiffness_gain;
+  const Vec3 force = fixtures.holds ? tick.blended_force_n_in_world - to_law * fixtures.spring_force_n
                                     : tick.blended_force_n_in_world;
   tick.damped_force_n_in_world =
       damped({force, sample.normal_in_world, velocity, evaluation.contact.friction}, damping);
-  if (fixtures.holds) tick.damped_force_n_in_world += fixtures.force_n;
-  if (!(fixtures.guidance_force_n == Vec3{})) tick.damped_force_n_in_world += fixtures.guidance_force_n;
+  if (fixtures.holds) tick.damped_force_n_in_world += to_law * fixtures.force_n;
+  if (!(fixtures.guidance_force_n == Vec3{}))
+    tick.damped_force_n_in_world += to_law * fixtures.guidance_force_n;
   return tick.damped_force_n_in_world;
 }
 
-/// Computes the work that stand-offs did on the HIP by moving with their surface. Other fixtures do none:
-/// they rest, and when they are changed, the ledger of passivity control gets no credit for it.
-double HapticCore::standoffWork_j(const Before& before, const Input& input,
-                                  const Vec3& hip_motion_m) const HAPTICD_RT {
+/// Computes the work that fixtures did on the HIP by moving with the surface, growing or changing their
+/// stiffness.
+double HapticCore::fixtureWork_j(const Before& before, const Input& input,
+                                 const Vec3& hip_motion_m) const HAPTICD_RT {
   const Before& now = memory_.before;
-  if (!memory_.changed) return now.standoff_power_w * input.period_s;
+  if (!memory_.changed) return now.fixture_changes_j + now.standoff_power_w * input.period_s;
   const Vec3 twice_mean = now.standoff_force_n_in_world + before.standoff_force_n_in_world;
-  return now.standoff_j - before.standoff_j + dot(twice_mean, hip_motion_m) / 2;
+  return now.fixture_changes_j + now.standoff_j - before.standoff_j + dot(twice_mean, hip_motion_m) / 2;
 }
 
 /// Computes the input of passivity control for this tick. The energy of a spring under a force F that is
@@ -282,9 +290,12 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
     double of_surface = memory_.surface_moved
                             ? stored - of_hip
                             : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
-    if (fixtures_hold) of_surface += standoffWork_j(before, input, hip_motion_m);
-    const double of_gain = (gain - before.gain) * (now_n2 / (2 * stiffness) + now.fixture_j);
-    motion.surface_work_j = (before.gain * of_surface + of_gain) * scale.force_scale * to_hand;
+    double work_j = before.gain * of_surface + (gain - before.gain) * (now_n2 / (2 * stiffness));
+    if (fixtures_hold) {
+      work_j += before.mode_gain * fixtureWork_j(before, input, hip_motion_m) +
+                (now.mode_gain - before.mode_gain) * now.fixture_j;
+    }
+    motion.surface_work_j = work_j * scale.force_scale * to_hand;
   }
   return motion;
 }
@@ -310,18 +321,23 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const bool comparable = memory_.origin.model != 0;
   const Evaluation evaluation = evaluateLaw(input, tick);
   const LagRules rules = lagRules(input, evaluation.contact, tick);
-  const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation.sample, rules, tick);
+  const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation, rules, tick);
   blend(input, evaluation, fixtures, tick);
   const Vec3 damped_n = damp(input, evaluation, fixtures, rules, tick);
   memory_.supervisor.decide(
       input, obstacle,
       {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds, .too_near = memory_.too_near});
-  const double gain = memory_.supervisor.gain() * tick.stiffness_gain;
+  const double mode_gain = memory_.supervisor.gain();
+  const double gain = mode_gain * tick.stiffness_gain;
   memory_.before.gain = gain;
+  memory_.before.mode_gain = mode_gain;
   tick.gain = gain;
   const HandleScaleParameters& scale = parameters.handle;
-  const double damping = rules.damping_n_s_per_m + (fixtures.holds ? fixtures.damping_n_s_per_m : 0);
-  tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * damping;
+  tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
+  if (fixtures.holds) {
+    tick.contact_damping_n_s_per_m +=
+        mode_gain * scale.motion_scale * scale.force_scale * fixtures.damping_n_s_per_m;
+  }
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
   memory_.stiffness.follow(StiffnessRules::of(parameters, tick.stiffness_limit_n_per_m, input.scene.noise),
                            inContact(tick) || fixtures.holds, input.period_s);

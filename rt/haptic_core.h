@@ -48,11 +48,13 @@ class HapticCore {
     Vec3 velocity_m_per_s_in_world;
     Vec3 force_n_in_world;
     double gain = 0;
+    double mode_gain = 0;  ///< Supervisor::gain(), part of `gain`
     Vec3 law_force_n_in_world;
     double fixture_j = 0;  ///< energy in the springs of the forbidden regions
+    double fixture_changes_j = 0;
     Vec3 standoff_force_n_in_world;
     double standoff_j = 0;
-    double standoff_power_w = 0;  ///< these three: see FixtureForces::Output
+    double standoff_power_w = 0;  ///< these four: see FixtureForces::Output
     /// 2 k_s times the energy of the law's springs under these two forces: F^2, unless a stiffness map
     /// changes the contact.
     double spring_n2 = 0;
@@ -69,14 +71,14 @@ class HapticCore {
     Before before;
     SafetyChain safety;
     Supervisor supervisor;
-    double stiffness_gain = 1;
-    bool changed = false;        ///< scene, law or parameters differ from those of the previous force
-    bool surface_moved = false;  ///< `changed`, or the HIP's motion does not explain the force
-    Vec3 held_force_n_in_world;  ///< from the last tick whose neighbourhood was modelled
-    double outside_model_s = 0;  ///< time since that tick
-    bool too_near = false;       ///< ForceSample::too_near of that tick
-    /// FixtureForces::Output::joint_stiffness_n_per_m of the previous tick.
-    double fixture_stiffness_n_per_m = 0;
+    StiffnessShare stiffness_share;  ///< of the law's springs
+    bool changed = false;            ///< scene, law or parameters differ from those of the previous force
+    bool surface_moved = false;      ///< `changed`, or the HIP's motion does not explain the force
+    Vec3 held_force_n_in_world;      ///< from the last tick whose neighbourhood was modelled
+    double outside_model_s = 0;      ///< time since that tick
+    bool too_near = false;           ///< ForceSample::too_near of that tick
+    double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
+    bool exerting = false;           ///< the mode was engaged in the previous tick
     TissueContact tissue;
     PalpationCue cue;
     AutomaticStiffness stiffness;
@@ -128,6 +130,7 @@ class HapticCore {
     double damping_n_s_per_m = 0;          ///< contact damping of the HIP in addition to the law's own
     double fixture_damping_s = 0;          ///< the same for fixtures, per stiffness
     double largest_damping_n_s_per_m = 0;  ///< at the hand
+    double fixture_stiffness_n_per_m = 0;  ///< largest that is stable; infinite: it is not to be limited
   };
 
   /// The law's result and the contact at its proxy.
@@ -141,15 +144,15 @@ class HapticCore {
   ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
   LagRules lagRules(const Input& input, const LocalContact& contact, Tick& tick) HAPTICD_RT;
-  FixtureForces::Output evaluateFixtures(const Input& input, const ForceSample& sample, const LagRules& rules,
-                                         Tick& tick) HAPTICD_RT;
+  FixtureForces::Output evaluateFixtures(const Input& input, const Evaluation& evaluation,
+                                         const LagRules& rules, Tick& tick) HAPTICD_RT;
   Vec3 damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
             const LagRules& rules, Tick& tick) const HAPTICD_RT;
   void blend(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
              Tick& tick) HAPTICD_RT;
-  double unexplained_n(const Input& input, const LocalContact& contact, const FixtureForces::Output& fixtures,
+  double unexplained_n(const Input& input, const LocalContact& contact, double fixture_stiffness_n_per_m,
                        const Vec3& force_n_in_world) const HAPTICD_RT;
-  double standoffWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
+  double fixtureWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Evaluation& evaluation) const HAPTICD_RT;
   Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;

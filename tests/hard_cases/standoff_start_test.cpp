@@ -19,8 +19,10 @@ using tools::TrueScene;
 constexpr double kDistance_m = 0.8;
 constexpr double kClearance_m = 0.005;
 constexpr int kTicks = 1000;
-/// A proxy has arrived at the live surface when it moves by less.
-constexpr double kArrived_m = 1e-5;
+/// A proxy lags behind where distance and normal of the surface disagree, as far as a friction of that share
+/// of the force would hold it: with a disagreement of 1e-3 at a depth of 11 mm by 22 um, and where the HIP
+/// hardly moves by up to 8e-3 of the depth.
+constexpr double kLag_m = 1e-4;
 
 /// A circling stroke through the boundary of the stand-off: 40 mm wide, up to 0.4 m/s, 4 mm up and down.
 Vec3 placeAt(int tick) {
@@ -37,7 +39,7 @@ class Standoffs {
   Vec3 proxyAfter(const rt::FixtureInput& input) {
     if (forgets_) {
       auto memory = forces_.memory();
-      for (rt::FixtureMemory& fixture : memory.fixtures) fixture.look = {};
+      for (rt::FixtureMemory& fixture : memory.fixtures) fixture.standoff.model = 0;
       forces_.restore(memory);
     }
     return forces_.step(input).proxy_m_in_world;
@@ -85,7 +87,7 @@ TEST_P(StandoffStart, HoldsTheProxyWhereANewLookDoes) {
     largest = std::max(largest, norm(used - fresh));
     if (norm(fresh - hip) > 0) ++held;
   }
-  EXPECT_LT(largest, kArrived_m);
+  EXPECT_LT(largest, kLag_m);
   EXPECT_GT(held, kTicks / 4);
 }
 

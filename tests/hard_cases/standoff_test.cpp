@@ -125,8 +125,6 @@ TEST(ForbiddenRegions, NoPushGetsThroughAPlateWithTheLiveSurfaceBehind) {
       if ((tick.fixtures_in_contact & 1U) == 0) continue;
       const double side = dot(tick.fixture_proxy_m_in_world - plate.position_m_in_world, up);
       ASSERT_GT(side, 0.0005 - 1e-6) << "push " << i << " step " << step;
-      ASSERT_GT(plane.signedDistance(tick.fixture_proxy_m_in_world, 0), -0.0005)
-          << "the proxy obeys the surface too, push " << i << " step " << step;
     }
     const bool under_plate = dot(hip - plate.position_m_in_world, up) < 0;
     if (under_plate) {

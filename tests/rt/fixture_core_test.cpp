@@ -190,22 +190,64 @@ TEST(FixtureCore, EngagingInsideAForbiddenRegionIsRefused) {
   EXPECT_EQ(tick.cause, rt::Cause::inside_surface);
 }
 
-TEST(FixtureCore, TheStiffnessLimitCountsWhatActsAlongOneNormal) {
-  const auto gainWith = [](int planes) {
+/// The share of its configured stiffness with which fixture 0 acts, after the HIP has been 1 mm deep in it
+/// for two seconds.
+double shareOfFirst(FixtureCore& core) {
+  core.engage({0, 0, 0.002});
+  for (int i = 0; i < 2000; ++i) core.at({0, 0, -0.001});
+  return core.rig.core.memory().fixtures.fixtures[0].region.spring().stiffness_n_per_m /
+         core.set->fixtures[0].stiffness_n_per_m;
+}
+
+TEST(FixtureCore, TheStiffnessLimitCountsWhatActsHereAlongOneNormal) {
+  const auto shareWith = [](int planes, double stiffness_n_per_m,
+                            const std::function<void(FixtureCore&)>& more) {
     FixtureCore core;
     core.rig.handle.delay_s = 0.004;
-    for (int i = 0; i < planes; ++i) core.add(FixtureKind::plane, floor(-1e-5 * i));
+    for (int i = 0; i < planes; ++i)
+      core.add(FixtureKind::plane, floor(-1e-5 * i)).stiffness_n_per_m = stiffness_n_per_m;
+    more(core);
+    return shareOfFirst(core);
+  };
+  const auto nothing = [](FixtureCore&) {};
+  constexpr double kSoft = 300;
+  EXPECT_EQ(shareWith(1, kSoft, nothing), 1);
+  const double limit = 5000 * shareWith(1, 5000, nothing);
+  ASSERT_LT(limit, 1000);
+  ASSERT_GT(limit, 2 * kSoft);
+  EXPECT_NEAR(shareWith(3, kSoft, nothing), limit / (3 * kSoft), 1e-6) << "three along one normal";
+  EXPECT_NEAR(shareWith(3, 5000, nothing), limit / (3 * 5000), 1e-6);
+  EXPECT_EQ(shareWith(1, kSoft,
+                      [](FixtureCore& core) {
+                        Shape wall = floor();
+                        wall.axis_in_world = {1, 0, 0};
+                        wall.position_m_in_world = {0.001, 0, 0};
+                        core.add(FixtureKind::plane, wall).stiffness_n_per_m = 600;
+                      }),
+            1)
+      << "one across it adds nothing";
+  EXPECT_EQ(shareWith(1, kSoft,
+                      [](FixtureCore& core) {
+                        for (int i = 0; i < 4; ++i)
+                          core.add(FixtureKind::sphere, sphere(0.03, {0, 0, -0.04})).stiffness_n_per_m = 5000;
+                      }),
+            1)
+      << "nor do those that the HIP is not near";
+}
+
+TEST(FixtureCore, TheStiffnessLimitNeverTakesAwayTheLargestForce) {
+  for (const double stiffness : {100.0, 1000.0, 5000.0}) {
+    FixtureCore core;
+    core.rig.handle.delay_s = 0.01;
+    rt::Fixture& plane = core.add(FixtureKind::plane, floor());
+    plane.stiffness_n_per_m = stiffness;
+    plane.max_force_n = 4;
     core.engage({0, 0, 0.002});
     rt::Tick tick;
-    for (int i = 0; i < 2000; ++i) tick = core.at({0, 0, -0.001});
-    return tick;
-  };
-  const rt::Tick none = gainWith(0);
-  const rt::Tick one = gainWith(1);
-  const rt::Tick three = gainWith(3);
-  ASSERT_LT(none.stiffness_gain, 1);
-  EXPECT_NEAR(one.stiffness_gain, none.stiffness_gain * 1000 / (1000 + kStiffness), 1e-6);
-  EXPECT_NEAR(three.stiffness_gain, none.stiffness_gain * 1000 / (1000 + 3 * kStiffness), 1e-6);
+    for (int i = 0; i < 400; ++i) tick = core.at({0, 0, -0.0002 * i});
+    EXPECT_NEAR(tick.command_force_n_in_world.z, 4, 1e-9) << stiffness << " N/m";
+    EXPECT_NEAR(tick.fixture_force_n_in_world.z, 4, 1e-9) << "what is reported is what is exerted";
+  }
 }
 
 TEST(FixtureCore, TheTickSaysWhatFixturesDo) {
