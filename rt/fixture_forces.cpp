@@ -15,12 +15,16 @@ namespace {
 /// Damping rises to its full value over this depth, and falls to nothing over this depth beyond the
 /// saturation of the spring, which has no stiffness there that the lag could make unstable.
 constexpr double kDampingRamp_m = 0.001;
+/// Damping against the lag reaches this multiple of the spring's force at any depth. It is due from the first
+/// tick of a contact on, because a sampled spring gives energy from there on, and the factor keeps the force
+/// from stepping.
+constexpr double kDampingOfSpring = 10;
 /// What can act within this distance of the HIP counts for the stiffness limit, so that it has taken effect
 /// when it does.
 constexpr double kNear_m = 0.005;
 /// A region that moves farther over the HIP at once is treated as a new one.
 constexpr double kMaxCarry_m = 0.05;
-/// A contact with the live surface is expected to come again within this distance of the last one.
+/// A contact with the law is expected to come again within this distance of the last one.
 constexpr double kSamePlace_m = 0.05;
 /// Guidance is weaker than contact by this factor.
 constexpr double kGuidanceShare = 1.0 / 3;
@@ -155,8 +159,8 @@ class FixtureForces::Tick {
                                       : memory_.hip_m_in_world;
       RegionPlace place;
       if (isStandoff(i)) {
-        const StandoffPlace standoff =
-            followStandoff(surface_, fixture(i).clearance_m, region, hip_, motion_, from, memoryOf(i).standoff);
+        const StandoffPlace standoff = followStandoff(surface_, fixture(i).clearance_m, region, hip_, motion_,
+                                                      from, memoryOf(i).standoff);
         place = standoff.region;
         speed_m_per_s_[i] = standoff.speed_m_per_s;
       } else {
@@ -185,7 +189,7 @@ class FixtureForces::Tick {
     const double ramp = std::min(1.0, depth_m / kDampingRamp_m);
     const double saturated = std::clamp((depth_m - spring.saturation_m()) / kDampingRamp_m, 0.0, 1.0);
     const double of_lag = input_.lag_damping_s * spring.stiffness_n_per_m;
-    return {ramp * (1 - saturated) * of_lag, ramp * std::max(0.0, fixture(i).damping_n_s_per_m - of_lag)};
+    return {(1 - saturated) * of_lag, ramp * std::max(0.0, fixture(i).damping_n_s_per_m - of_lag)};
   }
 
   /// Share of the configured damping with which all dampers together are still stable.
@@ -213,6 +217,7 @@ class FixtureForces::Tick {
       if (!isRegion(i)) continue;
       const RegionMemory& region = memoryOf(i).region;
       const double depth_m = region.springDepth_m();
+      if (depth_m > 0 || memoryOf(i).force_n > 0) out_.steepest_n_per_m += region.spring().stiffness_n_per_m;
       memoryOf(i).force_n = 0;
       if (!(depth_m > 0)) continue;
       if (own_share < 0) own_share = shareOfOwnDamping();
@@ -222,8 +227,10 @@ class FixtureForces::Tick {
       const Damper damper = damperOf(i);
       const Vec3 velocity = velocityToDamp(input_.velocity_m_per_s_in_world, speed_m_per_s_[i] * normal);
       const double speed = dot(velocity, normal);
-      const double damping_n =
-          damper.of_lag_n_s_per_m * speed + own_share * damper.own_n_s_per_m * std::min(speed, 0.0);
+      const double ramp = std::min(1.0, depth_m / kDampingRamp_m);
+      const double of_lag_n = damper.of_lag_n_s_per_m * speed;
+      const double damping_n = std::max(of_lag_n, std::min(ramp * of_lag_n, -kDampingOfSpring * spring_n)) +
+                               own_share * damper.own_n_s_per_m * std::min(speed, 0.0);
       // It never pulls, and damping adds no more than the largest force.
       const double force_n = std::clamp(spring_n - damping_n, 0.0, spring.max_force_n);
       memoryOf(i).force_n = force_n;
@@ -233,7 +240,6 @@ class FixtureForces::Tick {
       out_.force_n += force_n * normal;
       const double energy_j = region.energy_j();
       out_.stored_j += energy_j;
-      out_.stiffness_n_per_m += spring.stiffness_n_per_m;
       out_.damping_n_s_per_m += damper.of_lag_n_s_per_m + own_share * damper.own_n_s_per_m;
       if (isStandoff(i)) {
         out_.standoff_force_n += spring_n * normal;
@@ -323,8 +329,11 @@ class FixtureForces::Tick {
         if (is_near[i]) joint.add(region.normal_in_world, std::min(region.stiffness_n_per_m, limit));
       }
     }
-    const bool law_is_near = lawIsNear();
-    if (law_is_near) joint.add(memory_.law_normal_in_world, std::min(input_.law_stiffness_n_per_m, limit));
+    const double of_law = std::min(input_.law_stiffness_n_per_m, limit);
+    const bool law_matters =
+        joint.largest_n_per_m() + of_law > limit && std::ranges::find(is_near, true) != is_near.end();
+    const bool law_is_near = law_matters && lawIsNear();
+    if (law_is_near) joint.add(memory_.law_normal_in_world, of_law);
     const double together = joint.largest_n_per_m();
     const double share = together > limit ? limit / together : 1;
     for (std::size_t i = 0; i < count(); ++i) {
@@ -342,19 +351,26 @@ class FixtureForces::Tick {
     if (!region.held) return region.room_m <= kNear_m;
     return region.springDepth_m() - region.spring().saturation_m() <= kNear_m;
   }
-  /// The same for the law: whether the HIP is in contact, or next to where it was last.
+  /// The same for the law: whether the HIP is in contact, next to where it was last, or before the surface
+  /// that the law will meet.
   bool lawIsNear() noexcept {
     const ForceSample& law = input_.law;
+    Vec3& place = memory_.law_place_m_in_world;
+    Vec3& normal = memory_.law_normal_in_world;
     if (isHeld(law.state) || law.points_used > 0) {
       const double length_n = norm(law.force_n_in_world);
-      memory_.law_place_m_in_world = isHeld(law.state) ? law.proxy_m_in_world : hip_;
-      memory_.law_normal_in_world = law.normal_in_world;
-      if (law.normal_in_world == Vec3{} && length_n > 0)
-        memory_.law_normal_in_world = (1 / length_n) * law.force_n_in_world;
+      place = isHeld(law.state) ? law.proxy_m_in_world : hip_;
+      normal = law.normal_in_world == Vec3{} && length_n > 0 ? (1 / length_n) * law.force_n_in_world
+                                                             : law.normal_in_world;
+    } else if (surface_.isAvailable()) {
+      const SurfaceDistance::Result& seen = surface_.look(hip_);
+      if (seen.found()) {
+        normal = seen.signed_distance.normal_in_world;
+        place = hip_ - seen.signed_distance.distance_m * normal;
+      }
     }
-    const Vec3 off = hip_ - memory_.law_place_m_in_world;
-    return !(memory_.law_normal_in_world == Vec3{}) && dot(off, memory_.law_normal_in_world) <= kNear_m &&
-           norm(off) <= kSamePlace_m;
+    const Vec3 off = hip_ - place;
+    return !(normal == Vec3{}) && dot(off, normal) <= kNear_m && norm(off) <= kSamePlace_m;
   }
   bool guidanceIsNear(std::size_t i) const noexcept {
     const GuidanceForce& guidance = guidance_[i];

@@ -93,9 +93,11 @@ class FixtureForces {
     double changes_j = 0;   ///< work done on these springs by regions that grew, or whose stiffness changed
     Vec3 standoff_force_n;  ///< part of spring_force_n ...
     double standoff_j = 0;  ///< ... and of stored_j that comes from stand-offs
-    double standoff_power_w = 0;   ///< exerted on the HIP by stand-offs that move with their surface
-    double stiffness_n_per_m = 0;  ///< of the regions that exert a force, added up
-    double damping_n_s_per_m = 0;  ///< the same for their damping
+    double standoff_power_w = 0;  ///< exerted on the HIP by stand-offs that move with their surface
+    /// Bound of the change of spring_force_n per displacement of the HIP since the last tick, while proxies
+    /// move no farther.
+    double steepest_n_per_m = 0;
+    double damping_n_s_per_m = 0;  ///< of the regions that exert a force, added up
     /// Share of the law's stiffness that may act together with fixtures, 0..1.
     double law_share = 1;
     bool redefined = false;  ///< the set is another one than in the last tick

@@ -140,7 +140,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
   const double to_law = 1 / tick.stiffness_gain;
   const Vec3 force_n_in_world =
       fixtures.holds ? sample.force_n_in_world + to_law * fixtures.spring_force_n : sample.force_n_in_world;
-  const double fixture_stiffness = to_law * fixtures.stiffness_n_per_m;
+  const double fixture_stiffness = to_law * fixtures.steepest_n_per_m;
   const double stiffness =
       std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
   const double length = norm(force_n_in_world);
@@ -188,8 +188,10 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
 /// Computes what keeps the loop stable at its current lag: the share of the law's force to exert and the
 /// contact damping. Damping applied by the device itself is not delayed, so the limit by the device's mass
 /// does not apply to it.
-HapticCore::LagRules HapticCore::lagRules(const Input& input, const LocalContact& contact,
+HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& evaluation,
                                           Tick& tick) HAPTICD_RT {
+  const LocalContact& contact = evaluation.contact;
+  const bool in_contact = isHeld(evaluation.sample.state) || evaluation.sample.points_used > 0;
   const LiveParameters& parameters = input.directive.parameters;
   const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
   const double stiffness = contact.largest_n_per_m;
@@ -211,7 +213,11 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const LocalContact
   const bool reduces = parameters.safety.stiffness_limit == StiffnessLimit::reduce;
   const double alone = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
   memory_.stiffness_share.aimAt(alone * memory_.law_share);
-  memory_.stiffness_share.advance(input.period_s);
+  if (in_contact) {
+    memory_.stiffness_share.advance(input.period_s);
+  } else {
+    memory_.stiffness_share.advanceFree(input.period_s);
+  }
   tick.stiffness_gain = memory_.stiffness_share.value();
   rules.fixture_stiffness_n_per_m =
       reduces ? tick.stiffness_limit_n_per_m : std::numeric_limits<double>::infinity();
@@ -320,7 +326,7 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
   const Evaluation evaluation = evaluateLaw(input, tick);
-  const LagRules rules = lagRules(input, evaluation.contact, tick);
+  const LagRules rules = lagRules(input, evaluation, tick);
   const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation, rules, tick);
   blend(input, evaluation, fixtures, tick);
   const Vec3 damped_n = damp(input, evaluation, fixtures, rules, tick);

@@ -143,7 +143,7 @@ class HapticCore {
   Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
   ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
-  LagRules lagRules(const Input& input, const LocalContact& contact, Tick& tick) HAPTICD_RT;
+  LagRules lagRules(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
   FixtureForces::Output evaluateFixtures(const Input& input, const Evaluation& evaluation,
                                          const LagRules& rules, Tick& tick) HAPTICD_RT;
   Vec3 damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,

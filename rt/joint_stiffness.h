@@ -62,7 +62,9 @@ class StiffnessShare {
   void advance(double period_s, double rise_per_s = kRise_per_s) noexcept {
     value_ = std::clamp(aim_, value_ - kFall_per_s * period_s, value_ + rise_per_s * period_s);
   }
-  /// The share while the spring exerts no force.
+  /// Moves the share while the spring exerts no force: down at once.
+  void advanceFree(double period_s) noexcept { value_ = std::min(aim_, value_ + kRise_per_s * period_s); }
+  /// The same for a spring that may be stiff at once where it acts next.
   void arrive() noexcept { value_ = aim_; }
 
  private:
