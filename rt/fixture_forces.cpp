@@ -95,6 +95,7 @@ class FixtureForces::Tick {
       const FixtureMemory* const known = find(before, fixture(i).identity);
       const bool same = known != nullptr && known->definition == fixture(i).definition;
       const bool carried = known != nullptr && !same && canCarry(fixture(i), *known);
+      if (known != nullptr) spring_depth_m_[i] = known->region.springDepth_m();
       if (same || carried) memoryOf(i) = *known;
       memoryOf(i).definition = fixture(i).definition;
       memoryOf(i).identity = fixture(i).identity;
@@ -151,7 +152,6 @@ class FixtureForces::Tick {
     for (std::size_t i = 0; i < count(); ++i) {
       if (!isRegion(i)) continue;
       RegionMemory& region = memoryOf(i).region;
-      const double spring_depth_m = region.springDepth_m();
       region.room_m -= moved_m;
       if (!renewed_[i] && !region.held && region.room_m > kNear_m && !isStandoff(i)) continue;
       const Vec3 from = renewed_[i]   ? from_[i]
@@ -171,7 +171,7 @@ class FixtureForces::Tick {
       region.room_m = place.room_m;
       region.normal_in_world = place.normal_in_world;
       region.proxy_m_in_world = place.proxy_m_in_world;
-      if (renewed_[i]) beginAtDepth(fixture(i), spring_depth_m, input_.period_s, region);
+      if (renewed_[i]) beginAtDepth(fixture(i), spring_depth_m_[i], input_.period_s, region);
       region.give_m = std::min(region.give_m, region.depth_m);
       out_.changes_j += advance(fixture(i), input_.period_s, region);
     }
@@ -386,8 +386,9 @@ class FixtureForces::Tick {
   const Vec3 motion_;
   LiveSurface surface_;
   Output out_;
-  std::array<bool, kMaxFixtures> renewed_{};
-  std::array<Vec3, kMaxFixtures> from_;
+  std::array<bool, kMaxFixtures> renewed_{};           ///< changed in this tick ...
+  std::array<Vec3, kMaxFixtures> from_;                ///< ... with the proxy here ...
+  std::array<double, kMaxFixtures> spring_depth_m_{};  ///< ... and its spring as deep as it was
   std::array<double, kMaxFixtures> speed_m_per_s_{};
   std::array<GuidanceForce, kMaxFixtures> guidance_;
 };

@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "tests/rt/core_rig.h"
+#include "tests/rt/fixture_core.h"
 
 // Fixtures in the whole tick: changes while the HIP is inside, energy, the stiffness limit, engaging.
 namespace hapticd::test {
@@ -16,68 +16,9 @@ namespace {
 
 using rt::FixtureKind;
 using rt::Shape;
-using rt::ShapeKind;
 using rt::Vec3;
 
-constexpr double kStiffness = 300;
-
-/// A core far in front of its wall, with fixtures around `origin`.
-class FixtureCore {
- public:
-  FixtureCore() {
-    rig.fixtures = set.get();
-    rig.directive.parameters.safety.max_slew_n_per_s = 20'000;
-    rig.directive.parameters.springs.stiffness_n_per_m = 1000;
-    origin = rig.wall.inFrontOfWall(0.3);
-    rig.handle.position_m_in_world = origin;
-  }
-  rt::Fixture& add(FixtureKind kind, Shape shape) {
-    rt::Fixture& fixture = set->fixtures[set->count++];
-    fixture = {};
-    shape.position_m_in_world += origin;
-    fixture.kind = kind;
-    fixture.shape = shape;
-    fixture.identity = set->count;
-    fixture.stiffness_n_per_m = kStiffness;
-    fixture.damping_n_s_per_m = 0;
-    fixture.max_force_n = 10;
-    fixture.fade_in_s = 0.2;
-    redefine(fixture);
-    return fixture;
-  }
-  void redefine(rt::Fixture& fixture) {
-    fixture.definition = ++definitions_;
-    ++set->generation;
-  }
-  /// One tick with the HIP at `origin + offset`.
-  rt::Tick at(const Vec3& offset_m) {
-    const Vec3 next = origin + offset_m;
-    rig.handle.velocity_m_per_s_in_world = (1 / kPeriod_s) * (next - rig.handle.position_m_in_world);
-    rig.handle.position_m_in_world = next;
-    ++rig.handle.sequence;
-    return rig.step();
-  }
-  void engage(const Vec3& offset_m) {
-    rig.directive.engage = true;
-    for (int i = 0; i < 600; ++i) at(offset_m);
-  }
-
-  CoreRig rig;
-  std::unique_ptr<rt::FixtureSet> set = std::make_unique<rt::FixtureSet>();
-  Vec3 origin;
-
- private:
-  std::uint64_t definitions_ = 0;
-};
-
-Shape sphere(double radius_m, const Vec3& centre = {}) {
-  Shape shape{.kind = ShapeKind::sphere, .position_m_in_world = centre};
-  shape.radius_m = radius_m;
-  return shape;
-}
-Shape floor(double z = 0) {
-  return {.kind = ShapeKind::plane, .position_m_in_world = {0, 0, z}};
-}
+constexpr double kStiffness = FixtureCore::kStiffness;
 
 TEST(FixtureCore, AnEmptySetChangesNoBit) {
   FixtureCore with;
