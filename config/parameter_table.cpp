@@ -241,6 +241,10 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(handle.resolution_m)>(
         "handle.resolution_m", kRestart, "m", {1e-6, 0.005}, "",
         "smallest motion of the hand above the device's noise; used to estimate the velocity"),
+    row<HAPTICD_MEMBER(handle.device_latency_s)>(
+        "handle.device_latency_s", kRestart, "s", {0, 0.1}, "",
+        "time by which the device exerts a command later, or measures its position earlier, than its driver can tell; added to "
+        "the delay that stiffness limit and contact damping follow from"),
     row<HAPTICD_MEMBER(handle.thread_priority)>(
         "handle.thread_priority", kRestart, "", {-1, 97}, "",
         "SCHED_FIFO priority of the handle's thread, below loop.priority; 0: none; -1: the driver's default"),

@@ -303,6 +303,7 @@ class FixtureForces::Tick {
            .period_s = input_.period_s},
           memory);
       out_.guidance_force_n += force.force_n;
+      out_.guidance_j += force.stored_j;
       memoryOf(i).force_n = norm(force.force_n);
       memoryOf(i).distance_m = force.located ? force.distance_m : std::numeric_limits<double>::quiet_NaN();
       if (!(force.force_n == Vec3{})) out_.in_contact |= 1U << i;

@@ -90,6 +90,7 @@ class FixtureForces {
     std::int32_t nearest = -1;     ///< forbidden region nearest to the HIP
     double distance_m = std::numeric_limits<double>::infinity();  ///< from the HIP to its boundary
     double stored_j = 0;                                          ///< in the springs of the forbidden regions
+    double guidance_j = 0;                                        ///< in the springs of the guidance fixtures
     double changes_j = 0;   ///< work done on these springs by regions that grew, or whose stiffness changed
     Vec3 standoff_force_n;  ///< part of spring_force_n ...
     double standoff_j = 0;  ///< ... and of stored_j that comes from stand-offs

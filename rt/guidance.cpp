@@ -219,6 +219,7 @@ GuidanceForce guide(const GuidanceInput& input, GuidanceMemory& memory) HAPTICD_
   }
   result.stiffness_n_per_m = memory.stiffness_n_per_m;
   result.most_force_n = spring.max_force_n;
+  result.stored_j = memory.share * spring.energy_j(beyond_m);
   result.force_n = memory.force_n = limitStep(force_n, input, spring.stiffness_n_per_m, memory.force_n);
   return result;
 }

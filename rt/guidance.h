@@ -45,6 +45,7 @@ struct GuidanceForce {
   Vec3 force_n;
   double stiffness_n_per_m = 0;  ///< in effect, before the stiffness limit
   double most_force_n = 0;       ///< in effect
+  double stored_j = 0;           ///< energy in the spring
   bool located = false;          ///< the place on the path is known; always so for a point
   double distance_m = 0;         ///< of the HIP from path or point
   Vec3 tangent_in_world;         ///< of the path; zero for a point

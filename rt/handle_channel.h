@@ -33,7 +33,13 @@ struct HandleState {
   /// Time from writing the command most recently sent to the device until it was sent; 0: none sent yet.
   std::int64_t command_latency_ns = 0;
   bool damps = false;  ///< the device damps contact by itself, see HandleCommand::contact_damping_n_s_per_m
+  /// The device claims a velocity that its positions contradict; the one here is estimated from these.
+  bool contradicts = false;
 };
+
+/// Time for which a device exerts a command. Where the loop has not computed another one for longer, the
+/// device exerts none.
+inline constexpr std::int64_t kCommandLife_ns = 20'000'000;
 
 /// The force that the handle is to exert on the hand.
 struct HandleCommand {

@@ -172,6 +172,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                     memory_.before.mode_gain,
                     law_n,
                     fixtures.stored_j,
+                    fixtures.guidance_j,
                     fixtures.changes_j,
                     fixtures.standoff_force_n,
                     fixtures.standoff_j,
@@ -280,6 +281,8 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
   motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
   motion.delay_s = std::max(0.0, input.handle.delay_s);
+  motion.stored_j = memory_.before.mode_gain * (memory_.before.fixture_j + memory_.before.guidance_j) *
+                    scale.force_scale * to_hand;
   if (stiffness > 0) {
     const Before& now = memory_.before;
     const bool fixtures_hold = now.fixture_j > 0 || before.fixture_j > 0;
@@ -306,6 +309,26 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   return motion;
 }
 
+/// Returns whether the hand has got more energy from the box than it gave, by more than the contact at its
+/// limits can store: under the largest force F a spring F^2 / (2 k_s), and a law without a proxy, which acts
+/// all over its radius, F D_thresh. Besides, a force that arrives with the known delay may push a hand that
+/// has turned meanwhile.
+bool HapticCore::isInDebt(const LiveParameters& parameters, double delay_s) HAPTICD_RT {
+  constexpr double kLeast_j = 0.005;
+  constexpr double kHandSpeed_m_per_s = 1;
+  const HandleScaleParameters& scale = parameters.handle;
+  const double max_n = parameters.safety.max_force_n;
+  const double spring_j =
+      max_n * max_n / (2 * scale.motion_scale * scale.force_scale * parameters.springs.stiffness_n_per_m);
+  const double stored_j = hasProxy(laws_.law())
+                              ? spring_j
+                              : std::max(spring_j, max_n * parameters.springs.radius_m / scale.motion_scale);
+  const double allowed_j = std::max(stored_j, kLeast_j) + max_n * kHandSpeed_m_per_s * std::max(0.0, delay_s);
+  const double debt_j = -memory_.safety.energy_j();
+  memory_.in_debt = debt_j > (memory_.in_debt ? allowed_j / 2 : allowed_j);
+  return memory_.in_debt;
+}
+
 /// Returns the palpation cue of this tick.
 Vec3 HapticCore::cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT {
   const bool engaged = memory_.supervisor.mode() == Mode::engaged;
@@ -330,9 +353,10 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation, rules, tick);
   blend(input, evaluation, fixtures, tick);
   const Vec3 damped_n = damp(input, evaluation, fixtures, rules, tick);
-  memory_.supervisor.decide(
-      input, obstacle,
-      {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds, .too_near = memory_.too_near});
+  memory_.supervisor.decide(input, obstacle,
+                            {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds,
+                             .too_near = memory_.too_near,
+                             .in_debt = isInDebt(parameters, input.handle.delay_s)});
   const double mode_gain = memory_.supervisor.gain();
   const double gain = mode_gain * tick.stiffness_gain;
   memory_.before.gain = gain;
@@ -387,6 +411,11 @@ Tick HapticCore::stepWith(const Input& input) HAPTICD_RT {
   tick.scene_model = input.scene.model;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
+  if (memory_.last_ns != 0 && input.now_ns - memory_.last_ns > kCommandLife_ns) {
+    memory_.safety.restart();
+    memory_.supervisor.restartRamp();
+  }
+  memory_.last_ns = input.now_ns;
   // The law is evaluated in every mode with valid inputs, so that status shows contact before engaging.
   const SafetyParameters& safety = input.directive.parameters.safety;
   const Supervisor::Obstacle obstacle = memory_.supervisor.look(input);

@@ -51,10 +51,11 @@ class HapticCore {
     double mode_gain = 0;  ///< Supervisor::gain(), part of `gain`
     Vec3 law_force_n_in_world;
     double fixture_j = 0;  ///< energy in the springs of the forbidden regions
+    double guidance_j = 0;
     double fixture_changes_j = 0;
     Vec3 standoff_force_n_in_world;
     double standoff_j = 0;
-    double standoff_power_w = 0;  ///< these four: see FixtureForces::Output
+    double standoff_power_w = 0;  ///< these five: see FixtureForces::Output
     /// 2 k_s times the energy of the law's springs under these two forces: F^2, unless a stiffness map
     /// changes the contact.
     double spring_n2 = 0;
@@ -78,7 +79,9 @@ class HapticCore {
     double outside_model_s = 0;      ///< time since that tick
     bool too_near = false;           ///< ForceSample::too_near of that tick
     double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
-    bool exerting = false;           ///< the mode was engaged in the previous tick
+    bool in_debt = false;  ///< the hand has got more energy than allowed, and has not yet lost half of that
+    std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
+    bool exerting = false;     ///< the mode was engaged in the previous tick
     TissueContact tissue;
     PalpationCue cue;
     AutomaticStiffness stiffness;
@@ -155,6 +158,7 @@ class HapticCore {
   double fixtureWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Evaluation& evaluation) const HAPTICD_RT;
+  bool isInDebt(const LiveParameters& parameters, double delay_s) HAPTICD_RT;
   Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;

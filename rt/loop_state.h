@@ -53,12 +53,14 @@ enum class Cause : std::uint8_t {
   overrun_burst,          ///< too many ticks ended late
   /// The surface in contact has been nearer than the camera can measure for safety.depth_timeout_s.
   surface_too_near,
+  handle_inconsistent,  ///< the device goes on claiming a velocity that its positions contradict
+  energy_debt,          ///< the hand has got more energy than a spring at the limits can store (passivity.h)
 };
 constexpr auto wordsOf(Cause) {
   return words<Cause>("none", "requested", "no_scene", "depth_stale", "handle_stale", "handle_invalid",
                       "force_not_finite", "handle_too_fast", "handle_clutched", "handle_not_calibrated",
                       "handle_replaced", "outside_workspace", "inside_surface", "overrun_burst",
-                      "surface_too_near");
+                      "surface_too_near", "handle_inconsistent", "energy_debt");
 }
 inline constexpr std::size_t kModeCount = enumeratorCount<Mode>();
 inline constexpr std::size_t kCauseCount = enumeratorCount<Cause>();

@@ -7,8 +7,6 @@
 namespace hapticd::rt {
 namespace {
 
-/// Slower hands count as at rest: dividing by their speed would only amplify noise.
-constexpr double kSlowest_m_per_s = 1e-3;
 /// Largest credit relative to the energy of a linear spring under the current force; the factor allows for
 /// softening laws.
 constexpr double kMaxStored = 4;
@@ -45,8 +43,8 @@ void Passivity::limitCredit(const Input& input) HAPTICD_RT {
   const double largest_n = std::max({norm(input.force_n), norm(input.acted_n), input.largest_n});
   const double max_stored_j =
       input.stiffness_n_per_m > 0 ? kMaxStored * largest_n * largest_n / (2 * input.stiffness_n_per_m) : 0;
-  energy_j_ = std::min(energy_j_, max_stored_j);
-  credit_j_ = std::min(credit_j_, max_stored_j);
+  energy_j_ = std::min(energy_j_, max_stored_j + input.stored_j);
+  credit_j_ = std::min(credit_j_, max_stored_j + input.stored_j);
 }
 
 void Passivity::fadeAtRest(const Input& input) HAPTICD_RT {
@@ -73,11 +71,14 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
   if (energy_j_ >= 0 || !(length_n > 0)) return {input.force_n};
   const Vec3 along = (1 / length_n) * input.force_n;
   const double speed = dot(input.velocity_m_per_s, along);
-  if (!(std::abs(speed) > kSlowest_m_per_s) || !std::isfinite(speed)) return {input.force_n};
+  if (!std::isfinite(speed)) return {input.force_n};
+  const double most =
+      std::min(parameters.passivity_max_damping_n_s_per_m, std::max(0.0, input.max_damping_n_s_per_m));
+  // What takes the debt back within the tick; a resting hand has no motion to take it from.
+  const double power_w = most * speed * speed;
   const double damping =
-      std::min({-energy_j_ / (speed * speed * input.period_s), parameters.passivity_max_damping_n_s_per_m,
-                std::max(0.0, input.max_damping_n_s_per_m)});
-  return {(length_n - damping * speed) * along, damping > 0};
+      power_w * input.period_s > -energy_j_ ? -energy_j_ / (speed * speed * input.period_s) : most;
+  return {(length_n - damping * speed) * along, damping > 0 && speed != 0};
 }
 
 }  // namespace hapticd::rt

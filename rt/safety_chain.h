@@ -30,13 +30,14 @@ class SafetyChain {
     Vec3 hand_m;                   ///< displacement of the hand, in world axes
     Vec3 velocity_m_per_s;         ///< velocity of the hand
     double surface_work_j = 0;     ///< see Passivity::Input
-    double stiffness_n_per_m = 0;  ///< at the hand; 0: no energy is stored
+    double stiffness_n_per_m = 0;  ///< of the law at the hand; 0: it stores no energy
     double device_damping_n_s_per_m = 0;
     double max_surface_speed_m_per_s = 0;
     double delay_s = 0;                  ///< from a motion of the hand to the force that responds to it
     double max_damping_n_s_per_m = 1e9;  ///< at the hand; limit for damping with this delay
     bool known = false;                  ///< the hand's motion was measured
     Vec3 cue_n_in_world{};               ///< palpation cue, added after the low-pass
+    double stored_j = 0;                 ///< see Passivity::Input
   };
 
   /// Forces after each stage, in newtons at the hand, and which stages acted.
@@ -62,6 +63,10 @@ class SafetyChain {
   /// Called instead of apply() to reach zero in kReleaseTicks equal steps, starting from the last output of
   /// apply(). The stages before the slew limit receive zero.
   Output release(const SafetyParameters& parameters, double period_s) HAPTICD_RT;
+
+  /// Called before apply() or release() where the device has exerted no force for a while, whatever was
+  /// commanded last: the next output starts from zero.
+  void restart() HAPTICD_RT;
 
   /// Returns the last output; initially zero.
   const Vec3& lastForce_n_in_world() const noexcept { return last_; }

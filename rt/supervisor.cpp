@@ -16,6 +16,10 @@ constexpr double kLeap_m = 0.01;
 constexpr std::int64_t kDistrust_ns = 100'000'000;
 /// Time without a burst after which the loop counts as punctual again.
 constexpr std::int64_t kOverrunPause_ns = 1'000'000'000;
+/// A device that has contradicted itself for this long holds the force at zero ...
+constexpr double kLastingContradiction_s = 0.2;
+/// ... until it has not for this long.
+constexpr std::int64_t kConsistent_ns = 1'000'000'000;
 
 bool isOlder(std::int64_t time_ns, std::int64_t now_ns, double limit_s) noexcept {
   return static_cast<double>(now_ns - time_ns) > limit_s * 1e9;
@@ -56,6 +60,17 @@ bool Supervisor::isTooFast(const Input& input) HAPTICD_RT {
   return input.now_ns < too_fast_until_ns_;
 }
 
+/// Returns whether the device goes on claiming what it does not do.
+bool Supervisor::isInconsistent(const Input& input) HAPTICD_RT {
+  if (input.handle.contradicts) {
+    contradicting_s_ += input.period_s;
+    contradicted_ns_ = input.now_ns;
+  } else if (input.now_ns - contradicted_ns_ > kConsistent_ns) {
+    contradicting_s_ = 0;
+  }
+  return contradicting_s_ > kLastingContradiction_s;
+}
+
 /// Returns the fault of the handle's measurements, or `none`.
 Cause Supervisor::handleFault(const Input& input) HAPTICD_RT {
   const HandleState& handle = input.handle;
@@ -79,6 +94,7 @@ bool Supervisor::isOverrunning(const Input& input) HAPTICD_RT {
 
 Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
   const bool overrunning = isOverrunning(input);
+  const bool inconsistent = isInconsistent(input);
   if (input.handle.sequence != 0 && input.handle.session != session_) {
     session_changed_ = session_ != 0;
     session_ = input.handle.session;
@@ -93,6 +109,7 @@ Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
   }
   if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return {Cause::depth_stale};
   if (overrunning) return {Cause::overrun_burst};
+  if (inconsistent) return {Cause::handle_inconsistent};
   return {};
 }
 
@@ -143,6 +160,9 @@ void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Cont
     } else if (too_near) {
       mode_ = Mode::holding;
       cause_ = Cause::surface_too_near;
+    } else if (contact.in_debt) {
+      mode_ = Mode::holding;
+      cause_ = Cause::energy_debt;
     } else {
       engageOrRefuse(input, contact.in_contact);
     }

@@ -50,6 +50,7 @@ class Supervisor {
   struct Contact {
     bool in_contact = false;  ///< the HIP is in contact
     bool too_near = false;    ///< ForceSample::too_near
+    bool in_debt = false;     ///< the hand has got more energy than allowed
   };
 
   /// Checks the inputs. Called once per tick, before the law is evaluated.
@@ -65,6 +66,9 @@ class Supervisor {
     gain_ = 0;
   }
 
+  /// Lets the force ramp in anew: the device has had none for a while.
+  void restartRamp() noexcept { gain_ = 0; }
+
   Mode mode() const noexcept { return mode_; }
   Cause cause() const noexcept { return cause_; }
   /// Returns the share of the law's force to exert, 0..1.
@@ -73,6 +77,7 @@ class Supervisor {
  private:
   Cause handleFault(const Input& input) HAPTICD_RT;
   bool isTooFast(const Input& input) HAPTICD_RT;
+  bool isInconsistent(const Input& input) HAPTICD_RT;
   bool isOverrunning(const Input& input) HAPTICD_RT;
   bool isTooNear(const Input& input, const Contact& contact) HAPTICD_RT;
   void engageOrRefuse(const Input& input, bool in_contact) HAPTICD_RT;
@@ -90,7 +95,9 @@ class Supervisor {
   bool session_changed_ = false;
   HandleState last_handle_;
   std::int64_t too_fast_until_ns_ = 0;
-  std::uint64_t overruns_ = 0;  ///< bit n: the tick n before this one ended late
+  double contradicting_s_ = 0;        ///< time for which the device has contradicted itself of late
+  std::int64_t contradicted_ns_ = 0;  ///< when it did last
+  std::uint64_t overruns_ = 0;        ///< bit n: the tick n before this one ended late
   std::int64_t overrunning_until_ns_ = 0;
   bool was_too_near_ = false;           ///< at the last tick
   std::int64_t too_near_since_ns_ = 0;  ///< first tick of the current period of being too near

@@ -12,20 +12,17 @@ namespace hapticd::drivers {
 
 /// Check that every driver makes before it exerts a command, and measurement of the command latency.
 ///
-/// A command may be exerted while it is younger than kLifeNs by the clock that it was written with; an older
-/// one means that the force loop has stalled. It is also valid only in the device session of the measurement
-/// that it responds to: a command computed before the device was lost, or before it found its origin, is
-/// never exerted afterwards.
-/// Thread: the driver's; lastHop() any.  Progress: wait-free.  RT: safe.
+/// A command may be exerted while it is younger than rt::kCommandLife_ns by the clock that it was written
+/// with; an older one means that the force loop has stalled. It is also valid only in the device session of
+/// the measurement that it responds to: a command computed before the device was lost, or before it found its
+/// origin, is never exerted afterwards. Thread: the driver's; lastHop() any.  Progress: wait-free.  RT: safe.
 class CommandGate {
  public:
-  /// Time for which a command stays valid.
-  static constexpr std::int64_t kLifeNs = 20'000'000;
-
   /// Returns the force of the newest command in newtons, in world axes, or nothing if none may be exerted.
   /// `session`: current session of the device (rt::HandleState::session); `now_ns`: CLOCK_MONOTONIC.
   std::optional<rt::Vec3> pass(const rt::HandleCommand& newest, std::uint64_t session, std::int64_t now_ns) {
-    const bool may_pass = newest.tick != 0 && newest.session == session && now_ns - newest.time_ns <= kLifeNs;
+    const bool may_pass =
+        newest.tick != 0 && newest.session == session && now_ns - newest.time_ns <= rt::kCommandLife_ns;
     passed_ = may_pass ? newest : rt::HandleCommand{};
     return may_pass ? std::optional(newest.force_n_in_world) : std::nullopt;
   }

@@ -15,11 +15,14 @@ HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::Handl
       origin_m_in_world_(settings.pose.position_m),
       motion_scale_(scale.motion_scale),
       clutch_button_(settings.clutch_button),
+      device_latency_s_(settings.device_latency_s),
       velocity_(settings.resolution_m) {}
 
 void HandleFrame::beginSession() {
   ++session_;
   velocity_.reset();
+  check_.reset();
+  distrusted_ = false;
   held_hip_m_in_world_.reset();
 }
 
@@ -31,7 +34,11 @@ Vec3 HandleFrame::toWorldAxes(const Vec3& v) const {
 
 rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   const Vec3 estimated = velocity_.add(measurement.position_m_in_handle, measurement.time_ns);
-  const Vec3 velocity = measurement.velocity_m_per_s_in_handle.value_or(estimated);
+  const auto& claimed = measurement.velocity_m_per_s_in_handle;
+  const bool contradicted =
+      claimed && check_.add(measurement.position_m_in_handle, measurement.time_ns, *claimed, estimated);
+  distrusted_ = distrusted_ || contradicted;
+  const Vec3 velocity = claimed && !distrusted_ ? *claimed : estimated;
   const Vec3 unclutched = origin_m_in_world_ + motion_scale_ * toWorldAxes(measurement.position_m_in_handle);
 
   rt::HandleState state;
@@ -41,7 +48,8 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   state.time_ns = measurement.time_ns;
   state.session = session_;
   state.buttons = measurement.buttons;
-  state.delay_s = measurement.delay_s;
+  state.delay_s = measurement.delay_s + device_latency_s_;
+  state.contradicts = contradicted;
   state.command_latency_ns = measurement.command_latency_ns;
   state.damps = measurement.damps;
   if (!measurement.calibrated) {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "config/settings.h"
+#include "drivers/handle/velocity_check.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "rt/handle_channel.h"
 #include "rt/vec3.h"
@@ -25,7 +26,8 @@ struct HandleMeasurement {
 };
 
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
-/// velocity. The HIP is  position + R (scale * p_in_handle) + offset, where the offset accumulates the
+/// velocity. A velocity that contradicts the positions is replaced by one estimated from these, for the rest
+/// of the session. The HIP is  position + R (scale * p_in_handle) + offset, where the offset accumulates the
 /// clutched displacements.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class HandleFrame {
@@ -51,7 +53,10 @@ class HandleFrame {
   rt::Vec3 origin_m_in_world_;
   double motion_scale_;
   int clutch_button_;
+  double device_latency_s_;
   VelocityEstimator velocity_;
+  VelocityCheck check_;
+  bool distrusted_ = false;  // the device's velocity was contradicted in this session
   rt::Vec3 clutch_offset_m_in_world_;
   std::optional<rt::Vec3> held_hip_m_in_world_;  // while the clutch is held
   std::uint64_t session_ = 0;

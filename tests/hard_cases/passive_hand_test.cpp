@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/hard_cases/hard_rig.h"
+#include "tests/hard_cases/passive_hand.h"
 #include "tests/unit/rt/fixture_rig.h"
 
 // Passive hands that are pressed into random corners of forbidden regions and the live surface, over a
@@ -20,74 +21,6 @@ using tools::TrueScene;
 
 constexpr double kDistance_m = 1;
 constexpr double kDevice_kg = 0.045;
-
-/// One direction of a connection. Packets arrive late, not at all, or after newer ones, which then count.
-class Connection {
- public:
-  Connection(double delay_s, double jitter_s, double loss)
-      : delay_s_(delay_s), jitter_s_(jitter_s), loss_(loss) {}
-
-  struct Packet {
-    int number = -1;
-    Vec3 first;
-    Vec3 second;
-  };
-
-  void send(int tick, const Vec3& first, const Vec3& second, RandomShapes& random) {
-    const double delay_s = delay_s_ + random.between(0, 1) * jitter_s_;
-    if (random.between(0, 1) < loss_) return;
-    flying_.push_back({tick + static_cast<int>(std::ceil(delay_s / kTick_s - 1e-9)), {tick, first, second}});
-  }
-  const Packet& received(int tick) {
-    std::erase_if(flying_, [&](const Flying& flying) {
-      if (flying.arrives > tick) return false;
-      if (flying.packet.number > newest_.number) newest_ = flying.packet;
-      return true;
-    });
-    return newest_;
-  }
-  /// Whole ticks, as the other side counts them.
-  double longestDelay_s() const { return std::ceil((delay_s_ + jitter_s_) / kTick_s - 1e-9) * kTick_s; }
-
- private:
-  struct Flying {
-    int arrives;
-    Packet packet;
-  };
-  double delay_s_;
-  double jitter_s_;
-  double loss_;
-  std::vector<Flying> flying_;
-  Packet newest_;
-};
-
-/// A device in a hand: a mass on a spring to where the hand wants to be, or without a spring pushed by 0.8 N.
-/// It damps with 0.5 N s/m at least, 60 N/m do so too, and stiffer hands in proportion. Heavier ones damp as
-/// much as makes them rest within two seconds by themselves: along a wall nothing else does.
-struct Hand {
-  double mass_kg;
-  double stiffness_n_per_m;
-  Vec3 anchor_m;
-  Vec3 push_n;
-  Vec3 place_m;
-  Vec3 velocity_m_per_s;
-
-  double damping_n_s_per_m() const { return std::max({0.5, stiffness_n_per_m / 120, 8 * mass_kg}); }
-  double energy_j() const {
-    const Vec3 off = place_m - anchor_m;
-    return 0.5 * mass_kg * dot(velocity_m_per_s, velocity_m_per_s) + 0.5 * stiffness_n_per_m * dot(off, off) -
-           dot(push_n, place_m);
-  }
-  void move(const Vec3& force_n) {
-    constexpr int kSteps = 10;
-    for (int i = 0; i < kSteps; ++i) {
-      const Vec3 total_n = force_n + push_n - stiffness_n_per_m * (place_m - anchor_m) -
-                           damping_n_s_per_m() * velocity_m_per_s;
-      velocity_m_per_s += (kTick_s / kSteps / mass_kg) * total_n;
-      place_m += (kTick_s / kSteps) * velocity_m_per_s;
-    }
-  }
-};
 
 /// What a case is: hand, device and connection.
 struct Case {
@@ -176,6 +109,7 @@ struct Outcome {
   /// The same of a hand that creeps: how much longer its path is than its displacement. A hand without a
   /// spring goes on to where it is in balance as fast as its own damping lets it.
   double wander_m = 0;
+  rt::Cause cause = rt::Cause::none;  ///< why the force was held at zero; none: it never was
 };
 
 Outcome press(Corner& corner, const Case& c, RandomShapes& random) {
@@ -204,10 +138,12 @@ Outcome press(Corner& corner, const Case& c, RandomShapes& random) {
   for (int tick = 0; tick < kTicks; ++tick) {
     up.send(tick, hand.place_m, hand.velocity_m_per_s, random);
     const Connection::Packet& state = up.received(tick);
-    const Vec3 command =
-        state.number < 0
-            ? Vec3{}
-            : corner.box().tick(state.first, kTick_s, state.second, delay_s).command_force_n_in_world;
+    Vec3 command;
+    if (state.number >= 0) {
+      const rt::Tick result = corner.box().tick(state.first, kTick_s, state.second, delay_s);
+      command = result.command_force_n_in_world;
+      if (result.mode != rt::Mode::engaged) outcome.cause = result.cause;
+    }
     down.send(tick, command, {}, random);
     const Vec3 before = hand.place_m;
     hand.move(down.received(tick).first);
@@ -235,6 +171,7 @@ class PassiveHand : public testing::TestWithParam<double> {
             RandomShapes random(seed);
             Corner corner(random, with_surface);
             const Outcome outcome = press(corner, c, random);
+            EXPECT_EQ(outcome.cause, rt::Cause::none) << nameOf(c) << ", corner " << seed;
             EXPECT_LE(outcome.gained_j, 1e-9) << nameOf(c) << ", corner " << seed;
             const double moving_m = hand_n_per_m > 0 ? outcome.peak_to_peak_m : outcome.wander_m;
             EXPECT_LT(moving_m, 1e-4) << nameOf(c) << ", corner " << seed;

@@ -294,6 +294,7 @@ TEST(HapticCoreMode, HoldsWhileTheHandleIsClutchedOrNotCalibrated) {
 // 5 m/s and 1 cm of tolerance: 1.5 cm within a tick.
 TEST(HapticCoreMode, IgnoresAHandleForATenthOfASecondAfterAnImpossibleJump) {
   CoreRig rig;
+  rig.directive.parameters.springs.stiffness_n_per_m = 10;  // so that the jumps give the hand little energy
   rig.engageFully();
   const auto moveTo = [&](double front_m) {
     moveHandleTo(rig, rig.wall.inFrontOfWall(front_m));
