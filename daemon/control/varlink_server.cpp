@@ -286,8 +286,25 @@ std::optional<Reply> VarlinkServer::refusalOf(const Caller& caller) const {
 
 std::size_t VarlinkServer::outputBytes() const {
   std::size_t bytes = 0;
-  for (const auto& [id, connection] : connections_) bytes += connection->outputBytes();
+  for (const auto& [id, connection] : connections_) {
+    if (!connection->dead) bytes += connection->outputBytes();
+  }
   return bytes;
+}
+
+/// Closes connections that only read, as long as the clients together have too much unread.
+void VarlinkServer::makeRoomFor(std::size_t bytes) {
+  while (outputBytes() + bytes > options_.max_held_bytes) {
+    VarlinkConnection* laziest = nullptr;
+    for (const auto& [id, connection] : connections_) {
+      if (connection->dead || connection->caller().access != Access::read || connection->outputEmpty())
+        continue;
+      if (!laziest || connection->outputBytes() > laziest->outputBytes()) laziest = connection.get();
+    }
+    if (!laziest) return;
+    laziest->dead = true;
+    touched_.push_back(laziest->caller().connection);
+  }
 }
 
 void VarlinkServer::onEvents(VarlinkConnection& connection, std::uint32_t events) {
@@ -349,6 +366,7 @@ void VarlinkServer::finish(ConnectionId id, const Reply& reply) {
   connection->call_open = false;
   const std::string message = serialise(reply);
   if (message.size() > kMaxReplyBytes) connection->dead = true;
+  makeRoomFor(message.size());
   connection->send(message, reply.descriptor);
 }
 

@@ -63,6 +63,9 @@ struct ServerOptions {
   ConnectionLimits control_limits{32, 24};
   /// Limit of the unread replies of all connections; beyond it streams skip replies.
   std::size_t max_output_bytes = std::size_t{2} << 20;
+  /// The same limit for last replies, which are not left out: beyond it the connection that only reads and
+  /// has most unread is closed.
+  std::size_t max_held_bytes = std::size_t{8} << 20;
   /// The share of the thread's time for connections that only read, 0..1.
   double read_share = 0.5;
   /// The group whose members may see the depth image, in addition to those who may control.
@@ -132,6 +135,7 @@ class VarlinkServer final : public Replies {
   /// The error for a client beyond a limit; nothing for others.
   std::optional<Reply> refusalOf(const Caller& caller) const;
   std::size_t outputBytes() const;
+  void makeRoomFor(std::size_t bytes);
 
   void onEvents(VarlinkConnection& connection, std::uint32_t events);
   void hangUp(VarlinkConnection& connection);

@@ -10,6 +10,7 @@
 
 #include "tools/hapticd-view/live/source.h"
 #include "tools/hapticd-view/server/access.h"
+#include "tools/hapticd-view/server/outbox.h"
 #include "tools/hapticd-view/server/page_files.h"
 #include "tools/hapticd-view/server/server_log.h"
 
@@ -38,6 +39,7 @@ struct Server {
   ServerLog log = {};
 
   std::list<ConnectedClient*> clients = {};  ///< each adds and removes itself
+  Outbox::All outboxes = {};                 ///< of the clients
   std::size_t connections = 0;
   bool stopping = false;
   std::chrono::steady_clock::time_point last_use = std::chrono::steady_clock::now();
