@@ -95,6 +95,8 @@ TEST(Units, ShowTheLivePictureOnThisHostOnlyAndControlNothingByIt) {
             "/usr/bin/hapticd-view --socket " + config::Settings().control.status_socket);
   EXPECT_EQ(unitSetting(service, "DynamicUser"), "yes");
   EXPECT_EQ(unitSetting(service, "SupplementaryGroups"), "haptic-view");
+  EXPECT_EQ(unitSetting(service, "RestrictAddressFamilies"), "AF_UNIX AF_INET AF_INET6 AF_NETLINK")
+      << "the last one tells whose connection it is";
   EXPECT_EQ(unitSetting(service, "Group"), "");
   EXPECT_EQ(unitSetting(service, "IPAddressAllow"), "localhost");
 }

@@ -41,11 +41,13 @@ std::string foxgloveProtocolOf(const UpgradeRequest& request) {
   return found;
 }
 
-WebSocketClient::WebSocketClient(Server& server, beast::tcp_stream stream, std::string name)
+WebSocketClient::WebSocketClient(Server& server, beast::tcp_stream stream, std::string name,
+                                 std::string owner)
     : server_(server),
       socket_(std::move(stream)),
       watch_timer_(server.context),
       name_(std::move(name)),
+      owner_(std::move(owner)),
       outbox_(server.outboxes),
       last_sign_(Clock::now()),
       last_progress_(last_sign_),

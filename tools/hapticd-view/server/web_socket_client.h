@@ -38,13 +38,14 @@ class WebSocketClient final : public MessageSink,
   static constexpr int kMostMessagesPerSecond = 100;  ///< from the client
 
   /// `name`: of the client, for the log. `stream`: the connection after the header of the request.
-  WebSocketClient(Server& server, boost::beast::tcp_stream stream, std::string name);
+  WebSocketClient(Server& server, boost::beast::tcp_stream stream, std::string name, std::string owner);
   ~WebSocketClient() override;
   WebSocketClient(const WebSocketClient&) = delete;
   WebSocketClient& operator=(const WebSocketClient&) = delete;
 
   /// Answers the upgrade. `protocol`: the Foxglove protocol agreed on; empty: `/live`.
   void start(const UpgradeRequest& request, const std::string& protocol);
+  const std::string& owner() const override { return owner_; }
   void goAway() override;
 
   void send(Message message, MessageKey key) override;
@@ -67,6 +68,7 @@ class WebSocketClient final : public MessageSink,
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   boost::asio::steady_timer watch_timer_;
   std::string name_;
+  std::string owner_;
   std::unique_ptr<Session> session_;
   boost::beast::flat_buffer input_;
 
