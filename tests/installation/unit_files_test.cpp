@@ -140,6 +140,16 @@ TEST(Units, NameTheDescriptorsAsTheDaemonLooksForThem) {
 }
 
 // systemd removes a RuntimeDirectory= when the service restarts, and the sockets with it.
+TEST(Units, HaveUdevLookAgainWhichDevicesTheConfigurationNames) {
+  const std::string service = unit("hapticd.service");
+  const std::size_t begin = service.find("\nExecStartPre=+-");
+  ASSERT_NE(begin, std::string::npos) << "as root, and no reason not to start";
+  const std::string before = service.substr(begin, service.find("\nExecStart=") - begin);
+  EXPECT_NE(before.find("udevadm trigger --action=change --subsystem-match=gpio --subsystem-match=hidraw"),
+            std::string::npos)
+      << before;
+}
+
 TEST(Units, LeaveTheFolderOfTheSocketsToTmpfiles) {
   EXPECT_EQ(unitSetting(unit("hapticd.service"), "RuntimeDirectory"), "");
   EXPECT_NE(
