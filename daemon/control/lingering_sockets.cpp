@@ -12,7 +12,7 @@ namespace hapticd::daemon {
 
 void LingeringSockets::add(ConnectionId id, config::Descriptor socket, Clock::time_point now) {
   ::shutdown(socket.get(), SHUT_WR);
-  if (sockets_.size() == kMost) sockets_.erase(sockets_.begin());
+  if (sockets_.size() == most_) sockets_.erase(sockets_.begin());
   sockets_.push_back({id, std::move(socket), now + kLongest});
 }
 

@@ -16,8 +16,11 @@ namespace hapticd::daemon {
 class LingeringSockets {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kMost = 32;  ///< beyond that the oldest is closed
+  static constexpr std::size_t kMost = 32;
   static constexpr std::chrono::seconds kLongest{30};
+
+  /// Beyond `most`, at most kMost, the oldest is closed.
+  void limit(std::size_t most) { most_ = most; }
 
   /// Shuts down sending to the client, and takes the socket. `id`: names it in drain().
   void add(ConnectionId id, config::Descriptor socket, Clock::time_point now);
@@ -32,6 +35,7 @@ class LingeringSockets {
     Clock::time_point end;
   };
 
+  std::size_t most_ = kMost;
   std::vector<Lingering> sockets_;  // the oldest first
 };
 

@@ -27,7 +27,8 @@ struct Caller {
   Access access = Access::read;
   uid_t uid = 0;
   pid_t pid = 0;
-  bool sees_depth = false;  ///< may take the depth image (peer.h)
+  bool sees_depth = false;   ///< may take the depth image (peer.h)
+  bool may_control = false;  ///< on a socket for control; this one may be another
 };
 
 /// The bytes of one client: it splits the input into messages and keeps output that could not be sent yet.

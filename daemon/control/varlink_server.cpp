@@ -29,9 +29,11 @@ constexpr std::uint64_t kFirstListenerKey = 3;
 /// outdated states before the newest one.
 constexpr int kSendBufferBytes = 32 * 1024;
 
-config::Descriptor openReserve() {
-  return config::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-}
+/// Descriptors that are left to refuse clients, and to clients who have no connection yet; the rest of the
+/// reserve is for those who may control.
+constexpr std::size_t kForRefusals = 1;
+constexpr std::size_t kForNewReaders = 2;
+constexpr std::size_t kForControl = 4;
 
 Reply tooManyConnections(std::size_t limit, bool per_user) {
   return {"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
@@ -66,7 +68,7 @@ VarlinkServer::VarlinkServer(const ServerOptions& options, CallHandler& handler)
       reads_(::epoll_create1(EPOLL_CLOEXEC)),
       stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       timer_(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)),
-      reserve_(openReserve()),
+      reserve_(kForRefusals + kForNewReaders + kForControl),
       read_time_(std::chrono::nanoseconds(0)),
       next_id_(kFirstListenerKey + options.listeners.size()) {}
 
@@ -92,6 +94,12 @@ config::Result<void> VarlinkServer::open() {
                                          std::string("cannot set up epoll: ") + std::strerror(errno),
                                          "raise the limit of open files"});
   }
+  reserve_.refill();
+  const ServerLimits limits = limitsWithin(
+      {options_.read_limits, options_.control_limits, LingeringSockets::kMost}, freeDescriptors());
+  options_.read_limits = limits.read;
+  options_.control_limits = limits.control;
+  lingering_.limit(limits.lingering);
   return {};
 }
 
@@ -198,21 +206,25 @@ void VarlinkServer::holdReads(bool held) {
 }
 
 void VarlinkServer::accept(ListeningSocket& listener) {
+  reserve_.refill();  // before clients take what has become free
   config::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket) {
-    if (outOfDescriptors(errno)) shedOne(listener);
+    if (outOfDescriptors(errno)) acceptFromReserve(listener);
     return;
   }
   const auto caller = callerAt(socket, listener);
   if (!caller) return;
   if (const auto refusal = refusalOf(*caller)) return refuse(std::move(socket), *refusal);
+  admit(std::move(socket), *caller);
+}
 
+void VarlinkServer::admit(config::Descriptor socket, const Caller& caller) {
   ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
-  if (!watch(epollOf(caller->access), socket.get(), caller->connection, EPOLLIN, EPOLL_CTL_ADD)) return;
+  if (!watch(epollOf(caller.access), socket.get(), caller.connection, EPOLLIN, EPOLL_CTL_ADD)) return;
   ++next_id_;
-  auto connection = std::make_unique<VarlinkConnection>(std::move(socket), *caller);
+  auto connection = std::make_unique<VarlinkConnection>(std::move(socket), caller);
   connection->interest = EPOLLIN;
-  connections_.emplace(caller->connection, std::move(connection));
+  connections_.emplace(caller.connection, std::move(connection));
   setTimer(period_);
 }
 
@@ -229,7 +241,8 @@ std::optional<Caller> VarlinkServer::callerAt(const config::Descriptor& socket,
                 .access = control ? Access::control : Access::read,
                 .uid = peer->uid,
                 .pid = peer->pid,
-                .sees_depth = steers || isMember(*peer, options_.view_group)};
+                .sees_depth = steers || isMember(*peer, options_.view_group),
+                .may_control = steers};
 }
 
 void VarlinkServer::refuse(config::Descriptor socket, const Reply& reason) {
@@ -246,18 +259,26 @@ void VarlinkServer::linger(config::Descriptor socket) {
   }
 }
 
-/// Refuses the waiting client, which would otherwise keep the listener readable and the loop busy.
-void VarlinkServer::shedOne(ListeningSocket& listener) {
-  reserve_.close();
-  config::Descriptor refused(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC));
-  if (refused) {
-    ++refused_;
-    sendOnce(refused, tooManyConnections(connections_.size(), false));
-  } else {
-    pauseListening(true);
-  }
-  refused.close();  // before the reserve is opened again in its place
-  reserve_ = openReserve();
+/// Accepts the waiting client in place of a descriptor of the reserve, to serve or to refuse it: it would
+/// otherwise keep the listener readable and the loop busy.
+void VarlinkServer::acceptFromReserve(ListeningSocket& listener) {
+  reserve_.release();
+  config::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!socket) return pauseListening(true);
+  const auto caller = callerAt(socket, listener);
+  if (caller && !refusalOf(*caller) && mayUseReserve(*caller)) return admit(std::move(socket), *caller);
+  ++refused_;
+  sendOnce(socket, tooManyConnections(connections_.size(), false));
+  socket.close();  // before the reserve is opened again in its place
+  reserve_.refill();
+}
+
+bool VarlinkServer::mayUseReserve(const Caller& caller) const {
+  if (caller.access == Access::control) return reserve_.held() >= kForRefusals;
+  const bool is_new = std::ranges::none_of(connections_, [&](const auto& entry) {
+    return entry.second->caller().access == Access::read && entry.second->caller().uid == caller.uid;
+  });
+  return is_new && reserve_.held() >= kForRefusals + (caller.may_control ? 0 : kForControl);
 }
 
 void VarlinkServer::pauseListening(bool paused) {
@@ -286,8 +307,25 @@ std::optional<Reply> VarlinkServer::refusalOf(const Caller& caller) const {
 
 std::size_t VarlinkServer::outputBytes() const {
   std::size_t bytes = 0;
-  for (const auto& [id, connection] : connections_) bytes += connection->outputBytes();
+  for (const auto& [id, connection] : connections_) {
+    if (!connection->dead) bytes += connection->outputBytes();
+  }
   return bytes;
+}
+
+/// Closes connections that only read, as long as the clients together have too much unread.
+void VarlinkServer::makeRoomFor(std::size_t bytes) {
+  while (outputBytes() + bytes > options_.max_held_bytes) {
+    VarlinkConnection* laziest = nullptr;
+    for (const auto& [id, connection] : connections_) {
+      if (connection->dead || connection->caller().access != Access::read || connection->outputEmpty())
+        continue;
+      if (!laziest || connection->outputBytes() > laziest->outputBytes()) laziest = connection.get();
+    }
+    if (!laziest) return;
+    laziest->dead = true;
+    touched_.push_back(laziest->caller().connection);
+  }
 }
 
 void VarlinkServer::onEvents(VarlinkConnection& connection, std::uint32_t events) {
@@ -349,6 +387,7 @@ void VarlinkServer::finish(ConnectionId id, const Reply& reply) {
   connection->call_open = false;
   const std::string message = serialise(reply);
   if (message.size() > kMaxReplyBytes) connection->dead = true;
+  makeRoomFor(message.size());
   connection->send(message, reply.descriptor);
 }
 

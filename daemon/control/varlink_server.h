@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "config/error.h"
+#include "daemon/control/descriptor_reserve.h"
 #include "daemon/control/lingering_sockets.h"
 #include "daemon/control/listening_socket.h"
 #include "daemon/control/time_share.h"
@@ -46,23 +47,20 @@ class CallHandler {
   virtual void closed(ConnectionId connection) = 0;
 };
 
-/// Limits on the number of simultaneous connections.
-struct ConnectionLimits {
-  std::size_t all = 0;
-  std::size_t per_user = 0;
-};
-
 /// CPU time of the calling thread.
 std::chrono::nanoseconds threadTime();
 
 struct ServerOptions {
   std::vector<ListenerOptions> listeners;
   /// Connections that only read are counted separately, so that however many there are, they take no place
-  /// from connections that may control.
+  /// from connections that may control. There are fewer where the process may have few descriptors.
   ConnectionLimits read_limits{48, 40};
   ConnectionLimits control_limits{32, 24};
   /// Limit of the unread replies of all connections; beyond it streams skip replies.
   std::size_t max_output_bytes = std::size_t{2} << 20;
+  /// The same limit for last replies, which are not left out: beyond it the connection that only reads and
+  /// has most unread is closed.
+  std::size_t max_held_bytes = std::size_t{8} << 20;
   /// The share of the thread's time for connections that only read, 0..1.
   double read_share = 0.5;
   /// The group whose members may see the depth image, in addition to those who may control.
@@ -79,8 +77,9 @@ struct ServerOptions {
 /// those take turns, and together they get a share of the thread's time. Replies keep the order of the calls.
 /// A message that is not a call is answered with io.hapticd.Status.MalformedCall and ends its connection. A
 /// connection beyond a limit gets io.hapticd.Status.TooManyConnections and is closed. On a socket for control
-/// a caller who is not a member of the group of its file may only read (peer.h). Calls that a client sent
-/// before it left are still carried out if they may change something.
+/// a caller who is not a member of the group of its file may only read (peer.h). When the process may open no
+/// more descriptors, those who may control still get connections, and of the others those who have none.
+/// Calls that a client sent before it left are still carried out if they may change something.
 class VarlinkServer final : public Replies {
  public:
   /// Opens the sockets. `handler` must outlive the server.
@@ -127,11 +126,14 @@ class VarlinkServer final : public Replies {
   std::optional<Caller> callerAt(const config::Descriptor& socket, const ListeningSocket& listener) const;
   void refuse(config::Descriptor socket, const Reply& reason);
   void linger(config::Descriptor socket);
-  void shedOne(ListeningSocket& listener);
+  void admit(config::Descriptor socket, const Caller& caller);
+  void acceptFromReserve(ListeningSocket& listener);
+  bool mayUseReserve(const Caller& caller) const;
   void pauseListening(bool paused);
   /// The error for a client beyond a limit; nothing for others.
   std::optional<Reply> refusalOf(const Caller& caller) const;
   std::size_t outputBytes() const;
+  void makeRoomFor(std::size_t bytes);
 
   void onEvents(VarlinkConnection& connection, std::uint32_t events);
   void hangUp(VarlinkConnection& connection);
@@ -151,11 +153,11 @@ class VarlinkServer final : public Replies {
   ServerOptions options_;
   CallHandler& handler_;
   std::vector<ListeningSocket> listeners_;
-  config::Descriptor epoll_;    // of what is handled first, and of reads_
-  config::Descriptor reads_;    // epoll of the connections that only read, and of lingering_
-  config::Descriptor stop_;     // eventfd
-  config::Descriptor timer_;    // timerfd
-  config::Descriptor reserve_;  // closed to accept and refuse a client when descriptors run out
+  config::Descriptor epoll_;   // of what is handled first, and of reads_
+  config::Descriptor reads_;   // epoll of the connections that only read, and of lingering_
+  config::Descriptor stop_;    // eventfd
+  config::Descriptor timer_;   // timerfd
+  DescriptorReserve reserve_;  // to accept clients when descriptors run out
   std::unordered_map<ConnectionId, std::unique_ptr<VarlinkConnection>> connections_;
   LingeringSockets lingering_;
   Line control_line_;

@@ -15,15 +15,17 @@ bool isMatch(const UdevToken& token) {
 }
 
 bool isKnown(const UdevToken& token) {
-  static const std::set<std::string> kMatches{"ACTION",          "SUBSYSTEM",         "KERNEL",
-                                              "KERNELS",         "ENV{DEVTYPE}",      "ATTR{idVendor}",
-                                              "ATTR{idProduct}", "ENV{ID_VENDOR_ID}", "ENV{ID_MODEL_ID}"};
+  static const std::set<std::string> kMatches{
+      "ACTION",          "SUBSYSTEM",         "KERNEL",           "KERNELS", "ENV{DEVTYPE}", "ATTR{idVendor}",
+      "ATTR{idProduct}", "ENV{ID_VENDOR_ID}", "ENV{ID_MODEL_ID}", "PROGRAM", "TEST"};
   static const std::set<std::string> kAssignments{"GROUP", "MODE", "GOTO", "LABEL", "ATTR{power/control}"};
+  static const std::set<std::string> kAdditions{"RUN"};
+  if (token.operation == "+=") return kAdditions.contains(token.key);
   return (isMatch(token) ? kMatches : kAssignments).contains(token.key);
 }
 
 std::vector<UdevToken> tokensOf(const std::string& line, std::vector<std::string>& mistakes) {
-  static const std::regex kToken(R"re(^\s*([A-Z]+(\{[^}]+\})?)(==|!=|=)"([^"]*)"\s*(,|$))re");
+  static const std::regex kToken(R"re(^\s*([A-Z]+(\{[^}]+\})?)(==|!=|\+=|=)"([^"]*)"\s*(,|$))re");
   std::vector<UdevToken> tokens;
   std::string rest = line;
   for (std::smatch match; !rest.empty(); rest = match.suffix().str()) {

@@ -3,7 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <sstream>
+
 #include "tests/installation/staged_installation.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
@@ -63,8 +68,6 @@ TEST(UdevRules, LeaveOtherUsbDevicesAlone) {
 TEST(UdevRules, GiveTheGroupOnlyTheHidDevicesThatAreNamed) {
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw0", "0003:046D:C626.0001")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw1", "0003:256F:C62E.0002")), kOurs);
-  EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw2", "0003:16C0:0486.0003")), kOurs);
-  EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw2", "0003:1209:0001.0003")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("hidraw", "hidraw3", "0003:046D:C31C.0004")), kUntouched);
 }
 
@@ -83,8 +86,81 @@ TEST(UdevRules, GiveTheGroupOnlyTheDepthCamerasAmongTheVideoDevices) {
   EXPECT_EQ(applyUdevRules(shippedRules(), video("046d", "0825")), kUntouched);
 }
 
-TEST(UdevRules, GiveTheGroupGpioChipsAndTheLatencyRequest) {
-  EXPECT_EQ(applyUdevRules(shippedRules(), device("gpio", "gpiochip0")), kOurs);
+constexpr const char* kAsksForTheConfiguration = "/usr/bin/hapticctl doctor --names $devnode";
+
+/// A device that the configuration names.
+UdevDevice named(UdevDevice node) {
+  node["PROGRAM"] = kAsksForTheConfiguration;
+  return node;
+}
+
+TEST(UdevRules, GiveTheGroupHidDevicesWhoseIdsManyShareOnlyIfTheConfigurationNamesThem) {
+  for (const char* id : {"0003:16C0:0486.0003", "0003:1209:0001.0003"}) {
+    const UdevDevice node = device("hidraw", "hidraw2", id);
+    EXPECT_EQ(applyUdevRules(shippedRules(), node), kUntouched) << id;
+    EXPECT_EQ(applyUdevRules(shippedRules(), named(node)), kOurs) << id;
+  }
+  EXPECT_EQ(applyUdevRules(shippedRules(), named(device("hidraw", "hidraw3", "0003:046D:C31C.0004"))),
+            kUntouched)
+      << "nobody is asked about a keyboard";
+}
+
+TEST(UdevRules, GiveTheGroupOnlyTheGpioChipThatTheConfigurationNames) {
+  const UdevDevice chip = device("gpio", "gpiochip0");
+  EXPECT_EQ(applyUdevRules(shippedRules(), chip), kUntouched);
+  EXPECT_EQ(applyUdevRules(shippedRules(), named(chip)), kOurs);
+  EXPECT_EQ(applyUdevRules(shippedRules(), named(device("gpio", "gpio17"))), kUntouched);
+}
+
+TEST(UdevRules, LeaveTheChipToTheGroupThatHasItWhereThatIsPossible) {
+  UdevDevice chip = named(device("gpio", "gpiochip0"));
+  chip["TEST"] = "/usr/bin/setfacl";
+  const UdevResult access{{"RUN", "/usr/bin/setfacl -m g:hapticd:rw $devnode"}};
+  EXPECT_EQ(applyUdevRules(shippedRules(), chip), access);
+  chip.erase("PROGRAM");
+  EXPECT_EQ(applyUdevRules(shippedRules(), chip), kUntouched);
+}
+
+/// What the rules ask, as udev does: with the device file in place of $devnode.
+Finished ask(const std::string& device, const std::string& root) {
+  std::string command = stagedRoot().string() + kAsksForTheConfiguration;
+  command.replace(command.find("$devnode"), 8, device);
+  std::istringstream words(command);
+  std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};
+  arguments.insert(arguments.end(), {"--root", root});
+  return runToEnd(arguments);
+}
+
+TEST(UdevRules, GetTheirAnswerFromTheProgramThatIsInstalled) {
+  const TemporaryFolder root;
+  const auto configure = [&](const std::string& yaml) {
+    fs::create_directories(root.path() / "etc/hapticd");
+    root.write("etc/hapticd/hapticd.yaml", yaml);
+  };
+  const auto answer = [&](const std::string& device) {
+    const Finished finished = ask(device, root.path());
+    EXPECT_EQ(finished.output + finished.errors, "");
+    return finished.ending;
+  };
+  fs::create_directories(root.path() / "sys/class/hidraw/hidraw2/device");
+  root.write("sys/class/hidraw/hidraw2/device/uevent", "HID_ID=0003:000016C0:00000486\nHID_UNIQ=T1\n");
+
+  EXPECT_EQ(answer("/dev/gpiochip0"), exitedWith(1)) << "without a configuration";
+  EXPECT_EQ(answer("/dev/hidraw2"), exitedWith(1));
+  configure(
+      "leds: {driver: gpiod, chip: gpiochip0, power_line: '1'}\n"
+      "handle: {driver: hid}\nhid_handle: {device: '16c0:0486'}\n");
+  EXPECT_EQ(answer("/dev/gpiochip0"), exitedWith(0));
+  EXPECT_EQ(answer("/dev/gpiochip1"), exitedWith(1));
+  EXPECT_EQ(answer("/dev/hidraw2"), exitedWith(0));
+  configure("handle: {driver: hid, serial: T2}\nhid_handle: {device: '16c0:0486'}\n");
+  EXPECT_EQ(answer("/dev/gpiochip0"), exitedWith(1)) << "no LEDs";
+  EXPECT_EQ(answer("/dev/hidraw2"), exitedWith(1)) << "another serial number";
+  configure("leds: {driver: gpiod, chip: gpiochip0, power_line: '1'}\nnonsense: 1\n");
+  EXPECT_EQ(answer("/dev/gpiochip0"), exitedWith(1)) << "a configuration that cannot be used";
+}
+
+TEST(UdevRules, GiveTheGroupTheLatencyRequest) {
   EXPECT_EQ(applyUdevRules(shippedRules(), device("misc", "cpu_dma_latency")), kOurs);
   EXPECT_EQ(applyUdevRules(shippedRules(), device("misc", "fuse")), kUntouched);
 }
@@ -93,6 +169,13 @@ TEST(UdevRules, AreReadAfterThoseOfLibfreenect) {
   const std::vector<std::string> files = filesBelow(stagedRoot() / kRulesFolder);
   ASSERT_EQ(files.size(), 1U);
   EXPECT_GT(files.front(), "60-libfreenect0.5.rules");
+}
+
+TEST(UdevRuleReader, KnowsProgramsTestsAndAdditions) {
+  const UdevRules rules = parseUdevRules("PROGRAM!=\"a\", TEST==\"/b\", RUN+=\"c $devnode\"");
+  EXPECT_EQ(rules.mistakes, std::vector<std::string>{});
+  EXPECT_EQ(applyUdevRules(rules, {{"TEST", "/b"}}), (UdevResult{{"RUN", "c $devnode"}}));
+  EXPECT_EQ(applyUdevRules(rules, {{"TEST", "/b"}, {"PROGRAM", "a"}}), kUntouched);
 }
 
 TEST(UdevRuleReader, FindsWhatUdevWouldNotUnderstand) {

@@ -95,6 +95,8 @@ TEST(Units, ShowTheLivePictureOnThisHostOnlyAndControlNothingByIt) {
             "/usr/bin/hapticd-view --socket " + config::Settings().control.status_socket);
   EXPECT_EQ(unitSetting(service, "DynamicUser"), "yes");
   EXPECT_EQ(unitSetting(service, "SupplementaryGroups"), "haptic-view");
+  EXPECT_EQ(unitSetting(service, "RestrictAddressFamilies"), "AF_UNIX AF_INET AF_INET6 AF_NETLINK")
+      << "the last one tells whose connection it is";
   EXPECT_EQ(unitSetting(service, "Group"), "");
   EXPECT_EQ(unitSetting(service, "IPAddressAllow"), "localhost");
 }
@@ -138,6 +140,16 @@ TEST(Units, NameTheDescriptorsAsTheDaemonLooksForThem) {
 }
 
 // systemd removes a RuntimeDirectory= when the service restarts, and the sockets with it.
+TEST(Units, HaveUdevLookAgainWhichDevicesTheConfigurationNames) {
+  const std::string service = unit("hapticd.service");
+  const std::size_t begin = service.find("\nExecStartPre=+-");
+  ASSERT_NE(begin, std::string::npos) << "as root, and no reason not to start";
+  const std::string before = service.substr(begin, service.find("\nExecStart=") - begin);
+  EXPECT_NE(before.find("udevadm trigger --action=change --subsystem-match=gpio --subsystem-match=hidraw"),
+            std::string::npos)
+      << before;
+}
+
 TEST(Units, LeaveTheFolderOfTheSocketsToTmpfiles) {
   EXPECT_EQ(unitSetting(unit("hapticd.service"), "RuntimeDirectory"), "");
   EXPECT_NE(

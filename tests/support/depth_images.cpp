@@ -40,6 +40,40 @@ std::string greyPng(int width_px, int height_px, const std::vector<std::uint16_t
   return pngOf(width_px, height_px, PNG_FORMAT_LINEAR_Y, pixels.data());
 }
 
+std::string greyPngWithTexts(int width_px, int height_px, const std::vector<std::uint16_t>& pixels, int texts,
+                             std::size_t bytes_of_text) {
+  std::string file;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(
+      png, &file,
+      [](png_structp self, png_bytep bytes, png_size_t count) {
+        static_cast<std::string*>(png_get_io_ptr(self))->append(reinterpret_cast<const char*>(bytes), count);
+      },
+      nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width_px), static_cast<png_uint_32>(height_px), 16,
+               PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  std::string key = "Comment";
+  std::string content(bytes_of_text, 'x');
+  png_text text{};
+  text.compression = PNG_TEXT_COMPRESSION_zTXt;
+  text.key = key.data();
+  text.text = content.data();
+  text.text_length = content.size();
+  png_set_text(png, info, &text, 1);
+  png_write_info(png, info);
+  png_set_swap(png);
+  for (int row = 0; row < height_px; ++row)
+    png_write_row(png, reinterpret_cast<png_const_bytep>(pixels.data() + row * width_px));
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  const std::size_t kind = file.find("zTXt");  // between the length of the chunk and its content
+  const std::string chunk = file.substr(kind - 4, file.find("IDAT") - kind);
+  for (int i = 1; i < texts; ++i) file.insert(kind - 4, chunk);
+  return file;
+}
+
 std::string bytePng(int width_px, int height_px, bool colour) {
   const std::vector<std::uint8_t> pixels(static_cast<std::size_t>(3 * width_px * height_px), 77);
   return pngOf(width_px, height_px, colour ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY, pixels.data());

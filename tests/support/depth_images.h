@@ -14,6 +14,9 @@ std::vector<std::uint16_t> pixelsOf(const rt::DepthFrame& frame);
 
 /// Returns a PNG image with 16 bits of grey.
 std::string greyPng(int width_px, int height_px, const std::vector<std::uint16_t>& pixels);
+/// Returns such an image that is also full of texts of that length, compressed as PNG allows.
+std::string greyPngWithTexts(int width_px, int height_px, const std::vector<std::uint16_t>& pixels, int texts,
+                             std::size_t bytes_of_text);
 /// Returns a PNG image with 8 bits of grey, or of each of three colours.
 std::string bytePng(int width_px, int height_px, bool colour = false);
 /// Returns a PGM image of 16 bits, the more significant byte first.

@@ -33,11 +33,12 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// The words in help that stand for values other than numbers: text.
-const std::set<std::string> kTexts{
-    "ADDRESS:PORT", "AGE",        "CHANNEL",        "CMD",        "CSV",      "DIR_OR_PGM", "FIELD ...",
-    "FILE",         "FILE ...",   "FOLDER",         "FORMAT",     "KIND ...", "LABEL",      "DIR",
-    "NAME ...",     "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",     "POINTS",     "PROFILE",
-    "TEXT",         "TEXT ...",   "TIME",           "K/N",        "X,Y,Z"};
+const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",        "CHANNEL",        "CMD",        "CSV",
+                                   "DEVICE",       "DIR_OR_PGM", "FIELD ...",      "FILE",       "FILE ...",
+                                   "FOLDER",       "FORMAT",     "KIND ...",       "LABEL",      "DIR",
+                                   "NAME ...",     "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",
+                                   "POINTS",       "PROFILE",    "TEXT",           "TEXT ...",   "TIME",
+                                   "K/N",          "X,Y,Z"};
 
 struct Option {
   std::string name;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "rt/depth_frame_header.h"
+#include "tests/support/sanitizer.h"
 #include "tests/view_bridge/bridge_under_test.h"
 
 namespace hapticd::test {
@@ -205,6 +206,76 @@ TEST(View, KeepsItsMemoryAndShowsOthersEverythingBesideAClientThatHardlyReads) {
   slow.raw() = RawClient(bridge.port());  // closes the connection
   EXPECT_TRUE(bridge.logs("replaced by newer ones"));
   expectUntouched(box.daemon.status());
+}
+
+WebSocketPeer foxglovePeer(const BridgeUnderTest& bridge, int receive_buffer = 0) {
+  return {bridge.port(), "/?token=" + bridge.token(), "Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n",
+          receive_buffer};
+}
+
+/// The number of the channel of that topic.
+std::uint32_t channelOf(WebSocketPeer& peer, const std::string& topic) {
+  for (int messages = 0; messages < 10; ++messages) {
+    const auto message = peer.next();
+    if (!message) break;
+    const json text = json::parse(message->payload);
+    if (text.at("op") != "advertise") continue;
+    for (const json& channel : text.at("channels")) {
+      if (channel.at("topic") == topic) return channel.at("id");
+    }
+  }
+  ADD_FAILURE() << "no channel " << topic;
+  return 0;
+}
+
+TEST(View, KeepsItsMemoryBesideAClientThatSubscribesEverAnewAndReadsNothing) {
+  if (kMemoryOfSanitizer) GTEST_SKIP() << "the sanitizer keeps what has been freed";
+  EngagedBox box;
+  BridgeUnderTest bridge(box.home);
+  WebSocketPeer greedy = foxglovePeer(bridge, /*receive_buffer=*/4096);
+  ASSERT_TRUE(greedy.isOpen()) << greedy.answer();
+  const std::uint32_t channel = channelOf(greedy, "/hapticd/depth_image");
+  WebSocketPeer fast(bridge.port(), bridge.liveTarget());
+  ASSERT_FALSE(fast.nextBinary().empty());
+  const std::size_t before = bridge.residentBytes();
+  // each frame is 600 KiB: ninety would be 50 MiB
+  for (std::uint32_t id = 1; id <= 90; ++id) {
+    greedy.sendText(
+        json{{"op", "subscribe"}, {"subscriptions", {{{"id", id}, {"channelId", channel}}}}}.dump());
+    ASSERT_FALSE(fast.nextBinary().empty());
+    greedy.sendText(json{{"op", "unsubscribe"}, {"subscriptionIds", {id}}}.dump());
+  }
+  EXPECT_LT(bridge.residentBytes(), before + 10 * 1024 * 1024);
+}
+
+TEST(View, KeepsItsMemoryBesideClientsWhoseRequestsNobodyCanAnswer) {
+  if (kMemoryOfSanitizer) GTEST_SKIP() << "the sanitizer keeps what has been freed";
+  const DaemonHome home;
+  BridgeUnderTest bridge(home);
+  std::vector<WebSocketPeer> peers;
+  for (int i = 0; i < 8; ++i) {
+    peers.push_back(foxglovePeer(bridge));
+    ASSERT_TRUE(peers.back().isOpen()) << peers.back().answer();
+  }
+  // 60 KiB each, of which every name takes at least as much again as a std::string
+  json request{{"op", "getParameters"}, {"parameterNames", json::array()}};
+  for (int i = 0; i < 15'000; ++i) request["parameterNames"].push_back("p");
+  const std::string text = request.dump();
+  const std::size_t before = bridge.residentBytes();
+  for (WebSocketPeer& peer : peers) {
+    for (int i = 0; i < 64; ++i) peer.sendText(text);
+    peer.sendText(R"({"op":"setParameters"})");
+  }
+  // its answer shows that the requests before it have been taken
+  for (WebSocketPeer& peer : peers) {
+    bool refused = false;
+    while (!refused) {
+      const auto message = peer.next();
+      ASSERT_TRUE(message);
+      refused = message->payload.find("setParameters is refused") != std::string::npos;
+    }
+  }
+  EXPECT_LT(bridge.residentBytes(), before + 20 * 1024 * 1024);
 }
 
 TEST(View, ShowsAllToEightClientsAtOnce) {

@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests that hapticd-view must not answer. No box runs: who is refused does not reach it.
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <string>
 #include <vector>
 
@@ -200,6 +208,65 @@ TEST(ViewRefusal, MeetsTheNinthClient) {
   peers.pop_back();
   EXPECT_TRUE(
       becomesTrue([&] { return WebSocketPeer(view.bridge.port(), view.bridge.liveTarget()).isOpen(); }));
+}
+
+TEST(ViewRefusal, KeepsNobodyOutForConnectionsThatSendNothing) {
+  View view;
+  std::vector<RawClient> silent;
+  for (int i = 0; i < 70; ++i) silent.emplace_back(view.bridge.port());
+  WebSocketPeer viewer(view.bridge.port(), view.bridge.liveTarget());
+  EXPECT_EQ(viewer.nextOf("hello").value("protocol", 0), 1);
+  EXPECT_TRUE(silent.front().isClosed()) << "the oldest gives way";
+}
+
+/// Connects as another user again and again and sends nothing, until it is ended.
+class SilentFlood {
+ public:
+  SilentFlood(int port, uid_t user) : child_(::fork()) {
+    if (child_ != 0) return;
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::setuid(user) != 0) ::_exit(1);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    std::array<int, 200> sockets{};
+    for (std::size_t i = 0;; i = (i + 1) % sockets.size()) {
+      if (sockets[i] > 0) ::close(sockets[i]);
+      sockets[i] = ::socket(AF_INET, SOCK_STREAM, 0);
+      ::connect(sockets[i], reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+  }
+  ~SilentFlood() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+  }
+  SilentFlood(const SilentFlood&) = delete;
+  SilentFlood& operator=(const SilentFlood&) = delete;
+
+ private:
+  pid_t child_;
+};
+
+TEST(ViewRefusal, LeavesPlacesToOthersBesideAUserWhoFloods) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to be another user";
+  View view;
+  const SilentFlood flood(view.bridge.port(), 65534);
+  ASSERT_TRUE(view.bridge.logs("too many connections"));
+  for (int i = 0; i < 20; ++i) {
+    WebSocketPeer viewer(view.bridge.port(), view.bridge.liveTarget());
+    EXPECT_EQ(viewer.nextOf("hello").value("protocol", 0), 1) << i;
+  }
+  // One whose request comes in two pieces keeps its place meanwhile, unless this machine takes longer than
+  // the 5 s that it may take.
+  const std::string request = upgradeRequest(view.bridge.port(), view.bridge.liveTarget());
+  EXPECT_TRUE(becomesTrue([&] {
+    RawClient slow(view.bridge.port());
+    slow.send(request.substr(0, 20));
+    WebSocketPeer(view.bridge.port(), view.bridge.liveTarget()).nextOf("hello");
+    slow.send(request.substr(20));
+    return slow.receive(20).starts_with("HTTP/1.1 101");
+  }));
 }
 
 TEST(ViewRefusal, NeverFillsTheLog) {

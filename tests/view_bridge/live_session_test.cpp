@@ -26,6 +26,7 @@ class Sink final : public MessageSink {
     }
   }
   bool waits(MessageKey key) const override { return waiting.contains(key); }
+  void withdraw(MessageKey key) override { waiting.erase(key); }
   void close(std::string_view) override { closed = true; }
 
   /// The texts of that type, oldest first.

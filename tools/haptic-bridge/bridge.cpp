@@ -39,6 +39,7 @@ void Bridge::run(const std::function<bool(double)>& ends) {
     tick(rt::monotonicNow_ns());
     summary_.skipped_ticks += clock.advance(rt::monotonicNow_ns());
   }
+  device_.setForce({});
 }
 
 /// A packet that waited in the socket would count as one that the network held up.
@@ -62,9 +63,14 @@ void Bridge::tick(std::int64_t now_ns) {
   ticked_ns_ = now_ns;
 }
 
+/// At most kMaxPacketsAtOnce, so that packets that come faster than they are checked do not hold up the
+/// device.
 void Bridge::receive(std::int64_t now_ns) {
+  constexpr int kMaxPacketsAtOnce = 64;
   std::array<std::byte, 256> buffer;
-  while (const auto datagram = socket_.receive(buffer)) {
+  for (int i = 0; i < kMaxPacketsAtOnce; ++i) {
+    const auto datagram = socket_.receive(buffer);
+    if (!datagram) break;
     const bool from_peer = datagram->from == options_.peer;
     if (from_peer) in_.push(datagram->bytes, now_ns);
     if (from_peer) continue;
@@ -145,6 +151,7 @@ void Bridge::account(const DeviceReading& reading, const rt::Vec3& exerted_n, st
 BridgeSummary Bridge::summary() const {
   BridgeSummary summary = summary_;
   summary.link = conversation_.link();
+  if (log_ != nullptr) summary.dropped_rows = log_->dropped();
   return summary;
 }
 

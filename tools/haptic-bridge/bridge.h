@@ -38,6 +38,7 @@ struct BridgeSummary {
   std::uint64_t dead_man_ticks = 0;  ///< ticks with less force than commanded, because the command was stale
   double most_force_n = 0;           ///< largest force exerted
   double energy_j = 0;               ///< given to the hand (above zero) or taken from it
+  std::uint64_t dropped_rows = 0;    ///< ticks that are missing in the log, because the disk was too slow
   drivers::LinkStatus link;
   std::string last_refusal;
 };
@@ -56,7 +57,7 @@ class Bridge {
   Bridge(const Bridge&) = delete;
   Bridge& operator=(const Bridge&) = delete;
 
-  /// Runs until `ends(seconds since the start)`.
+  /// Runs until `ends(seconds since the start)`, and leaves the device without force.
   void run(const std::function<bool(double)>& ends);
 
   BridgeSummary summary() const;

@@ -20,6 +20,8 @@ std::string bridgeTable(const BridgeSummary& summary) {
       link.reordered, link.rejected, us(link.round_trip.p50_ns), us(link.round_trip.p99_ns),
       us(link.round_trip.p999_ns), us(link.round_trip.max_ns), summary.active_ticks, summary.dead_man_ticks,
       summary.most_force_n, summary.energy_j * 1e3);
+  if (summary.dropped_rows > 0)
+    text += fmt::format("rows missing in the log  {:>10}   (the disk was too slow)\n", summary.dropped_rows);
   if (!summary.last_refusal.empty())
     text += fmt::format("last packet rejected     {}\n", summary.last_refusal);
   return text;

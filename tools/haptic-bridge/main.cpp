@@ -6,13 +6,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "config/program.h"
 #include "config/value_text.h"
 #include "drivers/handle/udp/key_file.h"
+#include "rt/realtime_thread.h"
 #include "tools/haptic-bridge/bridge.h"
 #include "tools/haptic-bridge/bridge_report.h"
 #include "tools/haptic-bridge/simulated_device.h"
@@ -71,24 +72,30 @@ config::Result<void> complete(Options& options) {
 
 int bridge(Options& options) {
   if (auto ok = complete(options); !ok) return fail(ok.error(), EX_USAGE);
+  rt::limitThreadStacks();
   auto key = drivers::udp::keyFrom(options.key_file);
   if (!key) return fail(key.error(), EX_NOINPUT);
   options.bridge.key = std::move(*key);
   auto socket = drivers::udp::UdpSocket::boundTo(options.bridge.local);
   if (!socket) return fail(socket.error(), EX_UNAVAILABLE);
-  std::optional<DeviceLog> log;
+  std::unique_ptr<DeviceLog> log;
   if (!options.log.empty()) {
     auto opened = DeviceLog::at(options.log);
     if (!opened) return fail(opened.error(), EX_CANTCREAT);
     log = std::move(*opened);
   }
 
-  const Interrupt interrupt;
+  // A page that was evicted would be read from the disk, which may stall. Where locking is not permitted the
+  // bridge works without.
+  (void)rt::lockMemory();
   SimulatedDevice device(options.hand);
-  Bridge bridge(options.bridge, *socket, device, log ? &*log : nullptr);
-  bridge.run([&](double seconds) {
-    return interrupt.requested() || (options.duration_s > 0 && seconds >= options.duration_s);
-  });
+  Bridge bridge(options.bridge, *socket, device, log.get());
+  {
+    const Interrupt interrupt;  // from the end of the run on Ctrl-C ends the program at once
+    bridge.run([&](double seconds) {
+      return interrupt.requested() || (options.duration_s > 0 && seconds >= options.duration_s);
+    });
+  }
   fmt::print("{}", bridgeTable(bridge.summary()));
   if (log) {
     if (auto finished = log->finish(); !finished) return fail(finished.error(), EX_CANTCREAT);

@@ -5,6 +5,7 @@
 
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/named_device.h"
 #include "tools/hapticctl/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 
@@ -20,6 +21,7 @@ struct DoctorOptions {
   /// The folder that stands for "/"; with another one the service manager is not queried, and the daemon only
   /// if its socket is named.
   std::string root = "/";
+  std::string named;  ///< a device file; empty: examine everything
 };
 
 DaemonView silentDaemon(const ClientError& error) {
@@ -67,8 +69,16 @@ DaemonView daemonView(const CommandOptions& options, const Examination& box, boo
   return silent;
 }
 
+/// Returns 0 if the configuration names a device, else 1.
+int answerNamed(const DoctorOptions& doctor) {
+  Examination box{Machine(doctor.root), {}, std::nullopt, {}, readConfiguration(doctor.root)};
+  if (doctor.root == "/") box.gpio_label = gpioLabelOf;
+  return isNamedDevice(box, doctor.named) ? 0 : 1;
+}
+
 /// Prints what is right and wrong with this machine; returns 0, or 1 when something fails.
 int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
+  if (!doctor.named.empty()) return answerNamed(doctor);
   const bool this_machine = doctor.root == "/";
   Examination box{Machine(doctor.root), thisCaller(), std::nullopt, {}, readConfiguration(doctor.root)};
   if (this_machine) {
@@ -95,6 +105,10 @@ void addDoctorCommand(CommandLine& line) {
   command.add_option("--root", doctor->root, "Check the files below this folder instead of this machine's")
       ->type_name("FOLDER")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
+  command
+      .add_option("--names", doctor->named,
+                  "Examine nothing, and exit with 0 if the configuration names this device, else with 1")
+      ->type_name("DEVICE");
 }
 
 }  // namespace hapticd::tools

@@ -115,7 +115,7 @@ class Bridge {
     timer_.async_wait([this](const error_code& error) {
       if (error) return;
       const auto idle = std::chrono::steady_clock::now() - server_.last_use;
-      const bool nobody = server_.clients.empty() && server_.connections == 0;
+      const bool nobody = server_.clients.empty() && server_.connections.empty();
       if (nobody && idle > std::chrono::duration<double>(*idle_exit_s_)) return stop();
       watchIdle();
     });

@@ -33,7 +33,7 @@ device on another computer (haptic-bridge).")
 # systemd: for the users too, also where it does not run. udev: what has no devices can do without.
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_DEPENDS systemd)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_RECOMMENDS udev)
-set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS "hapticd-tools, gnuplot-nox")
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS "hapticd-tools, gnuplot-nox, acl")
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_EXTRA
     ${CMAKE_SOURCE_DIR}/tools/packaging/conffiles

@@ -10,6 +10,17 @@ namespace hapticd::drivers {
 
 static_assert(std::endian::native == std::endian::little, "the bytes of PNG's pixels are swapped");
 
+namespace {
+
+/// Far beyond the largest frame, so that a caller can say which size an image has.
+constexpr png_uint_32 kMostPixelsOfASide = 16384;
+/// Beside its pixels a file may hold texts, profiles and more, compressed a thousandfold. libpng keeps at
+/// most kMostChunks of those, each of at most kMostChunkBytes when it is unpacked.
+constexpr png_uint_32 kMostChunks = 16;
+constexpr png_alloc_size_t kMostChunkBytes = 1024 * 1024;
+
+}  // namespace
+
 /// libpng reports errors by longjmp() back into the function that called it, so that those functions have no
 /// local objects with destructors.
 struct PngPixels::Library {
@@ -29,6 +40,9 @@ PngPixels::PngPixels(std::FILE* stream) : library_(std::make_unique<Library>()) 
   library.png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, library_.get(), &Library::remember, &Library::ignore);
   if (library.png == nullptr) return;
+  png_set_user_limits(library.png, kMostPixelsOfASide, kMostPixelsOfASide);
+  png_set_chunk_cache_max(library.png, kMostChunks);
+  png_set_chunk_malloc_max(library.png, kMostChunkBytes);
   library.info = png_create_info_struct(library.png);
   if (library.info != nullptr) png_init_io(library.png, stream);
 }

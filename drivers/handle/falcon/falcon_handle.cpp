@@ -99,21 +99,24 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
   if (!port) return reportMissing(port.error());
   board_.update([&](HandleStatus& status) { status.identity = identityOf((*port)->serial()); });
 
-  const auto image = readFalconImage(settings_.falcon.firmware);
-  if (auto answers = ensureFirmware(**port, image); !answers) return reportMissing(answers.error());
+  auto advice = ensureFirmware(**port);
+  if (!advice) return reportMissing(advice.error());
   Session session(**port, channels, settings_.falcon.force_share);
-  if (!image) session.advice = "uses the firmware it already has, but " + image.error().text();
+  session.advice = std::move(*advice);
 
   const config::Result<void> lost = exchange(session);
   session.link.send({});  // zero force; a device that is gone exerts none
   if (!lost) reportMissing(lost.error());
 }
 
-/// Loads the firmware if the device has none, as after a power loss.
-config::Result<void> FalconHandle::ensureFirmware(FtdiPort& port, const config::Result<FalconImage>& image) {
+/// Loads the firmware if the device has none, as after a power loss; returns advice on its image. The file is
+/// read after the device has been asked, because a disk may stall: asking releases the force that the device
+/// may still hold from before it was lost.
+config::Result<std::string> FalconHandle::ensureFirmware(FtdiPort& port) {
   auto answers = falconAnswers(port, stop_signal_);
   if (!answers) return std::unexpected(answers.error());
-  if (*answers) return {};
+  const auto image = readFalconImage(settings_.falcon.firmware);
+  if (*answers) return image ? "" : "uses the firmware it already has, but " + image.error().text();
   if (!image) return std::unexpected(image.error());
   config::Error error{"falcon firmware", "stopped", ""};
   std::string failure;
@@ -122,7 +125,7 @@ config::Result<void> FalconHandle::ensureFirmware(FtdiPort& port, const config::
                fmt::format("loading the firmware, try {} of {}{}", load, kMaxLoads, failure));
     const config::Result<void> loaded = loadFalconImage(port, *image, stop_signal_);
     answers = loaded ? falconAnswers(port, stop_signal_) : std::unexpected(loaded.error());
-    if (answers && *answers) return {};
+    if (answers && *answers) return "";
     error = answers ? config::Error{"falcon firmware", "it was loaded but does not respond",
                                     "check that falcon_handle.firmware is an image for the Falcon"}
                     : answers.error();

@@ -46,7 +46,7 @@ class FalconHandle final : public Handle {
 
   void run(HandleChannels& channels);
   void useDeviceOnce(HandleChannels& channels);
-  config::Result<void> ensureFirmware(FtdiPort& port, const config::Result<FalconImage>& image);
+  config::Result<std::string> ensureFirmware(FtdiPort& port);
   config::Result<void> exchange(Session& session);
   void take(Session& session, const FalconReply& reply);
   void report(Session& session);

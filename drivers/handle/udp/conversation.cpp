@@ -7,6 +7,16 @@
 #include <random>
 
 namespace hapticd::drivers::udp {
+namespace {
+
+/// How many packets a sender can have sent in that time, by section 4 of protocol.md, at most.
+std::uint64_t mostSentWithin(std::int64_t time_ns) {
+  constexpr std::uint64_t kMostPerMs = 5;
+  constexpr std::int64_t kNsPerMs = 1'000'000;
+  return kMostPerMs * static_cast<std::uint64_t>(time_ns / kNsPerMs + 1);
+}
+
+}  // namespace
 
 std::uint64_t randomSession() {
   std::uint64_t session = 0;
@@ -67,17 +77,19 @@ Conversation::Verdict Conversation::hear(const Header& header, std::int64_t now_
 }
 
 Conversation::Verdict Conversation::judge(const Header& header, std::int64_t now_ns) {
-  if (header.session == peer_session_) {
-    const Verdict order_verdict = order(header.sequence);
-    if (order_verdict != Verdict::fresh) return order_verdict;
-  }
-  if (header.echo.session == 0) return Verdict::greeting;
+  const bool followed = header.session == peer_session_;
+  const Verdict order_verdict = followed ? order(header.sequence) : Verdict::fresh;
+  const bool too_old = order_verdict == Verdict::unproven;
+  if (order_verdict != Verdict::fresh && !too_old) return order_verdict;
+  if (header.echo.session == 0) return too_old ? Verdict::unproven : Verdict::greeting;
   const auto loop_ns = loopNsOf(header.echo, now_ns);
+  if (!loop_ns || header.echo.age_ns > static_cast<std::uint64_t>(*loop_ns)) return Verdict::unproven;
   // Packets of two sessions of the peer may overtake each other; only the later session continues.
-  const bool later = header.session == peer_session_ || header.echo.sequence > newest_echo_;
-  if (!loop_ns || !later || header.echo.age_ns > static_cast<std::uint64_t>(*loop_ns)) {
-    return Verdict::unproven;
-  }
+  const bool of_later_session = followed || header.echo.sequence > newest_echo_;
+  // What answers a packet that was sent after the newest one had arrived is later than that, whatever its
+  // number: somebody with the key has numbered ahead.
+  const bool in_order = !too_old || *loop_ns <= now_ns - newest_arrived_ns_;
+  if (!of_later_session || !in_order) return Verdict::unproven;
   loop_ns_ = *loop_ns;
   round_trip_.add(*loop_ns - static_cast<std::int64_t>(header.echo.age_ns));
   takeOver(header, now_ns);
@@ -101,12 +113,14 @@ std::optional<std::int64_t> Conversation::loopNsOf(const Echo& echo, std::int64_
 }
 
 void Conversation::takeOver(const Header& header, std::int64_t now_ns) {
-  const std::uint64_t step = header.sequence - newest_;
-  if (header.session != peer_session_) {
+  if (header.session != peer_session_ || header.sequence < newest_) {
     seen_ = 1;
   } else {
+    const std::uint64_t step = header.sequence - newest_;
     const std::uint64_t missing = step - 1;
-    counts_.lost += missing - std::min(missing, unproven_since_);
+    // a number farther ahead does not count packets
+    const bool possible = missing <= mostSentWithin(now_ns - newest_arrived_ns_ + kFreshNs);
+    if (possible) counts_.lost += missing - std::min(missing, unproven_since_);
     seen_ = (step < kWindow ? seen_ << step : 0) | 1;
   }
   peer_session_ = header.session;

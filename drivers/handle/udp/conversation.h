@@ -27,8 +27,8 @@ class Conversation {
   enum class Verdict {
     fresh,     ///< valid; to be processed
     greeting,  ///< from a sender that has not received anything from us; to be answered only
-    /// Echoes an earlier session of ours or a packet that is too old: replayed, delayed, or our replies do
-    /// not arrive; to be answered only.
+    /// Echoes an earlier session of ours or a packet that is too old, or has a number that is too old:
+    /// replayed, delayed, or our replies do not arrive; to be answered only.
     unproven,
     duplicated,  ///< received before
     reordered,   ///< older than a packet already processed

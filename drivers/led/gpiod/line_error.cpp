@@ -13,7 +13,9 @@ using config::Error;
 using config::inQuotes;
 
 constexpr const char* kNoAccess =
-    "let the daemon's user read and write /dev/gpiochip*: by its group, or by a udev rule";
+    "restart hapticd.service, for which udev then opens the chip that /etc/hapticd/hapticd.yaml names; for "
+    "another "
+    "configuration let the daemon's user read and write the chip by a udev rule";
 
 std::string chipText(const std::string& chip) {
   return "GPIO chip " + inQuotes(chip);

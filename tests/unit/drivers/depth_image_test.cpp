@@ -2,13 +2,18 @@
 #include "drivers/camera/recorded/depth_image.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "tests/support/depth_images.h"
 #include "tests/support/file_content.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -113,6 +118,32 @@ TEST_F(DepthImage, RefusesADamagedPng) {
   std::string png = test::greyPng(kWidth, kHeight, someValues());
   png[png.size() / 2] = static_cast<char>(png[png.size() / 2] ^ 1);
   expectError(png, "is a damaged or truncated PNG image");
+}
+
+/// The most memory that this process has had, bytes.
+std::size_t peakBytes() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+}
+
+TEST_F(DepthImage, TakesLittleMemoryForAPngFullOfCompressedTexts) {
+  if (test::kMemoryOfSanitizer) GTEST_SKIP() << "the sanitizer keeps what has been freed";
+  constexpr std::size_t kMiB = 1024 * 1024;
+  // 300 MB in a file of 0.3 MB, and each text within libpng's own limit of 8 MB
+  constexpr int kTexts = 50;
+  const std::string image = test::greyPngWithTexts(kWidth, kHeight, someValues(), kTexts, 6'000'000);
+  ASSERT_LT(image.size(), kMiB);
+  const std::filesystem::path file = folder.write("image", image);
+  pid_t child = ::fork();  // begins with a peak of its own
+  if (child == 0) {
+    const std::size_t before = peakBytes();
+    const bool read = readDepthImage(file, *frame).has_value();
+    ::_exit(!read ? 1 : peakBytes() < before + 64 * kMiB ? 0 : 2);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << "1: not read, 2: too much memory";
 }
 
 TEST_F(DepthImage, RefusesWhatGoesOnAfterTheImage) {

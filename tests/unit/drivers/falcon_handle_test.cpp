@@ -5,7 +5,9 @@
 #include "drivers/handle/falcon/falcon_handle.h"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/fanotify.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +18,7 @@
 #include <vector>
 
 #include "child_process.h"
+#include "config/descriptor.h"
 #include "drivers/make_handle.h"
 #include "fake_falcon.h"
 #include "frame_collector.h"
@@ -322,6 +325,36 @@ TEST(FalconHandle, ExertsNoForceAfterReconnectionThatWasComputedBefore) {
   EXPECT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) {
     return f.motors == Counts{-63, -63, -63};
   })) << "once it has";
+}
+
+/// While it exists, whoever opens the file waits, as on a disk that stalls.
+class StalledFile {
+ public:
+  explicit StalledFile(const std::string& path)
+      : group_(::fanotify_init(FAN_CLASS_CONTENT | FAN_CLOEXEC, O_RDONLY)) {
+    works_ = ::fanotify_mark(group_.get(), FAN_MARK_ADD, FAN_OPEN_PERM, AT_FDCWD, path.c_str()) == 0;
+  }
+  bool works() const { return works_; }
+
+ private:
+  config::Descriptor group_;  // nobody answers what it asks; closing it lets all pass
+  bool works_ = false;
+};
+
+TEST(FalconHandle, ReleasesTheForceOnReconnectionAlthoughTheDiskStalls) {
+  if (!isChildOnTheBus()) return;
+  Rig rig;
+  rig.startHomedAtCentre();
+  ASSERT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) { return f.motors == Counts{-63, -63, -63}; }));
+  rig.look([](FakeFalcon& falcon) { falcon.plugged = false; });
+  ASSERT_TRUE(rig.waitFor(HandlePresence::lost));
+  const StalledFile stalled(rig.settings.falcon.firmware);
+  if (!stalled.works()) GTEST_SKIP() << "needs root to let a file stall";
+  rig.look([](FakeFalcon& falcon) {
+    EXPECT_EQ(falcon.motors, (Counts{-63, -63, -63})) << "it has a power supply of its own";
+    falcon.plugged = true;
+  });
+  EXPECT_TRUE(rig.waitForDevice([](FakeFalcon& f) { return f.motors == Counts{}; }));
 }
 
 TEST(FalconHandle, IsLostWhenItStopsRespondingAndReconnects) {

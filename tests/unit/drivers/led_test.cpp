@@ -170,8 +170,10 @@ TEST(LineError, NamesChipAndCauseAndRemedy) {
   };
   EXPECT_EQ(
       textOf(Step::chip, EACCES),
-      "GPIO chip \"box\": permission denied (let the daemon's user read and write /dev/gpiochip*: by its "
-      "group, or by a udev rule)");
+      "GPIO chip \"box\": permission denied (restart hapticd.service, for which udev then opens the chip "
+      "that "
+      "/etc/hapticd/hapticd.yaml names; for another configuration let the daemon's user read and write the "
+      "chip by a udev rule)");
   EXPECT_EQ(textOf(Step::chip, ENOENT),
             "GPIO chip \"box\": no such chip; there are gpiochip0 (pinctrl-rp1) (set leds.chip to the label "
             "of one of "

@@ -225,6 +225,33 @@ TEST(UdpHandle, ReplayedPacketsAreRejected) {
   EXPECT_FALSE(rig.channels->state.refresh());
 }
 
+TEST(UdpHandle, FollowsItsPeerAgainAfterAnotherHolderOfTheKeyHasNumberedAhead) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.write("key", kKey);
+  ASSERT_EQ(::chmod(file.c_str(), 0640), 0);
+  Rig rig(settings(file), kKey);
+  ASSERT_TRUE(rig.handle.start(*rig.channels));
+  ASSERT_TRUE(rig.becomesPresent());
+  const auto measurements = [&] { return rig.handle.status().measurements; };
+  std::uint64_t genuine = rig.peer.state().sequence;
+  // repeated if the machine delayed it for longer than an echo is valid
+  ASSERT_TRUE(test::eventually([&] {
+    rig.exchange();
+    const LinkStatus before = rig.link();
+    const std::uint64_t taken = measurements();
+    rig.peer.state().sequence = (std::uint64_t{1} << 62) - 1;
+    rig.peer.send();
+    rig.peer.state().sequence = genuine += 1000;
+    return rig.hasReceived(before.received + 1) && measurements() > taken;
+  }));
+  const std::uint64_t taken = measurements();
+  EXPECT_TRUE(test::eventually([&] {
+    rig.exchange();
+    return measurements() > taken + 100;
+  })) << rig.handle.status().detail;
+  EXPECT_EQ(rig.handle.status().state, HandlePresence::present);
+}
+
 TEST(UdpHandle, CountsLostReorderedAndDamagedPackets) {
   LinkStatus link;
   std::string advice;

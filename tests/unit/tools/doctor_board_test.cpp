@@ -2,13 +2,17 @@
 // What `hapticctl doctor` says of boards: kernels that are not Debian's, CPUs of two kinds, frequency
 // policies, GPIO chips and storage.
 #include <gtest/gtest.h>
+#include <sys/xattr.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdint>
 #include <map>
 
 #include "boards.h"
 #include "doctor_fixture.h"
+#include "tools/hapticctl/doctor/named_device.h"
 
 namespace hapticd::tools {
 namespace {
@@ -183,6 +187,55 @@ TEST_F(DoctorsGpio, SaysThatThereAreNoChips) {
   for (const char* chip : {"gpiochip0", "gpiochip10", "gpiochip11"}) files.remove("dev/" + std::string(chip));
   EXPECT_TRUE(says(ofChip("pinctrl-rp1"), Verdict::warn, "leds.chip = pinctrl-rp1, nor another one",
                    "load the driver"));
+}
+
+TEST_F(DoctorsGpio, LooksAtTheGpioChipOfTheLedsOnly) {
+  files.setMode("dev/gpiochip0", 0600);
+  box.configuration.settings.leds.chip = "pinctrl-rp1";
+  const Findings findings = checkGpio(box);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_TRUE(says(findings.back(), Verdict::warn, "gpiochip0 (pinctrl-rp1): /dev/gpiochip0 has mode 0600",
+                   "udevadm trigger"));
+  box.configuration.settings.leds.chip = "/dev/gpiochip10";
+  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "leds.chip is gpiochip10", ""));
+  box.configuration.settings.leds.driver = config::LedDriver::none;
+  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "no LEDs are configured", ""));
+}
+
+TEST_F(DoctorsGpio, NamesTheChipOfTheLedsAndNoOther) {
+  files.link("dev/gpiochip4", "gpiochip0");
+  for (const char* chip : {"pinctrl-rp1", "gpiochip0", "gpiochip4", "/dev/gpiochip0", "/dev/gpiochip4"}) {
+    box.configuration.settings.leds.chip = chip;
+    EXPECT_TRUE(isNamedDevice(box, "/dev/gpiochip0")) << chip;
+    EXPECT_FALSE(isNamedDevice(box, "/dev/gpiochip10")) << chip;
+  }
+  box.configuration.settings.leds.chip = "";
+  EXPECT_FALSE(isNamedDevice(box, "/dev/gpiochip0"));
+  box.configuration.settings.leds.chip = "pinctrl-rp1";
+  box.configuration.problem = "it is damaged";
+  EXPECT_FALSE(isNamedDevice(box, "/dev/gpiochip0")) << "the settings are not those of the file";
+}
+
+/// As `setfacl -m g:GROUP:rw` does: owner rw, group and others nothing, one more group.
+bool giveToOneMoreGroup(const std::filesystem::path& file, gid_t group) {
+  constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
+  const std::array<std::uint32_t, 11> list{2,  // the version; then tag and permissions, and a number
+                                           0x6'0001, kUndefined, 0x4,        kUndefined, 0x6'0008,
+                                           group,    0x6'0010,   kUndefined, 0x20,       kUndefined};
+  return ::setxattr(file.c_str(), "system.posix_acl_access", list.data(), sizeof list, 0) == 0;
+}
+
+TEST_F(DoctorsGpio, AcceptsADeviceThatAnAccessControlListGivesToTheGroup) {
+  constexpr gid_t kHapticd = 54321;  // not that of the file
+  files.set("etc/group", "hapticd:x:" + std::to_string(kHapticd) + ":");
+  box.configuration.settings.leds.chip = "gpiochip0";
+  const std::filesystem::path chip = files.root() / "dev/gpiochip0";
+  if (!giveToOneMoreGroup(chip, kHapticd + 1)) GTEST_SKIP() << "the disk keeps no access control lists";
+  EXPECT_EQ(checkGpio(box).size(), 2U) << "another group";
+  ASSERT_TRUE(giveToOneMoreGroup(chip, kHapticd));
+  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "leds.chip is gpiochip0", ""));
+  files.setMode("dev/gpiochip0", 0640);  // which is the mask of such a list
+  EXPECT_EQ(checkGpio(box).size(), 2U);
 }
 
 // --- storage

@@ -64,6 +64,7 @@ TEST_F(Doctor, NamesTheFileThatItMayNotReadAndSaysToRunAsRoot) {
                                 {checkKinect, "sys/bus/usb/devices"},
                                 {checkHid, "sys/class/hidraw"},
                                 {checkGpio, "dev"}};
+  box.configuration.settings.leds.driver = config::LedDriver::gpiod;
   for (const auto& [check, path] : cases) {
     const auto mode = static_cast<unsigned>(std::filesystem::status(files.root() / path).permissions());
     files.setMode(path, 0);
@@ -377,13 +378,18 @@ TEST_F(Doctor, LooksAtTheHidDevicesThatAUdevRuleGivesToTheGroup) {
   EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
 }
 
-TEST_F(Doctor, NamesGpioChipsThatTheDaemonMayNotUse) {
-  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "gpiochip0", ""));
-  files.setMode("dev/gpiochip0", 0600);
-  EXPECT_TRUE(
-      says(only(checkGpio), Verdict::warn, "gpiochip0: /dev/gpiochip0 has mode 0600", "udevadm trigger"));
-  files.remove("dev/gpiochip0");
-  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "no GPIO chips", ""));
+TEST_F(Doctor, LooksAtAHidDeviceWhoseIdManyShareOnlyIfTheConfigurationNamesIt) {
+  files.set("sys/class/hidraw/hidraw0/device/uevent",
+            "HID_ID=0003:00001209:00000001\nHID_UNIQ=T1\nHID_NAME=Somebody's gadget");
+  files.set("etc/udev/rules.d/72-hapticd.rules",
+            "KERNELS==\"0003:1209:0001.*\", PROGRAM==\"ask $devnode\", GROUP=\"hapticd\", MODE=\"0660\"");
+  files.setMode("dev/hidraw0", 0600);
+  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+  config::HandleSettings& handle = box.configuration.settings.handle;
+  handle.driver = config::HandleDriver::hid;
+  EXPECT_TRUE(says(only(checkHid), Verdict::fail, "Somebody's gadget", "udevadm trigger"));
+  handle.serial = "T2";
+  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
 }
 
 // --- service and daemon

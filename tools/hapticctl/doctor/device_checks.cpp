@@ -5,6 +5,7 @@
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
+#include "tools/hapticctl/doctor/named_device.h"
 #include "tools/hapticctl/doctor/udev_rule.h"
 #include "tools/hapticctl/doctor/uevent.h"
 
@@ -64,8 +65,9 @@ Findings checkHid(const Examination& box) {
   for (const std::string& name : names.value_or(Names{})) {
     const std::string uevent = box.machine.read("sys/class/hidraw/" + name + "/device/uevent").value_or("");
     const std::string id = variableOf(uevent, "HID_ID");
-    if (std::ranges::none_of(files,
-                             [&](const RulesFile& file) { return givesHidDevice(box.machine, file, id); })) {
+    const bool is_handle = isHidHandle(box, name);
+    if (std::ranges::none_of(
+            files, [&](const RulesFile& file) { return givesHidDevice(box.machine, file, id, is_handle); })) {
       continue;
     }
     const std::string device = variableOf(uevent, "HID_NAME");

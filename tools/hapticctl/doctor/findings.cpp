@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace hapticd::tools {
@@ -67,8 +68,11 @@ Findings accessFindings(const Examination& box, const std::string& name, const s
   }
   const auto group = box.machine.group(kDeviceGroup);
   if (!group) return {unreadable(name, "etc/group", group.error())};
-  const bool usable =
+  const bool is_own =
       group->has_value() && (*group)->id == access->group && isReadableAndWritable(mode, S_IRGRP, S_IWGRP);
+  const bool usable =
+      is_own || (group->has_value() &&
+                 std::ranges::find(access->more_groups, gid_t{(*group)->id}) != access->more_groups.end());
   if (usable) return {};
   return {failureOfTheService(box, name, fact + ", which keeps the group hapticd out",
                               fmt::format("{}; hapticd's rules give it to the group", kTriggerRules))};

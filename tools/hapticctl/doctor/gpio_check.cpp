@@ -7,6 +7,7 @@
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
+#include "tools/hapticctl/doctor/named_device.h"
 
 namespace hapticd::tools {
 namespace {
@@ -77,25 +78,21 @@ Finding configuredChip(const Examination& box, const std::vector<Chip>& chips) {
 
 }  // namespace
 
+/// Of other chips hapticd has no need, and the udev rules do not give them to it.
 Findings checkGpio(const Examination& box) {
+  if (box.configuration.settings.leds.driver != config::LedDriver::gpiod)
+    return {good(kName, "no LEDs are configured, so no chip is needed")};
   const Reading<std::vector<Chip>> chips = chipsOf(box);
   if (!chips) return {unreadable(kName, "dev", chips.error())};
-  Findings findings;
-  std::vector<Chip> usable;
-  for (const Chip& chip : *chips) {
-    const Findings wrong = accessFindings(box, kName, chip.name, "dev/" + chip.name);
-    findings.insert(findings.end(), wrong.begin(), wrong.end());
-    if (wrong.empty()) usable.push_back(chip);
-  }
-  if (box.configuration.settings.leds.driver == config::LedDriver::gpiod) {
-    findings.push_back(configuredChip(box, *chips));
-  }
-  // only a warning: a box works without LEDs
-  for (Finding& finding : findings) {
+  Findings findings{configuredChip(box, *chips)};
+  const auto used =
+      std::ranges::find_if(*chips, [&](const Chip& chip) { return isChipOfLeds(box, chip.name); });
+  if (used == chips->end()) return findings;
+  for (Finding& finding : accessFindings(box, kName, textOf(*used), "dev/" + used->name)) {
+    // a box works without LEDs
     if (finding.verdict == Verdict::fail) finding.verdict = Verdict::warn;
+    findings.push_back(std::move(finding));
   }
-  if (!usable.empty()) findings.push_back(good(kName, "for the group hapticd: " + someOf(textsOf(usable))));
-  if (findings.empty()) findings.push_back(good(kName, "there are no GPIO chips, so no LEDs on them"));
   return findings;
 }
 

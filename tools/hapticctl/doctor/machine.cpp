@@ -5,12 +5,14 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <memory>
 #include <sstream>
 
@@ -38,6 +40,34 @@ Reading<std::string> contentOf(int file) {
     content.append(part.data(), static_cast<std::size_t>(count));
   }
   return content;
+}
+
+/// The groups that the access control list of a file lets read and write; none where it has no list.
+/// The format is that of Linux's acl(5): a version and entries of tag, permissions and number, little-endian.
+std::vector<gid_t> groupsInAclOf(const std::filesystem::path& file) {
+  struct Entry {
+    std::uint16_t tag;
+    std::uint16_t permissions;
+    std::uint32_t id;
+  };
+  constexpr std::size_t kHead = sizeof(std::uint32_t);
+  constexpr std::uint16_t kGroup = 0x08, kMask = 0x10, kReadAndWrite = 6;
+  std::array<char, 4096> bytes;
+  const ssize_t size = ::getxattr(file.c_str(), "system.posix_acl_access", bytes.data(), bytes.size());
+  std::vector<Entry> entries;
+  for (std::size_t at = kHead; size > 0 && at + sizeof(Entry) <= static_cast<std::size_t>(size);
+       at += sizeof(Entry))
+    std::memcpy(&entries.emplace_back(), bytes.data() + at, sizeof(Entry));
+  std::uint16_t mask = kReadAndWrite;
+  for (const Entry& entry : entries) {
+    if (entry.tag == kMask) mask = entry.permissions;
+  }
+  std::vector<gid_t> groups;
+  for (const Entry& entry : entries) {
+    if (entry.tag == kGroup && (entry.permissions & mask & kReadAndWrite) == kReadAndWrite)
+      groups.push_back(entry.id);
+  }
+  return groups;
 }
 
 }  // namespace
@@ -85,7 +115,7 @@ Reading<Names> Machine::list(const std::string& path) const {
 Reading<Access> Machine::access(const std::string& path) const {
   struct stat status {};
   if (::stat((root_ / path).c_str(), &status) != 0) return unread(errno);
-  return Access{status.st_mode & 07777U, status.st_uid, status.st_gid};
+  return Access{status.st_mode & 07777U, status.st_uid, status.st_gid, groupsInAclOf(root_ / path)};
 }
 
 Reading<std::uint64_t> Machine::freeBytes(const std::string& path) const {

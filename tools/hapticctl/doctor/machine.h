@@ -30,6 +30,7 @@ struct Access {
   mode_t mode = 0;  ///< permission bits only
   uid_t owner = 0;
   gid_t group = 0;
+  std::vector<gid_t> more_groups = {};  ///< that an access control list lets read and write too
 };
 
 /// A line of /etc/passwd or /etc/group, with the fields that matter here.

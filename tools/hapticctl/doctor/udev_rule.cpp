@@ -92,12 +92,13 @@ std::vector<OpenRule> openKinectRules(const Machine& machine, const RulesFile& f
   return open;
 }
 
-bool givesHidDevice(const Machine& machine, const RulesFile& file, const std::string& id) {
+bool givesHidDevice(const Machine& machine, const RulesFile& file, const std::string& id, bool is_handle) {
   const std::string name = busNameFrom(id);
   return !name.empty() &&
          std::ranges::any_of(rulesIn(machine.read(file.path).value_or("")), [&](const std::string& rule) {
            const auto names = valueOf(rule, "kernels==\"");
-           return names && names->find(name) != std::string::npos && valueOf(rule, "group=\"") == "hapticd";
+           return names && names->find(name) != std::string::npos && valueOf(rule, "group=\"") == "hapticd" &&
+                  (is_handle || !valueOf(rule, "program==\""));
          });
 }
 

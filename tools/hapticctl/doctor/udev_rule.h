@@ -31,7 +31,8 @@ struct OpenRule {
 std::vector<OpenRule> openKinectRules(const Machine& machine, const RulesFile& file);
 
 /// Whether a rule of the file gives a HID device to the group hapticd by its name on the HID bus.
-/// `id`: HID_ID of the device's uevent, as in "0003:0000046D:0000C626".
-bool givesHidDevice(const Machine& machine, const RulesFile& file, const std::string& id);
+/// `id`: HID_ID of the device's uevent, as in "0003:0000046D:0000C626". `is_handle`: the configuration names
+/// the device, which a rule may ask a program.
+bool givesHidDevice(const Machine& machine, const RulesFile& file, const std::string& id, bool is_handle);
 
 }  // namespace hapticd::tools

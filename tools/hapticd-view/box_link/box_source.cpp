@@ -23,8 +23,6 @@ constexpr int kTickIntervalMs = 16;
 constexpr int kStatusIntervalMs = 200;
 /// Replies come several times a second: a daemon that is silent for so long hangs.
 constexpr std::chrono::milliseconds kSilence = 3s;
-/// As many as the daemon remembers.
-constexpr std::size_t kPastEvents = 64;
 
 /// All of the status but `tick`, which the stream of ticks brings.
 Json statusFields() {
@@ -98,7 +96,7 @@ void BoxSource::add(Viewer& viewer) {
   if (!parameters_.is_null()) viewer.onParameters(parameters_);
   if (!additions_.is_null()) viewer.onAdditions(additions_);
   if (!status_.is_null()) viewer.onStatus(status_);
-  for (const Json& event : past_events_) viewer.onEvent(event);
+  past_events_.forEach([&](const Json& event) { viewer.onEvent(event); });
   if (picture_ && viewer.wantsDepth()) viewer.onDepth(picture_);
   monitor_.open();
   events_.open();
@@ -175,9 +173,8 @@ void BoxSource::onTicks(const Json& reply) {
 void BoxSource::onEvent(const Json& reply) {
   const Json* event = fieldAt(reply, "event");
   // a stream that has been called again begins with events that are known already
-  if (event == nullptr || std::ranges::find(past_events_, *event) != past_events_.end()) return;
-  past_events_.push_back(*event);
-  if (past_events_.size() > kPastEvents) past_events_.pop_front();
+  if (event == nullptr || past_events_.contains(*event)) return;
+  past_events_.add(*event);
   for (Viewer* viewer : viewers_) viewer->onEvent(*event);
   if (reachable_ == true && changesParameters(textAt(*event, "kind"))) fetchParameters();
 }

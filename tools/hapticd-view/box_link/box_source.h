@@ -2,7 +2,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include "tools/hapticd-view/box_link/additions_fetch.h"
 #include "tools/hapticd-view/box_link/depth_frames.h"
 #include "tools/hapticd-view/box_link/lasting_stream.h"
+#include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
 
 namespace hapticd::tools::view {
@@ -60,7 +60,7 @@ class BoxSource final : public Source {
   Json status_;
   Json parameters_;
   Json additions_;
-  std::deque<Json> past_events_;
+  RecentEvents past_events_;
   std::shared_ptr<const DepthPicture> picture_;
 
   std::uint64_t ticks_lost_ = 0;  // as the stream of ticks counts them

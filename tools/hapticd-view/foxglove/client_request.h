@@ -25,6 +25,13 @@ struct Unsubscribe {
 struct GetParameters {
   std::vector<std::string> names;  ///< empty: all
   std::optional<std::string> id;   ///< to be repeated in the answer
+
+  /// What it takes in memory, at most: short texts take none beside themselves.
+  std::size_t bytes() const {
+    std::size_t sum = sizeof *this + names.capacity() * sizeof names.front() + (id ? id->capacity() : 0);
+    for (const std::string& name : names) sum += name.capacity();
+    return sum;
+  }
 };
 /// Something that would change the box.
 struct Refused {

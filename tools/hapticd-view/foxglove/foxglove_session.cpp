@@ -194,12 +194,12 @@ void FoxgloveSession::onParameters(const Json& parameters) {
   for (const auto& [name, value] : parameters.items()) {
     if (value.is_number()) radii_.set(name, value.get<double>());
   }
+  unanswered_bytes_ = 0;
   for (const GetParameters& request : std::exchange(unanswered_, {})) answer(request);
 }
 
 void FoxgloveSession::onEvent(const Json& event) {
-  events_.push_back(event);
-  if (events_.size() > kMaxWaiting) events_.pop_front();
+  events_.add(event);
   for (const auto& [id, subscription] : subscriptions_) {
     if (subscription.channel == events) sendEvent(id, event);
   }
@@ -295,7 +295,7 @@ void FoxgloveSession::handle(const Subscribe& request) {
     } else {
       subscriptions_[id] = {*channel, {}};
       if (*channel == events) {
-        for (const Json& event : events_) sendEvent(id, event);
+        events_.forEach([&, id = id](const Json& event) { sendEvent(id, event); });
       }
     }
   }
@@ -304,14 +304,25 @@ void FoxgloveSession::handle(const Subscribe& request) {
 }
 
 void FoxgloveSession::handle(const Unsubscribe& request) {
-  for (const std::uint32_t id : request.subscriptions) subscriptions_.erase(id);
+  for (const std::uint32_t id : request.subscriptions) {
+    if (subscriptions_.erase(id) > 0) sink_.withdraw(keyOf(id));
+  }
   source_.wantsChanged();
 }
 
 void FoxgloveSession::handle(const GetParameters& request) {
   if (!parameters_.is_null()) return answer(request);
   unanswered_.push_back(request);
-  if (unanswered_.size() > kMaxWaiting) unanswered_.pop_front();
+  unanswered_bytes_ += unanswered_.back().bytes();
+  bool dropped = false;
+  while (unanswered_.size() > kMaxWaiting || unanswered_bytes_ > kMaxWaitingBytes) {
+    unanswered_bytes_ -= unanswered_.front().bytes();
+    unanswered_.pop_front();
+    dropped = true;
+  }
+  if (!dropped) return;
+  sendStatus(kWarning, "request",
+             "the box does not answer, and too many requests for parameters wait: the oldest is left out");
 }
 
 void FoxgloveSession::handle(const Refused& request) {

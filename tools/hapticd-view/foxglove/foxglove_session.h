@@ -18,6 +18,7 @@
 #include "tools/hapticd-view/foxglove/channels.h"
 #include "tools/hapticd-view/foxglove/client_request.h"
 #include "tools/hapticd-view/live/message_sink.h"
+#include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
 
 namespace hapticd::tools::view {
@@ -40,8 +41,9 @@ class FoxgloveSession final : public Session {
   /// Radius of `cloud_reach` around the HIP where the whole frame is modelled.
   static constexpr double kReach_m = 0.1;
   static constexpr std::size_t kMaxSubscriptions = 64;
-  /// Events and requests for parameters kept until they can be answered.
+  /// Requests for parameters that wait until these are known: number, and memory in bytes.
   static constexpr std::size_t kMaxWaiting = 64;
+  static constexpr std::size_t kMaxWaitingBytes = 64 * 1024;
 
   struct Identity {
     std::string name;     ///< of the server
@@ -113,7 +115,8 @@ class FoxgloveSession final : public Session {
   std::int64_t last_cloud_ns_ = 0;
   Json parameters_;  ///< null: not known yet
   std::deque<GetParameters> unanswered_;
-  std::deque<Json> events_;  ///< the newest ones, for those who subscribe later
+  std::size_t unanswered_bytes_ = 0;
+  RecentEvents events_;  ///< for those who subscribe later
   std::uint64_t dropped_ = 0;
   std::uint64_t dropped_reported_ = 0;
   int statuses_ = 0;

@@ -30,11 +30,12 @@ enum class MessageKey : std::uint64_t {
   /// Sent in order. The oldest is dropped when more than MessageSink::kMostQueued messages or
   /// kMostQueuedBytes wait.
   queued = 0,
-  // Any other value, chosen by the session: a newer message with the same key replaces the waiting one.
+  // Any other value, chosen by the session: a newer message with the same key replaces the waiting one. The
+  // largest are dropped where clients leave too many bytes waiting.
 };
 
-/// The outgoing side of one client's WebSocket. Memory is bounded, whatever the client reads: a message in
-/// transmission, one waiting message per key, and the queue.  Thread: the io_context's.
+/// The outgoing side of one client's WebSocket. Memory is bounded in bytes, whatever the client reads: a
+/// message in transmission, one waiting message per key, and the queue.  Thread: the io_context's.
 class MessageSink {
  public:
   static constexpr std::size_t kMostQueued = 256;
@@ -49,6 +50,9 @@ class MessageSink {
   /// Whether a message with this key still waits to be transmitted. A session that sums up rather than
   /// replaces asks this before it sends.
   virtual bool waits(MessageKey key) const = 0;
+
+  /// Removes the waiting message with this key, because no other one will follow it.
+  virtual void withdraw(MessageKey key) = 0;
 
   /// Closes the connection with the WebSocket's status 1008 (policy violation). `reason`: for the log, and
   /// its first 123 bytes for the client.

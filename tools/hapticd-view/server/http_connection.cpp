@@ -3,17 +3,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <cstddef>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "tools/hapticd-view/server/connection_owner.h"
 #include "tools/hapticd-view/server/token.h"
 #include "tools/hapticd-view/server/web_socket_client.h"
 
@@ -58,14 +63,14 @@ std::string textOf(const boost::asio::ip::address& address) {
   return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address.to_v6()).to_string();
 }
 
-class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+class HttpConnection final : public WaitingConnection, public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(boost::asio::ip::tcp::socket socket, Server& server)
-      : server_(server), stream_(std::move(socket)) {
-    ++server_.connections;
+  HttpConnection(boost::asio::ip::tcp::socket socket, Server& server, std::string owner)
+      : server_(server), stream_(std::move(socket)), owner_(std::move(owner)) {
+    server_.connections.push_back(this);
   }
-  ~HttpConnection() {
-    --server_.connections;
+  ~HttpConnection() override {
+    server_.connections.remove(this);
     server_.last_use = std::chrono::steady_clock::now();
   }
   HttpConnection(const HttpConnection&) = delete;
@@ -87,8 +92,17 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
                             [self](const error_code& failed, std::size_t) { self->onHeader(failed); });
   }
 
+  OpenConnection state() const override { return {.owner = owner_, .is_admitted = is_admitted_}; }
+  void giveWay() override {
+    gave_way_ = true;
+    server_.connections.remove(this);
+    server_.log.refuse(name_, "it has sent no request yet, and there are too many connections");
+    stream_.close();
+  }
+
  private:
   void onHeader(const error_code& error) {
+    if (gave_way_) return;
     if (error == http::error::header_limit || error == http::error::buffer_overflow)
       return refuse({.status = 431, .reason = fmt::format("a header longer than {} bytes", kLongestHeader)});
     if (error == beast::error::timeout) {
@@ -113,12 +127,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (!refusal->by_token) return refuse(*refusal);
     const auto self = shared_from_this();
     server_.ask_open_to_everybody([self, refused = *refusal](bool is_open) {
+      if (self->gave_way_) return;
       if (is_open) return self->answer();
       self->refuse(refused);
     });
   }
 
   void answer() {
+    is_admitted_ = true;
     if (beast::websocket::is_upgrade(parser_.get())) return upgrade();
     const std::string path = pathOf(head_.target);
     if (const auto token = tokenInQuery(head_.target); token && path == "/") return moveToken(*token);
@@ -153,11 +169,16 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return refuse({.status = 400, .reason = "a WebSocket at / that offers no Foxglove protocol"});
     if (path != "/" && path != "/live") return refuse({.status = 404, .reason = "no WebSocket at " + path});
     if (buffer_.size() > 0) return refuse({.status = 400, .reason = "data before the WebSocket is open"});
-    if (server_.clients.size() >= Server::kMostClients) {
-      return refuse(
-          {.status = 503, .reason = fmt::format("{} clients are connected already", Server::kMostClients)});
+    constexpr ConnectionLimits kLimits = Server::kClientLimits;
+    if (server_.clients.size() >= kLimits.all)
+      return refuse({.status = 503, .reason = fmt::format("{} clients are connected already", kLimits.all)});
+    if (std::ranges::count(server_.clients, owner_, &ConnectedClient::owner) >=
+        static_cast<std::ptrdiff_t>(kLimits.per_owner)) {
+      return refuse({.status = 503,
+                     .reason = fmt::format("{} clients of this user are connected already ({})",
+                                           kLimits.per_owner, owner_)});
     }
-    std::make_shared<WebSocketClient>(server_, std::move(stream_), name_)->start(request, protocol);
+    std::make_shared<WebSocketClient>(server_, std::move(stream_), name_, owner_)->start(request, protocol);
   }
 
   using Response = http::response<http::string_body>;
@@ -219,15 +240,32 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   http::request_parser<http::empty_body> parser_;
   RequestHead head_;
   Response response_;
+  std::string owner_;
   std::string name_;
   std::string local_address_;
+  bool is_admitted_ = false;
+  bool gave_way_ = false;
   std::array<char, 1024> discarded_{};
 };
 
 }  // namespace
 
 void serveConnection(boost::asio::ip::tcp::socket socket, Server& server) {
-  std::make_shared<HttpConnection>(std::move(socket), server)->start();
+  error_code error;
+  const auto remote = socket.remote_endpoint(error);
+  const auto local = socket.local_endpoint(error);
+  if (error) return;
+  std::string owner = connectionOwner(remote, local);
+  std::vector<OpenConnection> open;
+  for (const WaitingConnection* each : server.connections) open.push_back(each->state());
+  const Admission admission = admissionOf(open, owner, Server::kConnectionLimits);
+  if (admission.gives_way) {
+    const auto place = static_cast<std::ptrdiff_t>(*admission.gives_way);
+    (*std::next(server.connections.begin(), place))->giveWay();
+  }
+  if (!admission.is_served)
+    return server.log.refuse(owner, fmt::format("{} connections are being answered already", open.size()));
+  std::make_shared<HttpConnection>(std::move(socket), server, std::move(owner))->start();
 }
 
 }  // namespace hapticd::tools::view

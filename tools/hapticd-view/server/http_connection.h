@@ -8,7 +8,8 @@
 namespace hapticd::tools::view {
 
 /// Serves one connection: reads the header of a request (at most 8 KiB within 5 s), decides whether it is
-/// answered, and sends a file of the page or goes over to a WebSocket. One request per connection.
+/// answered, and sends a file of the page or goes over to a WebSocket. One request per connection. Where
+/// there are too many connections, one that has sent no request yet is closed before, or the new one unheard.
 /// Thread: the io_context's.
 void serveConnection(boost::asio::ip::tcp::socket socket, Server& server);
 

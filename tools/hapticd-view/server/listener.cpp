@@ -51,7 +51,7 @@ config::Result<Listener> Listener::at(Server& server, const std::string& endpoin
   acceptor.open(parsed->protocol(), error);
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(*parsed, error);
-  if (!error) acceptor.listen(static_cast<int>(Server::kMostConnections), error);
+  if (!error) acceptor.listen(static_cast<int>(Server::kConnectionLimits.all), error);
   if (error) return std::unexpected(config::Error{"--listen", endpoint + ": " + error.message(), kForm});
   return listener;
 }
@@ -98,7 +98,6 @@ bool Listener::isLoopback() const {
 void Listener::accept(const std::shared_ptr<State>& state) {
   state->acceptor.async_accept([state](const error_code& error, tcp::socket socket) {
     if (!state->acceptor.is_open()) return;
-    Server& server = state->server;
     if (error) {  // too many open files, or the client is gone already
       state->pause.expires_after(std::chrono::milliseconds(100));
       state->pause.async_wait([state](const error_code& cancelled) {
@@ -106,11 +105,7 @@ void Listener::accept(const std::shared_ptr<State>& state) {
       });
       return;
     }
-    if (server.connections < Server::kMostConnections) {
-      serveConnection(std::move(socket), server);
-    } else {
-      server.log.refuse("a client", fmt::format("{} connections wait already", Server::kMostConnections));
-    }
+    serveConnection(std::move(socket), state->server);
     accept(state);
   });
 }

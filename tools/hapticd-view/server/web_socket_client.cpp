@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/core/bind_handler.hpp>
@@ -28,7 +27,7 @@ constexpr int kSendBufferBytes = 512 * 1024;
 
 std::string dropsText(std::uint64_t replaced, std::uint64_t dropped) {
   if (replaced == 0 && dropped == 0) return "nothing dropped";
-  return fmt::format("dropped: {} replaced by newer ones, {} of the queue", replaced, dropped);
+  return fmt::format("dropped: {} replaced by newer ones, {} for want of room", replaced, dropped);
 }
 
 }  // namespace
@@ -42,11 +41,14 @@ std::string foxgloveProtocolOf(const UpgradeRequest& request) {
   return found;
 }
 
-WebSocketClient::WebSocketClient(Server& server, beast::tcp_stream stream, std::string name)
+WebSocketClient::WebSocketClient(Server& server, beast::tcp_stream stream, std::string name,
+                                 std::string owner)
     : server_(server),
       socket_(std::move(stream)),
       watch_timer_(server.context),
       name_(std::move(name)),
+      owner_(std::move(owner)),
+      outbox_(server.outboxes),
       last_sign_(Clock::now()),
       last_progress_(last_sign_),
       last_open_(last_sign_),
@@ -129,49 +131,20 @@ void WebSocketClient::take() {
 
 void WebSocketClient::send(Message message, MessageKey key) {
   if (finished_ || closing_since_) return;
-  if (key == MessageKey::queued) {
-    queued_bytes_ += message.size();
-    queue_.push_back(std::move(message));
-    while (queue_.size() > kMostQueued || (queued_bytes_ > kMostQueuedBytes && queue_.size() > 1)) {
-      queued_bytes_ -= queue_.front().size();
-      queue_.pop_front();
-      ++dropped_;
-    }
-  } else {
-    const auto waiting = std::ranges::find(keyed_, key, [](const auto& entry) { return entry.first; });
-    if (waiting == keyed_.end()) {
-      keyed_.emplace_back(key, std::move(message));
-    } else {
-      waiting->second = std::move(message);
-      ++replaced_;
-    }
-  }
+  outbox_.add(std::move(message), key);
   write();
 }
 
-bool WebSocketClient::waits(MessageKey key) const {
-  if (key == MessageKey::queued) return !queue_.empty();
-  return std::ranges::find(keyed_, key, [](const auto& entry) { return entry.first; }) != keyed_.end();
-}
-
 void WebSocketClient::write() {
-  if (finished_ || closing_since_ || writing_ || !socket_.is_open()) return;
-  if (!queue_.empty()) {
-    writing_ = std::move(queue_.front());
-    queue_.pop_front();
-    queued_bytes_ -= writing_->size();
-  } else if (!keyed_.empty()) {
-    writing_ = std::move(keyed_.front().second);
-    keyed_.pop_front();
-  } else {
-    return;
-  }
-  socket_.text(writing_->is_text);
-  const std::array buffers{boost::asio::const_buffer(writing_->head.data(), writing_->head.size()),
-                           boost::asio::const_buffer(writing_->body.data(), writing_->body.size())};
+  if (finished_ || closing_since_ || !socket_.is_open()) return;
+  const Message* const message = outbox_.beginTransmission();
+  if (message == nullptr) return;
+  socket_.text(message->is_text);
+  const std::array buffers{boost::asio::const_buffer(message->head.data(), message->head.size()),
+                           boost::asio::const_buffer(message->body.data(), message->body.size())};
   const auto self = shared_from_this();
   socket_.async_write(buffers, [self](const error_code& error, std::size_t bytes) {
-    self->writing_.reset();
+    self->outbox_.endTransmission();
     if (self->finished_) return;
     if (error) return self->finish(error.message());
     ++self->sent_messages_;
@@ -193,8 +166,8 @@ void WebSocketClient::watch() {
 bool WebSocketClient::isAlive(Clock::time_point now) {
   const int socket = beast::get_lowest_layer(socket_).socket().native_handle();
   const std::uint64_t taken = acknowledgedBytes(socket).value_or(acknowledged_);
-  if (taken != acknowledged_ || !writing_) last_progress_ = now;
-  if (taken != acknowledged_ && writing_) last_sign_ = now;
+  if (taken != acknowledged_ || !outbox_.isTransmitting()) last_progress_ = now;
+  if (taken != acknowledged_ && outbox_.isTransmitting()) last_sign_ = now;
   acknowledged_ = taken;
   if (closing_since_ && now - *closing_since_ > kCloseLimit) {
     finish(close_reason_);
@@ -211,7 +184,7 @@ bool WebSocketClient::isAlive(Clock::time_point now) {
     return false;
   }
   // A client that takes what is sent, however slowly, is alive; its answer to a ping would wait behind that.
-  if (writing_ || closing_since_) return true;
+  if (outbox_.isTransmitting() || closing_since_) return true;
   if (last_ping_ > last_sign_ && now - last_ping_ > kAnswerLimit) {
     finish(fmt::format("no answer for {} s", kAnswerLimit.count()));
     return false;
@@ -240,8 +213,7 @@ void WebSocketClient::closeWith(websocket::close_code code, std::string_view rea
   if (!socket_.is_open()) return finish(std::string(reason));  // not yet a WebSocket
   closing_since_ = Clock::now();
   close_reason_ = reason;
-  queue_.clear();
-  keyed_.clear();
+  outbox_.clear();
   constexpr std::size_t kLongestReason = 123;  // RFC 6455
   websocket::close_reason text(code);
   const std::string_view cut = reason.substr(0, kLongestReason);
@@ -259,10 +231,10 @@ void WebSocketClient::finish(const std::string& reason) {
   watch_timer_.cancel();
   error_code ignored;
   beast::get_lowest_layer(socket_).socket().close(ignored);
-  queue_.clear();
-  keyed_.clear();
+  outbox_.clear();
   server_.log.write(fmt::format("client {} left: {}; {} messages, {} bytes, {}", name_, reason,
-                                sent_messages_, sent_bytes_, dropsText(replaced_, dropped_)));
+                                sent_messages_, sent_bytes_,
+                                dropsText(outbox_.replaced(), outbox_.dropped())));
 }
 
 }  // namespace hapticd::tools::view

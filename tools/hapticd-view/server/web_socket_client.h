@@ -7,14 +7,13 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "tools/hapticd-view/live/message_sink.h"
 #include "tools/hapticd-view/live/viewer.h"
+#include "tools/hapticd-view/server/outbox.h"
 #include "tools/hapticd-view/server/server.h"
 
 namespace hapticd::tools::view {
@@ -39,17 +38,19 @@ class WebSocketClient final : public MessageSink,
   static constexpr int kMostMessagesPerSecond = 100;  ///< from the client
 
   /// `name`: of the client, for the log. `stream`: the connection after the header of the request.
-  WebSocketClient(Server& server, boost::beast::tcp_stream stream, std::string name);
+  WebSocketClient(Server& server, boost::beast::tcp_stream stream, std::string name, std::string owner);
   ~WebSocketClient() override;
   WebSocketClient(const WebSocketClient&) = delete;
   WebSocketClient& operator=(const WebSocketClient&) = delete;
 
   /// Answers the upgrade. `protocol`: the Foxglove protocol agreed on; empty: `/live`.
   void start(const UpgradeRequest& request, const std::string& protocol);
+  const std::string& owner() const override { return owner_; }
   void goAway() override;
 
   void send(Message message, MessageKey key) override;
-  bool waits(MessageKey key) const override;
+  bool waits(MessageKey key) const override { return outbox_.waits(key); }
+  void withdraw(MessageKey key) override { outbox_.withdraw(key); }
   void close(std::string_view reason) override;
 
  private:
@@ -67,13 +68,11 @@ class WebSocketClient final : public MessageSink,
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   boost::asio::steady_timer watch_timer_;
   std::string name_;
+  std::string owner_;
   std::unique_ptr<Session> session_;
   boost::beast::flat_buffer input_;
 
-  std::deque<Message> queue_;
-  std::size_t queued_bytes_ = 0;
-  std::deque<std::pair<MessageKey, Message>> keyed_;  // the longest waiting first
-  std::optional<Message> writing_;
+  Outbox outbox_;
 
   std::string close_reason_;
   std::optional<Clock::time_point> closing_since_;
@@ -89,8 +88,6 @@ class WebSocketClient final : public MessageSink,
 
   std::uint64_t sent_messages_ = 0;
   std::uint64_t sent_bytes_ = 0;
-  std::uint64_t replaced_ = 0;  // by newer ones
-  std::uint64_t dropped_ = 0;   // of the queue
 };
 
 }  // namespace hapticd::tools::view

@@ -377,6 +377,31 @@ TEST_F(VarlinkServerTest, LeavesRepliesOfStreamsOutWhileClientsTogetherHaveTooMu
   EXPECT_LE(2, watcher.json()["parameters"]["droppedCount"]);
 }
 
+TEST_F(VarlinkServerTest, ClosesReadersWhoseUnreadRepliesTogetherAreTooMuch) {
+  server_options.max_held_bytes = 2'000'000;
+  BoxStatus status;
+  status.warnings = {std::string(400'000, 'w')};
+  box.setStatus(status);
+  start();
+  std::vector<RawClient> lazy;
+  for (int i = 0; i < 12; ++i) {
+    lazy.push_back(statusClient());
+    lazy.back().call(R"({"method":"io.hapticd.Status.GetStatus"})");
+    ASSERT_TRUE(box.waitForStatusCalls(i + 1));
+    expectServing();
+  }
+  RawClient watcher = controlClient();
+  watcher.call(R"({"method":"io.hapticd.Status.GetStatus"})");
+  EXPECT_TRUE(watcher.json()["parameters"]["status"].is_object());
+  std::size_t whole = 0;
+  for (RawClient& client : lazy) {
+    if (client.reply().size() > 400'000) ++whole;
+  }
+  // what the kernel holds of each reply does not count
+  EXPECT_GE(whole, 4U);
+  EXPECT_LE(whole, 6U);
+}
+
 /// Lets the process open no further descriptor while it lives.
 class NoMoreDescriptors {
  public:

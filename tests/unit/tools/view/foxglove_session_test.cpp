@@ -58,6 +58,7 @@ class MadeUpSink final : public MessageSink {
     binary.key = key;
   }
   bool waits(MessageKey key) const override { return slow && waiting_.contains(key); }
+  void withdraw(MessageKey key) override { waiting_.erase(key); }
   void close(std::string_view) override { ADD_FAILURE() << "closed"; }
 
   /// The newest text message with that operation; null if there is none.
@@ -266,6 +267,44 @@ TEST_F(FoxgloveProtocol, ParametersAreAnsweredAllOrByNameAndAsSoonAsTheyAreKnown
   const Json some = sink_.newest("parameterValues");
   EXPECT_FALSE(some.contains("id"));
   EXPECT_EQ(some["parameters"], Json::array({{{"name", "force.law"}, {"value", "surface"}}}));
+}
+
+TEST_F(FoxgloveProtocol, RequestsForParametersThatWaitAreLimitedInBytesAndTheNewestAreAnswered) {
+  const auto request = [&](int number, std::size_t names) {
+    Json message{{"op", "getParameters"}, {"parameterNames", Json::array()}, {"id", std::to_string(number)}};
+    for (std::size_t i = 0; i < names; ++i) message["parameterNames"].push_back("p");
+    session_.onText(message.dump());
+  };
+  constexpr std::size_t kNames = 100;
+  constexpr int kRequests = 50;
+  static_assert(kRequests < FoxgloveSession::kMaxWaiting, "their number is no reason to leave any out");
+  for (int i = 0; i < kRequests; ++i) request(i, kNames);
+  EXPECT_NE(sink_.newest("status").value("message", "").find("left out"), std::string::npos);
+  session_.onParameters({{"p", 1}});
+  std::vector<int> answered;
+  for (const Json& text : sink_.texts) {
+    if (text["op"] == "parameterValues") answered.push_back(std::stoi(text["id"].get<std::string>()));
+  }
+  ASSERT_FALSE(answered.empty());
+  EXPECT_LE(answered.size() * kNames * sizeof(std::string), FoxgloveSession::kMaxWaitingBytes);
+  EXPECT_EQ(answered.back(), kRequests - 1);
+  EXPECT_EQ(answered.front(), kRequests - static_cast<int>(answered.size())) << "the newest, in their order";
+
+  session_.onBox(false, "gone");
+  const std::size_t texts = sink_.texts.size();
+  request(kRequests, kNames);
+  EXPECT_EQ(sink_.texts.size(), texts + 1) << "what is known is answered at once";
+}
+
+TEST_F(FoxgloveProtocol, NothingWaitsForASubscriptionThatHasEnded) {
+  sink_.slow = true;
+  for (std::uint32_t id = 0; id < 200; ++id) {
+    subscribe(id, FoxgloveChannel::depth_image);
+    session_.onDepth(pictureAt(id));
+    session_.onText(Json{{"op", "unsubscribe"}, {"subscriptionIds", {id}}}.dump());
+  }
+  ASSERT_EQ(sink_.binaries.size(), 200U);
+  for (const auto& binary : sink_.binaries) EXPECT_FALSE(sink_.waits(binary.key));
 }
 
 TEST_F(FoxgloveProtocol, WhatIsWrongIsReportedAndWhatIsUnknownIgnored) {
