@@ -35,6 +35,8 @@ struct HandleState {
   bool damps = false;  ///< the device damps contact by itself, see HandleCommand::contact_damping_n_s_per_m
   /// The device claims a velocity that its positions contradict; the one here is estimated from these.
   bool contradicts = false;
+  /// The device exerts forces over a link that cannot tell how late: the loop measures it (latency_probe.h).
+  bool probes = false;
 };
 
 /// Time for which a device exerts a command. Where the loop has not computed another one for longer, the

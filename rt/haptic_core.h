@@ -10,6 +10,7 @@
 #include "rt/force_blend.h"
 #include "rt/force_laws.h"
 #include "rt/handle_channel.h"
+#include "rt/latency_probe.h"
 #include "rt/loop_state.h"
 #include "rt/palpation_cue.h"
 #include "rt/parameters.h"
@@ -81,6 +82,10 @@ class HapticCore {
     double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
     bool in_debt = false;  ///< the hand has got more energy than allowed, and has not yet lost half of that
     std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
+    LatencyProbe probe;
+    std::uint64_t probed_session = 0;  ///< of the device whose latency has been measured, or is being; 0: none
+    int probes_left = 0;               ///< measurements that may still be tried in it
+    double hidden_latency_s = 0;       ///< see Tick
     bool exerting = false;     ///< the mode was engaged in the previous tick
     TissueContact tissue;
     PalpationCue cue;
@@ -158,7 +163,9 @@ class HapticCore {
   double fixtureWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Evaluation& evaluation) const HAPTICD_RT;
-  bool isInDebt(const LiveParameters& parameters, double delay_s) HAPTICD_RT;
+  bool isInDebt(const Input& input) HAPTICD_RT;
+  double delay_s(const HandleState& handle) const HAPTICD_RT;
+  Vec3 probe(const Input& input) HAPTICD_RT;
   Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;

@@ -137,6 +137,9 @@ struct Tick {
   StiffnessBound stiffness_bound = StiffnessBound::configured;
   /// Standard deviation of the modelled surface's distance at the proxy from frame to frame; 0: not known.
   double surface_noise_m = 0;
+  /// Time by which forces act later than the device says, as the loop has measured it (latency_probe.h); 0:
+  /// not at all, or not known.
+  double hidden_latency_s = 0;
 };
 
 /// Counters since the start of the loop.

@@ -52,6 +52,7 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   state.contradicts = contradicted;
   state.command_latency_ns = measurement.command_latency_ns;
   state.damps = measurement.damps;
+  state.probes = measurement.probes;
   if (!measurement.calibrated) {
     state.condition = rt::HandleCondition::not_calibrated;
     return state;

@@ -23,6 +23,7 @@ struct HandleMeasurement {
   double delay_s = 0;                                       ///< see rt::HandleState
   std::int64_t command_latency_ns = 0;                      ///< see rt::HandleState
   bool damps = false;                                       ///< see rt::HandleState
+  bool probes = false;                                      ///< see rt::HandleState
 };
 
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/hard_cases/hard_rig.h"
-#include "tests/hard_cases/passive_hand.h"
+#include "tests/support/passive_hand.h"
 #include "tests/unit/rt/fixture_rig.h"
 
 // Passive hands that are pressed into random corners of forbidden regions and the live surface, over a

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/hard_cases/hard_rig.h"
 #include "tests/unit/rt/fixture_rig.h"
 
 namespace hapticd::test {
+
+/// Period of the ticks in which devices and hands are simulated.
+inline constexpr double kHandTick_s = 0.001;
 
 /// One direction of a connection. Packets arrive late, not at all, or after newer ones, which then count.
 class Connection {
@@ -25,7 +27,8 @@ class Connection {
   void send(int tick, const rt::Vec3& first, const rt::Vec3& second, RandomShapes& random) {
     const double delay_s = delay_s_ + random.between(0, 1) * jitter_s_;
     if (random.between(0, 1) < loss_) return;
-    flying_.push_back({tick + static_cast<int>(std::ceil(delay_s / kTick_s - 1e-9)), {tick, first, second}});
+    flying_.push_back(
+        {tick + static_cast<int>(std::ceil(delay_s / kHandTick_s - 1e-9)), {tick, first, second}});
   }
   const Packet& received(int tick) {
     std::erase_if(flying_, [&](const Flying& flying) {
@@ -36,7 +39,9 @@ class Connection {
     return newest_;
   }
   /// Whole ticks, as the other side counts them.
-  double longestDelay_s() const { return std::ceil((delay_s_ + jitter_s_) / kTick_s - 1e-9) * kTick_s; }
+  double longestDelay_s() const {
+    return std::ceil((delay_s_ + jitter_s_) / kHandTick_s - 1e-9) * kHandTick_s;
+  }
 
  private:
   struct Flying {
@@ -56,10 +61,10 @@ class Connection {
 struct Hand {
   double mass_kg;
   double stiffness_n_per_m;
-  rt::Vec3 anchor_m;
-  rt::Vec3 push_n;
-  rt::Vec3 place_m;
-  rt::Vec3 velocity_m_per_s;
+  rt::Vec3 anchor_m{};
+  rt::Vec3 push_n{};
+  rt::Vec3 place_m{};
+  rt::Vec3 velocity_m_per_s{};
 
   double damping_n_s_per_m() const { return std::max({0.5, stiffness_n_per_m / 120, 8 * mass_kg}); }
   double energy_j() const {
@@ -72,8 +77,8 @@ struct Hand {
     for (int i = 0; i < kSteps; ++i) {
       const rt::Vec3 total_n = force_n + push_n - stiffness_n_per_m * (place_m - anchor_m) -
                                damping_n_s_per_m() * velocity_m_per_s;
-      velocity_m_per_s += (kTick_s / kSteps / mass_kg) * total_n;
-      place_m += (kTick_s / kSteps) * velocity_m_per_s;
+      velocity_m_per_s += (kHandTick_s / kSteps / mass_kg) * total_n;
+      place_m += (kHandTick_s / kSteps) * velocity_m_per_s;
     }
   }
 };
