@@ -61,17 +61,24 @@ void handle(int signal, void (*handler)(int)) {
 }
 
 /// SIGHUP reloads the configuration. Of a daemon on a terminal it means that the terminal is gone: the daemon
-/// then stops, because nobody could press Ctrl-C any more.
+/// then stops, because nobody could press Ctrl-C any more. A terminal that forbids output of background jobs
+/// would stop the whole daemon at its next message.
 void catchSignals() {
   handle(SIGTERM, onStopSignal);
   handle(SIGINT, onStopSignal);
   handle(SIGHUP, ::isatty(STDERR_FILENO) == 1 ? onStopSignal : onReloadSignal);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGTTOU, SIG_IGN);
 }
 
 int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
   rt::limitThreadStacks();
   catchSignals();  // before there is a socket file that a signal could leave behind
+  const auto journal = JournalThread::start();
+  if (!journal) {
+    writeToJournal({JournalEntry::Priority::error, journal.error().text()});
+    return EX_OSERR;
+  }
   Service service(start, std::move(source), std::move(faults));
   const SignalRouting routing(service);
   return service.run();

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <signal.h>
 #include <sysexits.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "daemon/control/peer.h"
 #include "daemon/journal.h"
 #include "daemon/reload.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -25,6 +25,8 @@ using config::EventKind;
 constexpr std::chrono::milliseconds kControlPeriod{5};
 /// The same while nobody is connected: then only LEDs, journal and watchdog wait for it.
 constexpr std::chrono::milliseconds kIdlePeriod{20};
+/// For how long a reader of the log may pause without a warning.
+constexpr std::chrono::seconds kLogPatience{2};
 /// How often it looks for changes that nobody requested.
 constexpr std::chrono::milliseconds kLookPeriod{200};
 
@@ -83,16 +85,10 @@ int Service::run() {
   return EX_OK;
 }
 
-/// Blocks the signals while the box's threads are created, which inherit the mask: only this thread receives
-/// signals.
+/// Also the threads that libraries create receive no signals.
 std::expected<void, RunningBox::StartFailure> Service::startBox() {
-  sigset_t all;
-  sigset_t before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_BLOCK, &all, &before);
-  auto started = box_.start();
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return started;
+  const drivers::BlockedSignals blocked;
+  return box_.start();
 }
 
 config::Result<void> Service::openSockets() {
@@ -134,6 +130,8 @@ void Service::noteControl(Clock::time_point now) {
   control_status_.longest_gap_ns = std::max(control_status_.longest_gap_ns, gap);
   control_status_.connections = server_->connections();
   control_status_.refused_connections = server_->refused();
+  control_status_.log_entries_lost = journalStatus().lost;
+  control_status_.notifications_lost = manager_.lost();
   box_.setControlStatus(control_status_);
   box_.setFeedStatus(control_.feedStatus());
 }
@@ -150,6 +148,12 @@ void Service::checkForChanges(Clock::time_point now) {
 
 void Service::showNotices() {
   std::vector<std::string> notices = notices_;
+  if (const JournalStatus journal = journalStatus(); journal.waits >= kLogPatience) {
+    notices.push_back(fmt::format(
+        "the log has not been read for {} s, {} entries are lost (press Ctrl-Q in the terminal of "
+        "hapticd, or look at what reads its standard error)",
+        std::chrono::floor<std::chrono::seconds>(journal.waits).count(), journal.lost));
+  }
   for (std::string& warning : control_.warnings()) notices.push_back(std::move(warning));
   box_.setNotices(std::move(notices));
 }

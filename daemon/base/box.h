@@ -183,6 +183,9 @@ struct ControlStatus {
   std::uint64_t ticks_lost = 0;  ///< since the start, because the thread was too slow
   std::uint64_t connections = 0;
   std::uint64_t refused_connections = 0;  ///< since the start, because there were too many
+  /// Entries of the log that nothing took: they are in no journal and on no terminal. Since the start.
+  std::uint64_t log_entries_lost = 0;
+  std::uint64_t notifications_lost = 0;  ///< to the service manager, because it did not take them
 };
 
 /// The whole status of the box at one moment, as clients see it.

@@ -203,11 +203,11 @@ OrderedJson traceJson(const TraceStatus& trace) {
 }
 
 OrderedJson controlJson(const ControlStatus& control) {
-  const auto& [longest_gap_ns, ticks_lost, connections, refused_connections] = control;
-  return {{"longestGapNs", longest_gap_ns},
-          {"ticksLost", ticks_lost},
-          {"connections", connections},
-          {"refusedConnections", refused_connections}};
+  const auto& [longest_gap_ns, ticks_lost, connections, refused_connections, log_entries_lost,
+               notifications_lost] = control;
+  return {{"longestGapNs", longest_gap_ns},     {"ticksLost", ticks_lost},
+          {"connections", connections},         {"refusedConnections", refused_connections},
+          {"logEntriesLost", log_entries_lost}, {"notificationsLost", notifications_lost}};
 }
 
 OrderedJson fixturesJson(const FixtureStatus& fixtures) {

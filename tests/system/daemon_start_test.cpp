@@ -3,52 +3,29 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
-#include <array>
 #include <filesystem>
-#include <string_view>
 
 #include "config/descriptor.h"
 #include "tests/system/daemon_under_test.h"
+#include "tests/system/test_sockets.h"
 
 namespace hapticd {
 namespace {
 
+using test::boundSocket;
 using test::contains;
 using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
 using test::Finished;
+using test::isTold;
 
 constexpr int kSocketsUnavailable = 69;
-
-/// A socket of the test's own, bound to `path`; the file stays when it is closed.
-config::Descriptor boundSocket(int type, const std::string& path) {
-  config::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  return socket;
-}
-
-/// Waits for a message that begins with `beginning`; false when none comes.
-bool isTold(const config::Descriptor& socket, std::string_view beginning) {
-  pollfd descriptor{socket.get(), POLLIN, 0};
-  while (::poll(&descriptor, 1, 60'000) > 0) {  // so long that only a failure waits
-    std::array<char, 4096> text;
-    const ssize_t count = ::recv(socket.get(), text.data(), text.size(), 0);
-    if (count > 0 && std::string_view(text.data(), static_cast<std::size_t>(count)).starts_with(beginning))
-      return true;
-  }
-  return false;
-}
 
 TEST(DaemonStart, RunsWithEveryDefaultButSocketsAndCamera) {
   const DaemonHome home;

@@ -39,6 +39,7 @@ void Bridge::run(const std::function<bool(double)>& ends) {
     tick(rt::monotonicNow_ns());
     summary_.skipped_ticks += clock.advance(rt::monotonicNow_ns());
   }
+  device_.setForce({});
 }
 
 /// A packet that waited in the socket would count as one that the network held up.
@@ -145,6 +146,7 @@ void Bridge::account(const DeviceReading& reading, const rt::Vec3& exerted_n, st
 BridgeSummary Bridge::summary() const {
   BridgeSummary summary = summary_;
   summary.link = conversation_.link();
+  if (log_ != nullptr) summary.log_rows_dropped = log_->dropped();
   return summary;
 }
 

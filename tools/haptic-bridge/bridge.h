@@ -39,6 +39,7 @@ struct BridgeSummary {
   double most_force_n = 0;           ///< largest force exerted
   double energy_j = 0;               ///< given to the hand (above zero) or taken from it
   drivers::LinkStatus link;
+  std::uint64_t log_rows_dropped = 0;  ///< because the disk of the log was too slow
   std::string last_refusal;
 };
 
@@ -56,7 +57,7 @@ class Bridge {
   Bridge(const Bridge&) = delete;
   Bridge& operator=(const Bridge&) = delete;
 
-  /// Runs until `ends(seconds since the start)`.
+  /// Runs until `ends(seconds since the start)`, and leaves the device without force.
   void run(const std::function<bool(double)>& ends);
 
   BridgeSummary summary() const;

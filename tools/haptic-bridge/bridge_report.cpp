@@ -20,6 +20,9 @@ std::string bridgeTable(const BridgeSummary& summary) {
       link.reordered, link.rejected, us(link.round_trip.p50_ns), us(link.round_trip.p99_ns),
       us(link.round_trip.p999_ns), us(link.round_trip.max_ns), summary.active_ticks, summary.dead_man_ticks,
       summary.most_force_n, summary.energy_j * 1e3);
+  if (summary.log_rows_dropped > 0)
+    text +=
+        fmt::format("log rows dropped         {:>10}   the disk was too slow\n", summary.log_rows_dropped);
   if (!summary.last_refusal.empty())
     text += fmt::format("last packet rejected     {}\n", summary.last_refusal);
   return text;

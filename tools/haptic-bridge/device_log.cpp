@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <system_error>
@@ -12,19 +13,29 @@
 
 namespace hapticd::tools {
 
-config::Result<DeviceLog> DeviceLog::at(const std::string& path) {
+config::Result<std::unique_ptr<DeviceLog>> DeviceLog::at(const std::string& path) {
   if (auto good = mayWrite(path, IfExists::replace); !good) return std::unexpected(good.error());
   std::FILE* const file = std::fopen(path.c_str(), "we");
   if (file == nullptr) return std::unexpected(config::Error{path, std::strerror(errno), "check --log"});
-  DeviceLog log(path, file);
-  log.write(
-      "t_ns,command_sequence,command_made_ns,command_age_ns,force_tick,force_tick_ns,mode,fx_n,fy_n,fz_n,"
-      "exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,z_m\n");
+  std::unique_ptr<DeviceLog> log(new DeviceLog(path, file));
+  log->thread_ = std::jthread([&self = *log](const std::stop_token& stop) { self.run(stop); });
   return log;
 }
 
-void DeviceLog::add(const DeviceTick& tick) {
-  if (error_ != 0) return;
+void DeviceLog::run(const std::stop_token& stop) {
+  constexpr std::chrono::milliseconds kPeriod{20};
+  write(
+      "t_ns,command_sequence,command_made_ns,command_age_ns,force_tick,force_tick_ns,mode,fx_n,fy_n,fz_n,"
+      "exerted_x_n,exerted_y_n,exerted_z_n,x_m,y_m,z_m\n");
+  for (bool ends = false; !ends;) {
+    ends = stop.stop_requested();
+    DeviceTick tick;
+    while (ticks_.pop(tick)) write(tick);
+    if (!ends) std::this_thread::sleep_for(kPeriod);
+  }
+}
+
+void DeviceLog::write(const DeviceTick& tick) {
   const rt::Vec3& f = tick.commanded_n;
   const rt::Vec3& e = tick.exerted_n;
   const rt::Vec3& p = tick.position_m;
@@ -34,12 +45,13 @@ void DeviceLog::add(const DeviceTick& tick) {
                     e.y, e.z, p.x, p.y, p.z));
 }
 
-/// fmt::print() would throw out of the loop that commands the device.
 void DeviceLog::write(const std::string& text) {
-  if (std::fputs(text.c_str(), file_.get()) < 0 && error_ == 0) error_ = errno;
+  if (error_ == 0 && std::fputs(text.c_str(), file_.get()) < 0) error_ = errno;
 }
 
 config::Result<void> DeviceLog::finish() {
+  thread_.request_stop();
+  thread_.join();
   if (std::fclose(file_.release()) != 0 && error_ == 0) error_ = errno;
   if (error_ == 0) return {};
   std::error_code ignored;

@@ -4,9 +4,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include "config/error.h"
+#include "rt/spsc_ring.h"
 #include "rt/vec3.h"
 
 namespace hapticd::tools {
@@ -26,15 +29,20 @@ struct DeviceTick {
 };
 
 /// One CSV row per tick: t_ns, command_sequence, command_made_ns, command_age_ns, force_tick, force_tick_ns,
-/// mode (zero or active), commanded force, exerted force, position. Thread: one.
+/// mode (zero or active), commanded force, exerted force, position. A thread of its own writes them, so that
+/// a disk that stalls cannot hold up the loop that commands the device. Thread: one.
 class DeviceLog {
  public:
   /// Errors: the file cannot be made.
-  static config::Result<DeviceLog> at(const std::string& path);
+  static config::Result<std::unique_ptr<DeviceLog>> at(const std::string& path);
+  DeviceLog(const DeviceLog&) = delete;
+  DeviceLog& operator=(const DeviceLog&) = delete;
 
-  void add(const DeviceTick& tick);
-  /// Closes the file; nothing may be added after it.  Errors: not all could be written; then nothing of it is
-  /// left.
+  /// Progress: wait-free. A row for which there is no room is dropped and counted.
+  void add(const DeviceTick& tick) { ticks_.push(tick); }
+  std::uint64_t dropped() const { return ticks_.dropped(); }
+  /// Waits for the disk and closes the file; nothing may be added after it.  Errors: not all could be
+  /// written; then nothing of it is left.
   config::Result<void> finish();
 
  private:
@@ -44,11 +52,18 @@ class DeviceLog {
 
   DeviceLog(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
 
+  // All of these run on the log's thread.
+  void run(const std::stop_token& stop);
+  void write(const DeviceTick& tick);
   void write(const std::string& text);
 
+  static constexpr std::size_t kCapacity = 16384;  // 16 s of ticks
+
   std::string path_;
-  int error_ = 0;  ///< errno of the first write that failed; 0: none has
+  int error_ = 0;  // errno of the first write that failed; 0: none has
   std::unique_ptr<std::FILE, Close> file_;
+  rt::SpscRing<DeviceTick, kCapacity> ticks_;
+  std::jthread thread_;  // last, so that it ends before the other members
 };
 
 }  // namespace hapticd::tools

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -76,7 +76,7 @@ int bridge(Options& options) {
   options.bridge.key = std::move(*key);
   auto socket = drivers::udp::UdpSocket::boundTo(options.bridge.local);
   if (!socket) return fail(socket.error(), EX_UNAVAILABLE);
-  std::optional<DeviceLog> log;
+  std::unique_ptr<DeviceLog> log;
   if (!options.log.empty()) {
     auto opened = DeviceLog::at(options.log);
     if (!opened) return fail(opened.error(), EX_CANTCREAT);
@@ -85,7 +85,7 @@ int bridge(Options& options) {
 
   const Interrupt interrupt;
   SimulatedDevice device(options.hand);
-  Bridge bridge(options.bridge, *socket, device, log ? &*log : nullptr);
+  Bridge bridge(options.bridge, *socket, device, log.get());
   bridge.run([&](double seconds) {
     return interrupt.requested() || (options.duration_s > 0 && seconds >= options.duration_s);
   });

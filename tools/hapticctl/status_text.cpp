@@ -417,7 +417,9 @@ std::string statusText(const Json& status, double nominal_rate_hz) {
   text += line("control", countersText(status, "control.",
                                        {{"connections", "connections"},
                                         {"refusedConnections", "refused"},
-                                        {"ticksLost", "ticks lost"}}));
+                                        {"ticksLost", "ticks lost"},
+                                        {"logEntriesLost", "log entries lost"},
+                                        {"notificationsLost", "notifications lost"}}));
   text += line("versions", versionsText(status));
   return text;
 }
