@@ -107,6 +107,11 @@ void report(const std::string& file, const StartSettings& start) {
     fmt::print("{}\n", config::printable(fmt::format("{}: {}", file, text)));
   };
   for (const std::string& notice : start.notices) print("warning: " + notice);
+  if (!start.has_marks) {
+    print(
+        "warning: nothing would show that its end was cut off (begin it with a line `---` and end it with a "
+        "line `...`)");
+  }
   print("no problem found; " + start.summary.text());
 }
 

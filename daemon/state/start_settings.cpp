@@ -88,7 +88,8 @@ std::expected<StartSettings, std::vector<config::Error>> startSettings(const std
   auto loaded = config::loadConfiguration(file, overrides, kind);
   if (!loaded) return std::unexpected(std::move(loaded.error()));
   const config::Settings& configured = loaded->settings;
-  StartSettings start{configured, configured.camera.pose, {}, {}, {}, config::summaryOf(*loaded)};
+  StartSettings start{configured,       configured.camera.pose, {}, {}, {}, config::summaryOf(*loaded),
+                      loaded->has_marks};
   Layers layers(start, overrides);
   addRegistration(start, layers, configured.state.folder);
   addBootProfile(start, layers, ProfileFolder(configured.state.folder));

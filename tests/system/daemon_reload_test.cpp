@@ -77,6 +77,25 @@ TEST_F(DaemonReload, OfAFileThatHasGoneChangesNothing) {
   EXPECT_TRUE(daemon.ticks());
 }
 
+// Absence is no consent to more force and less protection.
+TEST_F(DaemonReload, OfAnEmptyFileKeepsLimitsAndForbiddenRegions) {
+  const std::string protection =
+      "safety: {max_force_n: 1}\n"
+      "fixtures: [{name: nerve, kind: sphere, position_m: [0, 0, -1], radius_m: 0.01}]\n";
+  home.command(protection);
+  daemon.signal(SIGHUP);
+  const auto isProtected = [this] {
+    return home.control({"get", "safety.max_force_n"}).output == "safety.max_force_n = 1 N\n" &&
+           home.control({"fixture", "list"}).output.find("nerve") != std::string::npos;
+  };
+  ASSERT_TRUE(test::becomesTrue(isProtected));
+  home.command("");
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(warns("not reloaded"));
+  EXPECT_TRUE(warns("has no group of parameters"));
+  EXPECT_TRUE(isProtected());
+}
+
 TEST_F(DaemonReload, ManyTimesInARowLeavesTheLoopRunning) {
   for (int round = 0; round < 50; ++round) daemon.signal(SIGHUP);
   reload("force: {stiffness_n_per_m: 322}\n");

@@ -29,7 +29,7 @@ constexpr int kSocketsUnavailable = 69;
 
 TEST(DaemonStart, RunsWithEveryDefaultButSocketsAndCamera) {
   const DaemonHome home;
-  Daemon daemon(home, "", {"camera.driver=synthetic"});
+  Daemon daemon(home, "force:\n", {"camera.driver=synthetic"});
   ASSERT_TRUE(daemon.answers());
   EXPECT_TRUE(daemon.reaches([](const nlohmann::json& status) {
     return status.at("mode") == "idle" && status.at("camera").at("state") == "streaming";
