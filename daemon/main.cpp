@@ -118,7 +118,8 @@ void report(const std::string& file, const StartSettings& start) {
 int run(int argc, char** argv) {
   CLI::App app{"hapticd: lets a person feel the scene in front of a depth camera through a haptic handle"};
   app.footer(
-      "On SIGHUP it reads the file again: live parameters are applied, the others are reported.\n"
+      "On SIGHUP it reads the file again, as by 'hapticctl reload': live parameters are applied, the others\n"
+      "are reported, and what loosens a limit waits while the box is engaged.\n"
       "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable or the state folder in\n"
       "use by another hapticd, 70 a part hung while it stopped, 71 a thread cannot be started,\n"
       "78 configuration.");

@@ -258,6 +258,12 @@ std::uint64_t RunningBox::engage(bool engaged, bool inside) {
                                                                         : directive_.generation;
 }
 
+bool RunningBox::engaged() {
+  const rt::LoopState& loop = loopState();
+  const bool requested = directive_.engage && loop.directive_generation < directive_.generation;
+  return requested || loop.tick.mode == rt::Mode::engaged || loop.tick.mode == rt::Mode::holding;
+}
+
 std::uint64_t RunningBox::acknowledgedGeneration() {
   return loopState().directive_generation;
 }
@@ -348,6 +354,7 @@ BoxStatus RunningBox::status() {
   status.compute_time = summaryOf(control_->compute_time);
   status.trace_ticks_dropped = control_->trace.dropped();
   status.law = lawStatus(status.loop);
+  status.pending_reload = pending_reload_;
   status.control = control_status_;
   status.control.ticks_lost = control_->ticks.dropped();
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;

@@ -28,7 +28,7 @@ class Layers {
   /// parameters, it sets none, adds a notice and returns false.
   bool add(const std::string& layer, const config::SettingsPart& part) {
     config::Settings settings = start_.settings;
-    part.additions.applyTo(settings.additions);
+    part.additions.applyTo(settings.additions, config::Origin::profile);
     for (const auto& [parameter, value] : part.assignments) {
       if (std::ranges::find(overridden_, parameter->name) == overridden_.end())
         parameter->set(settings, value);

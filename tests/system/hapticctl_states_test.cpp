@@ -47,6 +47,7 @@ const std::vector<Command> kCommands{{"status"},
                                      {"engage"},
                                      {"disengage"},
                                      {"clear-fault"},
+                                     {"reload"},
                                      {"params"},
                                      {"save", "soft"},
                                      {"load", "soft"},
@@ -302,9 +303,10 @@ TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
   answerEverything(daemon);
   const Expected denied{kFailed, "members of the group haptic may"};
   for (const char* method :
-       {"SetParameters", "Engage", "Disengage", "ClearFault", "StartTrace", "StopTrace", "DumpTrace",
-        "DeleteTrace", "KeepTrace", "NoteTrace", "MarkTrace", "SaveProfile", "LoadProfile", "DeleteProfile",
-        "SetBootProfile", "SetCalibration", "ChangeFixtures", "ChangeRegions", "SetStiffness"}) {
+       {"SetParameters",  "Engage",      "Disengage",      "ClearFault",    "StartTrace",
+        "StopTrace",      "DumpTrace",   "DeleteTrace",    "KeepTrace",     "NoteTrace",
+        "MarkTrace",      "SaveProfile", "LoadProfile",    "DeleteProfile", "SetBootProfile",
+        "SetCalibration", "Reload",      "ChangeFixtures", "ChangeRegions", "SetStiffness"}) {
     daemon.refuse(std::string("io.hapticd.Control.") + method, "org.varlink.service.PermissionDenied",
                   json::object());
   }
