@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sysexits.h>
 #include <unistd.h>
 
@@ -71,8 +72,16 @@ void catchSignals() {
   std::signal(SIGTTOU, SIG_IGN);
 }
 
+/// Nobody else may write what the daemon creates, whatever mask it inherits: traces, profiles and the
+/// registration decide about forces.
+void protectFiles() {
+  const mode_t inherited = ::umask(S_IWGRP | S_IWOTH);
+  ::umask(inherited | S_IWGRP | S_IWOTH);
+}
+
 int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
   rt::limitThreadStacks();
+  protectFiles();
   catchSignals();  // before there is a socket file that a signal could leave behind
   const auto journal = JournalThread::start();
   if (!journal) {

@@ -104,6 +104,37 @@ TEST(DaemonStart, FeedsTheWatchdogAgainAndAgain) {
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
+TEST(DaemonStart, CreatesNothingThatOthersMayWriteWhateverMaskItInherits) {
+  namespace fs = std::filesystem;
+  const DaemonHome home;
+  std::vector<std::string> command{"/bin/sh", "-c", "umask 000 && exec \"$@\"", "sh"};
+  for (const std::string& word : home.command(test::kWallYaml, {"trace.at_start=true", "trace.depth=true"}))
+    command.push_back(word);
+  Daemon daemon(home, command);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(
+      daemon.reaches([](const nlohmann::json& status) { return status.at("trace").at("ticks") > 0; }));
+  const std::string trace = daemon.status().at("trace").at("name");
+  for (const std::vector<std::string>& work :
+       std::vector<std::vector<std::string>>{{"save", "soft"},
+                                             {"profiles", "--boot", "soft"},
+                                             {"trace", "note", trace, "good"},
+                                             {"trace", "dump"},
+                                             {"trace", "stop"},
+                                             {"trace", "keep", trace}}) {
+    EXPECT_EQ(home.control(work).ending, exitedWith(0)) << work[0];
+  }
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  std::size_t files = 0;
+  const auto others = fs::perms::group_write | fs::perms::others_write;
+  for (const auto& entry : fs::recursive_directory_iterator(home.stateFolder())) {
+    EXPECT_EQ(entry.status().permissions() & others, fs::perms::none) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 7U) << "folders of traces and profiles, two traces, a note, a profile, the boot profile";
+  EXPECT_EQ(fs::status(home.stateFolder()).permissions() & others, fs::perms::none);
+}
+
 TEST(DaemonStart, IsRefusedWithoutTheFolderOfItsSockets) {
   const DaemonHome home;
   const Finished finished = test::runToEnd(

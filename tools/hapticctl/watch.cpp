@@ -154,7 +154,7 @@ class WholeScreen : public Display {
 
 std::unique_ptr<Display> makeDisplay(const CommandOptions& options, const WatchOptions& watch) {
   if (options.json) return std::make_unique<JsonLines>();
-  if (::isatty(STDOUT_FILENO) != 1) return std::make_unique<Lines>(watch.line);
+  if (!isScreen(STDOUT_FILENO)) return std::make_unique<Lines>(watch.line);
   if (watch.line) return std::make_unique<StandingLine>();
   return std::make_unique<WholeScreen>(wantsColours(options.color), nominalRate_hz(options));
 }
@@ -162,7 +162,7 @@ std::unique_ptr<Display> makeDisplay(const CommandOptions& options, const WatchO
 /// The fields to request; none: the whole status.
 std::vector<std::string> fieldsFor(const CommandOptions& options, const WatchOptions& watch) {
   if (options.json) return watch.fields;
-  const bool table = ::isatty(STDOUT_FILENO) == 1 && !watch.line;
+  const bool table = isScreen(STDOUT_FILENO) && !watch.line;
   return table ? std::vector<std::string>{} : kLineFields;
 }
 
