@@ -141,6 +141,7 @@ config::Result<void> RunningBox::startForceThread() {
   pthread_setname_np(force_thread_.native_handle(), "hapticd-force");
   std::tie(privileges_, force_thread_id_) = prepared.get_future().get();
   privileges_.memory_locked = memory_locked;
+  cpu_is_isolated_ = isIsolated(privileges_.cpu);
   return {};
 }
 
@@ -310,6 +311,7 @@ void RunningBox::sampleRate() {
   if (now_ns - newest.time_ns < kSamplePeriod_ns) return;
   samples_[next_sample_] = {now_ns, loopState().counters.ticks};
   next_sample_ = (next_sample_ + 1) % samples_.size();
+  lateness_.follow(loopState().counters, now_ns);
 }
 
 double RunningBox::rate_hz() const {
@@ -387,7 +389,9 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
       warningsOf(status, {.settings = settings_,
                           .live = directive_.parameters,
                           .privileges = privileges_,
-                          .cpus_may_sleep = idle_latency_ && !idle_latency_->held()});
+                          .cpus_may_sleep = idle_latency_ && !idle_latency_->held(),
+                          .cpu_is_isolated = cpu_is_isolated_,
+                          .lateness = lateness_.lateness()});
   list.insert(list.end(), found.begin(), found.end());
   return list;
 }

@@ -20,6 +20,7 @@
 #include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
+#include "daemon/lateness_watch.h"
 #include "daemon/scene/scene_thread.h"
 #include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"
@@ -163,6 +164,8 @@ class RunningBox final : public Box {
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring buffer that spans about a second
   std::size_t next_sample_ = 0;
+  LatenessWatch lateness_;
+  bool cpu_is_isolated_ = false;
 };
 
 }  // namespace hapticd::daemon

@@ -239,7 +239,11 @@ TEST_F(HapticctlStates, AFaultedDaemonSaysHowToClearTheFault) {
   FakeDaemon daemon(home.socket());
   answerEverything(daemon);
   const json faulted{{"mode", "faulted"}, {"cause", "handle_too_fast"}};
-  daemon.answer("io.hapticd.Status.GetStatus", json{{"status", statusWith(faulted)}});
+  json status = faulted;
+  status["warnings"] = {
+      "faulted: the hand seems to move faster than safety.max_handle_speed_m_per_s (correct "
+      "the cause, then: hapticctl clear-fault)"};
+  daemon.answer("io.hapticd.Status.GetStatus", json{{"status", statusWith(status)}});
   daemon.answer("io.hapticd.Control.Engage", faulted);
   expectOfAll({kDone, ""}, {{"status",
                              {kDone,
@@ -260,7 +264,8 @@ TEST_F(HapticctlStates, ClearFaultSaysSoWhereThereIsNone) {
 TEST_F(HapticctlStates, ADaemonWithoutCameraHasNoSnapshot) {
   FakeDaemon daemon(home.socket());
   answerEverything(daemon);
-  const json camera{{"camera", {{"state", "absent"}, {"detail", "no Kinect on USB: plug one in"}}}};
+  const json camera{{"camera", {{"state", "absent"}, {"detail", "no Kinect on USB: plug one in"}}},
+                    {"warnings", {"camera absent: no Kinect on USB: plug one in"}}};
   daemon.answer("io.hapticd.Status.GetStatus", json{{"status", statusWith(camera)}});
   daemon.refuse("io.hapticd.Status.GetSnapshot", "io.hapticd.Status.NoFrame",
                 {{"reason", "the camera is absent: plug one in"}});
