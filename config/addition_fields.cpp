@@ -91,7 +91,8 @@ constexpr VectorMember<Region> vector(rt::Vec3 Region::*member, VectorUse use) {
 using enum FixtureKind;
 using enum VectorUse;
 
-// Columns: name, unit, member, minimum, maximum, where it is used, where it is required, help.
+// Columns: name, unit, member, minimum, maximum, where it is used, where it is required, help, and which
+// value protects less.
 // clang-format off
 const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
     {"name", "", &Fixture::name, 0, 0, always<Fixture>, always<Fixture>,
@@ -106,7 +107,7 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      hasFrame, never<Fixture>,
      "frame of the vectors"},
     {"enabled", "", &Fixture::enabled, 0, 0, always<Fixture>, never<Fixture>,
-     "whether it acts"},
+     "whether it acts", Looser::lower},
     {"position_m", "m", vector(&Fixture::position_m, place), -kFarthest_m, kFarthest_m, isPlaced, isPlaced,
      "plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; point: the point"},
     {"normal", "", vector(&Fixture::normal, direction), -kLongestDirection, kLongestDirection,
@@ -133,17 +134,17 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
     {"bend_radius_m", "m", &Fixture::bend_radius_m, 0.0005, 0.1, isOf<path>, never<Fixture>,
      "bends are arcs of this radius, or less where there is no room"},
     {"clearance_m", "m", &Fixture::clearance_m, 0, 0.05, isForbidden, isOf<standoff>,
-     "the HIP is kept this far from the boundary; of a standoff: from the visible surface, above 0"},
+     "the HIP is kept this far from the boundary; of a standoff: from the visible surface, above 0", Looser::lower},
     {"stiffness_n_per_m", "N/m", &Fixture::stiffness_n_per_m, 1, 5000, always<Fixture>, never<Fixture>,
-     "stiffness of the spring that holds the HIP off the region or pulls it to the path or point"},
+     "stiffness of the spring that holds the HIP off the region or pulls it to the path or point", Looser::lower},
     {"damping_n_s_per_m", "N s/m", &Fixture::damping_n_s_per_m, 0, 50, always<Fixture>, never<Fixture>,
-     "forbidden region: while approaching; guidance: across the path"},
+     "forbidden region: while approaching; guidance: across the path", Looser::never},
     {"deadband_m", "m", &Fixture::deadband_m, 0, 0.1, isGuide, never<Fixture>,
      "no force up to this distance from the path or point"},
     {"max_force_n", "N", &Fixture::max_force_n, 0.05, 40, always<Fixture>, never<Fixture>,
-     "largest force; it limits the force, never where the proxy is"},
+     "largest force; it limits the force, never where the proxy is", Looser::lower},
     {"fade_in_s", "s", &Fixture::fade_in_s, 0, 10, always<Fixture>, never<Fixture>,
-     "time over which the fixture begins to act"},
+     "time over which the fixture begins to act", Looser::higher},
     {"escape_force_n", "N", &Fixture::escape_force_n, 0, 40, isGuide, never<Fixture>,
      "above this force the guidance gives way; 0: never"},
 });

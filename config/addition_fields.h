@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "config/fixture_settings.h"
+#include "config/parameter_table.h"
 #include "rt/vec3.h"
 
 /// The members of fixtures and regions: one table each, from which the reader, the checks, the texts and the
@@ -46,6 +48,8 @@ struct AdditionField {
   bool (*used)(const Owner&);      ///< whether the fixture or region has this member
   bool (*required)(const Owner&);  ///< whether it must be given; only where it is used
   std::string_view help;           ///< one line
+  /// Which value protects less; nothing: any other one may, as of a member of the shape.
+  std::optional<Looser> looser = std::nullopt;
 };
 
 /// All members of a fixture, in the order in which they are written.

@@ -380,6 +380,15 @@ void checkAdditionGroups(const YamlFile& file, bool of_model, std::vector<Placed
 }
 
 template <typename Owner>
+std::vector<Owner> withOrigins(std::vector<Owner> owners, const std::vector<Owner>& before, Origin origin) {
+  for (Owner& owner : owners) {
+    const auto same = std::ranges::find(before, owner);
+    owner.origin.value = same == before.end() ? origin : same->origin.value;
+  }
+  return owners;
+}
+
+template <typename Owner>
 std::expected<Owner, AdditionError> changedBy(const Owner& owner, std::string_view members) {
   const auto fail = [&owner](std::string what, std::string remedy) {
     return std::unexpected(additionError(nounOf(owner), owner.name, "", std::move(what), std::move(remedy)));
@@ -424,10 +433,12 @@ std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::strin
 
 }  // namespace
 
-void AdditionLists::applyTo(SceneAdditions& additions) const {
-  if (fixtures) additions.fixtures = *fixtures;
-  if (regions) additions.regions = *regions;
-  if (label_image) additions.label_image = *label_image;
+void AdditionLists::applyTo(SceneAdditions& additions, Origin origin) const {
+  if (fixtures) additions.fixtures = withOrigins(*fixtures, additions.fixtures, origin);
+  if (regions) additions.regions = withOrigins(*regions, additions.regions, origin);
+  if (!label_image || *label_image == additions.label_image) return;
+  additions.label_image = *label_image;
+  additions.label_image_origin.value = origin;
 }
 
 bool isAdditionGroup(std::string_view name) {

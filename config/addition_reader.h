@@ -19,8 +19,9 @@ struct AdditionLists {
   std::optional<std::string> label_image;
 
   bool empty() const { return !fixtures && !regions && !label_image; }
-  /// Replaces the lists of `additions`. The caller must then check the whole (checkTogether).
-  void applyTo(SceneAdditions& additions) const;
+  /// Replaces the lists of `additions`. What they define as it is there already keeps its origin, and the
+  /// rest has `origin`. The caller must then check the whole (checkTogether).
+  void applyTo(SceneAdditions& additions, Origin origin = Origin::configuration) const;
 
   friend bool operator==(const AdditionLists&, const AdditionLists&) = default;
 };

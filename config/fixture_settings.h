@@ -25,6 +25,19 @@ constexpr auto wordsOf(FixtureFrame) {
   return rt::words<FixtureFrame>("world", "camera");
 }
 
+/// Whose a fixture or region is: a reload of the configuration changes its own only.
+enum class Origin : std::uint8_t { configuration, profile, client };
+constexpr auto wordsOf(Origin) {
+  return rt::words<Origin>("configuration", "profile", "client");
+}
+
+/// The origin as a member that is no part of what a fixture or region is: all are equal.
+struct OriginMark {
+  Origin value = Origin::configuration;
+
+  friend constexpr bool operator==(const OriginMark&, const OriginMark&) { return true; }
+};
+
 /// One fixture. Vectors are in its frame; members that its kind does not use keep their defaults and must not
 /// be given.
 struct FixtureSettings {
@@ -51,6 +64,7 @@ struct FixtureSettings {
   double max_force_n = 2;
   double fade_in_s = 0.5;
   double escape_force_n = 0;  ///< guidance
+  OriginMark origin{};
 
   friend bool operator==(const FixtureSettings&, const FixtureSettings&) = default;
 };
@@ -78,6 +92,7 @@ struct RegionSettings {
   double friction = 0;
   double cue_force_n = 0;
   double cue_hz = 22.3;
+  OriginMark origin{};
 
   friend bool operator==(const RegionSettings&, const RegionSettings&) = default;
 };
@@ -88,6 +103,7 @@ struct SceneAdditions {
   std::vector<RegionSettings> regions{};
   /// Portable graymap (P5, 8 bits) with a label for each pixel of the depth image; empty: none.
   std::string label_image{};
+  OriginMark label_image_origin{};
 
   friend bool operator==(const SceneAdditions&, const SceneAdditions&) = default;
 };

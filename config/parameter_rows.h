@@ -112,7 +112,7 @@ struct Range {
 /// Makes a row. `Access` maps Settings& to a reference to the member.
 template <auto Access>
 constexpr Parameter row(std::string_view name, Effect effect, std::string_view unit, Range range,
-                        std::string_view symbol, std::string_view help) {
+                        std::string_view symbol, std::string_view help, Looser looser = Looser::never) {
   using Member = std::remove_cvref_t<decltype(Access(std::declval<Settings&>()))>;
   return {.name = name,
           .kind = kindOf<Member>(),
@@ -125,7 +125,8 @@ constexpr Parameter row(std::string_view name, Effect effect, std::string_view u
           .symbol = symbol,
           .help = help,
           .get = [](const Settings& settings) { return valueOf<Member>(Access(settings)); },
-          .set = [](Settings& settings, const Value& value) { assign<Member>(Access(settings), value); }};
+          .set = [](Settings& settings, const Value& value) { assign<Member>(Access(settings), value); },
+          .looser = looser};
 }
 
 }  // namespace hapticd::config

@@ -15,8 +15,10 @@ namespace {
 
 constexpr Effect kLive = Effect::live;
 constexpr Effect kRestart = Effect::restart;
+using enum Looser;
 
-// Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help. All rows have the same shape.
+// Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help, and of limits which value is
+// looser. All rows have the same shape.
 // clang-format off
 constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(force.law)>(
@@ -72,61 +74,61 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
         "time over which a change of frame, law or parameters is blended in; half of it is added latency"),
     row<HAPTICD_MEMBER(live.blend.max_surface_speed_m_per_s)>(
         "blend.max_surface_speed_m_per_s", kLive, "m/s", {0.01, 5}, "",
-        "fastest surface; the blend changes the force by at most the stiffness times this per second"),
+        "fastest surface; the blend changes the force by at most the stiffness times this per second", higher),
     row<HAPTICD_MEMBER(proximity.warning_m)>(
         "proximity.warning_m", kLive, "m", {0, 0.1}, "",
-        "width of the band before a forbidden region in which status and LEDs warn; 0: none"),
+        "width of the band before a forbidden region in which status and LEDs warn; 0: none", lower),
     row<HAPTICD_MEMBER(live.safety.max_force_n)>(
         "safety.max_force_n", kLive, "N", {0, 40}, "",
-        "largest commanded force"),
+        "largest commanded force", higher),
     row<HAPTICD_MEMBER(live.safety.max_slew_n_per_s)>(
         "safety.max_slew_n_per_s", kLive, "N/s", {1, 20000}, "",
-        "fastest change of the commanded force"),
+        "fastest change of the commanded force", higher),
     row<HAPTICD_MEMBER(live.safety.engage_ramp_s)>(
         "safety.engage_ramp_s", kLive, "s", {0.01, 10}, "",
-        "time over which the force ramps up after engaging"),
+        "time over which the force ramps up after engaging", lower),
     row<HAPTICD_MEMBER(live.safety.engage_inside)>(
         "safety.engage_inside", kLive, "", {}, "",
-        "engage even if the HIP is already in contact, without this being part of the request"),
+        "engage even if the HIP is already in contact, without this being part of the request", higher),
     row<HAPTICD_MEMBER(live.safety.depth_timeout_s)>(
         "safety.depth_timeout_s", kLive, "s", {0.05, 5}, "",
-        "depth older than this is stale: the force goes to zero"),
+        "depth older than this is stale: the force goes to zero", higher),
     row<HAPTICD_MEMBER(live.safety.depth_ramp_s)>(
         "safety.depth_ramp_s", kLive, "s", {0.01, 5}, "",
-        "time over which the force goes to zero when the depth is stale"),
+        "time over which the force goes to zero when the depth is stale", higher),
     row<HAPTICD_MEMBER(live.safety.handle_timeout_s)>(
         "safety.handle_timeout_s", kLive, "s", {0.002, 1}, "",
-        "handle measurements older than this are stale: the force goes to zero within 3 ticks"),
+        "handle measurements older than this are stale: the force goes to zero within 3 ticks", higher),
     row<HAPTICD_MEMBER(live.safety.continuous_force_n)>(
         "safety.continuous_force_n", kLive, "N", {0.1, 40}, "",
-        "force that the device can exert indefinitely; more is allowed only until it has warmed up"),
+        "force that the device can exert indefinitely; more is allowed only until it has warmed up", higher),
     row<HAPTICD_MEMBER(live.safety.thermal_time_s)>(
         "safety.thermal_time_s", kLive, "s", {0.1, 600}, "",
-        "time constant of the device's heating"),
+        "time constant of the device's heating", higher),
     row<HAPTICD_MEMBER(live.safety.force_filter_hz)>(
         "safety.force_filter_hz", kLive, "Hz", {0, 500}, "",
-        "cut-off frequency of the low-pass filter of the force; 0: off"),
+        "cut-off frequency of the low-pass filter of the force; 0: off", higher_or_zero),
     row<HAPTICD_MEMBER(live.safety.passivity_control)>(
         "safety.passivity_control", kLive, "", {}, "",
-        "damp the hand when the handle has given it more energy than it got"),
+        "damp the hand when the handle has given it more energy than it got", lower),
     row<HAPTICD_MEMBER(live.safety.passivity_max_damping_n_s_per_m)>(
         "safety.passivity_max_damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
-        "largest damping that passivity control adds"),
+        "largest damping that passivity control adds", lower),
     row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
         "safety.stiffness_limit", kLive, "", {}, "",
-        "action when the stiffness exceeds what is stable with the loop's delay and the device"),
+        "action when the stiffness exceeds what is stable with the loop's delay and the device", lower),
     row<HAPTICD_MEMBER(live.safety.contact_damping)>(
         "safety.contact_damping", kLive, "", {}, "",
-        "automatic: damp contact as the loop's delay requires; off: only by contact.damping_n_s_per_m"),
+        "automatic: damp contact as the loop's delay requires; off: only by contact.damping_n_s_per_m", lower),
     row<HAPTICD_MEMBER(live.safety.overrun_burst)>(
         "safety.overrun_burst", kLive, "", {1, 65}, "",
-        "number of late ticks among the last 64 at which the force goes to zero for a second; 65: never"),
+        "number of late ticks among the last 64 at which the force goes to zero for a second; 65: never", higher),
     row<HAPTICD_MEMBER(live.safety.workspace_radius_m)>(
         "safety.workspace_radius_m", kLive, "m", {0.01, 20}, "",
-        "largest distance of the HIP from the world's origin; beyond it there is no force"),
+        "largest distance of the HIP from the world's origin; beyond it there is no force", higher),
     row<HAPTICD_MEMBER(live.safety.max_handle_speed_m_per_s)>(
         "safety.max_handle_speed_m_per_s", kLive, "m/s", {0, 100}, "",
-        "faster motion of the hand is treated as a fault of the handle; 0: no limit"),
+        "faster motion of the hand is treated as a fault of the handle; 0: no limit", higher_or_zero),
 });
 
 constexpr auto kRowsAfterCamera = std::to_array<Parameter>({

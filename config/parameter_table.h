@@ -25,6 +25,15 @@ enum class Effect {
   restart,  ///< at the next start of the daemon
 };
 
+/// Which new value of a parameter takes a limit of the force away, lets stale data act for longer, or warns
+/// less: nobody may get that unasked while he holds the handle (config/loosening.h).
+enum class Looser {
+  never,           ///< it is no limit
+  higher,          ///< of words: the one that is later in the list; true
+  lower,           ///< of words: the one that is earlier; false
+  higher_or_zero,  ///< 0 stands for no limit at all
+};
+
 /// One row of the table: everything that the YAML loader, the control API and hapticctl know about a
 /// parameter.
 struct Parameter {
@@ -41,6 +50,7 @@ struct Parameter {
   std::string_view help;                          ///< one line
   Value (*get)(const Settings&);
   void (*set)(Settings&, const Value&);  ///< `value` must have passed check()
+  Looser looser = Looser::never;
 
   /// Returns the value in a default-constructed Settings.
   Value defaultValue() const;

@@ -48,6 +48,7 @@ constexpr Parameter stiffnessCeilingRow(std::string_view name, Range range, std:
     automatic.ceiling_n_per_m = std::get<double>(value);
     if (automatic.on) settings.live.springs.stiffness_n_per_m = automatic.ceiling_n_per_m;
   };
+  ceiling.looser = Looser::higher;
   return ceiling;
 }
 

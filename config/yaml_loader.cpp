@@ -38,6 +38,24 @@ Error unreadable(const std::filesystem::path& file, const FileFault& fault) {
   return {file.string(), fault.text(), remedy()};
 }
 
+/// The lines that mark the beginning and the end of a text.
+struct Marks {
+  bool begun = false;
+  bool ended = false;  ///< after a beginning
+};
+
+/// A value is on one line and behind its name, so that a line that begins like this is a mark.
+Marks marksIn(std::string_view text) {
+  Marks marks;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    if (line.starts_with("---")) marks.begun = true;
+    if (line.starts_with("...")) marks.ended = marks.begun;
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+  }
+  return marks;
+}
+
 std::string groupOf(const Parameter& parameter) {
   return std::string(parameter.name.substr(0, parameter.name.find('.')));
 }
@@ -72,8 +90,15 @@ class Loading {
                    bool with_additions = true)
       : file_name_(std::move(file_name)), belongs_(std::move(belongs)), with_additions_(with_additions) {}
 
-  void take(const YamlFile& file) {
+  void take(std::string_view text) {
+    const YamlFile file = readYaml(text);
     complete_ = file.complete;
+    any_group_ = !file.groups.empty();
+    if (const Marks marks = marksIn(text); marks.begun && !marks.ended) {
+      report(0,
+             {"", "begins with a line `---`, and the line `...` at its end is missing: was its end cut off?",
+              "restore it; if it is complete, write `...` below its last line"});
+    }
     for (const YamlProblem& problem : file.problems) {
       report(problem.line, Error{shortened(problem.where), problem.what, problem.remedy});
       refused_.insert(problem.where);
@@ -94,6 +119,13 @@ class Loading {
     set_at_[name] = {kAfterTheFile, where};
   }
 
+  /// What was cut off must not count as a request for the defaults.
+  void requireGroup() {
+    if (any_group_ || !errors_.empty()) return;
+    report(0, {"", "has no group of parameters: is it empty, or was its end cut off?",
+               "restore it; for a box with all defaults write `force:`"});
+  }
+
   // A rule about a parameter that was refused or not read is not checked, because the intended value is
   // unknown.
   void checkRules() {
@@ -106,7 +138,7 @@ class Loading {
   }
 
   std::expected<Configuration, std::vector<Error>> finish() && {
-    if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size() - addition_groups_};
+    if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size() - addition_groups_, false};
     return std::unexpected(sortedErrors());
   }
 
@@ -237,8 +269,9 @@ class Loading {
   std::vector<Assignment> assignments_;
   bool with_additions_;  // the file may contain lists of SceneAdditions
   AdditionLists additions_;
-  std::size_t addition_groups_ = 0;            // of those in set_at_
-  bool complete_ = false;                      // the file was read to its end
+  std::size_t addition_groups_ = 0;  // of those in set_at_
+  bool complete_ = false;            // the file was read to its end
+  bool any_group_ = false;
   std::vector<std::pair<int, Error>> errors_;  // with the line, for sorting
   std::map<std::string, Place> set_at_;
   std::set<std::string> refused_;
@@ -259,10 +292,13 @@ std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::fi
   Loading loading(file.string());
   const auto content = fileContent(file, {.longest = kLongestFile, .kind = kind});
   if (!content) return std::unexpected(std::vector{unreadable(file, content.error())});
-  loading.take(readYaml(*content));
+  loading.take(*content);
+  loading.requireGroup();
   for (const std::string& name_and_value : overrides) loading.takeOverride(name_and_value);
   loading.checkRules();
-  return std::move(loading).finish();
+  auto configuration = std::move(loading).finish();
+  if (configuration) configuration->has_marks = marksIn(*content).ended;
+  return configuration;
 }
 
 std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
@@ -272,7 +308,7 @@ std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::
 
 std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name) {
   Loading loading(name);
-  loading.take(readYaml(text));
+  loading.take(text);
   loading.checkRules();
   return settingsOf(std::move(loading).finish());
 }
@@ -280,7 +316,7 @@ std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view te
 std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
   Loading loading(name, belongs, false);
-  loading.take(readYaml(text));
+  loading.take(text);
   auto part = std::move(loading).finishPart();
   if (!part) return std::unexpected(std::move(part.error()));
   return std::move(part->assignments);
@@ -289,7 +325,7 @@ std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
 std::expected<SettingsPart, std::vector<Error>> partFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
   Loading loading(name, belongs);
-  loading.take(readYaml(text));
+  loading.take(text);
   return std::move(loading).finishPart();
 }
 

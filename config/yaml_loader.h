@@ -21,13 +21,17 @@ namespace hapticd::config {
 struct Configuration {
   Settings settings;
   std::size_t parameters_set = 0;  ///< number set by the file and the overrides, each counted once
+  /// Whether the file has the marks of its beginning and end, without which nothing shows that it was cut.
+  bool has_marks = false;
 };
 
 /// Loads settings from a YAML 1.2 file of the form `group: {name: value}`, at most 1 MiB, which may also
 /// contain the lists of SceneAdditions, and then applies `overrides` of the form "group.name=value"; all
-/// other parameters keep their defaults. An empty file is valid. Numbers and truth values are written without
-/// quotes; anchors, aliases, tags and multiple documents are not supported. Errors: every problem of the
-/// file, each with file, line, value and allowed range; nothing is applied partially.
+/// other parameters keep their defaults. Numbers and truth values are written without quotes; anchors,
+/// aliases, tags and multiple documents are not supported. Errors: every problem of the file, each with file,
+/// line, value and allowed range; nothing is applied partially. A file without any group is one, as is one
+/// that begins with a line `---` and does not end with a line `...`: what was cut must not count as a
+/// request for the defaults.
 std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::filesystem::path& file,
                                                                    std::span<const std::string> overrides,
                                                                    FileKind kind);

@@ -295,7 +295,7 @@ void parseDocument(std::string_view text, YamlFile& file, EntryCollector& collec
   // Not a loop over all documents, because the parser may report damaged ones forever.
   if (parser.HandleNextDocument(ignored)) {
     file.problems.push_back({ignored.documentLine(), "", "a second YAML document begins",
-                             "keep one, without a line `---` after it"});
+                             "keep one, without a line `---` after it and with nothing below a line `...`"});
   }
   file.complete = true;
 }

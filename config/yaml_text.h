@@ -16,4 +16,9 @@ std::string quotedText(const std::string& text);
 /// to the same values.
 std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen = {});
 
+/// Adds the marks of the beginning and the end, so that a reader refuses a text whose end was cut off.
+inline std::string withMarks(const std::string& text) {
+  return "---\n" + text + "...\n";
+}
+
 }  // namespace hapticd::config

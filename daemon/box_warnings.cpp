@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "config/cause_text.h"
 #include "daemon/base/names.h"
 #include "rt/stiffness_limit.h"
 
@@ -10,6 +11,12 @@ namespace hapticd::daemon {
 namespace {
 
 using Warnings = std::vector<std::string>;
+
+void addFault(const rt::Tick& tick, Warnings& list) {
+  if (tick.mode != rt::Mode::faulted) return;
+  list.push_back(fmt::format("faulted: {} (correct the cause, then: hapticctl clear-fault)",
+                             config::textOf(tick.cause)));
+}
 
 void addCamera(const drivers::CameraStatus& camera, Warnings& list) {
   const bool is_looking = camera.state == drivers::CameraState::absent && camera.detail.empty();
@@ -88,12 +95,37 @@ void addPrivileges(const drivers::HandleScheduling& handle, const WarningSources
   }
 }
 
+std::string latenessRemedy(const WarningSources& sources) {
+  const rt::LoopPrivileges& privileges = sources.privileges;
+  if (!privileges.realtime_scheduling) {
+    return "give it real-time scheduling: LimitRTPRIO= in the unit, or an rtprio line in limits.conf";
+  }
+  if (!sources.cpu_is_isolated) {
+    return "give it a CPU of its own: sudo hapticd-realtime-setup apply, and reboot";
+  }
+  return fmt::format(
+      "the firmware or the law delays it, since CPU {} runs nothing else: switch off power saving "
+      "in the firmware's setup, or choose a cheaper force.law or a lower loop.rate_hz",
+      privileges.cpu);
+}
+
+void addLateness(const WarningSources& sources, Warnings& list) {
+  const Lateness& lateness = sources.lateness;
+  if (!lateness.late) return;
+  list.push_back(
+      fmt::format("the force loop is late: {} of {} ticks, and {} periods without one, within the last "
+                  "minute ({})",
+                  lateness.late_ticks, lateness.ticks, lateness.skipped_periods, latenessRemedy(sources)));
+}
+
 }  // namespace
 
 std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSources& sources) {
   Warnings list;
+  addFault(status.loop.tick, list);
   addCamera(status.camera, list);
   addHandle(status.handle, status.loop.tick, sources.live, list);
+  addLateness(sources, list);
   addLeds(status.leds.panel, list);
   addTrace(status.trace, list);
   addPrivileges(status.handle.scheduling, sources, list);

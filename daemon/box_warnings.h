@@ -6,6 +6,7 @@
 
 #include "config/settings.h"
 #include "daemon/base/box.h"
+#include "daemon/lateness_watch.h"
 #include "rt/loop_state.h"
 #include "rt/parameters.h"
 
@@ -16,11 +17,14 @@ struct WarningSources {
   const config::Settings& settings;
   const rt::LiveParameters& live;        ///< in effect in the force loop
   const rt::LoopPrivileges& privileges;  ///< of the force thread
-  bool cpus_may_sleep;  ///< the loop runs, and the CPUs are not kept out of deep sleep states
+  bool cpus_may_sleep;   ///< the loop runs, and the CPUs are not kept out of deep sleep states
+  bool cpu_is_isolated;  ///< the kernel keeps other tasks off the CPU of the force thread
+  const Lateness& lateness;
 };
 
-/// Returns the warnings about the running box, each with its remedy: devices, the stiffness, traces,
-/// privileges and the model's capacity. `status.warnings` and `status.privileges` are not read.
+/// Returns the warnings about the running box, each with a remedy that needs no other tool to be found: a
+/// fault, devices, the stiffness, a late force loop, traces, privileges and the model's capacity.
+/// `status.warnings` and `status.privileges` are not read.
 std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSources& sources);
 
 }  // namespace hapticd::daemon

@@ -84,7 +84,7 @@ void EventLog::logWarnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) now.emplace(withoutNumbers(warning), warning);
   for (const auto& [key, text] : warnings_) {
     if (now.contains(key)) continue;
-    write_({Priority::notice, "no more: " + text, EventKind::warning, {{"STATE", "end"}}});
+    write_({Priority::notice, "resolved: " + text, EventKind::warning, {{"STATE", "end"}}});
   }
   for (const auto& [key, text] : now) {
     if (warnings_.contains(key)) continue;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sysexits.h>
 #include <unistd.h>
 
@@ -61,17 +62,32 @@ void handle(int signal, void (*handler)(int)) {
 }
 
 /// SIGHUP reloads the configuration. Of a daemon on a terminal it means that the terminal is gone: the daemon
-/// then stops, because nobody could press Ctrl-C any more.
+/// then stops, because nobody could press Ctrl-C any more. A terminal that forbids output of background jobs
+/// would stop the whole daemon at its next message.
 void catchSignals() {
   handle(SIGTERM, onStopSignal);
   handle(SIGINT, onStopSignal);
   handle(SIGHUP, ::isatty(STDERR_FILENO) == 1 ? onStopSignal : onReloadSignal);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGTTOU, SIG_IGN);
+}
+
+/// Nobody else may write what the daemon creates, whatever mask it inherits: traces, profiles and the
+/// registration decide about forces.
+void protectFiles() {
+  const mode_t inherited = ::umask(S_IWGRP | S_IWOTH);
+  ::umask(inherited | S_IWGRP | S_IWOTH);
 }
 
 int serve(const StartSettings& start, ConfigurationSource source, std::unique_ptr<FaultInjector> faults) {
   rt::limitThreadStacks();
+  protectFiles();
   catchSignals();  // before there is a socket file that a signal could leave behind
+  const auto journal = JournalThread::start();
+  if (!journal) {
+    writeToJournal({JournalEntry::Priority::error, journal.error().text()});
+    return EX_OSERR;
+  }
   Service service(start, std::move(source), std::move(faults));
   const SignalRouting routing(service);
   return service.run();
@@ -100,13 +116,19 @@ void report(const std::string& file, const StartSettings& start) {
     fmt::print("{}\n", config::printable(fmt::format("{}: {}", file, text)));
   };
   for (const std::string& notice : start.notices) print("warning: " + notice);
+  if (!start.has_marks) {
+    print(
+        "warning: nothing would show that its end was cut off (begin it with a line `---` and end it with a "
+        "line `...`)");
+  }
   print("no problem found; " + start.summary.text());
 }
 
 int run(int argc, char** argv) {
   CLI::App app{"hapticd: lets a person feel the scene in front of a depth camera through a haptic handle"};
   app.footer(
-      "On SIGHUP it reads the file again: live parameters are applied, the others are reported.\n"
+      "On SIGHUP it reads the file again, as by 'hapticctl reload': live parameters are applied, the others\n"
+      "are reported, and what loosens a limit waits while the box is engaged.\n"
       "Exit status: 0 ended by SIGTERM or SIGINT, 64 usage, 69 sockets unavailable or the state folder in\n"
       "use by another hapticd, 70 a part hung while it stopped, 71 a thread cannot be started,\n"
       "78 configuration.");

@@ -141,6 +141,7 @@ config::Result<void> RunningBox::startForceThread() {
   pthread_setname_np(force_thread_.native_handle(), "hapticd-force");
   std::tie(privileges_, force_thread_id_) = prepared.get_future().get();
   privileges_.memory_locked = memory_locked;
+  cpu_is_isolated_ = isIsolated(privileges_.cpu);
   return {};
 }
 
@@ -258,6 +259,12 @@ std::uint64_t RunningBox::engage(bool engaged, bool inside) {
                                                                         : directive_.generation;
 }
 
+bool RunningBox::engaged() {
+  const rt::LoopState& loop = loopState();
+  const bool requested = directive_.engage && loop.directive_generation < directive_.generation;
+  return requested || loop.tick.mode == rt::Mode::engaged || loop.tick.mode == rt::Mode::holding;
+}
+
 std::uint64_t RunningBox::acknowledgedGeneration() {
   return loopState().directive_generation;
 }
@@ -304,6 +311,7 @@ void RunningBox::sampleRate() {
   if (now_ns - newest.time_ns < kSamplePeriod_ns) return;
   samples_[next_sample_] = {now_ns, loopState().counters.ticks};
   next_sample_ = (next_sample_ + 1) % samples_.size();
+  lateness_.follow(loopState().counters, now_ns);
 }
 
 double RunningBox::rate_hz() const {
@@ -348,6 +356,7 @@ BoxStatus RunningBox::status() {
   status.compute_time = summaryOf(control_->compute_time);
   status.trace_ticks_dropped = control_->trace.dropped();
   status.law = lawStatus(status.loop);
+  status.pending_reload = pending_reload_;
   status.control = control_status_;
   status.control.ticks_lost = control_->ticks.dropped();
   status.uptime_s = static_cast<double>(rt::monotonicNow_ns() - start_ns_) * 1e-9;
@@ -380,7 +389,9 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
       warningsOf(status, {.settings = settings_,
                           .live = directive_.parameters,
                           .privileges = privileges_,
-                          .cpus_may_sleep = idle_latency_ && !idle_latency_->held()});
+                          .cpus_may_sleep = idle_latency_ && !idle_latency_->held(),
+                          .cpu_is_isolated = cpu_is_isolated_,
+                          .lateness = lateness_.lateness()});
   list.insert(list.end(), found.begin(), found.end());
   return list;
 }

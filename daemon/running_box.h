@@ -20,6 +20,7 @@
 #include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
+#include "daemon/lateness_watch.h"
 #include "daemon/scene/scene_thread.h"
 #include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"
@@ -64,6 +65,8 @@ class RunningBox final : public Box {
   void setNotices(std::vector<std::string> notices) { notices_ = std::move(notices); }
   void setControlStatus(const ControlStatus& status) { control_status_ = status; }
   void setFeedStatus(const FeedStatus& status) { feed_status_ = status; }
+  void setPendingReload(const std::optional<PendingReload>& pending) { pending_reload_ = pending; }
+  const std::optional<PendingReload>& pendingReload() const { return pending_reload_; }
 
   BoxStatus status() override;
   const config::Settings& settings() const override { return settings_; }
@@ -73,6 +76,7 @@ class RunningBox final : public Box {
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
   void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
   std::uint64_t engage(bool engaged, bool inside) override;
+  bool engaged() override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {
     return added_scene_.regionAt(position_m_in_world);
   }
@@ -156,9 +160,12 @@ class RunningBox final : public Box {
   std::vector<std::string> notices_;
   ControlStatus control_status_;
   FeedStatus feed_status_;
+  std::optional<PendingReload> pending_reload_;
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring buffer that spans about a second
   std::size_t next_sample_ = 0;
+  LatenessWatch lateness_;
+  bool cpu_is_isolated_ = false;
 };
 
 }  // namespace hapticd::daemon

@@ -2,18 +2,15 @@
 #include "daemon/service.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <signal.h>
 #include <sysexits.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "daemon/base/names.h"
-#include "daemon/control/addition_change.h"
 #include "daemon/control/peer.h"
 #include "daemon/journal.h"
-#include "daemon/reload.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -25,6 +22,8 @@ using config::EventKind;
 constexpr std::chrono::milliseconds kControlPeriod{5};
 /// The same while nobody is connected: then only LEDs, journal and watchdog wait for it.
 constexpr std::chrono::milliseconds kIdlePeriod{20};
+/// For how long a reader of the log may pause without a warning.
+constexpr std::chrono::seconds kLogPatience{2};
 /// How often it looks for changes that nobody requested.
 constexpr std::chrono::milliseconds kLookPeriod{200};
 
@@ -37,19 +36,13 @@ int fail(const config::Error& error, int status) {
 
 Service::Service(const StartSettings& start, ConfigurationSource source,
                  std::unique_ptr<FaultInjector> faults)
-    : source_(std::move(source)),
-      pose_registered_(start.registration.has_value()),
-      notices_(start.notices),
-      reader_(
-          [source = source_] {
-            return startSettings(source.file, source.overrides, config::FileKind::regular);
-          },
-          source_.file.string()),
-      box_(start.settings, std::move(faults)),
+    : box_(start.settings, std::move(faults)),
+      reloader_(box_, start, std::move(source), [this](const JournalEntry& entry) { report(entry); }),
       control_(box_, {.log = [this](const JournalEntry& entry) { report(entry); },
-                      .calibration = {start.configured_T_world_camera, start.registration}}),
+                      .calibration = {start.configured_T_world_camera, start.registration},
+                      .reloads = &reloader_}),
       events_([this](const JournalEntry& entry) { report(entry); }) {
-  reportSummary(start.summary);
+  reloader_.reportSummary(start.summary);
   if (start.boot_profile) {
     report({Priority::notice,
             "starts with the boot profile " + *start.boot_profile,
@@ -83,16 +76,10 @@ int Service::run() {
   return EX_OK;
 }
 
-/// Blocks the signals while the box's threads are created, which inherit the mask: only this thread receives
-/// signals.
+/// Also the threads that libraries create receive no signals.
 std::expected<void, RunningBox::StartFailure> Service::startBox() {
-  sigset_t all;
-  sigset_t before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_BLOCK, &all, &before);
-  auto started = box_.start();
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return started;
+  const drivers::BlockedSignals blocked;
+  return box_.start();
 }
 
 config::Result<void> Service::openSockets() {
@@ -125,7 +112,9 @@ void Service::periodic() {
   });
   control_.periodic(*server_);
   manager_.feedWatchdog(box_.heartbeat(), now);
-  reload(now);
+  reloader_.periodic(
+      now, [this] { manager_.reloading(); }, [this] { manager_.ready(); });
+  if (reloader_.pending() != box_.pendingReload()) showNotices();
   if (now >= next_look_) checkForChanges(now);
 }
 
@@ -134,6 +123,8 @@ void Service::noteControl(Clock::time_point now) {
   control_status_.longest_gap_ns = std::max(control_status_.longest_gap_ns, gap);
   control_status_.connections = server_->connections();
   control_status_.refused_connections = server_->refused();
+  control_status_.log_entries_lost = journalStatus().lost;
+  control_status_.notifications_lost = manager_.lost();
   box_.setControlStatus(control_status_);
   box_.setFeedStatus(control_.feedStatus());
 }
@@ -149,70 +140,16 @@ void Service::checkForChanges(Clock::time_point now) {
 }
 
 void Service::showNotices() {
-  std::vector<std::string> notices = notices_;
+  box_.setPendingReload(reloader_.pending());
+  std::vector<std::string> notices = reloader_.warnings();
+  if (const JournalStatus journal = journalStatus(); journal.waits >= kLogPatience) {
+    notices.push_back(fmt::format(
+        "the log has not been read for {} s, {} entries are lost (press Ctrl-Q in the terminal of "
+        "hapticd, or look at what reads its standard error)",
+        std::chrono::floor<std::chrono::seconds>(journal.waits).count(), journal.lost));
+  }
   for (std::string& warning : control_.warnings()) notices.push_back(std::move(warning));
   box_.setNotices(std::move(notices));
-}
-
-void Service::reload(Clock::time_point now) {
-  if (const auto loaded = reader_.outcome(now)) {
-    *loaded ? applyReload(**loaded) : refuseReload(loaded->error());
-    manager_.ready();
-  }
-  if (!reader_.reading() && reload_requested_.exchange(false)) {
-    manager_.reloading();
-    reader_.begin(now);
-  }
-}
-
-void Service::reportSummary(const config::SettingsSummary& summary) {
-  report({Priority::notice,
-          fmt::format("configuration {}: {}", source_.file.string(), summary.text()),
-          EventKind::configuration,
-          {{"PARAMETERS_SET", fmt::to_string(summary.set)},
-           {"PARAMETERS_CHANGED", fmt::to_string(summary.differences.size())},
-           {"CHANGES", summary.differencesText()}}});
-}
-
-void Service::applyReload(const StartSettings& loaded) {
-  config::Settings settings = loaded.settings;
-  // A registered pose that waits for the next start has a warning of its own, so it is not listed with the
-  // lines of the file.
-  if (pose_registered_ || loaded.registration) settings.camera.pose = box_.settings().camera.pose;
-  const auto reload = reloaded(box_.settings(), settings);
-  if (!reload) return refuseReload(reload.error());
-  const auto differences = differencesOf(box_.additions(), reload->settings.additions);
-  box_.apply(reload->settings);
-  for (const Reload::Change& change : reload->changes) {
-    report({Priority::notice,
-            fmt::format("reload sets {} from {} to {}", change.name, change.old_value, change.new_value),
-            EventKind::parameter,
-            {{"PARAMETER", std::string(change.name)}, {"OLD", change.old_value}, {"NEW", change.new_value}}});
-  }
-  for (const AdditionDifference& difference : differences) {
-    report({Priority::notice, "by reload " + difference.text(), difference.kind, difference.fields()});
-  }
-  notices_ = loaded.notices;
-  if (!reload->waiting.empty()) {
-    notices_.push_back(fmt::format("{} of {} takes effect at the next start only (systemctl restart hapticd)",
-                                   fmt::join(reload->waiting, ", "), source_.file.string()));
-  }
-  showNotices();
-  report({Priority::notice,
-          fmt::format("configuration reloaded from {}: {} parameters changed, {} wait for the next start",
-                      source_.file.string(), reload->changes.size(), reload->waiting.size()),
-          EventKind::reload,
-          {}});
-  reportSummary(loaded.summary);
-}
-
-void Service::refuseReload(const std::vector<config::Error>& errors) {
-  for (const config::Error& error : errors) {
-    report({Priority::error, "reload refused: " + error.text(), EventKind::reload, {}});
-  }
-  notices_ = {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
-                          errors.size(), errors.front().text())};
-  showNotices();
 }
 
 }  // namespace hapticd::daemon

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,19 +11,13 @@
 #include "daemon/control/control_service.h"
 #include "daemon/control/varlink_server.h"
 #include "daemon/event_log.h"
+#include "daemon/reloader.h"
 #include "daemon/running_box.h"
 #include "daemon/service_manager.h"
-#include "daemon/state/settings_reader.h"
 #include "daemon/state/start_settings.h"
 #include "daemon/state/state_lock.h"
 
 namespace hapticd::daemon {
-
-/// The sources of the settings, needed to read them again.
-struct ConfigurationSource {
-  std::filesystem::path file;
-  std::vector<std::string> overrides;  ///< "group.name=value", as on the command line
-};
 
 /// The running daemon: the box, its control API, and what it reports to the service manager.
 /// Thread: control thread, unless stated otherwise.
@@ -41,10 +34,9 @@ class Service {
   /// Ends run(), even if it has not started yet.
   /// Thread: any, and signal handlers.
   void requestStop() noexcept;
-  /// Requests that the configuration file is read again: its live parameters are applied, changes of the
-  /// others are reported. All requests that arrive during a reload cause one more reload after it.
+  /// Requests a reload (reloader.h).
   /// Thread: any, and signal handlers.
-  void requestReload() noexcept { reload_requested_ = true; }
+  void requestReload() noexcept { reloader_.requestFromSignal(); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -56,23 +48,14 @@ class Service {
   void periodic();
   /// How well the control thread keeps its period, for the status.
   void noteControl(Clock::time_point now);
-  /// Starts a requested reload and applies a finished one; another thread waits for the disk.
-  void reload(Clock::time_point now);
-  void reportSummary(const config::SettingsSummary& summary);
-  void applyReload(const StartSettings& loaded);
-  void refuseReload(const std::vector<config::Error>& errors);
   void checkForChanges(Clock::time_point now);
   /// Passes the warnings that the box itself does not know to its status.
   void showNotices();
 
-  ConfigurationSource source_;
-  bool
-      pose_registered_;  ///< the camera's pose in use comes from the registration, not from the configuration
-  std::vector<std::string> notices_;  ///< of the last start or reload
-  SettingsReader reader_;
   ServiceManager manager_;
   std::optional<StateLock> state_lock_;  // released after the last write by the box and the control service
   RunningBox box_;
+  Reloader reloader_;
   ControlService control_;
   EventLog events_;
   std::unique_ptr<VarlinkServer> server_;
@@ -82,7 +65,6 @@ class Service {
 
   // Shared by the control thread and signal handlers.
   std::atomic<bool> stop_requested_{false};
-  std::atomic<bool> reload_requested_{false};
   std::atomic<VarlinkServer*> serving_{nullptr};
   static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<VarlinkServer*>::is_always_lock_free);
 };

@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
+
+#include "config/descriptor.h"
 
 namespace hapticd::daemon {
 
 /// The connection to the service manager (sd_listen_fds(3), sd_notify(3)). All functions do nothing if there
-/// is no service manager or it did not request notifications. Thread: control thread only.
+/// is no service manager or it did not request notifications. None waits for the service manager, as
+/// sd_notify() would: a notification that it does not take is sent again by feedWatchdog().
+/// Thread: control thread only.
 class ServiceManager {
  public:
   using Clock = std::chrono::steady_clock;
@@ -32,11 +40,28 @@ class ServiceManager {
   /// time.
   void feedWatchdog(std::uint64_t heartbeat, Clock::time_point now);
 
+  /// Notifications that were dropped and times at which the watchdog could not be fed when due, since the
+  /// start.
+  std::uint64_t lost() const noexcept { return lost_; }
+
  private:
+  enum class Sent { done, full, failed };
+
+  void connectTo(std::string address);
+  Sent trySend(const std::string& message) const;
+  void send(std::string message);
+  void sendWaiting();
+
   std::map<std::string, int> sockets_;
+  config::Descriptor socket_;  // none: there is no service manager
+  sockaddr_un address_{};
+  socklen_t address_bytes_ = 0;
+  std::deque<std::string> waiting_;  // oldest first
+  std::uint64_t lost_ = 0;
   std::string state_;
   Clock::duration feed_period_{};  // 0: there is no watchdog
   Clock::time_point last_fed_;
+  bool feed_failed_ = false;  // the one that is due
   std::uint64_t last_heartbeat_ = 0;
 };
 

@@ -18,6 +18,7 @@ void endWithout(const std::string& part, std::chrono::milliseconds limit) {
                               static_cast<double>(limit.count()) * 1e-3),
                   config::EventKind::stop,
                   {{"PART", part}}});
+  flushJournal(JournalThread::kEndPatience);
   std::_Exit(EX_SOFTWARE);  // destructors would wait for the part that hangs
 }
 

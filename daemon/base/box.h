@@ -17,6 +17,7 @@
 #include "config/error.h"
 #include "config/fixture_settings.h"
 #include "config/parameter_table.h"
+#include "daemon/base/reloads.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
@@ -183,6 +184,9 @@ struct ControlStatus {
   std::uint64_t ticks_lost = 0;  ///< since the start, because the thread was too slow
   std::uint64_t connections = 0;
   std::uint64_t refused_connections = 0;  ///< since the start, because there were too many
+  /// Entries of the log that nothing took: they are in no journal and on no terminal. Since the start.
+  std::uint64_t log_entries_lost = 0;
+  std::uint64_t notifications_lost = 0;  ///< to the service manager, because it did not take them
 };
 
 /// The whole status of the box at one moment, as clients see it.
@@ -206,6 +210,7 @@ struct BoxStatus {
   ControlStatus control;
   FixtureStatus fixtures;
   TissueStatus tissue;
+  std::optional<PendingReload> pending_reload;  ///< nothing: none waits
 };
 
 /// Counts the changes of the fixtures and of the tissue regions.
@@ -238,6 +243,8 @@ class Box {
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
   /// nothing while the box is engaged or holding. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;
+  /// Whether a force may act: the box is engaged or holding, or is about to be.
+  virtual bool engaged() = 0;
   /// The newest generation that the force loop has taken over.
   virtual std::uint64_t acknowledgedGeneration() = 0;
 

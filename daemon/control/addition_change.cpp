@@ -101,7 +101,9 @@ Problem addTo(std::vector<T>& items, const std::vector<Json>& definitions, const
   if (!label_image.empty()) text["label_image"] = label_image;
   auto read = config::additionsFromText(textOf(text), "the call");
   if (!read) return read.error().front();
-  std::ranges::move((*read).*ListOf<T>::kMember, std::back_inserter(items));
+  std::vector<T>& added = (*read).*ListOf<T>::kMember;
+  for (T& item : added) item.origin.value = config::Origin::client;
+  std::ranges::move(added, std::back_inserter(items));
   return std::nullopt;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "config/parameter_table.h"
+#include "daemon/base/names.h"
 #include "daemon/control/call_fields.h"
 #include "rt/fixture.h"
 #include "rt/tissue.h"
@@ -151,6 +152,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
     const bool nearest = fixture.name == status.nearest;
     entries.push_back(
         {{"name", fixture.name},
+         {"origin", nameOf(fixture.origin.value)},
          {"definition", definitionOf(fixture)},
          {"enabled", fixture.enabled},
          {"inContact", std::ranges::find(status.in_contact, fixture.name) != status.in_contact.end()},
@@ -167,6 +169,7 @@ void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& re
   OrderedJson entries = OrderedJson::array();
   for (const config::RegionSettings& region : context_.box.additions().regions) {
     entries.push_back({{"name", region.name},
+                       {"origin", nameOf(region.origin.value)},
                        {"definition", definitionOf(region)},
                        {"inContact", region.name == status.in_contact}});
   }

@@ -17,6 +17,7 @@
 #include "daemon/control/monitor_streams.h"
 #include "daemon/control/parameter_methods.h"
 #include "daemon/control/profile_methods.h"
+#include "daemon/control/reload_methods.h"
 #include "daemon/control/snapshot_streams.h"
 #include "daemon/control/tick_streams.h"
 #include "daemon/control/trace_methods.h"
@@ -30,6 +31,7 @@ struct ControlServiceOptions {
   /// Called with an entry for each change, which names the uid of the caller. May be empty.
   std::function<void(const JournalEntry&)> log;
   CalibrationAtStart calibration = {};
+  Reloads* reloads = nullptr;  ///< outlives the service; null: there is no configuration to read again
 };
 
 /// The interfaces io.hapticd.Status, io.hapticd.Control and org.varlink.service, as the .varlink files of
@@ -75,6 +77,7 @@ class ControlService final : public CallHandler {
   TraceMethods traces_;
   ProfileMethods profiles_;
   CalibrationMethods calibration_;
+  ReloadMethods reloads_;
   std::vector<Method> methods_;
 };
 

@@ -190,7 +190,7 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   if (!loaded) return std::unexpected(failed(kFailed, textOf(loaded.error())));
   config::Settings settings = context_.box.settings();
   for (const auto& [parameter, value] : loaded->assignments) parameter->set(settings, value);
-  loaded->additions.applyTo(settings.additions);
+  loaded->additions.applyTo(settings.additions, config::Origin::profile);
   if (const auto errors = config::checkTogether(settings); !errors.empty()) {
     return std::unexpected(failed(kFailed, textOf(errors)));
   }

@@ -203,11 +203,11 @@ OrderedJson traceJson(const TraceStatus& trace) {
 }
 
 OrderedJson controlJson(const ControlStatus& control) {
-  const auto& [longest_gap_ns, ticks_lost, connections, refused_connections] = control;
-  return {{"longestGapNs", longest_gap_ns},
-          {"ticksLost", ticks_lost},
-          {"connections", connections},
-          {"refusedConnections", refused_connections}};
+  const auto& [longest_gap_ns, ticks_lost, connections, refused_connections, log_entries_lost,
+               notifications_lost] = control;
+  return {{"longestGapNs", longest_gap_ns},     {"ticksLost", ticks_lost},
+          {"connections", connections},         {"refusedConnections", refused_connections},
+          {"logEntriesLost", log_entries_lost}, {"notificationsLost", notifications_lost}};
 }
 
 OrderedJson fixturesJson(const FixtureStatus& fixtures) {
@@ -323,7 +323,7 @@ OrderedJson tickJson(const rt::Tick& tick) {
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
                force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace, control, fixtures,
-               tissue] = status;
+               tissue, pending_reload] = status;
   const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause,
                stiffness_rules] = loop_state;
 
@@ -354,7 +354,16 @@ OrderedJson statusJson(const BoxStatus& status) {
           {"trace", traceJson(trace)},
           {"control", controlJson(control)},
           {"fixtures", fixturesJson(fixtures)},
-          {"tissue", tissueJson(tissue)}};
+          {"tissue", tissueJson(tissue)},
+          {"pendingReload", pendingReloadJson(pending_reload)}};
+}
+
+OrderedJson pendingReloadJson(const std::optional<PendingReload>& pending) {
+  if (!pending) return {};
+  const auto& [number, loosenings] = *pending;
+  OrderedJson held = OrderedJson::array();
+  for (const auto& [name, text] : loosenings) held.push_back({{"name", name}, {"text", text}});
+  return {{"number", number}, {"held", held}};
 }
 
 OrderedJson windowJson(const TickWindow& window) {

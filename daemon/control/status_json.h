@@ -10,6 +10,8 @@ namespace hapticd::daemon {
 /// The state as the types `Status` and `Window` of io.hapticd.Status. Field names are those of the C++
 /// structures in camelCase.
 OrderedJson statusJson(const BoxStatus& status);
+/// Null where none waits.
+OrderedJson pendingReloadJson(const std::optional<PendingReload>& pending);
 OrderedJson windowJson(const TickWindow& window);
 /// A tick as the type `Tick` of io.hapticd.Status.
 OrderedJson tickJson(const rt::Tick& tick);

@@ -91,7 +91,8 @@ config::Result<void> ProfileFolder::save(const std::string& name, const config::
                      "delete one that is not needed");
     }
   }
-  return replaceFile(fileOf(name), config::yamlText(settings, isLive) + config::textOf(settings.additions));
+  return replaceFile(fileOf(name), config::withMarks(config::yamlText(settings, isLive) +
+                                                     config::textOf(settings.additions)));
 }
 
 std::expected<config::SettingsPart, std::vector<config::Error>> ProfileFolder::load(

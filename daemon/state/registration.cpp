@@ -111,7 +111,8 @@ config::Result<void> writeRegistration(const std::filesystem::path& state_folder
   if (registration->residual_m) {
     text += fmt::format("{}{}\n", kResidualLine, config::numberText(*registration->residual_m));
   }
-  return replaceFile(fileIn(state_folder), text + config::yamlText(settings, isCameraPose));
+  return replaceFile(fileIn(state_folder),
+                     config::withMarks(text + config::yamlText(settings, isCameraPose)));
 }
 
 std::string textOf(const rt::PoseParameters& pose) {

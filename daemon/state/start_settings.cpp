@@ -28,7 +28,7 @@ class Layers {
   /// parameters, it sets none, adds a notice and returns false.
   bool add(const std::string& layer, const config::SettingsPart& part) {
     config::Settings settings = start_.settings;
-    part.additions.applyTo(settings.additions);
+    part.additions.applyTo(settings.additions, config::Origin::profile);
     for (const auto& [parameter, value] : part.assignments) {
       if (std::ranges::find(overridden_, parameter->name) == overridden_.end())
         parameter->set(settings, value);
@@ -88,7 +88,8 @@ std::expected<StartSettings, std::vector<config::Error>> startSettings(const std
   auto loaded = config::loadConfiguration(file, overrides, kind);
   if (!loaded) return std::unexpected(std::move(loaded.error()));
   const config::Settings& configured = loaded->settings;
-  StartSettings start{configured, configured.camera.pose, {}, {}, {}, config::summaryOf(*loaded)};
+  StartSettings start{configured,       configured.camera.pose, {}, {}, {}, config::summaryOf(*loaded),
+                      loaded->has_marks};
   Layers layers(start, overrides);
   addRegistration(start, layers, configured.state.folder);
   addBootProfile(start, layers, ProfileFolder(configured.state.folder));

@@ -24,6 +24,7 @@ struct StartSettings {
   /// What was left out, with the reason and the remedy, and settings that are allowed but hardly intended.
   std::vector<std::string> notices;
   config::SettingsSummary summary;  ///< summary of the file and the overrides
+  bool has_marks = false;           ///< the file has marks that show whether it was cut
 };
 
 /// Reads the settings: the configuration file and, each over what comes before, the registration, the boot

@@ -1,25 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/state/state_worker.h"
 
-#include <signal.h>
-
 #include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
-namespace {
-
-/// Blocks all signals while the thread is created, which inherits the mask: the main thread handles signals.
-config::Result<std::thread> startWithoutSignals(const std::function<void()>& body) {
-  sigset_t all;
-  sigset_t before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_BLOCK, &all, &before);
-  auto thread = drivers::startThread("state", body);
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return thread;
-}
-
-}  // namespace
 
 StateWorker::~StateWorker() {
   if (!thread_.joinable()) return;
@@ -39,10 +23,10 @@ bool StateWorker::endsInTime() {
   return ended;
 }
 
-void StateWorker::add(Job job) {
+config::Result<void> StateWorker::add(Job job) {
   if (!thread_.joinable()) {
-    auto started = startWithoutSignals([queue = queue_] { work(*queue); });
-    if (!started) return job();
+    auto started = drivers::startThread("state", [queue = queue_] { work(*queue); });
+    if (!started) return std::unexpected(started.error());
     thread_ = std::move(*started);
   }
   {
@@ -50,6 +34,7 @@ void StateWorker::add(Job job) {
     queue_->jobs.push_back(std::move(job));
   }
   queue_->changed.notify_all();
+  return {};
 }
 
 void StateWorker::work(Queue& queue) {

@@ -12,11 +12,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "config/error.h"
+
 namespace hapticd::daemon {
 
 /// A thread for jobs that may wait for the disk; it does them one at a time, in the order of the calls. It
-/// starts with the first job. If the system provides no thread, the caller's thread does the jobs.
-/// Thread: one caller.
+/// starts with the first job. Thread: one caller.
 class StateWorker {
  public:
   /// `end_timeout`: how long the destructor waits for jobs.
@@ -28,13 +29,19 @@ class StateWorker {
   /// cannot keep the daemon from stopping. Jobs that have not started by then are dropped.
   ~StateWorker();
 
-  /// Adds a job. It must not throw, and must not refer to data that the caller changes or that ends with the
-  /// worker.
+  /// Adds a job, which returns a config::Result or an expected with a list of errors. It must not throw, and
+  /// must not refer to data that the caller changes or that ends with the worker. Errors: if the system
+  /// provides no thread, the result of the job is that error; the caller never does the job itself.
   template <typename Job>
   std::future<std::invoke_result_t<Job>> run(Job job) {
-    std::packaged_task<std::invoke_result_t<Job>()> task(std::move(job));
+    using Outcome = std::invoke_result_t<Job>;
+    std::packaged_task<Outcome()> task(std::move(job));
     auto outcome = task.get_future();
-    add([task = std::move(task)]() mutable { task(); });
+    if (auto added = add([task = std::move(task)]() mutable { task(); }); !added) {
+      std::promise<Outcome> failed;
+      failed.set_value(std::unexpected(typename Outcome::error_type{added.error()}));
+      return failed.get_future();
+    }
     return outcome;
   }
 
@@ -50,7 +57,7 @@ class StateWorker {
     bool ended = false;
   };
 
-  void add(Job job);
+  config::Result<void> add(Job job);
   bool endsInTime();
   static void work(Queue& queue);
 

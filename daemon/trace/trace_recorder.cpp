@@ -68,15 +68,10 @@ TraceRecorder::~TraceRecorder() {
 }
 
 config::Result<void> TraceRecorder::start() {
-  const std::vector<std::string> left_open = drivers::openTraces(folder_);
   if (auto started = retention_.start(); !started) return started;
   auto thread = drivers::startThread("hapticd-trace", [this] { run(); });
   if (!thread) return std::unexpected(thread.error());
   thread_ = std::move(*thread);
-  if (left_open.empty()) return {};
-  auto recovery = drivers::startThread("trace-recovery", [this, left_open] { recoverLeftovers(left_open); });
-  if (!recovery) return std::unexpected(recovery.error());
-  recovery_ = std::move(*recovery);
   return {};
 }
 
@@ -98,6 +93,18 @@ void TraceRecorder::addNews(TraceNews news) {
   news.number = ++news_count_;
   news_.push_back(std::move(news));
   if (news_.size() > kMostNews) news_.pop_front();
+}
+
+/// Starts to finish what a crash left in the folder, before there is a trace of this process.
+void TraceRecorder::beginRecovery() {
+  const std::vector<std::string> left_open = drivers::openTraces(folder_);
+  if (left_open.empty()) return;
+  auto recovery = drivers::startThread("trace-recovery", [this, left_open] { recoverLeftovers(left_open); });
+  if (recovery) {
+    recovery_ = std::move(*recovery);
+  } else {
+    problems_["recovery"] = recovery.error().text();
+  }
 }
 
 void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
@@ -242,6 +249,8 @@ TraceStatus TraceRecorder::status() const {
 }
 
 void TraceRecorder::run() {
+  publishStatus();  // from here on a disk that stalls is noticed
+  beginRecovery();
   retention_.awaitFirstList(kFirstListPatience);
   bool stopping = false;
   while (!stopping) {

@@ -59,7 +59,7 @@ class TraceRecorder {
   TraceRecorder(const TraceRecorder&) = delete;
   TraceRecorder& operator=(const TraceRecorder&) = delete;
 
-  /// Starts the trace thread, and a thread that finishes what a crash left in the folder.
+  /// Starts the trace thread, which starts another one that finishes what a crash left in the folder.
   /// Errors: the system provides no more threads.
   config::Result<void> start();
   /// Takes the last ticks and finishes the trace; does nothing if it was not started.
@@ -114,6 +114,7 @@ class TraceRecorder {
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
   drivers::TraceOptions options() const;
+  void beginRecovery();
   void recoverLeftovers(const std::vector<std::string>& names);  // runs on a thread of its own
   void publishStatus();
   /// Adds to the news of the status. Thread: any.

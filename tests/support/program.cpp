@@ -80,6 +80,7 @@ bool prepare(const ProgramOptions& options, int input, int output, int errors, p
          ::dup2(errors, STDERR_FILENO) >= 0;
   if (options.largest_file_bytes) good = good && limitFiles(*options.largest_file_bytes);
   if (options.user) good = good && becomeUser(*options.user);
+  if (options.disk != nullptr) options.disk->install();  // what failed shows in the parent
   // after changing the user, which resets it
   return good && ::prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && ::getppid() == parent;
 }
@@ -107,7 +108,7 @@ Program::Program(const std::vector<std::string>& command, const ProgramOptions& 
   const pid_t parent = ::getpid();
   pid_ = ::fork();
   if (pid_ == 0) {
-    if (prepare(options, input, output_, errors_, parent)) {
+    if (prepare(options, input, output_, options.stderr_to >= 0 ? options.stderr_to : errors_, parent)) {
       // By descriptor only where it must be, because another user may not have access to the path: where the
       // kernel starts programs in an emulator, one that was started by descriptor cannot find itself.
       options.user ? ::fexecve(program, arguments.data(), variables.data())
@@ -118,6 +119,7 @@ Program::Program(const std::vector<std::string>& command, const ProgramOptions& 
   ::close(program);
   ::close(input);
   if (pid_ < 0) throw std::runtime_error("cannot fork");
+  if (options.disk != nullptr) stallable_ = options.disk->supervise();
 }
 
 Program::~Program() {

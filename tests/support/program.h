@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/disk_stall.h"
+
 namespace hapticd::test {
 
 /// How long a test waits for what must happen before it fails: a minute, which is sufficient for a loaded
@@ -35,6 +37,11 @@ struct ProgramOptions {
   std::optional<uid_t> user = {};
   /// The reader of stderr is gone.
   bool stderr_broken = false;
+  /// A descriptor for stderr, which stays the test's; errors() is empty then. -1: a file of its own.
+  int stderr_to = -1;
+  /// The disk below a folder that the test can stall; null: none. Where the kernel does not permit that, the
+  /// program runs without.
+  DiskStall* disk = nullptr;
   /// Largest size of a file, as on a full disk.
   std::optional<std::size_t> largest_file_bytes = {};
 };
@@ -61,6 +68,8 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   pid_t pid() const { return pid_; }
+  /// Whether the disk of the options can be stalled.
+  bool stallable() const { return stallable_; }
   bool running();
   void signal(int number) const;
   /// Waits for its end. A program that does not end is killed, and the test fails.
@@ -78,6 +87,7 @@ class Program {
   pid_t pid_ = -1;
   int output_ = -1;
   int errors_ = -1;
+  bool stallable_ = false;
   std::optional<Ending> ending_;
 };
 

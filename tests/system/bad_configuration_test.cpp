@@ -54,7 +54,7 @@ TEST(BadConfiguration, FaultsAreNotMadeUpWhereThatIsNotAllowedNorFromABadScript)
     EXPECT_EQ(finished.ending, exitedWith(kConfiguration)) << finished.errors;
     return finished.errors;
   };
-  EXPECT_TRUE(contains(refusal("1 1 nan_pose\n", "{}"), "control.allow_fault_injection"));
+  EXPECT_TRUE(contains(refusal("1 1 nan_pose\n", "force:"), "control.allow_fault_injection"));
   EXPECT_TRUE(contains(refusal("1 1 nonsense\n", "control: {allow_fault_injection: true}"), "faults:1"));
 }
 
@@ -178,7 +178,7 @@ TEST(BadConfiguration, ChecksWarnOfABootProfileThatCannotBeUsed) {
   std::filesystem::create_directories(home.stateFolder() / "profiles");
   std::ofstream(home.stateFolder() / "profiles/mine.yaml");
   std::ofstream(home.stateFolder() / "profiles/boot") << "mine\n";
-  EXPECT_TRUE(contains(reportOn(home, "{}"), "mine.yaml: names no parameter"));
+  EXPECT_TRUE(contains(reportOn(home, "force:"), "mine.yaml: names no parameter"));
 }
 
 // Escape codes as bytes, as escapes of YAML, in names, values, groups and assignments of the command line.
@@ -196,11 +196,27 @@ TEST(BadConfiguration, NothingThatSteersATerminalIsShownNorMoreThanTheBeginningO
   EXPECT_EQ(errors.find(std::string(61, 'x')), std::string::npos) << errors;
 }
 
-TEST(BadConfiguration, ChecksAnEmptyFileAsGood) {
+/// What hapticd --check says of a configuration that it accepts.
+std::string reportOn(const std::string& yaml) {
   const DaemonHome home;
-  std::vector<std::string> command = home.command("");
+  std::vector<std::string> command = home.command(yaml);
   command.emplace_back("--check");
-  EXPECT_EQ(test::runToEnd(command).ending, exitedWith(0));
+  const Finished finished = test::runToEnd(command);
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  return finished.output;
+}
+
+TEST(BadConfiguration, AFileThatIsEmptyOrCutIsNotTakenForTheDefaults) {
+  const DaemonHome home;
+  for (const char* nothing : {"", "\n", "# the box in room 3\n"})
+    EXPECT_TRUE(contains(refusalOf(home, nothing), "has no group of parameters"));
+  EXPECT_TRUE(
+      contains(refusalOf(home, "---\nsafety: {max_force_n: 1}\n"), "the line `...` at its end is missing"));
+}
+
+TEST(BadConfiguration, ChecksSayWhetherACutWouldBeNoticed) {
+  EXPECT_TRUE(contains(reportOn("force:\n"), "nothing would show that its end was cut off"));
+  EXPECT_EQ(reportOn("---\nforce:\n...\n").find("cut off"), std::string::npos);
 }
 
 TEST(BadConfiguration, ChecksReportWhatAStartWouldRefuse) {

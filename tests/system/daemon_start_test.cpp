@@ -3,56 +3,33 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
-#include <array>
 #include <filesystem>
-#include <string_view>
 
 #include "config/descriptor.h"
 #include "tests/system/daemon_under_test.h"
+#include "tests/system/test_sockets.h"
 
 namespace hapticd {
 namespace {
 
+using test::boundSocket;
 using test::contains;
 using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
 using test::Finished;
+using test::isTold;
 
 constexpr int kSocketsUnavailable = 69;
 
-/// A socket of the test's own, bound to `path`; the file stays when it is closed.
-config::Descriptor boundSocket(int type, const std::string& path) {
-  config::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  return socket;
-}
-
-/// Waits for a message that begins with `beginning`; false when none comes.
-bool isTold(const config::Descriptor& socket, std::string_view beginning) {
-  pollfd descriptor{socket.get(), POLLIN, 0};
-  while (::poll(&descriptor, 1, 60'000) > 0) {  // so long that only a failure waits
-    std::array<char, 4096> text;
-    const ssize_t count = ::recv(socket.get(), text.data(), text.size(), 0);
-    if (count > 0 && std::string_view(text.data(), static_cast<std::size_t>(count)).starts_with(beginning))
-      return true;
-  }
-  return false;
-}
-
 TEST(DaemonStart, RunsWithEveryDefaultButSocketsAndCamera) {
   const DaemonHome home;
-  Daemon daemon(home, "", {"camera.driver=synthetic"});
+  Daemon daemon(home, "force:\n", {"camera.driver=synthetic"});
   ASSERT_TRUE(daemon.answers());
   EXPECT_TRUE(daemon.reaches([](const nlohmann::json& status) {
     return status.at("mode") == "idle" && status.at("camera").at("state") == "streaming";
@@ -125,6 +102,37 @@ TEST(DaemonStart, FeedsTheWatchdogAgainAndAgain) {
       {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});
   for (int time = 0; time < 5; ++time) EXPECT_TRUE(isTold(manager, "WATCHDOG=1"));
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST(DaemonStart, CreatesNothingThatOthersMayWriteWhateverMaskItInherits) {
+  namespace fs = std::filesystem;
+  const DaemonHome home;
+  std::vector<std::string> command{"/bin/sh", "-c", "umask 000 && exec \"$@\"", "sh"};
+  for (const std::string& word : home.command(test::kWallYaml, {"trace.at_start=true", "trace.depth=true"}))
+    command.push_back(word);
+  Daemon daemon(home, command);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(
+      daemon.reaches([](const nlohmann::json& status) { return status.at("trace").at("ticks") > 0; }));
+  const std::string trace = daemon.status().at("trace").at("name");
+  for (const std::vector<std::string>& work :
+       std::vector<std::vector<std::string>>{{"save", "soft"},
+                                             {"profiles", "--boot", "soft"},
+                                             {"trace", "note", trace, "good"},
+                                             {"trace", "dump"},
+                                             {"trace", "stop"},
+                                             {"trace", "keep", trace}}) {
+    EXPECT_EQ(home.control(work).ending, exitedWith(0)) << work[0];
+  }
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  std::size_t files = 0;
+  const auto others = fs::perms::group_write | fs::perms::others_write;
+  for (const auto& entry : fs::recursive_directory_iterator(home.stateFolder())) {
+    EXPECT_EQ(entry.status().permissions() & others, fs::perms::none) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 7U) << "folders of traces and profiles, two traces, a note, a profile, the boot profile";
+  EXPECT_EQ(fs::status(home.stateFolder()).permissions() & others, fs::perms::none);
 }
 
 TEST(DaemonStart, IsRefusedWithoutTheFolderOfItsSockets) {

@@ -52,7 +52,8 @@ class Daemon : public Program {
   explicit Daemon(const DaemonHome& home, const std::string& yaml = kWallYaml,
                   const std::vector<std::string>& set = {}, const ProgramOptions& options = {});
   /// `command`: from DaemonHome::command(), with further arguments.
-  Daemon(const DaemonHome& home, const std::vector<std::string>& command) : Program(command), home_(home) {}
+  Daemon(const DaemonHome& home, const std::vector<std::string>& command, const ProgramOptions& options = {})
+      : Program(command, options), home_(home) {}
 
   /// Waits until it responds on its sockets; if it ends before that, the test fails with its output.
   bool answers();

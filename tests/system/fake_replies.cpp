@@ -178,11 +178,16 @@ void answerEverything(FakeDaemon& daemon) {
   }
   daemon.answer("io.hapticd.Status.ListTraces",
                 json{{"traces", json::array()}, {"folder", "/var/lib/hapticd/traces"}});
+  daemon.answer("io.hapticd.Control.Reload", json{{"changes", {"sets force.radius_m from 0.04 to 0.03"}},
+                                                  {"waiting", json::array()},
+                                                  {"hidden", json::array()},
+                                                  {"pending", nullptr}});
   daemon.answer("io.hapticd.Control.SaveProfile", json{{"name", "soft"}});
   daemon.answer("io.hapticd.Control.LoadProfile", json{{"generation", 3}, {"changed", {"force.radius_m"}}});
   daemon.answer("io.hapticd.Status.ListFixtures", json{{"generation", 3},
                                                        {"fixtures",
                                                         {{{"name", "nerve"},
+                                                          {"origin", "client"},
                                                           {"definition",
                                                            {{"name", "nerve"},
                                                             {"kind", "sphere"},

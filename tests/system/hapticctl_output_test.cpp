@@ -34,6 +34,7 @@ const std::map<std::string, Words> kArguments{
     {"engage", {}},
     {"disengage", {}},
     {"clear-fault", {}},
+    {"reload", {}},
     {"params", {}},
     {"save", {"soft"}},
     {"load", {"soft"}},

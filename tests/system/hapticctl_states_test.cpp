@@ -47,6 +47,7 @@ const std::vector<Command> kCommands{{"status"},
                                      {"engage"},
                                      {"disengage"},
                                      {"clear-fault"},
+                                     {"reload"},
                                      {"params"},
                                      {"save", "soft"},
                                      {"load", "soft"},
@@ -238,7 +239,11 @@ TEST_F(HapticctlStates, AFaultedDaemonSaysHowToClearTheFault) {
   FakeDaemon daemon(home.socket());
   answerEverything(daemon);
   const json faulted{{"mode", "faulted"}, {"cause", "handle_too_fast"}};
-  daemon.answer("io.hapticd.Status.GetStatus", json{{"status", statusWith(faulted)}});
+  json status = faulted;
+  status["warnings"] = {
+      "faulted: the hand seems to move faster than safety.max_handle_speed_m_per_s (correct "
+      "the cause, then: hapticctl clear-fault)"};
+  daemon.answer("io.hapticd.Status.GetStatus", json{{"status", statusWith(status)}});
   daemon.answer("io.hapticd.Control.Engage", faulted);
   expectOfAll({kDone, ""}, {{"status",
                              {kDone,
@@ -259,7 +264,8 @@ TEST_F(HapticctlStates, ClearFaultSaysSoWhereThereIsNone) {
 TEST_F(HapticctlStates, ADaemonWithoutCameraHasNoSnapshot) {
   FakeDaemon daemon(home.socket());
   answerEverything(daemon);
-  const json camera{{"camera", {{"state", "absent"}, {"detail", "no Kinect on USB: plug one in"}}}};
+  const json camera{{"camera", {{"state", "absent"}, {"detail", "no Kinect on USB: plug one in"}}},
+                    {"warnings", {"camera absent: no Kinect on USB: plug one in"}}};
   daemon.answer("io.hapticd.Status.GetStatus", json{{"status", statusWith(camera)}});
   daemon.refuse("io.hapticd.Status.GetSnapshot", "io.hapticd.Status.NoFrame",
                 {{"reason", "the camera is absent: plug one in"}});
@@ -302,9 +308,10 @@ TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
   answerEverything(daemon);
   const Expected denied{kFailed, "members of the group haptic may"};
   for (const char* method :
-       {"SetParameters", "Engage", "Disengage", "ClearFault", "StartTrace", "StopTrace", "DumpTrace",
-        "DeleteTrace", "KeepTrace", "NoteTrace", "MarkTrace", "SaveProfile", "LoadProfile", "DeleteProfile",
-        "SetBootProfile", "SetCalibration", "ChangeFixtures", "ChangeRegions", "SetStiffness"}) {
+       {"SetParameters",  "Engage",      "Disengage",      "ClearFault",    "StartTrace",
+        "StopTrace",      "DumpTrace",   "DeleteTrace",    "KeepTrace",     "NoteTrace",
+        "MarkTrace",      "SaveProfile", "LoadProfile",    "DeleteProfile", "SetBootProfile",
+        "SetCalibration", "Reload",      "ChangeFixtures", "ChangeRegions", "SetStiffness"}) {
     daemon.refuse(std::string("io.hapticd.Control.") + method, "org.varlink.service.PermissionDenied",
                   json::object());
   }

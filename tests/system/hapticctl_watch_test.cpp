@@ -70,6 +70,18 @@ TEST_F(HapticctlWatch, DrawsWithPlainSignsWhereTheTerminalKnowsNoOthers) {
   for (const char byte : watch.output()) EXPECT_GE(byte, 0);
 }
 
+TEST_F(HapticctlWatch, PrintsPlainLinesOnATerminalWithoutControlSequences) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"watch"}, {"watch", "--line"}, {"watch", "--summary"}, {"status"}}) {
+    std::vector<std::string> all = arguments;
+    if (all[0] == "watch") all.insert(all.end(), {"--count", "1"});
+    TerminalProgram watch(home.command(all), {"PATH=/usr/bin:/bin", "TERM=dumb", "LANG=C"}, 24, 80);
+    EXPECT_EQ(watch.wait(), exitedWith(0));
+    EXPECT_FALSE(watch.output().empty());
+    EXPECT_EQ(watch.output().find('\033'), std::string::npos) << watch.output();
+  }
+}
+
 TEST_F(HapticctlWatch, LeavesTheTerminalCleanOnCtrlC) {
   TerminalProgram watch(home.command({"watch"}), kUtf8, 24, 80);
   ASSERT_TRUE(watch.prints("Ctrl-C ends"));

@@ -167,6 +167,28 @@ TEST_F(UdpBridge, IsToldToLetGoWhenTheDaemonStops) {
   EXPECT_EQ(norm(rows.back().exerted_n), 0);
 }
 
+// The loop that commands the device would stand still with its last force.
+TEST_F(UdpBridge, ADiskThatStallsUnderItsLogHoldsNothingUp) {
+  DiskStall disk(log());
+  Daemon daemon(home_, udpYaml(key_));
+  ASSERT_TRUE(daemon.answers());
+  Program bridge(bridgeCommand(), {.disk = &disk});
+  if (!bridge.stallable()) GTEST_SKIP() << "this kernel does not let a test hold up system calls";
+  ASSERT_TRUE(forceIsFelt(daemon));
+  disk.begin();
+  ASSERT_TRUE(becomesTrue([&] { return disk.waiting() > 0; }));
+  const auto measurements = [](const nlohmann::json& status) {
+    return status.at("handle").at("measurements").get<std::uint64_t>();
+  };
+  const std::uint64_t before = measurements(daemon.status());
+  EXPECT_TRUE(
+      daemon.reaches([&](const nlohmann::json& status) { return measurements(status) > before + 500; }));
+  bridge.signal(SIGTERM);
+  disk.end();
+  EXPECT_EQ(bridge.wait(), exitedWith(0)) << bridge.errors();
+  EXPECT_GT(bridgeRows(log()).size(), 500U);
+}
+
 TEST_F(UdpBridge, NamesEachAccidentOfABadNetworkAndGoesOn) {
   Daemon daemon(home_, udpYaml(key_));
   ASSERT_TRUE(daemon.answers());

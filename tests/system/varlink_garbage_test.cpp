@@ -2,59 +2,19 @@
 // Whatever arrives at its sockets, the running daemon continues to tick and replies to the next client.
 
 #include <gtest/gtest.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 
-#include <cerrno>
 #include <random>
 
-#include "config/descriptor.h"
 #include "tests/system/daemon_under_test.h"
+#include "tests/system/test_sockets.h"
 
 namespace hapticd {
 namespace {
 
+using test::Client;
 using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
-
-/// A client that sends and receives bytes, without knowledge of the protocol.
-class Client {
- public:
-  explicit Client(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof address.sun_path - 1);
-    EXPECT_EQ(::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  }
-
-  /// Sends all bytes, unless the daemon closes the connection.
-  void send(std::string_view bytes) {
-    while (!bytes.empty()) {
-      const ssize_t count = ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      if (count <= 0) return;
-      bytes.remove_prefix(static_cast<std::size_t>(count));
-    }
-  }
-
-  /// Returns what arrives until a NUL, the end of the connection, or a time limit that only a failure
-  /// reaches.
-  std::string reply() {
-    std::string text;
-    pollfd descriptor{socket_.get(), POLLIN, 0};
-    while (text.find('\0') == std::string::npos && ::poll(&descriptor, 1, 60'000) > 0) {
-      char chunk[4096];
-      const ssize_t count = ::recv(socket_.get(), chunk, sizeof chunk, 0);
-      if (count <= 0) break;
-      text.append(chunk, static_cast<std::size_t>(count));
-    }
-    return text;
-  }
-
- private:
-  config::Descriptor socket_;
-};
 
 constexpr std::string_view kGetStatus{"{\"method\":\"io.hapticd.Status.GetStatus\"}\0", 41};
 static_assert(kGetStatus.back() == '\0');

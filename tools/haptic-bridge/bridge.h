@@ -40,6 +40,7 @@ struct BridgeSummary {
   double energy_j = 0;               ///< given to the hand (above zero) or taken from it
   std::uint64_t dropped_rows = 0;    ///< ticks that are missing in the log, because the disk was too slow
   drivers::LinkStatus link;
+  std::uint64_t log_rows_dropped = 0;  ///< because the disk of the log was too slow
   std::string last_refusal;
 };
 

@@ -83,8 +83,9 @@ config::Result<void> DaemonProcess::waitUntilItAnswers() {
 
 void DaemonProcess::reload(ReloadKind kind) {
   std::string text = configuration_;
-  if (kind == ReloadKind::damaged) text += "\nforce: [\n";
-  if (kind == ReloadKind::wrong_name) text += "\nno_such_group: {name: 1}\n";
+  const std::size_t end = text.ends_with("...\n") ? text.size() - 4 : text.size();
+  if (kind == ReloadKind::damaged) text.insert(end, "\nforce: [\n");
+  if (kind == ReloadKind::wrong_name) text.insert(end, "\nno_such_group: {name: 1}\n");
   write(folder_ / "hapticd.yaml", text);
   child_.signal(SIGHUP);
 }

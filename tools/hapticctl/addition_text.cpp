@@ -65,11 +65,16 @@ const char* boundText(const std::string& word) {
 
 std::string fixtureListText(const Json& reply, std::size_t columns) {
   if (listAt(reply, "fixtures").empty()) return "there are no fixtures; 'hapticctl fixture add' makes one\n";
-  Table table(
-      {{"NAME"}, {"KIND"}, {"STATE"}, {"STIFFNESS", true}, {"LARGEST FORCE", true}, {"DISTANCE", true}});
+  Table table({{"NAME"},
+               {"KIND"},
+               {"OF"},
+               {"STATE"},
+               {"STIFFNESS", true},
+               {"LARGEST FORCE", true},
+               {"DISTANCE", true}});
   for (const Json& entry : listAt(reply, "fixtures")) {
-    table.add({textAt(entry, "name"), textAt(entry, "definition.kind"), stateOf(entry),
-               fixed(numberAt(entry, "definition.stiffness_n_per_m"), 0) + " N/m",
+    table.add({textAt(entry, "name"), textAt(entry, "definition.kind"), textAt(entry, "origin"),
+               stateOf(entry), fixed(numberAt(entry, "definition.stiffness_n_per_m"), 0) + " N/m",
                fixed(numberAt(entry, "definition.max_force_n"), 1) + " N",
                millimetres(numberAt(entry, "distanceM"))});
   }
@@ -79,12 +84,12 @@ std::string fixtureListText(const Json& reply, std::size_t columns) {
 std::string regionListText(const Json& reply, std::size_t columns) {
   if (listAt(reply, "regions").empty())
     return "there are no tissue regions; 'hapticctl region add' makes one\n";
-  Table table({{"NAME"}, {"PLACE"}, {"MODEL"}, {"STIFFNESS", true}, {"STATE"}});
+  Table table({{"NAME"}, {"PLACE"}, {"OF"}, {"MODEL"}, {"STIFFNESS", true}, {"STATE"}});
   for (const Json& entry : listAt(reply, "regions")) {
     const bool label = textAt(entry, "definition.place") == "label";
     table.add({textAt(entry, "name"),
                label ? "label " + countAt(entry, "definition.label") : textAt(entry, "definition.shape"),
-               textAt(entry, "definition.model"),
+               textAt(entry, "origin"), textAt(entry, "definition.model"),
                fixed(numberAt(entry, "definition.stiffness_n_per_m"), 0) + " N/m",
                flagAt(entry, "inContact") ? "in contact" : ""});
   }
@@ -98,6 +103,7 @@ std::string additionText(const Json& entry) {
     for (auto member = definition->begin(); member != definition->end(); ++member)
       text += fmt::format("{:<26}{}\n", printable(member.key()), memberText(*member));
   }
+  text += fmt::format("{:<26}{}\n", "of", textAt(entry, "origin"));
   if (flagAt(entry, "inContact")) text += "in contact\n";
   if (flagAt(entry, "nearest"))
     text +=

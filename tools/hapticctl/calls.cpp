@@ -36,13 +36,6 @@ ClientResult<Json> callOnce(const CommandOptions& options, const Call& call) {
   return client->call(call.method, call.parameters, call.limit);
 }
 
-double nominalRate_hz(const CommandOptions& options) {
-  const auto reply = callOnce(options, {"io.hapticd.Status.GetParameters", {{"names", {"loop.rate_hz"}}}});
-  const Json rows = reply ? listAt(*reply, "parameters") : Json::array();
-  const bool is_it = rows.size() == 1 && textAt(rows.front(), "name") == "loop.rate_hz";
-  return is_it ? numberAt(rows.front(), "value") : std::nan("");
-}
-
 void printJson(const Json& document) {
   fmt::print("{}\n", document.dump(2, ' ', false, Json::error_handler_t::replace));
 }

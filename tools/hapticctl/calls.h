@@ -33,10 +33,6 @@ ClientResult<VarlinkClient> connectTo(const CommandOptions& options, bool may_ch
 /// The reply's parameters.
 ClientResult<Json> callOnce(const CommandOptions& options, const Call& call);
 
-/// Returns the nominal rate of the force loop, the parameter loop.rate_hz; NaN if the daemon does not report
-/// it.
-double nominalRate_hz(const CommandOptions& options);
-
 /// A document as `--json` shows it.
 void printJson(const Json& document);
 

@@ -189,6 +189,82 @@ int runEngage(const CommandOptions& options, bool inside) {
   return bringsForce(*reply) ? kOk : kFailed;
 }
 
+std::string counted(std::size_t count, const char* noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string linesOf(const Json& texts) {
+  std::string lines;
+  for (const Json& text : texts) lines += "  " + valueText(text) + "\n";
+  return lines;
+}
+
+std::string heldLines(const Json& pending) {
+  std::string lines;
+  for (const Json& held : listAt(pending, "held")) lines += "  " + textAt(held, "text") + "\n";
+  return lines;
+}
+
+std::string reloadText(const Json& reply) {
+  const Json& changes = listAt(reply, "changes");
+  std::string text =
+      changes.empty() ? "nothing has changed\n" : counted(changes.size(), "change") + "\n" + linesOf(changes);
+  if (const Json& waiting = listAt(reply, "waiting"); !waiting.empty())
+    text += "at the next start only (systemctl restart hapticd):\n" + linesOf(waiting);
+  if (const Json& hidden = listAt(reply, "hidden"); !hidden.empty())
+    text +=
+        "not in use, because a client or a profile has given the name to another one:\n" + linesOf(hidden);
+  const Json* const pending = fieldAt(reply, "pending");
+  if (pending && pending->is_object()) {
+    text += "held back, because the box is engaged:\n" + heldLines(*pending) +
+            "'hapticctl reload --confirm' applies this, and so does 'hapticctl disengage'\n";
+  }
+  return text;
+}
+
+/// Without success where something was held back.
+int showReload(const CommandOptions& options, const Json& reply) {
+  if (options.json) {
+    printJson(reply);
+  } else {
+    fmt::print("{}", reloadText(reply));
+  }
+  const Json* const pending = fieldAt(reply, "pending");
+  return pending && pending->is_object() ? kFailed : kOk;
+}
+
+/// Confirms what is pending now, after showing it: what somebody else has loaded since is refused.
+int confirmReload(const CommandOptions& options) {
+  auto client = connectTo(options, true);
+  if (!client) return report(client.error(), options.json);
+  const auto status = client->call("io.hapticd.Status.GetStatus");
+  if (!status) return report(status.error(), options.json);
+  const Json* const pending = fieldAt(*status, "status.pendingReload");
+  const Json* const number = pending && pending->is_object() ? fieldAt(*pending, "number") : nullptr;
+  if (!options.json && number) fmt::print("confirmed:\n{}", heldLines(*pending));
+  const auto reply = client->call("io.hapticd.Control.Reload", {{"confirm", number ? *number : Json(0)}});
+  if (!reply) return report(reply.error(), options.json);
+  return showReload(options, *reply);
+}
+
+/// A disk that does not answer is given up by the daemon after 10 s.
+constexpr std::chrono::seconds kReloadLimit{15};
+
+void addReload(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto confirm = std::make_shared<bool>(false);
+  line.add("reload", "Read the configuration again, and show what that changes",
+           [=, &options] {
+             if (*confirm) return confirmReload(options);
+             const auto reply =
+                 callOnce(options, {"io.hapticd.Control.Reload", Json::object(), true, kReloadLimit});
+             return reply ? showReload(options, *reply) : report(reply.error(), options.json);
+           })
+      .add_flag("--confirm", *confirm,
+                "Apply what the last one has held back, because it loosens a limit or takes a fixture away "
+                "while the box is engaged");
+}
+
 }  // namespace
 
 void addControlCommands(CommandLine& line) {
@@ -214,6 +290,7 @@ void addControlCommands(CommandLine& line) {
   line.add("clear-fault", "Clear a fault; refused if there is none", [&] {
     return callAndPrint(options, {"io.hapticd.Control.ClearFault", Json::object(), true}, modeLine);
   });
+  addReload(line);
   const auto to_show = std::make_shared<std::vector<std::string>>();
   const auto table = [](const Json& rows) { return parameterTableText(rows, terminalSize().columns); };
   addParameterWords(line.add("params", "Show what parameters mean, and what is allowed",

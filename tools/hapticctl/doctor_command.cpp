@@ -36,7 +36,7 @@ DaemonView viewOf(const Json& status) {
   const Json* cpu = fieldAt(status, "loop.cpu");
   if (cpu && cpu->is_number_integer()) view.cpu = cpu->get<int>();
   view.memory_locked = flagAt(status, "loop.memoryLocked");
-  view.complaints = complaints(status);
+  view.warnings = warningsOf(status);
   return view;
 }
 

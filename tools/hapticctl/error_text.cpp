@@ -32,14 +32,16 @@ struct Meaning {
   std::string_view error;
   std::string_view text;
 };
-constexpr std::array<Meaning, 4> kMeanings{{
+constexpr std::array<Meaning, 5> kMeanings{{
     {"io.hapticd.Control.ChangedMeanwhile",
-     "nothing was changed: somebody else has changed the list in the meantime\nlook at it again and repeat"},
+     "nothing was changed: somebody else has made a change in the meantime\nlook at it again and repeat"},
     {"io.hapticd.Control.NotApplied",
      "the force loop has not taken over the change in time; it will when it runs again\n"
      "'hapticctl status' shows why it does not run"},
     {"io.hapticd.Control.NotFaulted",
      "there is no fault to clear\n'hapticctl disengage' ends force, 'hapticctl status' shows the mode"},
+    {"io.hapticd.Control.NoPendingReload",
+     "no reload waits for confirmation\n'hapticctl reload' reads the configuration again"},
     {"org.varlink.service.PermissionDenied",
      "this socket is read-only\n"
      "use the control socket (--socket /run/hapticd/io.hapticd.Control); members of the group haptic may"},
@@ -93,6 +95,11 @@ std::string replyText(const ClientError& error) {
   if (name == "io.hapticd.Status.UnknownParameter") {
     return "unknown parameter:" + problemLines(listAt(parameters, "problems")) +
            "\n'hapticctl params' lists the names";
+  }
+  if (name == "io.hapticd.Control.ReloadRefused") {
+    std::string text = "nothing was changed: the configuration cannot be used";
+    for (const Json& problem : listAt(parameters, "problems")) text += "\n  " + valueText(problem);
+    return text;
   }
   if (name == "io.hapticd.Control.FixtureRefused") return additionText("fixture", parameters);
   if (name == "io.hapticd.Control.RegionRefused") return additionText("region", parameters);

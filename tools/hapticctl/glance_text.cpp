@@ -12,28 +12,15 @@ namespace hapticd::tools {
 namespace {
 
 constexpr std::size_t kFewestColumns = 40;
-/// Complaints take at most this many rows of a screen, so that there is room for the state below them.
-constexpr std::size_t kComplaintRows = 8;
+/// Warnings take at most this many rows of a screen, so that there is room for the state below them.
+constexpr std::size_t kWarningRows = 8;
 
-Colour colourOfMode(const Json& status, double nominal_rate_hz) {
+Colour colourOfMode(const Json& status) {
   const std::string mode = textAt(status, "mode");
   if (mode == "faulted") return Colour::red;
   if (mode == "holding" || mode == "starting") return Colour::yellow;
   if (mode != "engaged") return Colour::plain;
-  return complaints(status, nominal_rate_hz).empty() ? Colour::green : Colour::yellow;
-}
-
-Colour colourOfLoop(const Json& status, double nominal_rate_hz) {
-  switch (punctualityOf(status, nominal_rate_hz)) {
-    case Punctuality::very_late:
-      return Colour::red;
-    case Punctuality::late:
-      return Colour::yellow;
-    case Punctuality::good:
-    case Punctuality::unknown:
-      break;
-  }
-  return Colour::plain;
+  return warningsOf(status).empty() ? Colour::green : Colour::yellow;
 }
 
 void addLinesOf(std::vector<std::string>& lines, const std::string& text) {
@@ -45,11 +32,10 @@ void addLinesOf(std::vector<std::string>& lines, const std::string& text) {
   }
 }
 
-/// The complaints, wrapped; those that take too much of the screen are only counted.
-std::vector<std::string> complaintLines(const Json& status, const GlanceStyle& style, std::size_t columns,
-                                        std::size_t most_rows) {
+/// The warnings, wrapped; those that take too much of the screen are only counted.
+std::vector<std::string> warningLines(const Json& status, std::size_t columns, std::size_t most_rows) {
   std::vector<std::string> lines;
-  const std::vector<std::string> all = complaints(status, style.nominal_rate_hz);
+  const std::vector<std::string> all = warningsOf(status);
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::vector<std::string> own;
     addLinesOf(own, wrapped("! " + all[i], columns, "  "));
@@ -142,14 +128,13 @@ std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& styl
   std::vector<std::string> lines;
   const bool has_limit = style.size.rows != TerminalSize::kNoLimit;
   for (const std::string& line :
-       complaintLines(status, style, columns, has_limit ? kComplaintRows : TerminalSize::kNoLimit)) {
+       warningLines(status, columns, has_limit ? kWarningRows : TerminalSize::kNoLimit)) {
     lines.push_back(painted(line, Colour::red, style.colours));
   }
   const std::string mode =
       statusRow("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
-  lines.push_back(painted(cutTo(mode, columns), colourOfMode(status, style.nominal_rate_hz), style.colours));
-  const Colour loop = colourOfLoop(status, style.nominal_rate_hz);
-  lines.push_back(painted(cutTo(loopRow(status), columns), loop, style.colours));
+  lines.push_back(painted(cutTo(mode, columns), colourOfMode(status), style.colours));
+  lines.push_back(cutTo(loopRow(status), columns));
   for (const std::string& line : rows(status)) lines.push_back(cutTo(line, columns));
   const std::size_t most = std::max<std::size_t>(style.size.rows, 2) - 1;
   if (lines.size() > most) lines.resize(most);

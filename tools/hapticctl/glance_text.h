@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -10,14 +9,13 @@
 
 namespace hapticd::tools {
 
-/// Size and colours of a glance, and the rate to compare with.
+/// Size and colours of a glance.
 struct GlanceStyle {
   TerminalSize size;  ///< nothing is wider, and it takes one row less, for the prompt
   bool colours = false;
-  double nominal_rate_hz = std::nan("");  ///< of the force loop, the parameter loop.rate_hz; NaN: not known
 };
 
-/// Returns the state on one screen: problems with their remedies, then the most important values of each
+/// Returns the state on one screen: warnings with their remedies, then the most important values of each
 /// part. Lines that do not fit are omitted from the end; statusText() has all of it. The line of the mode is
 /// green only if the force loop is engaged and nothing is wrong.
 std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style);

@@ -156,6 +156,10 @@ constexpr std::array kNumbers{
            "Connections refused because there were too many."},
     Number{"control_ticks_lost", Type::counter, "", "control.ticksLost",
            "Ticks that the clients' statistics lack because the control thread was too slow."},
+    Number{"control_log_entries_lost", Type::counter, "", "control.logEntriesLost",
+           "Entries of the log that nothing took."},
+    Number{"control_notifications_lost", Type::counter, "", "control.notificationsLost",
+           "Notifications that the service manager did not take in time."},
     Number{"control_longest_gap_seconds", Type::gauge, "seconds", "control.longestGapNs",
            "Longest time between two periods of the control thread.", kPerNanosecond},
 };

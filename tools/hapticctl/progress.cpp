@@ -6,10 +6,12 @@
 
 #include <cstdio>
 
+#include "tools/hapticctl/terminal_text.h"
+
 namespace hapticd::tools {
 
 ProgressLine::ProgressLine(std::string doing)
-    : doing_(std::move(doing)), terminal_(::isatty(STDERR_FILENO) == 1) {}
+    : doing_(std::move(doing)), terminal_(isScreen(STDERR_FILENO)) {}
 
 void ProgressLine::show(double share) {
   const int percent = static_cast<int>(100 * share);

@@ -6,7 +6,7 @@
 namespace hapticd::tools {
 
 /// A line such as "reading 42 %" on stderr that is overwritten as work goes on; nothing if stderr is not a
-/// terminal.
+/// terminal that understands control sequences.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string doing);

@@ -21,10 +21,9 @@ int runStatus(const CommandOptions& options, bool all) {
   return callAndPrint(options, {"io.hapticd.Status.GetStatus"}, [&](const Json& reply) {
     const Json* field = fieldAt(reply, "status");
     const Json status = field ? *field : Json();
-    const double rate_hz = nominalRate_hz(options);
-    if (all) return statusText(status, rate_hz);
+    if (all) return statusText(status);
     std::string text;
-    const GlanceStyle style{terminalSize(), wantsColours(options.color), rate_hz};
+    const GlanceStyle style{terminalSize(), wantsColours(options.color)};
     for (const std::string& line : glanceLines(status, style)) text += line + "\n";
     return text;
   });

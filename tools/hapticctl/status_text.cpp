@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/cause_text.h"
 #include "drivers/led/led_panel.h"
 #include "rt/loop_state.h"
 #include "rt/words.h"
@@ -19,73 +20,11 @@
 namespace hapticd::tools {
 namespace {
 
-/// The cause of a mode in words; empty if the mode is sufficient.
-const char* textOf(rt::Cause cause) {
-  switch (cause) {
-    case rt::Cause::none:
-    case rt::Cause::requested:
-      return "";
-    case rt::Cause::no_scene:
-      return "no depth frame has been modelled yet";
-    case rt::Cause::depth_stale:
-      return "the newest depth frame is too old";
-    case rt::Cause::handle_stale:
-      return "the handle has stopped measuring";
-    case rt::Cause::handle_invalid:
-      return "the handle's position is impossible";
-    case rt::Cause::force_not_finite:
-      return "the force law computed a number that is not finite";
-    case rt::Cause::handle_too_fast:
-      return "the hand seems to move faster than safety.max_handle_speed_m_per_s";
-    case rt::Cause::handle_clutched:
-      return "the clutch is held";
-    case rt::Cause::handle_not_calibrated:
-      return "the handle is not calibrated yet";
-    case rt::Cause::handle_replaced:
-      return "the handle was lost and reconnected; engage again when it is safe";
-    case rt::Cause::outside_workspace:
-      return "the handle is outside safety.workspace_radius_m";
-    case rt::Cause::inside_surface:
-      return "engaging was refused: the handle would be in contact at once";
-    case rt::Cause::overrun_burst:
-      return "too many ticks ended late";
-    case rt::Cause::surface_too_near:
-      return "the surface has come nearer than the camera can measure";
-  }
-  return "";
-}
-
 /// The text of a cause's word in a reply; a newer daemon may know more causes.
 std::string causeText(const std::string& word) {
   const std::optional<rt::Cause> cause = rt::withWord<rt::Cause>(word);
-  if (cause) return textOf(*cause);
+  if (cause) return config::textOf(*cause);
   return word == "-" ? "" : word;
-}
-
-// When the force loop counts as late. Its rate is the number of ticks in the last second, so a loop that
-// keeps time is off by one tick at most. Half a percent, 5 of 1000 ticks, is no rounding: there were periods
-// without a tick, in which the handle held a stale force. With a tenth of the ticks missing the loop does not
-// reach its rate at all.
-constexpr double kLateRate = 0.995;
-constexpr double kVeryLateRate = 0.9;
-// One late tick in 10 000 is one every ten seconds at 1 kHz, which a hand hardly ever meets while in contact.
-// One in 100 comes near the burst of late ticks, 5 of 64, at which the supervisor ends the force (cause
-// overrun_burst).
-constexpr double kLateShare = 1e-4;
-constexpr double kVeryLateShare = 1e-2;
-/// Up to this many late ticks do not count: they are from the start, when memory and caches are cold.
-constexpr double kFewOverruns = 3;
-
-/// "the force loop is late: 981.0 of 1000 Hz in the last second, 70 of 61500 ticks late since the start".
-std::string lateText(const Json& status, double nominal_rate_hz) {
-  const std::string rate =
-      std::isnan(nominal_rate_hz)
-          ? ""
-          : fmt::format("{} of {} Hz in the last second, ", fixed(numberAt(status, "loop.rateHz"), 1),
-                        fixed(nominal_rate_hz, 0));
-  return fmt::format(
-      "the force loop is late: {}{} of {} ticks late since the start (hapticctl doctor looks for the cause)",
-      rate, countAt(status, "loop.counters.overruns"), countAt(status, "loop.counters.ticks"));
 }
 
 std::string privilegesText(const Json& status) {
@@ -297,20 +236,6 @@ std::string sceneContentText(const Json& status) {
   return countAt(status, "scene.points") + " points";
 }
 
-Punctuality punctualityOf(const Json& status, double nominal_rate_hz) {
-  const double rate = numberAt(status, "loop.rateHz") / nominal_rate_hz;
-  const double overruns = numberAt(status, "loop.counters.overruns");
-  const double share = overruns / numberAt(status, "loop.counters.ticks");
-  if (std::isnan(rate) && std::isnan(share)) return Punctuality::unknown;
-  // in the first second after the start the rate has not come up yet
-  const bool knows_rate = numberAt(status, "uptimeS") >= 2;
-  const bool counts = overruns > kFewOverruns;
-  if ((knows_rate && rate < kVeryLateRate) || (counts && share > kVeryLateShare))
-    return Punctuality::very_late;
-  if ((knows_rate && rate < kLateRate) || (counts && share > kLateShare)) return Punctuality::late;
-  return Punctuality::good;
-}
-
 std::string statusRow(std::string_view title, const std::string& text) {
   return fmt::format("{:<14}{}", title, text);
 }
@@ -369,37 +294,15 @@ std::string versionsText(const Json& status) {
                      textAt(status, "kernel"));
 }
 
-std::vector<std::string> complaints(const Json& status, double nominal_rate_hz) {
+std::vector<std::string> warningsOf(const Json& status) {
   std::vector<std::string> lines;
-  const auto add = [&](std::string line) {
-    if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
-  };
-  const auto withDetail = [&](std::string text, const char* path) {
-    const std::string detail = textAt(status, path);
-    return detail.empty() || detail == "-" ? text : text + ": " + detail;
-  };
-  if (textAt(status, "mode") == "faulted") {
-    add("faulted: " + causeText(textAt(status, "cause")) +
-        " (correct the cause, then: hapticctl clear-fault)");
-  }
-  if (const std::string state = textAt(status, "camera.state"); state != "streaming") {
-    add(withDetail("camera " + state, "camera.detail"));
-  }
-  if (const std::string state = textAt(status, "handle.state"); state != "present") {
-    add(withDetail("handle " + state, "handle.detail"));
-  }
-  const Punctuality punctuality = punctualityOf(status, nominal_rate_hz);
-  if (punctuality == Punctuality::late || punctuality == Punctuality::very_late) {
-    add(lateText(status, nominal_rate_hz));
-  }
-  if (textAt(status, "trace.state") == "waiting") add(withDetail("trace waits", "trace.detail"));
-  for (const Json& warning : listAt(status, "warnings")) add(valueText(warning));
+  for (const Json& warning : listAt(status, "warnings")) lines.push_back(valueText(warning));
   return lines;
 }
 
-std::string statusText(const Json& status, double nominal_rate_hz) {
+std::string statusText(const Json& status) {
   std::string text;
-  for (const std::string& line : complaints(status, nominal_rate_hz)) text += "! " + line + "\n";
+  for (const std::string& line : warningsOf(status)) text += "! " + line + "\n";
   text += line("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
   text += loopText(status) + lawText(status);
   if (const std::string stiffness = surfaceStiffnessText(status); !stiffness.empty())
@@ -417,7 +320,9 @@ std::string statusText(const Json& status, double nominal_rate_hz) {
   text += line("control", countersText(status, "control.",
                                        {{"connections", "connections"},
                                         {"refusedConnections", "refused"},
-                                        {"ticksLost", "ticks lost"}}));
+                                        {"ticksLost", "ticks lost"},
+                                        {"logEntriesLost", "log entries lost"},
+                                        {"notificationsLost", "notifications lost"}}));
   text += line("versions", versionsText(status));
   return text;
 }

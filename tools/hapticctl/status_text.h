@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,16 +12,8 @@ namespace hapticd::tools {
 /// "engaged", "holding: the depth is stale": the mode and, if it adds information, its cause.
 std::string modeText(const Json& status);
 
-/// How well the force loop keeps time.
-enum class Punctuality { unknown, good, late, very_late };
-
-/// Judges the loop by its rate over the last second and by the share of its ticks since the start that ended
-/// late. nominal_rate_hz: the parameter loop.rate_hz; NaN: not known, and the rate is not judged.
-Punctuality punctualityOf(const Json& status, double nominal_rate_hz);
-
-/// Returns the problems, the worst first: a fault, the camera if it does not stream, the handle if it is
-/// absent, a force loop that is late, then the daemon's warnings. nominal_rate_hz: as for punctualityOf().
-std::vector<std::string> complaints(const Json& status, double nominal_rate_hz = std::nan(""));
+/// What is wrong with the box, each with its remedy: the daemon's list, which every surface shows.
+std::vector<std::string> warningsOf(const Json& status);
 
 /// "57 s", "12 min", "3.4 h": how long something has lasted.
 std::string uptimeText(double seconds);
@@ -45,9 +36,8 @@ std::string contactText(const Json& status);
 /// The content of the newest scene: "4000 points", or the pixels on which the law `surface` works instead.
 std::string sceneContentText(const Json& status);
 
-/// The whole status for people: what is wrong, the state of each part, every counter. nominal_rate_hz: as for
-/// punctualityOf().
-std::string statusText(const Json& status, double nominal_rate_hz = std::nan(""));
+/// The whole status for people: what is wrong, the state of each part, every counter.
+std::string statusText(const Json& status);
 
 /// One reply of Monitor in one line.
 std::string monitorLine(const Json& reply);

@@ -66,9 +66,13 @@ std::string painted(const std::string& text, Colour colour, bool on) {
   return std::string("\033[") + code + "m" + text + "\033[0m";
 }
 
+bool isScreen(int descriptor) {
+  return ::isatty(descriptor) == 1 && environment("TERM") != "dumb";
+}
+
 bool wantsColours(std::string_view when) {
   if (when != "auto") return when == "always";
-  return ::isatty(STDOUT_FILENO) == 1 && environment("NO_COLOR").empty() && environment("TERM") != "dumb";
+  return isScreen(STDOUT_FILENO) && environment("NO_COLOR").empty();
 }
 
 bool showsUtf8() {

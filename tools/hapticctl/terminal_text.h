@@ -23,8 +23,11 @@ enum class Colour { plain, red, yellow, green, dim };
 /// `text` in a colour, as ANSI terminals understand it; unchanged when `on` is false.
 std::string painted(const std::string& text, Colour colour, bool on);
 
-/// Whether to use colours. `when`: auto, always or never; auto: if stdout is a terminal that is not "dumb",
-/// unless NO_COLOR is set (no-color.org).
+/// Whether `descriptor` is a terminal that understands control sequences: $TERM is not "dumb".
+bool isScreen(int descriptor);
+
+/// Whether to use colours. `when`: auto, always or never; auto: if stdout isScreen(), unless NO_COLOR is set
+/// (no-color.org).
 bool wantsColours(std::string_view when);
 
 /// Whether the locale of the environment uses UTF-8.

@@ -101,8 +101,7 @@ class StandingLine : public Display {
 /// The whole terminal: the state at a glance, and the forces of the last windows.
 class WholeScreen : public Display {
  public:
-  WholeScreen(bool colours, double nominal_rate_hz)
-      : nominal_rate_hz_(nominal_rate_hz), colours_(colours), utf8_(showsUtf8()) {}
+  explicit WholeScreen(bool colours) : colours_(colours), utf8_(showsUtf8()) {}
 
   bool show(const Json& reply) override {
     newest_ = withTicks(reply);
@@ -128,9 +127,8 @@ class WholeScreen : public Display {
     const std::size_t below = kHistoryRows + 1;
     const bool has_room = size.rows > 2 * below;
     const Json* status = fieldAt(newest_, "status");
-    std::vector<std::string> lines =
-        glanceLines(status ? *status : Json(),
-                    {{size.columns, has_room ? size.rows - below : size.rows}, colours_, nominal_rate_hz_});
+    std::vector<std::string> lines = glanceLines(
+        status ? *status : Json(), {{size.columns, has_room ? size.rows - below : size.rows}, colours_});
     if (has_room) {
       for (std::string& line : history_.lines(kHistoryRows, size.columns, utf8_)) lines.push_back(line);
     }
@@ -147,22 +145,21 @@ class WholeScreen : public Display {
   ForceHistory history_;
   Json newest_;
   std::string note_;  ///< in place of the last line until the next state
-  double nominal_rate_hz_;
   bool colours_;
   bool utf8_;
 };
 
 std::unique_ptr<Display> makeDisplay(const CommandOptions& options, const WatchOptions& watch) {
   if (options.json) return std::make_unique<JsonLines>();
-  if (::isatty(STDOUT_FILENO) != 1) return std::make_unique<Lines>(watch.line);
+  if (!isScreen(STDOUT_FILENO)) return std::make_unique<Lines>(watch.line);
   if (watch.line) return std::make_unique<StandingLine>();
-  return std::make_unique<WholeScreen>(wantsColours(options.color), nominalRate_hz(options));
+  return std::make_unique<WholeScreen>(wantsColours(options.color));
 }
 
 /// The fields to request; none: the whole status.
 std::vector<std::string> fieldsFor(const CommandOptions& options, const WatchOptions& watch) {
   if (options.json) return watch.fields;
-  const bool table = ::isatty(STDOUT_FILENO) == 1 && !watch.line;
+  const bool table = isScreen(STDOUT_FILENO) && !watch.line;
   return table ? std::vector<std::string>{} : kLineFields;
 }
 

@@ -20,7 +20,8 @@ std::string shippedSection() {
   std::istringstream lines(test::contentOf(kSource + "/config/hapticd.yaml"));
   std::string section;
   for (std::string line; std::getline(lines, line);) {
-    if (!section.empty() || line == "# fixtures:") section += line.substr(2) + "\n";
+    if (line.starts_with('#') && (!section.empty() || line == "# fixtures:"))
+      section += line.substr(2) + "\n";
   }
   return section;
 }

@@ -87,6 +87,24 @@ TEST(DamagedYaml, AFileWithThousandsOfValuesIsReadNoFurtherThanFiveThousand) {
                 "that this is the configuration file)");
 }
 
+// A cut must never count as a request for the defaults of what follows it, whatever is there.
+TEST(DamagedYaml, EveryCutOfAFileWithMarksIsRefused) {
+  const test::TemporaryFolder folder;
+  for (const char* name : {"demo.yaml", "hapticd.yaml"}) {
+    const std::string whole = contentOf(std::filesystem::path(HAPTICD_SHIPPED_CONFIG) / name);
+    const std::size_t end = whole.rfind("...");
+    ASSERT_NE(end, std::string::npos);
+    // At each byte where that is fast enough.
+    const std::size_t step = 1 + whole.size() / 2000;
+    std::size_t accepted = 0;
+    for (std::size_t length = 0; length < end + 3; length += step) {
+      if (loadSettings(folder.write("cut.yaml", whole.substr(0, length)))) ++accepted;
+    }
+    EXPECT_EQ(accepted, 0U) << name;
+    EXPECT_TRUE(loadSettings(folder.write("cut.yaml", whole.substr(0, end + 3))));
+  }
+}
+
 // Bytes of the shipped demo changed, deleted, doubled and truncated at random with a fixed seed: no crash, no
 // hang, and only valid settings or errors.
 TEST(DamagedYaml, RandomDamageGivesSoundSettingsOrErrors) {

@@ -16,7 +16,7 @@ SettingsSummary summary(const std::string& yaml, const std::vector<std::string>&
 }
 
 TEST(SettingsSummary, CountsWhatIsSetAndNamesWhatDiffersFromTheDefaults) {
-  EXPECT_EQ(summary("{}").text(), "0 parameters set, none differs from the defaults");
+  EXPECT_EQ(summary("force:").text(), "0 parameters set, none differs from the defaults");
   EXPECT_EQ(summary("force: {min_points: 10}").text(), "1 parameter set, none differs from the defaults");
   EXPECT_EQ(
       summary("safety: {max_force_n: 1}\ncamera: {serial: A00362}\nforce: {min_points: 10}\n").text(),
@@ -38,7 +38,7 @@ TEST(SettingsSummary, IsCutWhenMuchDiffersOrAValueIsLong) {
   ASSERT_GT(found.differences.size(), 16U);
   EXPECT_TRUE(found.text().ends_with(", and " + std::to_string(found.differences.size() - 16) + " more"))
       << found.text();
-  const std::string long_value = summary("{}", {"camera.serial=" + std::string(3000, 'x')}).text();
+  const std::string long_value = summary("force:", {"camera.serial=" + std::string(3000, 'x')}).text();
   EXPECT_TRUE(long_value.ends_with(": camera.serial = \"" + std::string(60, 'x') + "...\" (default \"\")"))
       << long_value;
 }

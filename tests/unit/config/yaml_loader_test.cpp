@@ -26,8 +26,11 @@ void expectDefaults(const Settings& settings) {
 }
 
 TEST(YamlLoader, AFileWithoutParametersGivesAllDefaults) {
-  for (const char* yaml : {"", "{}", "\n\n", "# nothing\n", "---\n", "--- {}\n...\n", "force:\n",
-                           "force: {}\ngrid: ~\n", "\xef\xbb\xbf", "%YAML 1.2\n---\n{}\n"}) {
+  for (const char* yaml : {"force:", "force:\n", "force: {}\ngrid: ~\n", "---\nforce:\n...\n",
+                           "\xef\xbb\xbf"
+                           "force:",
+                           "%YAML 1.2\n---\nforce: {}\n...\n", "--- {force: {}}\n...\n", "fixtures: []\n",
+                           "# the box in room 3\n---\nforce:\n...\n# end\n"}) {
     SCOPED_TRACE(yaml);
     expectDefaults(load(yaml));
   }
@@ -120,7 +123,7 @@ TEST(YamlLoader, AnUnreadableFileIsTheOnlyError) {
 TEST(YamlLoader, AFileOfOneMebibyteIsReadAndALongerOneRefused) {
   const test::TemporaryFolder folder;
   const std::size_t longest = 1048576;
-  const auto longest_file = folder.write("longest.yaml", std::string(longest, '\n'));
+  const auto longest_file = folder.write("longest.yaml", std::string(longest - 6, '\n') + "force:");
   EXPECT_TRUE(loadSettings(longest_file));
   const auto longer = folder.write("longer.yaml", std::string(longest + 1, '\n'));
   const auto settings = loadSettings(longer);

@@ -46,6 +46,14 @@ TEST_P(YamlRefusal, ListsExactlyTheseErrors) {
 }
 
 const std::string kForm = "(write it as `group: {name: value}`, or the same on indented lines)";
+const std::string kNoGroup =
+    "has no group of parameters: is it empty, or was its end cut off? (restore it; for a box with all "
+    "defaults "
+    "write `force:`)";
+const std::string kCut =
+    "begins with a line `---`, and the line `...` at its end is missing: was its end cut off? (restore it; "
+    "if "
+    "it is complete, write `...` below its last line)";
 const std::string kSyntax = "(check the quotes, brackets and indentation of this line and the one above)";
 
 const std::vector<Refusal> kValues{
@@ -212,7 +220,7 @@ const std::vector<Refusal> kForms{
      {"bad.yaml:1: the invisible character U+0085 is not allowed (delete it)",
       "bad.yaml:2: the invisible character U+2028 is not allowed (delete it)"}},
     {"VersionOfAnotherYaml",
-     "%YAML 1.3\n---\n{}\n",
+     "%YAML 1.3\n---\nforce:\n...\n",
      {"bad.yaml:1: \"%YAML 1.3\" is not understood here " + kSyntax}},
     {"VersionWithoutTheBeginOfADocument",
      "%YAML 1.2\nforce: {}\n",
@@ -221,8 +229,18 @@ const std::vector<Refusal> kForms{
      "grid: {}\nsafety",
      {"bad.yaml:2: a colon is missing after the name (write `name: value`)"}},
     {"SecondDocument",
-     "{}\n---\n{}\n",
-     {"bad.yaml:2: a second YAML document begins (keep one, without a line `---` after it)"}},
+     "force: {}\n---\n{}\n...\n",
+     {"bad.yaml:2: a second YAML document begins (keep one, without a line `---` after it and with nothing "
+      "below a line `...`)"}},
+    {"LinesBelowTheEnd",
+     "---\nforce: {}\n...\ngrid: {}\n",
+     {"bad.yaml:4: a second YAML document begins (keep one, without a line `---` after it and with nothing "
+      "below a line `...`)"}},
+    {"NothingAtAll", "", {"bad.yaml: " + kNoGroup}},
+    {"NothingButAComment", "# the box in room 3\n", {"bad.yaml: " + kNoGroup}},
+    {"NothingBetweenTheMarks", "---\n...\n", {"bad.yaml: " + kNoGroup}},
+    {"NoGroups", "{}\n", {"bad.yaml: " + kNoGroup}},
+    {"NoEndAfterABeginning", "---\nsafety: {max_force_n: 1}\n", {"bad.yaml: " + kCut}},
     {"Anchor",
      "loop:\n  cpu: &one 1\n  priority: *one",
      {"bad.yaml:2: loop.cpu: anchor \"&one\" is not supported (write the value where it is needed)",
@@ -262,7 +280,7 @@ const std::string kNearAboveFar =
     "camera.far_m)";
 const std::vector<Refusal> kTogether{
     {"RuleAtTheLineOfItsParameter", "camera:\n  loop: true\n  near_m: 5", {"bad.yaml:3: " + kNearAboveFar}},
-    {"RuleAtTheOverride", "{}", {"--set camera.near_m=5: " + kNearAboveFar}, {"camera.near_m=5"}},
+    {"RuleAtTheOverride", "force:", {"--set camera.near_m=5: " + kNearAboveFar}, {"camera.near_m=5"}},
     {"NoRuleAboutARefusedValue",
      "camera:\n  near_m: 5\n  far_m: 60",
      {"bad.yaml:3: camera.far_m: 60 m is out of range (allowed: 0.1..10 m)"}},

@@ -100,7 +100,7 @@ TEST_F(EventLogTest, LogsThatAWarningHasEnded) {
   log.onStatus(status);
   log.onStatus(status);
   ASSERT_EQ(entries.size(), 3U);
-  EXPECT_EQ(entries[2].text, "no more: 7 points did not fit");
+  EXPECT_EQ(entries[2].text, "resolved: 7 points did not fit");
   EXPECT_EQ(entries[2].event, config::EventKind::warning);
   EXPECT_EQ(fields(2), (std::map<std::string_view, std::string>{{"STATE", "end"}}));
 }

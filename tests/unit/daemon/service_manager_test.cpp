@@ -7,9 +7,12 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "tests/support/temporary_folder.h"
 
@@ -93,6 +96,66 @@ TEST_F(ServiceManagerTest, DoesNotFeedTheWatchdogWhileTheHeartbeatStands) {
   EXPECT_EQ(received(), "");
   manager.feedWatchdog(8, start_ + milliseconds(10'000));
   EXPECT_EQ(received(), "WATCHDOG=1");
+}
+
+/// A service manager that hangs reads nothing: sd_notify() would wait for it.
+TEST_F(ServiceManagerTest, NeverWaitsForAFullSocketAndSendsLaterWhatStillMatters) {
+  watchEvery(milliseconds(2000));
+  ServiceManager manager;
+  milliseconds now{0};
+  std::uint64_t heartbeat = 0;
+  const auto feed = [&] { manager.feedWatchdog(++heartbeat, start_ + (now += milliseconds(500))); };
+  // The kernel's queue holds net.unix.max_dgram_qlen messages, some hundreds at most.
+  for (int i = 0; i < 5000 && manager.lost() == 0; ++i) feed();
+  ASSERT_EQ(manager.lost(), 1U);
+  manager.reloading();
+  manager.ready();
+  manager.showState("idle");
+  manager.showState("engaged");
+  feed();
+  EXPECT_EQ(manager.lost(), 1U) << "the same feed is due still";
+
+  std::vector<std::string> messages;
+  const auto take = [&] {
+    for (std::string text = received(); !text.empty(); text = received()) messages.push_back(text);
+  };
+  take();
+  messages.clear();
+  feed();
+  take();
+  ASSERT_EQ(messages.size(), 4U);
+  EXPECT_TRUE(messages[0].starts_with("RELOADING=1"));
+  EXPECT_EQ(messages[1], "READY=1");
+  EXPECT_EQ(messages[2], "STATUS=engaged") << "the older one means nothing any more";
+  EXPECT_EQ(messages[3], "WATCHDOG=1");
+  EXPECT_EQ(manager.lost(), 1U);
+}
+
+TEST_F(ServiceManagerTest, SendsToANameInTheAbstractNamespace) {
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = path_;  // unique, as the folder is
+  name.copy(address.sun_path + 1, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&address),
+                   static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size())),
+            0);
+  ::setenv("NOTIFY_SOCKET", ("@" + name).c_str(), 1);
+  ServiceManager manager;
+  manager.ready();
+  EXPECT_EQ(manager.lost(), 0U);
+  std::array<char, 64> buffer;
+  const ssize_t size = ::recv(socket, buffer.data(), buffer.size(), 0);
+  EXPECT_EQ(std::string(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))), "READY=1");
+  ::close(socket);
+}
+
+TEST_F(ServiceManagerTest, CountsWhatNobodyCanTake) {
+  ::close(socket_);
+  socket_ = -1;
+  ServiceManager manager;
+  manager.ready();
+  EXPECT_EQ(manager.lost(), 1U);
 }
 
 TEST_F(ServiceManagerTest, LeavesTheWatchdogAloneWhenNobodyWatches) {

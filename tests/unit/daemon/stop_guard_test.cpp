@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/stop_guard.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sysexits.h>
+#include <unistd.h>
 
+#include <array>
 #include <fstream>
 #include <string>
 
+#include "daemon/journal.h"
 #include "daemon/stop_limits.h"
 #include "drivers/base/stop_signal.h"
 
@@ -47,6 +51,20 @@ TEST(StopGuardDeathTest, EndsTheProcessWithoutAPartThatHangs) {
   };
   EXPECT_EXIT(stopWithin("the camera", milliseconds(1500), hang), testing::ExitedWithCode(EX_SOFTWARE),
               "the camera does not stop within 1.5 s: the daemon ends without it");
+}
+
+TEST(StopGuardDeathTest, EndsTheProcessThoughNobodyReadsItsLog) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto end_with_full_pipe = [] {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_NONBLOCK) != 0) return;
+    while (::write(ends[1], "x", 1) == 1) continue;
+    ::fcntl(ends[1], F_SETFL, 0);
+    const auto journal = JournalThread::start();
+    ::dup2(ends[1], STDERR_FILENO);
+    endWithout("the camera", milliseconds(1500));
+  };
+  EXPECT_EXIT(end_with_full_pipe(), testing::ExitedWithCode(EX_SOFTWARE), "");
 }
 
 TEST(StopLimits, FitIntoWhatTheUnitAllows) {

@@ -422,7 +422,7 @@ TEST_F(Doctor, SaysSoWhenTheServiceIsNotKnownOrCannotBeAskedFor) {
 }
 
 TEST_F(Doctor, ShowsEachComplaintOfTheDaemon) {
-  box.daemon.complaints = {"camera lost: gone", "memory not locked"};
+  box.daemon.warnings = {"camera lost: gone", "memory not locked"};
   const Findings findings = checkDaemon(box);
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_TRUE(says(findings[0], Verdict::warn, "camera lost: gone", ""));

@@ -37,7 +37,7 @@ struct DaemonView {
   std::string problem;     ///< why it does not answer
   std::optional<int> cpu;  ///< the CPU to which its force thread is pinned
   bool memory_locked = false;
-  std::vector<std::string> complaints;  ///< what it reports as wrong
+  std::vector<std::string> warnings;  ///< what it reports as wrong
 };
 
 /// Everything that the checks examine.

@@ -53,9 +53,7 @@ Findings checkDaemon(const Examination& box) {
     return {warning("daemon", "does not respond: " + box.daemon.problem, "systemctl start hapticd")};
   }
   Findings findings;
-  for (const std::string& complaint : box.daemon.complaints) {
-    findings.push_back(warning("daemon", complaint, ""));
-  }
+  for (const std::string& text : box.daemon.warnings) findings.push_back(warning("daemon", text, ""));
   if (findings.empty()) findings.push_back(good("daemon", "responds, without warnings"));
   return findings;
 }

@@ -209,20 +209,25 @@ const kTakers = {
   },
 };
 
+function showNotices() {
+  notices.show();
+  if (!notices.hearsBox) panel.forgetMode();
+}
+
 bridge = new Bridge({
   onMessage: (message) => kTakers[message.type]?.(message),
   onDepth: takeDepth,
   onConnection: (connection) => {
     notices.connection = connection;
     if (connection.state === 'open') notices.box = { reachable: true, reason: '' };
-    notices.show();
+    showNotices();
   },
   onFault: (text) => {
     notices.fault = text;
     console.error(text);
   },
 });
-setInterval(() => notices.show(), kNoticeMs);
+setInterval(showNotices, kNoticeMs);
 document.addEventListener('visibilitychange', () => {
   // a page that nobody sees takes no depth
   bridge.setDepthHz(document.hidden ? 0 : kDepthHz);

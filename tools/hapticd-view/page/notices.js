@@ -45,6 +45,12 @@ export class Notices {
     return this.dataMs !== null && performance.now() - this.dataMs > kStaleMs;
   }
 
+  /** Whether what the page knows of the box is of this moment (or of the recording's). */
+  get hearsBox() {
+    const opening = this.dataMs === null && performance.now() - this.openMs < kStaleMs;
+    return opening || (this.connection.state === 'open' && this.box.reachable && !this.stale);
+  }
+
   /** {level, chip, title, text}: what matters most. */
   current() {
     const ageS = this.ageS(this.dataMs);

@@ -57,11 +57,17 @@ export class Panel {
   /** The `status` of a message `state`; everything in it may be missing. */
   show(status) {
     this.showMode(at(status, 'mode') ?? '', at(status, 'cause') ?? '');
-    this.showWarnings(this.complaints(status));
+    this.showWarnings(at(status, 'warnings') ?? []);
     this.showLaw(status);
     this.showCamera(status);
     this.showHandle(status);
     this.showLoop(status);
+  }
+
+  /** While nothing is heard from the box: the last mode says nothing about what acts on the hand now. */
+  forgetMode() {
+    this.showMode('unheard', '');
+    setText(this.elements.force, fixed(NaN, 2));
   }
 
   showMode(mode, cause) {
@@ -78,18 +84,7 @@ export class Panel {
     elements.announce.textContent = text;
   }
 
-  /** What is wrong, each with its remedy; the same as in 'hapticctl status'. */
-  complaints(status) {
-    const lines = [];
-    const withDetail = (text, path) => [text, at(status, path)].filter(Boolean).join(': ');
-    const camera = at(status, 'camera.state');
-    if (camera && camera !== 'streaming') lines.push(withDetail(`Camera ${camera}`, 'camera.detail'));
-    const handle = at(status, 'handle.state');
-    if (handle && handle !== 'present') lines.push(withDetail(`Handle ${handle}`, 'handle.detail'));
-    if (at(status, 'trace.state') === 'waiting') lines.push(withDetail('Trace waits', 'trace.detail'));
-    return [...new Set([...lines, ...(at(status, 'warnings') ?? [])])];
-  }
-
+  /** The daemon's list, which 'hapticctl status' shows too. */
   showWarnings(lines) {
     const list = this.elements.warnings;
     const key = lines.join('\n');

@@ -7,6 +7,7 @@ const kModes = {
   idle: { title: 'Idle', text: 'Running; no force is commanded.' },
   engaged: { title: 'Engaged', text: 'Forces act on the hand.' },
   holding: { title: 'Holding', text: 'Engaged, but the force is kept at zero or on its way there.' },
+  unheard: { title: 'Unknown', text: 'Nothing is heard from the box: forces may still act on the hand.' },
   faulted: { title: 'Faulted', text: 'The force is off until somebody has looked.' },
 };
 
@@ -31,7 +32,7 @@ const kCauses = {
     'Engaging was refused: the handle would be in contact at once.',
     'Move it out of the surface, then run: hapticctl engage (or hapticctl engage --inside)',
   ],
-  overrun_burst: ['Too many ticks ended late.', "Ends a second after the burst; 'hapticctl doctor' looks for the cause."],
+  overrun_burst: ['Too many ticks ended late.', 'Ends a second after the burst; if it comes again, the warnings say what helps.'],
   surface_too_near: [
     'The surface in contact is nearer than the camera can measure.',
     'Move the camera away from it, or release contact.',

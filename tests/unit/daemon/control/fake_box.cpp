@@ -92,6 +92,11 @@ std::uint64_t FakeBox::engage(bool engaged, bool inside) {
   return newGeneration();
 }
 
+bool FakeBox::engaged() {
+  const std::lock_guard lock(mutex_);
+  return status_.loop.tick.mode == rt::Mode::engaged || status_.loop.tick.mode == rt::Mode::holding;
+}
+
 std::uint64_t FakeBox::newGeneration() {
   ++generation_;
   if (!held_) acknowledged_ = generation_;

@@ -28,6 +28,7 @@ class FakeBox final : public Box {
   void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   std::uint64_t engage(bool engaged, bool inside) override;
+  bool engaged() override;
   std::uint64_t acknowledgedGeneration() override;
   std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<config::Result<std::string>> stopTrace() override;

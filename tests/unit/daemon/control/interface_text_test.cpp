@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "control_fixture.h"
+#include "fake_reloads.h"
 #include "interface_definition.h"
 #include "rt/words.h"
 
@@ -153,6 +154,26 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfTracesProfilesAndCalibration)
   EXPECT_EQ("io.hapticd.Status.UnknownField", checkedReply(status, "Monitor", {{"fields", {"x"}}})["error"]);
   box.setFrame(false);
   EXPECT_EQ("io.hapticd.Status.NoFrame", checkedReply(status, "GetSnapshot")["error"]);
+}
+
+TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfAReload) {
+  FakeReloads reloads(box);
+  service_options.reloads = &reloads;
+  start();
+  const std::string control = "io.hapticd.Control";
+  EXPECT_EQ("io.hapticd.Control.NoPendingReload", checkedReply(control, "Reload", {{"confirm", 1}})["error"]);
+  EXPECT_TRUE(checkedReply(control, "Reload")["pending"].is_null());
+  reloads.holdBack({{"safety.max_force_n", "safety.max_force_n from 1 to 4 N"}});
+  EXPECT_EQ(1U, checkedReply(control, "Reload")["pending"]["held"].size());
+  EXPECT_EQ("io.hapticd.Control.ChangedMeanwhile",
+            checkedReply(control, "Reload", {{"confirm", 99}})["error"]);
+  EXPECT_TRUE(checkedReply(control, "Reload", {{"confirm", 7}})["pending"].is_null());
+  BoxStatus status = box.status();
+  status.pending_reload = PendingReload{3, {{"fixture nerve", "fixture nerve is removed"}}};
+  box.setStatus(status);
+  EXPECT_EQ(3, checkedReply("io.hapticd.Status", "GetStatus")["status"]["pendingReload"]["number"]);
+  reloads.fail();
+  EXPECT_EQ("io.hapticd.Control.ReloadRefused", checkedReply(control, "Reload")["error"]);
 }
 
 TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfFixturesAndRegions) {

@@ -6,6 +6,7 @@
 
 #include "config/value_text.h"
 #include "daemon/state/profile_folder.h"
+#include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daemon {
@@ -82,9 +83,9 @@ TEST_F(StartSettingsTest, LeaveOutABrokenBootProfileAndSayWhy) {
 TEST_F(StartSettingsTest, LeaveOutABootProfileThatIsGoneOrWasNeverNamed) {
   bootProfile("");
   std::filesystem::remove(folder.path() / "profiles/mine.yaml");
-  EXPECT_NE(start("").notices.at(0).find("there is no such profile"), std::string::npos);
+  EXPECT_NE(start("force:").notices.at(0).find("there is no such profile"), std::string::npos);
   folder.write("profiles/boot", "");
-  EXPECT_NE(start("").notices.at(0).find("is no name of a profile"), std::string::npos);
+  EXPECT_NE(start("force:").notices.at(0).find("is no name of a profile"), std::string::npos);
 }
 
 TEST_F(StartSettingsTest, LeaveOutABrokenRegistrationAndSayWhy) {
@@ -118,10 +119,32 @@ TEST_F(StartSettingsTest, SayThatABootProfileWithoutParametersIsNotUsed) {
   }
 }
 
+TEST_F(StartSettingsTest, LeaveOutABootProfileOrRegistrationWhoseEndWasCutOff) {
+  Registration registration;
+  registration.T_world_camera.position_m.x = 1;
+  ASSERT_TRUE(writeRegistration(folder.path(), registration));
+  config::Settings saved;
+  saved.additions.fixtures = {{.name = "nerve"}, {.name = "vessel"}};
+  for (config::FixtureSettings& fixture : saved.additions.fixtures) fixture.radius_m = 0.01;
+  ASSERT_TRUE(ProfileFolder(folder.path()).save("mine", saved));
+  ASSERT_TRUE(ProfileFolder(folder.path()).setBoot("mine"));
+  ASSERT_EQ(start("force:").settings.additions.fixtures.size(), 2U);
+  for (const char* file : {"registration.yaml", "profiles/mine.yaml"}) {
+    const std::string whole = test::contentOf(folder.path() / file);
+    // After each line but the last, where what is left is good YAML.
+    for (std::size_t end = whole.find('\n'); end + 1 < whole.size(); end = whole.find('\n', end + 1)) {
+      folder.write(file, whole.substr(0, end + 1));
+      EXPECT_EQ(start("force:").notices.size(), 1U) << file << ": " << whole.substr(0, end + 1);
+    }
+    folder.write(file, whole);
+  }
+  EXPECT_TRUE(start("force:").notices.empty());
+}
+
 TEST_F(StartSettingsTest, SayThatABootProfileIsNotUsedWhoseNameIsMissing) {
   bootProfile("force: {stiffness_n_per_m: 250}\n");
   folder.write("profiles/boot", "");
-  const StartSettings started = start("{}");
+  const StartSettings started = start("force:");
   EXPECT_FALSE(started.boot_profile);
   ASSERT_EQ(started.notices.size(), 1U);
   EXPECT_NE(started.notices[0].find("profiles/boot: \"\" is no name of a profile"), std::string::npos)
@@ -134,7 +157,7 @@ TEST_F(StartSettingsTest, ShowNothingOfADamagedProfileOrRegistrationThatSteersAT
   for (int i = 0; i < 40; ++i) profile += "  \"" + std::to_string(i) + bad + "\": 1\n";
   bootProfile("force:\n" + profile);
   folder.write("registration.yaml", "camera: {\"" + bad + "\": \"" + bad + "\", yaw_rad: \"" + bad + "\"}\n");
-  const StartSettings started = start("{}");
+  const StartSettings started = start("force:");
   ASSERT_EQ(started.notices.size(), 2U);
   for (const std::string& notice : started.notices) {
     EXPECT_EQ(notice, config::printable(notice));

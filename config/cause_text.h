@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rt/loop_state.h"
+
+namespace hapticd::config {
+
+/// The cause of a mode in words for people; empty if the mode says all.
+const char* textOf(rt::Cause cause);
+
+}  // namespace hapticd::config

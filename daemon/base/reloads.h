@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/error.h"
+#include "config/loosening.h"
+
+namespace hapticd::daemon {
+
+/// What a reload has loosened if it is confirmed, or if the box is disengaged. Until then everything that it
+/// names stays as it was.
+struct PendingReload {
+  std::uint64_t number = 0;  ///< of the reload, 1 for the first since the start
+  std::vector<config::Loosening> loosenings;
+
+  friend bool operator==(const PendingReload&, const PendingReload&) = default;
+};
+
+/// What a reload or its confirmation has done.
+struct ReloadReport {
+  std::uint64_t generation = 0;      ///< that the force loop has to take over
+  std::vector<std::string> changes;  ///< a sentence each
+  std::vector<std::string> waiting;  ///< names of parameters that take effect at the next start
+  std::vector<std::string> hidden;   ///< as in Reload
+};
+
+/// Reloads of the configuration, as the control API requests them.
+/// Thread: control thread only.
+class Reloads {
+ public:
+  using Outcome = std::expected<ReloadReport, std::vector<config::Error>>;
+
+  virtual ~Reloads() = default;
+  /// Requests that the configuration file is read again, and returns the number of the reload that does.
+  virtual std::uint64_t request() = 0;
+  /// The outcome of that reload or a later one; nothing until it has ended.
+  virtual std::optional<Outcome> outcome(std::uint64_t number) const = 0;
+  /// What waits for confirmation; nothing: nothing does.
+  virtual const std::optional<PendingReload>& pending() const = 0;
+  /// Applies what waits.  Errors: it contradicts what has changed since.
+  virtual Outcome confirm() = 0;
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+// What counts as less protection, and that none of it is left after it was taken back.
+#include "config/loosening.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <random>
+#include <set>
+
+#include "config/fixture_settings.h"
+
+namespace hapticd::config {
+namespace {
+
+Settings with(const std::vector<std::string>& assignments) {
+  Settings settings;
+  for (const std::string& assignment : assignments)
+    EXPECT_TRUE(setFromText(settings, assignment)) << assignment;
+  return settings;
+}
+
+std::vector<std::string> textsOf(const std::vector<Loosening>& loosenings) {
+  std::vector<std::string> texts;
+  for (const Loosening& loosening : loosenings) texts.push_back(loosening.text);
+  return texts;
+}
+
+std::vector<std::string> loosened(const Settings& before, const Settings& after) {
+  return textsOf(looseningsOf(before, after));
+}
+
+using Texts = std::vector<std::string>;
+
+/// For each limit a value and a looser one.
+struct Limit {
+  const char* name;
+  const char* tight;
+  const char* loose;
+};
+constexpr Limit kLimits[] = {
+    {"force.stiffness_ceiling_n_per_m", "500", "600"},
+    {"blend.max_surface_speed_m_per_s", "0.1", "0.2"},
+    {"proximity.warning_m", "0.02", "0.01"},
+    {"safety.max_force_n", "1", "4"},
+    {"safety.max_slew_n_per_s", "100", "200"},
+    {"safety.engage_ramp_s", "1", "0.5"},
+    {"safety.engage_inside", "false", "true"},
+    {"safety.depth_timeout_s", "0.2", "0.3"},
+    {"safety.depth_ramp_s", "0.1", "0.2"},
+    {"safety.handle_timeout_s", "0.01", "0.02"},
+    {"safety.continuous_force_n", "1", "2"},
+    {"safety.thermal_time_s", "5", "10"},
+    {"safety.force_filter_hz", "50", "80"},
+    {"safety.force_filter_hz", "50", "0"},
+    {"safety.passivity_control", "true", "false"},
+    {"safety.passivity_max_damping_n_s_per_m", "5", "4"},
+    {"safety.stiffness_limit", "reduce", "warn"},
+    {"safety.stiffness_limit", "warn", "off"},
+    {"safety.contact_damping", "automatic", "off"},
+    {"safety.overrun_burst", "5", "65"},
+    {"safety.workspace_radius_m", "1", "2"},
+    {"safety.max_handle_speed_m_per_s", "1", "2"},
+    {"safety.max_handle_speed_m_per_s", "1", "0"},
+};
+
+TEST(Loosening, OfALimitIsTheLooserValueAndNotTheTighterOne) {
+  std::set<std::string_view> seen;
+  for (const auto& [name, tight, loose] : kLimits) {
+    const Parameter* const parameter = findParameter(name);
+    ASSERT_NE(parameter, nullptr) << name;
+    const Value from = parameter->parse(tight).value();
+    const Value to = parameter->parse(loose).value();
+    EXPECT_TRUE(isLooser(*parameter, from, to)) << name;
+    EXPECT_FALSE(isLooser(*parameter, to, from)) << name;
+    EXPECT_FALSE(isLooser(*parameter, from, from)) << name;
+    seen.insert(name);
+  }
+  // Every limit of the table is above, and every live parameter of the group safety is a limit.
+  for (const Parameter& parameter : parameterTable()) {
+    EXPECT_EQ(parameter.looser != Looser::never, seen.contains(parameter.name)) << parameter.name;
+    const bool safety = parameter.name.starts_with("safety.");
+    EXPECT_TRUE(!safety || parameter.looser != Looser::never) << parameter.name;
+  }
+}
+
+TEST(Loosening, NamesTheParameterItsValuesAndTheUnit) {
+  EXPECT_EQ(loosened(with({"safety.max_force_n=1"}), with({"force.radius_m=0.03"})),
+            Texts{"safety.max_force_n from 1 to 4 N"});
+  EXPECT_EQ(loosened(with({}), with({"safety.max_force_n=1", "force.stiffness_n_per_m=900"})), Texts{});
+  EXPECT_EQ(loosened(with({}), with({"safety.stiffness_limit=off"})),
+            Texts{"safety.stiffness_limit from reduce to off"});
+}
+
+FixtureSettings sphere() {
+  FixtureSettings fixture{.name = "nerve"};
+  fixture.radius_m = 0.01;
+  fixture.clearance_m = 0.005;
+  return fixture;
+}
+
+Settings with(const FixtureSettings& fixture) {
+  Settings settings;
+  settings.additions.fixtures = {fixture};
+  return settings;
+}
+
+Texts loosenedBy(const std::function<void(FixtureSettings&)>& change, FixtureSettings before = sphere()) {
+  FixtureSettings after = before;
+  change(after);
+  return loosened(with(before), with(after));
+}
+
+TEST(Loosening, OfAForbiddenRegionIsEverythingThatMayProtectLess) {
+  EXPECT_EQ(loosened(with(sphere()), Settings{}), Texts{"fixture nerve is removed"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.enabled = false; }),
+            Texts{"fixture nerve is disabled"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.clearance_m = 0.002; }),
+            Texts{"fixture nerve may protect less: clearance_m from 0.005 to 0.002 m"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
+              nerve.max_force_n = 1;
+              nerve.stiffness_n_per_m = 200;
+              nerve.fade_in_s = 1;
+            }),
+            Texts{"fixture nerve may protect less: stiffness_n_per_m from 300 to 200 N/m, max_force_n from 2 "
+                  "to 1 N, fade_in_s from 0.5 to 1 s"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
+              nerve.position_m.x = 1;
+              nerve.radius_m = 0.02;
+            }),
+            Texts{"fixture nerve may protect less: position_m changes, radius_m changes"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.side = rt::FixtureSide::in; }),
+            Texts{"fixture nerve may protect less: side changes"});
+}
+
+TEST(Loosening, IsNoChangeThatProtectsAsMuchOrMore) {
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
+              nerve.clearance_m = 0.006;
+              nerve.max_force_n = 3;
+              nerve.stiffness_n_per_m = 400;
+              nerve.fade_in_s = 0.1;
+              nerve.damping_n_s_per_m = 0;
+              nerve.origin.value = Origin::client;
+            }),
+            Texts{});
+  FixtureSettings off = sphere();
+  off.enabled = false;
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.clearance_m = 0; }, off), Texts{});
+  EXPECT_EQ(loosened(Settings{}, with(sphere())), Texts{});
+}
+
+TEST(Loosening, OfGuidanceIsOnlyThatItEnds) {
+  FixtureSettings target{.name = "target", .kind = rt::FixtureKind::point};
+  EXPECT_EQ(loosenedBy([](FixtureSettings& point) { point.stiffness_n_per_m = 100; }, target), Texts{});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& point) { point.position_m.x = 1; }, target), Texts{});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& point) { point.enabled = false; }, target),
+            Texts{"fixture target is disabled"});
+}
+
+TEST(Loosening, OfARegionIsOnlyThatItGoes) {
+  Settings before;
+  before.additions.regions = {{.name = "liver"}};
+  Settings softer = before;
+  softer.additions.regions[0].stiffness_n_per_m = 100;
+  EXPECT_EQ(loosened(before, softer), Texts{});
+  EXPECT_EQ(loosened(before, Settings{}), Texts{"region liver is removed"});
+}
+
+/// Random live settings, fixtures and regions, of few names, so that the same are in several.
+class RandomSettings {
+ public:
+  Settings next() {
+    Settings settings;
+    for (const Limit& limit : kLimits) {
+      if (below(2) == 0) continue;
+      const Parameter* const parameter = findParameter(limit.name);
+      parameter->set(settings, parameter->parse(below(2) == 0 ? limit.tight : limit.loose).value());
+    }
+    for (const std::string name : {"a", "b", "c", "d"}) {
+      if (below(2) == 0) settings.additions.fixtures.push_back(fixture(name));
+      if (below(2) == 0)
+        settings.additions.regions.push_back(
+            {.name = name, .stiffness_n_per_m = 100 + static_cast<double>(below(3))});
+    }
+    std::ranges::shuffle(settings.additions.fixtures, random_);
+    std::ranges::shuffle(settings.additions.regions, random_);
+    return settings;
+  }
+
+ private:
+  std::size_t below(std::size_t bound) { return random_() % bound; }
+  FixtureSettings fixture(const std::string& name) {
+    FixtureSettings fixture{.name = name};
+    if (below(4) == 0) fixture.kind = rt::FixtureKind::point;
+    fixture.enabled = below(3) != 0;
+    fixture.stiffness_n_per_m = 100.0 * static_cast<double>(1 + below(3));
+    fixture.clearance_m = 0.001 * static_cast<double>(below(3));
+    fixture.radius_m = 0.01 * static_cast<double>(1 + below(2));
+    return fixture;
+  }
+
+  std::mt19937 random_{20110901};  // NOLINT(cert-msc51-cpp): the same settings in every run
+};
+
+Texts sorted(Texts texts) {
+  std::ranges::sort(texts);
+  return texts;
+}
+
+template <typename Owner>
+std::vector<std::string> namesOf(const std::vector<Owner>& owners) {
+  std::vector<std::string> names;
+  for (const Owner& owner : owners) names.push_back(owner.name);
+  std::ranges::sort(names);
+  return names;
+}
+
+template <typename Owner>
+std::vector<std::string> unionOf(const std::vector<Owner>& a, const std::vector<Owner>& b) {
+  std::vector<Owner> both = a;
+  both.insert(both.end(), b.begin(), b.end());
+  auto names = namesOf(both);
+  names.erase(std::ranges::unique(names).begin(), names.end());
+  return names;
+}
+
+TEST(WithoutLoosening, LoosensNothingAndKeepsEverythingElseOnRandomSettings) {
+  RandomSettings random;
+  int loosening = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Settings before = random.next();
+    const Settings after = random.next();
+    const Settings kept = withoutLoosening(before, after);
+    EXPECT_EQ(loosened(before, kept), Texts{});
+    // What remains to be done is exactly what was taken back.
+    EXPECT_EQ(sorted(loosened(kept, after)), sorted(loosened(before, after)));
+    EXPECT_EQ(namesOf(kept.additions.fixtures), unionOf(before.additions.fixtures, after.additions.fixtures));
+    EXPECT_EQ(namesOf(kept.additions.regions), unionOf(before.additions.regions, after.additions.regions));
+    const auto found = looseningsOf(before, after);
+    for (const Parameter& parameter : parameterTable()) {
+      const bool held = std::ranges::find(found, parameter.name, &Loosening::name) != found.end();
+      EXPECT_EQ(parameter.get(kept), parameter.get(held ? before : after)) << parameter.name;
+    }
+    if (!found.empty()) ++loosening;
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(loosening, 1000);
+}
+
+}  // namespace
+}  // namespace hapticd::config

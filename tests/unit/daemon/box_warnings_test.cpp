@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one list of what is wrong with the box, and that its remedies lead somewhere.
+#include "daemon/box_warnings.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "rt/words.h"
+
+namespace hapticd::daemon {
+namespace {
+
+struct Case {
+  BoxStatus status;
+  config::Settings settings;
+  rt::LoopPrivileges privileges{true, true, 3};
+  Lateness lateness;
+  bool cpus_may_sleep = false;
+  bool cpu_is_isolated = true;
+
+  Case() {
+    status.camera.state = drivers::CameraState::streaming;
+    status.handle.state = drivers::HandlePresence::present;
+    status.loop.tick.mode = rt::Mode::idle;
+  }
+  std::vector<std::string> warnings() const {
+    return warningsOf(status, {.settings = settings,
+                               .live = settings.live,
+                               .privileges = privileges,
+                               .cpus_may_sleep = cpus_may_sleep,
+                               .cpu_is_isolated = cpu_is_isolated,
+                               .lateness = lateness});
+  }
+};
+
+TEST(BoxWarnings, AreNoneWhereAllIsWell) {
+  EXPECT_EQ(Case().warnings(), std::vector<std::string>{});
+}
+
+TEST(BoxWarnings, NameAFaultByItsCause) {
+  Case faulted;
+  faulted.status.loop.tick.mode = rt::Mode::faulted;
+  faulted.status.loop.tick.cause = rt::Cause::force_not_finite;
+  EXPECT_EQ(
+      faulted.warnings(),
+      std::vector<std::string>{"faulted: the force law computed a number that is not finite (correct the "
+                               "cause, then: hapticctl clear-fault)"});
+}
+
+TEST(BoxWarnings, SayHowLateTheForceLoopIsAndWhatHelpsHere) {
+  Case late;
+  late.lateness = {true, 60'000, 70, 12};
+  const auto only = [&late] {
+    const auto all = late.warnings();
+    return all.empty() ? std::string() : all.front();
+  };
+  EXPECT_TRUE(
+      only().starts_with("the force loop is late: 70 of 60000 ticks, and 12 periods without one, within the "
+                         "last minute ("))
+      << only();
+  EXPECT_NE(only().find("CPU 3 runs nothing else"), std::string::npos) << only();
+  late.cpu_is_isolated = false;
+  EXPECT_NE(only().find("hapticd-realtime-setup apply"), std::string::npos) << only();
+  late.privileges.realtime_scheduling = false;
+  EXPECT_NE(only().find("LimitRTPRIO="), std::string::npos) << only();
+  late.lateness.late = false;
+  EXPECT_EQ(only().find("is late"), std::string::npos) << only();
+}
+
+// 'hapticctl doctor' shows these warnings, and status shows them too: neither is a remedy.
+TEST(BoxWarnings, NeverSendAReaderInACircle) {
+  std::vector<std::string> all;
+  for (const bool realtime : {true, false}) {
+    for (const bool isolated : {true, false}) {
+      Case wrong;
+      wrong.status.loop.tick.mode = rt::Mode::faulted;
+      wrong.status.loop.tick.stiffness_limit_n_per_m = 1;
+      wrong.status.camera.state = drivers::CameraState::lost;
+      wrong.status.camera.detail = "gone (check the cable)";
+      wrong.status.handle.state = drivers::HandlePresence::lost;
+      wrong.status.handle.detail = "gone (check the cable)";
+      wrong.status.scene.points_over_capacity = 1;
+      wrong.status.handle.scheduling = {50, 0};
+      wrong.privileges = {realtime, false, -1};
+      wrong.cpus_may_sleep = true;
+      wrong.cpu_is_isolated = isolated;
+      wrong.lateness = {true, 60'000, 70, 12};
+      for (std::string& text : wrong.warnings()) all.push_back(std::move(text));
+    }
+  }
+  ASSERT_GT(all.size(), 30U);
+  for (const std::string& text : all) {
+    EXPECT_EQ(text.find("hapticctl doctor"), std::string::npos) << text;
+    EXPECT_EQ(text.find("hapticctl status"), std::string::npos) << text;
+    EXPECT_NE(text.find('('), std::string::npos) << "no remedy: " << text;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::daemon
