@@ -247,6 +247,10 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
         "handle.device_latency_s", kRestart, "s", {0, 0.1}, "",
         "time by which the device exerts a command later, or measures its position earlier, than its driver can tell; added to "
         "the delay that stiffness limit and contact damping follow from"),
+    row<HAPTICD_MEMBER(handle.measure_latency)>(
+        "handle.measure_latency", kRestart, "", {}, "",
+        "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
+        "reckon with what the driver cannot tell"),
     row<HAPTICD_MEMBER(handle.thread_priority)>(
         "handle.thread_priority", kRestart, "", {-1, 97}, "",
         "SCHED_FIFO priority of the handle's thread, below loop.priority; 0: none; -1: the driver's default"),

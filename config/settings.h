@@ -193,8 +193,9 @@ struct HandleSettings {
   rt::PoseParameters pose;     ///< T_world_handle
   int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: none
   double resolution_m = 5e-5;  ///< smallest motion of the hand above the device's noise
-  double device_latency_s =
-      0;  ///< from a command's arrival at the device to the force, beyond what its driver measures
+  /// From a command's arrival at the device to the force, beyond what its driver measures.
+  double device_latency_s = 0;
+  bool measure_latency = true;  ///< rt::HandleState::probes, of devices that exert forces over a link
   int thread_priority = -1;   ///< SCHED_FIFO; 0: none; -1: the driver's default
   double device_mass_kg = 0;  ///< of the device alone, at the hand; 0: that of the driver's lightest device
   SimulatedHandleSettings simulated;

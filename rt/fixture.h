@@ -76,6 +76,7 @@ struct Fixture {
   double max_force_n = 2;          ///< > 0; limits the force, never where the proxy is
   double fade_in_s = 0.5;          ///< >= 0
   double escape_force_n = 0;       ///< guidance: it gives way above this force; 0: never
+  bool fades_without_depth = false;  ///< it ends while the camera is lost; else it goes on acting
   std::uint32_t first_element = 0;  ///< path: of FixtureSet::elements
   std::uint32_t element_count = 0;  ///< path
 };
@@ -88,6 +89,14 @@ struct FixtureSet {
   std::array<PathElement, kMaxFixtures * kMaxPathElements> elements{};
 };
 static_assert(std::is_trivially_copyable_v<FixtureSet>);
+
+/// Returns whether a fixture goes on acting while the camera is lost; `fixtures` may be null.  RT: safe.
+inline bool keepsWithoutDepth(const FixtureSet* fixtures) noexcept {
+  for (std::size_t i = 0; fixtures != nullptr && i < fixtures->count; ++i) {
+    if (fixtures->fixtures[i].enabled && !fixtures->fixtures[i].fades_without_depth) return true;
+  }
+  return false;
+}
 
 /// Written by the control thread, read by the force thread.
 using FixtureChannel = TripleBuffer<FixtureSet>;

@@ -63,6 +63,7 @@ class FixtureForces::Tick {
     memory_.generation = input_.set.generation;
     memory_.placed = true;
     memory_.hip_m_in_world = hip_;
+    memory_.depth_share = input_.depth_share;
     return out_;
   }
 
@@ -83,6 +84,10 @@ class FixtureForces::Tick {
   bool acts(std::size_t i) const noexcept { return memoryOf(i).definition != 0; }
   bool isRegion(std::size_t i) const noexcept { return acts(i) && !isGuidance(fixture(i).kind); }
   bool isStandoff(std::size_t i) const noexcept { return fixture(i).kind == FixtureKind::standoff; }
+  /// Share of a fixture's force that is exerted.
+  double shareOf(std::size_t i) const noexcept {
+    return fixture(i).fades_without_depth ? input_.depth_share : 1;
+  }
 
   /// Adapts the memory to a changed set, in which a fixture may have another place.
   void takeOver() noexcept {
@@ -147,12 +152,20 @@ class FixtureForces::Tick {
     region.shape = fixture(i).shape;
   }
 
+  /// Lets a region that had ended without depth begin at the HIP's depth.
+  void returns(std::size_t i) noexcept {
+    renewed_[i] = true;
+    from_[i] = hip_;
+    spring_depth_m_[i] = 0;
+  }
+
   void followRegions() noexcept {
     const double moved_m = norm(motion_);
     for (std::size_t i = 0; i < count(); ++i) {
       if (!isRegion(i)) continue;
       RegionMemory& region = memoryOf(i).region;
       region.room_m -= moved_m;
+      if (memory_.depth_share == 0 && shareOf(i) > 0 && fixture(i).fades_without_depth) returns(i);
       if (!renewed_[i] && !region.held && region.room_m > kNear_m && !isStandoff(i)) continue;
       const Vec3 from = renewed_[i]   ? from_[i]
                         : region.held ? region.proxy_m_in_world
@@ -177,6 +190,12 @@ class FixtureForces::Tick {
     }
   }
 
+  /// The spring as it is exerted; its energy is in proportion to the share.
+  SaturatingSpring springOf(std::size_t i) const noexcept {
+    const SaturatingSpring spring = memoryOf(i).region.spring();
+    return {shareOf(i) * spring.stiffness_n_per_m, shareOf(i) * spring.max_force_n};
+  }
+
   /// Damping of one region along its normal.
   struct Damper {
     double of_lag_n_s_per_m = 0;  ///< against the lag of the spring
@@ -185,11 +204,12 @@ class FixtureForces::Tick {
   Damper damperOf(std::size_t i) const noexcept {
     const RegionMemory& region = memoryOf(i).region;
     const double depth_m = region.springDepth_m();
-    const SaturatingSpring spring = region.spring();
+    const SaturatingSpring spring = springOf(i);
     const double ramp = std::min(1.0, depth_m / kDampingRamp_m);
     const double saturated = std::clamp((depth_m - spring.saturation_m()) / kDampingRamp_m, 0.0, 1.0);
     const double of_lag = input_.lag_damping_s * spring.stiffness_n_per_m;
-    return {(1 - saturated) * of_lag, ramp * std::max(0.0, fixture(i).damping_n_s_per_m - of_lag)};
+    return {(1 - saturated) * of_lag,
+            ramp * std::max(0.0, shareOf(i) * fixture(i).damping_n_s_per_m - of_lag)};
   }
 
   /// Share of the configured damping with which all dampers together are still stable.
@@ -216,12 +236,12 @@ class FixtureForces::Tick {
     for (std::size_t i = 0; i < count(); ++i) {
       if (!isRegion(i)) continue;
       const RegionMemory& region = memoryOf(i).region;
-      const double depth_m = region.springDepth_m();
+      const double depth_m = shareOf(i) > 0 ? region.springDepth_m() : 0;
       if (depth_m > 0 || memoryOf(i).force_n > 0) out_.steepest_n_per_m += region.spring().stiffness_n_per_m;
       memoryOf(i).force_n = 0;
       if (!(depth_m > 0)) continue;
       if (own_share < 0) own_share = shareOfOwnDamping();
-      const SaturatingSpring spring = region.spring();
+      const SaturatingSpring spring = springOf(i);
       const Vec3& normal = region.normal_in_world;
       const double spring_n = spring.force_n(depth_m);
       const Damper damper = damperOf(i);
@@ -238,8 +258,10 @@ class FixtureForces::Tick {
       out_.in_contact |= 1U << i;
       out_.spring_force_n += spring_n * normal;
       out_.force_n += force_n * normal;
-      const double energy_j = region.energy_j();
+      const double energy_j = spring.energy_j(depth_m);
       out_.stored_j += energy_j;
+      if (fixture(i).fades_without_depth)
+        out_.changes_j += (input_.depth_share - memory_.depth_share) * region.energy_j();
       out_.damping_n_s_per_m += damper.of_lag_n_s_per_m + own_share * damper.own_n_s_per_m;
       if (isStandoff(i)) {
         out_.standoff_force_n += spring_n * normal;
@@ -260,6 +282,12 @@ class FixtureForces::Tick {
       if (!isRegion(i)) continue;
       RegionMemory& region = memoryOf(i).region;
       double& distance_m = memoryOf(i).distance_m;
+      const bool ended = !(shareOf(i) > 0);
+      memoryOf(i).breaches.follow(region.held && !ended ? region.depth_m : 0, hip_, input_.now_ns);
+      if (ended) {
+        distance_m = std::numeric_limits<double>::quiet_NaN();
+        continue;
+      }
       if (region.held) {
         distance_m = -region.depth_m;
       } else if (isStandoff(i)) {
@@ -302,11 +330,11 @@ class FixtureForces::Tick {
            .lag_damping_s = input_.lag_damping_s,
            .period_s = input_.period_s},
           memory);
-      out_.guidance_force_n += force.force_n;
-      out_.guidance_j += force.stored_j;
-      memoryOf(i).force_n = norm(force.force_n);
+      out_.guidance_force_n += shareOf(i) * force.force_n;
+      out_.guidance_j += shareOf(i) * force.stored_j;
+      memoryOf(i).force_n = shareOf(i) * norm(force.force_n);
       memoryOf(i).distance_m = force.located ? force.distance_m : std::numeric_limits<double>::quiet_NaN();
-      if (!(force.force_n == Vec3{})) out_.in_contact |= 1U << i;
+      if (memoryOf(i).force_n > 0) out_.in_contact |= 1U << i;
       guidance_[i] = force;
     }
   }
@@ -393,6 +421,20 @@ class FixtureForces::Tick {
   std::array<double, kMaxFixtures> speed_m_per_s_{};
   std::array<GuidanceForce, kMaxFixtures> guidance_;
 };
+
+FixtureState FixtureForces::stateOf(std::size_t place) const noexcept {
+  const FixtureMemory& memory = memory_.fixtures[place];
+  FixtureState state;
+  state.breach = memory.breaches.ended();
+  if (memory.definition == 0) return state;
+  const GuidanceMemory& guidance = memory.guidance;
+  state.distance_m = memory.distance_m;
+  state.force_n = memory.force_n;
+  state.stiffness_n_per_m = memory.region.stiffness_n_per_m > 0
+                                ? memory.region.spring().stiffness_n_per_m
+                                : guidance.stiffness_share.value() * guidance.stiffness_n_per_m;
+  return state;
+}
 
 FixtureForces::Output FixtureForces::step(const Input& input) HAPTICD_RT {
   Output output;

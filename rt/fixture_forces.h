@@ -2,11 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
 
 #include "rt/fixture.h"
+#include "rt/fixture_state.h"
 #include "rt/forbidden_region.h"
 #include "rt/force_law.h"
 #include "rt/guidance.h"
@@ -26,6 +28,7 @@ struct FixtureMemory {
   /// computed; not a number: not known.
   double distance_m = std::numeric_limits<double>::quiet_NaN();
   double force_n = 0;  ///< of the last tick
+  BreachWatch breaches;
   RegionMemory region;
   StandoffMemory standoff;
   GuidanceMemory guidance;
@@ -39,6 +42,7 @@ struct FixturesMemory {
   Vec3 left_guidance_n;         ///< of guidance fixtures that are gone, on its way to zero
   Vec3 law_place_m_in_world;    ///< of the last contact with the law's surface ...
   Vec3 law_normal_in_world;     ///< ... and its normal; zero: there was none
+  double depth_share = 1;       ///< FixtureInput::depth_share of the last tick
   std::uint32_t refreshed = 0;  ///< fixture whose distance was computed last for its own sake
   std::array<FixtureMemory, kMaxFixtures> fixtures;
 };
@@ -54,6 +58,8 @@ struct FixtureInput {
   const ForceSample& law;    ///< force of the law in this tick
   bool surface_law = false;  ///< it comes from the law `surface`
   double frame_age_s = 0;    ///< see LawInput
+  double depth_share = 1;    ///< share of the force of fixtures that fade without depth, 0..1
+  std::int64_t now_ns = 0;   ///< CLOCK_MONOTONIC
   double period_s = 0;
   bool engages = false;      ///< the force begins to be exerted in this tick: guidance fades in anew
   double lag_damping_s = 0;  ///< damping per stiffness that the loop's lag requires
@@ -108,6 +114,9 @@ class FixtureForces {
 
   /// Forgets all proxies and places; the next tick begins as if all fixtures were new.
   void release() HAPTICD_RT { memory_ = {}; }
+
+  /// Returns what the fixture at this place of the set does.  RT: safe.
+  FixtureState stateOf(std::size_t place) const noexcept;
 
   const Memory& memory() const noexcept { return memory_; }
   void restore(const Memory& memory) noexcept { memory_ = memory; }

@@ -90,6 +90,9 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   state_.counters.skipped_periods += skipped;
   state_.directive_generation = directive.generation;
   state_.stiffness_rules = core_.stiffnessRules();
+  state_.latency = core_.latency();
+  const std::size_t fixtures = channels_.control.fixtures.front().count;
+  for (std::size_t i = 0; i < fixtures; ++i) state_.fixtures[i] = core_.fixture(i);
   noteTransition(tick, woke_ns);
   count(tick);
   publish(tick);

@@ -72,6 +72,7 @@ HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) H
   memory_.outside_model_s = 0;
   memory_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
+  if (tick.depth_share < 1) sample.force_n_in_world = tick.depth_share * sample.force_n_in_world;
   tick.law_force_n_in_world = sample.force_n_in_world;
   memory_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
   return evaluation;
@@ -110,6 +111,8 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .law = evaluation.sample,
          .surface_law = laws_.law() == ForceLaw::surface,
          .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
+         .depth_share = tick.depth_share,
+         .now_ns = input.now_ns,
          .period_s = input.period_s,
          .engages = engaged && !memory_.exerting,
          .lag_damping_s = rules.fixture_damping_s,
@@ -391,6 +394,7 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const LiveParameters& parameters = input.directive.parameters;
   const Before before = memory_.before;
   const bool comparable = memory_.origin.model != 0;
+  tick.depth_share = memory_.supervisor.depthShare();
   const Evaluation evaluation = evaluateLaw(input, tick);
   const LagRules rules = lagRules(input, evaluation, tick);
   const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation, rules, tick);
@@ -399,7 +403,8 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   memory_.supervisor.decide(input, obstacle,
                             {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds,
                              .too_near = memory_.too_near,
-                             .in_debt = isInDebt(input)});
+                             .in_debt = isInDebt(input),
+                             .keeps = keepsWithoutDepth(input.fixtures)});
   const double mode_gain = memory_.supervisor.gain();
   const double gain = mode_gain * tick.stiffness_gain;
   memory_.before.gain = gain;

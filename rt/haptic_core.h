@@ -86,7 +86,7 @@ class HapticCore {
     std::uint64_t probed_session = 0;  ///< of the device whose latency has been measured, or is being; 0: none
     int probes_left = 0;               ///< measurements that may still be tried in it
     double hidden_latency_s = 0;       ///< see Tick
-    bool exerting = false;     ///< the mode was engaged in the previous tick
+    bool exerting = false;             ///< the mode was engaged in the previous tick
     TissueContact tissue;
     PalpationCue cue;
     AutomaticStiffness stiffness;
@@ -102,6 +102,11 @@ class HapticCore {
   /// LawInput::frame_age_s; 0: the moment shown by the scene.
   ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world, const LiveParameters& parameters,
                        double frame_age_s = 0) HAPTICD_RT;
+
+  /// Returns what the fixture at this place of the newest set does.
+  FixtureState fixture(std::size_t place) const HAPTICD_RT { return fixtures_.stateOf(place); }
+  /// Returns the result of the newest measurement of the device's latency.
+  const LatencyProbe::Result& latency() const HAPTICD_RT { return memory_.probe.result(); }
 
   /// Discards the proxy; the next force of a constraint law starts with the proxy at the HIP.
   void release() HAPTICD_RT {

@@ -9,9 +9,11 @@
 
 #include "rt/automatic_stiffness.h"
 #include "rt/fixture.h"
+#include "rt/fixture_state.h"
 #include "rt/force_law.h"
 #include "rt/handle_channel.h"
 #include "rt/latency_histogram.h"
+#include "rt/latency_probe.h"
 #include "rt/parameters.h"
 #include "rt/spsc_ring.h"
 #include "rt/stiffness_limit.h"
@@ -140,7 +142,11 @@ struct Tick {
   /// Time by which forces act later than the device says, as the loop has measured it (latency_probe.h); 0:
   /// not at all, or not known.
   double hidden_latency_s = 0;
+  /// Share of the forces that need depth, of the law and of fixtures that fade without it: below one while the
+  /// camera is lost and other fixtures go on acting.
+  double depth_share = 1;
 };
+
 
 /// Counters since the start of the loop.
 struct LoopCounters {
@@ -170,6 +176,9 @@ struct LoopState {
   std::array<Transition, kTransitionsKept> transitions{};  ///< number n is at index n modulo the size
   std::array<std::uint64_t, kCauseCount> transitions_by_cause{};
   StiffnessRules stiffness_rules;  ///< of the newest tick that evaluated the law
+  LatencyProbe::Result latency;    ///< of the newest measurement of the device's latency
+  /// Of the set that tick.fixture_generation names.
+  std::array<FixtureState, kMaxFixtures> fixtures{};
 };
 
 /// Requests of the control thread to the force loop, as one consistent set.

@@ -107,9 +107,9 @@ Supervisor::Obstacle Supervisor::look(const Input& input) HAPTICD_RT {
   if (norm(input.handle.position_m_in_world) > limits.workspace_radius_m) {
     return {Cause::outside_workspace};
   }
-  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return {Cause::depth_stale};
   if (overrunning) return {Cause::overrun_burst};
   if (inconsistent) return {Cause::handle_inconsistent};
+  if (isOlder(input.scene.frame_time_ns, input.now_ns, limits.depth_timeout_s)) return {Cause::depth_stale};
   return {};
 }
 
@@ -139,6 +139,14 @@ void Supervisor::engageOrRefuse(const Input& input, bool in_contact) HAPTICD_RT 
   cause_ = Cause::requested;
 }
 
+/// Returns whether the box stays engaged although depth is lost, because fixtures act that need none.
+bool Supervisor::goesOnWithoutDepth(const Obstacle& obstacle, bool too_near,
+                                    const Contact& contact) const HAPTICD_RT {
+  const bool stale = obstacle.cause == Cause::depth_stale;
+  const bool only_depth = stale || (obstacle.cause == Cause::none && too_near);
+  return only_depth && contact.keeps && accepted_ && !contact.in_debt;
+}
+
 void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Contact& contact) HAPTICD_RT {
   const Directive& directive = input.directive;
   const bool replaced = std::exchange(session_changed_, false);
@@ -148,12 +156,17 @@ void Supervisor::decide(const Input& input, const Obstacle& obstacle, const Cont
     accepted_ = false;
     refused_ = false;
   }
+  without_depth_ = false;
   if (!directive.engage) {  // also clears a fault
     if (mode_ != Mode::idle) cause_ = mode_ == Mode::starting ? Cause::none : Cause::requested;
     mode_ = Mode::idle;
   } else if (mode_ != Mode::faulted && !refused_) {
     if (replaced && accepted_) {
       refuse(Cause::handle_replaced);
+    } else if (goesOnWithoutDepth(obstacle, too_near, contact)) {
+      without_depth_ = true;
+      mode_ = Mode::engaged;
+      cause_ = too_near ? Cause::surface_too_near : Cause::depth_stale;
     } else if (obstacle.cause != Cause::none) {
       mode_ = Mode::holding;
       cause_ = obstacle.cause;
@@ -181,6 +194,13 @@ void Supervisor::moveGain(const Input& input, const Obstacle& obstacle) HAPTICD_
     gain_ = std::max(0.0, gain_ - elapsed_s / limits.depth_ramp_s);
   } else {
     gain_ = 0;
+  }
+  if (without_depth_) {
+    depth_share_ = std::max(0.0, depth_share_ - elapsed_s / limits.depth_ramp_s);
+  } else if (gain_ > 0) {
+    depth_share_ = std::min(1.0, depth_share_ + input.period_s / limits.engage_ramp_s);
+  } else {
+    depth_share_ = 1;
   }
 }
 

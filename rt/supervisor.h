@@ -51,6 +51,7 @@ class Supervisor {
     bool in_contact = false;  ///< the HIP is in contact
     bool too_near = false;    ///< ForceSample::too_near
     bool in_debt = false;     ///< the hand has got more energy than allowed
+    bool keeps = false;       ///< a fixture goes on acting without depth
   };
 
   /// Checks the inputs. Called once per tick, before the law is evaluated.
@@ -69,6 +70,9 @@ class Supervisor {
   /// Lets the force ramp in anew: the device has had none for a while.
   void restartRamp() noexcept { gain_ = 0; }
 
+  /// Returns the share of what needs depth, 0..1, besides gain().
+  double depthShare() const noexcept { return depth_share_; }
+
   Mode mode() const noexcept { return mode_; }
   Cause cause() const noexcept { return cause_; }
   /// Returns the share of the law's force to exert, 0..1.
@@ -81,12 +85,15 @@ class Supervisor {
   bool isOverrunning(const Input& input) HAPTICD_RT;
   bool isTooNear(const Input& input, const Contact& contact) HAPTICD_RT;
   void engageOrRefuse(const Input& input, bool in_contact) HAPTICD_RT;
+  bool goesOnWithoutDepth(const Obstacle& obstacle, bool too_near, const Contact& contact) const HAPTICD_RT;
   void moveGain(const Input& input, const Obstacle& obstacle) HAPTICD_RT;
   void refuse(Cause cause) HAPTICD_RT;
 
   Mode mode_ = Mode::starting;
   Cause cause_ = Cause::none;
   double gain_ = 0;
+  double depth_share_ = 1;
+  bool without_depth_ = false;  ///< engaged although depth is lost
   std::int64_t last_ns_ = 0;   ///< time of the last change of the gain
   std::uint64_t request_ = 0;  ///< the newest request that was decided on
   bool accepted_ = false;      ///< that request was granted

@@ -263,9 +263,9 @@ OrderedJson tickJson(const rt::Tick& tick) {
                scaled_force, passive_force, filtered_force, slewed_force, command_force, fixture_generation,
                fixtures_in_contact, nearest_fixture, fixture_distance, fixture_proxy, fixture_force,
                guidance_force, tissue_generation, tissue_region, cue_force, stiffness, stiffness_bound,
-               surface_noise] = tick;
+               surface_noise, hidden_latency, depth_share] = tick;
   const auto& [handle_position, handle_velocity, handle_sequence, handle_time_ns, handle_session,
-               handle_condition, buttons, delay_s, command_latency_ns, damps] = handle;
+               handle_condition, buttons, delay_s, command_latency_ns, damps, contradicts, probes] = handle;
   const bool has_proxy = rt::hasProxy(law);
   return {{"number", number},
           {"plannedNs", planned_ns},
@@ -297,6 +297,9 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"buttons", buttons},
           {"handleDelayS", delay_s},
           {"handleDamps", damps},
+          {"handleContradicts", contradicts},
+          {"hiddenLatencyS", hidden_latency},
+          {"depthShare", depth_share},
           {"handleCommandLatencyNs", command_latency_ns},
           {"hipMInWorld", vectorJson(hip)},
           {"proxyMInWorld", has_proxy ? vectorJson(proxy) : OrderedJson()},
@@ -320,12 +323,22 @@ OrderedJson tickJson(const rt::Tick& tick) {
           {"surfaceNoiseM", surface_noise > 0 ? OrderedJson(surface_noise) : OrderedJson()}};
 }
 
+OrderedJson deviceLatencyJson(const rt::LatencyProbe::Result& result) {
+  const auto& [number, conclusive, latency_s, explained, mass_kg] = result;
+  if (number == 0) return {};
+  return {{"measurements", number},
+          {"conclusive", conclusive},
+          {"latencyS", conclusive ? OrderedJson(latency_s) : OrderedJson()},
+          {"massKg", conclusive ? OrderedJson(mass_kg) : OrderedJson()},
+          {"explained", explained}};
+}
+
 OrderedJson statusJson(const BoxStatus& status) {
   const auto& [loop_state, privileges, warnings, rate_hz, wakeup_latency, compute_time, trace_ticks_dropped,
                force_thread_page_faults, camera, scene, handle, uptime_s, law, leds, trace, control, fixtures,
                tissue, pending_reload] = status;
   const auto& [tick, counters, directive_generation, transition_count, transitions, transitions_by_cause,
-               stiffness_rules] = loop_state;
+               stiffness_rules, latency, fixture_states] = loop_state;
 
   OrderedJson loop = {{"rateHz", rate_hz}};
   loop.update(privilegesJson(privileges));
@@ -346,6 +359,7 @@ OrderedJson statusJson(const BoxStatus& status) {
           {"loop", std::move(loop)},
           {"tick", tickJson(tick)},
           {"stiffness", stiffnessJson(stiffness_rules)},
+          {"deviceLatency", deviceLatencyJson(latency)},
           {"camera", cameraJson(camera)},
           {"scene", sceneJson(scene)},
           {"handle", handleJson(handle)},

@@ -16,6 +16,7 @@ HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::Handl
       motion_scale_(scale.motion_scale),
       clutch_button_(settings.clutch_button),
       device_latency_s_(settings.device_latency_s),
+      measures_latency_(settings.measure_latency),
       velocity_(settings.resolution_m) {}
 
 void HandleFrame::beginSession() {
@@ -52,7 +53,7 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   state.contradicts = contradicted;
   state.command_latency_ns = measurement.command_latency_ns;
   state.damps = measurement.damps;
-  state.probes = measurement.probes;
+  state.probes = measures_latency_ && measurement.over_link;
   if (!measurement.calibrated) {
     state.condition = rt::HandleCondition::not_calibrated;
     return state;

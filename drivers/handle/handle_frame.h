@@ -23,7 +23,7 @@ struct HandleMeasurement {
   double delay_s = 0;                                       ///< see rt::HandleState
   std::int64_t command_latency_ns = 0;                      ///< see rt::HandleState
   bool damps = false;                                       ///< see rt::HandleState
-  bool probes = false;                                      ///< see rt::HandleState
+  bool over_link = false;  ///< the device exerts forces over a link that cannot tell how late
 };
 
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
@@ -55,6 +55,7 @@ class HandleFrame {
   double motion_scale_;
   int clutch_button_;
   double device_latency_s_;
+  bool measures_latency_;
   VelocityEstimator velocity_;
   VelocityCheck check_;
   bool distrusted_ = false;  // the device's velocity was contradicted in this session

@@ -17,7 +17,7 @@ concept MaybeConst = std::same_as<std::remove_const_t<Type>, Record>;
 template <MaybeConst<rt::HandleState> Handle>
 void visitHandleFields(Handle& handle, auto& visit) {
   auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s, command_latency_ns,
-         damps] = handle;
+         damps, contradicts, probes] = handle;
   visit("handle_position_m_in_world", position);
   visit("handle_velocity_m_per_s_in_world", velocity);
   visit("handle_sequence", sequence);
@@ -28,6 +28,8 @@ void visitHandleFields(Handle& handle, auto& visit) {
   visit("handle_delay_s", delay_s);
   visit("handle_command_latency_ns", command_latency_ns);
   visit("handle_damps", damps);
+  visit("handle_contradicts", contradicts);
+  visit("handle_probes", probes);
 }
 
 template <MaybeConst<rt::Tick> Tick>
@@ -39,7 +41,8 @@ void visitFields(Tick& tick, auto&& visit) {
          stiffness_rule, contact_damping, law_force, blended_force, damped_force, scaled_force, passive_force,
          filtered_force, slewed_force, command_force, fixture_generation, fixtures_in_contact,
          nearest_fixture, fixture_distance, fixture_proxy, fixture_force, guidance_force, tissue_generation,
-         tissue_region, cue_force, stiffness, stiffness_bound, surface_noise] = tick;
+         tissue_region, cue_force, stiffness, stiffness_bound, surface_noise, hidden_latency, depth_share] =
+      tick;
   visit("number", number);
   visit("planned_ns", planned_ns);
   visit("wakeup_latency_ns", wakeup_latency_ns);
@@ -94,6 +97,8 @@ void visitFields(Tick& tick, auto&& visit) {
   visit("stiffness_n_per_m", stiffness);
   visit("stiffness_bound", stiffness_bound);
   visit("surface_noise_m", surface_noise);
+  visit("hidden_latency_s", hidden_latency);
+  visit("depth_share", depth_share);
 }
 
 template <MaybeConst<ModelRecord> Model>

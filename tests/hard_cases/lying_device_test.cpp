@@ -48,7 +48,7 @@ class Device {
     return frame_.stateOf({.position_m_in_handle = {rounded(p.x), rounded(p.y), rounded(p.z)},
                            .time_ns = time_ns,
                            .velocity_m_per_s_in_handle = claimed(hand.velocity_m_per_s),
-                           .probes = true});
+                           .over_link = true});
   }
 
  private:
@@ -182,7 +182,6 @@ TEST_P(LyingDevice, GivesTheHandLittleAndIsNamed) {
     }
   }
   RecordProperty("most_mj", fmt::format("{:.1f}", most_j * 1e3));
-  std::printf("most %.1f mJ\n", most_j * 1e3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Claims, LyingDevice,

@@ -87,6 +87,8 @@ rt::HandleState anyHandle(Random& random) {
   handle.delay_s = anyDouble(random);
   handle.command_latency_ns = Any{random};
   handle.damps = Any{random};
+  handle.contradicts = Any{random};
+  handle.probes = Any{random};
   return handle;
 }
 
@@ -129,6 +131,8 @@ void setAdditions(rt::Tick& tick, Random& random) {
   tick.stiffness_n_per_m = anyDouble(random);
   tick.stiffness_bound = anyOf<rt::StiffnessBound>(random, 6);
   tick.surface_noise_m = anyDouble(random);
+  tick.hidden_latency_s = anyDouble(random);
+  tick.depth_share = anyDouble(random);
 }
 
 void check(const auto& done) {

@@ -155,6 +155,8 @@ void expectHandle(Members& members, const rt::HandleState& handle) {
   members.number("handle_delay_s", handle.delay_s);
   members.number("handle_command_latency_ns", handle.command_latency_ns);
   members.flag("handle_damps", handle.damps);
+  members.flag("handle_contradicts", handle.contradicts);
+  members.flag("handle_probes", handle.probes);
 }
 
 void expectFlags(Members& members, const rt::Tick& tick) {
@@ -195,6 +197,8 @@ void expectAdditions(Members& members, const rt::Tick& tick) {
   members.number("stiffness_n_per_m", tick.stiffness_n_per_m);
   members.enumerator("stiffness_bound", tick.stiffness_bound);
   members.number("surface_noise_m", tick.surface_noise_m);
+  members.number("hidden_latency_s", tick.hidden_latency_s);
+  members.number("depth_share", tick.depth_share);
 }
 
 void expectMembers(Members& members, const rt::Tick& tick) {

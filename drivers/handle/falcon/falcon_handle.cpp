@@ -183,6 +183,7 @@ void FalconHandle::take(Session& session, const FalconReply& reply) {
   measurement.calibrated = tracker.homed();
   measurement.delay_s = 2 * session.exchange_time.mean_s();
   measurement.command_latency_ns = gate_.latency_ns();
+  measurement.over_link = true;
   if (tracker.homed()) {
     if (!tracker.pose()) {
       ++session.without_pose;

@@ -150,6 +150,7 @@ void UdpWorker::publishNewest() {
   measurement.delay_s = static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_) * 1e-9;
   measurement.command_latency_ns = gate_.latency_ns();
   measurement.damps = packet.damps;
+  measurement.over_link = true;
   channels_.state.write(frame_.stateOf(measurement));
   ++measurements_;
   session_began_ = false;
