@@ -30,8 +30,8 @@ bool isLabel(std::string_view text) {
 }
 
 OrderedJson entryJson(const drivers::TraceEntry& entry) {
-  const auto& [name, bytes, time_ns, open, depth, kept, note, begin_ns] = entry;
-  return {{"name", name},   {"bytes", bytes}, {"timeNs", time_ns}, {"open", open},
+  const auto& [name, bytes, time_ns, open, damaged, depth, kept, note, begin_ns] = entry;
+  return {{"name", name},   {"bytes", bytes}, {"timeNs", time_ns}, {"open", open},       {"damaged", damaged},
           {"depth", depth}, {"kept", kept},   {"note", note},      {"beginNs", begin_ns}};
 }
 

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -91,8 +92,9 @@ class TraceRecorder {
   // All functions from here on: trace thread, unless stated otherwise.
   void run();
   void step();
+  void takeAll();
   void takeRecords();
-  void takeTicks();
+  void takeTicks(std::int64_t until_ns);
   void take(const rt::Tick& tick);
   void countDrops(std::uint64_t drops);
   /// Called once a second: checks the space, continues in another file, tries again after a failure.
@@ -140,7 +142,8 @@ class TraceRecorder {
   FlightRecorder flight_recorder_;
   DumpSchedule dumps_;
   RecordsInForce in_force_;
-  std::uint64_t ring_drops_ = 0;  // ticks dropped by the ring, as far as known
+  std::optional<rt::Tick> early_;  // popped, but newer than the other records taken so far
+  std::uint64_t ring_drops_ = 0;   // ticks dropped by the ring, as far as known
   std::int64_t next_look_ns_ = 0;
   DiskSpace space_;
   std::map<std::string, std::string> problems_;  // the key is the action that failed

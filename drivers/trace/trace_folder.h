@@ -14,13 +14,14 @@ namespace hapticd::drivers {
 
 /// A trace in a folder.
 struct TraceEntry {
-  std::string name;          ///< without folder and extension
+  std::string name;          ///< without folder and extension; with them if it is a damaged original
   std::uint64_t bytes = 0;   ///< including its depth recording
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
   bool open = false;         ///< being written, or left by a crash (".part")
-  bool depth = false;        ///< has raw depth in it, or in NAME.depth next to it (older versions)
-  bool kept = false;         ///< marked to be kept, by an empty file NAME.keep
-  std::string note;          ///< a line of text about it, from NAME.note; empty: there is none
+  bool damaged = false;  ///< the original of a trace that was recovered to a new file ("NAME.mcap.damaged")
+  bool depth = false;    ///< has raw depth in it, or in NAME.depth next to it (older versions)
+  bool kept = false;     ///< marked to be kept, by an empty file NAME.keep
+  std::string note;      ///< a line of text about it, from NAME.note; empty: there is none
   /// CLOCK_REALTIME of its beginning, in whole seconds, from its name; if the name has no time, that of its
   /// last change.
   std::int64_t begin_ns = 0;
@@ -31,7 +32,8 @@ inline constexpr std::string_view kDumpLabel = "dump";
 inline constexpr std::string_view kFaultLabel = "fault";
 inline constexpr std::string_view kOverrunBurstLabel = "overrun-burst";
 
-/// Returns true for valid names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.'.
+/// Returns true for valid names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.';
+/// for a damaged original the name of its trace and the ending of its file.
 bool isTraceName(std::string_view name);
 
 /// Returns true for the name of a trace written by the flight recorder: a time and kDumpLabel, kFaultLabel or

@@ -91,7 +91,8 @@ std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::
       if (channel.topic != kChannelName<rt::Tick>.topic) return true;
       auto decoder = MessageDecoder<rt::Tick>::forSchema(channel.schema);
       if (!decoder || !decoder->decode(message.data, tick)) return true;
-      offset_ns = static_cast<std::int64_t>(message.time_ns - static_cast<std::uint64_t>(tick.planned_ns));
+      offset_ns =
+          static_cast<std::int64_t>(message.publish_time_ns - static_cast<std::uint64_t>(tick.planned_ns));
       return false;
     });
     if (offset_ns) break;
@@ -135,11 +136,9 @@ std::optional<std::uint64_t> intactTo(const mcap::Salvage& whole) {
     }
   }
   const std::uint64_t head_end = end;
-  std::uint64_t start_ns = 0;
   for (const mcap::IntactChunk& chunk : whole.chunks) {
     const bool in_place = chunk.offset >= head_end && (chunk.indexed || &chunk == &whole.chunks.back());
-    if (!in_place || chunk.start_ns < start_ns) return {};
-    start_ns = chunk.start_ns;
+    if (!in_place) return {};
     end = std::max(end, chunk.end());
   }
   const bool early =

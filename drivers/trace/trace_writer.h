@@ -59,7 +59,8 @@ class TraceWriter {
   ~TraceWriter();
 
   // Each record is held until its chunk is complete; the chunk is then written in time order and synchronised
-  // to disk. Records may arrive a tenth of a chunk late without making chunks overlap in time.
+  // to disk. Records may arrive a tenth of a chunk late; one that is later still keeps its own time, but its
+  // message takes its place (log_time) behind what is on the disk, so that chunks never overlap in time.
   // Errors: disk errors. The trace then ends with its last complete chunk: nothing more is written, but
   // close() still makes it a readable file once there is space for the summary.
   config::Result<void> write(const rt::Tick& tick);

@@ -177,10 +177,11 @@ void addList(CommandLine& line, CLI::App& group) {
 void addDelete(CommandLine& line, CLI::App& group) {
   const CommandOptions& options = line.options();
   const auto words = std::make_shared<DeleteWords>();
-  CLI::App& command = line.add(group, "delete",
-                               "Delete finished traces by name or by age; asks before it deletes several.\n"
-                               "Traces that are kept or being written stay",
-                               [&options, words] { return runDelete(options, *words); });
+  CLI::App& command =
+      line.add(group, "delete",
+               "Delete finished traces and damaged originals by name or by age; asks before it\n"
+               "deletes several. Traces that are kept or being written stay",
+               [&options, words] { return runDelete(options, *words); });
   command.add_option("NAME", words->names, "Names of traces")->type_name("TRACE");
   command.add_option("--older-than", words->older_than, "Traces that began longer ago, such as 30d or 12h")
       ->type_name("AGE")

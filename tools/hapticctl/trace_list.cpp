@@ -28,13 +28,16 @@ bool isChosen(const Json& trace, const TraceListOptions& options) {
   if (options.since_ns && !(begin_ns >= static_cast<double>(*options.since_ns))) return false;
   if (options.until_ns && !(begin_ns <= static_cast<double>(*options.until_ns))) return false;
   if (options.state == "writing" && !flagAt(trace, "open")) return false;
-  if (options.state == "finished" && flagAt(trace, "open")) return false;
+  if (options.state == "finished" && (flagAt(trace, "open") || flagAt(trace, "damaged"))) return false;
+  if (options.state == "damaged" && !flagAt(trace, "damaged")) return false;
   if (options.state == "kept" && !flagAt(trace, "kept")) return false;
   return labelOf(textAt(trace, "name")).find(options.label) != std::string::npos;
 }
 
 std::string stateText(const Json& trace) {
-  std::string text = flagAt(trace, "open") ? "being written" : "finished";
+  std::string text = flagAt(trace, "open")      ? "being written"
+                     : flagAt(trace, "damaged") ? "damaged original"
+                                                : "finished";
   if (flagAt(trace, "kept")) text += ", kept";
   if (flagAt(trace, "depth")) text += ", with depth";
   return text;

@@ -16,7 +16,7 @@ struct TraceListOptions {
   std::string label = {};                     ///< part of the name; empty: any
   std::optional<std::int64_t> since_ns = {};  ///< begun at that time or later, CLOCK_REALTIME
   std::optional<std::int64_t> until_ns = {};  ///< begun at that time or before
-  std::string state = {};                     ///< writing, finished or kept; empty: any
+  std::string state = {};                     ///< writing, finished, damaged or kept; empty: any
   std::string sort = "time";                  ///< time: of the begin; name; size
   bool reverse = false;
 };

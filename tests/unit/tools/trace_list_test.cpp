@@ -63,6 +63,18 @@ TEST(TraceList, ShowsAgeSizeStateAndNoteAndSumsUp) {
       "3 traces, 2.0 GB\n");
 }
 
+TEST(TraceList, DamagedOriginalsAreListedAndDeletedLikeTraces) {
+  Json reply = kReply;
+  const std::string name = "2026-03-03T05-06-07Z-left.mcap.damaged";
+  reply["traces"].push_back(
+      {{"name", name}, {"bytes", 1000}, {"open", false}, {"damaged", true}, {"kept", false}});
+  EXPECT_EQ(chosenTraces(reply, {.state = "finished"}).size(), 2U);
+  EXPECT_EQ(chosenTraces(reply, {.state = "damaged"}).size(), 1U);
+  const std::string text = traceListText(reply["traces"], reply, kNow_ns, TerminalSize::kNoLimit);
+  EXPECT_NE(text.find("damaged original\n"), std::string::npos) << text;
+  EXPECT_EQ(deletionOf({name}, reply).to_delete.size(), 1U);
+}
+
 TEST(TraceList, SaysHowManyTracesWereLeftOut) {
   Json reply = kReply;
   reply["omitted"] = 7;

@@ -152,6 +152,34 @@ TEST(TraceFolder, AKeptTraceIsDeletedOnlyAfterTheMarkIsRemoved) {
   EXPECT_FALSE(fs::exists(folder.path() / "a.keep"));
 }
 
+TEST(TraceFolder, DamagedOriginalsAreCountedKeptAndDeletedByName) {
+  const TemporaryFolder folder;
+  const std::string name = "2026-03-04T05-06-07Z-a", damaged = name + ".mcap.damaged";
+  addFile(folder, name + ".mcap", 1, {});
+  addFile(folder, damaged, 10, {});
+  addFile(folder, damaged + "-2", 100, {});
+  for (const char* other : {"a.damaged", "a.mcap.damaged-", "a.mcap.damaged-x", "a.mcap.rewriting"})
+    addFile(folder, other, 1, {});
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{name, damaged, damaged + "-2"}));
+  const auto traces = *listTraces(folder.path());
+  EXPECT_EQ(traces[1].bytes, 10U);
+  EXPECT_TRUE(traces[1].damaged && traces[2].damaged && !traces[0].damaged);
+  EXPECT_FALSE(traces[1].open);
+  EXPECT_EQ(traces[1].begin_ns, traces[0].begin_ns);
+
+  ASSERT_TRUE(keepTrace(folder.path(), damaged, true));
+  EXPECT_FALSE(deleteTrace(folder.path(), damaged));
+  ASSERT_TRUE(keepTrace(folder.path(), damaged, false));
+  ASSERT_TRUE(noteTrace(folder.path(), damaged, "the disk failed"));
+  EXPECT_EQ((*listTraces(folder.path()))[1].note, "the disk failed");
+  ASSERT_TRUE(deleteTrace(folder.path(), damaged));
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{name, damaged + "-2"}));
+  EXPECT_FALSE(fs::exists(folder.path() / (damaged + ".note")));
+  ASSERT_TRUE(deleteTrace(folder.path(), name));
+  EXPECT_EQ(namesIn(folder), std::vector<std::string>{damaged + "-2"});
+  EXPECT_FALSE(deleteTrace(folder.path(), name + ".mcap.damaged-3"));
+}
+
 TEST(TraceFolder, ANoteIsListedReplacedAndGoesWithItsTrace) {
   const TemporaryFolder folder;
   addFile(folder, "a.mcap", 1, {});
