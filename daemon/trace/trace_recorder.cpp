@@ -81,6 +81,7 @@ config::Result<void> TraceRecorder::start() {
 }
 
 void TraceRecorder::stop() {
+  recovery_stops_ = true;
   if (thread_.joinable()) {
     {
       const std::lock_guard lock(mutex_);
@@ -103,7 +104,9 @@ void TraceRecorder::addNews(TraceNews news) {
 void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
   using Outcome = drivers::RecoveredTrace::Outcome;
   for (const std::string& name : names) {
-    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (name + ".mcap")));
+    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (name + ".mcap")),
+                                               [this](double) { return !recovery_stops_; });
+    if (!finished && recovery_stops_) return;  // the next start goes on
     const bool holds_nothing =
         finished && (finished->outcome == Outcome::empty || finished->outcome == Outcome::hopeless);
     if (holds_nothing) {

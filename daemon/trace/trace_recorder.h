@@ -170,6 +170,7 @@ class TraceRecorder {
   };
   std::mutex recovery_mutex_;
   Recovery recovery_outcome_;
+  std::atomic<bool> recovery_stops_ = false;
 
   Retention retention_;
   std::thread thread_;

@@ -120,7 +120,7 @@ config::Result<void> Writer::append(std::string_view bytes) {
 config::Result<void> Writer::write(const std::string& records) {
   ChunkContent content;
   ChunkContent::of(records, content);
-  const bool compressed = compressor_ && compressor_->compress(records, compressed_);
+  const bool compressed = compressor_ && compressRecords(*compressor_, records, compressed_);
   const ChunkRecord chunk{content.start_ns, content.end_ns,           records.size(),
                           crcOf(records),   compressed ? "zstd" : "", compressed ? compressed_ : records};
   std::string bytes;

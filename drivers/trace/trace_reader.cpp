@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <memory>
+#include <new>
 #include <tuple>
 
 #include "config/value_text.h"
@@ -32,7 +34,9 @@ const std::string* find(const TraceText& pairs, std::string_view key) {
 
 class Reading final : public mcap::Visitor {
  public:
-  explicit Reading(const TraceVisitor& visitor) : visitor_(visitor) {
+  /// `file_bytes`: size of the file.
+  Reading(const TraceVisitor& visitor, std::uint64_t file_bytes)
+      : visitor_(visitor), most_kept_bytes_(mcap::mostKept(file_bytes)) {
     if (visitor.depth) depth_ = [this](const DepthRecord& record) { return depth(record); };
   }
 
@@ -137,15 +141,21 @@ class Reading final : public mcap::Visitor {
       refuse(fmt::format("a trace with {} in another encoding", channel.topic));
       return true;
     }
-    auto found = MessageDecoder<Record>::forSchema(channel.schema);
-    if (!found) {
-      refuse(fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
-      return true;
+    // a file may define any number of channels with one schema
+    std::shared_ptr<void>& known = decoders_[{kChannelName<Record>.topic, channel.schema.data()}];
+    if (!known) {
+      auto found = MessageDecoder<Record>::forSchema(channel.schema);
+      if (!found) {
+        refuse(fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
+        return true;
+      }
+      info.topics.emplace(channel.topic);
+      if (!found->missing().empty()) info.missing[std::string(channel.topic)] = found->missing();
+      known = std::make_shared<MessageDecoder<Record>>(std::move(*found));
     }
-    info.topics.emplace(channel.topic);
-    if (!found->missing().empty()) info.missing[std::string(channel.topic)] = found->missing();
-    takers_[channel.id] = [this, &count, &to, decoder = std::move(*found)](std::string_view data) mutable {
-      return take(data, decoder, count, to);
+    auto decoder = std::static_pointer_cast<MessageDecoder<Record>>(known);
+    takers_[channel.id] = [this, &count, &to, decoder = std::move(decoder)](std::string_view data) {
+      return take(data, *decoder, count, to);
     };
     return true;
   }
@@ -169,8 +179,26 @@ class Reading final : public mcap::Visitor {
     }
     ++count;
     if constexpr (std::is_same_v<Record, rt::Tick>) countDropped(record);
+    if (to && !mayBeKept(record, data)) {
+      return fmt::format(
+          "the records up to here hold more than {} bytes for each byte of the file, which no trace does",
+          mcap::kMaxHeldRatio);
+    }
     if (to && !to(record)) enough_ = true;
     return "";
+  }
+
+  /// Counts what a visitor may keep of a record. Equal label images that follow each other are kept once.
+  template <typename Record>
+  bool mayBeKept(const Record& record, std::string_view message) {
+    constexpr std::size_t kPerByte = 4;  // two empty texts are 16 bytes there and 64 in memory
+    std::size_t bytes = message.size();
+    if constexpr (std::is_same_v<Record, AdditionsRecord>) {
+      if (record.labels.bytes == labels_) bytes -= labels_.size();
+      labels_ = record.labels.bytes;
+    }
+    kept_bytes_ += sizeof(Record) + kPerByte * bytes;
+    return kept_bytes_ <= most_kept_bytes_;
   }
 
   void countDropped(const rt::Tick& tick) {
@@ -189,7 +217,12 @@ class Reading final : public mcap::Visitor {
   const TraceVisitor& visitor_;
   std::function<bool(const DepthRecord&)> depth_;  ///< empty: images are not requested
   std::map<std::uint16_t, Taker> takers_;          ///< handlers by channel
+  /// A MessageDecoder for each topic and schema, which the reader keeps in one place.
+  std::map<std::pair<std::string_view, const char*>, std::shared_ptr<void>> decoders_;
   std::optional<std::string> other_format_;
+  std::uint64_t most_kept_bytes_;
+  std::uint64_t kept_bytes_ = 0;
+  std::string labels_;  ///< of the last additions
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
@@ -210,14 +243,17 @@ config::Result<void> TraceInfo::require(const std::filesystem::path& file, std::
                                        "use the trace that it was filtered from"});
 }
 
-config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) {
-  Reading reading(visitor);
+config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) try {
+  std::error_code no_file;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, no_file);
+  Reading reading(visitor, no_file ? 0 : bytes);
   if (const auto read = mcap::read(file, reading); !read) return std::unexpected(read.error().error);
-  std::error_code ignored;
-  reading.info.bytes = std::filesystem::file_size(file, ignored);
+  reading.info.bytes = no_file ? 0 : bytes;
   reading.info.complete = !reading.enough();
   if (visitor.progress) visitor.progress(1);
   return std::move(reading.info);
+} catch (const std::bad_alloc&) {
+  return std::unexpected(mcap::outOfMemory(file));
 }
 
 }  // namespace hapticd::drivers

@@ -37,6 +37,8 @@ struct ProgramOptions {
   bool stderr_broken = false;
   /// Largest size of a file, as on a full disk.
   std::optional<std::size_t> largest_file_bytes = {};
+  /// Largest address space.
+  std::optional<std::size_t> largest_memory_bytes = {};
 };
 
 /// How a program ended.
@@ -68,6 +70,10 @@ class Program {
   /// Returns whether a process of its group is left after its end.
   bool leftProcesses() const;
 
+  /// The most memory that was resident at a time, after its end. It is at least as much as this process had
+  /// when it started the program.
+  std::size_t peakMemoryBytes() const { return peak_memory_bytes_; }
+
   /// Returns its output so far.
   std::string output() const;
   std::string errors() const;
@@ -79,6 +85,7 @@ class Program {
   int output_ = -1;
   int errors_ = -1;
   std::optional<Ending> ending_;
+  std::size_t peak_memory_bytes_ = 0;
 };
 
 /// Result of a program that has ended.

@@ -329,7 +329,7 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
   ProgressLine progress("recovering");
   const auto recovered =
       drivers::recoverTrace(file, out.empty() ? drivers::recoveredName(file) : std::filesystem::path(out),
-                            [&](double share) { progress.show(share); });
+                            [&](double share) { return progress.show(share), true; });
   progress.end();
   if (!recovered) return report(recovered.error(), options.json);
   if (options.json) {

@@ -207,6 +207,28 @@ TEST(TraceRecovery, FinishesAFileWhoseChunksAreNotInTheOrderOfTimeInPlace) {
   EXPECT_EQ(ticks, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6}));
 }
 
+TEST(TraceRecovery, StopsWhenItIsAskedToAndGoesOnTheNextTime) {
+  const WholeTrace& whole = wholeTrace();
+  std::string damaged = whole.bytes.substr(0, whole.data_end);
+  damaged[whole.chunk_ends[1] - 10] ^= 1;
+  for (const std::string& bytes : {whole.bytes.substr(0, whole.data_end), damaged, whole.bytes}) {
+    const TemporaryFolder folder(test::memoryFolder());
+    const fs::path part = folder.write("a.mcap.part", bytes);
+    int calls = 0;
+    while (true) {
+      int left = calls++;
+      const auto finished = finishTrace(part, [&left](double) { return left-- > 0; });
+      if (finished) break;
+      ASSERT_TRUE(fs::exists(part)) << finished.error().text();
+      ASSERT_EQ(contentOf(part), bytes);
+      ASSERT_FALSE(fs::exists(folder.path() / "a.mcap"));
+      ASSERT_LT(calls, 1000);
+    }
+    EXPECT_GT(calls, 2);
+    EXPECT_EQ(test::readStrictly(folder.path() / "a.mcap").text(), "");
+  }
+}
+
 TEST(TraceRecovery, WritesDamagedIndexesAgain) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());

@@ -224,6 +224,33 @@ TEST(TraceWriter, SortsMessagesByTimeAcrossChunks) {
   EXPECT_GT(strict.chunks, 8U);
 }
 
+/// Readers refuse files that become far longer when they are decompressed (mcap_limits.h): as the same label
+/// image again and again does, with which a program moves fixtures.
+TEST(TraceWriter, WhatCompressesBeyondMeasureCanStillBeRead) {
+  const TemporaryFolder folder(test::memoryFolder());
+  constexpr std::uint64_t kRecords = 300;
+  AdditionsRecord additions{.labels = {std::string(640 * 480, '\1')}};
+  for (const std::uint64_t ticks_per_record : {10U, 0U}) {
+    const fs::path file = folder.path() / (std::to_string(ticks_per_record) + ".mcap");
+    auto writer = TraceWriter::create(file, {});
+    ASSERT_TRUE(writer);
+    std::mt19937_64 random(1);
+    for (std::uint64_t number = 1; number <= kRecords; ++number) {
+      for (std::uint64_t i = 0; i < ticks_per_record; ++i)
+        ASSERT_TRUE((*writer)->write(test::madeUpTick(random, 10 * number + i)));
+      additions.time_ns = tickOf(10 * number).planned_ns;
+      ASSERT_TRUE((*writer)->write(additions));
+    }
+    ASSERT_TRUE((*writer)->close());
+    std::uint64_t read = 0;
+    const auto info = readTrace(file, {.additions = [&](const AdditionsRecord&) { return ++read > 0; }});
+    ASSERT_TRUE(info) << info.error().text();
+    EXPECT_EQ(read, kRecords);
+    const bool compressed = fs::file_size(file) < kRecords * additions.labels.bytes.size() / 10;
+    EXPECT_EQ(compressed, ticks_per_record > 0) << fs::file_size(file);
+  }
+}
+
 TEST(TraceWriter, LocksItsFileWhileItIsOpen) {
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path part = folder.path() / "a.mcap.part";
