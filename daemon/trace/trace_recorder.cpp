@@ -59,6 +59,7 @@ TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
       flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz),
       dumps_(settings.trace.flight_recorder_s),
       space_(settings.state.folder, settings.trace.min_free_mb),
+      numbers_(settings.state.folder),
       retention_(folder_, settings.trace, [this](const std::string& name, const std::string& reason) {
         addNews({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
       }) {}
@@ -402,8 +403,11 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
   if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
 }
 
-drivers::TraceOptions TraceRecorder::options() const {
+drivers::TraceOptions TraceRecorder::options() {
   drivers::TraceOptions options = sources_.describe();
+  const auto [number, clock_is_set] = numbers_.next(drivers::WallClock::read());
+  options.number = number;
+  options.clock_is_set = clock_is_set;
   options.compress = settings_.compression == config::TraceCompression::zstd;
   options.scene = settings_.scene != config::TraceScene::off;
   options.cloud = settings_.scene == config::TraceScene::cloud;

@@ -26,6 +26,7 @@
 #include "daemon/trace/flight_recorder.h"
 #include "daemon/trace/records_in_force.h"
 #include "daemon/trace/retention.h"
+#include "daemon/trace/trace_numbers.h"
 #include "daemon/trace/trace_session.h"
 #include "drivers/trace/trace_folder.h"
 
@@ -115,7 +116,8 @@ class TraceRecorder {
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
-  drivers::TraceOptions options() const;
+  /// Describes a trace that begins now, with the next number.
+  drivers::TraceOptions options();
   void recoverLeftovers(const std::vector<std::string>& names);  // runs on a thread of its own
   void publishStatus();
   /// Adds to the news of the status. Thread: any.
@@ -146,6 +148,7 @@ class TraceRecorder {
   std::uint64_t ring_drops_ = 0;   // ticks dropped by the ring, as far as known
   std::int64_t next_look_ns_ = 0;
   DiskSpace space_;
+  TraceNumbers numbers_;
   std::map<std::string, std::string> problems_;  // the key is the action that failed
   TraceStatus own_status_;
 

@@ -7,7 +7,8 @@
         --poses groundtruth.txt depth.txt recording/
 
 The images are PNG files with 16 bits of grey, in millimetres unless --unit-m says otherwise, where 0 means that nothing
-was measured. They come from a folder (all *.png in the order of their names, --rate apart) or from a list with one line
+was measured. They come from a folder (all *.png in the order of their names, numbers in
+them by their values, --rate apart) or from a list with one line
 'SECONDS FILE' for each image, as data sets in the TUM RGB-D format have it; paths in it are relative to the list. Lines
 that begin with # are ignored. A file of poses has lines 'SECONDS X Y Z QX QY QZ QW', the pose of the optical frame in the
 world. With a list an image gets the pose nearest in time, if that is within 20 ms; with a folder line N belongs to image
@@ -16,6 +17,7 @@ N. Exit status: 0 done, 1 an error, which is named; the recording is then not ma
 import argparse
 import math
 import os
+import re
 import shutil
 import struct
 import sys
@@ -57,10 +59,16 @@ def entries(path, values):
     return found
 
 
+def natural_order(name):
+    """frame2 comes before frame10; names that differ in leading zeros only keep an order."""
+    parts = re.split(r"([0-9]+)", name)
+    return [(int(part), part) if number % 2 else part for number, part in enumerate(parts)]
+
+
 def images_of(source, rate_hz):
     """Returns 'where', the time in ns and the path for each image, in the order of time."""
     if os.path.isdir(source):
-        names = sorted(name for name in os.listdir(source) if name.lower().endswith(".png"))
+        names = sorted((name for name in os.listdir(source) if name.lower().endswith(".png")), key=natural_order)
         images = [(os.path.join(source, name), round(number * NS_PER_S / rate_hz), os.path.join(source, name))
                   for number, name in enumerate(names)]
     else:

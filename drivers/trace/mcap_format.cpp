@@ -141,6 +141,18 @@ void addChunk(std::string& to, const ChunkRecord& chunk) {
   });
 }
 
+bool MetadataRecord::of(std::string_view content, MetadataRecord& metadata) {
+  ByteReader reader(content);
+  metadata.name = reader.text();
+  ByteReader map(reader.text());
+  metadata.pairs.clear();
+  while (!map.atEnd()) {
+    std::string key(map.text());
+    metadata.pairs.emplace_back(std::move(key), map.text());
+  }
+  return reader.good() && map.good();
+}
+
 std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& attachment) {
   ByteReader reader(content);
   attachment.log_time_ns = reader.number<std::uint64_t>();

@@ -128,6 +128,15 @@ bool compressRecords(Compressor& compressor, std::string_view records, std::stri
 /// Appends a Chunk record.
 void addChunk(std::string& to, const ChunkRecord& chunk);
 
+/// A decoded Metadata record.
+struct MetadataRecord {
+  std::string_view name;
+  std::vector<std::pair<std::string, std::string>> pairs;
+
+  /// Decodes a record; returns false if it is invalid.
+  static bool of(std::string_view content, MetadataRecord& metadata);
+};
+
 /// A decoded Attachment record.
 struct AttachmentRecord {
   std::uint64_t log_time_ns = 0;

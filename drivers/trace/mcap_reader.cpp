@@ -65,16 +65,9 @@ class Reading final : SurveyVisitor {
   }
 
   std::string metadata(std::string_view content) {
-    ByteReader reader(content);
-    const std::string_view name = reader.text();
-    ByteReader map(reader.text());
-    Pairs pairs;
-    while (!map.atEnd()) {
-      std::string key(map.text());
-      pairs.emplace_back(std::move(key), map.text());
-    }
-    if (!reader.good() || !map.good()) return kNotWhole;
-    visitor_.metadata(name, std::move(pairs));
+    MetadataRecord metadata;
+    if (!MetadataRecord::of(content, metadata)) return kNotWhole;
+    visitor_.metadata(metadata.name, std::move(metadata.pairs));
     return "";
   }
 
@@ -226,7 +219,8 @@ class Reading final : SurveyVisitor {
   std::string give(std::uint64_t until_ns) {
     MessageRecord message;
     while (!visitor_.enough() && merger_.next(until_ns, message)) {
-      std::string wrong = visitor_.message({message.channel, message.time_ns, message.data});
+      std::string wrong =
+          visitor_.message({message.channel, message.time_ns, message.publish_time_ns, message.data});
       if (!wrong.empty()) return wrong;
     }
     return "";

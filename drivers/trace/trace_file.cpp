@@ -106,12 +106,14 @@ config::Result<void> TraceFile::writeAt(std::uint64_t offset, std::string_view b
 }
 
 config::Result<void> TraceFile::readAt(std::uint64_t offset, std::size_t length, std::string& to) const {
-  constexpr std::size_t kWindowBytes = 1 << 16;
-  if (length > kWindowBytes / 4) return readFromDisk(offset, length, to);
+  constexpr std::size_t kPageBytes = 1 << 12, kWindowBytes = 1 << 16;
+  if (length > kPageBytes) return readFromDisk(offset, length, to);
   const auto isThere = [&] { return offset >= window_at_ && offset + length <= window_at_ + window_.size(); };
   if (!isThere()) {
+    const std::uint64_t end = window_at_ + window_.size();
+    const bool goes_on = offset >= window_at_ && offset <= end + kPageBytes;
     window_at_ = offset;
-    if (auto read = readFromDisk(offset, kWindowBytes, window_); !read) {
+    if (auto read = readFromDisk(offset, goes_on ? kWindowBytes : kPageBytes, window_); !read) {
       window_.clear();
       return read;
     }

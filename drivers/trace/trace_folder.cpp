@@ -133,7 +133,10 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   std::error_code ignored;
   const bool beside = fs::is_directory(depth, ignored);
   if (beside) entry.bytes += bytesIn(depth);
-  entry.depth = beside || hasDepthChannel(file);
+  const TraceHead head = readTraceHead(file);
+  entry.depth = beside || head.depth;
+  entry.clock_is_set = head.clock_is_set;
+  entry.number = head.number;
   entry.kept = has(file.parent_path(), entry.name, kKeepEnding);
   entry.note = noteOf(file);
   entry.begin_ns = beginOf(entry.name).value_or(entry.time_ns);
@@ -200,7 +203,7 @@ config::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
     return refuse(folder, "cannot be read: " + failure.message(), "check state.folder and its permissions");
   }
   std::ranges::sort(traces, {}, [](const TraceEntry& entry) {
-    return std::tuple(entry.begin_ns, entry.time_ns, entry.name);
+    return std::tuple(entry.number, entry.begin_ns, entry.time_ns, entry.name);
   });
   return traces;
 }

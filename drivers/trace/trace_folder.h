@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,8 @@ struct TraceEntry {
   /// CLOCK_REALTIME of its beginning, in whole seconds, from its name; if the name has no time, that of its
   /// last change.
   std::int64_t begin_ns = 0;
+  std::optional<bool> clock_is_set = {};  ///< whether that clock told the time; nothing: not known
+  std::uint64_t number = 0;               ///< see TraceOptions::number; 0: older, or of another program
 };
 
 /// Labels of traces written by the flight recorder: on request, and for the two kinds of faults.
@@ -45,8 +48,9 @@ bool isDumpName(std::string_view name);
 std::string newTraceName(const std::filesystem::path& folder, std::int64_t realtime_ns,
                          std::string_view label);
 
-/// Returns the traces of the folder, oldest first; none if there is no such folder.
-/// Errors: the folder cannot be read.
+/// Returns the traces of the folder, oldest first, by their numbers: the clock may have been wrong. Those
+/// without a number come first, by their times. None if there is no such folder. Errors: the folder cannot be
+/// read.
 config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& folder);
 
 /// Returns the names of unfinished traces; none if the folder cannot be read. Does not access other files, so

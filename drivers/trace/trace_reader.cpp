@@ -16,6 +16,7 @@
 #include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_format.h"
+#include "drivers/trace/trace_head.h"
 #include "rt/clock.h"
 
 namespace hapticd::drivers {
@@ -26,6 +27,11 @@ constexpr const char* kOtherReaders =
 
 /// Parts of one run follow each other; meanwhile the wall clock may be set.
 constexpr std::int64_t kMaxClockStep_ns = 3600 * rt::kNsPerSecond;
+
+constexpr std::string_view kTopicPrefix = "/hapticd/";
+const mcap::Refusal kNotATrace{"is not a trace of hapticd", "give the path of a trace"};
+/// Of a file without metadata of hapticd, as many messages are looked at for a channel of hapticd.
+constexpr std::uint64_t kMostForeignMessages = 10'000;
 
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);
@@ -43,6 +49,7 @@ class Reading final : public mcap::Visitor {
   TraceInfo info;
 
   void channel(const mcap::Channel& channel) override {
+    is_ours_ = is_ours_ || channel.topic.starts_with(kTopicPrefix);
     (void)(bind<rt::Tick>(channel, info.ticks, visitor_.tick) ||
            bind<ModelRecord>(channel, info.models, visitor_.model) ||
            bind<DirectiveRecord>(channel, info.directives, visitor_.directive) ||
@@ -56,18 +63,20 @@ class Reading final : public mcap::Visitor {
     if (other_format_) {
       refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*other_format_),
                          kTraceVersion));
-    } else if (!header_seen_) {
-      refusal_ = mcap::Refusal{"is not a trace of hapticd", "give the path of a trace"};
     }
   }
+
+  /// Whether it is a trace, as far as it has been read: other programs may have removed its metadata.
+  bool isTrace() const { return header_seen_ || is_ours_; }
 
   std::string message(const mcap::Message& message) override {
     const auto time_ns = static_cast<std::int64_t>(message.time_ns);
     info.first_ns = messages_ == 0 ? time_ns : std::min(info.first_ns, time_ns);
     info.last_ns = messages_ == 0 ? time_ns : std::max(info.last_ns, time_ns);
     ++messages_;
+    if (!isTrace() && messages_ > kMostForeignMessages) refusal_ = kNotATrace;
     const auto taker = takers_.find(message.channel);
-    return taker == takers_.end() ? "" : taker->second(message.data);
+    return taker == takers_.end() ? "" : taker->second(message);
   }
 
   void metadata(std::string_view name, mcap::Pairs pairs) override {
@@ -89,7 +98,7 @@ class Reading final : public mcap::Visitor {
   std::optional<mcap::Refusal> refusal() const override { return refusal_; }
 
  private:
-  using Taker = std::function<std::string(std::string_view)>;
+  using Taker = std::function<std::string(const mcap::Message&)>;
 
   /// A merged file contains the information about its writer several times; any of them will do as long as
   /// they are parts of one run of hapticd.
@@ -108,7 +117,12 @@ class Reading final : public mcap::Visitor {
     std::int64_t offset_ns = 0;
     const char* const end = offset->data() + offset->size();
     if (std::from_chars(offset->data(), end, offset_ns).ptr != end) return;
-    if (!header_seen_) info.realtime_offset_ns = offset_ns;
+    if (!header_seen_) {
+      TraceHead head;
+      head.take(pairs);
+      info.realtime_offset_ns = offset_ns;
+      info.clock_is_set = head.clock_is_set;
+    }
     // wraps instead of overflowing, whatever the file contains
     const auto apart_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(offset_ns) -
                                                     static_cast<std::uint64_t>(info.realtime_offset_ns));
@@ -154,14 +168,14 @@ class Reading final : public mcap::Visitor {
       known = std::make_shared<MessageDecoder<Record>>(std::move(*found));
     }
     auto decoder = std::static_pointer_cast<MessageDecoder<Record>>(known);
-    takers_[channel.id] = [this, &count, &to, decoder = std::move(decoder)](std::string_view data) {
-      return take(data, *decoder, count, to);
+    takers_[channel.id] = [this, &count, &to, decoder = std::move(decoder)](const mcap::Message& message) {
+      return take(message, *decoder, count, to);
     };
     return true;
   }
 
   template <typename Record>
-  std::string take(std::string_view data, MessageDecoder<Record>& decoder, std::uint64_t& count,
+  std::string take(const mcap::Message& message, MessageDecoder<Record>& decoder, std::uint64_t& count,
                    const std::function<bool(const Record&)>& to) {
     if constexpr (std::is_same_v<Record, DepthRecord>) {
       if (!to) {  // content and version matter only if images are requested
@@ -171,7 +185,7 @@ class Reading final : public mcap::Visitor {
     }
     Record record;
     constexpr std::string_view kTopic = kChannelName<Record>.topic;
-    if (!decoder.decode(data, record)) {
+    if (!decoder.decode(message.data, record)) {
       if (decoder.unknownValue().empty()) return fmt::format("a message of {} is incomplete", kTopic);
       refuse(fmt::format("a trace with a {} in {} that this version does not know", decoder.unknownValue(),
                          kTopic));
@@ -179,13 +193,21 @@ class Reading final : public mcap::Visitor {
     }
     ++count;
     if constexpr (std::is_same_v<Record, rt::Tick>) countDropped(record);
-    if (to && !mayBeKept(record, data)) {
+    if (!header_seen_ && !info.metadata_lost) restoreClock(message, timeOf(record));
+    if (to && !mayBeKept(record, message.data)) {
       return fmt::format(
           "the records up to here hold more than {} bytes for each byte of the file, which no trace does",
           mcap::kMaxHeldRatio);
     }
     if (to && !to(record)) enough_ = true;
     return "";
+  }
+
+  /// Without metadata, the difference of the clocks is that of the first record.
+  void restoreClock(const mcap::Message& message, std::int64_t time_ns) {
+    info.metadata_lost = true;
+    info.realtime_offset_ns =
+        static_cast<std::int64_t>(message.publish_time_ns - static_cast<std::uint64_t>(time_ns));
   }
 
   /// Counts what a visitor may keep of a record. Equal label images that follow each other are kept once.
@@ -226,6 +248,7 @@ class Reading final : public mcap::Visitor {
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
+  bool is_ours_ = false;  ///< has a channel of hapticd
   bool enough_ = false;
   std::optional<mcap::Refusal> refusal_;
 };
@@ -248,6 +271,9 @@ config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const Tra
   const std::uintmax_t bytes = std::filesystem::file_size(file, no_file);
   Reading reading(visitor, no_file ? 0 : bytes);
   if (const auto read = mcap::read(file, reading); !read) return std::unexpected(read.error().error);
+  if (!reading.isTrace()) {
+    return std::unexpected(config::Error{file.string(), kNotATrace.what, kNotATrace.remedy});
+  }
   reading.info.bytes = no_file ? 0 : bytes;
   reading.info.complete = !reading.enough();
   if (visitor.progress) visitor.progress(1);

@@ -46,9 +46,12 @@ class TraceWriter::Implementation {
         camera_(options.depth_header) {}
 
   config::Result<void> begin(const TraceOptions& options) {
-    const std::vector<std::pair<std::string, std::string>> trace{
+    std::vector<std::pair<std::string, std::string>> trace{
         {std::string(kVersionKey), std::string(kTraceVersion)},
         {std::string(kOffsetKey), std::to_string(options.realtime_offset_ns)}};
+    if (options.number > 0) trace.emplace_back(kNumberKey, std::to_string(options.number));
+    if (options.clock_is_set)
+      trace.emplace_back(kClockKey, *options.clock_is_set ? kClockIsSet : kClockIsNotSet);
     file_.addMetadata(kTraceMetadata, trace);
     file_.addMetadata(kOwnerMetadata, options.metadata);
     open<rt::Tick>(ticks_channel_);

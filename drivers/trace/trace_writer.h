@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,6 +31,10 @@ struct TraceOptions {
   std::int64_t first_chunk_ns = std::numeric_limits<std::int64_t>::max();
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC at the start of the trace.
   std::int64_t realtime_offset_ns = 0;
+  /// Whether CLOCK_REALTIME told the time then (wall_clock.h); nothing: not known.
+  std::optional<bool> clock_is_set = {};
+  /// Counts the traces of a box in the order in which they begin, whatever its clock says; 0: not numbered.
+  std::uint64_t number = 0;
   /// Name-value pairs of the metadata record "hapticd": versions, serial numbers, kernel, ...
   std::vector<std::pair<std::string, std::string>> metadata = {};
   std::vector<TraceAttachment> attachments = {};

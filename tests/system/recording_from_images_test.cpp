@@ -149,6 +149,28 @@ TEST_F(RecordingFromImages, OfAFolderIsReplayedWithTheForcesOfItsPixels) {
   EXPECT_GT(with_force, kPlaces / 2);
 }
 
+TEST_F(RecordingFromImages, TakesNumbersInNamesByTheirValues) {
+  const fs::path folder = folder_.path() / "numbered";
+  fs::create_directory(folder);
+  const std::vector<std::string> names{"1", "2", "02", "9", "10", "11", "100"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto raw = static_cast<std::uint16_t>(1000 + i);
+    folder_.write("numbered/frame" + names[i] + ".png", greyPng(16, 4, std::vector<std::uint16_t>(64, raw)));
+  }
+  const Finished finished = make(folder);
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  const auto reader = drivers::RecordingReader::open(recording_, {0.4, 4});
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_EQ(reader->frames().size(), names.size());
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  std::vector<std::uint16_t> order;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ASSERT_TRUE(reader->read(i, *frame));
+    order.push_back(frame->raw[0]);
+  }
+  EXPECT_EQ(order, (std::vector<std::uint16_t>{1000, 1002, 1001, 1003, 1004, 1005, 1006}));
+}
+
 TEST_F(RecordingFromImages, RefusesWhatIsNoDepthByNameAndLeavesNothing) {
   folder_.write("images/odd.png", bytePng(camera_.width_px, camera_.height_px));
   expectRefused(make(images_), "odd.png does not have 16 bits of grey");

@@ -106,6 +106,31 @@ void fillTheDisk(const fs::path& file) {
 const std::vector<std::string> kTracing{"trace.at_start=true", "trace.min_free_mb=0",
                                         "control.engage_at_start=true"};
 
+TEST(TraceDisk, TracesAreInTheOrderOfTheirBeginningWhateverTheirNamesSay) {
+  const DaemonHome home;
+  const auto record = [&home](const std::string& label) {
+    Daemon daemon(home);
+    ASSERT_TRUE(daemon.answers());
+    ASSERT_EQ(home.control({"trace", "start", "--label", label}).ending, exitedWith(0));
+    ASSERT_EQ(home.control({"trace", "stop"}).ending, exitedWith(0));
+    ASSERT_EQ(daemon.terminate(), exitedWith(0));
+  };
+  record("first");
+  const std::string ahead = "2099-01-01T00-00-00Z-first";  // as if the clock had been wrong then
+  fs::rename(home.traceFolder() / (tracesIn(home.traceFolder()).at(0).name + ".mcap"),
+             home.traceFolder() / (ahead + ".mcap"));
+  record("second");
+  record("third");
+  const auto traces = tracesIn(home.traceFolder());
+  ASSERT_EQ(traces.size(), 3U);
+  EXPECT_EQ(traces[0].name, ahead);
+  EXPECT_TRUE(traces[1].name.ends_with("-second") && traces[2].name.ends_with("-third"));
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    EXPECT_EQ(traces[i].number, i + 1);
+    EXPECT_TRUE(traces[i].clock_is_set.has_value());
+  }
+}
+
 TEST(TraceDisk, AFullDiskIsWaitedForAndLosesNoForce) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root for a small file system of its own";
   const DaemonHome home;

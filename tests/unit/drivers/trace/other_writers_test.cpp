@@ -128,6 +128,44 @@ TEST_F(OtherWriters, ATopicMayHaveSeveralChannelsOfOneRun) {
   }
 }
 
+TEST_F(OtherWriters, ATraceWithoutItsMetadataIsReadByItsChannels) {
+  constexpr std::uint64_t kOffset_ns = 1'700'000'000'000'000'000;
+  std::string records;
+  for (std::size_t i = 0; i < kTickCount; ++i) {
+    std::string data;
+    encode(ticks_[i], 0, data);
+    // the log time is that of the other program
+    records += recordOf(5, little(kTicks, 2) + little(0, 4) + little(kOffset_ns + 5 + time_ns(i), 8) +
+                               little(kOffset_ns + time_ns(i), 8) + data);
+  }
+  const std::string chunk = chunkOf(kOffset_ns, kOffset_ns + 5 + time_ns(59), tickDefinitions() + records);
+  const fs::path file = folder_.write("a.mcap", kMcapMagic + headerOf("") + chunk + endOf());
+  std::size_t read = 0;
+  const auto info = readTrace(file, {.tick = [&](const rt::Tick&) { return ++read > 0; }});
+  ASSERT_TRUE(info) << info.error().text();
+  EXPECT_EQ(read, kTickCount);
+  EXPECT_TRUE(info->metadata_lost);
+  EXPECT_EQ(info->realtime_offset_ns, static_cast<std::int64_t>(kOffset_ns));
+  const auto recovered = recoverTrace(file, folder_.path() / "out.mcap");
+  ASSERT_TRUE(recovered) << recovered.error().text();
+  const auto restored = readTrace(recovered->file);
+  ASSERT_TRUE(restored) << restored.error().text();
+  EXPECT_FALSE(restored->metadata_lost);
+  EXPECT_EQ(restored->realtime_offset_ns, static_cast<std::int64_t>(kOffset_ns));
+}
+
+TEST_F(OtherWriters, AFileOfOtherChannelsOnlyIsNoTrace) {
+  const std::string definition = channelRecordOf(3, 0, "/camera");
+  std::string few, many;
+  for (std::uint64_t i = 0; i < 5; ++i) few += messageOf(3, i, "image");
+  for (std::uint64_t i = 0; i < 20'000; ++i) many += messageOf(3, i, "image");
+  for (const std::string& records : {few, many}) {
+    const std::string error =
+        errorOf(kMcapMagic + headerOf("") + definition + chunkOf(0, 20'000, records) + endOf());
+    EXPECT_NE(error.find("is not a trace of hapticd"), std::string::npos) << error;
+  }
+}
+
 TEST_F(OtherWriters, FaultsAreReported) {
   const std::string head = kMcapMagic + headerOf("") + traceMetadata();
   const auto expectError = [&](const std::string& content, const char* part) {

@@ -111,6 +111,25 @@ TEST(TraceFolder, SortsByTheTimeInTheNameAndNotByTheLastChange) {
   EXPECT_EQ((*traces)[4].begin_ns, (*traces)[4].time_ns);
 }
 
+TEST(TraceFolder, SortsByTheNumbersOfTracesThatHaveThem) {
+  const TemporaryFolder folder;
+  const auto add = [&folder](const std::string& name, const TraceOptions& options) {
+    const auto writer = TraceWriter::create(folder.path() / (name + ".mcap"), options);
+    return writer && (*writer)->close();
+  };
+  ASSERT_TRUE(add("2026-03-04T05-06-07Z", {.clock_is_set = true, .number = 9}));
+  ASSERT_TRUE(add("1970-01-01T00-00-09Z", {.clock_is_set = false, .number = 11}));
+  ASSERT_TRUE(add("2026-03-04T05-06-08Z", {.clock_is_set = true, .number = 10}));
+  ASSERT_TRUE(add("2026-03-04T05-06-09Z", {}));
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{"2026-03-04T05-06-09Z", "2026-03-04T05-06-07Z",
+                                                       "2026-03-04T05-06-08Z", "1970-01-01T00-00-09Z"}));
+  const auto traces = *listTraces(folder.path());
+  EXPECT_EQ(traces[0].clock_is_set, std::nullopt);
+  EXPECT_EQ(traces[2].clock_is_set, true);
+  EXPECT_EQ(traces[3].clock_is_set, false);
+  EXPECT_EQ(traces[3].number, 11U);
+}
+
 TEST(TraceFolder, RecognisesTracesOfTheFlightRecorder) {
   const std::string time = "2026-03-04T05-06-07Z";
   for (const char* dump : {"-dump", "-fault", "-overrun-burst", "-fault-2", "-overrun-burst-17"}) {
