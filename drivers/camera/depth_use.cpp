@@ -8,13 +8,16 @@
 namespace hapticd::drivers {
 namespace {
 
-/// Each as many rows one is looked at for its bytes.
+/// One row in so many is looked at for its bytes, with the row below it.
 constexpr int kRowStep = 16;
 /// Pairs of neighbours that must speak for swapped bytes, and how many times as often as against them.
 constexpr std::size_t kLeastPairs = 100;
 constexpr std::size_t kMostPairsAgainst = 4;
 /// By how much a step between neighbours must be smaller for it to count.
 constexpr int kSmoother = 8;
+/// Limits for an image without steps: the usable share as it is, and with the bytes swapped.
+constexpr std::size_t kMostUsable_percent = 25;
+constexpr std::size_t kLeastIfSwapped_percent = 95;
 
 std::uint16_t swapped(std::uint16_t raw) {
   return static_cast<std::uint16_t>(raw << 8 | raw >> 8);
@@ -62,27 +65,30 @@ std::size_t countMeasured(const rt::DepthFrame& frame) {
 
 Steps stepsOf(const rt::DepthFrame& frame, const rt::DepthModel& model) {
   Steps steps;
-  for (int row = 0; row < model.height_px(); row += kRowStep) {
-    const std::uint16_t* const pixels =
-        frame.raw + static_cast<std::size_t>(row) * static_cast<std::size_t>(model.stride_px());
-    for (int column = 1; column < model.width_px(); ++column) {
-      const std::uint16_t a = pixels[column - 1], b = pixels[column];
-      if (a != frame.camera.raw_no_measurement && b != frame.camera.raw_no_measurement) steps.add(a, b);
+  const std::uint16_t none = frame.camera.raw_no_measurement;
+  const auto stride = static_cast<std::size_t>(model.stride_px());
+  const auto width = static_cast<std::size_t>(model.width_px());
+  for (int row = 1; row < model.height_px(); row += kRowStep) {
+    const std::uint16_t* const below = frame.raw + static_cast<std::size_t>(row) * stride;
+    const std::uint16_t* const pixels = below - stride;
+    for (std::size_t column = 1; column < width; ++column) {
+      if (pixels[column] == none) continue;
+      if (pixels[column - 1] != none) steps.add(pixels[column - 1], pixels[column]);
+      if (below[column] != none) steps.add(pixels[column], below[column]);
     }
   }
   return steps;
 }
 
-int percent(std::size_t part, const DepthUse& use) {
-  return use.measured == 0 ? 0 : static_cast<int>(100 * part / use.measured);
+std::size_t percent(std::size_t part, const DepthUse& use) {
+  return use.measured == 0 ? 0 : 100 * part / use.measured;
 }
 
 std::string swappedText(const DepthUse& use) {
   return fmt::format(
       "the two bytes of the raw values of frame {} seem to be swapped: {} % of what it measured lies between "
       "camera.near_m and camera.far_m, and {} % with the bytes the other way round (PNG and PGM images hold "
-      "the more "
-      "significant byte first)",
+      "the more significant byte first)",
       use.frame, percent(use.usable, use), percent(use.if_swapped, use));
 }
 
@@ -107,10 +113,10 @@ DepthUse DepthUse::of(const rt::DepthFrame& frame, const rt::DepthModel& model) 
   const Steps steps = stepsOf(frame, model);
   if (!steps.speakForSwapping() && !steps.areSilent()) return use;
   use.if_swapped = countUsable(frame, model, swapped);
-  const bool hardly_usable =
-      use.usable < use.measured / 20 && use.if_swapped > use.measured - use.measured / 20;
-  // an image without noise has no steps
-  use.looks_swapped = steps.speakForSwapping() ? use.if_swapped > use.measured / 2 : hardly_usable;
+  const bool is_better = percent(use.usable, use) < kMostUsable_percent &&
+                         percent(use.if_swapped, use) >= kLeastIfSwapped_percent;
+  // a flat image without noise has no steps
+  use.looks_swapped = steps.speakForSwapping() ? use.if_swapped > use.measured / 2 : is_better;
   return use;
 }
 

@@ -21,7 +21,8 @@ struct TraceHead {
 };
 
 /// Reads the beginning of a file, and more of it only if it begins with messages. Returns an empty head for a
-/// file that is not a trace. Thread: any.  RT: not safe.
+/// file that is not a trace.
+/// Thread: any.  RT: not safe.
 TraceHead readTraceHead(const std::filesystem::path& trace);
 
 }  // namespace hapticd::drivers

@@ -71,10 +71,11 @@ struct TraceVisitor {
 /// result. Traces rewritten, filtered or merged by other programs are read as well, as long as they are from
 /// one run of hapticd. Other versions may have other fields: unknown ones are ignored, and missing ones are
 /// handled as described at MessageDecoder. A file from which another program has removed the metadata is
-/// recognised by its channels. Errors: no such file, not an MCAP file, not a trace of hapticd, an unreadable
-/// version (another format, or a field of another type), a merge of several runs of hapticd, a checksum
-/// mismatch (with its offset), a truncated file (a ".part" or a damaged end; the intact part has been visited
-/// by then). Thread: any.
+/// recognised by its channels.
+/// Errors: no such file, not an MCAP file, not a trace of hapticd, an unreadable version (another format, or
+/// a field of another type), a merge of several runs of hapticd, a checksum mismatch (with its offset), a
+/// truncated file (a ".part" or a damaged end; the intact part has been visited by then).
+/// Thread: any.
 config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
 
 }  // namespace hapticd::drivers

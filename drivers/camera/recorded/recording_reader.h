@@ -24,11 +24,11 @@ struct DepthLimits {
 ///
 /// With INDEX.txt it has libfreenect's format and is of a Kinect v1: the index lists one file per line in
 /// playback order, `d-<host seconds>-<device ticks>` and any ending for depth. Lines of colour (`r-`) and
-/// tilt
-/// (`a-`) are ignored. With camera.yaml it is of any camera, and frames.csv lists the frames. Where the
+/// tilt (`a-`) are ignored. With camera.yaml it is of any camera, and frames.csv lists the frames. Where the
 /// host's clock was set back, the time stands still until it catches up; a gap of more than a day counts as a
-/// frame period. A last line that was cut off is left out. Thread: any; several threads may call read() with
-/// separate frames.  RT: not safe.
+/// frame period. A last line that was cut off is left out.
+///
+/// Thread: any; several threads may call read() with separate frames.  RT: not safe.
 class RecordingReader {
  public:
   /// Checks the folder, the index, the camera and that each depth file exists; read() checks the images.
