@@ -155,7 +155,8 @@ TEST_F(RecordingFromImages, TakesNumbersInNamesByTheirValues) {
   const std::vector<std::string> names{"1", "2", "02", "9", "10", "11", "100"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto raw = static_cast<std::uint16_t>(1000 + i);
-    folder_.write("numbered/frame" + names[i] + ".png", greyPng(16, 16, std::vector<std::uint16_t>(256, raw)));
+    folder_.write("numbered/frame" + names[i] + ".png",
+                  greyPng(16, 16, std::vector<std::uint16_t>(256, raw)));
   }
   const Finished finished = make(folder);
   ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
