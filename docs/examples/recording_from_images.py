@@ -38,7 +38,7 @@ def fail(text):
 def entries(path, values):
     """Returns 'FILE:LINE', the time in ns and the other values for each line that is not a comment."""
     try:
-        with open(path, encoding="utf-8") as lines:
+        with open(path, encoding="utf-8-sig") as lines:
             split = [(f"{path}:{number}", line.split()) for number, line in enumerate(lines, 1)]
     except (OSError, UnicodeDecodeError) as error:
         fail(f"{path}: cannot be read: {error}")

@@ -172,6 +172,13 @@ TEST_F(RecordingFromImages, TakesNumbersInNamesByTheirValues) {
   EXPECT_EQ(order, (std::vector<std::uint16_t>{1000, 1002, 1001, 1003, 1004, 1005, 1006}));
 }
 
+TEST_F(RecordingFromImages, TakesAListWithAByteOrderMark) {
+  const Finished finished = make(folder_.write("marked.txt", fmt::format("\xEF\xBB\xBF"
+                                                                         "1 images/{}.png\n",
+                                                                         kTimes_s[0])));
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+}
+
 TEST_F(RecordingFromImages, RefusesWhatIsNoDepthByNameAndLeavesNothing) {
   folder_.write("images/odd.png", greyPng(16, 15, std::vector<std::uint16_t>(240, 1000)));
   expectRefused(make(images_), "odd.png has 16 x 15 pixels; 16 x 16 to 1280 x 800 are possible");
