@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <new>
 #include <string>
 #include <system_error>
 
@@ -31,10 +32,16 @@ void occupyStandardStreams() {
   }
 }
 
-/// fmt::print() throws if a stream does not accept the text.
-int statusOf(const std::function<int()>& work) {
+/// fmt::print() throws if a stream does not accept the text, and the standard library where memory ends.
+int statusOf(std::string_view name, const std::function<int()>& work) {
   try {
     return work();
+  } catch (const std::bad_alloc&) {
+    std::fputs(
+        fmt::format("{}: takes more memory than there is (end other programs, or raise the limit)\n", name)
+            .c_str(),
+        stderr);
+    return 1;
   } catch (const std::system_error& error) {
     const bool output = std::ferror(stdout) != 0;
     if (!output && std::ferror(stderr) == 0) throw;
@@ -62,7 +69,7 @@ bool flushOutput() {
 int runProgram(std::string_view name, const std::function<int()>& work) {
   occupyStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);
-  const int status = statusOf(work);
+  const int status = statusOf(name, work);
   if (closeOutput() || output_error == EPIPE) return status;
   const std::string reason = output_error == 0 ? "" : std::string(": ") + std::strerror(output_error);
   std::fputs(fmt::format("{}: cannot write to standard output{}\n", name, reason).c_str(), stderr);

@@ -14,7 +14,8 @@ namespace hapticd::config {
 /// reason goes to standard error and the status is 1, unless `work` has failed with another one. A reader
 /// that has closed its end of a pipe is not an error. Exceeding the limit of setrlimit() on the file size is
 /// a write error, not a signal. No file or socket opened by `work` takes the descriptor of a standard stream
-/// that was closed. `name`: of the program, printed before the reason.  Thread: main.
+/// that was closed. Where memory ends, that is said and the status is 1. `name`: of the program, printed
+/// before the reason.  Thread: main.
 int runProgram(std::string_view name, const std::function<int()>& work);
 
 /// Flushes standard output; returns false if this or an earlier write failed. Programs that print for a long

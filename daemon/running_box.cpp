@@ -328,6 +328,8 @@ BoxStatus RunningBox::condition() {
   BoxStatus status;
   status.loop = loopState();
   status.camera = camera_->status();
+  const bool streams = status.camera.state == drivers::CameraState::streaming;
+  if (streams && status.camera.advice.empty()) status.camera.advice = scene_thread_.depthAdvice();
   status.scene = scene_thread_.status();
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};

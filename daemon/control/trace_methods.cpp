@@ -30,9 +30,15 @@ bool isLabel(std::string_view text) {
 }
 
 OrderedJson entryJson(const drivers::TraceEntry& entry) {
-  const auto& [name, bytes, time_ns, open, depth, kept, note, begin_ns] = entry;
-  return {{"name", name},   {"bytes", bytes}, {"timeNs", time_ns}, {"open", open},
-          {"depth", depth}, {"kept", kept},   {"note", note},      {"beginNs", begin_ns}};
+  const auto& [name, bytes, time_ns, open, damaged, depth, kept, note, begin_ns, clock_is_set, number] =
+      entry;
+  return {
+      {"name", name},        {"bytes", bytes},
+      {"timeNs", time_ns},   {"open", open},
+      {"damaged", damaged},  {"depth", depth},
+      {"kept", kept},        {"note", note},
+      {"beginNs", begin_ns}, {"clockIsSet", clock_is_set ? OrderedJson(*clock_is_set) : OrderedJson(nullptr)},
+      {"number", number}};
 }
 
 Reply listReply(const config::Result<std::vector<drivers::TraceEntry>>& entries, const std::string& folder) {

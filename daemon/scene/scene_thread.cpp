@@ -97,7 +97,22 @@ void SceneThread::run() {
     modelIfNeeded(new_frame);
     answerFrameRequests();
     showFrame(new_frame);
+    if (new_frame) watchDepth();
   }
+}
+
+/// Looks at a frame after it was modelled, so that no force waits for it.
+void SceneThread::watchDepth() {
+  const rt::DepthFrame& frame = frames_->front();
+  if (frame.camera != source_.model().parameters()) return;
+  const drivers::DepthUse use = drivers::DepthUse::of(frame, source_.model());
+  const std::lock_guard lock(camera_mutex_);
+  depth_use_.add(use);
+}
+
+std::string SceneThread::depthAdvice() const {
+  const std::lock_guard lock(camera_mutex_);
+  return depth_use_.newest();
 }
 
 void SceneThread::setNeeds(const rt::SceneNeeds& needs, std::uint64_t generation) {

@@ -12,6 +12,7 @@
 
 #include "daemon/base/box.h"
 #include "drivers/camera/camera.h"
+#include "drivers/camera/depth_use.h"
 #include "drivers/camera/scene_source.h"
 #include "drivers/trace/records.h"
 #include "rt/scene_builder.h"
@@ -79,6 +80,8 @@ class SceneThread final : public drivers::FrameSink {
   rt::DepthModelParameters camera() const;
   /// Why the newest frame's camera cannot be modelled, in words; empty: it can. Thread: any.
   std::string cameraFault() const;
+  /// What is wrong with the depth of the newest frames, in words with a remedy; empty: nothing. Thread: any.
+  std::string depthAdvice() const;
   /// The current counters. Thread: any.
   SceneStatus status() const;
 
@@ -91,6 +94,7 @@ class SceneThread final : public drivers::FrameSink {
   void offerToTap(const rt::DepthFrame& frame);
   void answerFrameRequests();
   void showFrame(bool new_frame);
+  void watchDepth();
   bool followCamera(const rt::DepthModelParameters& camera);
   void modelIfNeeded(bool new_frame);
   /// For which focus and how fast a scene was built.
@@ -119,6 +123,7 @@ class SceneThread final : public drivers::FrameSink {
   mutable std::mutex camera_mutex_;
   rt::DepthModelParameters camera_;
   std::string camera_fault_;
+  drivers::DepthUseWatch depth_use_;
 
   mutable std::mutex requested_mutex_;
   Requested requested_;

@@ -59,6 +59,7 @@ TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
       flight_recorder_(settings.trace.flight_recorder_s, settings.loop.rate_hz),
       dumps_(settings.trace.flight_recorder_s),
       space_(settings.state.folder, settings.trace.min_free_mb),
+      numbers_(settings.state.folder),
       retention_(folder_, settings.trace, [this](const std::string& name, const std::string& reason) {
         addNews({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
       }) {}
@@ -76,6 +77,7 @@ config::Result<void> TraceRecorder::start() {
 }
 
 void TraceRecorder::stop() {
+  recovery_stops_ = true;
   if (thread_.joinable()) {
     {
       const std::lock_guard lock(mutex_);
@@ -110,7 +112,9 @@ void TraceRecorder::beginRecovery() {
 void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
   using Outcome = drivers::RecoveredTrace::Outcome;
   for (const std::string& name : names) {
-    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (name + ".mcap")));
+    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (name + ".mcap")),
+                                               [this](double) { return !recovery_stops_; });
+    if (!finished && recovery_stops_) return;  // the next start goes on
     const bool holds_nothing =
         finished && (finished->outcome == Outcome::empty || finished->outcome == Outcome::hopeless);
     if (holds_nothing) {
@@ -126,13 +130,17 @@ void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
     if (!finished) {
       problems.push_back("recovery: " + finished.error().text());
     } else if (finished->outcome == Outcome::hopeless) {
-      problems.push_back(fmt::format("recovery: nothing whole is in {}", finished->original.string()));
+      problems.push_back(
+          fmt::format("recovery: nothing whole is in {} (hapticctl trace delete {} deletes it)",
+                      finished->original.string(), finished->original.filename().string()));
     } else if (!holds_nothing) {
       ++recovered;
       if (finished->outcome != Outcome::rewritten) continue;
-      problems.push_back(fmt::format("recovery: {} was damaged: {} bytes of it could not be kept in {}",
-                                     finished->original.string(), finished->bytes_lost,
-                                     finished->file.string()));
+      problems.push_back(
+          fmt::format("recovery: {} was damaged: {} bytes of it could not be kept in {} (hapticctl "
+                      "trace delete {} deletes the damaged original)",
+                      finished->original.string(), finished->bytes_lost, finished->file.string(),
+                      finished->original.filename().string()));
     }
   }
 }
@@ -187,6 +195,7 @@ std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRe
 
 std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
   return post<std::string>([this]() -> config::Result<std::string> {
+    takeAll();
     countDrops(sources_.ticks.dropped());
     if (!std::exchange(requested_, false)) {
       return std::unexpected(config::Error{"trace", "none is being written", "start one first"});
@@ -198,7 +207,10 @@ std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
 }
 
 std::future<config::Result<std::string>> TraceRecorder::dumpTrace() {
-  return post<std::string>([this] { return dump(std::string(drivers::kDumpLabel)); });
+  return post<std::string>([this] {
+    takeAll();
+    return dump(std::string(drivers::kDumpLabel));
+  });
 }
 
 std::future<config::Result<std::vector<drivers::TraceEntry>>> TraceRecorder::listTraces() {
@@ -274,8 +286,7 @@ void TraceRecorder::run() {
 void TraceRecorder::step() {
   const std::int64_t now_ns = rt::monotonicNow_ns();
   if (now_ns >= next_look_ns_) checkDisk(now_ns);
-  takeRecords();
-  takeTicks();
+  takeAll();
   if (session_) {
     if (auto written = session_->writeWhatIsReady(); !written) suspend(written.error());
   }
@@ -324,11 +335,32 @@ void TraceRecorder::takeRecords() {
   }
 }
 
-void TraceRecorder::takeTicks() {
+/// Takes what there is up to now.
+void TraceRecorder::takeAll() {
+  const std::int64_t now_ns = rt::monotonicNow_ns();
+  takeRecords();
+  takeTicks(now_ns);
+}
+
+/// Takes the ticks up to `until_ns`, of whose time the other records have been taken: while a write waits for
+/// the disk, the loop goes on, and newer ticks would overtake their records.
+void TraceRecorder::takeTicks(std::int64_t until_ns) {
   if (sources_.stalled != nullptr && sources_.stalled->load(std::memory_order_relaxed)) return;
   rt::Tick tick;
   // bounded, because the loop may push while this pops
-  for (std::size_t i = 0; i < rt::kTraceRingCapacity && sources_.ticks.pop(tick); ++i) take(tick);
+  for (std::size_t i = 0; i < rt::kTraceRingCapacity; ++i) {
+    if (early_) {
+      tick = *early_;
+    } else if (!sources_.ticks.pop(tick)) {
+      return;
+    }
+    early_.reset();
+    if (tick.planned_ns > until_ns) {
+      early_ = tick;
+      return;
+    }
+    take(tick);
+  }
 }
 
 /// `drops`: number of ticks that the ring has dropped since the start.
@@ -380,8 +412,11 @@ void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
   if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
 }
 
-drivers::TraceOptions TraceRecorder::options() const {
+drivers::TraceOptions TraceRecorder::options() {
   drivers::TraceOptions options = sources_.describe();
+  const auto [number, clock_is_set] = numbers_.next(drivers::WallClock::read());
+  options.number = number;
+  options.clock_is_set = clock_is_set;
   options.compress = settings_.compression == config::TraceCompression::zstd;
   options.scene = settings_.scene != config::TraceScene::off;
   options.cloud = settings_.scene == config::TraceScene::cloud;

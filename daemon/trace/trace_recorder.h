@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -25,6 +26,7 @@
 #include "daemon/trace/flight_recorder.h"
 #include "daemon/trace/records_in_force.h"
 #include "daemon/trace/retention.h"
+#include "daemon/trace/trace_numbers.h"
 #include "daemon/trace/trace_session.h"
 #include "drivers/trace/trace_folder.h"
 
@@ -91,8 +93,9 @@ class TraceRecorder {
   // All functions from here on: trace thread, unless stated otherwise.
   void run();
   void step();
+  void takeAll();
   void takeRecords();
-  void takeTicks();
+  void takeTicks(std::int64_t until_ns);
   void take(const rt::Tick& tick);
   void countDrops(std::uint64_t drops);
   /// Called once a second: checks the space, continues in another file, tries again after a failure.
@@ -113,7 +116,8 @@ class TraceRecorder {
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
   void note(const std::string& what, const config::Result<T>& outcome);
-  drivers::TraceOptions options() const;
+  /// Describes a trace that begins now, with the next number.
+  drivers::TraceOptions options();
   void beginRecovery();
   void recoverLeftovers(const std::vector<std::string>& names);  // runs on a thread of its own
   void publishStatus();
@@ -141,9 +145,11 @@ class TraceRecorder {
   FlightRecorder flight_recorder_;
   DumpSchedule dumps_;
   RecordsInForce in_force_;
-  std::uint64_t ring_drops_ = 0;  // ticks dropped by the ring, as far as known
+  std::optional<rt::Tick> early_;  // popped, but newer than the other records taken so far
+  std::uint64_t ring_drops_ = 0;   // ticks dropped by the ring, as far as known
   std::int64_t next_look_ns_ = 0;
   DiskSpace space_;
+  TraceNumbers numbers_;
   std::map<std::string, std::string> problems_;  // the key is the action that failed
   TraceStatus own_status_;
 
@@ -168,6 +174,7 @@ class TraceRecorder {
   };
   std::mutex recovery_mutex_;
   Recovery recovery_outcome_;
+  std::atomic<bool> recovery_stops_ = false;
 
   Retention retention_;
   std::thread thread_;

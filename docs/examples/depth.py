@@ -77,7 +77,8 @@ def line_of(header, image):
 
 def main():
     parser = argparse.ArgumentParser(description="Prints a line for each depth frame that hapticd shares.")
-    parser.add_argument("--socket", default="/run/hapticd/io.hapticd.Status")
+    parser.add_argument("--socket", default=os.environ.get("HAPTICD_SOCKET") or "/run/hapticd/io.hapticd.Status",
+                        help="of hapticd (HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Status)")
     parser.add_argument("--frames", type=int, default=10)
     arguments = parser.parse_args()
     with socket.socket(socket.AF_UNIX) as connection:

@@ -7,15 +7,16 @@
         --poses groundtruth.txt depth.txt recording/
 
 The images are PNG files with 16 bits of grey, in millimetres unless --unit-m says otherwise, where 0 means that nothing
-was measured. They come from a folder (all *.png in the order of their names, --rate apart) or from a list with one line
-'SECONDS FILE' for each image, as data sets in the TUM RGB-D format have it; paths in it are relative to the list. Lines
-that begin with # are ignored. A file of poses has lines 'SECONDS X Y Z QX QY QZ QW', the pose of the optical frame in the
-world. With a list an image gets the pose nearest in time, if that is within 20 ms; with a folder line N belongs to image
-N. Exit status: 0 done, 1 an error, which is named; the recording is then not made.
+was measured. They come from a folder (all *.png in the order of their names, numbers in them by their values, --rate
+apart) or from a list with one line 'SECONDS FILE' for each image, as data sets in the TUM RGB-D format have it; paths in
+it are relative to the list. Lines that begin with # are ignored. A file of poses has lines 'SECONDS X Y Z QX QY QZ QW',
+the pose of the optical frame in the world. With a list an image gets the pose nearest in time, if that is within 20 ms;
+with a folder line N belongs to image N. Exit status: 0 done, 1 an error, which is named; the recording is then not made.
 """
 import argparse
 import math
 import os
+import re
 import shutil
 import struct
 import sys
@@ -26,7 +27,7 @@ NS_PER_S = 10**9
 POSE_WITHIN_NS = 20 * 10**6
 PNG_START = struct.Struct(">8sI4sIIBB")  # signature, length and name of the first chunk, width, height, bits, colour
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-MOST_COLUMNS, MOST_ROWS = 1280, 800
+LEAST_SIDE, MOST_COLUMNS, MOST_ROWS = 16, 1280, 800
 NORM_TOLERANCE = 0.01
 
 
@@ -37,7 +38,7 @@ def fail(text):
 def entries(path, values):
     """Returns 'FILE:LINE', the time in ns and the other values for each line that is not a comment."""
     try:
-        with open(path, encoding="utf-8") as lines:
+        with open(path, encoding="utf-8-sig") as lines:
             split = [(f"{path}:{number}", line.split()) for number, line in enumerate(lines, 1)]
     except (OSError, UnicodeDecodeError) as error:
         fail(f"{path}: cannot be read: {error}")
@@ -57,10 +58,16 @@ def entries(path, values):
     return found
 
 
+def natural_order(name):
+    """frame2 comes before frame10; names that differ in leading zeros only keep an order."""
+    parts = re.split(r"([0-9]+)", name)
+    return [(int(part), part) if number % 2 else part for number, part in enumerate(parts)]
+
+
 def images_of(source, rate_hz):
     """Returns 'where', the time in ns and the path for each image, in the order of time."""
     if os.path.isdir(source):
-        names = sorted(name for name in os.listdir(source) if name.lower().endswith(".png"))
+        names = sorted((name for name in os.listdir(source) if name.lower().endswith(".png")), key=natural_order)
         images = [(os.path.join(source, name), round(number * NS_PER_S / rate_hz), os.path.join(source, name))
                   for number, name in enumerate(names)]
     else:
@@ -85,8 +92,9 @@ def size_of(where, path):
     _, _, _, width, height, bits, colour = PNG_START.unpack(start)
     if bits != 16 or colour != 0:
         fail(f"{where}: {path} does not have 16 bits of grey; colour images and images of 8 bits are not depth")
-    if not (1 <= width <= MOST_COLUMNS and 1 <= height <= MOST_ROWS):
-        fail(f"{where}: {path} has {width} x {height} pixels; at most {MOST_COLUMNS} x {MOST_ROWS} are possible")
+    if not (LEAST_SIDE <= width <= MOST_COLUMNS and LEAST_SIDE <= height <= MOST_ROWS):
+        fail(f"{where}: {path} has {width} x {height} pixels; "
+             f"{LEAST_SIDE} x {LEAST_SIDE} to {MOST_COLUMNS} x {MOST_ROWS} are possible")
     return width, height
 
 

@@ -10,6 +10,7 @@ closed the connection.
 import argparse
 import csv
 import json
+import os
 import socket
 import sys
 import time
@@ -41,7 +42,8 @@ def main():
     parser = argparse.ArgumentParser(description="Prints every tick of the force loop as CSV.")
     parser.add_argument("fields", nargs="*", default=["number", "planned_ns", "command_force_n_in_world"],
                         help="names of fields as in traces")
-    parser.add_argument("--socket", default="/run/hapticd/io.hapticd.Status")
+    parser.add_argument("--socket", default=os.environ.get("HAPTICD_SOCKET") or "/run/hapticd/io.hapticd.Status",
+                        help="of hapticd (HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Status)")
     parser.add_argument("--seconds", type=float, default=1.0)
     arguments = parser.parse_args()
 

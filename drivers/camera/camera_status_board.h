@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "drivers/base/status_board.h"
@@ -28,7 +29,7 @@ class CameraStatusBoard : public StatusBoard<CameraStatus> {
     return update([](CameraStatus& status) {
       if (status.state != CameraState::streaming) {
         status.state = CameraState::streaming;
-        status.detail.clear();
+        if (!status.detail.starts_with(kDamage)) status.detail.clear();
       }
       return ++status.frames;
     });
@@ -38,7 +39,7 @@ class CameraStatusBoard : public StatusBoard<CameraStatus> {
   void countDamagedFrame(std::string why) {
     update([&](CameraStatus& status) {
       ++status.damaged_frames;
-      status.detail = "the last damaged frame: " + std::move(why);
+      status.detail = std::string(kDamage) + std::move(why);
     });
   }
 
@@ -49,6 +50,9 @@ class CameraStatusBoard : public StatusBoard<CameraStatus> {
       status.detail = std::move(detail);
     });
   }
+
+ private:
+  static constexpr std::string_view kDamage = "the last damaged frame: ";
 };
 
 }  // namespace hapticd::drivers

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "config/value_text.h"
-#include "drivers/trace/compression.h"
 
 namespace hapticd::drivers::mcap {
 
@@ -90,9 +89,23 @@ bool ChunkRecord::of(std::string_view content, ChunkRecord& chunk) {
   return reader.good();  // fields added by a later version of the format are skipped
 }
 
-std::string ChunkRecord::unpack(std::string& unpacked) const {
-  if (uncompressed_bytes > kMaxChunkBytes) {
-    return fmt::format("a chunk of {} bytes; at most {} are accepted", uncompressed_bytes, kMaxChunkBytes);
+namespace {
+
+std::uint64_t messagesIn(std::string_view records) {
+  std::uint64_t messages = 0;
+  visitRecords(records, [&messages](Opcode opcode, std::string_view, std::uint64_t) {
+    messages += opcode == Opcode::message ? 1 : 0;
+    return true;
+  });
+  return messages;
+}
+
+}  // namespace
+
+std::string ChunkRecord::unpack(std::string& unpacked, Allowance& allowance) const {
+  if (uncompressed_bytes > allowance.chunkBytes()) {
+    return fmt::format("a chunk of {} bytes; at most {} are accepted in a file of this size",
+                       uncompressed_bytes, allowance.chunkBytes());
   }
   if (compression == "zstd") {
     if (!decompressZstd(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
@@ -106,7 +119,14 @@ std::string ChunkRecord::unpack(std::string& unpacked) const {
                        config::inQuotes(std::string(compression.substr(0, 20))));
   }
   if (crc != 0 && crcOf(unpacked) != crc) return "the checksum of the chunk does not match";
-  return "";
+  if (allowance.take(unpacked.size(), messagesIn(unpacked))) return "";
+  return fmt::format(
+      "the chunks up to here hold more than {} bytes for each byte of the file, which no trace does",
+      kMaxUnpackedRatio);
+}
+
+bool compressRecords(Compressor& compressor, std::string_view records, std::string& to) {
+  return compressor.compress(records, to) && records.size() / kMaxWrittenRatio <= to.size();
 }
 
 void addChunk(std::string& to, const ChunkRecord& chunk) {
@@ -119,6 +139,18 @@ void addChunk(std::string& to, const ChunkRecord& chunk) {
     writer.text(chunk.compression);
     writer.sized<std::uint64_t>([&] { writer.raw(chunk.records); });
   });
+}
+
+bool MetadataRecord::of(std::string_view content, MetadataRecord& metadata) {
+  ByteReader reader(content);
+  metadata.name = reader.text();
+  ByteReader map(reader.text());
+  metadata.pairs.clear();
+  while (!map.atEnd()) {
+    std::string key(map.text());
+    metadata.pairs.emplace_back(std::move(key), map.text());
+  }
+  return reader.good() && map.good();
 }
 
 std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& attachment) {

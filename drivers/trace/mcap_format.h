@@ -12,6 +12,8 @@
 
 #include "drivers/base/crc32.h"
 #include "drivers/trace/bytes.h"
+#include "drivers/trace/compression.h"
+#include "drivers/trace/mcap_limits.h"
 
 /// The container format MCAP (mcap.dev/spec, version 0): parts shared by writer, reader and recovery.
 namespace hapticd::drivers::mcap {
@@ -38,14 +40,6 @@ enum class Opcode : std::uint8_t {
   summary_offset = 14,
   data_end = 15,
 };
-
-// Larger ones are not written.
-inline constexpr std::size_t kMaxMessageBytes = 4 << 20;
-inline constexpr std::size_t kMaxAttachmentBytes = 32 << 20;
-// Larger ones are rejected when read, before memory is allocated for them. Other programs write larger chunks
-// and records than this one.
-inline constexpr std::size_t kMaxChunkBytes = 256 << 20;   ///< uncompressed
-inline constexpr std::size_t kMaxRecordBytes = 320 << 20;  ///< includes a chunk that compression made longer
 
 /// Computes the CRC-32 of IEEE 802.3, as in zlib. `before`: the CRC of the preceding bytes.
 inline std::uint32_t crcOf(std::string_view bytes, std::uint32_t before = 0) {
@@ -124,11 +118,24 @@ struct ChunkRecord {
   static bool of(std::string_view content, ChunkRecord& chunk);
   /// Decompresses the records and verifies their checksum, if there is one. Returns a description of the
   /// fault, or "".
-  std::string unpack(std::string& unpacked) const;
+  std::string unpack(std::string& unpacked, Allowance& allowance) const;
 };
+
+/// Compresses the records of a chunk to `to`; returns false if they are to be stored as they are: compression
+/// gains nothing, or so much that readers would not expect it.
+bool compressRecords(Compressor& compressor, std::string_view records, std::string& to);
 
 /// Appends a Chunk record.
 void addChunk(std::string& to, const ChunkRecord& chunk);
+
+/// A decoded Metadata record.
+struct MetadataRecord {
+  std::string_view name;
+  std::vector<std::pair<std::string, std::string>> pairs;
+
+  /// Decodes a record; returns false if it is invalid.
+  static bool of(std::string_view content, MetadataRecord& metadata);
+};
 
 /// A decoded Attachment record.
 struct AttachmentRecord {

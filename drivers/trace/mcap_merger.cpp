@@ -8,7 +8,7 @@ namespace hapticd::drivers::mcap {
 
 bool Merger::isLater(const Stretch& a, const Stretch& b) {
   const auto key = [](const Stretch& stretch) {
-    return std::pair(stretch.messages[stretch.next].time_ns, stretch.offset);
+    return std::pair(stretch.messages[stretch.next].first, stretch.offset);
   };
   return key(a) > key(b);
 }
@@ -18,13 +18,16 @@ void Merger::add(std::uint64_t offset, std::string records) {
                   .records = std::make_unique<const std::string>(std::move(records)),
                   .messages = {},
                   .next = 0};
-  visitRecords(*stretch.records, [&](Opcode opcode, std::string_view content, std::uint64_t) {
+  visitRecords(*stretch.records, [&](Opcode opcode, std::string_view content, std::uint64_t at) {
     MessageRecord message;
-    if (opcode == Opcode::message && MessageRecord::of(content, message)) stretch.messages.push_back(message);
+    if (opcode == Opcode::message && MessageRecord::of(content, message)) {
+      stretch.messages.emplace_back(message.time_ns, at);
+    }
     return true;
   });
   if (stretch.messages.empty()) return;
-  std::ranges::stable_sort(stretch.messages, {}, &MessageRecord::time_ns);
+  stretch.messages.shrink_to_fit();
+  std::ranges::sort(stretch.messages);  // of equal times the earlier in the file comes first
   bytes_ += stretch.records->size();
   stretches_.push_back(std::move(stretch));
   std::ranges::push_heap(stretches_, isLater);
@@ -33,8 +36,10 @@ void Merger::add(std::uint64_t offset, std::string records) {
 bool Merger::next(std::uint64_t until_ns, MessageRecord& message) {
   if (stretches_.empty()) return false;
   const Stretch& earliest = stretches_.front();
-  if (earliest.messages[earliest.next].time_ns > until_ns) return false;
-  message = earliest.messages[earliest.next];
+  const auto [time_ns, at] = earliest.messages[earliest.next];
+  if (time_ns > until_ns) return false;
+  ByteReader record(std::string_view(*earliest.records).substr(at + 1));  // after the opcode
+  MessageRecord::of(record.sized<std::uint64_t>(), message);
   std::ranges::pop_heap(stretches_, isLater);
   Stretch& taken = stretches_.back();
   if (++taken.next < taken.messages.size()) {

@@ -28,7 +28,7 @@ class Merger {
   struct Stretch {
     std::uint64_t offset = 0;
     std::unique_ptr<const std::string> records;
-    std::vector<MessageRecord> messages;  ///< sorted by time
+    std::vector<MessagePlace> messages;  ///< sorted by time
     std::size_t next = 0;
   };
   static bool isLater(const Stretch& a, const Stretch& b);

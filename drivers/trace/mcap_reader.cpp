@@ -16,13 +16,11 @@ namespace {
 
 constexpr const char* kNotWhole = "an incomplete record";
 
-/// Limit of messages held because later ones in the file may be earlier in time.
-constexpr std::size_t kMaxOverlapBytes = 512 << 20;
-
 /// Reads one file. Faults of a record or a part of it are returned as a text, or "" if there is none.
 class Reading final : SurveyVisitor {
  public:
-  Reading(Scanner scanner, Visitor& visitor) : scanner_(std::move(scanner)), visitor_(visitor) {}
+  Reading(Scanner scanner, Visitor& visitor)
+      : scanner_(std::move(scanner)), visitor_(visitor), allowance_(scanner_.size()) {}
 
   std::expected<void, Fault> run() {
     survey_ = survey(scanner_, *this);
@@ -67,16 +65,9 @@ class Reading final : SurveyVisitor {
   }
 
   std::string metadata(std::string_view content) {
-    ByteReader reader(content);
-    const std::string_view name = reader.text();
-    ByteReader map(reader.text());
-    Pairs pairs;
-    while (!map.atEnd()) {
-      std::string key(map.text());
-      pairs.emplace_back(std::move(key), map.text());
-    }
-    if (!reader.good() || !map.good()) return kNotWhole;
-    visitor_.metadata(name, std::move(pairs));
+    MetadataRecord metadata;
+    if (!MetadataRecord::of(content, metadata)) return kNotWhole;
+    visitor_.metadata(metadata.name, std::move(metadata.pairs));
     return "";
   }
 
@@ -147,7 +138,7 @@ class Reading final : SurveyVisitor {
   std::string unpack(std::string_view content, std::string& records) {
     ChunkRecord chunk;
     if (!ChunkRecord::of(content, chunk)) return kNotWhole;
-    if (std::string wrong = chunk.unpack(records); !wrong.empty()) return wrong;
+    if (std::string wrong = chunk.unpack(records, allowance_); !wrong.empty()) return wrong;
     std::string wrong;
     const bool whole = visitRecords(records, [&](Opcode opcode, std::string_view record, std::uint64_t) {
       if (opcode == Opcode::message) {
@@ -217,9 +208,10 @@ class Reading final : SurveyVisitor {
     const bool last = next_stretch_ >= survey_.stretches.size();
     std::string wrong =
         give(last ? std::numeric_limits<std::uint64_t>::max() : survey_.stretches[next_stretch_].start_ns);
-    if (wrong.empty() && merger_.bytes() > kMaxOverlapBytes) {
+    const std::uint64_t most_bytes = mostHeld(scanner_.size(), kMaxOverlapBytes);
+    if (wrong.empty() && merger_.bytes() > most_bytes) {
       return fmt::format("more than {} MB of messages overlap in time; sort the file, e.g. with mcap sort",
-                         kMaxOverlapBytes >> 20);
+                         most_bytes >> 20);
     }
     return wrong;
   }
@@ -227,7 +219,8 @@ class Reading final : SurveyVisitor {
   std::string give(std::uint64_t until_ns) {
     MessageRecord message;
     while (!visitor_.enough() && merger_.next(until_ns, message)) {
-      std::string wrong = visitor_.message({message.channel, message.time_ns, message.data});
+      std::string wrong =
+          visitor_.message({message.channel, message.time_ns, message.publish_time_ns, message.data});
       if (!wrong.empty()) return wrong;
     }
     return "";
@@ -238,6 +231,7 @@ class Reading final : SurveyVisitor {
     std::erase_if(survey_.stretches, [this](const Stretch& stretch) { return stretch.end() > intact_to_; });
     std::ranges::stable_sort(survey_.stretches, {}, &Stretch::start_ns);
     next_stretch_ = 0;
+    allowance_ = Allowance(scanner_.size());
     while (next_stretch_ < survey_.stretches.size() && !visitor_.enough()) {
       const Stretch stretch = survey_.stretches[next_stretch_];
       std::string bytes, records;
@@ -253,6 +247,7 @@ class Reading final : SurveyVisitor {
 
   Scanner scanner_;
   Visitor& visitor_;
+  Allowance allowance_;  ///< of this pass
   Survey survey_;
   Definitions definitions_;
   Merger merger_;

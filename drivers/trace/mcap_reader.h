@@ -20,7 +20,8 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 /// A message with the id of its channel.
 struct Message {
   std::uint16_t channel = 0;
-  std::uint64_t time_ns = 0;
+  std::uint64_t time_ns = 0;          ///< log time
+  std::uint64_t publish_time_ns = 0;  ///< not later in what hapticd writes
   std::string_view data;
 };
 

@@ -72,11 +72,10 @@ std::string malformedText(Opcode opcode) {
   }
 }
 
-std::string unpackChunk(std::string_view content, std::string& unpacked) {
-  ChunkRecord chunk;
-  ChunkContent inside;
+std::string unpackChunk(std::string_view content, Allowance& allowance, std::string& unpacked,
+                        ChunkRecord& chunk, ChunkContent& inside) {
   if (!ChunkRecord::of(content, chunk)) return "an incomplete chunk";
-  if (std::string wrong = chunk.unpack(unpacked); !wrong.empty()) return wrong;
+  if (std::string wrong = chunk.unpack(unpacked, allowance); !wrong.empty()) return wrong;
   return ChunkContent::of(unpacked, inside) ? "" : "a chunk that contains something other than messages";
 }
 

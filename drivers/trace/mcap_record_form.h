@@ -27,7 +27,9 @@ bool hasForm(Opcode opcode, std::string_view content);
 /// Returns a description of a malformed record.
 std::string malformedText(Opcode opcode);
 
-/// Decompresses and checks the records of a chunk. Returns a description of the fault, or "".
-std::string unpackChunk(std::string_view content, std::string& unpacked);
+/// Decompresses and checks the records of a chunk, which are `chunk` and `inside` then. Returns a description
+/// of the fault, or "".
+std::string unpackChunk(std::string_view content, Allowance& allowance, std::string& unpacked,
+                        ChunkRecord& chunk, ChunkContent& inside);
 
 }  // namespace hapticd::drivers::mcap

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <set>
@@ -44,9 +45,10 @@ struct IntactRecord {
   std::string content;
 };
 
-/// All intact parts of a file, wherever they are.
+/// The intact parts of a file.
 struct Salvage {
-  // including those of the summary, each once
+  std::uint64_t file_bytes = 0;
+  // including those of the summary, each id once
   std::vector<IntactRecord> schemas;
   std::vector<IntactRecord> channels;
   std::vector<IntactRecord> metadata;
@@ -61,11 +63,17 @@ struct Salvage {
   std::uint64_t messages_whole = 0;
 };
 
-/// Finds all intact parts of a file: after a damaged record it continues at the next intact one, identified
-/// by its checksum or by what follows it. `progress`: receives the fraction done, 0..1; may be empty.
-/// Errors: the file cannot be read. Memory: one record and one uncompressed chunk, limited regardless of the
-/// file's content, and the records outside of chunks.
-config::Result<Salvage> salvage(const TraceFile& file, std::uint64_t size,
-                                const std::function<void(double)>& progress);
+/// Called occasionally with the fraction of the work done, 0..1; returns false to stop it. May be empty.
+using GoesOn = std::function<bool(double)>;
+
+/// The error of work that was stopped by GoesOn.
+config::Error interrupted(const std::filesystem::path& file);
+
+/// Finds the intact parts of a file, record by record: one with a fault is left out. Where the length of a
+/// record is damaged, so that no other one follows it, the search goes on at the next chunk that the summary
+/// names, and ends if there is none, as in a file that was never closed. Errors: the file cannot be read,
+/// stopped. Time: linear in its size. Memory: one record and one uncompressed chunk, limited as mcap_limits.h
+/// says, and the records outside of chunks.
+config::Result<Salvage> salvage(const TraceFile& file, std::uint64_t size, const GoesOn& goes_on);
 
 }  // namespace hapticd::drivers::mcap

@@ -26,6 +26,11 @@ Fault cut(const std::filesystem::path& file, std::uint64_t offset) {
 
 }  // namespace
 
+config::Error outOfMemory(const std::filesystem::path& file) {
+  return {file.string(), "reading it takes more memory than there is",
+          "end other programs, or read it on another computer"};
+}
+
 std::expected<Scanner, Fault> Scanner::open(const std::filesystem::path& path) {
   auto file = TraceFile::openToRead(path);
   if (!file) return unreadable(file.error());

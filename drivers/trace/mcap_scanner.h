@@ -26,6 +26,9 @@ struct Fault {
   config::Error error;
 };
 
+/// The error where std::bad_alloc ends the reading of a file.
+config::Error outOfMemory(const std::filesystem::path& file);
+
 /// A record outside of chunks.
 struct Record {
   Opcode opcode = Opcode::header;

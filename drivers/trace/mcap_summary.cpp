@@ -7,10 +7,6 @@
 
 namespace hapticd::drivers::mcap {
 
-void Summary::addOnce(std::vector<std::string>& to, std::string_view content) {
-  if (std::ranges::find(to, content) == to.end()) to.emplace_back(content);
-}
-
 void Summary::addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
                        const ChunkContent& content) {
   constexpr std::size_t kIndexHeadBytes = kRecordHeadBytes + 2 + 4;  // channel id and length of the entries

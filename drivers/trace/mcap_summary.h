@@ -14,9 +14,9 @@ namespace hapticd::drivers::mcap {
 /// Collects the information for the summary at the end of a file.
 class Summary {
  public:
-  // `content`: of the record; duplicates are ignored
-  void addSchema(std::string_view content) { addOnce(schemas_, content); }
-  void addChannel(std::string_view content) { addOnce(channels_, content); }
+  // `content`: of the record, each once
+  void addSchema(std::string_view content) { schemas_.emplace_back(content); }
+  void addChannel(std::string_view content) { channels_.emplace_back(content); }
   // `offset`, `bytes`: of the complete record in the file
   void addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
                 const ChunkContent& content);
@@ -30,7 +30,6 @@ class Summary {
   std::string ending(std::uint64_t offset, std::uint32_t crc) const;
 
  private:
-  static void addOnce(std::vector<std::string>& to, std::string_view content);
   std::string statistics() const;
 
   std::vector<std::string> schemas_;  ///< contents of the records

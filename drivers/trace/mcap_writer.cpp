@@ -67,28 +67,28 @@ config::Result<void> Writer::begin() {
 void Writer::addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
                         std::string_view message) {
   const std::size_t at = pending_.size();
+  const std::uint64_t log_time_ns = std::max(time_ns, chunks_end_ns_);
   addRecord(pending_, Opcode::message, [&] {
     ByteWriter writer(pending_);
     writer.number(channel);
     writer.number(sequence);
-    writer.number(time_ns);
+    writer.number(log_time_ns);
     writer.number(time_ns);
     writer.raw(message);
   });
-  earliest_ns_ = places_.empty() ? time_ns : std::min(earliest_ns_, time_ns);
-  latest_ns_ = places_.empty() ? time_ns : std::max(latest_ns_, time_ns);
-  places_.push_back({time_ns, channel, at, pending_.size() - at});
+  earliest_ns_ = places_.empty() ? log_time_ns : std::min(earliest_ns_, log_time_ns);
+  places_.push_back({log_time_ns, channel, at, pending_.size() - at});
 }
 
 std::uint64_t Writer::pendingMessages(std::uint16_t channel) const {
   return static_cast<std::uint64_t>(std::ranges::count(places_, channel, &Pending::channel));
 }
 
-/// Returns the records of pending messages before `time_ns` in the order of their times; the others stay
+/// Returns the records of pending messages up to `time_ns` in the order of their times; the others stay
 /// pending.
-std::string Writer::takeBefore(std::uint64_t time_ns) {
+std::string Writer::takeUpTo(std::uint64_t time_ns) {
   const auto later = std::ranges::stable_partition(
-      places_, [time_ns](const Pending& place) { return place.time_ns < time_ns; });
+      places_, [time_ns](const Pending& place) { return place.time_ns <= time_ns; });
   std::vector<Pending> taken(places_.begin(), later.begin());
   std::ranges::stable_sort(taken, {}, &Pending::time_ns);
   std::string records, left;
@@ -100,10 +100,7 @@ std::string Writer::takeBefore(std::uint64_t time_ns) {
     place.offset = offset;
   }
   pending_ = std::move(left);
-  if (!places_.empty()) {
-    earliest_ns_ = std::ranges::min(places_, {}, &Pending::time_ns).time_ns;
-    latest_ns_ = std::ranges::max(places_, {}, &Pending::time_ns).time_ns;
-  }
+  if (!places_.empty()) earliest_ns_ = std::ranges::min(places_, {}, &Pending::time_ns).time_ns;
   return records;
 }
 
@@ -123,26 +120,27 @@ config::Result<void> Writer::append(std::string_view bytes) {
 config::Result<void> Writer::write(const std::string& records) {
   ChunkContent content;
   ChunkContent::of(records, content);
-  const bool compressed = compressor_ && compressor_->compress(records, compressed_);
+  const bool compressed = compressor_ && compressRecords(*compressor_, records, compressed_);
   const ChunkRecord chunk{content.start_ns, content.end_ns,           records.size(),
                           crcOf(records),   compressed ? "zstd" : "", compressed ? compressed_ : records};
   std::string bytes;
   addChunk(bytes, chunk);
   const std::uint64_t offset = end_, length = bytes.size();
   auto written = append(bytes + content.indexRecords());
-  if (written) summary_.addChunk(offset, length, chunk, content);
-  return written;
+  if (!written) return written;
+  summary_.addChunk(offset, length, chunk, content);
+  chunks_end_ns_ = content.end_ns;
+  return {};
 }
 
 config::Result<void> Writer::flush() {
-  return flushBefore(std::numeric_limits<std::uint64_t>::max());
+  return flushUpTo(std::numeric_limits<std::uint64_t>::max());
 }
 
-config::Result<void> Writer::flushBefore(std::uint64_t time_ns) {
+config::Result<void> Writer::flushUpTo(std::uint64_t time_ns) {
   if (failure_) return std::unexpected(*failure_);
-  if (places_.empty()) return {};
-  std::string records = takeBefore(time_ns);
-  if (records.empty()) records = takeBefore(std::numeric_limits<std::uint64_t>::max());
+  const std::string records = takeUpTo(time_ns);
+  if (records.empty()) return {};
   auto written = write(records);
   if (written) return {};
   failure_ = written.error();

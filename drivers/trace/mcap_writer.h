@@ -19,8 +19,8 @@
 namespace hapticd::drivers::mcap {
 
 /// Writes an MCAP file: header, schemas, channels, metadata and attachments at the beginning, then messages
-/// in chunks, each of which is on disk before the next one begins. The messages of a chunk are in the order
-/// of their times; they are held until their chunk is written (memory: pendingBytes() plus a copy).
+/// in chunks, each of which is on disk before the next one begins. The messages of the file are in the order
+/// of their log times; they are held until their chunk is written (memory: pendingBytes() plus a copy).
 /// Thread: one.  RT: not safe.
 class Writer {
  public:
@@ -36,7 +36,8 @@ class Writer {
   /// Writes the beginning of the file.
   config::Result<void> begin();
 
-  /// Adds a message to a future chunk.
+  /// Adds a message to a future chunk. `time_ns` is its publish time, and its log time too unless a later
+  /// one is in a chunk already: its log time is then that of the last message written.
   void addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
                   std::string_view message);
   /// Returns the error after which nothing more is written.
@@ -45,15 +46,15 @@ class Writer {
   // Size and number of messages that are not in a chunk yet.
   std::size_t pendingBytes() const { return pending_.size(); }
   std::uint64_t pendingMessages(std::uint16_t channel) const;
-  /// Returns the times of the earliest and the latest pending message; there must be one.
-  std::pair<std::uint64_t, std::uint64_t> pendingTimes_ns() const { return {earliest_ns_, latest_ns_}; }
+  /// Returns the log time of the earliest pending message; there must be one.
+  std::uint64_t earliestPending_ns() const { return earliest_ns_; }
 
   /// Writes a chunk with all pending messages. After an error the file ends with its last complete chunk, and
   /// only finish() writes again.
   config::Result<void> flush();
-  /// Writes a chunk with the messages before `time_ns` only, if there are any, so that late messages still
+  /// Writes a chunk with the messages up to `time_ns` only, if there are any, so that late messages still
   /// fit into the next chunk.
-  config::Result<void> flushBefore(std::uint64_t time_ns);
+  config::Result<void> flushUpTo(std::uint64_t time_ns);
   /// Writes the open chunk and the end of the file, and renames it. Does nothing after it has succeeded; may
   /// be retried after a failure.
   /// Errors: also that of the open chunk, although the file is finished.
@@ -65,12 +66,12 @@ class Writer {
  private:
   config::Result<void> append(std::string_view bytes);
   struct Pending {
-    std::uint64_t time_ns = 0;
+    std::uint64_t time_ns = 0;  ///< log time
     std::uint16_t channel = 0;
     std::size_t offset = 0;  ///< of the record in `pending_`
     std::size_t bytes = 0;
   };
-  std::string takeBefore(std::uint64_t time_ns);
+  std::string takeUpTo(std::uint64_t time_ns);
   config::Result<void> write(const std::string& records);
   config::Result<void> writeEnding();
 
@@ -81,9 +82,8 @@ class Writer {
   std::string head_;
   std::string pending_;  ///< records not in a chunk yet, in the order of arrival
   std::vector<Pending> places_;
-  // times of these records
-  std::uint64_t earliest_ns_ = 0;
-  std::uint64_t latest_ns_ = 0;
+  std::uint64_t earliest_ns_ = 0;    ///< log time of these records
+  std::uint64_t chunks_end_ns_ = 0;  ///< log time of the last message in a chunk
   std::string compressed_;
   std::uint16_t channels_ = 0;
   std::uint64_t end_ = 0;  ///< length of the complete part

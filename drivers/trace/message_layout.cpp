@@ -36,6 +36,8 @@ constexpr std::array<NumberType, 11> kNumberTypes{{{"bool", 1},
 constexpr std::size_t kMaxNumbers = 4096;
 /// Constants are values of one byte.
 constexpr std::size_t kMaxConstants = 256;
+/// No message of a trace has more fields, by far: each costs time in every message.
+constexpr std::size_t kMaxFields = 1000;
 
 std::optional<std::size_t> numberIn(std::string_view text) {
   std::size_t number = 0;
@@ -65,12 +67,11 @@ bool setForm(std::string_view type, Field& field) {
 }
 
 /// Adds "NAME=VALUE" to the constants of the following field.
-bool addConstant(std::string_view text, std::vector<std::string>& constants) {
+bool addConstant(std::string_view text, std::vector<std::pair<std::uint8_t, std::string>>& constants) {
   const std::size_t equals = text.find('=');
   const auto value = numberIn(text.substr(equals + 1));
   if (!value || *value >= kMaxConstants) return false;
-  if (constants.size() <= *value) constants.resize(*value + 1);
-  constants[*value] = text.substr(0, equals);
+  constants.emplace_back(static_cast<std::uint8_t>(*value), text.substr(0, equals));
   return true;
 }
 
@@ -117,7 +118,7 @@ void skip(CdrReader& reader, const Field& field) {
 
 std::expected<MessageLayout, std::string> MessageLayout::of(std::string_view schema) {
   MessageLayout layout;
-  std::vector<std::string> constants;
+  std::vector<std::pair<std::uint8_t, std::string>> constants;
   while (!schema.empty()) {
     const std::string_view line = schema.substr(0, schema.find('\n'));
     schema.remove_prefix(std::min(line.size() + 1, schema.size()));
@@ -133,6 +134,9 @@ std::expected<MessageLayout, std::string> MessageLayout::of(std::string_view sch
           fmt::format("{} in its schema has a type that traces do not use", config::inQuotes(line)));
     }
     if (constant) continue;
+    if (layout.fields_.size() >= kMaxFields) {
+      return std::unexpected(fmt::format("its schema has more than {} fields", kMaxFields));
+    }
     field.constants = std::exchange(constants, {});
     layout.fields_.push_back(std::move(field));
   }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "drivers/trace/cdr.h"
@@ -21,15 +22,16 @@ class MessageLayout {
   enum class Form { numbers, text, bytes, named_texts, time };
   /// One field of the messages.
   struct Field {
-    std::string type;                    ///< e.g. "float64[3]"
-    std::string name;                    ///< e.g. "hip_m_in_world"
-    std::vector<std::string> constants;  ///< enumerators of the field by value, "" for gaps
+    std::string type;                                             ///< e.g. "float64[3]"
+    std::string name;                                             ///< e.g. "hip_m_in_world"
+    std::vector<std::pair<std::uint8_t, std::string>> constants;  ///< enumerators of the field: value, name
     Form form = Form::numbers;
     std::size_t bytes = 1;  ///< size of one number
     std::size_t count = 1;  ///< number of numbers
   };
 
-  /// Parses a schema.  Errors: why it cannot be parsed: an invalid line, a type that traces do not use.
+  /// Parses a schema.  Errors: why it cannot be parsed: an invalid line, a type that traces do not use, more
+  /// fields than any trace has.
   static std::expected<MessageLayout, std::string> of(std::string_view schema);
 
   const std::vector<Field>& fields() const { return fields_; }

@@ -228,11 +228,11 @@ struct DecodePlaces {
 /// Maps the values in `other` to the enumerators of `own`.
 std::vector<std::optional<std::uint8_t>> valuesIn(const MessageLayout::Field& other,
                                                   const MessageLayout::Field& own) {
-  std::vector<std::optional<std::uint8_t>> values(other.constants.size());
-  for (std::size_t value = 0; value < other.constants.size(); ++value) {
-    const auto found = std::ranges::find(own.constants, other.constants[value]);
-    if (other.constants[value].empty() || found == own.constants.end()) continue;
-    values[value] = static_cast<std::uint8_t>(found - own.constants.begin());
+  constexpr std::size_t kValues = std::numeric_limits<std::uint8_t>::max() + 1;
+  std::vector<std::optional<std::uint8_t>> values(other.constants.empty() ? 0 : kValues);
+  for (const auto& [value, name] : other.constants) {
+    const auto found = std::ranges::find(own.constants, name, [](const auto& known) { return known.second; });
+    if (found != own.constants.end()) values[value] = found->first;
   }
   return values;
 }

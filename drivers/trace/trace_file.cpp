@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -69,7 +70,10 @@ config::Result<TraceFile> TraceFile::openToMend(const std::filesystem::path& pat
 }
 
 TraceFile::TraceFile(TraceFile&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      window_(std::move(other.window_)),
+      window_at_(other.window_at_) {}
 
 TraceFile::~TraceFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
@@ -90,6 +94,7 @@ config::Result<std::uint64_t> TraceFile::size() const {
 }
 
 config::Result<void> TraceFile::writeAt(std::uint64_t offset, std::string_view bytes) {
+  window_.clear();
   while (!bytes.empty()) {
     const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (written < 0 && errno == EINTR) continue;
@@ -101,6 +106,24 @@ config::Result<void> TraceFile::writeAt(std::uint64_t offset, std::string_view b
 }
 
 config::Result<void> TraceFile::readAt(std::uint64_t offset, std::size_t length, std::string& to) const {
+  constexpr std::size_t kPageBytes = 1 << 12, kWindowBytes = 1 << 16;
+  if (length > kPageBytes) return readFromDisk(offset, length, to);
+  const auto isThere = [&] { return offset >= window_at_ && offset + length <= window_at_ + window_.size(); };
+  if (!isThere()) {
+    const std::uint64_t end = window_at_ + window_.size();
+    const bool goes_on = offset >= window_at_ && offset <= end + kPageBytes;
+    window_at_ = offset;
+    if (auto read = readFromDisk(offset, goes_on ? kWindowBytes : kPageBytes, window_); !read) {
+      window_.clear();
+      return read;
+    }
+  }
+  to = std::string_view(window_).substr(std::min<std::size_t>(offset - window_at_, window_.size()), length);
+  return {};
+}
+
+config::Result<void> TraceFile::readFromDisk(std::uint64_t offset, std::size_t length,
+                                             std::string& to) const {
   to.resize(length);
   std::size_t done = 0;
   while (done < length) {
@@ -116,6 +139,7 @@ config::Result<void> TraceFile::readAt(std::uint64_t offset, std::size_t length,
 }
 
 config::Result<void> TraceFile::truncate(std::uint64_t size) {
+  window_.clear();
   if (::ftruncate(descriptor_, static_cast<off_t>(size)) != 0) return failure("truncated");
   return {};
 }

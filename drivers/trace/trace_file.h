@@ -29,7 +29,8 @@ class TraceFile {
   config::Result<std::uint64_t> size() const;
   /// Writes all of `bytes`, or returns an error.
   config::Result<void> writeAt(std::uint64_t offset, std::string_view bytes);
-  /// Reads as many bytes as available, at most `length`, to `to`.
+  /// Reads as many bytes as available, at most `length`, to `to`. Small pieces that follow each other are
+  /// read from memory: there may be millions of them.
   config::Result<void> readAt(std::uint64_t offset, std::size_t length, std::string& to) const;
   config::Result<void> truncate(std::uint64_t size);
   /// Returns when the data is on disk.
@@ -40,9 +41,12 @@ class TraceFile {
   static config::Result<TraceFile> open(const std::filesystem::path& path, int flags);
   static config::Result<TraceFile> openLocked(const std::filesystem::path& path, int flags);
   std::unexpected<config::Error> failure(std::string_view doing) const;
+  config::Result<void> readFromDisk(std::uint64_t offset, std::size_t length, std::string& to) const;
 
   std::filesystem::path path_;
   int descriptor_;
+  mutable std::string window_;  ///< bytes of the file from window_at_ on
+  mutable std::uint64_t window_at_ = 0;
 };
 
 /// Returns true if a TraceFile of some process may be writing this file.

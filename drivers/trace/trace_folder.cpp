@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".mcap";
 constexpr std::string_view kPartEnding = ".mcap.part";
+constexpr std::string_view kDamagedEnding = ".mcap.damaged";  // or the same with a number: -2
 constexpr std::string_view kDepthEnding = ".depth";
 constexpr std::string_view kKeepEnding = ".keep";
 constexpr std::string_view kNoteEnding = ".note";
@@ -52,6 +53,28 @@ bool isNameCharacter(char c) {
 bool has(const fs::path& folder, std::string_view name, std::string_view ending) {
   std::error_code ignored;
   return fs::exists(fileOf(folder, name, ending), ignored);
+}
+
+/// Returns the name of the trace that a damaged original was recovered to; nothing for another name.
+std::optional<std::string_view> recoveredFrom(std::string_view name) {
+  const std::size_t at = name.rfind(kDamagedEnding);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view number = name.substr(at + kDamagedEnding.size());
+  const bool numbered = number.size() > 1 && number.front() == '-' &&
+                        number.find_first_not_of("0123456789", 1) == std::string_view::npos;
+  if (!number.empty() && !numbered) return std::nullopt;
+  return name.substr(0, at);
+}
+
+/// Returns the file of a trace that is not being written.
+fs::path finishedFile(const fs::path& folder, std::string_view name) {
+  const bool damaged = recoveredFrom(name) && !has(folder, name, kEnding);
+  return fileOf(folder, name, damaged ? "" : kEnding);
+}
+
+bool isFinished(const fs::path& folder, std::string_view name) {
+  std::error_code ignored;
+  return fs::exists(finishedFile(folder, name), ignored);
 }
 
 /// Returns the time at the beginning of a name; nothing for other names.
@@ -86,22 +109,34 @@ std::string openTraceName(const fs::path& file) {
   return name.ends_with(kPartEnding) ? name.substr(0, name.size() - kPartEnding.size()) : "";
 }
 
+/// Sets the name and the state that follow from the name of a file; returns false if it is not that of a
+/// trace.
+bool takeName(std::string file, TraceEntry& entry) {
+  entry.open = file.ends_with(kPartEnding);
+  entry.damaged = !entry.open && !file.ends_with(kEnding);
+  if (entry.damaged && !recoveredFrom(file)) return false;
+  if (!entry.damaged) file.resize(file.size() - (entry.open ? kPartEnding : kEnding).size());
+  entry.name = std::move(file);
+  return isTraceName(entry.name);
+}
+
 /// Fills `entry`; returns false if the file is not a trace, or has just been renamed or deleted.
 bool describe(const fs::path& file, TraceEntry& entry) {
-  const std::string name = file.filename().string();
-  entry.open = name.ends_with(kPartEnding);
-  if (!entry.open && !name.ends_with(kEnding)) return false;
-  entry.name = name.substr(0, name.size() - (entry.open ? kPartEnding : kEnding).size());
   struct stat status {};
-  if (!isTraceName(entry.name) || ::stat(file.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+  if (!takeName(file.filename().string(), entry) || ::stat(file.c_str(), &status) != 0 ||
+      !S_ISREG(status.st_mode)) {
     return false;
+  }
   entry.bytes = static_cast<std::uint64_t>(status.st_size);
   entry.time_ns = std::int64_t{status.st_mtim.tv_sec} * rt::kNsPerSecond + status.st_mtim.tv_nsec;
   const fs::path depth = fileOf(file.parent_path(), entry.name, kDepthEnding);
   std::error_code ignored;
   const bool beside = fs::is_directory(depth, ignored);
   if (beside) entry.bytes += bytesIn(depth);
-  entry.depth = beside || hasDepthChannel(file);
+  const TraceHead head = readTraceHead(file);
+  entry.depth = beside || head.depth;
+  entry.clock_is_set = head.clock_is_set;
+  entry.number = head.number;
   entry.kept = has(file.parent_path(), entry.name, kKeepEnding);
   entry.note = noteOf(file);
   entry.begin_ns = beginOf(entry.name).value_or(entry.time_ns);
@@ -121,11 +156,13 @@ std::unexpected<config::Error> noSuchTrace(const fs::path& file) {
 }  // namespace
 
 bool isTraceName(std::string_view name) {
-  return !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
+  const std::size_t own_length = recoveredFrom(name).value_or(name).size();
+  return own_length > 0 && own_length <= kLongestName && name.front() != '.' &&
          std::ranges::all_of(name, isNameCharacter);
 }
 
 bool isDumpName(std::string_view name) {
+  name = recoveredFrom(name).value_or(name);
   if (!beginOf(name)) return false;
   std::string_view label = name.substr(kTimeLength);
   if (const std::size_t dash = label.rfind('-');
@@ -166,7 +203,7 @@ config::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
     return refuse(folder, "cannot be read: " + failure.message(), "check state.folder and its permissions");
   }
   std::ranges::sort(traces, {}, [](const TraceEntry& entry) {
-    return std::tuple(entry.begin_ns, entry.time_ns, entry.name);
+    return std::tuple(entry.number, entry.begin_ns, entry.time_ns, entry.name);
   });
   return traces;
 }
@@ -183,9 +220,9 @@ std::vector<std::string> openTraces(const fs::path& folder) {
 
 config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) {
   if (auto named = checkName(name); !named) return named;
-  const fs::path file = fileOf(folder, name, kEnding);
+  const fs::path file = finishedFile(folder, name);
   if (has(folder, name, kPartEnding)) return refuse(file, "is being written", "stop the trace first");
-  if (!has(folder, name, kEnding)) return noSuchTrace(file);
+  if (!isFinished(folder, name)) return noSuchTrace(file);
   if (has(folder, name, kKeepEnding)) {
     return refuse(file, "is marked to be kept",
                   fmt::format("remove the mark first: hapticctl trace keep --undo {}", name));
@@ -221,8 +258,8 @@ config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bo
     return refuse(mark, fmt::format("cannot be {}: {}", keep ? "created" : "removed", std::strerror(errno)),
                   "check the space on the disk and the permissions of the folder");
   };
-  if (!has(folder, name, kEnding) && !has(folder, name, kPartEnding)) {
-    return noSuchTrace(fileOf(folder, name, kEnding));
+  if (!isFinished(folder, name) && !has(folder, name, kPartEnding)) {
+    return noSuchTrace(finishedFile(folder, name));
   }
   if (keep) {
     const int descriptor = ::open(mark.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
@@ -237,8 +274,8 @@ config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bo
 config::Result<void> noteTrace(const fs::path& folder, std::string_view name, const std::string& text) {
   if (auto named = checkName(name); !named) return named;
   const fs::path note = fileOf(folder, name, kNoteEnding);
-  if (!has(folder, name, kEnding) && !has(folder, name, kPartEnding)) {
-    return noSuchTrace(fileOf(folder, name, kEnding));
+  if (!isFinished(folder, name) && !has(folder, name, kPartEnding)) {
+    return noSuchTrace(finishedFile(folder, name));
   }
   if (text.size() > kLongestNote || config::printable(text) != text) {
     return refuse(note, "cannot hold that note",

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,16 +15,19 @@ namespace hapticd::drivers {
 
 /// A trace in a folder.
 struct TraceEntry {
-  std::string name;          ///< without folder and extension
+  std::string name;          ///< without folder and extension; with them if it is a damaged original
   std::uint64_t bytes = 0;   ///< including its depth recording
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
   bool open = false;         ///< being written, or left by a crash (".part")
-  bool depth = false;        ///< has raw depth in it, or in NAME.depth next to it (older versions)
-  bool kept = false;         ///< marked to be kept, by an empty file NAME.keep
-  std::string note;          ///< a line of text about it, from NAME.note; empty: there is none
+  bool damaged = false;  ///< the original of a trace that was recovered to a new file ("NAME.mcap.damaged")
+  bool depth = false;    ///< has raw depth in it, or in NAME.depth next to it (older versions)
+  bool kept = false;     ///< marked to be kept, by an empty file NAME.keep
+  std::string note;      ///< a line of text about it, from NAME.note; empty: there is none
   /// CLOCK_REALTIME of its beginning, in whole seconds, from its name; if the name has no time, that of its
   /// last change.
   std::int64_t begin_ns = 0;
+  std::optional<bool> clock_is_set = {};  ///< whether that clock told the time; nothing: not known
+  std::uint64_t number = 0;               ///< see TraceOptions::number; 0: older, or of another program
 };
 
 /// Labels of traces written by the flight recorder: on request, and for the two kinds of faults.
@@ -31,7 +35,8 @@ inline constexpr std::string_view kDumpLabel = "dump";
 inline constexpr std::string_view kFaultLabel = "fault";
 inline constexpr std::string_view kOverrunBurstLabel = "overrun-burst";
 
-/// Returns true for valid names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.'.
+/// Returns true for valid names of traces: 1 to 100 letters, digits, '-', '_', '.', not beginning with '.';
+/// for a damaged original the name of its trace and the ending of its file.
 bool isTraceName(std::string_view name);
 
 /// Returns true for the name of a trace written by the flight recorder: a time and kDumpLabel, kFaultLabel or
@@ -43,8 +48,9 @@ bool isDumpName(std::string_view name);
 std::string newTraceName(const std::filesystem::path& folder, std::int64_t realtime_ns,
                          std::string_view label);
 
-/// Returns the traces of the folder, oldest first; none if there is no such folder.
-/// Errors: the folder cannot be read.
+/// Returns the traces of the folder, oldest first, by their numbers: the clock may have been wrong. Those
+/// without a number come first, by their times. None if there is no such folder. Errors: the folder cannot be
+/// read.
 config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& folder);
 
 /// Returns the names of unfinished traces; none if the folder cannot be read. Does not access other files, so

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <memory>
+#include <new>
 #include <tuple>
 
 #include "config/value_text.h"
@@ -14,6 +16,7 @@
 #include "drivers/trace/mcap_reader.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_format.h"
+#include "drivers/trace/trace_head.h"
 #include "rt/clock.h"
 
 namespace hapticd::drivers {
@@ -25,6 +28,11 @@ constexpr const char* kOtherReaders =
 /// Parts of one run follow each other; meanwhile the wall clock may be set.
 constexpr std::int64_t kMaxClockStep_ns = 3600 * rt::kNsPerSecond;
 
+constexpr std::string_view kTopicPrefix = "/hapticd/";
+const mcap::Refusal kNotATrace{"is not a trace of hapticd", "give the path of a trace"};
+/// Of a file without metadata of hapticd, as many messages are looked at for a channel of hapticd.
+constexpr std::uint64_t kMostForeignMessages = 10'000;
+
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);
   return found == pairs.end() ? nullptr : &found->second;
@@ -32,13 +40,16 @@ const std::string* find(const TraceText& pairs, std::string_view key) {
 
 class Reading final : public mcap::Visitor {
  public:
-  explicit Reading(const TraceVisitor& visitor) : visitor_(visitor) {
+  /// `file_bytes`: size of the file.
+  Reading(const TraceVisitor& visitor, std::uint64_t file_bytes)
+      : visitor_(visitor), most_kept_bytes_(mcap::mostKept(file_bytes)) {
     if (visitor.depth) depth_ = [this](const DepthRecord& record) { return depth(record); };
   }
 
   TraceInfo info;
 
   void channel(const mcap::Channel& channel) override {
+    is_ours_ = is_ours_ || channel.topic.starts_with(kTopicPrefix);
     (void)(bind<rt::Tick>(channel, info.ticks, visitor_.tick) ||
            bind<ModelRecord>(channel, info.models, visitor_.model) ||
            bind<DirectiveRecord>(channel, info.directives, visitor_.directive) ||
@@ -52,18 +63,20 @@ class Reading final : public mcap::Visitor {
     if (other_format_) {
       refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*other_format_),
                          kTraceVersion));
-    } else if (!header_seen_) {
-      refusal_ = mcap::Refusal{"is not a trace of hapticd", "give the path of a trace"};
     }
   }
+
+  /// Whether it is a trace, as far as it has been read: other programs may have removed its metadata.
+  bool isTrace() const { return header_seen_ || is_ours_; }
 
   std::string message(const mcap::Message& message) override {
     const auto time_ns = static_cast<std::int64_t>(message.time_ns);
     info.first_ns = messages_ == 0 ? time_ns : std::min(info.first_ns, time_ns);
     info.last_ns = messages_ == 0 ? time_ns : std::max(info.last_ns, time_ns);
     ++messages_;
+    if (!isTrace() && messages_ > kMostForeignMessages) refusal_ = kNotATrace;
     const auto taker = takers_.find(message.channel);
-    return taker == takers_.end() ? "" : taker->second(message.data);
+    return taker == takers_.end() ? "" : taker->second(message);
   }
 
   void metadata(std::string_view name, mcap::Pairs pairs) override {
@@ -85,7 +98,7 @@ class Reading final : public mcap::Visitor {
   std::optional<mcap::Refusal> refusal() const override { return refusal_; }
 
  private:
-  using Taker = std::function<std::string(std::string_view)>;
+  using Taker = std::function<std::string(const mcap::Message&)>;
 
   /// A merged file contains the information about its writer several times; any of them will do as long as
   /// they are parts of one run of hapticd.
@@ -104,7 +117,12 @@ class Reading final : public mcap::Visitor {
     std::int64_t offset_ns = 0;
     const char* const end = offset->data() + offset->size();
     if (std::from_chars(offset->data(), end, offset_ns).ptr != end) return;
-    if (!header_seen_) info.realtime_offset_ns = offset_ns;
+    if (!header_seen_) {
+      TraceHead head;
+      head.take(pairs);
+      info.realtime_offset_ns = offset_ns;
+      info.clock_is_set = head.clock_is_set;
+    }
     // wraps instead of overflowing, whatever the file contains
     const auto apart_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(offset_ns) -
                                                     static_cast<std::uint64_t>(info.realtime_offset_ns));
@@ -137,21 +155,27 @@ class Reading final : public mcap::Visitor {
       refuse(fmt::format("a trace with {} in another encoding", channel.topic));
       return true;
     }
-    auto found = MessageDecoder<Record>::forSchema(channel.schema);
-    if (!found) {
-      refuse(fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
-      return true;
+    // a file may define any number of channels with one schema
+    std::shared_ptr<void>& known = decoders_[{kChannelName<Record>.topic, channel.schema.data()}];
+    if (!known) {
+      auto found = MessageDecoder<Record>::forSchema(channel.schema);
+      if (!found) {
+        refuse(fmt::format("a trace whose {} this version does not read: {}", channel.topic, found.error()));
+        return true;
+      }
+      info.topics.emplace(channel.topic);
+      if (!found->missing().empty()) info.missing[std::string(channel.topic)] = found->missing();
+      known = std::make_shared<MessageDecoder<Record>>(std::move(*found));
     }
-    info.topics.emplace(channel.topic);
-    if (!found->missing().empty()) info.missing[std::string(channel.topic)] = found->missing();
-    takers_[channel.id] = [this, &count, &to, decoder = std::move(*found)](std::string_view data) mutable {
-      return take(data, decoder, count, to);
+    auto decoder = std::static_pointer_cast<MessageDecoder<Record>>(known);
+    takers_[channel.id] = [this, &count, &to, decoder = std::move(decoder)](const mcap::Message& message) {
+      return take(message, *decoder, count, to);
     };
     return true;
   }
 
   template <typename Record>
-  std::string take(std::string_view data, MessageDecoder<Record>& decoder, std::uint64_t& count,
+  std::string take(const mcap::Message& message, MessageDecoder<Record>& decoder, std::uint64_t& count,
                    const std::function<bool(const Record&)>& to) {
     if constexpr (std::is_same_v<Record, DepthRecord>) {
       if (!to) {  // content and version matter only if images are requested
@@ -161,7 +185,7 @@ class Reading final : public mcap::Visitor {
     }
     Record record;
     constexpr std::string_view kTopic = kChannelName<Record>.topic;
-    if (!decoder.decode(data, record)) {
+    if (!decoder.decode(message.data, record)) {
       if (decoder.unknownValue().empty()) return fmt::format("a message of {} is incomplete", kTopic);
       refuse(fmt::format("a trace with a {} in {} that this version does not know", decoder.unknownValue(),
                          kTopic));
@@ -169,8 +193,34 @@ class Reading final : public mcap::Visitor {
     }
     ++count;
     if constexpr (std::is_same_v<Record, rt::Tick>) countDropped(record);
+    if (!header_seen_ && !info.metadata_lost) restoreClock(message, timeOf(record));
+    if (to && !mayBeKept(record, message.data)) {
+      return fmt::format(
+          "the records up to here hold more than {} bytes for each byte of the file, which no trace does",
+          mcap::kMaxHeldRatio);
+    }
     if (to && !to(record)) enough_ = true;
     return "";
+  }
+
+  /// Without metadata, the difference of the clocks is that of the first record.
+  void restoreClock(const mcap::Message& message, std::int64_t time_ns) {
+    info.metadata_lost = true;
+    info.realtime_offset_ns =
+        static_cast<std::int64_t>(message.publish_time_ns - static_cast<std::uint64_t>(time_ns));
+  }
+
+  /// Counts what a visitor may keep of a record. Equal label images that follow each other are kept once.
+  template <typename Record>
+  bool mayBeKept(const Record& record, std::string_view message) {
+    constexpr std::size_t kPerByte = 4;  // two empty texts are 16 bytes there and 64 in memory
+    std::size_t bytes = message.size();
+    if constexpr (std::is_same_v<Record, AdditionsRecord>) {
+      if (record.labels.bytes == labels_) bytes -= labels_.size();
+      labels_ = record.labels.bytes;
+    }
+    kept_bytes_ += sizeof(Record) + kPerByte * bytes;
+    return kept_bytes_ <= most_kept_bytes_;
   }
 
   void countDropped(const rt::Tick& tick) {
@@ -189,10 +239,16 @@ class Reading final : public mcap::Visitor {
   const TraceVisitor& visitor_;
   std::function<bool(const DepthRecord&)> depth_;  ///< empty: images are not requested
   std::map<std::uint16_t, Taker> takers_;          ///< handlers by channel
+  /// A MessageDecoder for each topic and schema, which the reader keeps in one place.
+  std::map<std::pair<std::string_view, const char*>, std::shared_ptr<void>> decoders_;
   std::optional<std::string> other_format_;
+  std::uint64_t most_kept_bytes_;
+  std::uint64_t kept_bytes_ = 0;
+  std::string labels_;  ///< of the last additions
   std::uint64_t messages_ = 0;
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
+  bool is_ours_ = false;  ///< has a channel of hapticd
   bool enough_ = false;
   std::optional<mcap::Refusal> refusal_;
 };
@@ -210,14 +266,20 @@ config::Result<void> TraceInfo::require(const std::filesystem::path& file, std::
                                        "use the trace that it was filtered from"});
 }
 
-config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) {
-  Reading reading(visitor);
+config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) try {
+  std::error_code no_file;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, no_file);
+  Reading reading(visitor, no_file ? 0 : bytes);
   if (const auto read = mcap::read(file, reading); !read) return std::unexpected(read.error().error);
-  std::error_code ignored;
-  reading.info.bytes = std::filesystem::file_size(file, ignored);
+  if (!reading.isTrace()) {
+    return std::unexpected(config::Error{file.string(), kNotATrace.what, kNotATrace.remedy});
+  }
+  reading.info.bytes = no_file ? 0 : bytes;
   reading.info.complete = !reading.enough();
   if (visitor.progress) visitor.progress(1);
   return std::move(reading.info);
+} catch (const std::bad_alloc&) {
+  return std::unexpected(mcap::outOfMemory(file));
 }
 
 }  // namespace hapticd::drivers

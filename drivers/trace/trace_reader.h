@@ -35,8 +35,10 @@ struct TraceInfo {
   std::uint64_t chunks = 0;
   std::int64_t first_ns = 0;  ///< CLOCK_REALTIME of the first message
   std::int64_t last_ns = 0;
-  std::int64_t realtime_offset_ns = 0;  ///< CLOCK_REALTIME minus CLOCK_MONOTONIC
-  bool complete = false;                ///< closed properly: summary and footer are present
+  std::int64_t realtime_offset_ns = 0;    ///< CLOCK_REALTIME minus CLOCK_MONOTONIC
+  std::optional<bool> clock_is_set = {};  ///< whether that clock told the time; nothing: not known
+  bool metadata_lost = false;  ///< removed by another program; the offset is that of the first record
+  bool complete = false;       ///< closed properly: summary and footer are present
   TraceText metadata;
   std::vector<TraceAttachment> attachments;
   /// Fields missing in its records, by topic, because it was written by another version of hapticd.
@@ -68,7 +70,8 @@ struct TraceVisitor {
 /// Reads a trace from beginning to end and verifies all checksums; metadata and attachments are in the
 /// result. Traces rewritten, filtered or merged by other programs are read as well, as long as they are from
 /// one run of hapticd. Other versions may have other fields: unknown ones are ignored, and missing ones are
-/// handled as described at MessageDecoder.
+/// handled as described at MessageDecoder. A file from which another program has removed the metadata is
+/// recognised by its channels.
 /// Errors: no such file, not an MCAP file, not a trace of hapticd, an unreadable version (another format, or
 /// a field of another type), a merge of several runs of hapticd, a checksum mismatch (with its offset), a
 /// truncated file (a ".part" or a damaged end; the intact part has been visited by then).

@@ -2,6 +2,7 @@
 #include "drivers/trace/trace_recovery.h"
 
 #include <algorithm>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -34,20 +35,32 @@ fs::path finishedName(const fs::path& file) {
 /// Checks whether a file can be read to its end.
 class Everything final : public mcap::Visitor {
  public:
+  explicit Everything(const RecoveryProgress& progress) : progress_(progress) {}
+
   std::uint64_t chunks = 0;
   bool of_hapticd = false;
+  bool stopped = false;
   void channel(const mcap::Channel&) override {}
   std::string message(const mcap::Message&) override { return ""; }
   void metadata(std::string_view name, mcap::Pairs) override { of_hapticd |= name == kTraceMetadata; }
   void attachment(const mcap::AttachmentRecord&) override {}
-  void chunk(std::uint64_t, std::uint64_t) override { ++chunks; }
-  bool enough() const override { return false; }
+  void chunk(std::uint64_t offset, std::uint64_t size) override {
+    ++chunks;
+    stopped = progress_ && !progress_(static_cast<double>(offset) / static_cast<double>(size));
+  }
+  bool enough() const override { return stopped; }
+
+ private:
+  const RecoveryProgress& progress_;
 };
 
 /// Errors: why the file is not intact, as reported by the reader.
-std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path) {
-  Everything everything;
+std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path, const RecoveryProgress& progress) {
+  Everything everything(progress);
   if (auto read = mcap::read(path, everything); !read) return std::unexpected(read.error());
+  if (everything.stopped) {
+    return std::unexpected(mcap::Fault{mcap::Fault::Kind::unreadable, mcap::interrupted(path)});
+  }
   if (!everything.of_hapticd) {
     return std::unexpected(
         mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), "is not a trace of hapticd", ""}});
@@ -76,12 +89,13 @@ std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::
   for (const mcap::IntactRecord& schema : whole.schemas) definitions.addSchema(schema.content);
   for (const mcap::IntactRecord& channel : whole.channels) definitions.addChannel(channel.content);
   std::optional<std::int64_t> offset_ns;
+  mcap::Allowance allowance(whole.file_bytes);
   for (const mcap::IntactChunk& place : whole.chunks) {
     std::string content, records;
     mcap::ChunkRecord chunk;
     if (!file.readAt(place.offset + mcap::kRecordHeadBytes, place.bytes - mcap::kRecordHeadBytes, content))
       return {};
-    if (!mcap::ChunkRecord::of(content, chunk) || !chunk.unpack(records).empty()) continue;
+    if (!mcap::ChunkRecord::of(content, chunk) || !chunk.unpack(records, allowance).empty()) continue;
     mcap::visitRecords(records, [&](mcap::Opcode opcode, std::string_view record, std::uint64_t) {
       mcap::MessageRecord message;
       rt::Tick tick;
@@ -91,7 +105,8 @@ std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::
       if (channel.topic != kChannelName<rt::Tick>.topic) return true;
       auto decoder = MessageDecoder<rt::Tick>::forSchema(channel.schema);
       if (!decoder || !decoder->decode(message.data, tick)) return true;
-      offset_ns = static_cast<std::int64_t>(message.time_ns - static_cast<std::uint64_t>(tick.planned_ns));
+      offset_ns =
+          static_cast<std::int64_t>(message.publish_time_ns - static_cast<std::uint64_t>(tick.planned_ns));
       return false;
     });
     if (offset_ns) break;
@@ -135,11 +150,9 @@ std::optional<std::uint64_t> intactTo(const mcap::Salvage& whole) {
     }
   }
   const std::uint64_t head_end = end;
-  std::uint64_t start_ns = 0;
   for (const mcap::IntactChunk& chunk : whole.chunks) {
     const bool in_place = chunk.offset >= head_end && (chunk.indexed || &chunk == &whole.chunks.back());
-    if (!in_place || chunk.start_ns < start_ns) return {};
-    start_ns = chunk.start_ns;
+    if (!in_place) return {};
     end = std::max(end, chunk.end());
   }
   const bool early =
@@ -155,16 +168,21 @@ std::uint64_t bytesLost(const mcap::Salvage& whole) {
 }
 
 /// Returns the result of a recovery; `file` was made from `whole`.
-config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole) {
+config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole,
+                                        const RecoveryProgress& progress) {
   RecoveredTrace recovered{.outcome = outcome, .file = file};
   recovered.bytes_lost = bytesLost(whole);
   recovered.damages = whole.damages;
   if (whole.messages_meant && *whole.messages_meant >= whole.messages_whole) {
     recovered.messages_lost = *whole.messages_meant - whole.messages_whole;
   }
+  if (const auto info = readTrace(file)) {
+    recovered.ticks_missing = info->ticks_dropped;
+    recovered.chunks = info->chunks;
+    return recovered;
+  }
   // with another version or lost metadata, a complete file may not be interpretable by this program
-  if (const auto info = readTrace(file)) recovered.ticks_missing = info->ticks_dropped;
-  Everything everything;
+  Everything everything(progress);
   if (const auto read = mcap::read(file, everything); !read) return std::unexpected(read.error().error);
   recovered.chunks = everything.chunks;
   return recovered;
@@ -205,12 +223,12 @@ config::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvag
 }
 
 config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole,
-                                          std::uint64_t intact_to) {
+                                          std::uint64_t intact_to, const RecoveryProgress& progress) {
   const fs::path name = finishedName(file.path());
-  auto done = endTrace(file, whole, intact_to);
+  auto done = endTrace(file, whole, intact_to, progress);
   if (done) done = renameDurably(file.path(), name);
   if (!done) return std::unexpected(done.error());
-  return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
+  return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole, progress);
 }
 
 /// If it is interrupted, both files exist, which the next attempt reports.
@@ -220,7 +238,7 @@ config::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap:
   if (auto written = rewriteTrace(file, whole, name, progress); !written)
     return std::unexpected(written.error());
   if (auto moved = renameDurably(file.path(), kept); !moved) return std::unexpected(moved.error());
-  auto recovered = reported(Outcome::rewritten, name, whole);
+  auto recovered = reported(Outcome::rewritten, name, whole, progress);
   if (recovered) recovered->original = kept;
   return recovered;
 }
@@ -233,29 +251,31 @@ fs::path recoveredName(const fs::path& file) {
 }
 
 config::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path& out,
-                                            const RecoveryProgress& progress) {
+                                            const RecoveryProgress& progress) try {
   const auto file = TraceFile::openToRead(path);
   if (!file) return std::unexpected(file.error());
   if (isBeingWritten(path)) {
     return refuse(path, "is being written", "stop the trace first, e.g. with hapticctl trace stop");
   }
-  const auto complete = intact(path);
+  const auto complete = intact(path, progress);
   if (complete) return *complete;
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
   if (isEmpty(*whole)) return refuse(path, "has no intact message", "it was not changed");
   if (auto written = rewriteTrace(*file, *whole, out, progress); !written)
     return std::unexpected(written.error());
-  auto recovered = reported(Outcome::rewritten, out, *whole);
+  auto recovered = reported(Outcome::rewritten, out, *whole, progress);
   if (recovered) recovered->original = path;
   return recovered;
+} catch (const std::bad_alloc&) {
+  return std::unexpected(mcap::outOfMemory(path));
 }
 
-config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryProgress& progress) {
+config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryProgress& progress) try {
   auto file = TraceFile::openToMend(part);
   if (!file) return std::unexpected(file.error());
   const fs::path name = finishedName(part);
-  auto complete = intact(part);
+  auto complete = intact(part, progress);
   if (complete) {
     if (auto renamed = renameDurably(part, name); !renamed) return std::unexpected(renamed.error());
     complete->file = name;
@@ -264,8 +284,10 @@ config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryP
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
   if (!isOfHapticd(*whole)) return hopeless(part, *whole);
-  if (const auto intact_to = intactTo(*whole)) return endInPlace(*file, *whole, *intact_to);
+  if (const auto intact_to = intactTo(*whole)) return endInPlace(*file, *whole, *intact_to, progress);
   return replaceDamaged(*file, *whole, progress);
+} catch (const std::bad_alloc&) {
+  return std::unexpected(mcap::outOfMemory(part));
 }
 
 }  // namespace hapticd::drivers

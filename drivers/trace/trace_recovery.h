@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -34,8 +33,9 @@ struct RecoveredTrace {
   std::vector<mcap::Damage> damages = {};  ///< all faults, in the order of the original
 };
 
-/// Called occasionally with the fraction of the work done, 0..1; may be empty.
-using RecoveryProgress = std::function<void(double)>;
+/// Called occasionally with the fraction of a step of the work done, 0..1; returns false to stop: the trace
+/// is then unchanged, and the work can be done again. May be empty.
+using RecoveryProgress = mcap::GoesOn;
 
 /// Returns the default name for recoverTrace(): NAME-recovered.mcap next to NAME.mcap or NAME.mcap.part.
 std::filesystem::path recoveredName(const std::filesystem::path& file);

@@ -15,16 +15,20 @@ bool isOrdinary(const TraceEntry& trace) {
 
 RetentionPlan planRetention(std::span<const TraceEntry> traces, std::string_view just_finished) {
   RetentionPlan plan;
+  const TraceEntry* newest = nullptr;
+  for (const TraceEntry& trace : traces) {
+    if (isOrdinary(trace) && !trace.damaged) newest = &trace;
+  }
   for (const TraceEntry& trace : traces) {
     plan.bytes += trace.bytes;
     if (trace.kept) ++plan.kept;
     if (!trace.kept && isDumpName(trace.name)) ++plan.dumps;
-    if (isOrdinary(trace)) plan.deletable.push_back(trace);
+    if (!isOrdinary(trace) || &trace == newest || trace.name == just_finished) {
+      plan.protected_bytes += trace.bytes;
+    } else {
+      plan.deletable.push_back(trace);
+    }
   }
-  if (!plan.deletable.empty()) plan.deletable.pop_back();  // the newest one
-  std::erase_if(plan.deletable, [=](const TraceEntry& trace) { return trace.name == just_finished; });
-  plan.protected_bytes = plan.bytes;
-  for (const TraceEntry& trace : plan.deletable) plan.protected_bytes -= trace.bytes;
   return plan;
 }
 

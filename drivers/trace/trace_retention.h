@@ -21,7 +21,8 @@ struct RetentionPlan {
 
 /// Plans which traces may be deleted. Protected are unfinished traces, those marked to be kept, those written
 /// by the flight recorder, the newest finished one of the others, and `just_finished`, which is not the
-/// newest one if the clock was set back. `traces`: oldest first, as returned by listTraces().
+/// newest one if the clock was set back. The damaged original of a recovered trace is like an ordinary trace
+/// of the same age. `traces`: oldest first, as returned by listTraces().
 RetentionPlan planRetention(std::span<const TraceEntry> traces, std::string_view just_finished);
 
 }  // namespace hapticd::drivers

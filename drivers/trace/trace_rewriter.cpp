@@ -23,8 +23,9 @@ std::uint16_t idOf(const IntactRecord& record) {
   return ByteReader(record.content).number<std::uint16_t>();
 }
 
+/// `records`: sorted by id.
 bool holds(const std::vector<IntactRecord>& records, std::uint16_t id) {
-  return std::ranges::find(records, id, idOf) != records.end();
+  return std::ranges::binary_search(records, id, {}, idOf);
 }
 
 /// A decompressed chunk of a file.
@@ -35,13 +36,13 @@ struct Unpacked {
   mcap::ChunkContent content;
 
   /// Reads a chunk that was intact when the file was scanned.
-  config::Result<void> read(const TraceFile& file, const IntactChunk& whole) {
+  config::Result<void> read(const TraceFile& file, const IntactChunk& whole, mcap::Allowance& allowance) {
     if (auto there =
             file.readAt(whole.offset + mcap::kRecordHeadBytes, whole.bytes - mcap::kRecordHeadBytes, record);
         !there) {
       return there;
     }
-    const bool good = mcap::ChunkRecord::of(record, chunk) && chunk.unpack(records).empty() &&
+    const bool good = mcap::ChunkRecord::of(record, chunk) && chunk.unpack(records, allowance).empty() &&
                       mcap::ChunkContent::of(records, content);
     if (good) return {};
     return std::unexpected(
@@ -150,15 +151,17 @@ class Rewriting {
  public:
   Rewriting(TraceFile& out, const mcap::Salvage& whole) : whole_(whole), file_(out, 0, 0) {}
 
-  config::Result<void> run(const TraceFile& from, const std::function<void(double)>& progress) {
+  config::Result<void> run(const TraceFile& from, const mcap::GoesOn& goes_on) {
     auto written = file_.append(Head(whole_, summary_).bytes());
+    mcap::Allowance allowance(whole_.file_bytes);
     std::vector<IntactChunk> chunks = whole_.chunks;
     std::ranges::stable_sort(chunks, {}, &IntactChunk::start_ns);
     for (std::size_t i = 0; i < chunks.size() && written; ++i) {
       Unpacked chunk;
-      written = chunk.read(from, chunks[i]);
+      written = chunk.read(from, chunks[i], allowance);
       if (written) written = add(chunk.chunk, chunk.records, chunk.content);
-      if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(chunks.size()));
+      const double done = static_cast<double>(i + 1) / static_cast<double>(chunks.size());
+      if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(from.path()));
     }
     for (const std::string& records : asChunks(whole_.messages)) {
       mcap::ChunkContent content;
@@ -193,7 +196,7 @@ class Rewriting {
     if (messages.empty()) return {};
     mcap::ChunkContent content;
     mcap::ChunkContent::of(messages, content);
-    const bool shorter = compressor_.compress(messages, compressed);
+    const bool shorter = mcap::compressRecords(compressor_, messages, compressed);
     return add({0, 0, messages.size(), 0, shorter ? "zstd" : "", shorter ? compressed : messages}, messages,
                content);
   }
@@ -218,8 +221,10 @@ config::Result<std::uint32_t> crcUpTo(const TraceFile& file, std::uint64_t end) 
   return crc;
 }
 
-config::Result<mcap::Summary> summaryInPlace(const TraceFile& file, const mcap::Salvage& whole) {
+config::Result<mcap::Summary> summaryInPlace(const TraceFile& file, const mcap::Salvage& whole,
+                                             const mcap::GoesOn& goes_on) {
   mcap::Summary summary;
+  mcap::Allowance allowance(whole.file_bytes);
   for (const IntactRecord& schema : whole.schemas) summary.addSchema(schema.content);
   for (const IntactRecord& channel : whole.channels) summary.addChannel(channel.content);
   for (const IntactRecord& metadata : whole.metadata) {
@@ -232,8 +237,10 @@ config::Result<mcap::Summary> summaryInPlace(const TraceFile& file, const mcap::
   }
   for (const IntactChunk& place : whole.chunks) {
     Unpacked chunk;
-    if (auto read = chunk.read(file, place); !read) return std::unexpected(read.error());
+    if (auto read = chunk.read(file, place, allowance); !read) return std::unexpected(read.error());
     summary.addChunk(place.offset, place.bytes, chunk.chunk, chunk.content);
+    const double done = static_cast<double>(place.offset) / static_cast<double>(whole.file_bytes);
+    if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(file.path()));
   }
   return summary;
 }
@@ -242,15 +249,17 @@ config::Result<mcap::Summary> summaryInPlace(const TraceFile& file, const mcap::
 config::Result<std::string> missingIndexes(const TraceFile& file, const mcap::Salvage& whole) {
   if (whole.chunks.empty() || whole.chunks.back().indexed) return std::string();
   Unpacked chunk;
-  if (auto read = chunk.read(file, whole.chunks.back()); !read) return std::unexpected(read.error());
+  mcap::Allowance allowance(whole.file_bytes);
+  if (auto read = chunk.read(file, whole.chunks.back(), allowance); !read) {
+    return std::unexpected(read.error());
+  }
   return chunk.content.indexRecords();
 }
 
 }  // namespace
 
 config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole,
-                                  const std::filesystem::path& out,
-                                  const std::function<void(double)>& progress) {
+                                  const std::filesystem::path& out, const mcap::GoesOn& goes_on) {
   std::error_code ignored;
   if (std::filesystem::exists(out, ignored)) {
     return std::unexpected(
@@ -260,15 +269,16 @@ config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& wh
   if (!isBeingWritten(part)) std::filesystem::remove(part, ignored);  // left by an interrupted attempt
   auto file = TraceFile::create(part);
   if (!file) return std::unexpected(file.error());
-  auto done = Rewriting(*file, whole).run(from, progress);
+  auto done = Rewriting(*file, whole).run(from, goes_on);
   if (done) done = file->synchronise();
   if (done) done = renameDurably(part, out);
   if (!done) std::filesystem::remove(part, ignored);
   return done;
 }
 
-config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to) {
-  const auto summary = summaryInPlace(file, whole);
+config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
+                              const mcap::GoesOn& goes_on) {
+  const auto summary = summaryInPlace(file, whole, goes_on);
   if (!summary) return std::unexpected(summary.error());
   const auto indexes = missingIndexes(file, whole);
   if (!indexes) return std::unexpected(indexes.error());

@@ -46,9 +46,12 @@ class TraceWriter::Implementation {
         camera_(options.depth_header) {}
 
   config::Result<void> begin(const TraceOptions& options) {
-    const std::vector<std::pair<std::string, std::string>> trace{
+    std::vector<std::pair<std::string, std::string>> trace{
         {std::string(kVersionKey), std::string(kTraceVersion)},
         {std::string(kOffsetKey), std::to_string(options.realtime_offset_ns)}};
+    if (options.number > 0) trace.emplace_back(kNumberKey, std::to_string(options.number));
+    if (options.clock_is_set)
+      trace.emplace_back(kClockKey, *options.clock_is_set ? kClockIsSet : kClockIsNotSet);
     file_.addMetadata(kTraceMetadata, trace);
     file_.addMetadata(kOwnerMetadata, options.metadata);
     open<rt::Tick>(ticks_channel_);
@@ -151,7 +154,7 @@ class TraceWriter::Implementation {
   }
 
   /// Writes what the picture needs. Its messages have the time of the tick that caused them, although the
-  /// scene is an earlier tick's: late messages would make chunks overlap.
+  /// scene is an earlier tick's, which may be in a chunk already.
   config::Result<void> writeScene(const rt::Tick& tick) {
     const std::uint64_t time_ns = realtimeOf(tick.planned_ns);
     if (tick.planned_ns >= next_transforms_ns_) {
@@ -170,17 +173,20 @@ class TraceWriter::Implementation {
   }
 
   /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
-  /// behind those of another, so the newest ones are held back, so that chunks do not overlap in time.
+  /// behind those of another, so the newest ones are held back.
   config::Result<void> makeRoom(std::uint64_t time_ns) {
     constexpr std::uint64_t kHeldShare = 10;  // of a chunk
     if (file_.failure()) return std::unexpected(*file_.failure());
     if (file_.pendingBytes() == 0) return {};
-    const std::uint64_t max_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
-    const auto [earliest_ns, latest_ns] = file_.pendingTimes_ns();
-    const std::uint64_t begin_ns = std::min(earliest_ns, time_ns), end_ns = std::max(latest_ns, time_ns);
-    const bool long_enough = end_ns - begin_ns >= max_ns || file_.pendingBytes() >= mcap::kMaxMessageBytes;
-    if (!long_enough) return {};
-    return counted(file_.flushBefore(end_ns - std::min(end_ns, max_ns / kHeldShare)));
+    const std::uint64_t least_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
+    const std::uint64_t held_ns = std::min(chunk_ns_ / kHeldShare, least_ns / 2);
+    const bool long_enough =
+        time_ns >= least_ns && time_ns - least_ns >= file_.earliestPending_ns();  // false for a late one
+    const auto isFull = [this] { return file_.pendingBytes() >= mcap::kMaxMessageBytes; };
+    if (!long_enough && !isFull()) return {};
+    auto written = file_.flushUpTo(time_ns - std::min(time_ns, held_ns));
+    if (written && isFull()) written = file_.flush();
+    return counted(std::move(written));
   }
 
   config::Result<void> counted(config::Result<void> written) {

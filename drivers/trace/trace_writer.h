@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,6 +31,10 @@ struct TraceOptions {
   std::int64_t first_chunk_ns = std::numeric_limits<std::int64_t>::max();
   /// CLOCK_REALTIME minus CLOCK_MONOTONIC at the start of the trace.
   std::int64_t realtime_offset_ns = 0;
+  /// Whether CLOCK_REALTIME told the time then (wall_clock.h); nothing: not known.
+  std::optional<bool> clock_is_set = {};
+  /// Counts the traces of a box in the order in which they begin, whatever its clock says; 0: not numbered.
+  std::uint64_t number = 0;
   /// Name-value pairs of the metadata record "hapticd": versions, serial numbers, kernel, ...
   std::vector<std::pair<std::string, std::string>> metadata = {};
   std::vector<TraceAttachment> attachments = {};
@@ -59,7 +64,8 @@ class TraceWriter {
   ~TraceWriter();
 
   // Each record is held until its chunk is complete; the chunk is then written in time order and synchronised
-  // to disk. Records may arrive a tenth of a chunk late without making chunks overlap in time.
+  // to disk. Records may arrive a tenth of a chunk late; one that is later still keeps its own time, but its
+  // message takes its place (log_time) behind what is on the disk, so that chunks never overlap in time.
   // Errors: disk errors. The trace then ends with its last complete chunk: nothing more is written, but
   // close() still makes it a readable file once there is space for the summary.
   config::Result<void> write(const rt::Tick& tick);

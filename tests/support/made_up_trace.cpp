@@ -26,6 +26,8 @@ namespace {
 
 using Random = std::mt19937_64;
 
+constexpr std::int64_t kTickPeriod_ns = 1'000'000;
+
 /// Converts to any integer or truth value.
 struct Any {
   Random& random;
@@ -145,7 +147,7 @@ rt::Tick madeUpTick(Random& random, std::uint64_t number) {
   const Any any{random};
   rt::Tick tick;
   tick.number = number;
-  tick.planned_ns = static_cast<std::int64_t>(number) * 1'000'000;
+  tick.planned_ns = static_cast<std::int64_t>(number) * kTickPeriod_ns;
   tick.wakeup_latency_ns = any;
   tick.compute_ns = any;
   tick.directive_generation = any;
@@ -281,12 +283,18 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
   Random random(seed);
   MadeUpRecords records;
   for (std::size_t i = 1; i <= chunks * ticks_per_chunk; ++i) records.ticks.push_back(madeUpTick(random, i));
+  // a later time would be the log time of all messages that follow
+  const auto first_chunk_ns = static_cast<std::int64_t>(ticks_per_chunk) * kTickPeriod_ns;
+  const auto add = [&](auto& several, auto record) {
+    record.time_ns = anyTime_ns(random) % first_chunk_ns;
+    several.push_back(std::move(record));
+  };
   for (int i = 0; i < 3; ++i) {
-    records.models.push_back(madeUpModel(random));
-    records.directives.push_back(madeUpDirective(random));
-    records.additions.push_back(madeUpAdditions(random));
-    records.events.push_back(madeUpEvent(random));
-    records.snapshots.push_back(madeUpSnapshot(random));
+    add(records.models, madeUpModel(random));
+    add(records.directives, madeUpDirective(random));
+    add(records.additions, madeUpAdditions(random));
+    add(records.events, madeUpEvent(random));
+    add(records.snapshots, madeUpSnapshot(random));
   }
   const auto sort = [](auto& several) {
     std::ranges::stable_sort(several, {}, [](const auto& record) { return drivers::timeOf(record); });

@@ -37,8 +37,8 @@ struct MadeUpRecords {
   std::vector<drivers::DepthRecord> depth;  ///< left empty by madeUpRecords()
 };
 
-/// Returns `chunks` chunks of `ticks_per_chunk` ticks each; the other records are in the first chunk. Each
-/// kind is in the order of its times.
+/// Returns `chunks` chunks of `ticks_per_chunk` ticks each; the other records, and their times, are in the
+/// first chunk. Each kind is in the order of its times.
 MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, unsigned seed = 1);
 
 /// Writes and closes a trace of these records.

@@ -73,12 +73,18 @@ bool limitFiles(std::size_t bytes) {
   return ::setrlimit(RLIMIT_FSIZE, &limit) == 0;
 }
 
+bool limitMemory(std::size_t bytes) {
+  const rlimit limit{bytes, bytes};
+  return ::setrlimit(RLIMIT_AS, &limit) == 0;
+}
+
 /// Runs in the child between fork and exec: system calls only.
 bool prepare(const ProgramOptions& options, int input, int output, int errors, pid_t parent) {
   bool good = ::setpgid(0, 0) == 0;
   good = good && ::dup2(input, STDIN_FILENO) >= 0 && ::dup2(output, STDOUT_FILENO) >= 0 &&
          ::dup2(errors, STDERR_FILENO) >= 0;
   if (options.largest_file_bytes) good = good && limitFiles(*options.largest_file_bytes);
+  if (options.largest_memory_bytes) good = good && limitMemory(*options.largest_memory_bytes);
   if (options.user) good = good && becomeUser(*options.user);
   if (options.disk != nullptr) options.disk->install();  // what failed shows in the parent
   // after changing the user, which resets it
@@ -134,7 +140,10 @@ Program::~Program() {
 
 void Program::reap(int options) {
   int status = 0;
-  if (ending_ || ::waitpid(pid_, &status, options) != pid_) return;
+  rusage usage{};
+  if (ending_ || ::wait4(pid_, &status, options, &usage) != pid_) return;
+  constexpr std::size_t kUnitBytes = 1024;
+  peak_memory_bytes_ = static_cast<std::size_t>(usage.ru_maxrss) * kUnitBytes;
   ending_ = WIFEXITED(status) ? Ending{true, WEXITSTATUS(status)} : Ending{false, WTERMSIG(status)};
 }
 

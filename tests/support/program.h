@@ -44,6 +44,8 @@ struct ProgramOptions {
   DiskStall* disk = nullptr;
   /// Largest size of a file, as on a full disk.
   std::optional<std::size_t> largest_file_bytes = {};
+  /// Largest address space.
+  std::optional<std::size_t> largest_memory_bytes = {};
 };
 
 /// How a program ended.
@@ -77,6 +79,10 @@ class Program {
   /// Returns whether a process of its group is left after its end.
   bool leftProcesses() const;
 
+  /// The most memory that was resident at a time, after its end. It is at least as much as this process had
+  /// when it started the program.
+  std::size_t peakMemoryBytes() const { return peak_memory_bytes_; }
+
   /// Returns its output so far.
   std::string output() const;
   std::string errors() const;
@@ -89,6 +95,7 @@ class Program {
   int errors_ = -1;
   bool stallable_ = false;
   std::optional<Ending> ending_;
+  std::size_t peak_memory_bytes_ = 0;
 };
 
 /// Result of a program that has ended.

@@ -181,6 +181,12 @@ class StrictReading {
     const std::uint64_t latest = times_ns.empty() ? 0 : *times_ns.rbegin();
     require(start_ns == earliest && end_ns == latest, extent.offset,
             "the times of a chunk do not match those of its messages");
+    if (!chunks_.empty() && !times_ns.empty() && earliest < latest_in_chunks_ns_) {
+      found_.warnings.push_back(
+          fmt::format("byte {}: a chunk that begins {} ns before the end of one before it", extent.offset,
+                      latest_in_chunks_ns_ - earliest));
+    }
+    latest_in_chunks_ns_ = std::max(latest_in_chunks_ns_, latest);
     noteChunk(extent, {start_ns, end_ns}, compression, records.size(), bytes);
   }
 
@@ -214,7 +220,6 @@ class StrictReading {
     require(time_ns >= last_ns, chunk_at, "the messages of a chunk are not in the order of time");
     indexed_[id].emplace_back(time_ns, at);
     ++counts_[id];
-    if (time_ns < latest_ns_) ++found_.late_messages;
     earliest_ns_ = found_.messages.empty() ? time_ns : std::min(earliest_ns_, time_ns);
     latest_ns_ = std::max(latest_ns_, time_ns);
     found_.messages.emplace_back(id, time_ns, fields.take(fields.left()));
@@ -449,6 +454,7 @@ class StrictReading {
   std::map<std::uint16_t, Places> indexed_;  ///< of the last chunk, not indexed yet
   std::map<std::uint16_t, std::uint64_t> counts_;
   std::uint64_t earliest_ns_ = 0, latest_ns_ = 0;
+  std::uint64_t latest_in_chunks_ns_ = 0;
   std::vector<ChunkNote> chunks_;
   std::set<std::tuple<Extent, std::uint64_t, std::uint64_t, std::size_t, std::string, std::string>>
       attachments_;
@@ -470,6 +476,12 @@ class StrictReading {
 std::string StrictMcap::text() const {
   std::string text;
   for (const std::string& fault : faults) text += fault + "\n";
+  return text;
+}
+
+std::string StrictMcap::allText() const {
+  std::string text = this->text();
+  for (const std::string& warning : warnings) text += "warning: " + warning + "\n";
   return text;
 }
 

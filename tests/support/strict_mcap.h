@@ -19,14 +19,16 @@ struct StrictMcap {
   /// order, checksums (all must be present), chunks and their indexes, time order within chunks, definitions,
   /// summary, statistics, offsets, magic.
   std::vector<std::string> faults;
+  /// What the specification allows and hapticd never writes, with its offset: chunks that overlap in time.
+  std::vector<std::string> warnings;
   /// Messages of intact chunks, in file order
   std::vector<Message> messages;
-  /// Number of messages earlier than one before them in the file, which the specification allows
-  std::uint64_t late_messages = 0;
   std::uint64_t chunks = 0;
 
   /// Returns the faults, one per line.
   std::string text() const;
+  /// Returns the faults and the warnings, one per line.
+  std::string allText() const;
 };
 
 StrictMcap readStrictly(const std::filesystem::path& file);

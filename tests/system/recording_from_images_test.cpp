@@ -149,10 +149,42 @@ TEST_F(RecordingFromImages, OfAFolderIsReplayedWithTheForcesOfItsPixels) {
   EXPECT_GT(with_force, kPlaces / 2);
 }
 
+TEST_F(RecordingFromImages, TakesNumbersInNamesByTheirValues) {
+  const fs::path folder = folder_.path() / "numbered";
+  fs::create_directory(folder);
+  const std::vector<std::string> names{"1", "2", "02", "9", "10", "11", "100"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto raw = static_cast<std::uint16_t>(1000 + i);
+    folder_.write("numbered/frame" + names[i] + ".png",
+                  greyPng(16, 16, std::vector<std::uint16_t>(256, raw)));
+  }
+  const Finished finished = make(folder);
+  ASSERT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+  const auto reader = drivers::RecordingReader::open(recording_, {0.4, 4});
+  ASSERT_TRUE(reader) << reader.error().text();
+  ASSERT_EQ(reader->frames().size(), names.size());
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  std::vector<std::uint16_t> order;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ASSERT_TRUE(reader->read(i, *frame));
+    order.push_back(frame->raw[0]);
+  }
+  EXPECT_EQ(order, (std::vector<std::uint16_t>{1000, 1002, 1001, 1003, 1004, 1005, 1006}));
+}
+
+TEST_F(RecordingFromImages, TakesAListWithAByteOrderMark) {
+  const Finished finished = make(folder_.write("marked.txt", fmt::format("\xEF\xBB\xBF"
+                                                                         "1 images/{}.png\n",
+                                                                         kTimes_s[0])));
+  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+}
+
 TEST_F(RecordingFromImages, RefusesWhatIsNoDepthByNameAndLeavesNothing) {
+  folder_.write("images/odd.png", greyPng(16, 15, std::vector<std::uint16_t>(240, 1000)));
+  expectRefused(make(images_), "odd.png has 16 x 15 pixels; 16 x 16 to 1280 x 800 are possible");
   folder_.write("images/odd.png", bytePng(camera_.width_px, camera_.height_px));
   expectRefused(make(images_), "odd.png does not have 16 bits of grey");
-  folder_.write("images/odd.png", greyPng(16, 4, std::vector<std::uint16_t>(64, 1000)));
+  folder_.write("images/odd.png", greyPng(16, 16, std::vector<std::uint16_t>(256, 1000)));
   expectRefused(make(images_), "odd.png does not have 424 x 240 pixels as the first image has");
   folder_.write("images/odd.png", "text");
   expectRefused(make(images_), "odd.png is not a PNG file");

@@ -5,7 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
 
+#include "tests/support/file_content.h"
 #include "tests/support/made_up_scene.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/system/daemon_under_test.h"
@@ -18,6 +23,13 @@ using test::exitedWith;
 using test::Finished;
 
 constexpr int kUsage = 64, kBadData = 65, kNoInput = 66, kCannotCreate = 73, kBadConfiguration = 78;
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
 
 class ReplayBadInput : public testing::Test {
  protected:
@@ -96,14 +108,50 @@ TEST_F(ReplayBadInput, ATruncatedImageIsRefused) {
   expectRefused(replay(), kBadData, "wall.pgm: has 300000 bytes, expected 614417");
 }
 
-TEST_F(ReplayBadInput, ATruncatedImageInTheMiddleOfARecordingIsRefused) {
-  test::ScratchRecording recording;
+/// As with the camera driver `recorded`.
+TEST_F(ReplayBadInput, DamagedFramesOfARecordingAreSkippedCountedAndNamed) {
   const std::string good = test::pgmBytes(test::wallImage(760));
-  recording.addBytes(good, "1500000000.1000", 1);
-  recording.addBytes(good.substr(0, 100), "1500000000.1005", 2);
+  for (const bool first_is_damaged : {false, true}) {
+    test::ScratchRecording recording;
+    recording.addBytes(first_is_damaged ? good.substr(0, 17) : good, "1500000000.1000", 1);
+    recording.addBytes(first_is_damaged ? good : good.substr(0, 100), "1500000000.1005", 2);
+    recording.addBytes(good, "1500000000.1010", 3);
+    recording.writeIndex();
+    std::ofstream(recording.path() / "INDEX.txt", std::ios::app) << "d-15000";
+    write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-0.98\n0.0005,0,0,-0.98\n0.001,0,0,-0.98\n");
+    const Finished finished = replay({"--depth=" + recording.path().string()});
+    EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
+    EXPECT_TRUE(contains(finished.errors, "1 of 3 frames cannot be read and were skipped"));
+    EXPECT_TRUE(contains(finished.errors, first_is_damaged ? "d-1500000000.1000-1.pgm: has 17 bytes"
+                                                           : "d-1500000000.1005-2.pgm: has 100 bytes"));
+    EXPECT_TRUE(contains(finished.errors, "the last line of the index was left out: "));
+    std::vector<std::string> frames;
+    for (const std::string& line : linesOf(test::contentOf(path("out.csv"))))
+      frames.push_back(line.substr(line.rfind(',') + 1));
+    EXPECT_EQ(frames, (std::vector<std::string>{"frame", first_is_damaged ? "1" : "0",
+                                                first_is_damaged ? "1" : "0", "2"}));
+  }
+}
+
+TEST_F(ReplayBadInput, ARecordingWithoutAReadableFrameIsRefused) {
+  test::ScratchRecording recording;
+  recording.addBytes("P5", "1500000000.1000", 1);
+  recording.addBytes("P5", "1500000000.1005", 2);
   recording.writeIndex();
   expectRefused(replay({"--depth=" + recording.path().string()}), kBadData,
-                "d-1500000000.1005-2.pgm: has 100 bytes");
+                "none of the 2 frames can be read");
+}
+
+TEST_F(ReplayBadInput, DepthWithoutAUsablePixelIsSaid) {
+  write("wall.pgm", test::pgmBytes(test::wallImage(2047)));
+  const Finished nothing = replay();
+  EXPECT_EQ(nothing.ending, exitedWith(0)) << nothing.errors;
+  EXPECT_TRUE(contains(nothing.errors, "warning: "));
+  EXPECT_TRUE(contains(nothing.errors, "nothing was measured in the frame, so that no force comes"));
+  write("wall.pgm", test::pgmBytes(test::wallImage(10)));
+  EXPECT_TRUE(contains(replay().errors, "no pixel of the frame lies between camera.near_m and camera.far_m"));
+  write("wall.pgm", test::pgmBytes(test::wallImage(760)));
+  EXPECT_EQ(replay().errors, "");
 }
 
 TEST_F(ReplayBadInput, AnImageWithBigEndianPixelsIsRefusedAsSuch) {

@@ -54,8 +54,8 @@ TEST(TickStream, TheExampleInPythonReportsAFieldThatTicksDoNotHave) {
   const DaemonHome home;
   Daemon daemon(home);
   ASSERT_TRUE(daemon.answers());
-  const Finished example =
-      runToEnd({"/usr/bin/python3", HAPTICD_TICKS_EXAMPLE, "--socket", home.statusSocket(), "force"});
+  const Finished example = runToEnd({"/usr/bin/python3", HAPTICD_TICKS_EXAMPLE, "force"},
+                                    {.environment = {"HAPTICD_SOCKET=" + home.controlSocket()}});
   EXPECT_EQ(example.ending, exitedWith(1));
   EXPECT_NE(example.errors.find("io.hapticd.Status.UnknownField"), std::string::npos) << example.errors;
 }

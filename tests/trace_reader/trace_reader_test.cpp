@@ -386,7 +386,10 @@ class TraceReader : public testing::Test {
   static MadeUpRecords recordsWithDepth() {
     MadeUpRecords records = madeUpRecords(3, kTicksPerChunk, 7);
     std::mt19937_64 random(8);
-    for (int i = 0; i < 5; ++i) records.depth.push_back(madeUpDepth(random));
+    for (int i = 0; i < 5; ++i) {
+      records.depth.push_back(madeUpDepth(random));
+      records.depth.back().header.arrival_ns = i;  // in the first chunk
+    }
     return records;
   }
 

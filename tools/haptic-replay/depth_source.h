@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "config/error.h"
 #include "drivers/camera/recorded/recording_reader.h"
@@ -31,6 +32,9 @@ class DepthSource {
     return recording_ ? recording_->camera() : std::nullopt;
   }
   config::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
+  std::size_t frames() const { return recording_ ? recording_->frames().size() : 1; }
+  /// Why the last line of the recording's index was left out; empty: it was not.
+  std::string cutOff() const { return recording_ ? recording_->cutOff() : ""; }
 
  private:
   DepthSource() = default;

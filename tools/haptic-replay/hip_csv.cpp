@@ -10,6 +10,7 @@
 #include <optional>
 #include <string_view>
 
+#include "config/csv_names.h"
 #include "config/value_text.h"
 #include "rt/haptic_core.h"
 
@@ -95,7 +96,7 @@ std::expected<std::vector<HipSample>, std::vector<config::Error>> readHipCsv(
   Parser parser(file.string());
   std::string line;
   std::size_t number = 1;
-  if (!std::getline(in, line) || withoutCarriageReturn(line) != kHeader) {
+  if (!std::getline(in, line) || config::csvNames(line) != config::csvNames(kHeader)) {
     parser.report(1, fmt::format("the header '{}' is missing", kHeader), "make it the first line");
     return std::unexpected(parser.errors);
   }

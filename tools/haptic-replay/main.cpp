@@ -127,6 +127,9 @@ int replayFile(const Options& options) {
   Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3, labels);
   const auto text = forcesOf(replay, *samples);
   if (!text) return fail({text.error()}, EX_DATAERR);
+  for (const std::string& problem : replay.depthProblems()) {
+    std::fputs(fmt::format("haptic-replay: warning: {}: {}\n", options.depth, problem).c_str(), stderr);
+  }
   const auto written = writeWholeFile(options.out, *text, IfExists::replace);
   if (!written) return fail({written.error()}, EX_CANTCREAT);
   std::fputs(fmt::format("{} forces, {} scenes modelled\n", samples->size(), replay.models()).c_str(),

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/haptic-replay/replay.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <utility>
 
 #include "config/law_choice.h"
 
@@ -31,6 +34,7 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
       velocity_(settings.handle.resolution_m * settings.live.handle.motion_scale),
       handle_delay_s_(handle_delay_s),
       frame_(std::make_unique<rt::DepthFrame>()),
+      spare_(std::make_unique<rt::DepthFrame>()),
       fixtures_(std::make_unique<rt::FixtureSet>()),
       tissue_(std::make_unique<rt::TissueMap>()) {
   settings_.live = settings_.effectiveLive();
@@ -43,20 +47,64 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
   box_.setAdditions(fixtures_.get(), tissue_.get());
 }
 
+/// Leaves the frame that is shown as it is if this one cannot be read.
+bool Replay::readOne(std::size_t index) {
+  if (damaged_.contains(index)) return false;
+  if (const auto read = source_.read(index, *spare_); !read) {
+    damaged_.emplace(index, read.error());
+    return false;
+  }
+  std::swap(frame_, spare_);
+  return true;
+}
+
+/// Reads a frame, or the nearest readable one; returns its index.
+config::Result<std::size_t> Replay::readFrame(std::size_t index) {
+  for (std::size_t before = index + 1; before-- > 0;) {
+    if ((frame_taken_ && before == frame_index_) || readOne(before)) return before;
+  }
+  for (std::size_t behind = index + 1; behind < source_.frames(); ++behind) {
+    if (readOne(behind)) return behind;
+  }
+  const config::Error& first = damaged_.begin()->second;
+  if (source_.frames() == 1) return std::unexpected(first);
+  return std::unexpected(config::Error{
+      "depth", fmt::format("none of the {} frames can be read", source_.frames()), first.text()});
+}
+
 config::Result<void> Replay::takeFrame(std::int64_t time_ns) {
-  const std::size_t index = source_.frameAt(time_ns);
-  if (!frame_taken_ || index != frame_index_) {
-    if (auto read = source_.read(index, *frame_); !read) return read;
-    frame_index_ = index;
-    frame_taken_ = true;
-    if (source_.isImage()) {
-      box_.show(*frame_);
-    } else {
-      box_.show(*frame_, time_ns);
-    }
+  const std::size_t wanted = source_.frameAt(time_ns);
+  if (!frame_taken_ || wanted != wanted_index_) {
+    const auto read = readFrame(wanted);
+    if (!read) return std::unexpected(read.error());
+    wanted_index_ = wanted;
+    if (!frame_taken_ || *read != frame_index_) showFrame(*read, time_ns);
   }
   box_.setTime(time_ns);
   return {};
+}
+
+void Replay::showFrame(std::size_t index, std::int64_t time_ns) {
+  frame_index_ = index;
+  frame_taken_ = true;
+  depth_use_.add(drivers::DepthUse::of(*frame_, box_.depthModel()));
+  if (source_.isImage()) {
+    box_.show(*frame_);
+  } else {
+    box_.show(*frame_, time_ns);
+  }
+}
+
+std::vector<std::string> Replay::depthProblems() const {
+  std::vector<std::string> problems;
+  if (!damaged_.empty()) {
+    problems.push_back(fmt::format("{} of {} frames cannot be read and were skipped, the first: {}",
+                                   damaged_.size(), source_.frames(), damaged_.begin()->second.text()));
+  }
+  if (!source_.cutOff().empty())
+    problems.push_back("the last line of the index was left out: " + source_.cutOff());
+  if (std::string advice = depth_use_.all(); !advice.empty()) problems.push_back(std::move(advice));
+  return problems;
 }
 
 /// Chooses the law for `auto` by the distance of the first HIP, for the whole replay.

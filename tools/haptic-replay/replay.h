@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "config/settings.h"
+#include "drivers/camera/depth_use.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "rt/loop_state.h"
 #include "tools/haptic-replay/depth_source.h"
@@ -37,13 +41,19 @@ class Replay {
 
   /// Where force.law is auto, the law follows from the distance of the first HIP.
   /// `sample.time_s` must not decrease from call to call at the stage `command`.
-  /// Errors: a frame that cannot be read.
+  /// A frame that cannot be read is skipped, as the daemon does: the one before stays, or the first readable
+  /// one begins earlier. Errors: no frame can be read.
   config::Result<ReplayedForce> feel(const HipSample& sample);
 
   std::uint64_t models() const noexcept { return box_.models(); }
+  /// What is wrong with the depth that was used, in words with a remedy; empty: nothing.
+  std::vector<std::string> depthProblems() const;
 
  private:
   config::Result<void> takeFrame(std::int64_t time_ns);
+  config::Result<std::size_t> readFrame(std::size_t index);
+  bool readOne(std::size_t index);
+  void showFrame(std::size_t index, std::int64_t time_ns);
   void decideLaw(const rt::Vec3& hip_m_in_world);
   rt::Tick command(const HipSample& sample, std::int64_t time_ns);
 
@@ -54,7 +64,11 @@ class Replay {
   drivers::VelocityEstimator velocity_;  // of the HIP, as the drivers estimate the hand's
   double handle_delay_s_;
   std::unique_ptr<rt::DepthFrame> frame_;
-  std::size_t frame_index_ = 0;
+  std::unique_ptr<rt::DepthFrame> spare_;  // for the next one
+  drivers::DepthUseWatch depth_use_;
+  std::map<std::size_t, config::Error> damaged_;  // why a frame could not be read, by its index
+  std::size_t frame_index_ = 0;                   // of the frame that is shown
+  std::size_t wanted_index_ = 0;                  // of the newest one at that time
   bool frame_taken_ = false;
   std::optional<double> last_time_s_;  // of the sample before, at the stage `command`
   bool law_decided_ = false;

@@ -70,9 +70,9 @@ config::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::p
     return true;
   };
   visitor.snapshot = [&index](const drivers::SnapshotRecord& record) {
-    index.usable = index.usable && record.usable;
-    index.snapshots.emplace(record.snapshot.tick, record.snapshot);
-    return true;
+    index.usable = record.usable;
+    if (record.usable) index.snapshots.emplace(record.snapshot.tick, record.snapshot);
+    return record.usable;
   };
   visitor.depth = [&index](const drivers::DepthRecord& record) {
     index.frames_ns.insert(record.header.arrival_ns);

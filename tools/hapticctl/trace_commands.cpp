@@ -32,7 +32,9 @@ fs::path traceFolder(const CommandOptions& options) {
 fs::path traceFile(const CommandOptions& options, const std::string& text) {
   std::error_code ignored;
   if (text.find('/') != std::string::npos || fs::exists(text, ignored)) return text;
-  const fs::path file = traceFolder(options) / (text.ends_with(".mcap") ? text : text + ".mcap");
+  const fs::path folder = traceFolder(options);
+  if (fs::exists(folder / text, ignored)) return folder / text;  // with its ending
+  const fs::path file = folder / (text + ".mcap");
   const fs::path open = drivers::partOf(file);
   return !fs::exists(file, ignored) && fs::exists(open, ignored) ? open : file;
 }

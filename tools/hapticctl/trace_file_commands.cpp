@@ -71,6 +71,7 @@ Json infoJson(const TraceSummary& summary, bool being_written) {
           {"complete", info.complete},
           {"beingWritten", being_written},
           {"firstNs", info.first_ns},
+          {"clockIsSet", info.clock_is_set ? Json(*info.clock_is_set) : Json(nullptr)},
           {"lastNs", info.last_ns},
           {"durationS", summary.duration_s},
           {"rateHz", summary.rate_hz},
@@ -101,6 +102,7 @@ Json infoJson(const TraceSummary& summary, bool being_written) {
           {"chunks", info.chunks},
           {"note", summary.note},
           {"metadata", metadata},
+          {"metadataLost", info.metadata_lost},
           {"attachments", attachments},
           {"missingFields", Json(info.missing)}};
 }
@@ -141,7 +143,8 @@ void showLaws(const TraceSummary& summary) {
 void showInfo(const TraceSummary& summary, bool being_written) {
   const drivers::TraceInfo& info = summary.info;
   if (!summary.note.empty()) fmt::print("note         {}\n", summary.note);
-  fmt::print("time         {}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
+  fmt::print("time         {}{}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
+             info.clock_is_set.value_or(true) ? "" : " (the clock had not been set)",
              fixed(summary.duration_s, 3));
   fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
              fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
@@ -172,6 +175,10 @@ void showInfo(const TraceSummary& summary, bool being_written) {
              stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
     fmt::print("{:<12} {}\n", shown(name), shown(value));
+  }
+  if (info.metadata_lost) {
+    fmt::print(
+        "lacks        its metadata, which another program has removed: times are by the first record\n");
   }
   for (const auto& [topic, fields] : info.missing) {
     fmt::print("lacks        {} of {}: it is of another version of hapticd\n",
@@ -329,7 +336,7 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
   ProgressLine progress("recovering");
   const auto recovered =
       drivers::recoverTrace(file, out.empty() ? drivers::recoveredName(file) : std::filesystem::path(out),
-                            [&](double share) { progress.show(share); });
+                            [&](double share) { return progress.show(share), true; });
   progress.end();
   if (!recovered) return report(recovered.error(), options.json);
   if (options.json) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/program.h"
+#include "drivers/trace/wall_clock.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/terminal_text.h"
 #include "tools/hapticctl/time_text.h"
@@ -52,6 +53,13 @@ CLI::Validator isAge() {
           ""};
 }
 
+/// CLOCK_REALTIME of this computer; nothing if it does not tell the time, as far as can be known beside these
+/// traces.
+std::optional<std::int64_t> nowBeside(const Json& reply) {
+  const drivers::WallClock clock = drivers::WallClock::read();
+  return clock.isSet(latestBegin_ns(reply)) ? std::optional(clock.realtime_ns) : std::nullopt;
+}
+
 int runList(const CommandOptions& options, ListWords& words) {
   const std::int64_t now_ns = realtimeNow_ns();
   words.options.since_ns = words.since.empty() ? std::nullopt : timeFrom(words.since, now_ns);
@@ -65,7 +73,7 @@ int runList(const CommandOptions& options, ListWords& words) {
     (*reply)["traces"] = traces;
     printJson(*reply);
   } else {
-    fmt::print("{}", traceListText(traces, *reply, now_ns, terminalSize().columns));
+    fmt::print("{}", traceListText(traces, *reply, nowBeside(*reply), terminalSize().columns));
   }
   return kOk;
 }
@@ -105,10 +113,15 @@ int deleteAll(const CommandOptions& options, const Json& traces) {
 int deleteSeveral(const CommandOptions& options, const DeleteWords& words) {
   const auto reply = callOnce(options, kListTraces);
   if (!reply) return report(reply.error(), options.json);
-  const std::int64_t now_ns = realtimeNow_ns();
-  const TraceDeletion deletion = words.older_than.empty()
-                                     ? deletionOf(words.names, *reply)
-                                     : deletionBefore(timeFrom(words.older_than, now_ns).value_or(0), *reply);
+  const auto now_ns = nowBeside(*reply);
+  if (!words.older_than.empty() && !now_ns) {
+    return report(config::Error{"", "the clock of this computer is not set, so that no age is known",
+                                "set the clock, or name the traces"},
+                  options.json);
+  }
+  const TraceDeletion deletion =
+      words.older_than.empty() ? deletionOf(words.names, *reply)
+                               : deletionBefore(timeFrom(words.older_than, *now_ns).value_or(0), *reply);
   if (!deletion.problems.empty()) {
     std::string text = "nothing was deleted:";
     for (const std::string& problem : deletion.problems) text += " " + problem + ";";
@@ -116,9 +129,7 @@ int deleteSeveral(const CommandOptions& options, const DeleteWords& words) {
     return report(config::Error{"", text, ""}, options.json);
   }
   if (!options.json) {
-    for (const std::string& name : deletion.staying) {
-      fmt::print(stderr, "hapticctl: {} stays: it is kept or being written\n", name);
-    }
+    for (const std::string& staying : deletion.staying) fmt::print(stderr, "hapticctl: {}\n", staying);
   }
   if (deletion.to_delete.empty()) {
     if (options.json) {
@@ -177,10 +188,11 @@ void addList(CommandLine& line, CLI::App& group) {
 void addDelete(CommandLine& line, CLI::App& group) {
   const CommandOptions& options = line.options();
   const auto words = std::make_shared<DeleteWords>();
-  CLI::App& command = line.add(group, "delete",
-                               "Delete finished traces by name or by age; asks before it deletes several.\n"
-                               "Traces that are kept or being written stay",
-                               [&options, words] { return runDelete(options, *words); });
+  CLI::App& command =
+      line.add(group, "delete",
+               "Delete finished traces and damaged originals by name or by age; asks before it\n"
+               "deletes several. Traces that are kept or being written stay",
+               [&options, words] { return runDelete(options, *words); });
   command.add_option("NAME", words->names, "Names of traces")->type_name("TRACE");
   command.add_option("--older-than", words->older_than, "Traces that began longer ago, such as 30d or 12h")
       ->type_name("AGE")

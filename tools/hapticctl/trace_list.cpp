@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "tools/hapticctl/status_text.h"
@@ -24,17 +25,20 @@ std::string labelOf(const std::string& name) {
 }
 
 bool isChosen(const Json& trace, const TraceListOptions& options) {
-  const double begin_ns = traceBegin_ns(trace);
-  if (options.since_ns && !(begin_ns >= static_cast<double>(*options.since_ns))) return false;
-  if (options.until_ns && !(begin_ns <= static_cast<double>(*options.until_ns))) return false;
+  const auto begin_ns = traceBegin_ns(trace);
+  if (options.since_ns && !(begin_ns && *begin_ns >= static_cast<double>(*options.since_ns))) return false;
+  if (options.until_ns && !(begin_ns && *begin_ns <= static_cast<double>(*options.until_ns))) return false;
   if (options.state == "writing" && !flagAt(trace, "open")) return false;
-  if (options.state == "finished" && flagAt(trace, "open")) return false;
+  if (options.state == "finished" && (flagAt(trace, "open") || flagAt(trace, "damaged"))) return false;
+  if (options.state == "damaged" && !flagAt(trace, "damaged")) return false;
   if (options.state == "kept" && !flagAt(trace, "kept")) return false;
   return labelOf(textAt(trace, "name")).find(options.label) != std::string::npos;
 }
 
 std::string stateText(const Json& trace) {
-  std::string text = flagAt(trace, "open") ? "being written" : "finished";
+  std::string text = flagAt(trace, "open")      ? "being written"
+                     : flagAt(trace, "damaged") ? "damaged original"
+                                                : "finished";
   if (flagAt(trace, "kept")) text += ", kept";
   if (flagAt(trace, "depth")) text += ", with depth";
   return text;
@@ -48,8 +52,18 @@ double bytesOf(const Json& traces) {
 
 }  // namespace
 
-double traceBegin_ns(const Json& trace) {
+std::optional<double> traceBegin_ns(const Json& trace) {
+  const Json* const clock = fieldAt(trace, "clockIsSet");
+  if (clock != nullptr && *clock == false) return std::nullopt;
   return numberAt(trace, fieldAt(trace, "beginNs") ? "beginNs" : "timeNs");
+}
+
+std::int64_t latestBegin_ns(const Json& reply) {
+  double latest_ns = 0;
+  for (const Json& trace : listAt(reply, "traces")) {
+    latest_ns = std::fmax(latest_ns, traceBegin_ns(trace).value_or(0));
+  }
+  return static_cast<std::int64_t>(latest_ns);
 }
 
 Json chosenTraces(const Json& reply, const TraceListOptions& options) {
@@ -74,16 +88,18 @@ std::string traceSumText(const Json& traces) {
                      bytesText(bytesOf(traces)));
 }
 
-std::string traceListText(const Json& traces, const Json& reply, std::int64_t now_ns, std::size_t columns) {
+std::string traceListText(const Json& traces, const Json& reply, std::optional<std::int64_t> now_ns,
+                          std::size_t columns) {
   const Json& all = listAt(reply, "traces");
   if (all.empty()) return fmt::format("there are no traces in {}\n", textAt(reply, "folder"));
   Table table({{"NAME"}, {"BEGIN"}, {"AGE", true}, {"SIZE", true}, {"STATE"}, {"NOTE"}});
   for (const Json& trace : traces) {
-    const double begin_ns = traceBegin_ns(trace);
+    const auto begin_ns = traceBegin_ns(trace);
     const std::string note = textAt(trace, "note");
-    table.add({textAt(trace, "name"), utcTime(begin_ns),
-               ageText((static_cast<double>(now_ns) - begin_ns) / 1e9), bytesText(numberAt(trace, "bytes")),
-               stateText(trace), note == "-" ? "" : note});
+    const std::string age =
+        begin_ns && now_ns ? ageText((static_cast<double>(*now_ns) - *begin_ns) / 1e9) : "-";
+    table.add({textAt(trace, "name"), begin_ns ? utcTime(*begin_ns) : "-", age,
+               bytesText(numberAt(trace, "bytes")), stateText(trace), note == "-" ? "" : note});
   }
   std::string text = (traces.empty() ? "" : table.text(columns)) + traceSumText(traces);
   if (traces.size() != all.size()) text += fmt::format(" of {}", traceSumText(all));
@@ -115,9 +131,13 @@ TraceDeletion deletionOf(const std::vector<std::string>& names, const Json& repl
 TraceDeletion deletionBefore(std::int64_t time_ns, const Json& reply) {
   TraceDeletion deletion;
   for (const Json& trace : listAt(reply, "traces")) {
-    if (!(traceBegin_ns(trace) < static_cast<double>(time_ns))) continue;
+    const auto begin_ns = traceBegin_ns(trace);
+    if (begin_ns && !(*begin_ns < static_cast<double>(time_ns))) continue;
+    const std::string name = textAt(trace, "name");
     if (flagAt(trace, "open") || flagAt(trace, "kept")) {
-      deletion.staying.push_back(textAt(trace, "name"));
+      deletion.staying.push_back(name + " stays: it is kept or being written");
+    } else if (!begin_ns) {
+      deletion.staying.push_back(name + " stays: its age is not known, because the clock had not been set");
     } else {
       deletion.to_delete.push_back(trace);
     }

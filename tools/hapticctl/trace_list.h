@@ -16,7 +16,7 @@ struct TraceListOptions {
   std::string label = {};                     ///< part of the name; empty: any
   std::optional<std::int64_t> since_ns = {};  ///< begun at that time or later, CLOCK_REALTIME
   std::optional<std::int64_t> until_ns = {};  ///< begun at that time or before
-  std::string state = {};                     ///< writing, finished or kept; empty: any
+  std::string state = {};                     ///< writing, finished, damaged or kept; empty: any
   std::string sort = "time";                  ///< time: of the begin; name; size
   bool reverse = false;
 };
@@ -25,11 +25,17 @@ struct TraceListOptions {
 Json chosenTraces(const Json& reply, const TraceListOptions& options);
 
 /// When a trace began, CLOCK_REALTIME in nanoseconds; of an older hapticd the time of its last change.
-double traceBegin_ns(const Json& trace);
+/// Nothing where the clock had not been set.
+std::optional<double> traceBegin_ns(const Json& trace);
+
+/// When the newest of the traces began whose clock had been set; 0: none.
+std::int64_t latestBegin_ns(const Json& reply);
 
 /// The traces as a table, with their number and size below. reply: the whole reply they were chosen from,
-/// which has their total number; columns: of the terminal.
-std::string traceListText(const Json& traces, const Json& reply, std::int64_t now_ns, std::size_t columns);
+/// which has their total number; now_ns: for ages, of which there are none without it; columns: of the
+/// terminal.
+std::string traceListText(const Json& traces, const Json& reply, std::optional<std::int64_t> now_ns,
+                          std::size_t columns);
 
 /// "3 traces, 1.2 GB".
 std::string traceSumText(const Json& traces);
@@ -38,13 +44,14 @@ std::string traceSumText(const Json& traces);
 struct TraceDeletion {
   Json to_delete = Json::array();     ///< as in the reply
   std::vector<std::string> problems;  ///< of named traces that cannot be deleted: name and reason
-  std::vector<std::string> staying;   ///< names of old traces that stay: kept or being written
+  std::vector<std::string> staying;   ///< old traces, or of an unknown age, that stay: name and reason
 };
 
 /// Plans the deletion of named traces. Problems: there is no such trace, it is kept or is being written.
 TraceDeletion deletionOf(const std::vector<std::string>& names, const Json& reply);
 
-/// Plans the deletion of all finished traces that began before then, without those that are kept.
+/// Plans the deletion of all finished traces that began before then, without those that are kept or whose age
+/// is not known.
 TraceDeletion deletionBefore(std::int64_t time_ns, const Json& reply);
 
 }  // namespace hapticd::tools

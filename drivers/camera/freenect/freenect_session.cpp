@@ -38,9 +38,11 @@ std::vector<std::string> serialsOfCameras(freenect_context* context) {
 }
 
 constexpr const char* kNotFoundRemedy =
-    "connect the Kinect v1 and its own power supply; it must be listed by lsusb as 045e:02ae";
+    "connect the Kinect v1 and its own power supply; lsusb must list it as 045e:02ae, or a Kinect for "
+    "Windows as 045e:02bf";
 constexpr const char* kCannotOpenRemedy =
-    "allow the daemon's user to open the device (udev rule for 045e:02ae) and end other programs that use it";
+    "allow the daemon's user to open the device (udev rule for 045e:02ae or 045e:02bf) and end other "
+    "programs that use it";
 
 }  // namespace
 

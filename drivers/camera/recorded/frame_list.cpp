@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "config/csv_names.h"
 #include "config/file_content.h"
 #include "config/value_text.h"
 #include "drivers/camera/recorded/decimal_time.h"
@@ -45,11 +46,17 @@ class ListReader {
  public:
   explicit ListReader(const fs::path& folder) : folder_(folder), list_(folder / kFrameFile) {}
 
-  config::Result<std::vector<RecordedFrame>> read(std::string_view text) {
+  config::Result<std::vector<RecordedFrame>> read(std::string_view text, std::string& cut_off) {
     for (std::string_view rest = text; !rest.empty();) {
       const std::size_t end = rest.find('\n');
       ++number_;
-      if (auto taken = takeLine(rest.substr(0, end)); !taken) return std::unexpected(taken.error());
+      if (auto taken = takeLine(rest.substr(0, end)); !taken) {
+        // the recording ended while the line was written
+        const bool is_cut = end == std::string_view::npos && !frames_.empty();
+        if (!is_cut) return std::unexpected(taken.error());
+        cut_off = taken.error().text();
+        break;
+      }
       rest = end == std::string_view::npos ? std::string_view{} : rest.substr(end + 1);
     }
     if (!frames_.empty()) return std::move(frames_);
@@ -84,7 +91,7 @@ class ListReader {
   }
 
   config::Result<void> takeHeader(std::string_view line) {
-    for (const std::string_view cell : cellsOf(line)) {
+    for (const std::string& cell : config::csvNames(line)) {
       const auto known = std::ranges::find(kNames, cell);
       if (known == kNames.end()) {
         return refuse(fmt::format("there is no column {}", config::inQuotes(cell)),
@@ -147,7 +154,6 @@ class ListReader {
       return refuse(fmt::format("the time {} is not after that of the frame before", text),
                     "list the frames in the order of their times, each time once");
     }
-    frame.host_ns = frames_.empty() ? 0 : *time - frames_.front().realtime_ns;
     if (!values[exposure_ns].empty()) {
       frame.exposure_ns = wholeNumber<std::int64_t>(values[exposure_ns]);
       if (!frame.exposure_ns || *frame.exposure_ns < 0 || *frame.exposure_ns > *time) {
@@ -198,10 +204,10 @@ class ListReader {
 
 }  // namespace
 
-config::Result<std::vector<RecordedFrame>> readFrameList(const fs::path& folder) {
+config::Result<std::vector<RecordedFrame>> readFrameList(const fs::path& folder, std::string& cut_off) {
   const fs::path list = folder / kFrameFile;
   const auto text = config::fileContent(list, {.longest = kMaxIndexBytes});
-  if (text) return ListReader(folder).read(*text);
+  if (text) return ListReader(folder).read(*text, cut_off);
   return std::unexpected(config::Error{list.string(), text.error().text(),
                                        text.error().reason == config::FileFault::Reason::too_long
                                            ? "split the recording"

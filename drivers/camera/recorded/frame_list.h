@@ -18,10 +18,11 @@ inline constexpr const char* kFrameFile = "frames.csv";
 inline constexpr std::size_t kMaxIndexBytes = 64 << 20;
 
 /// Reads the frames that `folder`/frames.csv lists, of the form that README.md describes, and checks that
-/// each file is in the folder itself. At least one frame; host_ns counts from it.
-/// Errors: name the line and the remedy.
-/// Thread: any.  RT: not safe.
-config::Result<std::vector<RecordedFrame>> readFrameList(const std::filesystem::path& folder);
+/// each file is in the folder itself. At least one frame, without host_ns. `cut_off`: why the last line was
+/// left out, if it has no end and cannot be read. Errors: name the line and the remedy. Thread: any.  RT: not
+/// safe.
+config::Result<std::vector<RecordedFrame>> readFrameList(const std::filesystem::path& folder,
+                                                         std::string& cut_off);
 
 /// Returns the first line of such a file, with its end. `poses`: frames may have poses.
 std::string frameListHeader(bool poses);

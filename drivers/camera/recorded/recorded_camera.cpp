@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "drivers/base/start_thread.h"
 #include "rt/clock.h"
@@ -25,8 +25,6 @@ config::Result<void> RecordedCamera::start(FrameSink& sink) {
   }
   auto reader = RecordingReader::open(folder_, limits_);
   if (!reader) return std::unexpected(reader.error());
-  const auto probe = std::make_unique<rt::DepthFrame>();
-  if (auto readable = reader->read(0, *probe); !readable) return readable;
   reader_.emplace(std::move(*reader));
 
   const std::string serial = reader_->serial().empty() ? "" : ", camera " + reader_->serial();
@@ -45,7 +43,9 @@ void RecordedCamera::stop() {
 }
 
 std::chrono::nanoseconds RecordedCamera::scaled(std::int64_t recorded_ns) const {
-  return std::chrono::nanoseconds(std::llround(static_cast<double>(recorded_ns) / speed_));
+  constexpr double kLongest_ns = 1e18;  // 30 years, so that times of the clock do not overflow
+  return std::chrono::nanoseconds(
+      std::llround(std::min(static_cast<double>(recorded_ns) / speed_, kLongest_ns)));
 }
 
 std::chrono::nanoseconds RecordedCamera::lengthOfOnePass() const {
@@ -59,6 +59,11 @@ std::chrono::nanoseconds RecordedCamera::lengthOfOnePass() const {
 void RecordedCamera::play(FrameSink& sink) {
   Clock::time_point begin = Clock::now();
   while (playOnce(sink, begin)) {
+    if (published_ == 0) {
+      board_.set(CameraState::lost, fmt::format("none of the {} frames of {} can be read: {}",
+                                                reader_->frames().size(), folder_.string(), last_fault_));
+      return;
+    }
     if (!loop_) {
       board_.set(CameraState::lost, "the recording has ended");
       return;
@@ -76,7 +81,8 @@ bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
     const auto readable = reader_->read(index, frame);  // read ahead of time to hide the disk's latency
     if (stop_signal_.waitUntil(begin + scaled(frames[index].host_ns))) return false;
     if (!readable) {
-      board_.countDamagedFrame(readable.error().text());
+      last_fault_ = readable.error().text();
+      board_.countDamagedFrame(last_fault_);
       continue;
     }
     frame.sequence = ++published_;
@@ -86,6 +92,7 @@ bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
     sink.publish();
     board_.countFrame();
   }
+  if (!reader_->cutOff().empty()) board_.countDamagedFrame(reader_->cutOff());
   return true;
 }
 

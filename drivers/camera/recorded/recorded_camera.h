@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "drivers/base/stop_signal.h"
@@ -13,9 +14,9 @@
 namespace hapticd::drivers {
 
 /// Plays a recording by the host times of its frames, at `speed` times real time. Every readable frame is
-/// delivered; a damaged one is counted and skipped. At the end it restarts one frame period later (`loop`),
-/// or the camera is lost. Where the recording states exposures, each frame keeps its time from the exposure
-/// to the arrival.
+/// delivered; a damaged one, and a last line of the index that was cut off, is counted and skipped. At the
+/// end it restarts one frame period later (`loop`), or the camera is lost. Where the recording states
+/// exposures, each frame keeps its time from the exposure to the arrival.
 class RecordedCamera final : public Camera {
  public:
   /// `limits`: accepted depths of a camera that the recording describes.
@@ -23,7 +24,7 @@ class RecordedCamera final : public Camera {
       : folder_(std::move(folder)), loop_(loop), speed_(speed), limits_(limits) {}
   ~RecordedCamera() override { stop(); }
 
-  /// Errors: the folder is not a recording, its first frame is damaged, the speed is not above zero.
+  /// Errors: the folder is not a recording, the speed is not above zero.
   config::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override { return board_.snapshot(); }
@@ -42,6 +43,7 @@ class RecordedCamera final : public Camera {
   CameraStatusBoard board_;
   StopSignal stop_signal_;
   std::uint64_t published_ = 0;  // playing thread only
+  std::string last_fault_;       // playing thread only: of a damaged frame
   std::thread thread_;
 };
 

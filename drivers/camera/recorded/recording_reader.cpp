@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <string_view>
 
@@ -14,6 +16,7 @@
 #include "drivers/camera/recorded/depth_image.h"
 #include "drivers/camera/recorded/depth_pgm.h"
 #include "drivers/camera/recorded/frame_list.h"
+#include "rt/clock.h"
 #include "rt/depth_model.h"
 
 namespace hapticd::drivers {
@@ -25,19 +28,32 @@ std::unexpected<config::Error> refuse(std::string where, std::string what, std::
   return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
 }
 
-/// Parses "d-<host seconds>-<device ticks>.pgm"; host_ns is the absolute time here.
+/// Converts seconds that libfreenect's player reads: plain decimals without rounding, others as numbers of C.
+std::optional<std::int64_t> hostTimeOf_ns(std::string_view text) {
+  constexpr double kMost_s = 4294967296.0;  // as many as decimalSecondsInNs() takes
+  if (const auto exact_ns = decimalSecondsInNs(text)) return exact_ns;
+  const auto seconds = wholeNumber<double>(text);
+  if (!seconds || !(*seconds >= 0) || !(*seconds < kMost_s)) return std::nullopt;
+  return std::llround(*seconds * static_cast<double>(rt::kNsPerSecond));
+}
+
+/// Parses "d-<host seconds>-<device ticks>", after which libfreenect's player takes anything.
 std::optional<RecordedFrame> parseDepthName(std::string_view name) {
-  constexpr std::string_view kEnd = ".pgm";
-  if (!name.starts_with("d-") || !name.ends_with(kEnd) || name.size() <= 2 + kEnd.size()) return std::nullopt;
-  const std::string_view numbers = name.substr(2, name.size() - 2 - kEnd.size());
-  const std::size_t dash = numbers.find('-');
+  constexpr std::string_view kDigits = "0123456789";
+  if (!name.starts_with("d-") || name.find('/') != std::string_view::npos) return std::nullopt;
+  const std::string_view numbers = name.substr(2);
+  // the exponent of a number may have a sign too
+  std::size_t dash = numbers.find('-');
+  if (dash != std::string_view::npos && dash > 0 && (numbers[dash - 1] == 'e' || numbers[dash - 1] == 'E'))
+    dash = numbers.find('-', dash + 1);
   if (dash == std::string_view::npos) return std::nullopt;
-  const auto host_ns = decimalSecondsInNs(numbers.substr(0, dash));
-  const auto ticks = wholeNumber<std::uint32_t>(numbers.substr(dash + 1));
-  if (!host_ns || !ticks) return std::nullopt;
+  const auto realtime_ns = hostTimeOf_ns(numbers.substr(0, dash));
+  const std::string_view behind = numbers.substr(dash + 1);
+  const auto ticks = wholeNumber<std::uint32_t>(behind.substr(0, behind.find_first_not_of(kDigits)));
+  if (!realtime_ns || !ticks) return std::nullopt;
   return RecordedFrame{.file = std::string(name),
-                       .host_ns = *host_ns,
-                       .realtime_ns = *host_ns,
+                       .host_ns = 0,
+                       .realtime_ns = *realtime_ns,
                        .device_ticks = *ticks,
                        .exposure_ns = {},
                        .pose = {}};
@@ -73,7 +89,7 @@ config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::pa
   auto frame = parseDepthName(line);
   if (!frame) {
     return refuse(where, fmt::format("{} is not the name of a recorded file", config::inQuotes(line)),
-                  "expected d-<host seconds>-<device ticks>.pgm, or the same with r- or a-");
+                  "expected d-<host seconds>-<device ticks> and any ending, or the same with r- or a-");
   }
   std::error_code failure;
   if (!std::filesystem::is_regular_file(folder / frame->file, failure)) {
@@ -83,12 +99,21 @@ config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::pa
   return frame;
 }
 
-void makeRelative(std::vector<RecordedFrame>& frames) {
-  const std::int64_t first_ns = frames.front().host_ns;
-  std::int64_t latest_ns = 0;
+/// A longer time between two frames is that of a clock that was set meanwhile.
+constexpr std::int64_t kLongestGap_ns = 86'400 * rt::kNsPerSecond;
+/// What such a gap counts for: the frame period of a Kinect v1.
+constexpr std::int64_t kUsualPeriod_ns = 33'369'000;
+
+/// Sets host_ns from the absolute times. Where the clock was set back a little, the time stands still until
+/// it catches up.
+void setHostTimes(std::vector<RecordedFrame>& frames) {
+  std::int64_t before_ns = frames.front().realtime_ns, latest_ns = before_ns, host_ns = 0;
   for (RecordedFrame& frame : frames) {
-    latest_ns = std::max(latest_ns, frame.host_ns - first_ns);
-    frame.host_ns = latest_ns;
+    const bool clock_was_set = std::abs(frame.realtime_ns - before_ns) > kLongestGap_ns;
+    host_ns += clock_was_set ? kUsualPeriod_ns : std::max<std::int64_t>(frame.realtime_ns - latest_ns, 0);
+    before_ns = frame.realtime_ns;
+    latest_ns = clock_was_set ? before_ns : std::max(latest_ns, before_ns);
+    frame.host_ns = host_ns;
   }
 }
 
@@ -98,10 +123,15 @@ config::Result<RecordingReader> RecordingReader::openKinect(const std::filesyste
   const auto text = readIndex(folder);
   if (!text) return std::unexpected(text.error());
   std::vector<RecordedFrame> frames;
+  std::string cut_off;
   std::size_t number = 0;
   for (std::string_view rest = *text; !rest.empty();) {
     const std::size_t end = rest.find('\n');
     auto frame = parseLine(folder, rest.substr(0, end), ++number);
+    if (!frame && end == std::string_view::npos && !frames.empty()) {
+      cut_off = frame.error().text();  // the recording ended while the line was written
+      break;
+    }
     if (!frame) return std::unexpected(std::move(frame.error()));
     if (*frame) frames.push_back(std::move(**frame));
     rest = end == std::string_view::npos ? std::string_view{} : rest.substr(end + 1);
@@ -110,8 +140,10 @@ config::Result<RecordingReader> RecordingReader::openKinect(const std::filesyste
     return refuse((folder / kIndexName).string(), "names no depth frame",
                   "give a recording that was made with depth");
   }
-  makeRelative(frames);
-  return RecordingReader(folder, std::move(frames));
+  setHostTimes(frames);
+  RecordingReader reader(folder, std::move(frames));
+  reader.cut_off_ = std::move(cut_off);
+  return reader;
 }
 
 config::Result<RecordingReader> RecordingReader::openCamera(const std::filesystem::path& folder,
@@ -127,9 +159,12 @@ config::Result<RecordingReader> RecordingReader::openCamera(const std::filesyste
                   fmt::format("the camera measures no depth within {} to {} m", limits.near_m, limits.far_m),
                   "set camera.near_m and camera.far_m to what it reaches");
   }
-  auto frames = readFrameList(folder);
+  std::string cut_off;
+  auto frames = readFrameList(folder, cut_off);
   if (!frames) return std::unexpected(frames.error());
+  setHostTimes(*frames);
   RecordingReader reader(folder, std::move(*frames));
+  reader.cut_off_ = std::move(cut_off);
   reader.camera_ = camera;
   reader.serial_ = description->serial;
   return reader;

@@ -23,9 +23,11 @@ struct DepthLimits {
 /// The depth frames of a recording, which is a folder of one of two forms; README.md describes them.
 ///
 /// With INDEX.txt it has libfreenect's format and is of a Kinect v1: the index lists one file per line in
-/// playback order, `d-<host seconds>-<device ticks>.pgm` for depth. Lines of colour (`r-`) and tilt (`a-`)
-/// are ignored. Where the host's clock was set back, the time stands still until the clock catches up.
-/// With camera.yaml it is of any camera, and frames.csv lists the frames.
+/// playback order, `d-<host seconds>-<device ticks>` and any ending for depth. Lines of colour (`r-`) and
+/// tilt (`a-`) are ignored. With camera.yaml it is of any camera, and frames.csv lists the frames. Where the
+/// host's clock was set back, the time stands still until it catches up; a gap of more than a day counts as a
+/// frame period. A last line that was cut off is left out.
+///
 /// Thread: any; several threads may call read() with separate frames.  RT: not safe.
 class RecordingReader {
  public:
@@ -40,6 +42,9 @@ class RecordingReader {
   const std::filesystem::path& folder() const { return folder_; }
   /// Returns the camera from camera.yaml with the accepted depths; nothing for libfreenect's format.
   const std::optional<rt::DepthModelParameters>& camera() const { return camera_; }
+  /// Why the last line of the index was left out: the recording ended while it was written. Empty: it was
+  /// not.
+  const std::string& cutOff() const { return cut_off_; }
   /// Serial number from camera.yaml; empty if it is not known.
   const std::string& serial() const { return serial_; }
 
@@ -59,6 +64,7 @@ class RecordingReader {
   std::filesystem::path folder_;
   std::vector<RecordedFrame> frames_;
   std::optional<rt::DepthModelParameters> camera_;
+  std::string cut_off_;
   std::string serial_;
 };
 

@@ -21,7 +21,7 @@ class FrameList : public testing::Test {
   }
   config::Result<std::vector<RecordedFrame>> read(std::string_view text) const {
     folder.write("frames.csv", text);
-    return readFrameList(folder.path());
+    return readFrameList(folder.path(), cut_off);
   }
   void expectError(std::string_view text, std::string_view part) const {
     const auto frames = read(text);
@@ -30,6 +30,7 @@ class FrameList : public testing::Test {
   }
 
   const test::TemporaryFolder folder;
+  mutable std::string cut_off;
 };
 
 TEST_F(FrameList, ReadsBackWhatItWrites) {
@@ -47,10 +48,9 @@ TEST_F(FrameList, ReadsBackWhatItWrites) {
     ASSERT_EQ(read->size(), 2U);
     EXPECT_EQ(read->at(0).file, "a.pgm");
     EXPECT_EQ(read->at(0).realtime_ns, first.realtime_ns);
-    EXPECT_EQ(read->at(0).host_ns, 0);
     EXPECT_FALSE(read->at(0).exposure_ns);
     EXPECT_FALSE(read->at(0).pose);
-    EXPECT_EQ(read->at(1).host_ns, 1);
+    EXPECT_EQ(read->at(1).realtime_ns, second.realtime_ns);
     EXPECT_EQ(read->at(1).device_ticks, second.device_ticks);
     EXPECT_EQ(read->at(1).exposure_ns, second.exposure_ns);
     ASSERT_EQ(read->at(1).pose.has_value(), poses);
@@ -64,7 +64,24 @@ TEST_F(FrameList, TakesSecondsAndColumnsInAnyOrder) {
   const auto frames = read("time_s,file\n1305031102.160407,a.pgm\n1305031102.5,b.png\n");
   ASSERT_TRUE(frames) << frames.error().text();
   EXPECT_EQ(frames->at(0).realtime_ns, 1'305'031'102'160'407'000);
-  EXPECT_EQ(frames->at(1).host_ns, 339'593'000);
+  EXPECT_EQ(frames->at(1).realtime_ns, 1'305'031'102'500'000'000);
+}
+
+TEST_F(FrameList, TakesAHeaderAsProgramsOfTablesWriteIt) {
+  const auto frames = read("\xEF\xBB\xBF\"time_s\", \"file\"\n1,a.pgm\n2,b.png\n");
+  ASSERT_TRUE(frames) << frames.error().text();
+  EXPECT_EQ(frames->at(1).file, "b.png");
+}
+
+TEST_F(FrameList, LeavesOutALastLineThatWasCutOffAndNamesIt) {
+  for (const char* line : {"b.p", "b.png", "b.png,", "b.png,17", "b.png,17,2,"}) {
+    const auto frames = read(std::string("file,time_ns,device_ticks\na.pgm,5,\n") + line);
+    ASSERT_TRUE(frames) << frames.error().text();
+    EXPECT_EQ(frames->size(), 1U);
+    EXPECT_NE(cut_off.find("frames.csv:3: "), std::string::npos) << cut_off;
+    expectError(std::string("file,time_ns,device_ticks\na.pgm,5,\n") + line + "\n", "frames.csv:3: ");
+    expectError(std::string("file,time_ns,device_ticks\n") + line, "frames.csv:2: ");
+  }
 }
 
 TEST_F(FrameList, RefusesPathsOutOfTheFolder) {
@@ -126,7 +143,7 @@ TEST_F(FrameList, RefusesImpossibleExposuresTicksAndPoses) {
 }
 
 TEST_F(FrameList, NamesTheFileThatIsNotThere) {
-  const auto frames = readFrameList(folder.path());
+  const auto frames = readFrameList(folder.path(), cut_off);
   ASSERT_FALSE(frames);
   EXPECT_NE(frames.error().text().find("frames.csv"), std::string::npos) << frames.error().text();
 }

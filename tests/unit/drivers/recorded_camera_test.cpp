@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <limits>
+#include <string>
 
 #include "drivers/camera/kinect_image.h"
 #include "frame_collector.h"
@@ -142,14 +144,81 @@ TEST(RecordedCamera, DoesNotStartWithoutAValidRecording) {
   camera.stop();
 }
 
-TEST(RecordedCamera, DoesNotStartWhenTheFirstFrameIsDamaged) {
+TEST(RecordedCamera, TheFirstFrameMayBeDamagedToo) {
   ScratchRecording recording;
   const auto file = recording.add(0, "1.0", 1);
+  recording.add(1, "1.01", 2);
+  recording.writeIndex();
+  test::writeFile(file, "P5 640 480 65535\n");
+  std::ofstream(recording.path() / "INDEX.txt", std::ios::app) << "d-1.02";
+  FrameCollector frames;
+  RecordedCamera camera(recording.path(), false, 1);
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(1));
+  EXPECT_TRUE(isMadeUpFrame(frames.frame(0), 1));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
+  camera.stop();
+  EXPECT_EQ(frames.count(), 1U);
+  EXPECT_EQ(camera.status().damaged_frames, 2U) << "a frame, and the line that was cut off";
+}
+
+TEST(RecordedCamera, NamesWhatWasDamagedWhileItPlays) {
+  ScratchRecording recording;
+  const auto file = recording.add(0, "1.0", 1);
+  recording.add(1, "1.01", 2);
+  recording.add(2, "1000.0", 3);
   recording.writeIndex();
   test::writeFile(file, "P5 640 480 65535\n");
   FrameCollector frames;
+  RecordedCamera camera(recording.path(), false, 1);
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(1));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::streaming; }));
+  EXPECT_NE(camera.status().detail.find("d-1.0-1.pgm"), std::string::npos) << camera.status().detail;
+  camera.stop();
+}
+
+TEST(RecordedCamera, IsLostWhereNoFrameCanBeRead) {
+  ScratchRecording recording;
+  recording.addBytes("P5", "1.0", 1);
+  recording.addBytes("P5", "1.01", 2);
+  recording.writeIndex();
+  FrameCollector frames;
   RecordedCamera camera(recording.path(), true, 1);
-  EXPECT_FALSE(camera.start(frames));
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(test::eventually([&] { return camera.status().state == CameraState::lost; }));
+  EXPECT_NE(camera.status().detail.find("none of the 2 frames"), std::string::npos) << camera.status().detail;
+  camera.stop();
+}
+
+TEST(RecordedCamera, AGapOfDecadesDoesNotStopIt) {
+  ScratchRecording recording;
+  recording.add(0, "12.0", 1);
+  recording.add(1, "1790000000.0", 2);
+  recording.writeIndex();
+  for (const double speed : {1.0, 0.1}) {
+    FrameCollector frames;
+    RecordedCamera camera(recording.path(), true, speed);
+    ASSERT_TRUE(camera.start(frames));
+    EXPECT_TRUE(frames.waitForFrames(4)) << speed;
+    camera.stop();
+  }
+}
+
+TEST(RecordedCamera, PlaysAtATenthOfTheSpeed) {
+  ScratchRecording recording;
+  recording.add(0, "10.00", 1);
+  recording.add(1, "10.01", 2);
+  recording.add(2, "10.03", 3);
+  recording.writeIndex();
+  FrameCollector frames;
+  RecordedCamera camera(recording.path(), false, 0.1);
+  const std::int64_t before_start_ns = rt::monotonicNow_ns();
+  ASSERT_TRUE(camera.start(frames));
+  ASSERT_TRUE(frames.waitForFrames(3));
+  camera.stop();
+  EXPECT_GE(frames.frame(1).arrival_ns, before_start_ns + 100'000'000);
+  EXPECT_GE(frames.frame(2).arrival_ns, before_start_ns + 300'000'000);
 }
 
 TEST(RecordedCamera, DoesNotStartAtASpeedThatIsNotAboveZero) {

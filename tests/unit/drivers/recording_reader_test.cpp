@@ -77,6 +77,62 @@ TEST(RecordingReader, KeepsTimeConstantWhereTheHostClockWasSetBack) {
   EXPECT_EQ(reader->frames()[2].host_ns, 250'000'000);
 }
 
+/// A clock that is set while a recording is made, as where the network is found late.
+TEST(RecordingReader, AGapOfMoreThanADayCountsAsAFramePeriod) {
+  ScratchRecording recording;
+  recording.add(0, "12.0", 1);          // 1970
+  recording.add(1, "1790000000.0", 2);  // 2026
+  recording.add(2, "1790000000.25", 3);
+  recording.add(3, "14.0", 4);     // and back
+  recording.add(4, "86414.0", 5);  // a day later
+  recording.writeIndex();
+  const auto reader = RecordingReader::open(recording.path());
+  ASSERT_TRUE(reader) << reader.error().text();
+  std::vector<std::int64_t> times_ms;
+  for (const RecordedFrame& frame : reader->frames()) times_ms.push_back(frame.host_ns / 1'000'000);
+  EXPECT_EQ(times_ms, (std::vector<std::int64_t>{0, 33, 283, 316, 86'400'316}));
+}
+
+TEST(RecordingReader, TakesTheNamesThatLibfreenectsPlayerTakes) {
+  struct Name {
+    const char* name;
+    std::int64_t time_ms;
+    std::uint32_t ticks;
+  };
+  for (const auto& [name, time_ms, ticks] :
+       {Name{"d-1.5-7.pgm", 1500, 7}, Name{"d-1.5-7.dump", 1500, 7}, Name{"d-1.5-7", 1500, 7},
+        Name{"d-1.5-7-614400", 1500, 7}, Name{"d-1.5-4294967295-614400.pgm", 1500, 4294967295U},
+        Name{"d-2.-8.png", 2000, 8}, Name{"d-.25-8 .pgm", 250, 8}, Name{"d-1e3-8.pgm", 1'000'000, 8},
+        Name{"d-2.5e-1-8.pgm", 250, 8}}) {
+    ScratchRecording recording;
+    test::writeFile(recording.path() / name, test::pgmBytes(0));
+    recording.addIndexLine(name);
+    recording.writeIndex();
+    const auto reader = RecordingReader::open(recording.path());
+    ASSERT_TRUE(reader) << name << ": " << reader.error().text();
+    EXPECT_EQ(reader->frames()[0].realtime_ns, time_ms * 1'000'000) << name;
+    EXPECT_EQ(reader->frames()[0].device_ticks, ticks) << name;
+    const auto frame = std::make_unique<rt::DepthFrame>();
+    EXPECT_TRUE(reader->read(0, *frame)) << name;
+  }
+}
+
+TEST(RecordingReader, LeavesOutALastLineThatWasCutOffAndNamesIt) {
+  const std::string whole = "d-1.033000-20";
+  for (std::size_t length = 1; length <= whole.size(); ++length) {
+    ScratchRecording recording;
+    recording.add(0, "1.0", 1);
+    recording.writeIndex();
+    std::ofstream(recording.path() / "INDEX.txt", std::ios::app) << whole.substr(0, length);
+    const auto reader = RecordingReader::open(recording.path());
+    ASSERT_TRUE(reader) << reader.error().text();
+    EXPECT_EQ(reader->frames().size(), 1U);
+    EXPECT_TRUE(contains(reader->cutOff(), "INDEX.txt:2")) << length << ": " << reader->cutOff();
+    std::ofstream(recording.path() / "INDEX.txt", std::ios::app) << "\n";
+    EXPECT_TRUE(contains(openError(recording.path()), "INDEX.txt:2")) << "a whole line is an error";
+  }
+}
+
 TEST(RecordingReader, RefusesAMissingFolderByName) {
   const test::TemporaryFolder folder;
   EXPECT_TRUE(contains(openError(folder.path() / "nowhere"), "nowhere"));
@@ -122,9 +178,9 @@ TEST(RecordingReader, ExplainsHowToConvertCrlfLineEndings) {
 }
 
 TEST(RecordingReader, RefusesNamesThatAreNotThoseOfARecording) {
-  for (const char* line :
-       {"frame.pgm", "d-1.0.pgm", "d--1.pgm", "d-1.0-x.pgm", "d-1.0-4294967296.pgm", "d-1.0-1.png",
-        "d-1e3-1.pgm", "d-1.-1.pgm", "d-1.0-1.pgm ", "d-../../etc/passwd-1.pgm", "d-.pgm", "\xff\x01"}) {
+  for (const char* line : {"frame.pgm", "d-1.0.pgm", "d--1.pgm", "d-1.0-x.pgm", "d-1.0-4294967296.pgm",
+                           "d-1.0-", "d-x-1.pgm", "d-1.0-1/../../../../etc/passwd",
+                           "d-../../etc/passwd-1.pgm", "d-.pgm", "d-nan-1", "d-1e99-1", "\xff\x01"}) {
     ScratchRecording recording;
     recording.addIndexLine(line);
     recording.writeIndex();

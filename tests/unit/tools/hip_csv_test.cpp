@@ -44,6 +44,18 @@ TEST(HipCsv, ReadsEverySampleExactly) {
   EXPECT_EQ((*samples)[2].hip_m_in_world, (rt::Vec3{1, 2, 3}));
 }
 
+TEST(HipCsv, TakesAHeaderAsProgramsOfTablesWriteIt) {
+  const test::TemporaryFolder folder;
+  for (const char* header : {"\xEF\xBB\xBFt_s,x_m,y_m,z_m\r\n", "\"t_s\",\"x_m\",\"y_m\",\"z_m\"\n",
+                             "\xEF\xBB\xBF\"t_s\", \"x_m\", \"y_m\", \"z_m\"\n"}) {
+    const auto samples = readHipCsv(folder.write("hip.csv", std::string(header) + "0.5,1,2,3\n"));
+    ASSERT_TRUE(samples) << header << samples.error().front().text();
+    EXPECT_EQ(samples->size(), 1U);
+  }
+  for (const char* header : {"\"t_s,x_m,y_m,z_m\"\n", "t_s,x_m,y_m\n", "x_m,t_s,y_m,z_m\n"})
+    EXPECT_FALSE(errorsOf(std::string(header) + "0.5,1,2,3\n").empty()) << header;
+}
+
 TEST(HipCsv, ReadsAFileWithCrLfLineEndsLikeOneWithLf) {
   const test::TemporaryFolder folder;
   const auto samples =

@@ -24,6 +24,16 @@ TEST(PointFiles, ReadsPairsWithCommentsEmptyLinesAndCarriageReturns) {
   EXPECT_EQ(pairs->front().world_m, (rt::Vec3{4, 5, 6}));
 }
 
+TEST(PointFiles, TakesAHeaderAsProgramsOfTablesWriteIt) {
+  const TemporaryFolder folder;
+  for (const char* begin : {"\xEF\xBB\xBF", "\xEF\xBB\xBF# by tape measure\n", ""}) {
+    const auto marks = readLandmarks(
+        folder.write("marks.csv", std::string(begin) + "\"name\",\"column_px\", \"row_px\"\r\ncorner,1,2\n"));
+    ASSERT_TRUE(marks) << marks.error().front().text();
+    EXPECT_EQ(marks->size(), 1U);
+  }
+}
+
 TEST(PointFiles, NamesEveryBadLine) {
   const TemporaryFolder folder;
   const auto file = folder.write("pairs.csv", std::string(kPairsHeader) +

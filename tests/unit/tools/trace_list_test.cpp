@@ -63,6 +63,37 @@ TEST(TraceList, ShowsAgeSizeStateAndNoteAndSumsUp) {
       "3 traces, 2.0 GB\n");
 }
 
+TEST(TraceList, ShowsAndUsesAgesOnlyWhereTheClockWasSet) {
+  Json reply = kReply;
+  const Json unset{
+      {"name", "1970-01-01T00-00-07Z"}, {"bytes", 1000}, {"beginNs", 7'000'000'000}, {"clockIsSet", false}};
+  reply["traces"].push_back(unset);
+  const std::string text = traceListText(Json::array({unset}), reply, kNow_ns, TerminalSize::kNoLimit);
+  EXPECT_NE(text.find("\n1970-01-01T00-00-07Z  -        -  1.0 kB  finished\n"), std::string::npos) << text;
+  const std::string no_ages = traceListText(kReply["traces"], kReply, std::nullopt, TerminalSize::kNoLimit);
+  EXPECT_EQ(no_ages.find("24 h"), std::string::npos) << no_ages;
+  EXPECT_NE(no_ages.find("2026-03-03 05:06:07Z    -"), std::string::npos) << no_ages;
+
+  EXPECT_EQ(latestBegin_ns(reply), 1772600760000000000);
+  EXPECT_TRUE(chosenTraces(reply, {.until_ns = kNow_ns - 3 * 24 * kHour_ns}).empty());
+  const TraceDeletion deletion = deletionBefore(kNow_ns - 30 * kHour_ns, reply);
+  EXPECT_TRUE(deletion.to_delete.empty()) << deletion.to_delete;
+  ASSERT_EQ(deletion.staying.size(), 1U);
+  EXPECT_NE(deletion.staying[0].find("its age is not known"), std::string::npos) << deletion.staying[0];
+}
+
+TEST(TraceList, DamagedOriginalsAreListedAndDeletedLikeTraces) {
+  Json reply = kReply;
+  const std::string name = "2026-03-03T05-06-07Z-left.mcap.damaged";
+  reply["traces"].push_back(
+      {{"name", name}, {"bytes", 1000}, {"open", false}, {"damaged", true}, {"kept", false}});
+  EXPECT_EQ(chosenTraces(reply, {.state = "finished"}).size(), 2U);
+  EXPECT_EQ(chosenTraces(reply, {.state = "damaged"}).size(), 1U);
+  const std::string text = traceListText(reply["traces"], reply, kNow_ns, TerminalSize::kNoLimit);
+  EXPECT_NE(text.find("damaged original\n"), std::string::npos) << text;
+  EXPECT_EQ(deletionOf({name}, reply).to_delete.size(), 1U);
+}
+
 TEST(TraceList, SaysHowManyTracesWereLeftOut) {
   Json reply = kReply;
   reply["omitted"] = 7;
@@ -77,7 +108,9 @@ TEST(TraceDeletion, ByAgeLeavesWhatIsKeptOrBeingWritten) {
   const TraceDeletion all = deletionBefore(kNow_ns, kReply);
   ASSERT_EQ(all.to_delete.size(), 1U);
   EXPECT_EQ(all.to_delete[0]["name"], "2026-03-04T04-06-07Z-right");
-  EXPECT_EQ(all.staying, (std::vector<std::string>{"2026-03-03T05-06-07Z-left", "2026-03-04T05-06-00Z"}));
+  EXPECT_EQ(all.staying,
+            (std::vector<std::string>{"2026-03-03T05-06-07Z-left stays: it is kept or being written",
+                                      "2026-03-04T05-06-00Z stays: it is kept or being written"}));
   EXPECT_TRUE(deletionBefore(kNow_ns - 48 * kHour_ns, kReply).to_delete.empty());
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticd-view/recorded/recorded_session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -25,10 +27,10 @@ Json valueOf(const std::string& text) {
   return text;
 }
 
-/// Empty lists where this version cannot read the record.
-Json entriesOf(const drivers::AdditionsRecord& record) {
+/// Empty lists where this version cannot read the text.
+Json entriesOf(const std::string& text) {
   Json entries = {{"fixtures", Json::array()}, {"regions", Json::array()}};
-  const auto additions = config::additionsFromText(record.text, "trace");
+  const auto additions = config::additionsFromText(text, "trace");
   if (!additions) return entries;
   for (const config::FixtureSettings& fixture : additions->fixtures) {
     entries["fixtures"].push_back({{"name", fixture.name},
@@ -42,11 +44,14 @@ Json entriesOf(const drivers::AdditionsRecord& record) {
   return entries;
 }
 
-/// The last item whose time is not after `time_ns`; `timeOf(item)`: ascending.
+/// The number of items whose time is not after `time_ns`; `timeOf(item)`: ascending.
 template <typename Item, typename TimeOf>
-const Item* lastUntil(const std::vector<Item>& items, std::int64_t time_ns, TimeOf timeOf) {
-  const auto after = std::ranges::upper_bound(items, time_ns, {}, timeOf);
-  return after == items.begin() ? nullptr : &*std::prev(after);
+std::size_t countUntil(const std::vector<Item>& items, std::int64_t time_ns, TimeOf timeOf) {
+  return static_cast<std::size_t>(std::ranges::upper_bound(items, time_ns, {}, timeOf) - items.begin());
+}
+
+std::int64_t arrivalOf_ns(const drivers::DepthRecord& record) {
+  return record.header.arrival_ns;
 }
 
 }  // namespace
@@ -54,25 +59,31 @@ const Item* lastUntil(const std::vector<Item>& items, std::int64_t time_ns, Time
 /// Takes the records of a trace in the order of their times.
 class RecordedSession::Loading {
  public:
-  explicit Loading(RecordedSession& session) : session_(session) {
-    session.additions_.push_back({INT64_MIN, entriesOf({})});
-  }
+  Loading(RecordedSession& session, const std::filesystem::path& trace) : session_(session), trace_(trace) {}
 
   drivers::TraceVisitor visitor() {
-    return {.tick = [this](const rt::Tick& tick) { return take(tick); },
-            .model = [this](const drivers::ModelRecord& model) { return keep(session_.models_, model); },
-            .directive = [this](const drivers::DirectiveRecord& directive) { return take(directive); },
-            .additions = [this](const drivers::AdditionsRecord& additions) { return take(additions); },
-            .event = [this](const drivers::EventRecord& event) { return keep(session_.events_, event); },
-            .depth = [this](const drivers::DepthRecord& depth) { return take(depth); }};
+    return {
+        .tick = [this](const rt::Tick& tick) { return take(tick); },
+        .model = [this](const drivers::ModelRecord& model) { return keep(session_.models_, model); },
+        .directive = [this](const drivers::DirectiveRecord& one) { return keep(session_.directives_, one); },
+        .additions = [this](const drivers::AdditionsRecord& additions) { return take(additions); },
+        .event = [this](const drivers::EventRecord& event) { return keep(session_.events_, event); },
+        .depth = [this](const drivers::DepthRecord& depth) { return take(depth); }};
   }
 
   /// To be called after the last record.
   config::Result<void> finish() {
-    if (!spilled_) return spilled_;
+    if (!taken_) return taken_;
     if (auto mapped = session_.ticks_.map(); !mapped) return mapped;
     if (auto mapped = session_.images_.map(); !mapped) return mapped;
-    completeParameters();
+    // records that came late were written behind newer ones
+    std::ranges::stable_sort(session_.models_, {}, &drivers::ModelRecord::time_ns);
+    std::ranges::stable_sort(session_.directives_, {}, &drivers::DirectiveRecord::time_ns);
+    std::ranges::stable_sort(session_.additions_, {}, &Additions::time_ns);
+    std::ranges::stable_sort(session_.events_, {}, &drivers::EventRecord::time_ns);
+    std::ranges::stable_sort(session_.frames_, {}, [](const Frame& one) { return arrivalOf_ns(one.record); });
+    for (const TraceSetting& setting : settingsIn(settingsText(session_.info_)))
+      session_.configured_[setting.name] = setting.text ? Json(setting.value) : valueOf(setting.value);
     return {};
   }
 
@@ -84,43 +95,36 @@ class RecordedSession::Loading {
   }
 
   bool take(const rt::Tick& tick) {
-    spilled_ = session_.ticks_.append(std::as_bytes(std::span(&tick, 1)));
-    return spilled_.has_value();
-  }
-
-  bool take(const drivers::DirectiveRecord& directive) {
-    Json values = Json::object();
-    for (const auto& [name, value] : directive.parameters) values[name] = valueOf(value);
-    return keep(session_.parameters_, {directive.time_ns, std::move(values)});
+    constexpr std::int64_t kLatest_ns = std::int64_t{1} << 62;  // a clock does not reach it in 146 years
+    if (tick.planned_ns < last_tick_ns_ || tick.planned_ns > kLatest_ns) {
+      taken_ = std::unexpected(
+          config::Error{trace_.string(),
+                        fmt::format("tick {} has a time that is impossible after {} ns: {} ns", tick.number,
+                                    last_tick_ns_, tick.planned_ns),
+                        "show another trace; hapticctl trace export reads this one"});
+      return false;
+    }
+    last_tick_ns_ = tick.planned_ns;
+    taken_ = session_.ticks_.append(std::as_bytes(std::span(&tick, 1)));
+    return taken_.has_value();
   }
 
   bool take(const drivers::AdditionsRecord& additions) {
-    return keep(session_.additions_, {additions.time_ns, entriesOf(additions)});
+    return keep(session_.additions_, {additions.time_ns, additions.text});
   }
 
   bool take(const drivers::DepthRecord& depth) {
     Frame frame{depth, session_.images_.size(), depth.image.bytes.size()};
-    spilled_ = session_.images_.append(std::as_bytes(std::span(depth.image.bytes)));
+    taken_ = session_.images_.append(std::as_bytes(std::span(depth.image.bytes)));
     frame.record.image = {};
     session_.frames_.push_back(std::move(frame));
-    return spilled_.has_value();
-  }
-
-  /// A directive holds the live parameters only: the others are those of the configuration throughout.
-  void completeParameters() {
-    Json values = Json::object();
-    for (const TraceSetting& setting : settingsIn(settingsText(session_.info_)))
-      values[setting.name] = setting.text ? Json(setting.value) : valueOf(setting.value);
-    session_.parameters_.insert(session_.parameters_.begin(), ParameterSet{INT64_MIN, values});
-    for (ParameterSet& set : session_.parameters_) {
-      Json all = values;
-      all.update(set.values);
-      set.values = std::move(all);
-    }
+    return taken_.has_value();
   }
 
   RecordedSession& session_;
-  config::Result<void> spilled_;
+  const std::filesystem::path& trace_;
+  std::int64_t last_tick_ns_ = 0;
+  config::Result<void> taken_;
 };
 
 config::Result<RecordedSession> RecordedSession::load(const std::filesystem::path& trace) {
@@ -130,7 +134,7 @@ config::Result<RecordedSession> RecordedSession::load(const std::filesystem::pat
   if (!images) return std::unexpected(images.error());
   RecordedSession session(std::move(*ticks), std::move(*images));
   session.name_ = trace.stem().string();
-  Loading loading(session);
+  Loading loading(session, trace);
   auto info = drivers::readTrace(trace, loading.visitor());
   if (!info) return std::unexpected(info.error());
   session.info_ = std::move(*info);
@@ -143,7 +147,9 @@ config::Result<RecordedSession> RecordedSession::load(const std::filesystem::pat
 }
 
 double RecordedSession::seconds(std::int64_t time_ns) const {
-  return static_cast<double>(time_ns - begin_ns()) / static_cast<double>(rt::kNsPerSecond);
+  // an event may have any time
+  return (static_cast<double>(time_ns) - static_cast<double>(begin_ns())) /
+         static_cast<double>(rt::kNsPerSecond);
 }
 
 std::int64_t RecordedSession::timeAt(double seconds) const {
@@ -164,10 +170,9 @@ std::span<const rt::Tick> RecordedSession::ticksWithin(std::int64_t after_ns, st
 }
 
 std::optional<std::size_t> RecordedSession::frameAt(std::int64_t time_ns) const {
-  const Frame* const frame =
-      lastUntil(frames_, time_ns, [](const Frame& one) { return one.record.header.arrival_ns; });
-  if (frame == nullptr) return std::nullopt;
-  return static_cast<std::size_t>(frame - frames_.data());
+  const std::size_t arrived =
+      countUntil(frames_, time_ns, [](const Frame& one) { return arrivalOf_ns(one.record); });
+  return arrived == 0 ? std::nullopt : std::optional(arrived - 1);
 }
 
 std::shared_ptr<const DepthPicture> RecordedSession::picture(std::size_t index) const {
@@ -185,15 +190,28 @@ std::shared_ptr<const DepthPicture> RecordedSession::picture(std::size_t index) 
 }
 
 const drivers::ModelRecord* RecordedSession::modelAt(std::int64_t time_ns) const {
-  return lastUntil(models_, time_ns, &drivers::ModelRecord::time_ns);
+  const std::size_t built = countUntil(models_, time_ns, &drivers::ModelRecord::time_ns);
+  return built == 0 ? nullptr : &models_[built - 1];
 }
 
-const Json& RecordedSession::additionsAt(std::int64_t time_ns) const {
-  return lastUntil(additions_, time_ns, &ParameterSet::time_ns)->values;
+std::size_t RecordedSession::additionsAt(std::int64_t time_ns) const {
+  return countUntil(additions_, time_ns, &Additions::time_ns);
 }
 
-const Json& RecordedSession::parametersAt(std::int64_t time_ns) const {
-  return lastUntil(parameters_, time_ns, &ParameterSet::time_ns)->values;
+Json RecordedSession::additions(std::size_t number) const {
+  return entriesOf(number == 0 ? "" : additions_[number - 1].text);
+}
+
+std::size_t RecordedSession::parameterSetAt(std::int64_t time_ns) const {
+  return countUntil(directives_, time_ns, &drivers::DirectiveRecord::time_ns);
+}
+
+/// A directive holds the live parameters only: the others are those of the configuration throughout.
+Json RecordedSession::parameters(std::size_t set) const {
+  Json values = configured_;
+  if (set == 0) return values;
+  for (const auto& [name, value] : directives_[set - 1].parameters) values[name] = valueOf(value);
+  return values;
 }
 
 }  // namespace hapticd::tools::view

@@ -22,10 +22,12 @@
 namespace hapticd::tools::view {
 
 /// A trace that can be read at any time of it. Ticks and depth frames are in temporary files, the rest in
-/// memory. Times are CLOCK_MONOTONIC in nanoseconds, as in the trace.  Thread: one at a time.
+/// memory as the trace holds it. Times are CLOCK_MONOTONIC in nanoseconds, as in the trace.  Thread: one at a
+/// time.
 class RecordedSession {
  public:
-  /// Reads the whole trace. Errors: those of readTrace(), a trace without ticks, a full disk.
+  /// Reads the whole trace. Errors: those of readTrace(), a trace without ticks or with impossible times, a
+  /// full disk.
   static config::Result<RecordedSession> load(const std::filesystem::path& trace);
 
   const std::string& name() const noexcept { return name_; }
@@ -52,10 +54,14 @@ class RecordedSession {
 
   /// The model that was in use at a time; null: none yet.
   const drivers::ModelRecord* modelAt(std::int64_t time_ns) const;
-  /// All parameters by name as JSON numbers, truth values and texts, as they were at a time.
-  const Json& parametersAt(std::int64_t time_ns) const;
-  /// All fixtures and tissue regions as they were at a time, as Viewer::onAdditions() takes them.
-  const Json& additionsAt(std::int64_t time_ns) const;
+  /// The number of the parameter set in effect at a time; 0: that of the configuration.
+  std::size_t parameterSetAt(std::int64_t time_ns) const;
+  /// All its parameters by name as JSON numbers, truth values and texts.
+  Json parameters(std::size_t set) const;
+  /// The number of the fixtures and tissue regions in effect at a time; 0: none.
+  std::size_t additionsAt(std::int64_t time_ns) const;
+  /// These fixtures and regions as Viewer::onAdditions() takes them.
+  Json additions(std::size_t number) const;
   std::span<const drivers::EventRecord> events() const noexcept { return events_; }
 
  private:
@@ -64,9 +70,9 @@ class RecordedSession {
     std::uint64_t offset = 0;     ///< of the encoded image in images_
     std::uint64_t bytes = 0;
   };
-  struct ParameterSet {
+  struct Additions {
     std::int64_t time_ns = 0;
-    Json values;
+    std::string text;  ///< YAML
   };
   class Loading;
 
@@ -79,8 +85,10 @@ class RecordedSession {
   std::vector<Frame> frames_;
   std::vector<drivers::ModelRecord> models_;
   std::vector<drivers::EventRecord> events_;
-  std::vector<ParameterSet> additions_;   // the first has none
-  std::vector<ParameterSet> parameters_;  // the first is that of the configuration
+  // in the order of their times; the numbers of the functions above count from 1 here
+  std::vector<Additions> additions_;
+  std::vector<drivers::DirectiveRecord> directives_;
+  Json configured_ = Json::object();  // the parameters of the configuration
 };
 
 }  // namespace hapticd::tools::view

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -29,22 +31,53 @@ Json markOf(const RecordedSession& session, const Period& period, const char* ki
           {"text", text}};
 }
 
-/// The periods in which mode and cause stay the same; each reaches to the next one.
+/// Of more than `most` items those with the largest `size(item)`; of equal ones the first. Their order stays.
+template <typename Item, typename Size>
+void keepLargest(std::vector<Item>& items, std::size_t most, Size size) {
+  if (items.size() <= most) return;
+  std::vector<decltype(size(items.front()))> sizes;
+  for (const Item& item : items) sizes.push_back(size(item));
+  std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(most), std::greater<>());
+  const auto bound = sizes[most];
+  std::size_t equal_left = most - static_cast<std::size_t>(std::ranges::count_if(
+                                      sizes, [&bound](const auto& one) { return one > bound; }));
+  std::erase_if(items, [&](const Item& item) {
+    const auto own = size(item);
+    if (own == bound && equal_left > 0) return --equal_left, false;
+    return !(own > bound);
+  });
+}
+
+/// A period in which mode and cause stay the same.
+struct ModePeriod {
+  Period period;
+  const rt::Tick* first = nullptr;
+
+  bool isFault() const { return first->mode == rt::Mode::faulted; }
+};
+
+/// The periods of modes; each reaches to the next one. Of very many, short ones belong to the one before, and
+/// no fault goes before other modes have gone.
 void addModes(const RecordedSession& session, Json& marks) {
-  const std::span<const rt::Tick> ticks = session.ticks();
-  const auto add = [&](const rt::Tick& tick, std::int64_t end_ns) {
+  std::vector<ModePeriod> periods;
+  for (const rt::Tick& tick : session.ticks()) {
+    const bool goes_on = !periods.empty() && tick.mode == periods.back().first->mode &&
+                         tick.cause == periods.back().first->cause;
+    if (!goes_on) periods.push_back({{tick.planned_ns, tick.planned_ns}, &tick});
+    periods.back().period.end_ns = tick.planned_ns;
+  }
+  keepLargest(periods, kMostMarks, [&](const ModePeriod& one) {
+    const bool is_begin = one.first == &session.ticks().front();
+    return std::tuple(is_begin, one.isFault(), one.period.end_ns - one.period.begin_ns);
+  });
+  for (std::size_t i = 0; i < periods.size(); ++i) {
+    const rt::Tick& tick = *periods[i].first;
+    const std::int64_t end_ns = i + 1 < periods.size() ? periods[i + 1].period.begin_ns : session.end_ns();
     const std::string text =
         std::string(rt::wordOf(tick.mode)) + " (" + std::string(rt::wordOf(tick.cause)) + ")";
     marks.push_back(
-        markOf(session, {tick.planned_ns, end_ns}, tick.mode == rt::Mode::faulted ? "fault" : "mode", text));
-  };
-  const rt::Tick* begin = &ticks.front();
-  for (const rt::Tick& tick : ticks) {
-    if (tick.mode == begin->mode && tick.cause == begin->cause) continue;
-    add(*begin, tick.planned_ns);
-    begin = &tick;
+        markOf(session, {tick.planned_ns, end_ns}, periods[i].isFault() ? "fault" : "mode", text));
   }
-  add(*begin, session.end_ns());
 }
 
 std::vector<Period> contactsOf(const RecordedSession& session) {
@@ -61,17 +94,17 @@ std::vector<Period> contactsOf(const RecordedSession& session) {
 
 /// Joins periods with the shortest pauses between them until there are at most `most`.
 void joinUntil(std::vector<Period>& periods, std::size_t most) {
-  for (std::int64_t pause_ns = 2 * kLeastPause_ns; periods.size() > most; pause_ns *= 2) {
-    std::vector<Period> joined;
-    for (const Period& period : periods) {
-      if (!joined.empty() && period.begin_ns - joined.back().end_ns <= pause_ns) {
-        joined.back().end_ns = period.end_ns;
-      } else {
-        joined.push_back(period);
-      }
-    }
-    periods = std::move(joined);
+  if (periods.size() <= most) return;
+  std::vector<std::size_t> begins;  // of the periods behind the pauses that stay
+  for (std::size_t i = 1; i < periods.size(); ++i) begins.push_back(i);
+  keepLargest(begins, most - 1, [&](std::size_t i) { return periods[i].begin_ns - periods[i - 1].end_ns; });
+  std::vector<Period> joined{periods.front()};
+  for (const std::size_t i : begins) {
+    joined.back().end_ns = periods[i - 1].end_ns;
+    joined.push_back(periods[i]);
   }
+  joined.back().end_ns = periods.back().end_ns;
+  periods = std::move(joined);
 }
 
 void addEvents(const RecordedSession& session, Json& marks) {

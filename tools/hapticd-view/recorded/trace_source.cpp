@@ -36,12 +36,18 @@ std::string metadataOf(const drivers::TraceInfo& info, std::string_view key) {
   return found == info.metadata.end() ? "" : found->second;
 }
 
+/// CLOCK_REALTIME of a time of the trace; wraps instead of overflowing, whatever the file contains.
+std::int64_t realtimeOf_ns(std::int64_t time_ns, std::int64_t realtime_offset_ns) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(time_ns) +
+                                   static_cast<std::uint64_t>(realtime_offset_ns));
+}
+
 /// As the type Event of io.hapticd.Status. Traces do not hold how grave it was.
 Json eventJson(const drivers::EventRecord& event, std::size_t number, std::int64_t realtime_offset_ns) {
   Json fields = Json::object();
   for (const auto& [name, value] : event.fields) fields[name] = value;
   return {{"number", number},
-          {"timeNs", event.time_ns + realtime_offset_ns},
+          {"timeNs", realtimeOf_ns(event.time_ns, realtime_offset_ns)},
           {"kind", event.kind},
           {"text", event.text},
           {"priority", event.kind == "warning" ? "warning" : "notice"},
@@ -63,7 +69,7 @@ Json TraceSource::hello() const {
           {"version", version_},
           {"trace",
            {{"name", session_.name()},
-            {"beginNs", session_.begin_ns() + session_.info().realtime_offset_ns},
+            {"beginNs", realtimeOf_ns(session_.begin_ns(), session_.info().realtime_offset_ns)},
             {"realtimeOffsetNs", session_.info().realtime_offset_ns},
             {"durationS", session_.duration_s()},
             {"depth", session_.hasDepth()}}}};
@@ -164,8 +170,8 @@ void TraceSource::showMoment() {
   const auto after = std::ranges::upper_bound(events, position_ns(), {}, &drivers::EventRecord::time_ns);
   next_event_ = static_cast<std::size_t>(after - events.begin());
   frame_.reset();
-  parameters_ = nullptr;
-  additions_ = nullptr;
+  parameters_.reset();
+  additions_.reset();
   showParameters();
   showAdditions();
   showStatus();
@@ -207,16 +213,18 @@ void TraceSource::showStatus() {
 }
 
 void TraceSource::showParameters() {
-  const Json& now = session_.parametersAt(position_ns());
-  if (parameters_ == &now) return;
-  parameters_ = &now;
+  const std::size_t set = session_.parameterSetAt(position_ns());
+  if (parameters_ == set) return;
+  parameters_ = set;
+  const Json now = session_.parameters(set);
   for (Viewer* viewer : viewers_) viewer->onParameters(now);
 }
 
 void TraceSource::showAdditions() {
-  const Json& now = session_.additionsAt(position_ns());
-  if (additions_ == &now) return;
-  additions_ = &now;
+  const std::size_t number = session_.additionsAt(position_ns());
+  if (additions_ == number) return;
+  additions_ = number;
+  const Json now = session_.additions(number);
   for (Viewer* viewer : viewers_) viewer->onAdditions(now);
 }
 

@@ -60,10 +60,10 @@ class TraceSource final : public Source {
   bool playing_ = false;
   Clock::time_point shown_at_;  // when the position was last moved by playing
   Clock::time_point next_status_;
-  std::size_t next_event_ = 0;        // the first event after the position
-  std::optional<std::size_t> frame_;  // the depth frame that is shown
-  const Json* parameters_ = nullptr;  // those that are shown
-  const Json* additions_ = nullptr;   // the same for fixtures and regions
+  std::size_t next_event_ = 0;             // the first event after the position
+  std::optional<std::size_t> frame_;       // the depth frame that is shown
+  std::optional<std::size_t> parameters_;  // the set that is shown
+  std::optional<std::size_t> additions_;   // the same for fixtures and regions
 };
 
 }  // namespace hapticd::tools::view

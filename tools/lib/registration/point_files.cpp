@@ -11,6 +11,7 @@
 #include <optional>
 #include <string_view>
 
+#include "config/csv_names.h"
 #include "config/value_text.h"
 #include "rt/depth_frame.h"
 
@@ -63,9 +64,9 @@ class Table {
     bool in_header = true;
     for (std::string line; std::getline(in, line);) {
       ++line_;
-      const std::string_view row = trimmed(line);
+      const std::string_view row = trimmed(line_ == 1 ? config::withoutByteOrderMark(line) : line);
       if (row.empty() || row.starts_with('#')) continue;
-      if (in_header && row != header_) break;
+      if (in_header && config::csvNames(row) != config::csvNames(header_)) break;
       if (!in_header) takeRow(row, take);
       in_header = false;
     }

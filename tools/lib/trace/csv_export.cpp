@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -25,6 +27,8 @@ namespace {
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
 constexpr std::size_t kWrittenAtOnce = 1 << 20;
+/// Each gives a column, and a cell in every row; hapticd has some hundred parameters.
+constexpr std::size_t kMostParameters = 1000;
 struct HeaderOfFields {
   std::string& line;
 
@@ -151,18 +155,25 @@ class CsvExport {
   config::Result<drivers::TraceInfo> writeDirectives() {
     std::vector<drivers::DirectiveRecord> directives;
     std::vector<std::string> names;
+    std::map<std::string, std::size_t, std::less<>> columns;
     const auto keep = [&](const drivers::DirectiveRecord& directive) {
       for (const auto& [name, value] : directive.parameters) {
-        if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+        if (columns.try_emplace(name, names.size()).second) names.push_back(name);
+        if (names.size() > kMostParameters) return false;
       }
       directives.push_back(directive);
       return true;
     };
     auto info = read<drivers::DirectiveRecord>({.directive = keep});
     if (!info) return info;
+    if (names.size() > kMostParameters) {
+      return std::unexpected(config::Error{
+          trace_.file().string(), fmt::format("has more than {} different parameters", kMostParameters),
+          "no hapticd has so many; export another channel"});
+    }
     csv_.addHeader<drivers::DirectiveRecord>(names);
     for (const drivers::DirectiveRecord& directive : directives)
-      csv_.addRow(directive, cellsOf(directive, names));
+      csv_.addRow(directive, cellsOf(directive, columns));
     return info;
   }
 
@@ -181,10 +192,10 @@ class CsvExport {
 
   /// Numbers as they are, texts in quotes, an empty cell for what the record lacks.
   static std::vector<std::string> cellsOf(const drivers::DirectiveRecord& directive,
-                                          const std::vector<std::string>& names) {
-    std::vector<std::string> cells(names.size());
+                                          const std::map<std::string, std::size_t, std::less<>>& columns) {
+    std::vector<std::string> cells(columns.size());
     for (const auto& [name, value] : directive.parameters) {
-      const auto column = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+      const std::size_t column = columns.at(name);
       const std::optional<double> number = numberIn(value);
       cells[column] = number ? fmt::format("{}", *number) : inCsvQuotes(value);
     }

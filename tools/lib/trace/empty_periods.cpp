@@ -37,7 +37,9 @@ EmptyPeriods EmptyPeriodCount::finish(std::optional<std::int64_t> period_ns) con
   found.periods = 1;
   for (const auto& [step, steps] : steps_) {
     const auto& [taken_ns, ticks] = step;
-    const auto periods = static_cast<std::uint64_t>((taken_ns + found.period_ns / 2) / found.period_ns);
+    const bool up =
+        taken_ns % found.period_ns >= (found.period_ns + 1) / 2;  // to the nearest, without overflow
+    const std::uint64_t periods = static_cast<std::uint64_t>(taken_ns / found.period_ns) + (up ? 1 : 0);
     found.periods += steps.count * std::max(periods, ticks);
     if (periods <= ticks) continue;
     const std::uint64_t empty = periods - ticks;

@@ -38,7 +38,7 @@ config::Result<void> mayBegin(const fs::path& trace, const fs::path& folder) {
     return refuse(trace, "has its depth beside it, as older versions recorded it",
                   "take " + beside.string() + ", which is in this format already");
   }
-  if (drivers::hasDepthChannel(trace)) return {};
+  if (drivers::readTraceHead(trace).depth) return {};
   return refuse(trace, "holds no depth", "write it with depth: hapticctl trace start --depth");
 }
 

@@ -26,8 +26,8 @@ TEST_F(TraceMethodsTest, StartsStopsListsAndDeletes) {
   start();
   EXPECT_EQ("trace-0-grip", ask("StartTrace", {{"label", "grip"}, {"depth", true}})["parameters"]["name"]);
   const json listed = askStatus("io.hapticd.Status.ListTraces")["parameters"];
-  EXPECT_EQ(R"([{"name":"trace-0-grip","bytes":0,"timeNs":5000,"open":true,"depth":true,"kept":false,
-                 "note":"","beginNs":0}])"_json,
+  EXPECT_EQ(R"([{"name":"trace-0-grip","bytes":0,"timeNs":5000,"open":true,"damaged":false,
+                 "depth":true,"kept":false,"note":"","beginNs":0,"clockIsSet":null,"number":0}])"_json,
             listed["traces"]);
   EXPECT_EQ(json(folder.path("state/traces")), listed["folder"]);
   EXPECT_EQ(0, listed["omitted"]);

@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "drivers/trace/trace_writer.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -74,6 +75,26 @@ TEST_F(RetentionTest, DeletesTheOldestDownToTheLimitAndReportsEachWithItsReason)
   }
   EXPECT_EQ(retention->status().folder_bytes, 30'000'000U);
   EXPECT_EQ(retention->status().next, numbered(4));
+}
+
+/// A box without a battery for its clock begins in 1970, or wherever its system has left the time.
+TEST_F(RetentionTest, TheOldestTraceIsTheOneThatBeganFirstWhateverTheClockSaid) {
+  const std::vector<std::string> names{numbered(1), numbered(2), "1970-01-01T00-00-09Z", numbered(0),
+                                       "1970-01-01T00-00-08Z"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const fs::path file = folder.path() / (names[i] + ".mcap");
+    auto writer = drivers::TraceWriter::create(file, {.number = 9 + i});  // of one and of two digits
+    ASSERT_TRUE(writer && (*writer)->close());
+    fs::resize_file(file, 10'000'000);
+  }
+  add("2026-03-04T05-06-09Z-older-version", 10);
+  start(25);
+  ASSERT_TRUE(becomesTrue([&] { return retention->status().deleted == 4; }));
+  retention->stop();
+  std::vector<std::string> gone;
+  for (const auto& [name, reason] : deleted) gone.push_back(name);
+  EXPECT_EQ(gone,
+            (std::vector<std::string>{"2026-03-04T05-06-09Z-older-version", names[0], names[1], names[2]}));
 }
 
 TEST_F(RetentionTest, SaysBeforehandWhatGoesNext) {

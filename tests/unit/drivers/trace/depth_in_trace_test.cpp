@@ -80,11 +80,11 @@ TEST(DepthInTrace, IsDetectedFromTheBeginningOfAFileEvenWhileItIsWritten) {
   const auto with = TraceWriter::create(folder.path() / "with.mcap", {.depth = true});
   const auto without = TraceWriter::create(folder.path() / "without.mcap", {});
   ASSERT_TRUE(with && without);
-  EXPECT_TRUE(hasDepthChannel(folder.path() / "with.mcap.part"));
-  EXPECT_FALSE(hasDepthChannel(folder.path() / "without.mcap.part"));
+  EXPECT_TRUE(readTraceHead(folder.path() / "with.mcap.part").depth);
+  EXPECT_FALSE(readTraceHead(folder.path() / "without.mcap.part").depth);
   ASSERT_TRUE((*with)->close());
-  EXPECT_TRUE(hasDepthChannel(folder.path() / "with.mcap"));
-  EXPECT_FALSE(hasDepthChannel(folder.write("none.mcap", "none")));
+  EXPECT_TRUE(readTraceHead(folder.path() / "with.mcap").depth);
+  EXPECT_FALSE(readTraceHead(folder.write("none.mcap", "none")).depth);
   std::mt19937_64 random(1);
   EXPECT_FALSE((*without)->write(test::madeUpDepth(random)));
 }

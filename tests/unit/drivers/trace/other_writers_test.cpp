@@ -3,7 +3,6 @@
 // assembled here without the writer's code.
 
 #include <gtest/gtest.h>
-#include <lz4frame.h>
 
 #include <algorithm>
 #include <functional>
@@ -13,67 +12,15 @@
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tests/support/made_up_trace.h"
+#include "tests/support/raw_mcap.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace test::raw_mcap;
 using test::TemporaryFolder;
-
-const std::string kMcapMagic("\x89MCAP0\r\n", 8);
-
-std::string little(std::uint64_t value, std::size_t bytes) {
-  std::string text;
-  for (std::size_t i = 0; i < bytes; ++i, value >>= 8) text.push_back(static_cast<char>(value));
-  return text;
-}
-std::string sizedText(const std::string& text) {
-  return little(text.size(), 4) + text;
-}
-std::string recordOf(unsigned opcode, const std::string& content) {
-  return little(opcode, 1) + little(content.size(), 8) + content;
-}
-std::string headerOf(const std::string& profile) {
-  return recordOf(1, sizedText(profile) + sizedText("some other program 1.0"));
-}
-std::string schemaRecordOf(std::uint16_t id, const std::string& name, const std::string& text) {
-  return recordOf(3, little(id, 2) + sizedText(name) + sizedText("ros2msg") + sizedText(text));
-}
-std::string channelRecordOf(std::uint16_t id, std::uint16_t schema, const std::string& topic) {
-  return recordOf(4, little(id, 2) + little(schema, 2) + sizedText(topic) + sizedText("cdr") +
-                         sizedText(sizedText("offered_qos_profiles") + sizedText("")));
-}
-std::string messageOf(std::uint16_t channel, std::uint64_t time_ns, const std::string& data) {
-  return recordOf(5, little(channel, 2) + little(0, 4) + little(time_ns, 8) + little(time_ns, 8) + data);
-}
-std::string metadataOf(const std::string& name,
-                       const std::vector<std::pair<std::string, std::string>>& pairs) {
-  std::string map;
-  for (const auto& [key, value] : pairs) map += sizedText(key) + sizedText(value);
-  return recordOf(12, sizedText(name) + sizedText(map));
-}
-std::string traceMetadata(const std::string& offset_ns = "0") {
-  return metadataOf("hapticd_trace", {{"version", "1"}, {"realtime_offset_ns", offset_ns}});
-}
-std::string ownerMetadata(const std::string& run) {
-  return metadataOf("hapticd", {{"hapticd_version", "1.0"}, {"run", run}});
-}
-/// Returns a chunk without checksums.
-std::string chunkOf(std::uint64_t start_ns, std::uint64_t end_ns, const std::string& records,
-                    const std::string& compression = "") {
-  std::string packed = records;
-  if (compression == "lz4") {
-    packed.resize(LZ4F_compressFrameBound(records.size(), nullptr));
-    packed.resize(LZ4F_compressFrame(packed.data(), packed.size(), records.data(), records.size(), nullptr));
-  }
-  return recordOf(6, little(start_ns, 8) + little(end_ns, 8) + little(records.size(), 8) + little(0, 4) +
-                         sizedText(compression) + little(packed.size(), 8) + packed);
-}
-/// Returns the end of a file without a summary.
-std::string endOf() {
-  return recordOf(15, little(0, 4)) + recordOf(2, little(0, 20)) + kMcapMagic;
-}
 
 constexpr std::uint16_t kTicks = 700, kTickSchema = 9;
 constexpr std::size_t kTickCount = 60;
@@ -181,6 +128,44 @@ TEST_F(OtherWriters, ATopicMayHaveSeveralChannelsOfOneRun) {
   }
 }
 
+TEST_F(OtherWriters, ATraceWithoutItsMetadataIsReadByItsChannels) {
+  constexpr std::uint64_t kOffset_ns = 1'700'000'000'000'000'000;
+  std::string records;
+  for (std::size_t i = 0; i < kTickCount; ++i) {
+    std::string data;
+    encode(ticks_[i], 0, data);
+    // the log time is that of the other program
+    records += recordOf(5, little(kTicks, 2) + little(0, 4) + little(kOffset_ns + 5 + time_ns(i), 8) +
+                               little(kOffset_ns + time_ns(i), 8) + data);
+  }
+  const std::string chunk = chunkOf(kOffset_ns, kOffset_ns + 5 + time_ns(59), tickDefinitions() + records);
+  const fs::path file = folder_.write("a.mcap", kMcapMagic + headerOf("") + chunk + endOf());
+  std::size_t read = 0;
+  const auto info = readTrace(file, {.tick = [&](const rt::Tick&) { return ++read > 0; }});
+  ASSERT_TRUE(info) << info.error().text();
+  EXPECT_EQ(read, kTickCount);
+  EXPECT_TRUE(info->metadata_lost);
+  EXPECT_EQ(info->realtime_offset_ns, static_cast<std::int64_t>(kOffset_ns));
+  const auto recovered = recoverTrace(file, folder_.path() / "out.mcap");
+  ASSERT_TRUE(recovered) << recovered.error().text();
+  const auto restored = readTrace(recovered->file);
+  ASSERT_TRUE(restored) << restored.error().text();
+  EXPECT_FALSE(restored->metadata_lost);
+  EXPECT_EQ(restored->realtime_offset_ns, static_cast<std::int64_t>(kOffset_ns));
+}
+
+TEST_F(OtherWriters, AFileOfOtherChannelsOnlyIsNoTrace) {
+  const std::string definition = channelRecordOf(3, 0, "/camera");
+  std::string few, many;
+  for (std::uint64_t i = 0; i < 5; ++i) few += messageOf(3, i, "image");
+  for (std::uint64_t i = 0; i < 20'000; ++i) many += messageOf(3, i, "image");
+  for (const std::string& records : {few, many}) {
+    const std::string error =
+        errorOf(kMcapMagic + headerOf("") + definition + chunkOf(0, 20'000, records) + endOf());
+    EXPECT_NE(error.find("is not a trace of hapticd"), std::string::npos) << error;
+  }
+}
+
 TEST_F(OtherWriters, FaultsAreReported) {
   const std::string head = kMcapMagic + headerOf("") + traceMetadata();
   const auto expectError = [&](const std::string& content, const char* part) {
@@ -199,7 +184,7 @@ TEST_F(OtherWriters, FaultsAreReported) {
                   recordOf(6, little(0, 16) + little(std::uint64_t{1} << 40, 8) + little(0, 4) +
                                   sizedText("zstd") + little(0, 8)) +
                   endOf(),
-              "at most 268435456 are accepted");
+              "are accepted in a file of this size");
 }
 
 TEST_F(OtherWriters, AFilteredTraceReportsItsMissingChannel) {

@@ -111,6 +111,25 @@ TEST(TraceFolder, SortsByTheTimeInTheNameAndNotByTheLastChange) {
   EXPECT_EQ((*traces)[4].begin_ns, (*traces)[4].time_ns);
 }
 
+TEST(TraceFolder, SortsByTheNumbersOfTracesThatHaveThem) {
+  const TemporaryFolder folder;
+  const auto add = [&folder](const std::string& name, const TraceOptions& options) {
+    const auto writer = TraceWriter::create(folder.path() / (name + ".mcap"), options);
+    return writer && (*writer)->close();
+  };
+  ASSERT_TRUE(add("2026-03-04T05-06-07Z", {.clock_is_set = true, .number = 9}));
+  ASSERT_TRUE(add("1970-01-01T00-00-09Z", {.clock_is_set = false, .number = 11}));
+  ASSERT_TRUE(add("2026-03-04T05-06-08Z", {.clock_is_set = true, .number = 10}));
+  ASSERT_TRUE(add("2026-03-04T05-06-09Z", {}));
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{"2026-03-04T05-06-09Z", "2026-03-04T05-06-07Z",
+                                                       "2026-03-04T05-06-08Z", "1970-01-01T00-00-09Z"}));
+  const auto traces = *listTraces(folder.path());
+  EXPECT_EQ(traces[0].clock_is_set, std::nullopt);
+  EXPECT_EQ(traces[2].clock_is_set, true);
+  EXPECT_EQ(traces[3].clock_is_set, false);
+  EXPECT_EQ(traces[3].number, 11U);
+}
+
 TEST(TraceFolder, RecognisesTracesOfTheFlightRecorder) {
   const std::string time = "2026-03-04T05-06-07Z";
   for (const char* dump : {"-dump", "-fault", "-overrun-burst", "-fault-2", "-overrun-burst-17"}) {
@@ -150,6 +169,34 @@ TEST(TraceFolder, AKeptTraceIsDeletedOnlyAfterTheMarkIsRemoved) {
   for (const char* name : {"a", "nowhere", "../b", ""})
     EXPECT_FALSE(keepTrace(folder.path(), name, true)) << name;
   EXPECT_FALSE(fs::exists(folder.path() / "a.keep"));
+}
+
+TEST(TraceFolder, DamagedOriginalsAreCountedKeptAndDeletedByName) {
+  const TemporaryFolder folder;
+  const std::string name = "2026-03-04T05-06-07Z-a", damaged = name + ".mcap.damaged";
+  addFile(folder, name + ".mcap", 1, {});
+  addFile(folder, damaged, 10, {});
+  addFile(folder, damaged + "-2", 100, {});
+  for (const char* other : {"a.damaged", "a.mcap.damaged-", "a.mcap.damaged-x", "a.mcap.rewriting"})
+    addFile(folder, other, 1, {});
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{name, damaged, damaged + "-2"}));
+  const auto traces = *listTraces(folder.path());
+  EXPECT_EQ(traces[1].bytes, 10U);
+  EXPECT_TRUE(traces[1].damaged && traces[2].damaged && !traces[0].damaged);
+  EXPECT_FALSE(traces[1].open);
+  EXPECT_EQ(traces[1].begin_ns, traces[0].begin_ns);
+
+  ASSERT_TRUE(keepTrace(folder.path(), damaged, true));
+  EXPECT_FALSE(deleteTrace(folder.path(), damaged));
+  ASSERT_TRUE(keepTrace(folder.path(), damaged, false));
+  ASSERT_TRUE(noteTrace(folder.path(), damaged, "the disk failed"));
+  EXPECT_EQ((*listTraces(folder.path()))[1].note, "the disk failed");
+  ASSERT_TRUE(deleteTrace(folder.path(), damaged));
+  EXPECT_EQ(namesIn(folder), (std::vector<std::string>{name, damaged + "-2"}));
+  EXPECT_FALSE(fs::exists(folder.path() / (damaged + ".note")));
+  ASSERT_TRUE(deleteTrace(folder.path(), name));
+  EXPECT_EQ(namesIn(folder), std::vector<std::string>{damaged + "-2"});
+  EXPECT_FALSE(deleteTrace(folder.path(), name + ".mcap.damaged-3"));
 }
 
 TEST(TraceFolder, ANoteIsListedReplacedAndGoesWithItsTrace) {

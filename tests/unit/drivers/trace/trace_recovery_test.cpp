@@ -31,11 +31,8 @@ struct WholeTrace {
   std::vector<std::size_t> chunk_begins, chunk_ends;
   std::size_t data_end = 0;
 
-  WholeTrace() {
-    const TemporaryFolder folder(test::memoryFolder());
-    test::writeTrace(folder.path() / "a.mcap", records, kTicksPerChunk,
-                     {.attachments = {{"name", "type", "data"}}});
-    bytes = contentOf(folder.path() / "a.mcap");
+  WholeTrace() : WholeTrace(bytesOf(test::madeUpRecords(kChunks, kTicksPerChunk))) {}
+  explicit WholeTrace(std::string content) : bytes(std::move(content)) {
     for (std::size_t at = 8; at + 8 < bytes.size();) {  // after the magic, before the closing one
       std::uint64_t length = 0;
       std::memcpy(&length, &bytes[at + 1], sizeof length);
@@ -47,6 +44,12 @@ struct WholeTrace {
     }
   }
 
+  static std::string bytesOf(const MadeUpRecords& records) {
+    const TemporaryFolder folder(test::memoryFolder());
+    test::writeTrace(folder.path() / "a.mcap", records, kTicksPerChunk,
+                     {.attachments = {{"name", "type", "data"}}});
+    return contentOf(folder.path() / "a.mcap");
+  }
   std::size_t chunksWithin(std::size_t cut) const {
     std::size_t chunks = 0;
     for (const std::size_t end : chunk_ends) chunks += end <= cut;
@@ -178,6 +181,52 @@ TEST(TraceRecovery, FinishesADamagedLeftoverInANewFileAndKeepsTheDamagedOne) {
   EXPECT_FALSE(fs::exists(part));
   EXPECT_EQ(readTrace(finished->file)->ticks, (kChunks - 1) * kTicksPerChunk);
   EXPECT_EQ(test::readStrictly(finished->file).text(), "");
+}
+
+/// Other versions of hapticd may write such files.
+TEST(TraceRecovery, FinishesAFileWhoseChunksAreNotInTheOrderOfTimeInPlace) {
+  const TemporaryFolder folder(test::memoryFolder());
+  MadeUpRecords records;
+  records.ticks = wholeTrace().records.ticks;
+  const WholeTrace whole(WholeTrace::bytesOf(records));
+  std::string bytes = whole.bytes.substr(0, whole.chunk_begins[0]);
+  for (std::size_t chunk = kChunks; chunk-- > 0;) {
+    const std::size_t end = chunk + 1 < kChunks ? whole.chunk_begins[chunk + 1] : whole.data_end;
+    bytes += whole.bytes.substr(whole.chunk_begins[chunk], end - whole.chunk_begins[chunk]);
+  }
+  const auto finished = finishTrace(folder.write("a.mcap.part", bytes));
+  ASSERT_TRUE(finished) << finished.error().text();
+  EXPECT_EQ(finished->outcome, Outcome::ended);
+  EXPECT_TRUE(finished->original.empty()) << finished->original;
+  EXPECT_EQ(finished->bytes_lost, 0U);
+  EXPECT_TRUE(contentOf(finished->file).starts_with(bytes));
+  EXPECT_EQ(test::readStrictly(finished->file).text(), "");
+  std::vector<std::uint64_t> ticks;
+  ASSERT_TRUE(readTrace(finished->file,
+                        {.tick = [&](const rt::Tick& tick) { return ticks.push_back(tick.number), true; }}));
+  EXPECT_EQ(ticks, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6}));
+}
+
+TEST(TraceRecovery, StopsWhenItIsAskedToAndGoesOnTheNextTime) {
+  const WholeTrace& whole = wholeTrace();
+  std::string damaged = whole.bytes.substr(0, whole.data_end);
+  damaged[whole.chunk_ends[1] - 10] ^= 1;
+  for (const std::string& bytes : {whole.bytes.substr(0, whole.data_end), damaged, whole.bytes}) {
+    const TemporaryFolder folder(test::memoryFolder());
+    const fs::path part = folder.write("a.mcap.part", bytes);
+    int calls = 0;
+    while (true) {
+      int left = calls++;
+      const auto finished = finishTrace(part, [&left](double) { return left-- > 0; });
+      if (finished) break;
+      ASSERT_TRUE(fs::exists(part)) << finished.error().text();
+      ASSERT_EQ(contentOf(part), bytes);
+      ASSERT_FALSE(fs::exists(folder.path() / "a.mcap"));
+      ASSERT_LT(calls, 1000);
+    }
+    EXPECT_GT(calls, 2);
+    EXPECT_EQ(test::readStrictly(folder.path() / "a.mcap").text(), "");
+  }
 }
 
 TEST(TraceRecovery, WritesDamagedIndexesAgain) {

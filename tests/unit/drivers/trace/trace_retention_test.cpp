@@ -45,6 +45,18 @@ TEST(TraceRetention, TheTraceJustFinishedStaysEvenIfTheClockWasSetBack) {
   EXPECT_EQ(namesOf(planRetention(traces, "finished").deletable), std::vector<std::string>{"middle"});
 }
 
+TEST(TraceRetention, ADamagedOriginalCountsAndGoesLikeATraceOfItsAge) {
+  std::vector<TraceEntry> traces{trace("a", 1), trace("b", 2), trace("b.mcap.damaged", 4),
+                                 trace(kFault + ".mcap.damaged", 8)};
+  traces[2].damaged = true;
+  traces[3].damaged = true;
+  const RetentionPlan plan = planRetention(traces, "");
+  EXPECT_EQ(plan.bytes, 15U);
+  EXPECT_EQ(namesOf(plan.deletable), (std::vector<std::string>{"a", "b.mcap.damaged"}))
+      << "b is the newest trace, and the other one is of the flight recorder";
+  EXPECT_EQ(plan.protected_bytes, 10U);
+}
+
 TEST(TraceRetention, OfFewTracesNothingMayGo) {
   EXPECT_TRUE(planRetention({}, "").deletable.empty());
   const std::vector<TraceEntry> one{trace("one", 7)};

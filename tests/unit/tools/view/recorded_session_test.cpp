@@ -103,8 +103,11 @@ class RecordedSessionTest : public testing::Test {
 
 TEST_F(RecordedSessionTest, GivesFixturesOfAnyTime) {
   const RecordedSession session = load();
-  EXPECT_TRUE(session.additionsAt(kBegin_ns + 699 * kMs_ns).at("fixtures").empty());
-  const Json& fixtures = session.additionsAt(kBegin_ns + 700 * kMs_ns).at("fixtures");
+  const auto fixturesAt = [&](std::int64_t time_ns) {
+    return session.additions(session.additionsAt(time_ns)).at("fixtures");
+  };
+  EXPECT_TRUE(fixturesAt(kBegin_ns + 699 * kMs_ns).empty());
+  const Json fixtures = fixturesAt(kBegin_ns + 700 * kMs_ns);
   ASSERT_EQ(fixtures.size(), 1U);
   EXPECT_EQ(fixtures[0].at("name"), "ball");
   EXPECT_EQ(fixtures[0].at("enabled"), true);
@@ -139,9 +142,9 @@ TEST_F(RecordedSessionTest, KnowsModelAndParametersOfATime) {
   EXPECT_EQ(1U, session.modelAt(kBegin_ns + 799 * kMs_ns)->model);
   EXPECT_EQ(2U, session.modelAt(session.end_ns())->model);
   EXPECT_EQ((Json{{"force.radius_m", 0.02}, {"force.law", "auto"}}),
-            session.parametersAt(session.begin_ns()));
+            session.parameters(session.parameterSetAt(session.begin_ns())));
   EXPECT_EQ((Json{{"force.radius_m", 0.03}, {"force.law", "surface"}}),
-            session.parametersAt(session.end_ns()));
+            session.parameters(session.parameterSetAt(session.end_ns())));
 }
 
 TEST_F(RecordedSessionTest, HasATimelineOfModesFaultsContactsAndMarks) {
@@ -174,6 +177,44 @@ TEST_F(RecordedSessionTest, JoinsContactsRatherThanListingThousands) {
   const Json timeline = timelineOf(load(records));
   EXPECT_LE(timeline["marks"].size(), 1001U);
   EXPECT_GE(timeline["marks"].size(), 2U);
+}
+
+TEST_F(RecordedSessionTest, KeepsTheFaultsAndTheLongestModesOfThousands) {
+  constexpr std::size_t kLong = 50'000, kShort = 10'000, kFault = kLong + 3001;
+  test::MadeUpRecords records;
+  for (std::size_t number = 0; number < kLong + kShort; ++number) {
+    rt::Tick tick = tickAt(0);
+    tick.number = number + 1;
+    tick.planned_ns = kBegin_ns + static_cast<std::int64_t>(number) * kMs_ns;
+    if (number >= kLong) tick.mode = number % 2 == 0 ? rt::Mode::engaged : rt::Mode::holding;
+    if (number == kFault) tick.mode = rt::Mode::faulted;
+    records.ticks.push_back(tick);
+  }
+  const Json marks = timelineOf(load(records))["marks"];
+  EXPECT_EQ(marks.size(), 1000U);
+  EXPECT_EQ(marks[0]["kind"], "mode");
+  EXPECT_EQ(marks[0]["s"], 0.0);
+  double end_s = 0;
+  std::size_t faults = 0;
+  for (const Json& mark : marks) {
+    EXPECT_EQ(mark["s"].get<double>(), end_s) << "each reaches to the next one";
+    end_s = mark["endS"].get<double>();
+    if (mark["kind"] == "fault") ++faults;
+  }
+  EXPECT_EQ(faults, 1U);
+  EXPECT_DOUBLE_EQ(end_s, static_cast<double>(kLong + kShort - 1) / 1000);
+}
+
+TEST_F(RecordedSessionTest, RefusesTicksWhoseTimesAreImpossible) {
+  for (const std::int64_t time_ns : {std::int64_t{0}, std::int64_t{-1}, INT64_MAX, INT64_MIN}) {
+    test::MadeUpRecords records = recordsOfSession();
+    records.ticks[1000].planned_ns = time_ns;
+    std::filesystem::remove(file());
+    test::writeTrace(file(), records, 500, {.depth = true});
+    const auto session = RecordedSession::load(file());
+    ASSERT_FALSE(session);
+    EXPECT_NE(session.error().text().find("tick "), std::string::npos) << session.error().text();
+  }
 }
 
 TEST_F(RecordedSessionTest, RefusesWhatItCannotShow) {

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/camera/depth_use.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <string>
+
+#include "tools/lib/truth/any_camera.h"
+
+namespace hapticd::drivers {
+namespace {
+
+using Frame = std::unique_ptr<rt::DepthFrame>;
+
+DepthUse useOf(const rt::DepthFrame& frame) {
+  return DepthUse::of(frame, rt::DepthModel(frame.camera, {}));
+}
+
+void swapBytes(rt::DepthFrame& frame) {
+  for (std::uint16_t& raw : frame.image()) {
+    if (raw != frame.camera.raw_no_measurement) raw = static_cast<std::uint16_t>(raw << 8 | raw >> 8);
+  }
+}
+
+/// Independent of the vectorised count.
+std::size_t usablePixelsOf(const rt::DepthFrame& frame) {
+  const rt::DepthModel model(frame.camera, {});
+  std::size_t count = 0;
+  for (int row = 0; row < model.height_px(); ++row) {
+    for (int column = 0; column < model.width_px(); ++column) {
+      const int at = row * model.stride_px() + column;
+      const std::uint16_t raw = frame.raw[at];
+      count += raw != frame.camera.raw_no_measurement && model.depth_m(raw) > 0;
+    }
+  }
+  return count;
+}
+
+TEST(DepthUse, CountsThePixelsWithADepth) {
+  std::mt19937 random(1);
+  for (rt::DepthModelParameters camera :
+       {tools::kinectWithNoise(), tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.3, 4),
+        tools::stereoCamera(200, 100, 69, 0.05, 0.0001, 0.07, 0.5), tools::timeOfFlightCamera(640, 576)}) {
+    const Frame frame = tools::frameOf(camera, tools::tiltedPlane(camera, 0.5, 0.8), 3);
+    for (int i = 0; i < 5000; ++i) {
+      const std::size_t row = random() % static_cast<unsigned>(camera.height_px),
+                        column = random() % static_cast<unsigned>(camera.width_px);
+      frame->raw[row * static_cast<std::size_t>(rt::strideOf(camera.width_px)) + column] =
+          static_cast<std::uint16_t>(random() % camera.raw_values);
+    }
+    EXPECT_EQ(useOf(*frame).usable, usablePixelsOf(*frame));
+  }
+}
+
+/// Scenes at random distances, near and beyond the limits, with and without noise; depth units of all kinds.
+TEST(DepthUse, TellsSwappedBytesFromDepthThatIsOnlyTooFarOrTooNear) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> distance_m(0.2, 8), tilt_rad(-1.2, 1.2);
+  int in_range = 0;
+  for (unsigned i = 0; i < 240; ++i) {
+    const double unit_m = i % 3 == 0 ? 0.001 : i % 3 == 1 ? 0.00025 : 0.0002;
+    const auto camera = tools::stereoCamera(424, 240, 69, 0.05, unit_m, 0.3, i % 2 == 0 ? 1.5 : 4);
+    const double z_m = distance_m(random);
+    const Frame frame =
+        i % 4 == 0 ? tools::frameOf(camera, tools::ball(camera, {0, 0, -z_m}, z_m / 3), i % 7)
+                   : tools::frameOf(camera, tools::tiltedPlane(camera, z_m, tilt_rad(random)), i % 7);
+    const DepthUse right = useOf(*frame);
+    EXPECT_FALSE(right.looks_swapped) << i << ": " << z_m << " m";
+    // of a scene out of range nobody knows, and too few pixels say nothing
+    if (right.usable < right.measured * 9 / 10 || right.measured < 5000) continue;
+    ++in_range;
+    swapBytes(*frame);
+    const DepthUse swapped = useOf(*frame);
+    EXPECT_TRUE(swapped.looks_swapped) << i << ": " << z_m << " m, unit " << unit_m;
+    EXPECT_EQ(swapped.if_swapped, right.usable);
+  }
+  EXPECT_GT(in_range, 20);
+}
+
+TEST(DepthUse, FindsSwappedBytesOfAnImageWithoutAnyStep) {
+  const auto camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.3, 4);
+  const Frame frame = tools::frameOf(camera, tools::tiltedPlane(camera, 1, 0));  // 1000 everywhere
+  EXPECT_FALSE(useOf(*frame).looks_swapped);
+  swapBytes(*frame);
+  EXPECT_TRUE(useOf(*frame).looks_swapped);
+}
+
+TEST(DepthUse, FindsSwappedBytesOfAnImageWhoseRowsHaveNoSteps) {
+  const auto camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.4, 4);
+  for (const double tilt_rad : {-0.5, -0.3, 0.1, 0.3, 0.5}) {
+    const Frame frame = tools::frameOf(camera, tools::tiltedPlane(camera, 1, tilt_rad));
+    EXPECT_FALSE(useOf(*frame).looks_swapped) << tilt_rad;
+    swapBytes(*frame);
+    EXPECT_TRUE(useOf(*frame).looks_swapped) << tilt_rad;
+  }
+}
+
+TEST(DepthUse, NoiseIsNotTakenForSwappedBytes) {
+  std::mt19937 random(3);
+  const auto camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.3, 4);
+  const Frame frame = tools::frameOf(camera, tools::tiltedPlane(camera, 1, 0));
+  for (std::uint16_t& raw : frame->image()) raw = static_cast<std::uint16_t>(random());
+  EXPECT_FALSE(useOf(*frame).looks_swapped);
+  for (std::uint16_t& raw : frame->image()) raw = camera.raw_no_measurement;
+  EXPECT_FALSE(useOf(*frame).looks_swapped);
+  EXPECT_EQ(useOf(*frame).measured, 0U);
+}
+
+TEST(DepthUseWatch, SaysAfterTenFramesThatNoneHasAUsablePixel) {
+  DepthUseWatch watch;
+  EXPECT_EQ(watch.newest(), "");
+  EXPECT_EQ(watch.all(), "");
+  for (std::uint64_t frame = 1; frame <= 9; ++frame) {
+    watch.add({.frame = frame, .measured = 100});
+    EXPECT_EQ(watch.newest(), "");
+  }
+  watch.add({.frame = 10, .measured = 100});
+  EXPECT_NE(watch.newest().find("no pixel of 10 frames lies between camera.near_m and camera.far_m"),
+            std::string::npos)
+      << watch.newest();
+  EXPECT_NE(watch.all(), "");
+  watch.add({.frame = 11, .measured = 100, .usable = 1});
+  EXPECT_EQ(watch.newest(), "") << "it has passed";
+  EXPECT_EQ(watch.all(), "");
+  for (std::uint64_t frame = 12; frame <= 21; ++frame) watch.add({.frame = frame});
+  EXPECT_NE(watch.newest().find("nothing was measured in 10 frames"), std::string::npos) << watch.newest();
+}
+
+TEST(DepthUseWatch, NamesAFrameWithSwappedBytes) {
+  DepthUseWatch watch;
+  watch.add({.frame = 1, .measured = 100, .usable = 100});
+  watch.add({.frame = 2, .measured = 100, .usable = 7, .looks_swapped = true, .if_swapped = 99});
+  EXPECT_NE(watch.newest().find("frame 2 seem to be swapped: 7 % of what it measured"), std::string::npos)
+      << watch.newest();
+  watch.add({.frame = 3, .measured = 100, .usable = 100});
+  EXPECT_EQ(watch.newest(), "");
+  EXPECT_NE(watch.all().find("frame 2 seem"), std::string::npos) << watch.all();
+}
+
+}  // namespace
+}  // namespace hapticd::drivers
